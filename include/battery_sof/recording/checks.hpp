@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "battery_sof/recording/series.hpp"
+
+namespace battery_sof {
+
+/// How much a finding restricts the use of a recording.
+enum class Severity {
+  kNote,     ///< a property worth knowing
+  kWarning,  ///< results are affected; the meaning says how
+  kProblem,  ///< this recording cannot answer the usual questions as it is
+};
+
+/// One thing found in a recording, and what it means to somebody who wants to use it.
+struct Finding {
+  std::string id;  ///< rate, gaps, clock, missing, clipping, quantisation, sign, offset, skew, stuck, voltage_level, excitation
+  Severity severity = Severity::kNote;
+  std::string what;     ///< what was found, with numbers and units
+  std::string meaning;  ///< what follows from it
+  std::optional<double> value;   ///< the finding's number, in the unit `unit` names
+  std::string unit;
+  std::size_t samples = 0;       ///< samples concerned
+  std::vector<double> at;        ///< [s], up to ten times where it was found
+};
+
+/// Everything the lint found; the order is the order in which a reader should learn it.
+struct CheckReport {
+  std::size_t samples = 0;
+  double from = 0.0;             ///< [s]
+  double to = 0.0;               ///< [s]
+  double median_interval = 0.0;  ///< [s]
+  std::optional<double> voltage_lsb;  ///< [V], step of the voltage channel when quantised
+  std::optional<double> current_lsb;  ///< [A], step of the current channel when quantised
+  std::vector<Finding> findings;      ///< problems first, then warnings, then notes
+  std::vector<std::string> not_judged;  ///< what this recording cannot show, each with its reason
+};
+
+/// @return "note", "warning" or "problem".
+std::string describe(Severity severity);
+
+/**
+ * @brief Lints a recording: rate, gaps, clock, missing values, clipping, quantisation, sign, offset, skew, stuck values,
+ * voltage level and excitation.
+ *
+ * Methods (PHYSICS 1.3, tier I). A fault is named on its own evidence only:
+ * - clipping: an extreme value repeats while the other channel moves both ways, as it does through a crank whose peak is
+ *   cut off; or, for single samples at slow rates, the extreme stands out from scattered values below it. A current that
+ *   a source holds at its limit, and a voltage that a regulator holds, are not clipped.
+ * - quantisation: the greatest step of which nearly all changes are multiples.
+ * - sign: that of the correlation of voltage with current changes at edges.
+ * - offset: one small current at every apparent rest. A consumer looks the same: always a note.
+ * - skew: the sub-sample shift between voltage and current changes at edges, alike in both halves of the recording; whole
+ *   samples only below 20 Hz.
+ * - stuck: one value repeats while the other channel moves up and down, or repeats for long where the channel is noisy
+ *   elsewhere.
+ *
+ * @throws std::invalid_argument when the recording has no sample.
+ * @note A common gain of the current, gain and offset of the voltage, and a constant contact resistance leave no trace in
+ *   current and voltage: nothing here can find them.
+ */
+CheckReport checkRecording(const Recording& recording);
+
+}  // namespace battery_sof

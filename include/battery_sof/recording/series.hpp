@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace battery_sof {
+
+/// Half-open range of sample indices [first, last).
+struct IndexRange {
+  std::size_t first = 0;
+  std::size_t last = 0;
+  std::size_t size() const { return last - first; }
+  bool empty() const { return first == last; }
+};
+
+/**
+ * @brief Current and voltage of one battery over time, as accepted by Intake.
+ *
+ * Invariants, established by Intake and kept by every function of recording/:
+ * the three vectors have one length, every value is finite, time increases strictly.
+ * Sampling may be uneven and may have gaps; nothing is interpolated here.
+ */
+struct Series {
+  std::vector<double> time;     ///< [s], the recording's own clock, strictly increasing
+  std::vector<double> current;  ///< [A], positive into the battery
+  std::vector<double> voltage;  ///< [V], at the terminals
+  /// Temperature comes on its own, often slower, time base; empty when not measured.
+  std::vector<double> temperature_time;  ///< [s], increasing
+  std::vector<double> temperature;       ///< [K]
+
+  std::size_t size() const { return time.size(); }
+  bool empty() const { return time.empty(); }
+};
+
+/// Why samples offered to Intake were refused, by reason.
+struct RejectedCounts {
+  std::size_t missing_value = 0;    ///< current or voltage absent (empty cell, NaN)
+  std::size_t not_finite = 0;       ///< infinite time, current or voltage
+  std::size_t duplicate_stamp = 0;  ///< same time as the sample before
+  std::size_t clock_step_back = 0;  ///< earlier than a sample already accepted
+  std::size_t out_of_range = 0;     ///< |current| or |voltage| beyond anything a battery sensor shows
+  std::size_t total() const {
+    return missing_value + not_finite + duplicate_stamp + clock_step_back + out_of_range;
+  }
+};
+
+/// A series with where it came from and what was refused on the way in.
+struct Recording {
+  std::string name;  ///< file name without folders
+  Series series;
+  RejectedCounts rejected;
+  std::size_t offered = 0;        ///< rows or messages but those with a temperature alone
+  double largest_step_back = 0.0;  ///< [s], of the clock; 0 when it never went back
+};
+
+/// @return median of the sampling intervals [s]; 0 for fewer than two samples.
+double medianInterval(const Series& series);
+
+/**
+ * @brief The interval above which two neighbouring samples are not joined: max(10 * median interval, 5 s).
+ *
+ * Ten intervals are more than a lost message; below 5 s the battery's slow state moves less than a tenth of its
+ * rest time constant (50 s, PHYSICS 1.0).
+ */
+double gapThreshold(const Series& series);
+
+/// @return ranges of samples without an interval above max_gap [s], in order; none for an empty series.
+std::vector<IndexRange> contiguousRanges(const Series& series, double max_gap);
+
+/// @return indices of the samples with from <= time <= to; empty range when there are none.
+IndexRange indexRange(const Series& series, double from, double to);
+
+/// @return copy of the samples in range, and of the temperatures between its first and last time.
+Series slice(const Series& series, IndexRange range);
+
+/// @return temperature [K] by linear interpolation, held constant beyond the ends; none when not measured.
+std::optional<double> temperatureAt(const Series& series, double time);
+
+}  // namespace battery_sof
