@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+namespace battery_sof {
+
+/**
+ * @brief Share of the voltage's variation that a model explains (paper, eq. 6).
+ *
+ *     Q_dyn = 100 % (1 - sqrt(sum e^2) / sqrt(sum (u_b - mean u_b)^2))
+ *
+ * @param measured, predicted [V], same length, not empty.
+ * @return [%], at most 100, negative when a constant would do better; none when the measured voltage never changes.
+ * @throws std::invalid_argument when the lengths differ or are zero.
+ */
+std::optional<double> qDyn(const std::vector<double>& measured, const std::vector<double>& predicted);
+
+/// @return root mean square of the difference [V]. @throws as qDyn().
+double rootMeanSquareError(const std::vector<double>& measured, const std::vector<double>& predicted);
+
+}  // namespace battery_sof

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/recording/series.hpp"
+
+namespace battery_sof {
+
+/// How the state at the window's first sample is obtained.
+enum class FitStart {
+  kRobust,  ///< estimated with the parameters; u_dc too
+  kPaper,   ///< from the first sample alone (paper, eq. 5); u_dc as the mean difference (eq. 4)
+};
+
+/// Settings of an identification; the defaults are the paper's, but for the start.
+struct IdentifyOptions {
+  FitStart start = FitStart::kRobust;
+  double crank_weight = 10.0;            ///< W of eq. 3 at high-rate discharge [1], >= 1
+  double crank_weight_current = -150.0;  ///< [A], W applies below
+  int max_iterations = 20;               ///< paper, section V
+  /// Start values r_discharge [Ohm], r_charge [Ohm], c2 [F], beta [1/V]; Table I's magnitudes when not set.
+  std::array<double, 4> initial = {0.008, 0.010, 1000.0, 20.0};
+};
+
+/**
+ * @brief Fits the base model to a window by Levenberg-Marquardt (paper, section IV).
+ *
+ *     E(theta) = sum_n [ W(n) (u_b(n) - u_m(theta, n)) ]^2                                              (eq. 3)
+ *
+ * kRobust estimates r_discharge, r_charge, u_dc, c2, beta and the state at the first sample. The first three enter
+ * linearly once u_c2 is known and are eliminated in every iteration (variable projection); c2 and beta are searched as
+ * logarithms inside Table I's bounds. kPaper searches the four tunables, normalised by Table I's magnitudes, with an
+ * exponential penalty beyond the bounds, eq. 4 for u_dc and eq. 5 for the state, u_dc in eq. 5 being the previous
+ * iteration's.
+ *
+ * Standard errors are those of the sandwich J'W^2J with a Bartlett kernel over the residual's correlation length
+ * (Newey and West 1987), so neither the weights nor autocorrelated residuals make them look smaller than they are.
+ *
+ * @param series recording; @param range window; gaps inside are taken as rests.
+ * @return the model with its state at the window's last sample; never throws for poor data: see FitStatus.
+ * @throws std::invalid_argument for options outside their ranges or a range outside the series.
+ */
+IdentifiedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
+
+/**
+ * @brief Carries the state of a model forward to the sample at `last` (inclusive) and its covariance with it.
+ * @param series the recording the model stands in: model.state.time must be the time of one of its samples.
+ */
+void carryState(IdentifiedModel& model, const Series& series, std::size_t last);
+
+/// Replaces the state's row of a model's covariance by that of the state it became: V <- T V T'.
+/// @param carried derivatives counted from the state the covariance stands for.
+void carryCovariance(Eigen::MatrixXd& covariance, const Overpotential& carried);
+
+}  // namespace battery_sof

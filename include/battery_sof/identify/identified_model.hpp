@@ -1,0 +1,96 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "battery_sof/model/base_model.hpp"
+
+namespace battery_sof {
+
+/// How an identification ended.
+enum class FitStatus {
+  kConverged,        ///< the relative step or the relative gain fell below its tolerance
+  kIterationLimit,   ///< stopped by the iteration limit, still improving
+  kStalled,          ///< no step lowers the cost and the gradient is not small
+  kWindowTooShort,   ///< fewer samples than parameters need
+  kNotExcited,       ///< the window cannot determine the parameters at all (current never changes)
+};
+
+/// @return "converged", "iteration_limit", "stalled", "window_too_short", "not_excited".
+std::string describe(FitStatus status);
+
+/// One estimated parameter.
+struct ParameterEstimate {
+  std::string name;           ///< r_discharge, r_charge, c2, beta, u_dc
+  std::string unit;           ///< ohm, F, 1/V, V
+  double value = 0.0;         ///< in unit
+  std::optional<double> std;  ///< standard error in unit; none when the window says nothing about the parameter
+  bool at_bound = false;      ///< ended at (or in the penalty beyond) a bound of Table I
+  bool determined = true;     ///< standard error below half the value (below 0.5 V for u_dc), and not at a bound
+};
+
+/// Where the model's state stands; the event of a query begins here.
+struct ModelState {
+  double time = 0.0;         ///< [s], the recording's clock
+  double u_c2 = 0.0;         ///< [V]
+  double current = 0.0;      ///< [A], current at that time
+};
+
+/// The part of a recording that was fitted.
+struct FitWindow {
+  double from = 0.0;  ///< [s]
+  double to = 0.0;    ///< [s]
+  std::size_t samples = 0;
+};
+
+/// How well the fit follows its own window.
+struct FitScores {
+  double q_dyn_percent = 0.0;       ///< paper, eq. 6
+  double rmse = 0.0;                ///< [V], unweighted
+  double crank_error_std = 0.0;     ///< [V], RMS error of the cranks' minima; rmse when there was no crank
+  int cranks = 0;                   ///< cranks in the window
+  double residual_correlation_time = 0.0;  ///< [s], integral time scale of the residual
+};
+
+/// What the window drove the battery through; a query far outside is an extrapolation.
+struct ExcitedRange {
+  double min_current = 0.0;         ///< [A]
+  double max_current = 0.0;         ///< [A]
+  double min_voltage = 0.0;         ///< [V]
+  double max_voltage = 0.0;         ///< [V]
+  double discharge_time = 0.0;      ///< [s], total
+  double charge_time = 0.0;         ///< [s], total
+  std::optional<double> temperature;  ///< [K], mean
+};
+
+/// Everything an identification found; what MODEL.yaml stores and every query reads.
+struct IdentifiedModel {
+  BaseParameters parameters;
+  std::vector<ParameterEstimate> estimates;  ///< in the order of kEstimateNames
+  /// Covariance of (r_discharge, r_charge, c2, beta, u_dc, u_c2 at state.time) [units squared]; 6 x 6, zero rows where
+  /// nothing is known.
+  Eigen::MatrixXd covariance;
+  ModelState state;
+  std::vector<std::string> effects;  ///< ids of further physics; empty for the base model
+  FitWindow window;
+  FitStatus status = FitStatus::kConverged;
+  std::string message;  ///< one sentence
+  std::string start;    ///< "robust" or "paper"
+  int iterations = 0;
+  FitScores scores;
+  ExcitedRange excited;
+  double suitability = 0.0;  ///< [0, 1], of the window alone; see windowSuitability()
+  double fit_ms = 0.0;       ///< [ms] wall time, filled in by the caller that holds a clock
+  std::string recording;       ///< file name or topic
+  std::string recording_hash;  ///< "sha256:..." of the file, empty when there is no file
+};
+
+/// Rows of IdentifiedModel::covariance.
+enum CovarianceRow { kRowRDischarge, kRowRCharge, kRowC2, kRowBeta, kRowUDc, kRowState, kCovarianceRows };
+
+/// @return true when the fit may be used for predictions: it converged, or stopped at the iteration limit.
+bool isUsable(const IdentifiedModel& model);
+
+}  // namespace battery_sof

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+
+namespace battery_sof {
+
+/**
+ * @brief Damping of Levenberg-Marquardt after Nielsen (1999, IMM-REP-1999-05).
+ *
+ * A step whose real gain is rho times the predicted one changes the damping by
+ *
+ *     rho > 0:   lambda <- lambda max(1/3, 1 - (2 rho - 1)^3),  nu <- 2
+ *     rho <= 0:  lambda <- lambda nu,                            nu <- 2 nu
+ */
+class DampingSchedule {
+ public:
+  explicit DampingSchedule(double initial) : lambda_(initial) {}
+  double lambda() const { return lambda_; }
+  void accept(double gain_ratio);
+  void reject();
+
+ private:
+  double lambda_;
+  double growth_ = 2.0;
+};
+
+/// Cost of a least-squares problem with its derivatives at one point, E = sum r^2, J = dr/dx.
+struct NormalEquations {
+  double cost = 0.0;         ///< r'r
+  Eigen::VectorXd gradient;  ///< J'r
+  Eigen::MatrixXd hessian;   ///< J'J
+};
+
+/// Fills the equations at x; returns false when the model has no finite value there (the step is then refused).
+using EvaluateNormalEquations = std::function<bool(const Eigen::VectorXd& x, NormalEquations&)>;
+
+enum class MinimizeStatus { kConverged, kIterationLimit, kStalled };
+
+struct MinimizeOptions {
+  int max_iterations = 20;         ///< accepted and refused steps together
+  double initial_damping = 1e-3;   ///< relative to the diagonal of J'J
+  double gain_tolerance = 1e-8;    ///< stop when a step promises less than this share of the cost: 0.01 standard errors
+  double step_tolerance = 1e-9;    ///< stop when a step is shorter than this share of |x|
+  Eigen::VectorXd lower, upper;    ///< hard bounds, empty for none
+};
+
+struct MinimizeResult {
+  Eigen::VectorXd x;
+  NormalEquations at;  ///< at x
+  MinimizeStatus status = MinimizeStatus::kConverged;
+  int iterations = 0;
+  double damping = 0.0;  ///< at the end; lets a search be continued
+};
+
+/**
+ * @brief Minimises E(x) = sum r(x)^2 by Levenberg-Marquardt on normal equations, inside a box.
+ *
+ *     (J'J + lambda diag(J'J)) step = -J'r,    coordinates held at a bound that the step would cross are left out
+ *
+ * @param start inside the box; evaluate must succeed there.
+ * @throws std::invalid_argument when it does not.
+ * @see Marquardt 1963; paper, section IV and its reference [19].
+ */
+MinimizeResult minimize(const EvaluateNormalEquations& evaluate, const Eigen::VectorXd& start,
+                        const MinimizeOptions& options);
+
+}  // namespace battery_sof

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/recording/series.hpp"
+
+namespace battery_sof {
+
+/// Bounds of a search for a window. Unset members take the stated defaults.
+struct WindowSearch {
+  std::optional<double> from;    ///< [s]; else the recording's start
+  std::optional<double> to;      ///< [s]; else the recording's end
+  std::optional<double> length;  ///< [s]; else defaultWindowLength()
+};
+
+/// A window chosen, or the reason why there is none.
+struct WindowChoice {
+  std::optional<IndexRange> range;
+  double suitability = 0.0;  ///< [0, 1]
+  std::string message;       ///< one sentence: what was chosen and why, or what is missing
+};
+
+/**
+ * @brief max(240 s, 900 sampling intervals): the paper's four minutes wherever the rate allows, and at slow rates enough
+ * samples for six unknowns under strongly correlated residuals.
+ */
+double defaultWindowLength(const Series& series);
+
+/**
+ * @brief How well a window determines the parameters, from its current alone.
+ *
+ *     s = prod_j min(1, 0.05 / rel_j)^(1/4),   rel_j: predicted relative standard error of r_discharge, r_charge, c2, beta
+ *
+ * at the magnitudes of Table I with 10 mV of error correlated over 5 s. It is a measure of excitation, not yet of how
+ * good a prediction will be.
+ *
+ * @return [0, 1]; 0 when a parameter is not excited at all.
+ */
+double windowSuitability(const Series& series, IndexRange range);
+
+/**
+ * @brief Chooses the most suitable window of the wanted length without a gap inside; of windows within 5 % of the best
+ * suitability, the latest, because the battery's state moves on.
+ */
+WindowChoice chooseWindow(const Series& series, const WindowSearch& search);
+
+/// @return what the samples of the range drove the battery through.
+ExcitedRange excitedRange(const Series& series, IndexRange range);
+
+}  // namespace battery_sof

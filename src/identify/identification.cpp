@@ -1,0 +1,295 @@
+#include "battery_sof/identify/identification.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <tuple>
+
+#include "battery_sof/identify/base_search.hpp"
+#include "battery_sof/identify/covariance.hpp"
+#include "battery_sof/identify/fit_quality.hpp"
+#include "battery_sof/identify/window.hpp"
+#include "battery_sof/recording/events.hpp"
+
+namespace battery_sof {
+namespace {
+
+// Five samples an unknown: below that a fit follows its noise.
+constexpr std::size_t kMinSamples = 30;
+// A window whose current moves less than this cannot tell a resistance from an offset.
+constexpr double kMinCurrentSpan = 0.5;  // [A]
+// Windows longer than this are first approached on averages of kCoarseFactor samples.
+constexpr std::size_t kCoarseFrom = 4000;
+constexpr std::size_t kCoarseFactor = 10;
+
+void requirePositiveOption(bool ok, const char* name, double value, const char* expected) {
+  if (ok) return;
+  std::ostringstream message;
+  message << name << " is " << value << ", expected " << expected;
+  throw std::invalid_argument(message.str());
+}
+
+void requireValid(const IdentifyOptions& options, const Series& series, IndexRange range) {
+  requirePositiveOption(std::isfinite(options.crank_weight) && options.crank_weight >= 1.0,
+                        "crank_weight", options.crank_weight, "at least 1");
+  requirePositiveOption(
+      std::isfinite(options.crank_weight_current) && options.crank_weight_current < 0.0,
+      "crank_weight_current [A]", options.crank_weight_current, "below 0");
+  requirePositiveOption(options.max_iterations > 0, "max_iterations", options.max_iterations,
+                        "at least 1");
+  for (std::size_t j = 0; j < options.initial.size(); ++j) {
+    const auto& info = tableOne()[j];
+    const double value = options.initial[j];
+    requirePositiveOption(value >= info.lower && value <= info.upper,
+                          ("initial " + info.name).c_str(), value, "inside Table I's bounds");
+  }
+  if (range.last > series.size() || range.first > range.last)
+    throw std::invalid_argument("window of samples " + std::to_string(range.first) + " to " +
+                                std::to_string(range.last) + " in a recording of " +
+                                std::to_string(series.size()));
+}
+
+/// The model of a window that was not fitted, and why.
+IdentifiedModel unfitted(const Series& series, IndexRange range, FitStatus status,
+                         const std::string& message) {
+  IdentifiedModel model;
+  model.status = status;
+  model.message = message;
+  model.covariance = Eigen::MatrixXd::Zero(kCovarianceRows, kCovarianceRows);
+  model.window.samples = range.size();
+  if (!range.empty()) {
+    model.window.from = series.time[range.first];
+    model.window.to = series.time[range.last - 1];
+    model.state = {model.window.to, 0.0, series.current[range.last - 1]};
+    model.excited = excitedRange(series, range);
+  }
+  for (const auto& info : tableOne())
+    model.estimates.push_back({info.name, info.unit, info.magnitude, std::nullopt, false, false});
+  model.estimates.push_back(
+      {"u_dc", "V", model.parameters.u_dc, std::nullopt, false, false});
+  return model;
+}
+
+BaseFit startOf(const IdentifyOptions& options) {
+  BaseFit start;
+  start.parameters.r_discharge = options.initial[0];
+  start.parameters.r_charge = options.initial[1];
+  start.parameters.c2 = options.initial[2];
+  start.parameters.beta = options.initial[3];
+  return start;
+}
+
+BaseFit searchFromCoarse(const std::vector<BaseNormalEquations::Sample>& samples,
+                         const BaseNormalEquations& equations, const IdentifyOptions& options) {
+  BaseFit start = startOf(options);
+  if (samples.size() >= kCoarseFrom) {
+    const BaseNormalEquations coarse(coarsened(samples, kCoarseFactor), start.parameters.i0);
+    start = searchRobust(coarse, options, start);
+  }
+  return searchRobust(equations, options, start);
+}
+
+/// Paper: the first sample sets the state and is left out of the sums (n = 2 to N in eqs. 3 and 4).
+BaseFit searchPaper(std::vector<BaseNormalEquations::Sample> samples, const FirstSample& first,
+                    const IdentifyOptions& options) {
+  samples.front().weight = 0.0;
+  return searchAsInPaper(BaseNormalEquations(samples, BaseParameters{}.i0), options, first);
+}
+
+/// d(r_discharge, r_charge, c2, beta, u_dc, first state) / d(the pass's columns), a diagonal.
+Eigen::VectorXd physicalScale(const BaseParameters& p) {
+  Eigen::VectorXd scale(static_cast<int>(kCovarianceRows));
+  scale << 1.0, 1.0, 1.0, p.c2, p.beta, 1.0;
+  return scale;
+}
+
+/// From the order of BaseColumn to that of CovarianceRow.
+Eigen::MatrixXd inPhysicalOrder(const Eigen::MatrixXd& covariance, const BaseParameters& p) {
+  static constexpr std::array<int, kCovarianceRows> kColumnOfRow = {
+      kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta, kColumnOne, kColumnInitial};
+  const Eigen::VectorXd scale = physicalScale(p);
+  Eigen::MatrixXd ordered(static_cast<int>(kCovarianceRows), static_cast<int>(kCovarianceRows));
+  for (int j = 0; j < kCovarianceRows; ++j)
+    for (int k = 0; k < kCovarianceRows; ++k)
+      ordered(j, k) = covariance(kColumnOfRow[j], kColumnOfRow[k]) * scale[kColumnOfRow[j]] *
+                      scale[kColumnOfRow[k]];
+  return ordered;
+}
+
+/// State at the window's last sample, from the pass's last row.
+Overpotential lastState(const Series& series, IndexRange range, const BaseNormalEquations& equations,
+                        const BaseNormalEquations::Columns& columns, const BaseParameters& p) {
+  const auto row = columns.row(columns.rows() - 1);
+  return {series.voltage[range.last - 1] - equations.offset() - row[kColumnTarget],
+          row[kColumnInitial], row[kColumnLogC2] / p.c2, row[kColumnLogBeta] / p.beta};
+}
+
+bool atBound(const ParameterInfo& info, double value) {
+  return value <= info.lower * (1.0 + 1e-6) || value >= info.upper * (1.0 - 1e-6);
+}
+
+std::vector<ParameterEstimate> estimatesOf(const BaseParameters& p,
+                                           const Eigen::MatrixXd& covariance) {
+  const std::array<double, 4> values = {p.r_discharge, p.r_charge, p.c2, p.beta};
+  std::vector<ParameterEstimate> estimates;
+  const auto standardError = [&](int row) -> std::optional<double> {
+    const double variance = covariance(row, row);
+    return variance > 0.0 && std::isfinite(variance) ? std::optional(std::sqrt(variance))
+                                                     : std::nullopt;
+  };
+  for (int j = 0; j < 4; ++j) {
+    const auto& info = tableOne()[j];
+    const auto std = standardError(j);
+    const bool bound = atBound(info, values[j]);
+    estimates.push_back(
+        {info.name, info.unit, values[j], std, bound, !bound && std && *std < 0.5 * values[j]});
+  }
+  const auto std = standardError(kRowUDc);
+  estimates.push_back({"u_dc", "V", p.u_dc, std, false, std && *std < 0.5});
+  return estimates;
+}
+
+/// RMS difference of the cranks' measured and modelled minima [V], and their number.
+std::pair<double, int> crankErrors(const Series& series, IndexRange range,
+                                   const std::vector<double>& modelled, double crank_current) {
+  EventLimits limits;
+  limits.crank_current = crank_current;
+  double sum = 0.0;
+  int cranks = 0;
+  for (const Event& event : detectEvents(slice(series, range), limits)) {
+    if (event.kind != EventKind::kCrank) continue;
+    const auto first = modelled.begin() + static_cast<std::ptrdiff_t>(event.range.first);
+    const auto last = modelled.begin() + static_cast<std::ptrdiff_t>(event.range.last);
+    const double error = event.min_voltage - *std::min_element(first, last);
+    sum += error * error;
+    ++cranks;
+  }
+  return {cranks > 0 ? std::sqrt(sum / cranks) : 0.0, cranks};
+}
+
+FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
+                   double rho, double crank_current) {
+  const auto begin = series.voltage.begin();
+  const std::vector<double> measured(begin + static_cast<std::ptrdiff_t>(range.first),
+                                     begin + static_cast<std::ptrdiff_t>(range.last));
+  std::vector<double> modelled(measured);
+  for (std::size_t n = 0; n < modelled.size(); ++n) modelled[n] -= residual[n];
+  FitScores scores;
+  scores.q_dyn_percent = qDyn(measured, modelled).value_or(0.0);
+  scores.rmse = rootMeanSquareError(measured, modelled);
+  std::tie(scores.crank_error_std, scores.cranks) =
+      crankErrors(series, range, modelled, crank_current);
+  if (scores.cranks == 0) scores.crank_error_std = scores.rmse;
+  scores.residual_correlation_time = medianInterval(series) * (1.0 + rho) / (1.0 - rho);
+  return scores;
+}
+
+std::string sentenceOf(const IdentifiedModel& model) {
+  std::ostringstream text;
+  switch (model.status) {
+    case FitStatus::kConverged: text << "converged after " << model.iterations << " iterations"; break;
+    case FitStatus::kIterationLimit:
+      text << "stopped by the limit of " << model.iterations << " iterations"; break;
+    default: text << "no step lowers the cost any more, but the optimum was not reached"; break;
+  }
+  std::string weak;
+  for (const auto& estimate : model.estimates) {
+    if (estimate.determined) continue;
+    weak += (weak.empty() ? "" : ", ") + estimate.name + (estimate.at_bound ? " (at a bound)" : "");
+  }
+  if (!weak.empty()) text << "; the window does not determine " << weak;
+  return text.str();
+}
+
+/// Fills in everything that follows from where the search ended.
+IdentifiedModel describeFit(const Series& series, IndexRange range, const IdentifyOptions& options,
+                            const BaseFit& fit, const BaseNormalEquations& equations,
+                            const Eigen::VectorXd& weight) {
+  const BaseParameters& p = fit.parameters;
+  const auto columns = equations.columns({p.c2, p.beta, fit.u_c2_first});
+  const Eigen::VectorXd residual =
+      (columns.col(kColumnTarget) - p.r_discharge * columns.col(kColumnDischarge) -
+       p.r_charge * columns.col(kColumnCharge)).array() - (p.u_dc - equations.offset());
+  const double rho = std::clamp(lagOneCorrelation(residual), -0.9999, 0.9999);
+
+  IdentifiedModel model = unfitted(series, range, fit.status, "");
+  model.parameters = p;
+  model.iterations = fit.iterations;
+  model.covariance = inPhysicalOrder(
+      sandwichCovariance(columns.leftCols(static_cast<int>(kCovarianceRows)), residual, weight,
+                         bartlettWidth(rho, residual.size())),
+      p);
+  model.estimates = estimatesOf(p, model.covariance);
+  model.scores = scoresOf(series, range, residual, rho, options.crank_weight_current);
+  model.message = sentenceOf(model);
+  const Overpotential last = lastState(series, range, equations, columns, p);
+  model.state = {series.time[range.last - 1], last.value, series.current[range.last - 1]};
+  carryCovariance(model.covariance, last);
+  return model;
+}
+
+}  // namespace
+
+IdentifiedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options) {
+  requireValid(options, series, range);
+  const std::string start = options.start == FitStart::kPaper ? "paper" : "robust";
+  const auto refuse = [&](FitStatus status, const std::string& message) {
+    IdentifiedModel model = unfitted(series, range, status, message);
+    model.start = start;
+    return model;
+  };
+  if (range.size() < kMinSamples)
+    return refuse(FitStatus::kWindowTooShort,
+                  "the window has " + std::to_string(range.size()) + " samples, at least " +
+                      std::to_string(kMinSamples) + " are needed");
+  const auto [low, high] =
+      std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
+                          series.current.begin() + static_cast<std::ptrdiff_t>(range.last));
+  if (*high - *low < kMinCurrentSpan) {
+    std::ostringstream message;
+    message << "the current moves by " << *high - *low << " A in the window, at least "
+            << kMinCurrentSpan << " A are needed to tell a resistance from an offset";
+    return refuse(FitStatus::kNotExcited, message.str());
+  }
+  const auto samples =
+      fitSamples(series, range, options.crank_weight, options.crank_weight_current);
+  const BaseNormalEquations equations(samples, BaseParameters{}.i0);
+  const FirstSample first = {series.current[range.first], series.voltage[range.first]};
+  const BaseFit fit = options.start == FitStart::kPaper
+                          ? searchPaper(samples, first, options)
+                          : searchFromCoarse(samples, equations, options);
+  Eigen::VectorXd weight(static_cast<Eigen::Index>(samples.size()));
+  for (std::size_t n = 0; n < samples.size(); ++n) weight[n] = samples[n].weight;
+  IdentifiedModel model = describeFit(series, range, options, fit, equations, weight);
+  model.start = start;
+  model.suitability = windowSuitability(series, range);
+  return model;
+}
+
+void carryState(IdentifiedModel& model, const Series& series, std::size_t last) {
+  const auto at = std::lower_bound(series.time.begin(), series.time.end(), model.state.time);
+  if (at == series.time.end() || *at != model.state.time || last >= series.size() ||
+      series.time[last] < model.state.time)
+    throw std::invalid_argument("carryState: the state must stand at a sample at or before the end");
+  const double max_gap = gapThreshold(series);
+  const OverpotentialStep step(model.parameters);
+  Overpotential carried{model.state.u_c2, 1.0, 0.0, 0.0};
+  for (auto n = static_cast<std::size_t>(at - series.time.begin()) + 1; n <= last; ++n) {
+    const HeldCurrent held = heldCurrent(series.time[n - 1], series.current[n - 1], series.time[n],
+                                         series.current[n], max_gap);
+    carried = step.advance(carried, held.current, held.duration);
+  }
+  model.state = {series.time[last], carried.value, series.current[last]};
+  carryCovariance(model.covariance, carried);
+}
+
+void carryCovariance(Eigen::MatrixXd& covariance, const Overpotential& carried) {
+  Eigen::MatrixXd T = Eigen::MatrixXd::Identity(kCovarianceRows, kCovarianceRows);
+  T(kRowState, kRowState) = carried.d_initial;
+  T(kRowState, kRowC2) = carried.d_c2;
+  T(kRowState, kRowBeta) = carried.d_beta;
+  covariance = T * covariance * T.transpose();
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,170 @@
+#include "battery_sof/identify/window.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "battery_sof/identify/base_normal_equations.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kPaperWindow = 240.0;        // [s], paper, section V
+constexpr double kSamplesAtSlowRates = 900.0;
+constexpr double kAssumedError = 0.010;       // [V], see windowSuitability()
+constexpr double kAssumedCorrelation = 5.0;   // [s]
+constexpr double kEnough = 0.05;              // relative standard error that is good enough
+constexpr double kNearlyBest = 0.95;          // of the best suitability: then the later window wins
+constexpr int kHopsPerWindow = 8;
+constexpr std::size_t kMinSamples = 30;       // as identify()
+
+/// Information that a window's current carries on (linear parameters, ln c2, ln beta, first state).
+Eigen::Matrix<double, 6, 6> information(const Series& series, IndexRange range) {
+  // Averages of ten keep the information to a few per cent at a tenth of the cost; slow recordings are taken as they are.
+  const std::size_t factor = range.size() >= 4000 ? 10 : 1;
+  const auto samples = coarsened(fitSamples(series, range, 1.0, -1.0), factor);
+  const BaseParameters nominal;
+  const BaseNormalEquations equations(samples, nominal.i0);
+  return equations.sums({nominal.c2, nominal.beta, 0.0}).weighted.topLeftCorner<6, 6>();
+}
+
+/// Relative standard errors of r_discharge, r_charge, c2, beta; infinite where nothing is known.
+std::array<double, 4> relativeErrors(const Eigen::Matrix<double, 6, 6>& info, double variance) {
+  const Eigen::Matrix<double, 6, 1> scale =
+      info.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
+  const Eigen::Matrix<double, 6, 6> scaled = scale.asDiagonal() * info * scale.asDiagonal();
+  const Eigen::Matrix<double, 6, 6> inverse =
+      (scaled + 1e-14 * Eigen::Matrix<double, 6, 6>::Identity()).ldlt().solve(
+          Eigen::Matrix<double, 6, 6>::Identity());
+  const std::array<int, 4> row = {kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta};
+  const std::array<double, 4> magnitude = {tableOne()[0].magnitude, tableOne()[1].magnitude, 1.0,
+                                           1.0};
+  std::array<double, 4> relative;
+  for (int j = 0; j < 4; ++j) {
+    const double s = scale[row[j]];
+    relative[j] = s > 0.0 ? s * std::sqrt(std::max(inverse(row[j], row[j]), 0.0) * variance) /
+                                magnitude[j]
+                          : std::numeric_limits<double>::infinity();
+  }
+  return relative;
+}
+
+IndexRange wholeSearch(const Series& series, const WindowSearch& search) {
+  if (series.empty()) return {};
+  return indexRange(series, search.from.value_or(series.time.front()),
+                    search.to.value_or(series.time.back()));
+}
+
+/// All windows of the wanted length inside one stretch without gaps, an eighth of a window apart.
+void appendWindows(const Series& series, IndexRange stretch, double length,
+                   std::vector<IndexRange>& windows) {
+  const double begin = series.time[stretch.first];
+  const double end = series.time[stretch.last - 1];
+  if (end - begin < length) return;
+  const int hops = static_cast<int>((end - begin - length) / (length / kHopsPerWindow));
+  for (int k = 0; k <= hops; ++k) {
+    // Counted from the end, so that the latest window reaches the latest sample.
+    const double to = end - k * length / kHopsPerWindow;
+    windows.push_back(indexRange(series, to - length, to));
+  }
+}
+
+std::vector<IndexRange> candidates(const Series& series, IndexRange searched, double length) {
+  const Series part = slice(series, searched);
+  std::vector<IndexRange> stretches = contiguousRanges(part, gapThreshold(series));
+  std::vector<IndexRange> windows;
+  for (auto& stretch : stretches) {
+    stretch.first += searched.first;
+    stretch.last += searched.first;
+    appendWindows(series, stretch, length, windows);
+  }
+  if (windows.empty()) windows = stretches;  // nothing is as long as wanted: whole stretches then
+  return windows;
+}
+
+double shareOfTime(const Series& series, IndexRange range, bool charging) {
+  double time = 0.0;
+  const double longest = gapThreshold(series);
+  for (std::size_t n = range.first + 1; n < range.last; ++n) {
+    const double dt = series.time[n] - series.time[n - 1];
+    const double i = series.current[n];
+    if (dt <= longest && (charging ? i > 0.0 : i < 0.0)) time += dt;
+  }
+  return time;
+}
+
+std::string sentence(const Series& series, IndexRange range, double suitability) {
+  std::ostringstream text;
+  text << "window " << series.time[range.first] << " to " << series.time[range.last - 1] << " s, "
+       << range.size() << " samples, suitability " << suitability;
+  return text.str();
+}
+
+}  // namespace
+
+double defaultWindowLength(const Series& series) {
+  return std::max(kPaperWindow, kSamplesAtSlowRates * medianInterval(series));
+}
+
+double windowSuitability(const Series& series, IndexRange range) {
+  if (range.size() < kMinSamples) return 0.0;
+  const double interval =
+      (series.time[range.last - 1] - series.time[range.first]) / static_cast<double>(range.size());
+  const double inflation = std::max(1.0, 2.0 * kAssumedCorrelation / interval);
+  double product = 1.0;
+  for (double relative : relativeErrors(information(series, range),
+                                        kAssumedError * kAssumedError * inflation))
+    product *= std::min(1.0, kEnough / relative);
+  return std::pow(product, 0.25);
+}
+
+WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
+  WindowChoice choice;
+  const IndexRange searched = wholeSearch(series, search);
+  if (searched.size() < kMinSamples) {
+    choice.message = "no window: " + std::to_string(searched.size()) +
+                     " samples in the searched stretch, at least " + std::to_string(kMinSamples) +
+                     " are needed";
+    return choice;
+  }
+  const double length = search.length.value_or(defaultWindowLength(series));
+  const std::vector<IndexRange> windows = candidates(series, searched, length);
+  std::vector<double> suitability;
+  for (const IndexRange window : windows) suitability.push_back(windowSuitability(series, window));
+  const double best = *std::max_element(suitability.begin(), suitability.end());
+  for (std::size_t k = 0; best > 0.0 && k < windows.size(); ++k) {
+    if (suitability[k] < kNearlyBest * best) continue;
+    if (choice.range && windows[k].last < choice.range->last) continue;
+    choice.range = windows[k];
+    choice.suitability = suitability[k];
+  }
+  choice.message = choice.range ? sentence(series, *choice.range, choice.suitability)
+                                : "no window: nowhere does the current excite all four parameters "
+                                  "(both signs and changes are needed)";
+  return choice;
+}
+
+ExcitedRange excitedRange(const Series& series, IndexRange range) {
+  ExcitedRange excited;
+  if (range.empty()) return excited;
+  const auto at = [&](const std::vector<double>& values, std::size_t n) {
+    return values.begin() + static_cast<std::ptrdiff_t>(n);
+  };
+  const auto [i_low, i_high] =
+      std::minmax_element(at(series.current, range.first), at(series.current, range.last));
+  const auto [u_low, u_high] =
+      std::minmax_element(at(series.voltage, range.first), at(series.voltage, range.last));
+  excited.min_current = *i_low;
+  excited.max_current = *i_high;
+  excited.min_voltage = *u_low;
+  excited.max_voltage = *u_high;
+  excited.discharge_time = shareOfTime(series, range, false);
+  excited.charge_time = shareOfTime(series, range, true);
+  excited.temperature = temperatureAt(
+      series, 0.5 * (series.time[range.first] + series.time[range.last - 1]));
+  return excited;
+}
+
+}  // namespace battery_sof
