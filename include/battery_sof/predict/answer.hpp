@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+namespace battery_sof {
+
+/// What kind of answer a query got.
+enum class AnswerCode : int {
+  kOk = 0,
+  kInvalidQuery = 1,   ///< an input is not finite or out of its range; no numbers
+  kNoModel = 2,        ///< nothing identified yet, or the model is too old; no numbers
+  kExtrapolation = 3,  ///< numbers are given, but the window did not excite what they need: valid is false
+};
+
+/// @return "ok", "invalid_query", "no_model", "extrapolation".
+std::string describe(AnswerCode code);
+
+/// A number with its 90 % interval; NaN-free: absent numbers are optional in the structs that hold this.
+struct Interval {
+  double value = 0.0;
+  double lower = 0.0;  ///< 5 % quantile
+  double upper = 0.0;  ///< 95 % quantile
+};
+
+}  // namespace battery_sof

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/predict/answer.hpp"
+#include "battery_sof/recording/series.hpp"
+
+namespace battery_sof {
+
+/// Predicted voltages, one a sample of the profile, with 90 % intervals [V].
+struct PredictedVoltage {
+  std::vector<double> voltage, lower, upper;
+};
+
+/// The answer to a what-if profile. Vectors are empty unless code is kOk or kExtrapolation.
+struct ProfileAnswer {
+  PredictedVoltage predicted;
+  bool valid = false;
+  AnswerCode code = AnswerCode::kOk;
+  std::string message;
+};
+
+/// Longest profile accepted [samples]: an hour at 1 kHz.
+inline constexpr std::size_t kMaxProfileSamples = 3600000;
+
+/**
+ * @brief What the battery would answer to a current profile from the model's saved state on.
+ *
+ * @param time    [s] after the saved state, >= 0, strictly increasing.
+ * @param current [A], same length; linear between the samples, and from the state's own current to the first sample.
+ */
+ProfileAnswer simulateProfile(const IdentifiedModel& model, const std::vector<double>& time,
+                              const std::vector<double>& current);
+
+/**
+ * @brief Runs a model over the current of a recording and returns what it expects in a range of it.
+ *
+ * The model runs from the recording's first sample, whose state is taken from the first second's voltage (paper, eq. 5,
+ * median), so inside a later range only the current is used. Across gaps the battery is taken to rest.
+ *
+ * @return one voltage a sample of the range [V], with 90 % intervals.
+ */
+PredictedVoltage predictSeries(const IdentifiedModel& model, const Series& series, IndexRange range);
+
+}  // namespace battery_sof

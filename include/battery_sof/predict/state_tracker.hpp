@@ -1,0 +1,36 @@
+#pragma once
+
+#include "battery_sof/identify/identified_model.hpp"
+
+namespace battery_sof {
+
+/**
+ * @brief Follows the model's state from sample to sample between identifications.
+ *
+ * One step a sample, constant memory. Across a gap the battery is taken to rest (driving_current.hpp).
+ */
+class StateTracker {
+ public:
+  /// Starts from the model's saved state. @param max_gap [s], longest interval that is joined.
+  StateTracker(const IdentifiedModel& model, double max_gap);
+
+  /// Moves on to a sample later than the last one. @throws std::invalid_argument when time does not increase.
+  void advance(double time, double current);
+
+  /// @return terminal voltage the model expects at the last sample [V].
+  double expectedVoltage() const;
+
+  /// @return the model with state and covariance moved to the last sample.
+  IdentifiedModel modelNow() const;
+
+  const ModelState& state() const { return state_; }
+
+ private:
+  IdentifiedModel model_;
+  OverpotentialStep step_;
+  Overpotential overpotential_;
+  ModelState state_;
+  double max_gap_;
+};
+
+}  // namespace battery_sof

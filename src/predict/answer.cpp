@@ -1,0 +1,19 @@
+#include "battery_sof/predict/answer.hpp"
+
+namespace battery_sof {
+
+std::string describe(AnswerCode code) {
+  switch (code) {
+    case AnswerCode::kOk:
+      return "ok";
+    case AnswerCode::kInvalidQuery:
+      return "invalid_query";
+    case AnswerCode::kNoModel:
+      return "no_model";
+    case AnswerCode::kExtrapolation:
+      return "extrapolation";
+  }
+  return "unknown";
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,140 @@
+#include "battery_sof/predict/profile.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "battery_sof/model/driving_current.hpp"
+#include "battery_sof/predict/prediction_interval.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kMostCurrent = 5000.0;      // [A], as IntakeLimits
+constexpr double kLongestProfile = 86400.0;  // [s]
+constexpr double kExtrapolation = 1.25;      // of the largest currents the window held
+constexpr double kStartSpan = 1.0;           // [s], samples that the first state is taken from
+
+std::string describeSample(const char* name, std::size_t index, double value,
+                           const char* expected) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%s[%zu] is %g, expected %s", name, index, value, expected);
+  return text;
+}
+
+/// The first fault of a profile; empty when there is none.
+std::string faultOf(const std::vector<double>& time, const std::vector<double>& current) {
+  if (time.size() != current.size())
+    return "time has " + std::to_string(time.size()) + " values and current " +
+           std::to_string(current.size()) + ", expected the same number";
+  if (time.empty()) return "the profile is empty, expected at least one sample";
+  if (time.size() > kMaxProfileSamples)
+    return "the profile has " + std::to_string(time.size()) + " samples, expected at most " +
+           std::to_string(kMaxProfileSamples);
+  for (std::size_t n = 0; n < time.size(); ++n) {
+    if (!(time[n] >= 0.0 && time[n] <= kLongestProfile))
+      return describeSample("time", n, time[n], "0 to 86400 s after now");
+    if (n > 0 && !(time[n] > time[n - 1]))
+      return describeSample("time", n, time[n], "more than the time before it");
+    if (!(std::abs(current[n]) <= kMostCurrent))
+      return describeSample("current", n, current[n], "-5000 to 5000 A");
+  }
+  return "";
+}
+
+void append(PredictedVoltage& predicted, const Interval& u) {
+  predicted.voltage.push_back(u.value);
+  predicted.lower.push_back(u.lower);
+  predicted.upper.push_back(u.upper);
+}
+
+std::string extrapolation(const IdentifiedModel& model, const std::vector<double>& current) {
+  const auto [low, high] = std::minmax_element(current.begin(), current.end());
+  if (*low >= kExtrapolation * std::min(model.excited.min_current, 0.0) &&
+      *high <= kExtrapolation * std::max(model.excited.max_current, 0.0))
+    return "";
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "the profile spans %.1f to %.1f A but the window only %.1f to %.1f A", *low, *high,
+                model.excited.min_current, model.excited.max_current);
+  return text;
+}
+
+/// State at the first sample (paper, eq. 5), by the median over the first second [V].
+double stateFromVoltage(const IdentifiedModel& model, const Series& series) {
+  std::vector<double> states;
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    if (series.time[n] - series.time.front() > kStartSpan) break;
+    states.push_back(series.voltage[n] - terminalVoltage(model.parameters, series.current[n], 0.0));
+  }
+  const auto middle = states.begin() + static_cast<std::ptrdiff_t>(states.size() / 2);
+  std::nth_element(states.begin(), middle, states.end());
+  return *middle;
+}
+
+/// The model with its state, and the state's variance, at the recording's first sample.
+IdentifiedModel modelAtFirstSample(const IdentifiedModel& model, const Series& series) {
+  IdentifiedModel start = model;
+  start.state = {series.time.front(), stateFromVoltage(model, series), series.current.front()};
+  start.covariance.row(kRowState).setZero();
+  start.covariance.col(kRowState).setZero();
+  start.covariance(kRowState, kRowState) = model.scores.rmse * model.scores.rmse;
+  return start;
+}
+
+}  // namespace
+
+ProfileAnswer simulateProfile(const IdentifiedModel& model, const std::vector<double>& time,
+                              const std::vector<double>& current) {
+  ProfileAnswer answer;
+  answer.message = faultOf(time, current);
+  if (!answer.message.empty()) {
+    answer.code = AnswerCode::kInvalidQuery;
+    return answer;
+  }
+  if (!isUsable(model)) {
+    answer.code = AnswerCode::kNoModel;
+    answer.message = "the model cannot be used: " + model.message;
+    return answer;
+  }
+  const OverpotentialStep step(model.parameters);
+  Overpotential state{model.state.u_c2, 1.0, 0.0, 0.0};
+  double time_before = 0.0;
+  double current_before = model.state.current;
+  for (std::size_t n = 0; n < time.size(); ++n) {
+    const HeldCurrent held = heldCurrent(time_before, current_before, time[n], current[n],
+                                         std::numeric_limits<double>::infinity());
+    state = step.advance(state, held.current, held.duration);
+    append(answer.predicted, voltageInterval(model, current[n], state, model.scores.rmse));
+    time_before = time[n];
+    current_before = current[n];
+  }
+  const std::string reason = extrapolation(model, current);
+  answer.valid = reason.empty();
+  answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
+  answer.message = answer.valid ? "ok" : "not to be relied on: " + reason;
+  return answer;
+}
+
+PredictedVoltage predictSeries(const IdentifiedModel& model, const Series& series,
+                               IndexRange range) {
+  if (range.empty()) return {};
+  const IdentifiedModel start = modelAtFirstSample(model, series);
+  const double max_gap = gapThreshold(series);
+  const OverpotentialStep step(start.parameters);
+  Overpotential state{start.state.u_c2, 1.0, 0.0, 0.0};
+  PredictedVoltage predicted;
+  for (std::size_t n = 0; n < range.last; ++n) {
+    if (n > 0) {
+      const HeldCurrent held = heldCurrent(series.time[n - 1], series.current[n - 1],
+                                           series.time[n], series.current[n], max_gap);
+      state = step.advance(state, held.current, held.duration);
+    }
+    if (n >= range.first)
+      append(predicted, voltageInterval(start, series.current[n], state, start.scores.rmse));
+  }
+  return predicted;
+}
+
+}  // namespace battery_sof
