@@ -1,0 +1,23 @@
+#pragma once
+
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+namespace battery_sof {
+
+/// Exit codes of the command.
+enum ExitCode : int {
+  kExitDone = 0,      ///< an answer was given
+  kExitNegative = 1,  ///< an honest negative outcome; the message says which
+  kExitUsage = 2,     ///< wrong usage or unusable input
+};
+
+/**
+ * @brief The command `sof`, without the process around it.
+ * @param arguments without the program's name.  @param out, err standard output and error.
+ * @return an ExitCode. Never throws; every error is one line on err.
+ */
+int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err);
+
+}  // namespace battery_sof

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/predict/cranking.hpp"
+#include "battery_sof/predict/scores.hpp"
+
+namespace battery_sof {
+
+/// JSON of `sof identify`, schema battery_sof/model/1.
+nlohmann::json identifyJson(const IdentifiedModel& model);
+/// The same for a reader: table of parameters with errors, scores, and the sentence that says how it ended.
+std::string identifyText(const IdentifiedModel& model);
+
+/// JSON of `sof predict`, schema battery_sof/prediction/1.
+nlohmann::json predictionJson(const PredictionScores& scores);
+std::string predictionText(const PredictionScores& scores);
+
+/// JSON of `sof crank`: the fields of the service's response; absent numbers are null.
+nlohmann::json crankingJson(const CrankingAnswer& answer);
+std::string crankingText(const CrankingQuery& query, const CrankingAnswer& answer);
+
+}  // namespace battery_sof

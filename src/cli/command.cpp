@@ -1,0 +1,132 @@
+#include "command.hpp"
+
+#include <openssl/evp.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "battery_sof/recording/atomic_file.hpp"
+#include "battery_sof/recording/resample.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kEpochClock = 1e8;      // [s]; a clock above it counts from 1970
+constexpr double kProgressAfter = 2.0;   // [s]
+constexpr double kHighRate = 200.0;      // [Hz]
+
+double steadySeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+bool isBag(const std::string& path) {
+  if (std::filesystem::path(path).extension() == ".bag") return true;
+  std::array<char, 8> magic{};
+  std::ifstream file(path, std::ios::binary);
+  file.read(magic.data(), magic.size() - 1);
+  return std::string(magic.data()) == "#ROSBAG";
+}
+
+}  // namespace
+
+void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path) {
+  if (with_path) command.add_option("REC", arguments.path, "recording: .bag or .csv")->required();
+  auto& columns = arguments.columns;
+  command.add_option("--time-column", columns.time, "CSV column of time [s, or UTC date]")
+      ->capture_default_str();
+  command.add_option("--current-column", columns.current, "CSV column of current [A]")
+      ->capture_default_str();
+  command.add_option("--voltage-column", columns.voltage, "CSV column of voltage [V]")
+      ->capture_default_str();
+  command.add_option("--temperature-column", columns.temperature, "CSV column of temperature [degC]");
+  command.add_flag("--discharge-positive", columns.discharge_positive,
+                   "the CSV counts current out of the battery as positive");
+  command.add_option("--topic", arguments.topic, "bag topic")->capture_default_str();
+}
+
+void addWindowOptions(CLI::App& command, WindowArguments& arguments) {
+  command.add_option("--from", arguments.from,
+                     "start [s] on the recording's clock; +T counts from its first sample");
+  command.add_option("--to", arguments.to, "end [s], as --from");
+}
+
+void addJsonOption(CLI::App& command, std::string& json) {
+  command.add_option("--json", json, "write the result as JSON; - for standard output");
+}
+
+Recording loadRecording(const RecordingArguments& arguments) {
+  return isBag(arguments.path) ? readBag(arguments.path, arguments.topic)
+                               : readCsv(arguments.path, arguments.columns);
+}
+
+Series atDesignRate(const Series& series) {
+  const double interval = medianInterval(series);
+  return interval > 0.0 && interval < 1.0 / kHighRate ? resample(series) : series;
+}
+
+std::optional<double> parseTime(const std::string& text, const Series& series, const char* option) {
+  if (text.empty()) return std::nullopt;
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (*end != '\0' || !std::isfinite(value))
+    throw UsageError(std::string(option) + " is \"" + text + "\", expected seconds, e.g. 60 or +60");
+  if (series.empty()) return value;
+  const bool relative = text[0] == '+' || (series.time.front() > kEpochClock && value < kEpochClock);
+  return relative ? series.time.front() + value : value;
+}
+
+IndexRange rangeOf(const WindowArguments& arguments, const Series& series) {
+  const double from = parseTime(arguments.from, series, "--from").value_or(series.time.front());
+  const double to = parseTime(arguments.to, series, "--to").value_or(series.time.back());
+  const IndexRange range = indexRange(series, from, to);
+  if (!range.empty()) return range;
+  char text[200];
+  std::snprintf(text, sizeof text, "no sample from %.3f to %.3f s; the recording holds %.3f to %.3f s",
+                from, to, series.time.front(), series.time.back());
+  throw UsageError(text);
+}
+
+void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json,
+          const std::string& json_target) {
+  const std::string document = json.dump(2) + "\n";
+  if (json_target == "-") {
+    line.out << document;
+    return;
+  }
+  line.out << text;
+  if (!json_target.empty()) writeFileAtomically(json_target, document);
+}
+
+std::string fileHash(const std::string& path) {
+  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(),
+                                                                        &EVP_MD_CTX_free);
+  EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr);
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, 65536> buffer{};
+  while (file.read(buffer.data(), buffer.size()) || file.gcount() > 0)
+    EVP_DigestUpdate(context.get(), buffer.data(), static_cast<std::size_t>(file.gcount()));
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int length = 0;
+  EVP_DigestFinal_ex(context.get(), digest.data(), &length);
+  std::string text = "sha256:";
+  for (unsigned int k = 0; k < length; ++k) {
+    char pair[3];
+    std::snprintf(pair, sizeof pair, "%02x", digest[k]);
+    text += pair;
+  }
+  return text;
+}
+
+Progress::Progress(std::ostream& err)
+    : err_(err), shown_(isatty(STDERR_FILENO) != 0), started_(steadySeconds()) {}
+
+void Progress::stage(const std::string& what) {
+  if (shown_ && steadySeconds() - started_ > kProgressAfter) err_ << what << " ...\n" << std::flush;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <iosfwd>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "battery_sof/bag/bag_storage.hpp"
+#include "battery_sof/cli/sof.hpp"
+#include "battery_sof/recording/csv.hpp"
+
+namespace battery_sof {
+
+/// Input or usage that cannot be worked with; becomes exit code 2.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Streams and the function that the chosen subcommand wants run.
+struct CommandLine {
+  std::ostream& out;
+  std::ostream& err;
+  std::function<int()> run;
+};
+
+/// How a recording is named on the command line.
+struct RecordingArguments {
+  std::string path;
+  CsvColumns columns;
+  std::string topic = kDefaultTopic;
+};
+
+/// The options --from and --to, as typed.
+struct WindowArguments {
+  std::string from, to;
+};
+
+void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path = true);
+void addWindowOptions(CLI::App& command, WindowArguments& arguments);
+void addJsonOption(CLI::App& command, std::string& json);
+
+/// Reads a bag or CSV file. @throws RecordingError.
+Recording loadRecording(const RecordingArguments& arguments);
+
+/// The recording at 100 Hz when it is sampled above 200 Hz (paper, section V), unchanged otherwise.
+Series atDesignRate(const Series& series);
+
+/**
+ * @brief A time of the command line on the recording's clock [s].
+ *
+ * "+T" counts from the first sample. A plain T below 1e8 does so too when the recording's clock counts from 1970 (its
+ * first stamp is above 1e8 s): no such recording holds the year 1973.
+ * @throws UsageError when it is not a number.
+ */
+std::optional<double> parseTime(const std::string& text, const Series& series, const char* option);
+
+/// @return samples between --from and --to. @throws UsageError when there are none.
+IndexRange rangeOf(const WindowArguments& arguments, const Series& series);
+
+/// Prints text, or JSON instead when json is "-"; writes JSON to a file when json names one.
+void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json,
+          const std::string& json_target);
+
+/// @return "sha256:" and the digest of a file's bytes in hexadecimal.
+std::string fileHash(const std::string& path);
+
+/// Says on err, after two seconds of work and only when standard error is a terminal, what is being done.
+class Progress {
+ public:
+  explicit Progress(std::ostream& err);
+  void stage(const std::string& what);
+
+ private:
+  std::ostream& err_;
+  bool shown_;
+  double started_;
+};
+
+void addCheckCommand(CLI::App& app, CommandLine& line);
+void addConvertCommand(CLI::App& app, CommandLine& line);
+void addIdentifyCommand(CLI::App& app, CommandLine& line);
+void addPredictCommand(CLI::App& app, CommandLine& line);
+void addCrankCommand(CLI::App& app, CommandLine& line);
+
+}  // namespace battery_sof

@@ -1,0 +1,107 @@
+#include <chrono>
+#include <ostream>
+
+#include "battery_sof/identify/identification.hpp"
+#include "battery_sof/identify/window.hpp"
+#include "battery_sof/recording/checks.hpp"
+#include "battery_sof/report/model_yaml.hpp"
+#include "battery_sof/report/results.hpp"
+#include "command.hpp"
+
+namespace battery_sof {
+namespace {
+
+struct IdentifyArguments {
+  RecordingArguments recording;
+  WindowArguments window;
+  bool automatic = false;
+  std::string out, json, effects;
+  std::string start = "robust";
+  IdentifyOptions options;
+};
+
+void warn(const CommandLine& line, const Recording& recording) {
+  for (const Finding& finding : checkRecording(recording).findings)
+    if (finding.severity != Severity::kNote)
+      line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
+}
+
+IdentifiedModel withoutWindow(const WindowChoice& choice) {
+  IdentifiedModel model;
+  model.status = FitStatus::kNotExcited;
+  model.message = choice.message;
+  return model;
+}
+
+/// The window of the command line, or the best one inside it.
+WindowChoice windowOf(const IdentifyArguments& arguments, const Series& series) {
+  const IndexRange searched = rangeOf(arguments.window, series);
+  const bool both = !arguments.window.from.empty() && !arguments.window.to.empty();
+  if (both && !arguments.automatic) return {searched, 0.0, ""};
+  WindowSearch search;
+  search.from = series.time[searched.first];
+  search.to = series.time[searched.last - 1];
+  return chooseWindow(series, search);
+}
+
+IdentifiedModel fit(const IdentifyArguments& arguments, const Series& series) {
+  const WindowChoice choice = windowOf(arguments, series);
+  if (!choice.range) return withoutWindow(choice);
+  IdentifyOptions options = arguments.options;
+  options.start = arguments.start == "paper" ? FitStart::kPaper : FitStart::kRobust;
+  const auto begin = std::chrono::steady_clock::now();
+  IdentifiedModel model = identify(series, *choice.range, options);
+  model.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return model;
+}
+
+int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
+  if (!arguments.effects.empty())
+    throw UsageError("--effects " + arguments.effects + ": this version knows no effects beyond the base model");
+  Progress progress(line.err);
+  const Recording recording = loadRecording(arguments.recording);
+  progress.stage("checking");
+  warn(line, recording);
+  const Series series = atDesignRate(recording.series);
+  progress.stage("identifying");
+  IdentifiedModel model = fit(arguments, series);
+  model.recording = recording.name;
+  model.recording_hash = fileHash(arguments.recording.path);
+  if (!isUsable(model)) {
+    emit(line, identifyText(model), identifyJson(model), arguments.json);
+    line.err << "sof: no model: " << model.message << "\n";
+    return kExitNegative;
+  }
+  carryState(model, series, rangeOf({"", arguments.window.to}, series).last - 1);
+  writeModelFile(arguments.out, model);
+  emit(line, identifyText(model), identifyJson(model), arguments.json);
+  return kExitDone;
+}
+
+}  // namespace
+
+void addIdentifyCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("identify", "fit the model to a window of a recording");
+  auto arguments = std::make_shared<IdentifyArguments>();
+  addRecordingOptions(*command, arguments->recording);
+  addWindowOptions(*command, arguments->window);
+  command->add_flag("--auto", arguments->automatic,
+                    "choose the window inside --from and --to even when both are given");
+  command->add_option("--out", arguments->out, "model file to write")->required();
+  command->add_option("--effects", arguments->effects, "ids of further physics, comma-separated");
+  command->add_option("--start", arguments->start, "initial state: estimated, or as in the paper")
+      ->check(CLI::IsMember({"robust", "paper"}))
+      ->capture_default_str();
+  command->add_option("--crank-weight", arguments->options.crank_weight,
+                      "weight W of high-rate discharge [1], at least 1")->capture_default_str();
+  command->add_option("--crank-weight-current", arguments->options.crank_weight_current,
+                      "the weight applies below this current [A]")->capture_default_str();
+  command->add_option("--max-iterations", arguments->options.max_iterations, "iterations at most")
+      ->capture_default_str();
+  addJsonOption(*command, arguments->json);
+  command->callback([&line, arguments] {
+    line.run = [&line, arguments] { return runIdentify(line, *arguments); };
+  });
+}
+
+}  // namespace battery_sof

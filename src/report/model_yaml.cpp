@@ -1,0 +1,278 @@
+#include "battery_sof/report/model_yaml.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "battery_sof/recording/atomic_file.hpp"
+#include "battery_sof/version.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kKelvin = 273.15;  // 0 degC
+const char* const kCovarianceNames[] = {"r_discharge", "r_charge", "c2", "beta", "u_dc", "u_c2"};
+
+YAML::Node correlationNode(const Eigen::MatrixXd& covariance) {
+  YAML::Node rows;
+  for (int j = 0; j < covariance.rows(); ++j) {
+    YAML::Node row;
+    row.SetStyle(YAML::EmitterStyle::Flow);
+    for (int k = 0; k < covariance.cols(); ++k) {
+      const double scale = std::sqrt(covariance(j, j) * covariance(k, k));
+      row.push_back(scale > 0.0 ? covariance(j, k) / scale : (j == k ? 1.0 : 0.0));
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+YAML::Node parameterNode(const ParameterEstimate& estimate) {
+  YAML::Node node;
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  node["value"] = estimate.value;
+  if (estimate.std) node["std"] = *estimate.std;
+  node["unit"] = estimate.unit;
+  node["at_bound"] = estimate.at_bound;
+  node["determined"] = estimate.determined;
+  return node;
+}
+
+YAML::Node stateNode(const IdentifiedModel& model) {
+  YAML::Node node;
+  node["time_s"] = model.state.time;
+  node["u_c2_v"] = model.state.u_c2;
+  node["u_c2_std_v"] = std::sqrt(std::max(0.0, model.covariance(kRowState, kRowState)));
+  node["current_a"] = model.state.current;
+  return node;
+}
+
+YAML::Node windowNode(const IdentifiedModel& model) {
+  YAML::Node node;
+  node["from_s"] = model.window.from;
+  node["to_s"] = model.window.to;
+  node["samples"] = model.window.samples;
+  node["min_current_a"] = model.excited.min_current;
+  node["max_current_a"] = model.excited.max_current;
+  node["min_voltage_v"] = model.excited.min_voltage;
+  node["max_voltage_v"] = model.excited.max_voltage;
+  node["discharge_time_s"] = model.excited.discharge_time;
+  node["charge_time_s"] = model.excited.charge_time;
+  if (model.excited.temperature) node["temperature_c"] = *model.excited.temperature - kKelvin;
+  return node;
+}
+
+YAML::Node fitNode(const IdentifiedModel& model) {
+  YAML::Node node;
+  node["status"] = describe(model.status);
+  node["message"] = model.message;
+  node["start"] = model.start;
+  node["iterations"] = model.iterations;
+  node["q_dyn_percent"] = model.scores.q_dyn_percent;
+  node["rmse_v"] = model.scores.rmse;
+  node["crank_error_v"] = model.scores.crank_error_std;
+  node["cranks"] = model.scores.cranks;
+  node["residual_correlation_time_s"] = model.scores.residual_correlation_time;
+  node["suitability"] = model.suitability;
+  node["fit_ms"] = model.fit_ms;
+  return node;
+}
+
+/// Access to a document's fields with messages that name file, field, finding and expectation.
+class Reader {
+ public:
+  Reader(YAML::Node node, std::string source, std::string path)
+      : node_(std::move(node)), source_(std::move(source)), path_(std::move(path)) {}
+
+  Reader at(const std::string& key) const {
+    if (!node_.IsMap() || !node_[key]) fail(key, "is missing");
+    return {node_[key], source_, path_ + "." + key};
+  }
+  bool has(const std::string& key) const { return node_.IsMap() && node_[key]; }
+
+  template <typename T>
+  T get(const std::string& key, const char* expected) const {
+    const Reader field = at(key);
+    try {
+      return field.node_.as<T>();
+    } catch (const YAML::Exception&) {
+      fail(key, "is \"" + textOf(field.node_) + "\", expected " + expected);
+    }
+  }
+  double number(const std::string& key) const {
+    const double value = get<double>(key, "a number");
+    if (!std::isfinite(value)) fail(key, "is not finite, expected a finite number");
+    return value;
+  }
+  std::string text(const std::string& key) const { return get<std::string>(key, "text"); }
+  const YAML::Node& node() const { return node_; }
+
+  [[noreturn]] void fail(const std::string& key, const std::string& what) const {
+    throw ModelFileError(source_ + ": " + (path_ + "." + key).substr(1) + " " + what);
+  }
+
+ private:
+  static std::string textOf(const YAML::Node& node) {
+    std::ostringstream text;
+    text << node;
+    return text.str().substr(0, 60);
+  }
+  YAML::Node node_;
+  std::string source_, path_;
+};
+
+FitStatus statusOf(const Reader& fit) {
+  const std::string text = fit.text("status");
+  for (FitStatus status : {FitStatus::kConverged, FitStatus::kIterationLimit, FitStatus::kStalled,
+                           FitStatus::kWindowTooShort, FitStatus::kNotExcited})
+    if (describe(status) == text) return status;
+  fit.fail("status", "is \"" + text + "\", expected converged, iteration_limit, stalled, "
+                     "window_too_short or not_excited");
+}
+
+ParameterEstimate estimateOf(const Reader& parameters, const std::string& name) {
+  const Reader field = parameters.at(name);
+  ParameterEstimate estimate;
+  estimate.name = name;
+  estimate.unit = field.text("unit");
+  estimate.value = field.number("value");
+  if (field.has("std")) estimate.std = field.number("std");
+  estimate.at_bound = field.get<bool>("at_bound", "true or false");
+  estimate.determined = field.get<bool>("determined", "true or false");
+  return estimate;
+}
+
+void readParameters(const Reader& root, IdentifiedModel& model) {
+  const Reader parameters = root.at("parameters");
+  for (int j = 0; j < kRowState; ++j)
+    model.estimates.push_back(estimateOf(parameters, kCovarianceNames[j]));
+  const Reader fixed = root.at("fixed");
+  auto& p = model.parameters;
+  p.r_discharge = model.estimates[kRowRDischarge].value;
+  p.r_charge = model.estimates[kRowRCharge].value;
+  p.c2 = model.estimates[kRowC2].value;
+  p.beta = model.estimates[kRowBeta].value;
+  p.u_dc = model.estimates[kRowUDc].value;
+  p.i0 = fixed.number("i0_a");
+  p.alpha = fixed.number("alpha");
+  try {
+    requireValid(p);
+  } catch (const std::invalid_argument& error) {
+    parameters.fail("", error.what());
+  }
+}
+
+void readCovariance(const Reader& root, IdentifiedModel& model) {
+  const auto rows = root.get<std::vector<std::vector<double>>>("correlation", "6 rows of 6 numbers");
+  Eigen::VectorXd std(static_cast<int>(kCovarianceRows));
+  for (int j = 0; j < kRowState; ++j) std[j] = model.estimates[j].std.value_or(0.0);
+  std[kRowState] = root.at("state").number("u_c2_std_v");
+  model.covariance.resize(kCovarianceRows, kCovarianceRows);
+  for (int j = 0; j < kCovarianceRows; ++j)
+    for (int k = 0; k < kCovarianceRows; ++k) {
+      if (rows.size() != kCovarianceRows || rows[j].size() != kCovarianceRows ||
+          !(std::abs(rows[j][k]) <= 1.0 + 1e-9))
+        root.fail("correlation", "must be 6 rows of 6 numbers between -1 and 1");
+      model.covariance(j, k) = rows[j][k] * std[j] * std[k];
+    }
+}
+
+void readWindow(const Reader& root, IdentifiedModel& model) {
+  const Reader window = root.at("window");
+  model.window = {window.number("from_s"), window.number("to_s"),
+                  window.get<std::size_t>("samples", "a whole number")};
+  auto& excited = model.excited;
+  excited.min_current = window.number("min_current_a");
+  excited.max_current = window.number("max_current_a");
+  excited.min_voltage = window.number("min_voltage_v");
+  excited.max_voltage = window.number("max_voltage_v");
+  excited.discharge_time = window.number("discharge_time_s");
+  excited.charge_time = window.number("charge_time_s");
+  if (window.has("temperature_c")) excited.temperature = window.number("temperature_c") + kKelvin;
+}
+
+void readFit(const Reader& root, IdentifiedModel& model) {
+  const Reader fit = root.at("fit");
+  model.status = statusOf(fit);
+  model.message = fit.text("message");
+  model.start = fit.text("start");
+  model.iterations = fit.get<int>("iterations", "a whole number");
+  model.scores.q_dyn_percent = fit.number("q_dyn_percent");
+  model.scores.rmse = fit.number("rmse_v");
+  model.scores.crank_error_std = fit.number("crank_error_v");
+  model.scores.cranks = fit.get<int>("cranks", "a whole number");
+  model.scores.residual_correlation_time = fit.number("residual_correlation_time_s");
+  model.suitability = fit.number("suitability");
+  model.fit_ms = fit.number("fit_ms");
+}
+
+}  // namespace
+
+std::string modelYaml(const IdentifiedModel& model) {
+  YAML::Node root;
+  root["schema"] = kModelSchema;
+  root["program"] = std::string("battery_sof ") + kVersion;
+  root["recording"]["name"] = model.recording;
+  root["recording"]["hash"] = model.recording_hash;
+  root["effects"] = YAML::Node(YAML::NodeType::Sequence);
+  root["effects"].SetStyle(YAML::EmitterStyle::Flow);
+  for (const auto& effect : model.effects) root["effects"].push_back(effect);
+  for (const auto& estimate : model.estimates)
+    root["parameters"][estimate.name] = parameterNode(estimate);
+  root["fixed"]["i0_a"] = model.parameters.i0;
+  root["fixed"]["alpha"] = model.parameters.alpha;
+  root["correlation"] = correlationNode(model.covariance);
+  root["state"] = stateNode(model);
+  root["window"] = windowNode(model);
+  root["fit"] = fitNode(model);
+
+  YAML::Emitter out;
+  out.SetDoublePrecision(17);
+  out << YAML::Comment(
+             "battery_sof model. Current is positive into the battery. correlation: rows and columns\n"
+             "r_discharge, r_charge, c2, beta, u_dc, u_c2 (the state). State: where a query's event begins.")
+      << YAML::Newline << root;
+  return std::string(out.c_str()) + "\n";
+}
+
+IdentifiedModel parseModelYaml(const std::string& text, const std::string& source) {
+  YAML::Node document;
+  try {
+    document = YAML::Load(text);
+  } catch (const YAML::Exception& error) {
+    throw ModelFileError(source + ": not YAML: " + error.what());
+  }
+  const Reader root(document, source, "");
+  if (!document.IsMap()) throw ModelFileError(source + ": not a model: expected a YAML map");
+  const std::string schema = root.text("schema");
+  if (schema != kModelSchema)
+    root.fail("schema", "is \"" + schema + "\", expected \"" + kModelSchema + "\"");
+
+  IdentifiedModel model;
+  readParameters(root, model);
+  const Reader state = root.at("state");
+  model.state = {state.number("time_s"), state.number("u_c2_v"), state.number("current_a")};
+  readCovariance(root, model);
+  readWindow(root, model);
+  readFit(root, model);
+  model.effects = root.get<std::vector<std::string>>("effects", "a list of ids");
+  model.recording = root.at("recording").text("name");
+  model.recording_hash = root.at("recording").text("hash");
+  return model;
+}
+
+void writeModelFile(const std::filesystem::path& path, const IdentifiedModel& model) {
+  writeFileAtomically(path, modelYaml(model));
+}
+
+IdentifiedModel readModelFile(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file) throw ModelFileError(path.string() + ": cannot be read");
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  return parseModelYaml(text, path.string());
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,169 @@
+#include "battery_sof/report/results.hpp"
+
+#include <cstdarg>
+#include <cstdio>
+
+#include "battery_sof/version.hpp"
+
+namespace battery_sof {
+namespace {
+
+/// printf onto the end of a text.
+void appendLine(std::string& text, const char* pattern, ...) {
+  char line[512];
+  std::va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(line, sizeof line, pattern, arguments);
+  va_end(arguments);
+  text += line;
+  text += '\n';
+}
+
+template <typename T>
+nlohmann::json orNull(const std::optional<T>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+}
+
+nlohmann::json windowJson(const FitWindow& window) {
+  return {{"from_s", window.from}, {"to_s", window.to}};
+}
+
+const char* remarkOn(const ParameterEstimate& estimate) {
+  if (estimate.at_bound) return "at a bound of Table I";
+  return estimate.determined ? "" : "not determined by this window";
+}
+
+std::string describe(const std::optional<Interval>& interval) {
+  char text[80];
+  if (!interval) return "-";
+  std::snprintf(text, sizeof text, "%.3f V, 90 %% between %.3f and %.3f V", interval->value,
+                interval->lower, interval->upper);
+  return text;
+}
+
+}  // namespace
+
+nlohmann::json identifyJson(const IdentifiedModel& model) {
+  nlohmann::json parameters = nlohmann::json::array();
+  for (const auto& estimate : model.estimates)
+    parameters.push_back({{"name", estimate.name},
+                          {"value", estimate.value},
+                          {"std", orNull(estimate.std)},
+                          {"unit", estimate.unit},
+                          {"at_bound", estimate.at_bound},
+                          {"determined", estimate.determined}});
+  return {{"schema", "battery_sof/model/1"},
+          {"program", std::string("battery_sof ") + kVersion},
+          {"recording", model.recording},
+          {"window", windowJson(model.window)},
+          {"samples", model.window.samples},
+          {"effects", model.effects},
+          {"status", describe(model.status)},
+          {"message", model.message},
+          {"start", model.start},
+          {"iterations", model.iterations},
+          {"parameters", parameters},
+          {"state", {{"time_s", model.state.time}, {"u_c2_v", model.state.u_c2}}},
+          {"q_dyn_percent", model.scores.q_dyn_percent},
+          {"rmse_v", model.scores.rmse},
+          {"suitability", model.suitability},
+          {"fit_ms", model.fit_ms}};
+}
+
+std::string identifyText(const IdentifiedModel& model) {
+  std::string text;
+  appendLine(text, "window       %.2f to %.2f s, %zu samples, current %.1f to %.1f A",
+             model.window.from, model.window.to, model.window.samples, model.excited.min_current,
+             model.excited.max_current);
+  appendLine(text, "%-12s %12s %12s", "parameter", "value", "std. error");
+  for (const auto& e : model.estimates) {
+    if (e.std)
+      appendLine(text, "%-12s %12.6g %12.2g %-4s %s", e.name.c_str(), e.value, *e.std,
+                 e.unit.c_str(), remarkOn(e));
+    else
+      appendLine(text, "%-12s %12.6g %12s %-4s %s", e.name.c_str(), e.value, "-", e.unit.c_str(),
+                 remarkOn(e));
+  }
+  appendLine(text, "fit          Q_dyn %.1f %%, RMS error %.1f mV, residual correlated over %.2f s",
+             model.scores.q_dyn_percent, 1e3 * model.scores.rmse,
+             model.scores.residual_correlation_time);
+  if (model.scores.cranks > 0)
+    appendLine(text, "cranks       %d in the window, minima missed by %.0f mV (RMS)",
+               model.scores.cranks, 1e3 * model.scores.crank_error_std);
+  appendLine(text, "state        u_c2 = %.4f V at %.2f s", model.state.u_c2, model.state.time);
+  appendLine(text, "suitability  %.2f of the window for this model", model.suitability);
+  appendLine(text, "%s: %s (%.1f ms)", describe(model.status).c_str(), model.message.c_str(),
+             model.fit_ms);
+  return text;
+}
+
+nlohmann::json predictionJson(const PredictionScores& scores) {
+  nlohmann::json cranks = nlohmann::json::array();
+  for (const auto& crank : scores.cranks)
+    cranks.push_back({{"time_s", crank.time},
+                      {"current_a", crank.current},
+                      {"measured_min_v", crank.measured_minimum},
+                      {"predicted_min_v", crank.predicted_minimum.value},
+                      {"lower_v", crank.predicted_minimum.lower},
+                      {"upper_v", crank.predicted_minimum.upper}});
+  return {{"schema", "battery_sof/prediction/1"},
+          {"window", windowJson(scores.window)},
+          {"samples", scores.window.samples},
+          {"q_dyn_percent", orNull(scores.q_dyn_percent)},
+          {"rmse_v", scores.rmse},
+          {"max_abs_v", scores.max_abs},
+          {"coverage_90", scores.coverage_90},
+          {"crank_mae_v", orNull(scores.crank_mean_abs_error)},
+          {"cranks", cranks}};
+}
+
+std::string predictionText(const PredictionScores& scores) {
+  std::string text;
+  appendLine(text, "window    %.2f to %.2f s, %zu samples", scores.window.from, scores.window.to,
+             scores.window.samples);
+  if (scores.q_dyn_percent)
+    appendLine(text, "Q_dyn     %.1f %%", *scores.q_dyn_percent);
+  else
+    appendLine(text, "Q_dyn     undefined: the measured voltage never changes");
+  appendLine(text, "error     RMS %.1f mV, largest %.1f mV; %.0f %% of samples inside the 90 %% band",
+             1e3 * scores.rmse, 1e3 * scores.max_abs, 100.0 * scores.coverage_90);
+  if (scores.cranks.empty()) {
+    appendLine(text, "cranks    none");
+    return text;
+  }
+  appendLine(text, "cranks    %zu, minima missed by %.0f mV on average", scores.cranks.size(),
+             1e3 * scores.crank_mean_abs_error.value_or(0.0));
+  appendLine(text, "%12s %9s %10s %10s %22s", "time [s]", "I [A]", "measured", "predicted",
+             "90 % interval [V]");
+  for (const auto& c : scores.cranks)
+    appendLine(text, "%12.2f %9.1f %10.3f %10.3f %10.3f to %.3f", c.time, c.current,
+               c.measured_minimum, c.predicted_minimum.value, c.predicted_minimum.lower,
+               c.predicted_minimum.upper);
+  return text;
+}
+
+nlohmann::json crankingJson(const CrankingAnswer& answer) {
+  nlohmann::json json;
+  json["u_min"] = answer.u_min ? nlohmann::json(answer.u_min->value) : nlohmann::json(nullptr);
+  json["lower"] = answer.u_min ? nlohmann::json(answer.u_min->lower) : nlohmann::json(nullptr);
+  json["upper"] = answer.u_min ? nlohmann::json(answer.u_min->upper) : nlohmann::json(nullptr);
+  json["capable"] = orNull(answer.capable);
+  json["valid"] = answer.valid;
+  json["code"] = static_cast<int>(answer.code);
+  json["message"] = answer.message;
+  return json;
+}
+
+std::string crankingText(const CrankingQuery& query, const CrankingAnswer& answer) {
+  std::string text;
+  appendLine(text, "stop      %.1f s at %.1f A, then a crank of %.2f s at %.1f A", query.t_stop,
+             query.i_load, query.t_cranking, query.i_cranking);
+  appendLine(text, "lowest    %s", describe(answer.u_min).c_str());
+  if (answer.capable)
+    appendLine(text, "crank     %s %.2f V", *answer.capable ? "holds" : "may not hold",
+               query.u_required.value_or(0.0));
+  appendLine(text, "%s: %s", describe(answer.code).c_str(), answer.message.c_str());
+  return text;
+}
+
+}  // namespace battery_sof
