@@ -1,0 +1,42 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "reference/city_drive.hpp"
+
+namespace {
+
+void writeCsv(const std::string& path, const std::vector<battery_sof_reference::DriveSample>& drive) {
+  const std::string beside = path + ".part";
+  std::ofstream file(beside);
+  file << "time_s,current_a,voltage_v\n";
+  char row[80];
+  for (const auto& sample : drive) {
+    std::snprintf(row, sizeof row, "%.3f,%.6g,%.8g\n", sample.time, sample.current, sample.voltage);
+    file << row;
+  }
+  file.close();
+  if (!file) throw std::runtime_error(path + ": cannot be written");
+  std::filesystem::rename(beside, path);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Writes a simulated city drive of a start-stop car as CSV at 100 Hz.");
+  battery_sof_reference::CityDriveOptions options;
+  std::string out;
+  app.add_option("OUT", out, "CSV file to write")->required();
+  app.add_option("--seed", options.seed, "the same seed gives the same drive")->capture_default_str();
+  app.add_option("--duration", options.duration, "[s]")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    writeCsv(out, battery_sof_reference::simulateCityDrive(options));
+  } catch (const std::exception& error) {
+    std::cerr << "simulate_city_drive: " << error.what() << "\n";
+    return 2;
+  }
+  return 0;
+}
