@@ -1,0 +1,298 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "battery_sof/recording/channel_statistics.hpp"
+#include "check_parts.hpp"
+
+/// Findings about current and voltage as a pair, and about what the pair can tell of a battery.
+namespace battery_sof::check_parts {
+namespace {
+
+constexpr std::size_t kEdgesForSign = 3;
+constexpr std::size_t kEdgesForSkew = 6;
+constexpr std::size_t kEdgesForDoubt = 10;
+constexpr double kNoCorrelation =
+    0.3;  // channels of different recordings reach 0.26 by chance in 100 edges
+constexpr double kLeastSkew = 0.003;  // [s]; leaves 1.5 mV at 100 Hz (PHYSICS 1.3: 10 mV for 20 ms)
+constexpr double kLeastSkewSamples = 0.3;  // what noise and unfiltered edges move the lag by
+constexpr double kWholeSampleGain =
+    1.5;  // how much better a shift by a whole sample must explain the edges
+constexpr double kLowestBlock = 10.5;   // [V], 1.75 V a cell: discharged under load
+constexpr double kHighestBlock = 15.5;  // [V], 2.58 V a cell: end of charge without voltage limit
+constexpr double kCrankCurrent =
+    150.0;                           // [A], the paper's identification windows hold a larger pulse
+constexpr double kRestShare = 0.01;  // of the largest current
+constexpr double kRestDuration = 60.0;  // [s]
+constexpr std::size_t kRestSamples = 20;
+constexpr double kRestVoltage = 13.0;  // [V], above it a charger holds the battery
+constexpr double kRestDrift = 0.05;    // [V], from the first to the last quarter
+constexpr double kLeastOffsetShare =
+    2e-4;  // of the largest current: 0.05 A of 250 A (PHYSICS 1.3, I1)
+
+double median(const std::vector<double>& values, IndexRange range) {
+  return quantile({values.begin() + range.first, values.begin() + range.last}, 0.5);
+}
+
+bool isEven(const Evidence& evidence, IndexRange range) {
+  const std::size_t quarter = range.size() / 4;
+  const IndexRange first{range.first, range.first + quarter};
+  const IndexRange last{range.last - quarter, range.last};
+  const Series& series = evidence.series;
+  const double current_change = median(series.current, last) - median(series.current, first);
+  const double voltage_change = median(series.voltage, last) - median(series.voltage, first);
+  return std::abs(current_change) <=
+             std::max(6.0 * evidence.current.noise, 0.2 * kRestShare * evidence.largest_current) &&
+         std::abs(voltage_change) <= kRestDrift && median(series.voltage, range) < kRestVoltage;
+}
+
+bool isLongEnough(const Evidence& evidence, IndexRange range) {
+  return range.size() >= kRestSamples &&
+         evidence.series.time[range.last - 1] - evidence.series.time[range.first] >= kRestDuration;
+}
+
+/// Ranges within a stretch where the magnitude of the current stays at or below limit.
+std::vector<IndexRange> quietRanges(const Series& series, IndexRange stretch, double limit) {
+  std::vector<IndexRange> ranges;
+  std::size_t first = stretch.first;
+  for (std::size_t k = stretch.first; k <= stretch.last; ++k) {
+    if (k < stretch.last && std::abs(series.current[k]) <= limit) continue;
+    if (k > first) ranges.push_back({first, k});
+    first = k + 1;
+  }
+  return ranges;
+}
+
+/// The correlation that chance does not reach: three standard deviations of unrelated edges, within
+/// 0.3 to 0.6.
+double clearCorrelation(std::size_t edges) {
+  return std::clamp(3.0 / std::sqrt(static_cast<double>(edges)), kNoCorrelation, 0.6);
+}
+
+bool isSkewed(const Evidence& evidence, const EdgeResponse& edges) {
+  const double tolerance = std::max(kLeastSkew, kLeastSkewSamples * evidence.interval);
+  const bool agrees = std::abs(edges.lag_first - edges.lag_second) <=
+                      std::max(tolerance, 0.25 * std::abs(edges.lag));
+  return std::abs(edges.lag) > tolerance && agrees;
+}
+
+bool isSkewedByASample(const EdgeResponse& edges) {
+  return edges.lag != 0.0 && edges.lag_first == edges.lag && edges.lag_second == edges.lag &&
+         std::abs(edges.correlation) > kWholeSampleGain * std::abs(edges.correlation_unshifted);
+}
+
+std::string describeSeriesOf(double voltage) {
+  for (const int blocks : {2, 3, 4}) {
+    const double each = voltage / blocks;
+    if (each >= kLowestBlock && each <= kHighestBlock) {
+      return "it could be " + std::to_string(blocks) + " blocks of 12 V in series; ";
+    }
+  }
+  return "";
+}
+
+std::string twoDigits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", value);
+  return text;
+}
+
+Finding excitation(Severity severity, const std::string& what, const std::string& meaning,
+                   double value) {
+  Finding finding;
+  finding.id = "excitation";
+  finding.severity = severity;
+  finding.what = what;
+  finding.meaning = meaning;
+  finding.value = value;
+  finding.unit = "A";
+  return finding;
+}
+
+Finding constantCurrent(const Channel& current) {
+  return excitation(Severity::kProblem,
+                    "the current does not change: " + number(current.lowest) + " A to " +
+                        number(current.highest) + " A",
+                    "neither resistance nor dynamics can be identified from it, and sign and skew "
+                    "cannot be checked",
+                    current.highest - current.lowest);
+}
+
+Finding neverCharged(double highest) {
+  return excitation(
+      Severity::kWarning,
+      "the battery is never charged: current stays at or below " + number(highest) + " A",
+      "charging resistance and charge acceptance cannot be identified; check that the sensor "
+      "shows both directions",
+      highest);
+}
+
+Finding neverDischarged(double lowest) {
+  return excitation(
+      Severity::kWarning,
+      "the battery is never discharged: current stays at or above " + number(lowest) + " A",
+      "discharging resistance and cranking capability cannot be identified; check that the "
+      "sensor shows both directions",
+      lowest);
+}
+
+Finding neverCranked(double lowest) {
+  return excitation(
+      Severity::kNote, "the largest discharging current is " + number(lowest) + " A",
+      "there is no engine start to identify from: a predicted start is an extrapolation", lowest);
+}
+
+}  // namespace
+
+double typicalVoltage(const Evidence& evidence) { return quantile(evidence.series.voltage, 0.5); }
+
+bool isTwelveVoltBlock(const Evidence& evidence) {
+  const double typical = typicalVoltage(evidence);
+  return typical >= kLowestBlock && typical <= kHighestBlock;
+}
+
+std::vector<IndexRange> apparentRests(const Evidence& evidence) {
+  const double limit = kRestShare * evidence.largest_current;
+  std::vector<IndexRange> rests;
+  for (const IndexRange& stretch : evidence.stretches) {
+    for (const IndexRange& range : quietRanges(evidence.series, stretch, limit)) {
+      if (isLongEnough(evidence, range) && isEven(evidence, range)) rests.push_back(range);
+    }
+  }
+  return rests;
+}
+
+std::vector<Finding> findSign(const Evidence& evidence) {
+  if (!evidence.excited || !evidence.edges || evidence.edges->edges < kEdgesForSign) return {};
+  const EdgeResponse& edges = *evidence.edges;
+  Finding finding;
+  finding.id = "sign";
+  finding.value = edges.correlation;
+  finding.samples = edges.edges;
+  if (edges.correlation <= -clearCorrelation(edges.edges)) {
+    finding.severity = Severity::kProblem;
+    finding.what = "voltage falls when current rises: correlation " + number(edges.correlation) +
+                   " at " + counted(edges.edges, "edge");
+    finding.meaning =
+        "discharge is counted as positive here; read the file as such (--discharge-positive)";
+    return {finding};
+  }
+  if (std::abs(edges.correlation) >= kNoCorrelation || edges.edges < kEdgesForDoubt) return {};
+  finding.severity = Severity::kWarning;
+  finding.what = "voltage does not answer to current: correlation " + number(edges.correlation) +
+                 " at " + counted(edges.edges, "edge");
+  finding.meaning = "these may not be current and voltage of one battery, or not on one clock";
+  return {finding};
+}
+
+std::vector<Finding> findSkew(const Evidence& evidence) {
+  if (!evidence.excited || !evidence.edges || evidence.edges->edges < kEdgesForSkew) return {};
+  const EdgeResponse& edges = *evidence.edges;
+  if (std::abs(edges.correlation) < clearCorrelation(edges.edges)) return {};
+  if (!(evidence.fast ? isSkewed(evidence, edges) : isSkewedByASample(edges))) return {};
+  const char* late = edges.lag > 0.0 ? "voltage" : "current";
+  const char* early = edges.lag > 0.0 ? "current" : "voltage";
+  Finding finding;
+  finding.id = "skew";
+  finding.severity = Severity::kWarning;
+  finding.what = std::string(late) + " comes " + twoDigits(std::abs(edges.lag)) + " s after " +
+                 early + " at " + counted(edges.edges, "edge") +
+                 (evidence.fast ? "" : " (to the nearest whole sample)");
+  finding.meaning =
+      "every edge leaves an error the model cannot explain, and cranks are predicted from the "
+      "wrong "
+      "samples; shift " +
+      std::string(late) + " back before fitting";
+  finding.value = edges.lag;
+  finding.unit = "s";
+  finding.samples = edges.edges;
+  return {finding};
+}
+
+std::vector<Finding> findOffset(const Evidence& evidence) {
+  if (!evidence.excited || !isTwelveVoltBlock(evidence)) return {};
+  std::vector<double> currents, starts;
+  std::size_t samples = 0;
+  for (const IndexRange& rest : apparentRests(evidence)) {
+    currents.push_back(median(evidence.series.current, rest));
+    starts.push_back(evidence.series.time[rest.first]);
+    samples += rest.size();
+  }
+  const double offset = quantile(currents, 0.5);
+  const double spread = quantile(currents, 0.9) - quantile(currents, 0.1);
+  const double least = std::max(kLeastOffsetShare * evidence.largest_current,
+                                1.5 * evidence.current.step.value_or(0.0));
+  if (std::abs(offset) < least || spread > std::abs(offset)) return {};
+  Finding finding;
+  finding.id = "offset";
+  finding.what =
+      "current reads " + number(offset) + " A at " + counted(starts.size(), "apparent rest");
+  finding.meaning = std::string("either the sensor's zero is off by that much or ") +
+                    (offset < 0.0 ? "a consumer" : "a charger") +
+                    " really draws it; current and voltage alone cannot tell. If it is the zero, "
+                    "counted charge drifts by " +
+                    number(24.0 * std::abs(offset)) + " Ah a day";
+  finding.value = offset;
+  finding.unit = "A";
+  finding.samples = samples;
+  finding.at = someTimes(starts);
+  return {finding};
+}
+
+std::vector<Finding> findVoltageLevel(const Evidence& evidence) {
+  if (isTwelveVoltBlock(evidence)) return {};
+  const double typical = typicalVoltage(evidence);
+  Finding finding;
+  finding.id = "voltage_level";
+  finding.severity = Severity::kProblem;
+  finding.what = "the voltage is typically " + number(typical) + " V (" +
+                 number(evidence.voltage.lowest) + " V to " + number(evidence.voltage.highest) +
+                 " V)";
+  finding.meaning = "not a 12 V lead-acid block, which lies between " + number(kLowestBlock) +
+                    " V and " + number(kHighestBlock) + " V most of the time; " +
+                    describeSeriesOf(typical) +
+                    "parameter bounds and limits of this program do not apply";
+  finding.value = typical;
+  finding.unit = "V";
+  finding.samples = evidence.series.size();
+  return {finding};
+}
+
+std::vector<Finding> findExcitation(const Evidence& evidence) {
+  const Channel& current = evidence.current;
+  if (!evidence.excited) return {constantCurrent(current)};
+  const double negligible =
+      evidence.largest_current *
+      std::clamp(6.0 * current.noise / evidence.largest_current, kRestShare, 0.05);
+  std::vector<Finding> findings;
+  if (current.highest <= negligible) findings.push_back(neverCharged(current.highest));
+  if (current.lowest >= -negligible) {
+    findings.push_back(neverDischarged(current.lowest));
+  } else if (current.lowest > -kCrankCurrent) {
+    findings.push_back(neverCranked(current.lowest));
+  }
+  return findings;
+}
+
+std::vector<std::string> listNotJudged(const Evidence& evidence) {
+  std::vector<std::string> list;
+  const std::size_t edges = evidence.excited && evidence.edges ? evidence.edges->edges : 0;
+  const std::string few = "only " + counted(edges, "steep change") + " of current";
+  if (edges < kEdgesForSign) list.push_back("sign: " + few);
+  if (edges < kEdgesForSkew) {
+    list.push_back("skew: " + few);
+  } else if (!evidence.fast) {
+    list.push_back("skew below one sample (" + number(evidence.interval) +
+                   " s): sampled too slowly");
+  }
+  if (!isTwelveVoltBlock(evidence)) {
+    list.push_back("offset: what rest looks like is only known of a 12 V lead-acid block");
+  } else if (!evidence.excited || apparentRests(evidence).empty()) {
+    list.push_back(
+        "offset: no rest of a minute with an even small current and an even voltage below " +
+        number(kRestVoltage) + " V");
+  }
+  return list;
+}
+
+}  // namespace battery_sof::check_parts

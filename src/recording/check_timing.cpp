@@ -1,0 +1,215 @@
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "battery_sof/recording/channel_statistics.hpp"
+#include "check_parts.hpp"
+
+/// Findings about when samples were taken, and which were not.
+namespace battery_sof::check_parts {
+namespace {
+
+constexpr double kCrankDuration = 0.5;  // [s], of a typical engine start
+constexpr double kFineInterval = 0.05;  // [s], ten samples in a crank
+constexpr double kSlowInterval = 0.5;   // [s], one sample in a crank
+constexpr double kUnevenSpread = 3.0;   // ratio of the 95th to the 5th percentile of the intervals
+constexpr std::size_t kManyGaps = 20;   // so many alike are a slower rate, not losses
+constexpr double kAlikeShare = 0.8;
+constexpr double kLargeGapShare = 0.1;  // of the recording
+constexpr double kHarmlessStep =
+    1.0;  // [s], a clock set back by less disturbs nothing slower than a crank
+
+std::vector<double> intervalsOf(const Series& series) {
+  std::vector<double> intervals;
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    intervals.push_back(series.time[k] - series.time[k - 1]);
+  }
+  return intervals;
+}
+
+std::string describeRate(double interval) {
+  return interval > 2.0 ? "every " + number(interval) + " s"
+                        : "at " + number(1.0 / interval) + " Hz";
+}
+
+std::vector<Finding> findSlowRate(const Evidence& evidence) {
+  if (evidence.interval <= kFineInterval) return {};
+  Finding finding;
+  finding.id = "rate";
+  finding.what = "sampled " + describeRate(evidence.interval);
+  finding.value = evidence.interval;
+  finding.unit = "s";
+  finding.samples = evidence.series.size();
+  if (evidence.interval <= kSlowInterval) {
+    finding.meaning = "a crank of " + number(kCrankDuration) + " s shows in " +
+                      number(std::floor(kCrankDuration / evidence.interval)) +
+                      " samples or so; its lowest voltage is read too high";
+    return {finding};
+  }
+  finding.severity = Severity::kWarning;
+  finding.meaning =
+      "a crank shows in one sample or in none, at no particular instant of it: its lowest voltage, "
+      "fast polarisation "
+      "and any shift between the channels are not in this recording; slow behaviour is";
+  return {finding};
+}
+
+std::vector<Finding> findUnevenRate(const Evidence& evidence) {
+  const std::vector<double> intervals = intervalsOf(evidence.series);
+  const double low = quantile(intervals, 0.05), high = quantile(intervals, 0.95);
+  if (high < kUnevenSpread * low) return {};
+  Finding finding;
+  finding.id = "rate";
+  finding.what = "the sampling interval changes between " + number(low) + " s and " + number(high) +
+                 " s (5th to 95th percentile)";
+  finding.meaning =
+      "logged at several rates or on change: what happens in the long intervals is not seen";
+  finding.value = high / low;
+  finding.samples = evidence.series.size();
+  return {finding};
+}
+
+std::vector<Finding> findHeldValues(const Evidence& evidence) {
+  if (evidence.hold == 1) return {};
+  const double held = static_cast<double>(evidence.hold) * evidence.interval;
+  Finding finding;
+  finding.id = "rate";
+  finding.severity = Severity::kWarning;
+  finding.what = "the current channel is updated only every " + counted(evidence.hold, "sample") +
+                 " (" + number(held) + " s), the voltage channel at every sample";
+  finding.meaning =
+      "between updates the current is old: voltage edges without a current edge look like fast "
+      "polarisation and bias "
+      "resistances; filter both channels below " +
+      number(0.25 / held) + " Hz before fitting";
+  finding.value = held;
+  finding.unit = "s";
+  finding.samples = evidence.series.size();
+  return {finding};
+}
+
+struct Gaps {
+  std::vector<double> from, length;
+};
+
+Gaps gapsOf(const Evidence& evidence) {
+  Gaps gaps;
+  for (std::size_t k = 1; k < evidence.stretches.size(); ++k) {
+    const std::size_t next = evidence.stretches[k].first;
+    gaps.from.push_back(evidence.series.time[next - 1]);
+    gaps.length.push_back(evidence.series.time[next] - evidence.series.time[next - 1]);
+  }
+  return gaps;
+}
+
+/// Whether most gaps have one length: then nothing was lost, the logger was slower there.
+bool areAlike(const std::vector<double>& lengths) {
+  const double typical = quantile(lengths, 0.5);
+  const auto alike = std::count_if(lengths.begin(), lengths.end(), [typical](double length) {
+    return std::abs(length - typical) <= 0.1 * typical;
+  });
+  return lengths.size() >= kManyGaps && alike >= kAlikeShare * lengths.size();
+}
+
+double durationOf(const Series& series) { return series.time.back() - series.time.front(); }
+
+std::string meaningOf(const Gaps& gaps) {
+  if (!areAlike(gaps.length)) {
+    return "each stretch between gaps stands alone: the battery's state is not known across them, "
+           "and charge is not counted";
+  }
+  return "nearly all are of " + number(quantile(gaps.length, 0.5)) +
+         " s: a slower logging rate rather than lost samples; they still cut the recording, "
+         "because "
+         "fast changes inside them are not seen";
+}
+
+std::string describeClock(const RejectedCounts& rejected, double step) {
+  std::string text;
+  if (rejected.duplicate_stamp > 0) text = counted(rejected.duplicate_stamp, "repeated time stamp");
+  if (rejected.clock_step_back == 0) return text;
+  return text + (text.empty() ? "" : ", ") + counted(rejected.clock_step_back, "sample") +
+         " behind a step back of the clock by up to " + number(step) + " s";
+}
+
+std::string describeRefusals(const RejectedCounts& rejected) {
+  std::string text;
+  const auto add = [&text](std::size_t count, const char* reason) {
+    if (count > 0) text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
+  };
+  add(rejected.missing_value, "without current or voltage");
+  add(rejected.not_finite, "infinite");
+  add(rejected.out_of_range, "beyond anything a battery sensor shows");
+  return text;
+}
+
+}  // namespace
+
+std::vector<Finding> findRate(const Evidence& evidence) {
+  std::vector<Finding> findings = findSlowRate(evidence);
+  for (const auto part : {findUnevenRate, findHeldValues}) {
+    const std::vector<Finding> found = part(evidence);
+    findings.insert(findings.end(), found.begin(), found.end());
+  }
+  return findings;
+}
+
+std::vector<Finding> findGaps(const Evidence& evidence) {
+  const Gaps gaps = gapsOf(evidence);
+  if (gaps.length.empty()) return {};
+  const double total = std::accumulate(gaps.length.begin(), gaps.length.end(), 0.0);
+  const double longest = *std::max_element(gaps.length.begin(), gaps.length.end());
+  Finding finding;
+  finding.id = "gaps";
+  finding.severity = total > kLargeGapShare * durationOf(evidence.series) && !areAlike(gaps.length)
+                         ? Severity::kWarning
+                         : Severity::kNote;
+  finding.what = counted(gaps.length.size(), "gap") + " without samples, " + number(total) +
+                 " s in all, the longest " + number(longest) + " s";
+  finding.meaning = meaningOf(gaps);
+  finding.value = total;
+  finding.unit = "s";
+  finding.samples = gaps.length.size();
+  finding.at = someTimes(gaps.from);
+  return {finding};
+}
+
+std::vector<Finding> findClock(const Evidence& evidence) {
+  const RejectedCounts& rejected = evidence.recording.rejected;
+  const std::size_t count = rejected.clock_step_back + rejected.duplicate_stamp;
+  if (count == 0) return {};
+  const double step = evidence.recording.largest_step_back;
+  Finding finding;
+  finding.id = "clock";
+  finding.severity =
+      step > std::max(kHarmlessStep, evidence.interval) ? Severity::kWarning : Severity::kNote;
+  finding.what = describeClock(rejected, step);
+  finding.meaning =
+      rejected.clock_step_back > 0
+          ? "these samples were refused; where the clock was set, durations are wrong by as much"
+          : "only the first sample of each stamp was kept";
+  finding.value = step;
+  finding.unit = "s";
+  finding.samples = count;
+  return {finding};
+}
+
+std::vector<Finding> findMissing(const Evidence& evidence) {
+  const RejectedCounts& rejected = evidence.recording.rejected;
+  const std::size_t count = rejected.missing_value + rejected.not_finite + rejected.out_of_range;
+  if (count == 0) return {};
+  const double percent =
+      100.0 * static_cast<double>(count) / static_cast<double>(evidence.recording.offered);
+  Finding finding;
+  finding.id = "missing";
+  finding.severity = percent > 1.0 ? Severity::kWarning : Severity::kNote;
+  finding.what = counted(count, "sample") + " of " + std::to_string(evidence.recording.offered) +
+                 " refused: " + describeRefusals(rejected);
+  finding.meaning = "they are left out, nothing is put in their place";
+  finding.value = percent;
+  finding.unit = "%";
+  finding.samples = count;
+  return {finding};
+}
+
+}  // namespace battery_sof::check_parts

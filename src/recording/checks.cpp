@@ -1,0 +1,118 @@
+#include "battery_sof/recording/checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+
+#include "battery_sof/recording/channel_statistics.hpp"
+#include "check_parts.hpp"
+
+namespace battery_sof {
+namespace check_parts {
+namespace {
+
+constexpr double kFastInterval = 0.05;  // [s], 20 Hz
+constexpr double kFewestSigmas = 12.0;  // noise alone spans 9 sigma in 1e5 samples
+constexpr double kClearCorrelation = 0.5;
+
+Channel describeChannel(const char* name, const char* unit, const std::vector<double>& values) {
+  const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
+  const std::optional<double> step = findStep(values);
+  return {name, unit, values, step, noiseLevel(values, step), *lowest, *highest};
+}
+
+bool isExcited(const Evidence& evidence) {
+  if (evidence.edges && std::abs(evidence.edges->correlation) >= kClearCorrelation) return true;
+  const Channel& current = evidence.current;
+  const double range = current.highest - current.lowest;
+  return range > 0.0 && range > kFewestSigmas * current.noise &&
+         range > 3.0 * current.step.value_or(0.0);
+}
+
+}  // namespace
+
+Evidence::Evidence(const Recording& r)
+    : recording(r),
+      series(r.series),
+      interval(medianInterval(series)),
+      stretches(contiguousRanges(series, gapThreshold(series))),
+      current(describeChannel("current", "A", series.current)),
+      voltage(describeChannel("voltage", "V", series.voltage)),
+      largest_current(std::max(std::abs(current.lowest), std::abs(current.highest))),
+      edges(edgeResponse(series)),
+      excited(isExcited(*this)),
+      fast(interval <= kFastInterval) {
+  hold = updateInterval(*this);
+}
+
+std::vector<double> someTimes(const std::vector<double>& times) {
+  constexpr std::size_t kMost = 10;
+  if (times.size() <= kMost) return times;
+  std::vector<double> some(kMost);
+  for (std::size_t k = 0; k < kMost; ++k) some[k] = times[k * (times.size() - 1) / (kMost - 1)];
+  return some;
+}
+
+std::string number(double value) {
+  char text[32];
+  const bool is_large = std::abs(value) >= 1e3 && std::abs(value) < 1e9;
+  std::snprintf(text, sizeof text, is_large ? "%.0f" : "%.4g", value);
+  return text;
+}
+
+std::string counted(std::size_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+}  // namespace check_parts
+
+namespace {
+
+using Part = std::vector<Finding> (*)(const check_parts::Evidence&);
+
+constexpr Part kParts[] = {
+    check_parts::findVoltageLevel, check_parts::findSign,         check_parts::findExcitation,
+    check_parts::findRate,         check_parts::findSkew,         check_parts::findStuck,
+    check_parts::findClipping,     check_parts::findMissing,      check_parts::findClock,
+    check_parts::findGaps,         check_parts::findQuantisation, check_parts::findOffset};
+
+}  // namespace
+
+std::string describe(Severity severity) {
+  switch (severity) {
+    case Severity::kNote:
+      return "note";
+    case Severity::kWarning:
+      return "warning";
+    case Severity::kProblem:
+      return "problem";
+  }
+  throw std::invalid_argument("describe: not a severity");
+}
+
+CheckReport checkRecording(const Recording& recording) {
+  if (recording.series.empty()) {
+    throw std::invalid_argument("checkRecording: " + recording.name + " has no sample");
+  }
+  const check_parts::Evidence evidence(recording);
+  CheckReport report;
+  report.samples = recording.series.size();
+  report.from = recording.series.time.front();
+  report.to = recording.series.time.back();
+  report.median_interval = evidence.interval;
+  report.voltage_lsb = evidence.voltage.step;
+  report.current_lsb = evidence.current.step;
+  for (const Part part : kParts) {
+    std::vector<Finding> found = part(evidence);
+    std::move(found.begin(), found.end(), std::back_inserter(report.findings));
+  }
+  std::stable_sort(report.findings.begin(), report.findings.end(),
+                   [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
+  report.not_judged = check_parts::listNotJudged(evidence);
+  return report;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,160 @@
+#include "battery_sof/recording/events.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace battery_sof {
+namespace {
+
+constexpr double kLongCharge = 10.0;  // [s]
+
+void requireValid(const EventLimits& limits) {
+  const bool valid = std::isfinite(limits.crank_current) && limits.crank_current < 0.0 &&
+                     std::isfinite(limits.crank_max_duration) && limits.crank_max_duration >= 0.0 &&
+                     std::isfinite(limits.rest_current) && limits.rest_current >= 0.0;
+  if (valid) return;
+  throw std::invalid_argument(
+      "EventLimits: crank_current is " + std::to_string(limits.crank_current) +
+      " A (expected below 0), crank_max_duration " + std::to_string(limits.crank_max_duration) +
+      " s and rest_current " + std::to_string(limits.rest_current) + " A (expected at least 0)");
+}
+
+EventKind kindBySign(double current, const EventLimits& limits) {
+  if (std::abs(current) < limits.rest_current) return EventKind::kRest;
+  return current > 0.0 ? EventKind::kCharge : EventKind::kDischarge;
+}
+
+/// The stretch around a sample, within bounds, in which the current stays at or below half the
+/// crank current.
+IndexRange widened(const Series& series, std::size_t sample, IndexRange bounds, double half) {
+  IndexRange range{sample, sample + 1};
+  while (range.first > bounds.first && series.current[range.first - 1] <= half) --range.first;
+  while (range.last < bounds.last && series.current[range.last] <= half) ++range.last;
+  return range;
+}
+
+void markCranks(const Series& series, IndexRange bounds, const EventLimits& limits,
+                std::vector<EventKind>& kinds) {
+  for (std::size_t k = bounds.first; k < bounds.last; ++k) {
+    if (series.current[k] > limits.crank_current) continue;
+    const IndexRange range = widened(series, k, bounds, 0.5 * limits.crank_current);
+    const double duration = series.time[range.last - 1] - series.time[range.first];
+    if (duration <= limits.crank_max_duration) {
+      std::fill(kinds.begin() + range.first, kinds.begin() + range.last, EventKind::kCrank);
+    }
+    k = range.last - 1;
+  }
+}
+
+std::vector<EventKind> kindOfEverySample(const Series& series, const EventLimits& limits,
+                                         const std::vector<IndexRange>& stretches) {
+  std::vector<EventKind> kinds(series.size());
+  std::transform(series.current.begin(), series.current.end(), kinds.begin(),
+                 [&](double current) { return kindBySign(current, limits); });
+  for (const IndexRange& stretch : stretches) markCranks(series, stretch, limits, kinds);
+  return kinds;
+}
+
+double chargeOf(const Series& series, IndexRange range) {
+  double charge = 0.0;
+  for (std::size_t k = range.first + 1; k < range.last; ++k) {
+    charge +=
+        0.5 * (series.current[k] + series.current[k - 1]) * (series.time[k] - series.time[k - 1]);
+  }
+  return charge;
+}
+
+Event describeEvent(const Series& series, IndexRange range, EventKind kind) {
+  const auto current = series.current.begin(), voltage = series.voltage.begin();
+  const auto lower_magnitude = [](double a, double b) { return std::abs(a) < std::abs(b); };
+  const auto extremes = std::minmax_element(voltage + range.first, voltage + range.last);
+  Event event;
+  event.kind = kind;
+  event.range = range;
+  event.from = series.time[range.first];
+  event.to = series.time[range.last - 1];
+  event.charge = chargeOf(series, range);
+  event.peak_current =
+      *std::max_element(current + range.first, current + range.last, lower_magnitude);
+  event.mean_current =
+      range.size() == 1 ? series.current[range.first] : event.charge / event.duration();
+  event.min_voltage = *extremes.first;
+  event.max_voltage = *extremes.second;
+  return event;
+}
+
+void cutIntoEvents(const Series& series, IndexRange stretch, const std::vector<EventKind>& kinds,
+                   std::vector<Event>& events) {
+  std::size_t first = stretch.first;
+  for (std::size_t k = stretch.first + 1; k <= stretch.last; ++k) {
+    if (k < stretch.last && kinds[k] == kinds[first]) continue;
+    events.push_back(describeEvent(series, {first, k}, kinds[first]));
+    first = k;
+  }
+}
+
+/// The time an event lasts until the next one begins; its own span when a gap or the end follows.
+double timeUntilNext(const std::vector<Event>& events, std::size_t k, double max_gap) {
+  if (k + 1 == events.size()) return events[k].duration();
+  const bool joined = events[k + 1].from - events[k].to <= max_gap;
+  return joined ? events[k + 1].from - events[k].from : events[k].duration();
+}
+
+void addCharge(const Series& series, double max_gap, EventSummary& summary) {
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    const double interval = series.time[k] - series.time[k - 1];
+    if (interval > max_gap) continue;
+    const double charge = 0.5 * (series.current[k] + series.current[k - 1]) * interval;
+    (charge > 0.0 ? summary.charge_in : summary.charge_out) += charge;
+  }
+}
+
+void addChargeEvent(const Event& event, double duration, EventSummary& summary) {
+  summary.longest_charge = std::max(summary.longest_charge, duration);
+  if (duration > kLongCharge) ++summary.long_charges;
+  const double low = event.min_voltage, high = event.max_voltage;
+  summary.min_charge_voltage = std::min(summary.min_charge_voltage.value_or(low), low);
+  summary.max_charge_voltage = std::max(summary.max_charge_voltage.value_or(high), high);
+}
+
+}  // namespace
+
+std::string describe(EventKind kind) {
+  switch (kind) {
+    case EventKind::kCrank:
+      return "crank";
+    case EventKind::kDischarge:
+      return "discharge";
+    case EventKind::kCharge:
+      return "charge";
+    case EventKind::kRest:
+      return "rest";
+  }
+  throw std::invalid_argument("describe: not an event kind");
+}
+
+std::vector<Event> detectEvents(const Series& series, const EventLimits& limits) {
+  requireValid(limits);
+  const std::vector<IndexRange> stretches = contiguousRanges(series, gapThreshold(series));
+  const std::vector<EventKind> kinds = kindOfEverySample(series, limits, stretches);
+  std::vector<Event> events;
+  for (const IndexRange& stretch : stretches) cutIntoEvents(series, stretch, kinds, events);
+  return events;
+}
+
+EventSummary summarise(const Series& series, const std::vector<Event>& events) {
+  const double max_gap = gapThreshold(series);
+  EventSummary summary;
+  addCharge(series, max_gap, summary);
+  for (std::size_t k = 0; k < events.size(); ++k) {
+    const double duration = timeUntilNext(events, k, max_gap);
+    EventTotals& totals = summary.of(events[k].kind);
+    ++totals.count;
+    totals.duration += duration;
+    if (events[k].kind == EventKind::kCharge) addChargeEvent(events[k], duration, summary);
+  }
+  return summary;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,131 @@
+#include "battery_sof/recording/intake.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace battery_sof {
+namespace {
+
+bool isTemperatureAlone(const RawSample& sample) {
+  return std::isnan(sample.current) && std::isnan(sample.voltage) && sample.temperature &&
+         std::isfinite(*sample.temperature);
+}
+
+void requireClockAhead(const Series& series, double time) {
+  if (series.empty() || time > series.time.back()) return;
+  throw std::invalid_argument("append: time " + std::to_string(time) +
+                              " s is not after the recording's last sample at " +
+                              std::to_string(series.time.back()) +
+                              " s; the intake and the recording do not belong together");
+}
+
+void appendTemperature(Series& series, double time, double temperature) {
+  if (!series.temperature_time.empty() && time <= series.temperature_time.back()) return;
+  series.temperature_time.push_back(time);
+  series.temperature.push_back(temperature);
+}
+
+void appendSample(Series& series, const RawSample& sample) {
+  requireClockAhead(series, sample.time);
+  series.time.push_back(sample.time);
+  series.current.push_back(sample.current);
+  series.voltage.push_back(sample.voltage);
+  if (sample.temperature && std::isfinite(*sample.temperature)) {
+    appendTemperature(series, sample.time, *sample.temperature);
+  }
+}
+
+}  // namespace
+
+std::string describe(SampleFate fate) {
+  switch (fate) {
+    case SampleFate::kAccepted:
+      return "accepted";
+    case SampleFate::kTemperatureOnly:
+      return "temperature only";
+    case SampleFate::kMissingValue:
+      return "missing value";
+    case SampleFate::kNotFinite:
+      return "not finite";
+    case SampleFate::kDuplicateStamp:
+      return "duplicate stamp";
+    case SampleFate::kClockStepBack:
+      return "clock step back";
+    case SampleFate::kOutOfRange:
+      return "out of range";
+  }
+  throw std::invalid_argument("describe: not a sample fate");
+}
+
+Intake::Intake(IntakeLimits limits) : limits_(limits) {
+  if (!(limits.max_abs_current > 0.0) || !(limits.max_abs_voltage > 0.0)) {
+    throw std::invalid_argument("IntakeLimits: max_abs_current is " +
+                                std::to_string(limits.max_abs_current) + " A and max_abs_voltage " +
+                                std::to_string(limits.max_abs_voltage) +
+                                " V; both must be above 0");
+  }
+}
+
+SampleFate Intake::judge(const RawSample& sample) {
+  const bool temperature_alone = isTemperatureAlone(sample);
+  std::optional<double>& last = temperature_alone ? last_temperature_time_ : last_time_;
+  SampleFate fate = temperature_alone ? judgeTime(sample.time) : judgeValues(sample);
+  if (fate == SampleFate::kAccepted) fate = judgeOrder(sample.time, last);
+  count(fate);
+  if (fate != SampleFate::kAccepted) return fate;
+  last = sample.time;
+  return temperature_alone ? SampleFate::kTemperatureOnly : SampleFate::kAccepted;
+}
+
+SampleFate Intake::judgeTime(double time) {
+  if (std::isnan(time)) return SampleFate::kMissingValue;
+  return std::isinf(time) ? SampleFate::kNotFinite : SampleFate::kAccepted;
+}
+
+SampleFate Intake::judgeValues(const RawSample& sample) const {
+  if (std::isnan(sample.time) || std::isnan(sample.current) || std::isnan(sample.voltage)) {
+    return SampleFate::kMissingValue;
+  }
+  if (std::isinf(sample.time) || std::isinf(sample.current) || std::isinf(sample.voltage)) {
+    return SampleFate::kNotFinite;
+  }
+  const bool in_range = std::abs(sample.current) <= limits_.max_abs_current &&
+                        std::abs(sample.voltage) <= limits_.max_abs_voltage;
+  return in_range ? SampleFate::kAccepted : SampleFate::kOutOfRange;
+}
+
+SampleFate Intake::judgeOrder(double time, const std::optional<double>& last) {
+  if (!last || time > *last) return SampleFate::kAccepted;
+  if (time == *last) return SampleFate::kDuplicateStamp;
+  largest_step_back_ = std::max(largest_step_back_, *last - time);
+  return SampleFate::kClockStepBack;
+}
+
+void Intake::count(SampleFate fate) {
+  if (fate == SampleFate::kMissingValue) ++rejected_.missing_value;
+  if (fate == SampleFate::kNotFinite) ++rejected_.not_finite;
+  if (fate == SampleFate::kDuplicateStamp) ++rejected_.duplicate_stamp;
+  if (fate == SampleFate::kClockStepBack) ++rejected_.clock_step_back;
+  if (fate == SampleFate::kOutOfRange) ++rejected_.out_of_range;
+}
+
+void Intake::forgetClock() {
+  last_time_.reset();
+  last_temperature_time_.reset();
+}
+
+SampleFate append(Recording& recording, Intake& intake, const RawSample& sample) {
+  const SampleFate fate = intake.judge(sample);
+  if (fate == SampleFate::kAccepted) appendSample(recording.series, sample);
+  if (fate == SampleFate::kTemperatureOnly) {
+    appendTemperature(recording.series, sample.time, *sample.temperature);
+  } else {
+    ++recording.offered;
+  }
+  recording.rejected = intake.rejected();
+  recording.largest_step_back = intake.largestStepBack();
+  return fate;
+}
+
+}  // namespace battery_sof

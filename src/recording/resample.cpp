@@ -1,0 +1,212 @@
+#include "battery_sof/recording/resample.hpp"
+
+#include <unsupported/Eigen/Polynomials>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace battery_sof {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr int kOrder = 8;
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kGapIntervals =
+    10.0;  // more missing input samples than this are not bridged (gapThreshold)
+constexpr double kRateTolerance = 1e-6;  // 1 / median interval of a 200 Hz file is 199.99999 Hz
+
+/// Reverse Bessel polynomial of order 8: a_k = (2n - k)! / (2^(n-k) k! (n-k)!), rising powers.
+Eigen::Matrix<double, kOrder + 1, 1> reverseBessel() {
+  Eigen::Matrix<double, kOrder + 1, 1> a;
+  for (int k = 0; k <= kOrder; ++k) {
+    a[k] = std::tgamma(2 * kOrder - k + 1) /
+           (std::exp2(kOrder - k) * std::tgamma(k + 1) * std::tgamma(kOrder - k + 1));
+  }
+  return a.array().round();
+}
+
+/// The angular frequency at which |a_0 / theta(j w)|^2 is 1/2, by bisection.
+double halfPowerFrequency(const Eigen::Matrix<double, kOrder + 1, 1>& a) {
+  double low = 0.0, high = 2.0 * kOrder;
+  for (int step = 0; step < 200; ++step) {
+    const double middle = 0.5 * (low + high);
+    const Complex theta = Eigen::poly_eval(a, Complex(0.0, middle));
+    (std::norm(theta) < 2.0 * a[0] * a[0] ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Analogue poles above the real axis, -3 dB at 1 rad/s, the fastest decaying first.
+std::array<Complex, kOrder / 2> upperPoles() {
+  const auto coefficients = reverseBessel();
+  const Eigen::PolynomialSolver<double, Eigen::Dynamic> solver(coefficients);
+  std::array<Complex, kOrder / 2> poles;
+  std::size_t count = 0;
+  for (const Complex& root : solver.roots()) {
+    if (root.imag() > 0.0) poles.at(count++) = root / halfPowerFrequency(coefficients);
+  }
+  std::sort(poles.begin(), poles.end(),
+            [](const Complex& a, const Complex& b) { return a.real() < b.real(); });
+  return poles;
+}
+
+/// Bilinear transform of an analogue pole pair with two zeros at infinity, unit gain at 0 Hz.
+Biquad sectionOf(const Complex& pole, double rate) {
+  const Complex z = (2.0 * rate + pole) / (2.0 * rate - pole);
+  const double a1 = -2.0 * z.real(), a2 = std::norm(z);
+  const double gain = 0.25 * (1.0 + a1 + a2);
+  return {gain, 2.0 * gain, gain, a1, a2};
+}
+
+void requirePositive(const char* name, double value) {
+  if (std::isfinite(value) && value > 0.0) return;
+  throw std::invalid_argument(std::string("Decimator: ") + name + " is " + std::to_string(value) +
+                              " Hz, expected above 0");
+}
+
+bool isAtLeastTwice(double input_rate, double rate) {
+  return input_rate * (1.0 + kRateTolerance) >= 2.0 * rate;
+}
+
+double interpolate(double before, double after, double weight) {
+  return before + weight * (after - before);
+}
+
+}  // namespace
+
+std::array<Biquad, 4> designBessel8(double cutoff, double rate) {
+  if (!(rate > 0.0) || !(cutoff > 0.0) || !(cutoff < 0.5 * rate)) {
+    throw std::invalid_argument("designBessel8: cutoff is " + std::to_string(cutoff) +
+                                " Hz, expected within (0, rate / 2) for rate " +
+                                std::to_string(rate) + " Hz");
+  }
+  const double warped = 2.0 * rate * std::tan(kPi * cutoff / rate);
+  std::array<Biquad, 4> sections{};
+  const auto poles = upperPoles();
+  std::transform(poles.begin(), poles.end(), sections.begin(),
+                 [&](const Complex& pole) { return sectionOf(warped * pole, rate); });
+  return sections;
+}
+
+double groupDelayAtZero(const std::array<Biquad, 4>& sections, double rate) {
+  double samples = 0.0;
+  for (const Biquad& s : sections) {
+    samples +=
+        (s.b1 + 2.0 * s.b2) / (s.b0 + s.b1 + s.b2) - (s.a1 + 2.0 * s.a2) / (1.0 + s.a1 + s.a2);
+  }
+  return samples / rate;
+}
+
+Decimator::Decimator(double input_rate, ResampleOptions options)
+    : input_rate_(input_rate), options_(options) {
+  requirePositive("input rate", input_rate);
+  requirePositive("rate", options.rate);
+  requirePositive("cutoff", options.cutoff);
+  if (!isAtLeastTwice(input_rate, options.rate)) {
+    throw std::invalid_argument("Decimator: input rate is " + std::to_string(input_rate) +
+                                " Hz, expected at least twice the rate " +
+                                std::to_string(options.rate) + " Hz");
+  }
+  sections_ = designBessel8(options.cutoff, input_rate);
+  delay_ = groupDelayAtZero(sections_, input_rate);
+}
+
+double Decimator::filter(Channel& channel, double value) const {
+  for (std::size_t k = 0; k < sections_.size(); ++k) {
+    const Biquad& s = sections_[k];
+    auto& [x1, x2, y1, y2] = channel.history[k];
+    const double y = s.b0 * value + s.b1 * x1 + s.b2 * x2 - s.a1 * y1 - s.a2 * y2;
+    x2 = std::exchange(x1, value);
+    y2 = std::exchange(y1, y);
+    value = y;
+  }
+  return value;
+}
+
+void Decimator::settle(Channel& channel, double value) const {
+  for (auto& section : channel.history) section.fill(value);
+}
+
+void Decimator::startAt(const Output& sample) {
+  settle(current_channel_, sample.current);
+  settle(voltage_channel_, sample.voltage);
+  start_ = sample.time;
+  inputs_ = 0;
+  outputs_ = 0;
+  filtered_ = sample;
+}
+
+void Decimator::advance(const Output& input, std::vector<Output>& due) {
+  const Output filtered{input.time, filter(current_channel_, input.current),
+                        filter(voltage_channel_, input.voltage)};
+  for (double stamp = outputStamp(); isReached(stamp + delay_, filtered.time);
+       stamp = outputStamp()) {
+    due.push_back(between(filtered_, filtered, stamp + delay_));
+    due.back().time = stamp;
+    ++outputs_;
+  }
+  filtered_ = filtered;
+}
+
+Decimator::Output Decimator::between(const Output& before, const Output& after, double time) {
+  const double span = after.time - before.time;
+  const double weight = span > 0.0 ? std::min((time - before.time) / span, 1.0) : 1.0;
+  return {time, interpolate(before.current, after.current, weight),
+          interpolate(before.voltage, after.voltage, weight)};
+}
+
+bool Decimator::isReached(double time, double now) const {
+  // A thousandth of an interval: stamps of 1e9 s are only known to 0.2 us.
+  return time <= now + 1e-3 / input_rate_;
+}
+
+double Decimator::inputTime() const { return start_ + static_cast<double>(inputs_) / input_rate_; }
+
+double Decimator::outputStamp() const {
+  return start_ + static_cast<double>(outputs_) / options_.rate;
+}
+
+std::vector<Decimator::Output> Decimator::push(double time, double current, double voltage) {
+  const Output sample{time, current, voltage};
+  if (!std::isfinite(time) || !std::isfinite(current) || !std::isfinite(voltage) ||
+      (previous_ && time <= previous_->time)) {
+    throw std::invalid_argument("Decimator: sample (" + std::to_string(time) + " s, " +
+                                std::to_string(current) + " A, " + std::to_string(voltage) +
+                                " V) is not finite or not after the one before");
+  }
+  const bool gap = !previous_ || time - previous_->time > kGapIntervals / input_rate_;
+  if (gap) startAt(sample);
+  const Output before = gap ? sample : *previous_;
+  std::vector<Output> due;
+  for (; isReached(inputTime(), time); ++inputs_) {
+    advance(between(before, sample, inputTime()), due);
+  }
+  previous_ = sample;
+  return due;
+}
+
+void Decimator::reset() { previous_.reset(); }
+
+Series resample(const Series& series, const ResampleOptions& options) {
+  const double interval = medianInterval(series);
+  if (interval <= 0.0 || !isAtLeastTwice(1.0 / interval, options.rate)) return series;
+  Decimator decimator(1.0 / interval, options);
+  Series result;
+  for (std::size_t k = 0; k < series.size(); ++k) {
+    for (const auto& output :
+         decimator.push(series.time[k], series.current[k], series.voltage[k])) {
+      result.time.push_back(output.time);
+      result.current.push_back(output.current);
+      result.voltage.push_back(output.voltage);
+    }
+  }
+  result.temperature_time = series.temperature_time;
+  result.temperature = series.temperature;
+  return result;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,92 @@
+#include "battery_sof/recording/series.hpp"
+
+#include <gtest/gtest.h>
+
+namespace battery_sof {
+namespace {
+
+Series seriesAt(const std::vector<double>& time) {
+  Series series;
+  series.time = time;
+  series.current.assign(time.size(), -1.0);
+  for (std::size_t k = 0; k < time.size(); ++k) series.voltage.push_back(12.0 + 0.1 * k);
+  return series;
+}
+
+TEST(MedianInterval, IsTheMiddleOneOfAnOddCount) {
+  EXPECT_DOUBLE_EQ(medianInterval(seriesAt({0.0, 1.0, 3.0, 100.0})), 2.0);
+}
+
+TEST(MedianInterval, IsTheMeanOfTheTwoMiddleOnesOfAnEvenCount) {
+  EXPECT_DOUBLE_EQ(medianInterval(seriesAt({0.0, 1.0, 4.0, 6.0, 100.0})), 2.5);
+}
+
+TEST(MedianInterval, IsZeroForFewerThanTwoSamples) {
+  EXPECT_EQ(medianInterval({}), 0.0);
+  EXPECT_EQ(medianInterval(seriesAt({7.0})), 0.0);
+}
+
+TEST(GapThreshold, IsTenIntervalsButAtLeastFiveSeconds) {
+  EXPECT_DOUBLE_EQ(gapThreshold(seriesAt({0.0, 0.01, 0.02})), 5.0);
+  EXPECT_DOUBLE_EQ(gapThreshold(seriesAt({0.0, 60.0, 120.0})), 600.0);
+}
+
+TEST(ContiguousRanges, AreCutWhereTheIntervalExceedsTheGap) {
+  const auto ranges = contiguousRanges(seriesAt({0.0, 1.0, 2.0, 8.0, 9.0, 20.0}), 5.0);
+  ASSERT_EQ(ranges.size(), 3U);
+  EXPECT_EQ(ranges[0].first, 0U);
+  EXPECT_EQ(ranges[0].last, 3U);
+  EXPECT_EQ(ranges[1].first, 3U);
+  EXPECT_EQ(ranges[1].last, 5U);
+  EXPECT_EQ(ranges[2].size(), 1U);
+}
+
+TEST(ContiguousRanges, AnIntervalOfExactlyTheGapIsJoined) {
+  EXPECT_EQ(contiguousRanges(seriesAt({0.0, 5.0}), 5.0).size(), 1U);
+}
+
+TEST(ContiguousRanges, AnEmptySeriesHasNone) { EXPECT_TRUE(contiguousRanges({}, 5.0).empty()); }
+
+TEST(IndexRangeOfTimes, IncludesBothEnds) {
+  const IndexRange range = indexRange(seriesAt({0.0, 1.0, 2.0, 3.0}), 1.0, 2.0);
+  EXPECT_EQ(range.first, 1U);
+  EXPECT_EQ(range.last, 3U);
+}
+
+TEST(IndexRangeOfTimes, IsEmptyBetweenSamplesOutsideTheSeriesAndForReversedEnds) {
+  const Series series = seriesAt({0.0, 1.0, 2.0});
+  EXPECT_TRUE(indexRange(series, 0.2, 0.8).empty());
+  EXPECT_TRUE(indexRange(series, 5.0, 9.0).empty());
+  EXPECT_TRUE(indexRange(series, 2.0, 0.0).empty());
+}
+
+TEST(Slice, CopiesTheSamplesAndTheTemperaturesBetweenThem) {
+  Series series = seriesAt({0.0, 1.0, 2.0, 3.0});
+  series.temperature_time = {0.5, 1.5, 2.5};
+  series.temperature = {290.0, 291.0, 292.0};
+  const Series part = slice(series, {1, 3});
+  EXPECT_EQ(part.time, (std::vector<double>{1.0, 2.0}));
+  EXPECT_EQ(part.voltage, (std::vector<double>{12.1, 12.2}));
+  EXPECT_EQ(part.current.size(), 2U);
+  EXPECT_EQ(part.temperature_time, (std::vector<double>{1.5}));
+  EXPECT_EQ(part.temperature, (std::vector<double>{291.0}));
+}
+
+TEST(Slice, OfAnEmptyRangeIsEmpty) { EXPECT_TRUE(slice(seriesAt({0.0, 1.0}), {1, 1}).empty()); }
+
+TEST(TemperatureAt, InterpolatesAndHoldsTheEnds) {
+  Series series;
+  series.temperature_time = {10.0, 20.0};
+  series.temperature = {290.0, 300.0};
+  EXPECT_DOUBLE_EQ(*temperatureAt(series, 15.0), 295.0);
+  EXPECT_DOUBLE_EQ(*temperatureAt(series, 10.0), 290.0);
+  EXPECT_DOUBLE_EQ(*temperatureAt(series, 0.0), 290.0);
+  EXPECT_DOUBLE_EQ(*temperatureAt(series, 99.0), 300.0);
+}
+
+TEST(TemperatureAt, IsNothingWhenNotMeasured) {
+  EXPECT_FALSE(temperatureAt(seriesAt({0.0, 1.0}), 0.5).has_value());
+}
+
+}  // namespace
+}  // namespace battery_sof
