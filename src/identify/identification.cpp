@@ -97,11 +97,23 @@ BaseFit searchPaper(std::vector<BaseNormalEquations::Sample> samples, const Firs
   return searchAsInPaper(BaseNormalEquations(samples, BaseParameters{}.i0), options, first);
 }
 
+bool atBound(const ParameterInfo& info, double value) {
+  return value <= info.lower * (1.0 + 1e-6) || value >= info.upper * (1.0 - 1e-6);
+}
+
 /// d(r_discharge, r_charge, c2, beta, u_dc, first state) / d(the pass's columns), a diagonal.
 Eigen::VectorXd physicalScale(const BaseParameters& p) {
   Eigen::VectorXd scale(static_cast<int>(kCovarianceRows));
   scale << 1.0, 1.0, 1.0, p.c2, p.beta, 1.0;
   return scale;
+}
+
+/// Columns with those of parameters held at a bound emptied: nothing is estimated there.
+void holdBounded(BaseNormalEquations::Columns& columns, const BaseParameters& p) {
+  if (atBound(tableOne()[0], p.r_discharge)) columns.col(kColumnDischarge).setZero();
+  if (atBound(tableOne()[1], p.r_charge)) columns.col(kColumnCharge).setZero();
+  if (atBound(tableOne()[2], p.c2)) columns.col(kColumnLogC2).setZero();
+  if (atBound(tableOne()[3], p.beta)) columns.col(kColumnLogBeta).setZero();
 }
 
 /// From the order of BaseColumn to that of CovarianceRow.
@@ -123,10 +135,6 @@ Overpotential lastState(const Series& series, IndexRange range, const BaseNormal
   const auto row = columns.row(columns.rows() - 1);
   return {series.voltage[range.last - 1] - equations.offset() - row[kColumnTarget],
           row[kColumnInitial], row[kColumnLogC2] / p.c2, row[kColumnLogBeta] / p.beta};
-}
-
-bool atBound(const ParameterInfo& info, double value) {
-  return value <= info.lower * (1.0 + 1e-6) || value >= info.upper * (1.0 - 1e-6);
 }
 
 std::vector<ParameterEstimate> estimatesOf(const BaseParameters& p,
@@ -191,6 +199,7 @@ std::string sentenceOf(const IdentifiedModel& model) {
     case FitStatus::kConverged: text << "converged after " << model.iterations << " iterations"; break;
     case FitStatus::kIterationLimit:
       text << "stopped by the limit of " << model.iterations << " iterations"; break;
+    case FitStatus::kNotExcited: text << "the window determines none of the parameters"; break;
     default: text << "no step lowers the cost any more, but the optimum was not reached"; break;
   }
   std::string weak;
@@ -207,11 +216,14 @@ IdentifiedModel describeFit(const Series& series, IndexRange range, const Identi
                             const BaseFit& fit, const BaseNormalEquations& equations,
                             const Eigen::VectorXd& weight) {
   const BaseParameters& p = fit.parameters;
-  const auto columns = equations.columns({p.c2, p.beta, fit.u_c2_first});
+  auto columns = equations.columns({p.c2, p.beta, fit.u_c2_first});
   const Eigen::VectorXd residual =
       (columns.col(kColumnTarget) - p.r_discharge * columns.col(kColumnDischarge) -
        p.r_charge * columns.col(kColumnCharge)).array() - (p.u_dc - equations.offset());
   const double rho = std::clamp(lagOneCorrelation(residual), -0.9999, 0.9999);
+
+  const Overpotential last = lastState(series, range, equations, columns, p);
+  holdBounded(columns, p);
 
   IdentifiedModel model = unfitted(series, range, fit.status, "");
   model.parameters = p;
@@ -222,8 +234,10 @@ IdentifiedModel describeFit(const Series& series, IndexRange range, const Identi
       p);
   model.estimates = estimatesOf(p, model.covariance);
   model.scores = scoresOf(series, range, residual, rho, options.crank_weight_current);
+  if (std::none_of(model.estimates.begin(), model.estimates.begin() + kRowUDc,
+                   [](const ParameterEstimate& estimate) { return estimate.determined; }))
+    model.status = FitStatus::kNotExcited;
   model.message = sentenceOf(model);
-  const Overpotential last = lastState(series, range, equations, columns, p);
   model.state = {series.time[range.last - 1], last.value, series.current[range.last - 1]};
   carryCovariance(model.covariance, last);
   return model;

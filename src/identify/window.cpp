@@ -15,7 +15,8 @@ constexpr double kPaperWindow = 240.0;        // [s], paper, section V
 constexpr double kSamplesAtSlowRates = 900.0;
 constexpr double kAssumedError = 0.010;       // [V], see windowSuitability()
 constexpr double kAssumedCorrelation = 5.0;   // [s]
-constexpr double kEnough = 0.05;              // relative standard error that is good enough
+constexpr double kEnough = 0.05;              // relative standard error that halves a parameter's share
+constexpr double kNotExcited = 1e-3;          // share of a parameter that the window says nothing about
 constexpr double kNearlyBest = 0.95;          // of the best suitability: then the later window wins
 constexpr int kHopsPerWindow = 8;
 constexpr std::size_t kMinSamples = 30;       // as identify()
@@ -116,7 +117,7 @@ double windowSuitability(const Series& series, IndexRange range) {
   double product = 1.0;
   for (double relative : relativeErrors(information(series, range),
                                         kAssumedError * kAssumedError * inflation))
-    product *= std::min(1.0, kEnough / relative);
+    product *= std::max(kEnough / (kEnough + relative), kNotExcited);
   return std::pow(product, 0.25);
 }
 
@@ -141,8 +142,7 @@ WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
     choice.suitability = suitability[k];
   }
   choice.message = choice.range ? sentence(series, *choice.range, choice.suitability)
-                                : "no window: nowhere does the current excite all four parameters "
-                                  "(both signs and changes are needed)";
+                                : "no window: the current never changes";
   return choice;
 }
 

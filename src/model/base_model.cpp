@@ -46,9 +46,9 @@ double solveStage(const BaseParameters& p, double start, double weight, double c
     const double residual = u - start - weight * stateRate(p, u, current);
     (residual > 0.0 ? high : low) = u;
     const double step = residual / (1.0 + weight * chargeTransferConductance(p, u) / p.c2);
+    if (std::abs(step) < kNewtonTolerance) break;
     u -= step;
     if (!(u > low && u < high)) u = 0.5 * (low + high);
-    if (std::abs(step) < kNewtonTolerance) break;
   }
   return u;
 }
@@ -128,10 +128,12 @@ double settledOverpotential(const BaseParameters& p, double current) {
   double low = current < 0.0 ? -bound : 0.0;
   double high = current < 0.0 ? 0.0 : bound;
   double u = 0.5 * (low + high);
-  for (int k = 0; k < 200 && high - low > kNewtonTolerance; ++k) {
+  for (int k = 0; k < 200; ++k) {
     const double residual = chargeTransferCurrent(p, u) - current;
     (residual > 0.0 ? high : low) = u;
-    u -= residual / chargeTransferConductance(p, u);
+    const double step = residual / chargeTransferConductance(p, u);
+    if (std::abs(step) < kNewtonTolerance) break;
+    u -= step;
     if (!(u > low && u < high)) u = 0.5 * (low + high);
   }
   return u;

@@ -16,14 +16,19 @@ namespace {
 constexpr double kKelvin = 273.15;  // 0 degC
 const char* const kCovarianceNames[] = {"r_discharge", "r_charge", "c2", "beta", "u_dc", "u_c2"};
 
+/// Rounded to twelve digits, so that writing, reading and writing again gives the same text.
+double correlation(const Eigen::MatrixXd& covariance, int j, int k) {
+  const double scale = std::sqrt(covariance(j, j) * covariance(k, k));
+  return scale > 0.0 ? std::round(1e12 * covariance(j, k) / scale) / 1e12 : 0.0;
+}
+
 YAML::Node correlationNode(const Eigen::MatrixXd& covariance) {
   YAML::Node rows;
   for (int j = 0; j < covariance.rows(); ++j) {
     YAML::Node row;
     row.SetStyle(YAML::EmitterStyle::Flow);
     for (int k = 0; k < covariance.cols(); ++k) {
-      const double scale = std::sqrt(covariance(j, j) * covariance(k, k));
-      row.push_back(scale > 0.0 ? covariance(j, k) / scale : (j == k ? 1.0 : 0.0));
+      row.push_back(j == k ? 1.0 : correlation(covariance, j, k));
     }
     rows.push_back(row);
   }

@@ -15,7 +15,7 @@ enum class FitStatus {
   kIterationLimit,   ///< stopped by the iteration limit, still improving
   kStalled,          ///< no step lowers the cost and the gradient is not small
   kWindowTooShort,   ///< fewer samples than parameters need
-  kNotExcited,       ///< the window cannot determine the parameters at all (current never changes)
+  kNotExcited,       ///< the current never changes, or none of the four tunables is determined
 };
 
 /// @return "converged", "iteration_limit", "stalled", "window_too_short", "not_excited".
@@ -26,7 +26,7 @@ struct ParameterEstimate {
   std::string name;           ///< r_discharge, r_charge, c2, beta, u_dc
   std::string unit;           ///< ohm, F, 1/V, V
   double value = 0.0;         ///< in unit
-  std::optional<double> std;  ///< standard error in unit; none when the window says nothing about the parameter
+  std::optional<double> std;  ///< standard error in unit; none when nothing is known: not excited, or held at a bound
   bool at_bound = false;      ///< ended at (or in the penalty beyond) a bound of Table I
   bool determined = true;     ///< standard error below half the value (below 0.5 V for u_dc), and not at a bound
 };

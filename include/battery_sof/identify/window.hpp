@@ -31,12 +31,13 @@ double defaultWindowLength(const Series& series);
 /**
  * @brief How well a window determines the parameters, from its current alone.
  *
- *     s = prod_j min(1, 0.05 / rel_j)^(1/4),   rel_j: predicted relative standard error of r_discharge, r_charge, c2, beta
+ *     s = prod_j [ 0.05 / (0.05 + rel_j) ]^(1/4),   rel_j: predicted relative standard error of r_discharge, r_charge, c2, beta
  *
- * at the magnitudes of Table I with 10 mV of error correlated over 5 s. It is a measure of excitation, not yet of how
- * good a prediction will be.
+ * at the magnitudes of Table I with 10 mV of error correlated over 5 s. A parameter that is not excited at all counts
+ * with 0.001 in place of its share, so a window without any charging stays below 0.18. It is a measure of excitation,
+ * not yet of how good a prediction will be.
  *
- * @return [0, 1]; 0 when a parameter is not excited at all.
+ * @return [0, 1]; 0 for fewer than 30 samples.
  */
 double windowSuitability(const Series& series, IndexRange range);
 

@@ -1,0 +1,133 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+const fs::path kRoot = BATTERY_SOF_SOURCE_DIR;
+
+/// Stages in the order of the data flow: each may include itself and those before it.
+const std::vector<std::string> kStages = {"recording", "model", "identify", "predict", "diagnose", "report"};
+
+std::vector<fs::path> sourcesIn(const fs::path& folder) {
+  std::vector<fs::path> files;
+  if (!fs::exists(folder)) return files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const auto extension = entry.path().extension();
+    if (extension == ".cpp" || extension == ".hpp") files.push_back(entry.path());
+  }
+  return files;
+}
+
+std::vector<fs::path> sourcesOf(const std::string& stage) {
+  auto files = sourcesIn(kRoot / "src" / stage);
+  const auto headers = sourcesIn(kRoot / "include" / "battery_sof" / stage);
+  files.insert(files.end(), headers.begin(), headers.end());
+  return files;
+}
+
+std::vector<std::string> includesOf(const fs::path& file) {
+  std::vector<std::string> includes;
+  std::ifstream in(file);
+  const std::regex pattern(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])");
+  for (std::string line; std::getline(in, line);) {
+    std::smatch match;
+    if (std::regex_search(line, match, pattern)) includes.push_back(match[1]);
+  }
+  return includes;
+}
+
+/// Everything a translation unit reads, as the preprocessor sees it.
+std::string preprocessorDependencies(const fs::path& file) {
+  const std::string command = std::string(BATTERY_SOF_CXX) + " -std=c++17 -M -x c++ -I\"" + (kRoot / "include").string() +
+                              "\" -I\"" + BATTERY_SOF_GENERATED_DIR + "\" -isystem \"" + BATTERY_SOF_EIGEN_DIR + "\" \"" +
+                              file.string() + "\" 2>&1";
+  std::string output;
+  std::array<char, 4096> buffer{};
+  FILE* pipe = popen(command.c_str(), "r");
+  while (pipe != nullptr && std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) output += buffer.data();
+  EXPECT_EQ(pipe != nullptr ? pclose(pipe) : -1, 0) << command << "\n" << output;
+  return output;
+}
+
+TEST(Architecture, EveryStageIsFound) {
+  for (const auto& stage : {"recording", "model", "identify", "predict", "report"})
+    EXPECT_GT(sourcesOf(stage).size(), 2u) << stage;
+}
+
+TEST(Architecture, NoStageIncludesALaterOne) {
+  for (std::size_t stage = 0; stage < kStages.size(); ++stage)
+    for (const auto& file : sourcesOf(kStages[stage]))
+      for (const auto& include : includesOf(file))
+        for (std::size_t later = stage + 1; later < kStages.size(); ++later)
+          EXPECT_NE(include.rfind("battery_sof/" + kStages[later] + "/", 0), 0u)
+              << file << " (" << kStages[stage] << ") includes " << include;
+}
+
+TEST(Architecture, TheCoreReadsNoRosHeaderAtAll) {
+  const std::regex ros(R"((/ros/|/rosbag/|/rosbag_storage/|/[a-z_]+_msgs/)[A-Za-z_]+\.(h|hpp))");
+  for (const auto& stage : kStages)
+    for (const auto& file : sourcesIn(kRoot / "src" / stage)) {
+      if (file.extension() != ".cpp") continue;
+      std::smatch match;
+      const std::string dependencies = preprocessorDependencies(file);
+      EXPECT_FALSE(std::regex_search(dependencies, match, ros)) << file << " reads " << match.str();
+    }
+}
+
+TEST(Architecture, TheWallWouldSeeARosHeader) {
+  // The guard above must be able to fail: the edge does read ROS headers.
+  const std::string dependencies = preprocessorDependencies(kRoot / "src" / "bag" / "bag_storage.cpp");
+  EXPECT_NE(dependencies.find("/rosbag/"), std::string::npos);
+}
+
+TEST(Architecture, OnlyReportReadsJsonAndYaml) {
+  for (const auto& stage : {"recording", "model", "identify", "predict", "diagnose"})
+    for (const auto& file : sourcesOf(stage))
+      for (const auto& include : includesOf(file)) {
+        EXPECT_EQ(include.find("nlohmann"), std::string::npos) << file;
+        EXPECT_EQ(include.find("yaml"), std::string::npos) << file;
+      }
+}
+
+TEST(Architecture, TheReferenceIncludesNothingOfTheProduct) {
+  ASSERT_FALSE(sourcesIn(kRoot / "src" / "reference").empty());
+  for (const auto& file : sourcesIn(kRoot / "src" / "reference"))
+    for (const auto& include : includesOf(file))
+      EXPECT_EQ(include.rfind("battery_sof/", 0), std::string::npos) << file << " includes " << include;
+}
+
+TEST(Architecture, NothingOfTheProductIncludesTheReference) {
+  for (const auto& folder : {"recording", "model", "identify", "predict", "diagnose", "report", "bag", "ros", "cli"})
+    for (const auto& file : sourcesOf(folder))
+      for (const auto& include : includesOf(file))
+        EXPECT_EQ(include.find("reference/"), std::string::npos) << file << " includes " << include;
+}
+
+TEST(Architecture, MainFilesOnlyWire) {
+  for (const auto& file : sourcesIn(kRoot / "src")) {
+    if (file.string().find("_main.cpp") == std::string::npos) continue;
+    std::ifstream in(file);
+    int lines = 0;
+    for (std::string line; std::getline(in, line);) ++lines;
+    EXPECT_LT(lines, 60) << file;
+  }
+}
+
+TEST(Architecture, TheCoreNeitherPrintsNorReadsAClock) {
+  const std::regex forbidden(R"((std::cout|std::cerr|\bprintf\(|fprintf\(|system_clock|steady_clock|\btime\(nullptr))");
+  for (const auto& stage : kStages)
+    for (const auto& file : sourcesOf(stage)) {
+      std::ifstream in(file);
+      for (std::string line; std::getline(in, line);) EXPECT_FALSE(std::regex_search(line, forbidden)) << file << ": " << line;
+    }
+}
+
+}  // namespace

@@ -1,0 +1,53 @@
+#include "battery_sof/model/overpotential_sweep.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/base_drive.hpp"
+
+namespace battery_sof {
+namespace {
+
+std::vector<Overpotential> stepByStep(const std::vector<HeldCurrent>& held, const BaseParameters& p, double first) {
+  const OverpotentialStep step(p);
+  std::vector<Overpotential> states;
+  Overpotential state{first, 1.0, 0.0, 0.0};
+  for (const HeldCurrent& h : held) {
+    state = step.advance(state, h.current, h.duration);
+    states.push_back(state);
+  }
+  return states;
+}
+
+TEST(HeldCurrent, IsTheMeanOfItsEndsAndRestAcrossAGap) {
+  EXPECT_DOUBLE_EQ(heldCurrent(1.0, -10.0, 1.5, 20.0, 5.0).current, 5.0);
+  EXPECT_DOUBLE_EQ(heldCurrent(1.0, -10.0, 1.5, 20.0, 5.0).duration, 0.5);
+  EXPECT_DOUBLE_EQ(heldCurrent(1.0, -10.0, 9.0, 20.0, 5.0).current, 0.0);
+}
+
+TEST(OverpotentialSweep, EqualsTheStepSampleBySample) {
+  // 1000 samples: seven whole blocks and a part of one; a gap in the middle; a start away from zero.
+  Series series = test::baseDrive(2, 10.0);
+  for (std::size_t n = 500; n < series.size(); ++n) series.time[n] += 30.0;
+  const auto held = heldCurrents(series, {0, series.size()}, 5.0);
+  for (double beta : {1.0, 22.0, 1000.0}) {
+    BaseParameters p = test::drivenBattery();
+    p.beta = beta;
+    p.c2 = 300.0;
+    const double first = 0.5 / beta;
+    const auto expected = stepByStep(held, p, first);
+    OverpotentialSweep(held, p.i0).run({p.c2, p.beta, first}, [&](Eigen::Index block, const auto& states) {
+      for (int k = 0; k < OverpotentialSweep::kBlock; ++k) {
+        const auto n = static_cast<std::size_t>(block * OverpotentialSweep::kBlock + k);
+        if (n >= expected.size()) break;
+        const double scale = 1.0 / beta;
+        EXPECT_NEAR(states.u_c2[k], expected[n].value, 1e-11 * scale);
+        EXPECT_NEAR(states.d_log_c2[k], expected[n].d_c2 * p.c2, 1e-9 * scale);
+        EXPECT_NEAR(states.d_log_beta[k], expected[n].d_beta * p.beta, 1e-9 * scale);
+        EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9);
+      }
+    });
+  }
+}
+
+}  // namespace
+}  // namespace battery_sof

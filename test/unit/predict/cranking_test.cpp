@@ -1,0 +1,161 @@
+#include "battery_sof/predict/cranking.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "battery_sof/identify/identification.hpp"
+#include "support/base_drive.hpp"
+
+namespace battery_sof {
+namespace {
+
+IdentifiedModel driveModel(std::uint64_t seed = 1) {
+  const Series series = test::baseDrive(seed);
+  return identify(series, {0, series.size()});
+}
+
+CrankingQuery usualQuery() {
+  CrankingQuery query;
+  query.i_load = -25.0;
+  query.t_stop = 30.0;
+  query.i_cranking = -200.0;
+  query.t_cranking = 0.8;
+  query.u_required = 7.2;
+  return query;
+}
+
+/// Minimum over (t_stop, t_stop + t_cranking] in steps of a millisecond.
+double byBruteForce(const IdentifiedModel& model, const CrankingQuery& query) {
+  const OverpotentialStep step(model.parameters);
+  double u = model.state.u_c2;
+  for (int k = 0; k < std::lround(query.t_stop * 1e3); ++k) u = step.advance(u, query.i_load, 1e-3);
+  double lowest = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < std::lround(query.t_cranking * 1e3); ++k) {
+    u = step.advance(u, query.i_cranking, 1e-3);
+    lowest = std::min(lowest, terminalVoltage(model.parameters, query.i_cranking, u));
+  }
+  return lowest;
+}
+
+TEST(PredictCranking, EqualsABruteForceSimulation) {
+  const IdentifiedModel model = driveModel();
+  for (double i_load : {0.0, -25.0, -60.0})
+    for (double t_stop : {0.0, 5.0, 60.0})
+      for (double t_cranking : {0.1, 1.0, 3.0}) {
+        CrankingQuery query = usualQuery();
+        query.i_load = i_load;
+        query.t_stop = t_stop;
+        query.t_cranking = t_cranking;
+        EXPECT_NEAR(predictCranking(model, query).u_min->value, byBruteForce(model, query), 1e-9);
+      }
+}
+
+TEST(PredictCranking, FindsTheMinimumAtTheBeginningWhenTheBatteryRecoversDuringTheCrank) {
+  // After -300 A the state lies below what -1 A settles at: u_c2 rises during the "crank".
+  IdentifiedModel model = driveModel();
+  model.state.u_c2 = settledOverpotential(model.parameters, -300.0);
+  CrankingQuery query = usualQuery();
+  query.t_stop = 0.0;
+  query.i_cranking = -1.0;
+  query.t_cranking = 10.0;
+  EXPECT_NEAR(predictCranking(model, query).u_min->value, byBruteForce(model, query), 1e-3);
+}
+
+TEST(PredictCranking, ALongerStopAndAStrongerCrankNeverRaiseTheMinimumOfARestedBattery) {
+  IdentifiedModel model = driveModel();
+  model.state.u_c2 = 0.0;
+  double before = 100.0;
+  for (double t_stop : {0.0, 1.0, 10.0, 60.0, 600.0}) {
+    CrankingQuery query = usualQuery();
+    query.t_stop = t_stop;
+    const double u = predictCranking(model, query).u_min->value;
+    EXPECT_LE(u, before);
+    before = u;
+  }
+}
+
+TEST(PredictCranking, TheIntervalHoldsTheTruthInNineOfTenDrives) {
+  int inside = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const IdentifiedModel model = driveModel(seed);
+    const auto u = predictCranking(model, usualQuery()).u_min;
+    IdentifiedModel truth = model;
+    truth.parameters = test::drivenBattery();
+    const double expected = predictCranking(truth, usualQuery()).u_min->value;
+    inside += expected >= u->lower && expected <= u->upper;
+  }
+  EXPECT_GE(inside, 84);  // 90 less two binomial standard deviations
+}
+
+TEST(PredictCranking, SaysWhetherTheCrankHolds) {
+  CrankingQuery query = usualQuery();
+  query.u_required = 7.2;
+  EXPECT_TRUE(*predictCranking(driveModel(), query).capable);
+  query.u_required = 12.0;
+  EXPECT_FALSE(*predictCranking(driveModel(), query).capable);
+  query.u_required.reset();
+  EXPECT_FALSE(predictCranking(driveModel(), query).capable.has_value());
+}
+
+TEST(PredictCranking, RefusesEveryImpossibleQueryAndNamesTheInput) {
+  const IdentifiedModel model = driveModel();
+  const auto refused = [&](auto change, const std::string& name) {
+    CrankingQuery query = usualQuery();
+    change(query);
+    const CrankingAnswer answer = predictCranking(model, query);
+    EXPECT_EQ(answer.code, AnswerCode::kInvalidQuery) << name;
+    EXPECT_FALSE(answer.u_min.has_value()) << name;
+    EXPECT_FALSE(answer.valid) << name;
+    EXPECT_NE(answer.message.find(name), std::string::npos) << answer.message;
+  };
+  const double nan = std::nan("");
+  refused([&](auto& q) { q.i_load = nan; }, "i_load");
+  refused([&](auto& q) { q.t_stop = nan; }, "t_stop");
+  refused([&](auto& q) { q.i_cranking = nan; }, "i_cranking");
+  refused([&](auto& q) { q.t_cranking = nan; }, "t_cranking");
+  refused([&](auto& q) { q.u_required = nan; }, "u_required");
+  refused([&](auto& q) { q.i_cranking = 200.0; }, "i_cranking");
+  refused([&](auto& q) { q.i_load = 5.0; }, "i_load");
+  refused([&](auto& q) { q.t_stop = -1.0; }, "t_stop");
+  refused([&](auto& q) { q.t_stop = 365.0 * 86400.0; }, "t_stop");
+  refused([&](auto& q) { q.t_cranking = 0.0; }, "t_cranking");
+  refused([&](auto& q) { q.i_cranking = -std::numeric_limits<double>::infinity(); }, "i_cranking");
+}
+
+TEST(PredictCranking, NamesAllFaultsOfAQueryAtOnce) {
+  CrankingQuery query = usualQuery();
+  query.i_load = 3.0;
+  query.t_stop = -1.0;
+  const std::string faults = faultsOf(query);
+  EXPECT_NE(faults.find("i_load"), std::string::npos);
+  EXPECT_NE(faults.find("t_stop"), std::string::npos);
+}
+
+TEST(PredictCranking, IsNotValidBeyondWhatTheWindowExcited) {
+  CrankingQuery query = usualQuery();
+  query.i_cranking = -900.0;
+  const CrankingAnswer answer = predictCranking(driveModel(), query);
+  EXPECT_EQ(answer.code, AnswerCode::kExtrapolation);
+  EXPECT_FALSE(answer.valid);
+  EXPECT_TRUE(answer.u_min.has_value());
+}
+
+TEST(PredictCranking, IsNotValidWhenTheStopTakesMoreThanOnePercentOfTheCharge) {
+  CrankingQuery query = usualQuery();
+  query.t_stop = 120.0;  // 25 A for 120 s: 0.83 Ah of 50 Ah
+  EXPECT_FALSE(predictCranking(driveModel(), query, 50.0).valid);
+  EXPECT_TRUE(predictCranking(driveModel(), query, 100.0).valid);
+}
+
+TEST(PredictCranking, HasNoAnswerFromAModelThatCannotBeUsed) {
+  IdentifiedModel model = driveModel();
+  model.status = FitStatus::kNotExcited;
+  const CrankingAnswer answer = predictCranking(model, usualQuery());
+  EXPECT_EQ(answer.code, AnswerCode::kNoModel);
+  EXPECT_FALSE(answer.u_min.has_value());
+}
+
+}  // namespace
+}  // namespace battery_sof

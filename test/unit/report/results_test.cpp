@@ -1,0 +1,62 @@
+#include "battery_sof/report/results.hpp"
+
+#include <gtest/gtest.h>
+
+#include "battery_sof/identify/identification.hpp"
+#include "support/base_drive.hpp"
+
+namespace battery_sof {
+namespace {
+
+IdentifiedModel fittedModel() {
+  const Series series = test::baseDrive(1);
+  return identify(series, {0, series.size()});
+}
+
+TEST(IdentifyJson, HoldsTheContractsFields) {
+  const auto json = identifyJson(fittedModel());
+  EXPECT_EQ(json["schema"], "battery_sof/model/1");
+  EXPECT_TRUE(json["window"]["from_s"].is_number());
+  EXPECT_EQ(json["samples"], 24000);
+  EXPECT_TRUE(json["effects"].is_array());
+  EXPECT_EQ(json["status"], "converged");
+  ASSERT_EQ(json["parameters"].size(), 5u);
+  for (const auto& parameter : json["parameters"])
+    for (const char* key : {"name", "value", "std", "unit", "at_bound", "determined"})
+      EXPECT_TRUE(parameter.contains(key)) << key;
+  for (const char* key : {"message", "q_dyn_percent", "rmse_v", "suitability", "fit_ms"})
+    EXPECT_TRUE(json.contains(key)) << key;
+}
+
+TEST(IdentifyText, SaysWhichParametersAreNotDetermined) {
+  IdentifiedModel model = fittedModel();
+  model.estimates[1].determined = false;
+  model.estimates[1].std.reset();
+  EXPECT_NE(identifyText(model).find("not determined"), std::string::npos);
+}
+
+TEST(PredictionJson, HoldsTheContractsFieldsAndNullForWhatIsUndefined) {
+  PredictionScores scores;
+  scores.cranks.push_back({12.0, -200.0, 10.1, {10.0, 9.8, 10.2}});
+  const auto json = predictionJson(scores);
+  EXPECT_EQ(json["schema"], "battery_sof/prediction/1");
+  EXPECT_TRUE(json["q_dyn_percent"].is_null());
+  EXPECT_TRUE(json["crank_mae_v"].is_null());
+  for (const char* key : {"time_s", "measured_min_v", "predicted_min_v", "lower_v", "upper_v"})
+    EXPECT_TRUE(json["cranks"][0].contains(key)) << key;
+}
+
+TEST(CrankingJson, HoldsTheServicesFieldsAndNullForAbsentNumbers) {
+  CrankingAnswer answer;
+  answer.code = AnswerCode::kInvalidQuery;
+  answer.message = "t_stop is -1";
+  const auto json = crankingJson(answer);
+  EXPECT_TRUE(json["u_min"].is_null());
+  EXPECT_TRUE(json["capable"].is_null());
+  EXPECT_EQ(json["valid"], false);
+  EXPECT_EQ(json["code"], 1);
+  EXPECT_EQ(json["message"], "t_stop is -1");
+}
+
+}  // namespace
+}  // namespace battery_sof
