@@ -85,7 +85,13 @@ BaseFit searchFromCoarse(const std::vector<BaseNormalEquations::Sample>& samples
   BaseFit start = startOf(options);
   if (samples.size() >= kCoarseFrom) {
     const BaseNormalEquations coarse(coarsened(samples, kCoarseFactor), start.parameters.i0);
-    start = searchRobust(coarse, options, start);
+    const BaseFit wished = searchRobust(coarse, options, start);
+    start = wished;
+    // A start far off may lead nowhere; Table I's own costs little on averages.
+    if (options.initial != IdentifyOptions{}.initial || wished.status != FitStatus::kConverged) {
+      const BaseFit usual = searchRobust(coarse, options, startOf({}));
+      if (usual.cost < wished.cost) start = usual;
+    }
   }
   return searchRobust(equations, options, start);
 }

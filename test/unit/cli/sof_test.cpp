@@ -1,0 +1,319 @@
+#include "battery_sof/cli/sof.hpp"
+
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <std_msgs/Float64.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "battery_sof/bag/bag_storage.hpp"
+#include "battery_sof/recording/csv.hpp"
+#include "support/base_drive.hpp"
+
+namespace battery_sof {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code;
+  std::string out, err;
+};
+
+Outcome sof(const std::vector<std::string>& arguments) {
+  std::ostringstream out, err;
+  const int code = runSof(arguments, out, err);
+  return {code, out.str(), err.str()};
+}
+
+/// A folder with a space in its name that goes away with the test, and a five-minute drive in it.
+class Sof : public testing::Test {
+ protected:
+  Sof() : folder_(fs::temp_directory_path() / ("battery_sof cli " + std::to_string(getpid()))) {
+    fs::create_directories(folder_);
+    drive_ = path("drive.csv");
+    writeCsv(drive_, test::baseDrive(1, 300.0));
+    model_ = path("model.yaml");
+  }
+  ~Sof() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string write(const std::string& name, const std::string& content) const {
+    std::ofstream(path(name), std::ios::binary) << content;
+    return path(name);
+  }
+  Outcome identify() const { return sof({"identify", drive_, "--from", "0", "--to", "240", "--out", model_}); }
+
+  /// check, identify and convert all refuse a recording with one line that holds every given piece.
+  void expectRefused(const std::string& file, const std::vector<std::string>& pieces) const {
+    const std::vector<std::vector<std::string>> calls = {
+        {"check", file}, {"identify", file, "--out", model_}, {"convert", file, path("converted.csv")}};
+    for (const auto& call : calls) {
+      const Outcome outcome = sof(call);
+      EXPECT_EQ(outcome.code, 2) << call[0];
+      for (const auto& piece : pieces) EXPECT_NE(outcome.err.find(piece), std::string::npos) << outcome.err;
+    }
+    EXPECT_FALSE(fs::exists(model_));
+    EXPECT_FALSE(fs::exists(path("converted.csv")));
+  }
+
+  fs::path folder_;
+  std::string drive_, model_;
+};
+
+TEST_F(Sof, PrintsItsVersionAndHelpAndSucceeds) {
+  EXPECT_EQ(sof({"--version"}).code, 0);
+  EXPECT_NE(sof({"--version"}).out.find("sof "), std::string::npos);
+  for (const char* command : {"check", "convert", "identify", "predict", "crank"}) {
+    EXPECT_NE(sof({"--help"}).out.find(command), std::string::npos);
+    EXPECT_EQ(sof({command, "--help"}).code, 0);
+  }
+}
+
+TEST_F(Sof, ExitsWithTwoOnWrongUsage) {
+  EXPECT_EQ(sof({}).code, 2);
+  EXPECT_EQ(sof({"dance"}).code, 2);
+  EXPECT_EQ(sof({"identify", drive_}).code, 2);
+  EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--from", "soon"}).code, 2);
+  EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--from", "5000"}).code, 2);
+  EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--start", "lucky"}).code, 2);
+  EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--effects", "gassing"}).code, 2);
+  EXPECT_EQ(sof({"convert", drive_, path("drive.txt")}).code, 2);
+}
+
+TEST_F(Sof, IdentifiesAWindowAndWritesTheModel) {
+  const Outcome outcome = sof({"identify", drive_, "--from", "0", "--to", "240", "--out", model_, "--json", "-"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json["status"], "converged");
+  EXPECT_DOUBLE_EQ(json["window"]["to_s"], 240.0);
+  EXPECT_NEAR(json["parameters"][0]["value"].get<double>(), 0.006, 1e-4);
+  EXPECT_NEAR(json["state"]["time_s"].get<double>(), 240.0, 1e-9) << "the state is carried to --to";
+  std::ifstream file(model_);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_NE(text.find("sha256:"), std::string::npos);
+}
+
+TEST_F(Sof, ChoosesTheWindowUnlessBothEndsAreGivenAndCarriesTheStateToTheEnd) {
+  const Outcome outcome = sof({"identify", drive_, "--from", "30", "--out", model_, "--json", path("result.json")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("r_discharge"), std::string::npos);
+  std::ifstream file(path("result.json"));
+  const auto json = nlohmann::json::parse(file);
+  EXPECT_GE(json["window"]["from_s"].get<double>(), 30.0);
+  EXPECT_NEAR(json["state"]["time_s"].get<double>(), 299.99, 1e-6);
+}
+
+TEST_F(Sof, CountsTimesWithAPlusFromTheFirstSample) {
+  Series late = test::baseDrive(1, 300.0);
+  for (double& t : late.time) t += 1.7e9;
+  writeCsv(path("late.csv"), late);
+  for (const auto& from_to : {std::pair("+0", "+240"), std::pair("0", "240"), std::pair("1700000000", "1700000240")}) {
+    const Outcome outcome = sof({"identify", path("late.csv"), "--from", from_to.first, "--to", from_to.second, "--out",
+                                 model_, "--json", "-"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NEAR(nlohmann::json::parse(outcome.out)["window"]["to_s"].get<double>(), 1.70000024e9, 1e-3);
+  }
+}
+
+TEST_F(Sof, SaysSoWhenAWindowCannotBeIdentified) {
+  Series rest = test::answered(test::drivenBattery(), std::vector<double>(3000, -1.0), 0.01, 0.002, 1);
+  writeCsv(path("rest.csv"), rest);
+  const Outcome outcome = sof({"identify", path("rest.csv"), "--out", model_, "--json", path("result.json")});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("no model"), std::string::npos);
+  EXPECT_FALSE(fs::exists(model_));
+  std::ifstream file(path("result.json"));
+  EXPECT_EQ(nlohmann::json::parse(file)["status"], "not_excited");
+}
+
+TEST_F(Sof, PredictsAndWritesThePredictionSampleBySample) {
+  ASSERT_EQ(identify().code, 0);
+  const Outcome outcome =
+      sof({"predict", model_, drive_, "--from", "240", "--csv", path("prediction.csv"), "--json", "-"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json["schema"], "battery_sof/prediction/1");
+  EXPECT_GT(json["q_dyn_percent"].get<double>(), 95.0);
+  std::ifstream file(path("prediction.csv"));
+  std::string header;
+  std::getline(file, header);
+  EXPECT_EQ(header, "time_s,current_a,voltage_v,predicted_v,lower_v,upper_v");
+}
+
+TEST_F(Sof, AnswersACrank) {
+  ASSERT_EQ(identify().code, 0);
+  const Outcome outcome = sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200", "--t-cranking",
+                               "0.8", "--u-required", "7.2", "--json", "-"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json["capable"], true);
+  EXPECT_LT(json["lower"].get<double>(), json["u_min"].get<double>());
+}
+
+TEST_F(Sof, AnswersACrankOfARestedBattery) {
+  ASSERT_EQ(identify().code, 0);
+  const std::vector<std::string> query = {"crank", model_, "--i-load", "0", "--t-stop", "0", "--i-cranking", "-200", "--json", "-"};
+  auto rested = query;
+  rested.push_back("--rested");
+  const double now = nlohmann::json::parse(sof(query).out)["u_min"];
+  EXPECT_NE(now, nlohmann::json::parse(sof(rested).out)["u_min"].get<double>());
+}
+
+TEST_F(Sof, ExitsWithOneWhenTheAnswerIsAnExtrapolation) {
+  ASSERT_EQ(identify().code, 0);
+  const Outcome outcome = sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-900"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("i_cranking"), std::string::npos);
+}
+
+TEST_F(Sof, RefusesImpossibleCranksByName) {
+  ASSERT_EQ(identify().code, 0);
+  const auto refused = [&](const std::string& load, const std::string& stop, const std::string& cranking, const char* name) {
+    const Outcome outcome = sof({"crank", model_, "--i-load", load, "--t-stop", stop, "--i-cranking", cranking});
+    EXPECT_EQ(outcome.code, 2) << name;
+    EXPECT_NE(outcome.err.find(name), std::string::npos) << outcome.err;
+    EXPECT_TRUE(outcome.out.empty());
+  };
+  refused("-20", "nan", "-200", "t_stop");
+  refused("nan", "30", "-200", "i_load");
+  refused("-20", "30", "200", "i_cranking");
+  refused("-20", "-5", "-200", "t_stop");
+  refused("-20", "31536000", "-200", "t_stop");
+}
+
+TEST_F(Sof, RefusesAModelFileThatIsNone) {
+  EXPECT_EQ(sof({"predict", path("nothing.yaml"), drive_}).code, 2);
+  const Outcome outcome = sof({"predict", write("broken.yaml", "schema: other\n"), drive_});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("broken.yaml: schema"), std::string::npos);
+}
+
+TEST_F(Sof, RefusesAMissingFile) { expectRefused(path("nothing.csv"), {"nothing.csv"}); }
+
+TEST_F(Sof, RefusesAnEmptyFile) { expectRefused(write("empty.csv", ""), {"empty.csv", "empty"}); }
+
+TEST_F(Sof, RefusesAHeaderOnly) {
+  expectRefused(write("header.csv", "time_s,current_a,voltage_v\n"), {"header.csv"});
+}
+
+TEST_F(Sof, RefusesAWrongColumnAndListsTheFilesColumns) {
+  expectRefused(write("columns.csv", "time_s,amps,voltage_v\n0,1,12\n"), {"current_a", "amps"});
+}
+
+TEST_F(Sof, RefusesTextInANumberAndSaysWhere) {
+  expectRefused(write("text.csv", "time_s,current_a,voltage_v\n0,1,12\n1,lots,12\n"), {"text.csv", "3", "current_a", "lots"});
+}
+
+TEST_F(Sof, RefusesAnUnsortedFile) {
+  std::string text = "time_s,current_a,voltage_v\n";
+  for (int k = 0; k < 100; ++k) text += std::to_string((k * 37) % 100) + ",1,12\n";
+  expectRefused(write("unsorted.csv", text), {"unsorted.csv", "sorted"});
+}
+
+TEST_F(Sof, RefusesAFileWithoutASingleFiniteSample) {
+  expectRefused(write("nan.csv", "time_s,current_a,voltage_v\n0,nan,12\n1,,12\n2,inf,12\n"), {"nan.csv"});
+}
+
+TEST_F(Sof, CountsMissingInfiniteAndRepeatedSamplesByReason) {
+  std::ostringstream text;
+  text << "time_s,current_a,voltage_v\n";
+  for (int k = 0; k < 200; ++k) text << k << "," << (k % 20 < 10 ? -5 : 5) << ",12.5\n";
+  text << "200,nan,12\n201,inf,12\n202,1,12.5\n202,1,12.5\n150,1,12.5\n";
+  const Outcome outcome = sof({"check", write("faulty.csv", text.str()), "--json", "-"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto rejected = nlohmann::json::parse(outcome.out)["rejected"];
+  EXPECT_EQ(rejected["missing_value"], 1);
+  EXPECT_EQ(rejected["not_finite"], 1);
+  EXPECT_EQ(rejected["duplicate_stamp"], 1);
+  EXPECT_EQ(rejected["clock_step_back"], 1);
+}
+
+TEST_F(Sof, RefusesATruncatedBag) {
+  writeBag(path("whole.bag"), test::baseDrive(1, 20.0));
+  fs::copy_file(path("whole.bag"), path("truncated.bag"));
+  fs::resize_file(path("truncated.bag"), fs::file_size(path("whole.bag")) / 2);
+  expectRefused(path("truncated.bag"), {"truncated.bag"});
+}
+
+TEST_F(Sof, RefusesABagWithoutTheTopicAndListsItsTopics) {
+  writeBag(path("other.bag"), test::baseDrive(1, 1.0), "starter_battery");
+  expectRefused(path("other.bag"), {"battery_state", "starter_battery"});
+  EXPECT_EQ(sof({"check", path("other.bag"), "--topic", "starter_battery"}).code, 0);
+}
+
+TEST_F(Sof, RefusesATopicOfAnotherType) {
+  rosbag::Bag bag(path("type.bag"), rosbag::bagmode::Write);
+  bag.write("battery_state", ros::Time(1.0), std_msgs::Float64());
+  bag.close();
+  expectRefused(path("type.bag"), {"std_msgs/Float64", "sensor_msgs/BatteryState"});
+}
+
+TEST_F(Sof, ConvertsToABagAndBackWithoutChangingASample) {
+  ASSERT_EQ(sof({"convert", drive_, path("drive.bag")}).code, 0);
+  ASSERT_EQ(sof({"convert", path("drive.bag"), path("back.csv")}).code, 0);
+  const Series before = readCsv(drive_).series, after = readCsv(path("back.csv")).series;
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t n = 0; n < before.size(); ++n) {
+    EXPECT_NEAR(after.time[n], before.time[n], 1e-9);
+    EXPECT_NEAR(after.current[n], before.current[n], 3e-5);  // single precision in the message
+    EXPECT_NEAR(after.voltage[n], before.voltage[n], 1e-6);
+  }
+}
+
+TEST_F(Sof, GivesTheSameModelForABagAsForItsCsv) {
+  ASSERT_EQ(sof({"convert", drive_, path("drive.bag")}).code, 0);
+  const auto fit = [&](const std::string& file) {
+    return nlohmann::json::parse(sof({"identify", file, "--from", "0", "--to", "240", "--out", model_, "--json", "-"}).out);
+  };
+  const auto csv = fit(drive_), bag = fit(path("drive.bag"));
+  for (std::size_t j = 0; j < 5; ++j)
+    EXPECT_NEAR(bag["parameters"][j]["value"].get<double>(), csv["parameters"][j]["value"].get<double>(),
+                1e-5 * csv["parameters"][j]["value"].get<double>());
+}
+
+TEST_F(Sof, LeavesNoHalfWrittenFileWhenTheFolderDoesNotExist) {
+  const Outcome outcome = sof({"identify", drive_, "--out", path("missing folder/model.yaml")});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_FALSE(fs::exists(path("missing folder")));
+}
+
+/// Real recordings: a model or a clear reason for none, never a crash.
+TEST_F(Sof, HasAnAnswerForEveryRealRecording) {
+  const fs::path data = fs::path(BATTERY_SOF_SOURCE_DIR) / ".." / "shared" / "data";
+  if (!fs::exists(data)) GTEST_SKIP() << "no recordings at ../shared/data beside the checkout";
+  const std::vector<std::vector<std::string>> recordings = {
+      {"startstop_car/drive_1.csv", "t_s", "current_A", "voltage_V"},
+      {"startstop_car/drive_2.csv", "t_s", "current_A", "voltage_V"},
+      {"startstop_car/other_car_1.csv", "t_s", "current_A", "voltage_V"},
+      {"frc_robot/match.csv", "t_s", "current_A_minus_sum_of_channels", "voltage_V_roborio"},
+      {"agm_bench/full_cycle.csv", "t_s", "current_A", "voltage_V"},
+      {"solar_vrla/ten_days.csv", "time", "current", "voltage", "--discharge-positive"},
+      {"leaf_cell/hppc_25c.csv", "Time(s)", "Current(A)", "Voltage(V)"}};
+  for (const auto& recording : recordings) {
+    SCOPED_TRACE(recording[0]);
+    const std::string file = (data / recording[0]).string();
+    std::vector<std::string> columns = {"--time-column", recording[1], "--current-column", recording[2], "--voltage-column", recording[3]};
+    columns.insert(columns.end(), recording.begin() + 4, recording.end());
+    const auto call = [&](std::vector<std::string> arguments) {
+      arguments.insert(arguments.end(), columns.begin(), columns.end());
+      return sof(arguments);
+    };
+    EXPECT_EQ(call({"check", file}).code, 0);
+    const Outcome outcome = call({"identify", file, "--out", model_});
+    if (outcome.code == 0) {
+      EXPECT_EQ(call({"predict", model_, file}).code, 0);
+    } else {
+      EXPECT_EQ(outcome.code, 1);
+      EXPECT_NE(outcome.err.find("no model: "), std::string::npos);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace battery_sof
