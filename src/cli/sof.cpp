@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <ostream>
 
-#include "battery_sof/version.hpp"
+#include "battery_sof/report/version.hpp"
 #include "command.hpp"
 
 namespace battery_sof {
@@ -22,12 +22,16 @@ int parseAndRun(CLI::App& app, CommandLine& line, std::vector<std::string> argum
 
 }  // namespace
 
-int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err) {
+int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
+           const std::vector<ExternalCommand>& external) {
+  for (const auto& command : external)
+    if (!arguments.empty() && arguments[0] == command.name)
+      return command.run({arguments.begin() + 1, arguments.end()}, out, err);
   CLI::App app("What a vehicle's 12 V battery can still do, from the current and voltage of driving.\n"
                "Current is positive into the battery. Exit: 0 done, 1 an honest negative outcome, "
                "2 wrong usage or input.",
                "sof");
-  app.set_version_flag("--version", std::string("sof ") + kVersion);
+  app.set_version_flag("--version", "sof " + version());
   app.require_subcommand(1);
   CommandLine line{out, err, nullptr};
   addCheckCommand(app, line);
@@ -35,6 +39,7 @@ int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::os
   addIdentifyCommand(app, line);
   addPredictCommand(app, line);
   addCrankCommand(app, line);
+  for (const auto& command : external) app.add_subcommand(command.name, command.description);
   try {
     return parseAndRun(app, line, arguments);
   } catch (const std::exception& error) {

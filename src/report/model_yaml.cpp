@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/version.hpp"
+#include "battery_sof/report/version.hpp"
 
 namespace battery_sof {
 namespace {
@@ -219,7 +219,7 @@ void readFit(const Reader& root, IdentifiedModel& model) {
 std::string modelYaml(const IdentifiedModel& model) {
   YAML::Node root;
   root["schema"] = kModelSchema;
-  root["program"] = std::string("battery_sof ") + kVersion;
+  root["program"] = "battery_sof " + version();
   root["recording"]["name"] = model.recording;
   root["recording"]["hash"] = model.recording_hash;
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);

@@ -3,7 +3,7 @@
 #include <cstdarg>
 #include <cstdio>
 
-#include "battery_sof/version.hpp"
+#include "battery_sof/report/version.hpp"
 
 namespace battery_sof {
 namespace {
@@ -53,7 +53,7 @@ nlohmann::json identifyJson(const IdentifiedModel& model) {
                           {"at_bound", estimate.at_bound},
                           {"determined", estimate.determined}});
   return {{"schema", "battery_sof/model/1"},
-          {"program", std::string("battery_sof ") + kVersion},
+          {"program", "battery_sof " + version()},
           {"recording", model.recording},
           {"window", windowJson(model.window)},
           {"samples", model.window.samples},

@@ -49,7 +49,7 @@ std::vector<std::string> includesOf(const fs::path& file) {
 /// Everything a translation unit reads, as the preprocessor sees it.
 std::string preprocessorDependencies(const fs::path& file) {
   const std::string command = std::string(BATTERY_SOF_CXX) + " -std=c++17 -M -x c++ -I\"" + (kRoot / "include").string() +
-                              "\" -I\"" + BATTERY_SOF_GENERATED_DIR + "\" -isystem \"" + BATTERY_SOF_EIGEN_DIR + "\" \"" +
+                              "\" -isystem \"" + BATTERY_SOF_EIGEN_DIR + "\" \"" +
                               file.string() + "\" 2>&1";
   std::string output;
   std::array<char, 4096> buffer{};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <iosfwd>
 #include <string>
 #include <vector>
@@ -13,11 +14,19 @@ enum ExitCode : int {
   kExitUsage = 2,     ///< wrong usage or unusable input
 };
 
+/// A subcommand that lives outside the product and is only started from here (the reference simulator).
+struct ExternalCommand {
+  std::string name, description;
+  /// Takes the arguments after the name; returns an ExitCode.
+  std::function<int(const std::vector<std::string>&, std::ostream&, std::ostream&)> run;
+};
+
 /**
  * @brief The command `sof`, without the process around it.
  * @param arguments without the program's name.  @param out, err standard output and error.
  * @return an ExitCode. Never throws; every error is one line on err.
  */
-int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err);
+int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
+           const std::vector<ExternalCommand>& external = {});
 
 }  // namespace battery_sof

@@ -1,0 +1,7 @@
+#include "battery_sof/report/version.hpp"
+
+namespace battery_sof {
+
+std::string version() { return BATTERY_SOF_VERSION; }
+
+}  // namespace battery_sof
