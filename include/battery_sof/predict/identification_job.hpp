@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "battery_sof/identify/identification.hpp"
+#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/recording/series.hpp"
+
+namespace battery_sof {
+
+/// Everything an identification needs, copied, so that any thread can run it.
+struct IdentificationJob {
+  int epoch = 0;                        ///< which run of the clock the samples belong to
+  Series series;                        ///< the buffered samples
+  std::optional<double> window_length;  ///< [s]; else defaultWindowLength()
+  double min_suitability = 0.0;         ///< [0, 1], a window below it is not fitted
+  IdentifyOptions options;
+  std::optional<IdentifiedModel> incumbent;  ///< the model in use, to be compared with
+};
+
+/// What a job came to.
+struct IdentificationResult {
+  int epoch = 0;
+  std::optional<IdentifiedModel>
+      model;             ///< state at the series' last sample; none when no window could be fitted
+  std::string message;   ///< one sentence
+  double max_gap = 0.0;  ///< [s], gapThreshold() of the series
+  double recent_rmse = 0.0;              ///< [V], of the model over the most recent window
+  std::optional<double> incumbent_rmse;  ///< [V], of the incumbent over the same samples
+};
+
+/// The most recent stretch without a gap, at most `length` [s] long; empty for an empty series.
+IndexRange recentWindow(const Series& series, double length);
+
+/**
+ * @brief Chooses a window, fits it and carries the state to the series' last sample. Reads and
+ * changes nothing else.
+ *
+ * Both models' errors over recentWindow() are open-loop runs that start from the measured voltage
+ * of its first samples, so neither profits from having been there.
+ */
+IdentificationResult runIdentification(const IdentificationJob& job);
+
+/**
+ * @brief Where the state must stand for the model to read the measured voltage (paper, eq. 5).
+ *
+ *     u_c2 = u - u_dc - r(i) i
+ *
+ * The state's covariance follows from the parameters' and the fit's own error.
+ */
+void setStateFromVoltage(IdentifiedModel& model, double time, double current, double voltage);
+
+}  // namespace battery_sof

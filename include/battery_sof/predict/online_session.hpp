@@ -1,0 +1,154 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "battery_sof/predict/crank_watch.hpp"
+#include "battery_sof/predict/cranking.hpp"
+#include "battery_sof/predict/identification_job.hpp"
+#include "battery_sof/predict/profile.hpp"
+#include "battery_sof/predict/sample_stream.hpp"
+#include "battery_sof/predict/state_tracker.hpp"
+
+namespace battery_sof {
+
+/// Settings of a session.
+struct SessionOptions {
+  double buffer = 1800.0;               ///< [s], past kept for identification
+  std::optional<double> window_length;  ///< [s]; else defaultWindowLength()
+  double min_suitability = 0.2;         ///< [0, 1], a window below it is not fitted
+  double identify_period = 600.0;       ///< [s] of driving between identifications
+  double retry_period = 60.0;           ///< [s] of driving between tries while there is no model
+  double model_max_age =
+      3600.0;              ///< [s] from the window's end; the paper's predictions hold for minutes
+  double capacity = 50.0;  ///< [Ah], nominal
+  EventLimits events;
+  IdentifyOptions identify;
+};
+
+/// What the session can do at present.
+enum class SessionState { kNoSample, kCollecting, kIdentifying, kReady, kStale };
+
+/// How the model in use has done since it was accepted.
+struct BacktestScore {
+  std::optional<double>
+      q_dyn_percent;      ///< paper, eq. 6, open loop; none until the voltage has varied
+  double duration = 0.0;  ///< [s], from the first to the last sample compared
+};
+
+/// A summary for a status message.
+struct SessionStatus {
+  SessionState state = SessionState::kNoSample;
+  std::string reason;                 ///< one sentence
+  std::optional<double> newest_time;  ///< [s]
+  std::optional<double> model_age;    ///< [s] from the window's end to the newest sample
+  std::optional<double> suitability;  ///< [0, 1], of the model's window
+  BacktestScore backtest;
+};
+
+/// What came of a finished identification.
+struct IdentificationOutcome {
+  bool accepted = false;
+  std::string message;  ///< one sentence
+  std::optional<IdentifiedModel>
+      model;  ///< accepted: state at the newest sample; refused: the candidate, if there was one
+};
+
+/**
+ * @brief What a node does with samples: without threads, clocks or ROS. Time is the samples' own.
+ *
+ * Samples go in one by one; a StateTracker carries the model's state along. When an identification
+ * is due, the session hands out a self-contained job; the caller runs it wherever it likes and
+ * brings the result back. At most one job is out at a time.
+ *
+ * Due: without a model, once the newest stretch without a gap is a window long, holds charge and
+ * discharge and is suitable enough (looked at every 10 s of driving, tried at most every
+ * retry_period); with a model, every identify_period of driving. Driving is the sum of sampling
+ * intervals without the gaps.
+ *
+ * Accepted: a usable fit whose r_discharge and u_dc are determined (a crank's voltage is u_dc +
+ * r_discharge i + u_c2, and u_c2's share is the smallest), and whose error on the most recent
+ * window is at most 1.1 times that of the model in use, unless that is too old. A refused model
+ * leaves the old one in use.
+ *
+ * Clock jump back (SampleStream): the past and the state are begun anew, the model stays with its
+ * age, and the result of a job from before is dropped.
+ */
+class OnlineSession {
+ public:
+  /// @throws std::invalid_argument for options that are not finite or outside their domain.
+  explicit OnlineSession(SessionOptions options = {});
+
+  /// Offers one sample. @return the cranks it ended.
+  std::vector<CrankComparison> push(const RawSample& sample);
+
+  /// @return a job when an identification is due and none is out.
+  std::optional<IdentificationJob> takeDueJob();
+  /// @return a job now, due or not; none when nothing is buffered or a job is out.
+  std::optional<IdentificationJob> takeJob();
+  /// Takes the result of the job that is out.
+  IdentificationOutcome finish(IdentificationResult result);
+
+  /**
+   * @brief Offers a model from an earlier run. It is judged against the first sample that comes:
+   * refused when that is earlier than the model's state or too late after its window.
+   */
+  void restore(const IdentifiedModel& model);
+
+  /// SOF1 from the live state; kNoModel with the reason when there is none or it is too old.
+  CrankingAnswer predictCranking(const CrankingQuery& query) const;
+  /// A what-if profile from the live state; kNoModel likewise.
+  ProfileAnswer simulateProfile(const std::vector<double>& time,
+                                const std::vector<double>& current) const;
+
+  SessionStatus status() const;
+  StreamCounts counts() const { return stream_.counts(); }
+  std::optional<double> inputRate() const { return stream_.inputRate(); }
+
+  /// @return time of the newest sample on the session's clock [s]; none before the first.
+  std::optional<double> newestTime() const;
+  bool isJobOut() const { return job_is_out_; }
+
+  /// @return the model in use with its state at the newest sample; none before the first.
+  std::optional<IdentifiedModel> model() const;
+
+ private:
+  /// One compared instant of the back-test.
+  struct Compared {
+    double time, measured, expected;
+  };
+
+  void restartClock(double old_newest, const StreamSample& first);
+  std::optional<CrankComparison> advance(const StreamSample& sample);
+  void judgeRestored(const StreamSample& first);
+  void install(const IdentifiedModel& model, double max_gap);
+  void compare(const StreamSample& sample);
+  bool isDue();
+  std::string missingForFirst() const;
+  IdentificationJob makeJob();
+  std::string refusalOf(const IdentificationResult& result) const;
+  std::optional<double> modelAge() const;
+  bool isTooOld() const;
+  std::optional<std::string> whyNoModel() const;
+  BacktestScore backtest() const;
+
+  SessionOptions options_;
+  SampleStream stream_;
+  CrankWatch crank_watch_;
+  std::optional<StreamSample> newest_;
+  double driving_ = 0.0;    // [s]
+  double next_look_ = 0.0;  // [s] of driving
+  int epoch_ = 0;
+  bool job_is_out_ = false;
+
+  std::optional<IdentifiedModel> model_;     // as accepted
+  std::optional<IdentifiedModel> restored_;  // waits for the first sample
+  std::optional<StateTracker> tracker_;
+  double fitted_until_ = 0.0;  // [s], end of the model's window on the present clock
+  std::deque<Compared> compared_;
+  std::string last_outcome_;
+};
+
+}  // namespace battery_sof

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <XmlRpcValue.h>
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "battery_sof/predict/cranking.hpp"
+#include "battery_sof/predict/online_session.hpp"
+
+namespace battery_sof {
+
+/// Everything the node is told by its private parameters; config/battery_sof.yaml explains each.
+struct NodeOptions {
+  SessionOptions session;
+  CrankingQuery standing_query{-20.0, 30.0, -200.0, 1.0, 7.2};  ///< asked with every status
+  std::string state_file;                                       ///< empty: the model is not kept
+};
+
+/// Parameters the node does not start with; the message has one line a fault.
+class NodeOptionsError : public std::runtime_error {
+ public:
+  explicit NodeOptionsError(const std::vector<std::string>& faults);
+};
+
+/**
+ * @brief Reads the node's private parameters; what is not given keeps its default.
+ * @param parameters the struct below the node's name; an invalid (empty) value stands for none
+ * given.
+ * @throws NodeOptionsError naming all faults at once: unknown keys, wrong types, values out of
+ * range, values that contradict each other.
+ */
+NodeOptions parseNodeOptions(XmlRpc::XmlRpcValue parameters);
+
+}  // namespace battery_sof

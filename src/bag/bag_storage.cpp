@@ -1,0 +1,166 @@
+#include "battery_sof/bag/bag_storage.hpp"
+
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <limits>
+#include <set>
+#include <system_error>
+#include <vector>
+
+#include "battery_sof/bag/bag_structure.hpp"
+#include "battery_sof/bag/battery_state_message.hpp"
+#include "battery_sof/recording/intake.hpp"
+
+namespace battery_sof {
+
+namespace {
+
+constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+
+std::string absoluteTopic(const std::string& topic) {
+  return !topic.empty() && topic.front() == '/' ? topic : "/" + topic;
+}
+
+void openForReading(rosbag::Bag& bag, const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    throw RecordingError(path.string() + ": no such file, expected a bag");
+  }
+  try {
+    bag.open(path.string(), rosbag::bagmode::Read);
+  } catch (const rosbag::BagUnindexedException&) {
+    throw RecordingError(
+        path.string() +
+        ": the bag has no index, so it was cut off while it was recorded or copied; "
+        "`rosbag reindex` may recover it");
+  } catch (const std::exception& error_in_file) {
+    throw RecordingError(path.string() + ": not a readable bag, or truncated (" +
+                         error_in_file.what() + ")");
+  }
+}
+
+/// The connections of a topic, or the reason why there are none that can be used.
+std::vector<const rosbag::ConnectionInfo*> connectionsOf(rosbag::View& all,
+                                                         const std::string& topic,
+                                                         const std::filesystem::path& path) {
+  std::vector<const rosbag::ConnectionInfo*> found;
+  std::set<std::string> topics;
+  for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
+    topics.insert(connection->topic + " (" + connection->datatype + ")");
+    if (absoluteTopic(connection->topic) == absoluteTopic(topic)) found.push_back(connection);
+  }
+  if (!found.empty()) return found;
+  std::string listed;
+  for (const std::string& name : topics) listed += (listed.empty() ? "" : ", ") + name;
+  throw RecordingError(path.string() + ": no topic '" + topic + "'; the bag has " +
+                       (listed.empty() ? "no topics at all" : listed));
+}
+
+void requireBatteryState(const std::vector<const rosbag::ConnectionInfo*>& connections,
+                         const std::filesystem::path& path) {
+  using Traits = ros::message_traits::DataType<sensor_msgs::BatteryState>;
+  using Checksum = ros::message_traits::MD5Sum<sensor_msgs::BatteryState>;
+  for (const rosbag::ConnectionInfo* connection : connections) {
+    if (connection->datatype != Traits::value()) {
+      throw RecordingError(path.string() + ": topic '" + connection->topic + "' carries " +
+                           connection->datatype + ", expected " + Traits::value());
+    }
+    if (connection->md5sum != Checksum::value()) {
+      throw RecordingError(path.string() + ": topic '" + connection->topic +
+                           "' carries another version of " + Traits::value() + " (md5 " +
+                           connection->md5sum + ", expected " + Checksum::value() +
+                           "); `rosbag fix` migrates it");
+    }
+  }
+}
+
+void readMessages(Recording& recording, const rosbag::Bag& bag,
+                  const std::vector<const rosbag::ConnectionInfo*>& connections) {
+  std::vector<std::string> topics;
+  for (const rosbag::ConnectionInfo* connection : connections) topics.push_back(connection->topic);
+  rosbag::View view(bag, rosbag::TopicQuery(topics));
+  Intake intake;
+  for (const rosbag::MessageInstance& instance : view) {
+    append(recording, intake, rawSampleOf(*instance.instantiate<sensor_msgs::BatteryState>()));
+  }
+  recording.rejected = intake.rejected();
+  recording.largest_step_back = intake.largestStepBack();
+}
+
+/// A sample, or a temperature that was measured at no sample's time.
+std::vector<sensor_msgs::BatteryState> messagesOf(const Series& series) {
+  std::vector<sensor_msgs::BatteryState> messages;
+  messages.reserve(series.size());
+  std::size_t next = 0;
+  const auto temperatures_before = [&](double time) {
+    for (; next < series.temperature.size() && series.temperature_time[next] < time; ++next) {
+      messages.push_back(batteryStateOf(series.temperature_time[next], kNotMeasured, kNotMeasured,
+                                        series.temperature[next]));
+    }
+  };
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    temperatures_before(series.time[n]);
+    std::optional<double> temperature;
+    if (next < series.temperature.size() && series.temperature_time[next] == series.time[n]) {
+      temperature = series.temperature[next++];
+    }
+    messages.push_back(
+        batteryStateOf(series.time[n], series.current[n], series.voltage[n], temperature));
+  }
+  temperatures_before(std::numeric_limits<double>::infinity());
+  return messages;
+}
+
+void writeMessages(const std::filesystem::path& path, const Series& series,
+                   const std::string& topic) {
+  const std::vector<sensor_msgs::BatteryState> messages = messagesOf(series);
+  rosbag::Bag bag(path.string(), rosbag::bagmode::Write);
+  for (const sensor_msgs::BatteryState& message : messages) {
+    // rosbag refuses record times below TIME_MIN; the header stamp, which is the clock, may be 0.
+    bag.write(topic, std::max(message.header.stamp, ros::TIME_MIN), message);
+  }
+  bag.close();
+}
+
+}  // namespace
+
+Recording readBag(const std::filesystem::path& path, const std::string& topic) {
+  rosbag::Bag bag;
+  openForReading(bag, path);
+  requireSoundBag(path);
+  Recording recording;
+  recording.name = path.filename().string();
+  try {
+    rosbag::View all(bag);
+    const auto connections = connectionsOf(all, topic, path);
+    requireBatteryState(connections, path);
+    readMessages(recording, bag, connections);
+  } catch (const RecordingError&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw RecordingError(path.string() + ": damaged bag (" + error.what() + ")");
+  }
+  if (recording.series.empty()) {
+    throw RecordingError(path.string() + ": topic '" + topic + "' holds no usable sample (" +
+                         std::to_string(recording.rejected.total()) + " rejected)");
+  }
+  return recording;
+}
+
+void writeBag(const std::filesystem::path& path, const Series& series, const std::string& topic) {
+  std::filesystem::path beside = path;
+  beside += "." + std::to_string(::getpid()) + ".part";
+  try {
+    writeMessages(beside, series, absoluteTopic(topic));
+    std::filesystem::rename(beside, path);
+  } catch (const std::exception& error) {
+    std::error_code ignored;
+    std::filesystem::remove(beside, ignored);
+    throw RecordingError(path.string() + ": cannot write the bag (" + error.what() + ")");
+  }
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,176 @@
+#include "battery_sof/bag/bag_structure.hpp"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <string>
+#include <string_view>
+#include <unordered_set>
+
+namespace battery_sof {
+
+namespace {
+
+constexpr std::string_view kVersionLine = "#ROSBAG V2.0\n";
+enum Operation : char { kMessage = 2, kIndex = 4, kChunk = 5 };
+constexpr std::size_t kIndexEntrySize = 12;  // seconds, nanoseconds, offset
+
+/// One record: its header's fields and its data, both views into the file.
+struct Record {
+  std::map<std::string_view, std::string_view> fields;
+  std::string_view data;
+
+  char operation() const {
+    const auto field = fields.find("op");
+    return field != fields.end() && !field->second.empty() ? field->second.front() : 0;
+  }
+  std::string_view field(const char* name) const {
+    const auto found = fields.find(name);
+    return found == fields.end() ? std::string_view() : found->second;
+  }
+};
+
+/// A file's bytes, mapped rather than read: bags with pictures in them are larger than memory.
+class MappedFile {
+ public:
+  explicit MappedFile(const std::filesystem::path& path) : size_(std::filesystem::file_size(path)) {
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0) return;
+    data_ = size_ > 0 ? ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file, 0) : MAP_FAILED;
+    ::close(file);
+  }
+  ~MappedFile() {
+    if (data_ != MAP_FAILED) ::munmap(data_, size_);
+  }
+  MappedFile(const MappedFile&) = delete;
+  MappedFile& operator=(const MappedFile&) = delete;
+
+  /// Empty when the file could not be mapped.
+  std::string_view bytes() const {
+    return data_ == MAP_FAILED ? std::string_view()
+                               : std::string_view(static_cast<const char*>(data_), size_);
+  }
+
+ private:
+  std::size_t size_;
+  void* data_ = MAP_FAILED;
+};
+
+std::uint32_t numberAt(std::string_view bytes, std::size_t at) {
+  std::uint32_t number = 0;
+  std::memcpy(&number, bytes.data() + at, sizeof(number));
+  return number;
+}
+
+/// Takes records off the front of a stretch of bytes.
+class RecordReader {
+ public:
+  RecordReader(std::string_view bytes, std::size_t file_offset)
+      : bytes_(bytes), file_offset_(file_offset) {}
+
+  bool atEnd() const { return at_ == bytes_.size(); }
+  std::size_t offset() const { return at_; }
+
+  Record next() {
+    Record record;
+    for (std::string_view header = sized(); !header.empty();) addField(record, header);
+    record.data = sized();
+    return record;
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw RecordingError("at byte " + std::to_string(file_offset_ + at_) + " " + what);
+  }
+
+ private:
+  std::string_view sized() {
+    if (bytes_.size() - at_ < 4) fail("the file ends inside a record");
+    const std::size_t length = numberAt(bytes_, at_);
+    if (length > bytes_.size() - at_ - 4) fail("a record is longer than what holds it");
+    at_ += 4 + length;
+    return bytes_.substr(at_ - length, length);
+  }
+
+  void addField(Record& record, std::string_view& header) const {
+    const std::size_t length = header.size() < 4 ? header.size() : numberAt(header, 0);
+    if (header.size() < 4 || length > header.size() - 4) fail("a record's header is damaged");
+    const std::string_view field = header.substr(4, length);
+    const std::size_t equals = field.find('=');
+    if (equals == std::string_view::npos) fail("a record's header is damaged");
+    record.fields[field.substr(0, equals)] = field.substr(equals + 1);
+    header.remove_prefix(4 + length);
+  }
+
+  std::string_view bytes_;
+  std::size_t file_offset_;
+  std::size_t at_ = 0;
+};
+
+/// Where messages begin in the chunk that was read last.
+class ChunkContents {
+ public:
+  void read(const Record& chunk, std::size_t file_offset) {
+    compressed_ = chunk.field("compression") != "none";
+    const std::string_view size = chunk.field("size");
+    size_ = size.size() == 4 ? numberAt(size, 0) : 0;
+    messages_.clear();
+    if (compressed_) return;
+    RecordReader reader(chunk.data, file_offset);
+    while (!reader.atEnd()) {
+      const std::size_t offset = reader.offset();
+      if (reader.next().operation() == kMessage) messages_.insert(offset);
+    }
+  }
+
+  bool hasMessageAt(std::size_t offset) const {
+    return compressed_ ? offset < size_ : messages_.count(offset) > 0;
+  }
+
+ private:
+  bool compressed_ = false;
+  std::size_t size_ = 0;
+  std::unordered_set<std::size_t> messages_;
+};
+
+void checkIndex(const Record& index, const ChunkContents& chunk, const RecordReader& reader) {
+  const std::string_view count = index.field("count");
+  if (count.size() != 4 || numberAt(count, 0) * kIndexEntrySize != index.data.size()) {
+    reader.fail("an index has another length than it says");
+  }
+  for (std::size_t at = 0; at < index.data.size(); at += kIndexEntrySize) {
+    if (!chunk.hasMessageAt(numberAt(index.data, at + 8))) {
+      reader.fail("an index points to where no message is");
+    }
+  }
+}
+
+void walk(std::string_view bytes) {
+  RecordReader reader(bytes.substr(kVersionLine.size()), kVersionLine.size());
+  ChunkContents chunk;
+  while (!reader.atEnd()) {
+    const Record record = reader.next();
+    if (record.operation() == kChunk) {
+      chunk.read(record, static_cast<std::size_t>(record.data.data() - bytes.data()));
+    } else if (record.operation() == kIndex) {
+      checkIndex(record, chunk, reader);
+    }
+  }
+}
+
+}  // namespace
+
+void requireSoundBag(const std::filesystem::path& path) {
+  const MappedFile file(path);
+  if (file.bytes().substr(0, kVersionLine.size()) != kVersionLine) return;
+  try {
+    walk(file.bytes());
+  } catch (const RecordingError& error) {
+    throw RecordingError(path.string() + ": damaged bag, " + error.what());
+  }
+}
+
+}  // namespace battery_sof

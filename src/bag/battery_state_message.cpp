@@ -1,0 +1,76 @@
+#include "battery_sof/bag/battery_state_message.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace battery_sof {
+
+namespace {
+
+constexpr double kZeroCelsius = 273.15;  // [K], by definition
+constexpr double kNanosecondsPerSecond = 1e9;
+constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+
+double shortestDecimal(float value) {
+  if (!std::isfinite(value)) return value;
+  char text[32];
+  for (int digits = 6; digits <= 9; ++digits) {
+    std::snprintf(text, sizeof(text), "%.*g", digits, static_cast<double>(value));
+    if (std::strtof(text, nullptr) == value) break;
+  }
+  return std::strtod(text, nullptr);
+}
+
+}  // namespace
+
+RawSample rawSampleOf(const sensor_msgs::BatteryState& message) {
+  RawSample sample;
+  sample.time = secondsOf(message.header.stamp);
+  sample.current = shortestDecimal(message.current);
+  sample.voltage = shortestDecimal(message.voltage);
+  if (!std::isnan(message.temperature)) {
+    sample.temperature = shortestDecimal(message.temperature) + kZeroCelsius;
+  }
+  return sample;
+}
+
+sensor_msgs::BatteryState batteryStateOf(double time, double current, double voltage,
+                                         std::optional<double> temperature) {
+  sensor_msgs::BatteryState message;
+  message.header.stamp = rosTime(time);
+  message.current = static_cast<float>(current);
+  message.voltage = static_cast<float>(voltage);
+  message.temperature = temperature ? static_cast<float>(*temperature - kZeroCelsius) : kUnknown;
+  message.charge = kUnknown;
+  message.capacity = kUnknown;
+  message.design_capacity = kUnknown;
+  message.percentage = kUnknown;
+  message.present = true;
+  return message;
+}
+
+ros::Time rosTime(double time) {
+  const double whole = std::floor(time);
+  if (!(time >= 0.0) || whole >= std::numeric_limits<std::uint32_t>::max()) {
+    throw std::invalid_argument("time " + std::to_string(time) +
+                                " s is outside what a ROS stamp holds, 0 to 4294967294 s");
+  }
+  const auto nanoseconds = std::llround((time - whole) * kNanosecondsPerSecond);
+  ros::Time stamp;
+  return stamp.fromNSec(static_cast<std::uint64_t>(whole) * 1000000000ULL +
+                        static_cast<std::uint64_t>(nanoseconds));
+}
+
+double secondsOf(const ros::Time& stamp) {
+  constexpr std::uint64_t exact_in_double = 1ULL << 53;
+  const std::uint64_t nanoseconds = stamp.toNSec();
+  if (nanoseconds < exact_in_double)
+    return static_cast<double>(nanoseconds) / kNanosecondsPerSecond;
+  return stamp.sec + stamp.nsec / kNanosecondsPerSecond;
+}
+
+}  // namespace battery_sof

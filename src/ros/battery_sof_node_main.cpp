@@ -1,0 +1,38 @@
+#include <ros/ros.h>
+
+#include <cstdlib>
+#include <exception>
+
+#include "battery_sof/ros/battery_sof_node.hpp"
+#include "battery_sof/ros/node_options.hpp"
+
+namespace {
+
+XmlRpc::XmlRpcValue privateParameters() {
+  XmlRpc::XmlRpcValue parameters;
+  ros::param::get(ros::this_node::getName(), parameters);
+  return parameters;
+}
+
+void run() {
+  const battery_sof::NodeOptions options = battery_sof::parseNodeOptions(privateParameters());
+  const battery_sof::BatterySofNode node(ros::NodeHandle(), ros::NodeHandle("~"), options);
+  ros::spin();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "battery_sof_node");
+  const ros::NodeHandle keeps_ros_running;
+  try {
+    run();
+  } catch (const battery_sof::NodeOptionsError& error) {
+    ROS_FATAL("refusing to start, the parameters have faults:\n%s", error.what());
+    return EXIT_FAILURE;
+  } catch (const std::exception& error) {
+    ROS_FATAL("%s", error.what());
+    return EXIT_FAILURE;
+  }
+  return EXIT_SUCCESS;
+}

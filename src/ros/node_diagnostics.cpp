@@ -1,0 +1,119 @@
+#include "battery_sof/ros/node_diagnostics.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace battery_sof {
+
+namespace {
+
+using Level = diagnostic_msgs::DiagnosticStatus;
+
+std::string shown(const std::optional<double>& value) {
+  return value ? std::to_string(*value) : "none";
+}
+
+/// [Hz] by the stamps, between two snapshots.
+std::optional<double> rateBetween(const DiagnosticsSnapshot& before,
+                                  const DiagnosticsSnapshot& now) {
+  if (!before.status.newest_time || !now.status.newest_time) return std::nullopt;
+  const double passed = *now.status.newest_time - *before.status.newest_time;
+  if (!(passed > 0.0)) return std::nullopt;
+  return static_cast<double>(now.counts.accepted - before.counts.accepted) / passed;
+}
+
+}  // namespace
+
+void CrankTally::add(const CrankComparison& crank) {
+  const Interval& expected = crank.expected_minimum;
+  ++count;
+  sum_abs_error += std::abs(crank.measured_minimum - expected.value);
+  if (expected.lower <= crank.measured_minimum && crank.measured_minimum <= expected.upper) {
+    ++inside;
+  }
+  last = crank;
+}
+
+NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot)
+    : take_snapshot_(std::move(take_snapshot)) {
+  updater_.setHardwareID("battery");
+  updater_.add("data rate", this, &NodeDiagnostics::reportDataRate);
+  updater_.add("rejected samples", this, &NodeDiagnostics::reportRejected);
+  updater_.add("identification", this, &NodeDiagnostics::reportIdentification);
+  updater_.add("prediction error", this, &NodeDiagnostics::reportPredictionError);
+}
+
+void NodeDiagnostics::publish() {
+  now_ = take_snapshot_();
+  updater_.force_update();
+  before_ = now_;
+}
+
+void NodeDiagnostics::reportDataRate(Status& status) {
+  const std::optional<double> rate = rateBetween(before_, now_);
+  if (!now_.status.newest_time) {
+    status.summary(Level::WARN, "no sample yet");
+  } else if (now_.no_data_for) {
+    status.summaryf(Level::ERROR, "no sample for %.1f s", *now_.no_data_for);
+  } else {
+    status.summary(Level::OK, rate ? "samples arrive" : "no new sample since the last look");
+  }
+  status.add("rate by stamps [Hz]", shown(rate));
+  status.add("accepted", now_.counts.accepted);
+  status.add("clock restarts", now_.counts.clock_restarts);
+}
+
+void NodeDiagnostics::reportRejected(Status& status) {
+  const std::size_t total = now_.counts.rejectedTotal();
+  const std::size_t fresh = total - before_.counts.rejectedTotal();
+  if (fresh > 0) {
+    status.summaryf(Level::WARN, "%zu rejected since the last look, %zu in all", fresh, total);
+  } else {
+    status.summaryf(Level::OK, "%zu rejected in all", total);
+  }
+  const RejectedCounts& rejected = now_.counts.rejected;
+  status.add("missing value", rejected.missing_value);
+  status.add("not finite", rejected.not_finite);
+  status.add("duplicate stamp", rejected.duplicate_stamp);
+  status.add("clock step back", rejected.clock_step_back);
+  status.add("out of range", rejected.out_of_range);
+  status.add("stamp ahead", now_.counts.stamp_ahead);
+}
+
+void NodeDiagnostics::reportIdentification(Status& status) {
+  const SessionStatus& session = now_.status;
+  if (!now_.state_file_fault.empty()) {
+    status.summary(Level::WARN, now_.state_file_fault);
+  } else if (session.state == SessionState::kReady) {
+    status.summary(Level::OK, session.reason);
+  } else {
+    status.summary(Level::WARN, session.reason);
+  }
+  status.add("model age [s]", shown(session.model_age));
+  status.add("suitability", shown(session.suitability));
+  status.add("last fit [ms]", shown(now_.fit_ms));
+  status.add("state file", now_.state_file);
+}
+
+void NodeDiagnostics::reportPredictionError(Status& status) {
+  const BacktestScore& backtest = now_.status.backtest;
+  const CrankTally& cranks = now_.cranks;
+  if (!backtest.q_dyn_percent) {
+    status.summary(Level::OK, "nothing to compare yet");
+  } else if (*backtest.q_dyn_percent < 0.0) {
+    status.summaryf(Level::WARN, "Q_dyn is %.1f %%: a constant would predict better",
+                    *backtest.q_dyn_percent);
+  } else {
+    status.summaryf(Level::OK, "Q_dyn is %.1f %%", *backtest.q_dyn_percent);
+  }
+  status.add("Q_dyn [%]", shown(backtest.q_dyn_percent));
+  status.add("compared over [s]", backtest.duration);
+  status.add("cranks", cranks.count);
+  status.add("cranks inside their interval", cranks.inside);
+  if (cranks.count > 0) {
+    status.add("cranks' mean absolute error [V]",
+               cranks.sum_abs_error / static_cast<double>(cranks.count));
+  }
+}
+
+}  // namespace battery_sof

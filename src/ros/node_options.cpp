@@ -1,0 +1,186 @@
+#include "battery_sof/ros/node_options.hpp"
+
+#include <functional>
+#include <map>
+#include <sstream>
+
+namespace battery_sof {
+
+namespace {
+
+using Value = XmlRpc::XmlRpcValue;
+using Faults = std::vector<std::string>;
+
+std::string typeName(const Value& value) {
+  switch (value.getType()) {
+    case Value::TypeBoolean:
+      return "a boolean";
+    case Value::TypeInt:
+      return "an integer";
+    case Value::TypeDouble:
+      return "a number";
+    case Value::TypeString:
+      return "a string";
+    case Value::TypeArray:
+      return "a list";
+    case Value::TypeStruct:
+      return "a map";
+    default:
+      return "of another type";
+  }
+}
+
+std::string shown(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+/// The keys of one map of parameters, each with what takes its value.
+class Schema {
+ public:
+  using Reader = std::function<void(Value&, const std::string& name, Faults&)>;
+
+  void number(const std::string& key, double lower, double upper,
+              std::function<void(double)> store) {
+    readers_[key] = [=](Value& value, const std::string& name, Faults& faults) {
+      const bool integer = value.getType() == Value::TypeInt;
+      if (!integer && value.getType() != Value::TypeDouble) {
+        faults.push_back(name + " is " + typeName(value) + ", expected a number");
+        return;
+      }
+      const double number = integer ? static_cast<int&>(value) : static_cast<double&>(value);
+      if (number >= lower && number <= upper) return store(number);
+      faults.push_back(name + " is " + shown(number) + ", expected " + shown(lower) + " to " +
+                       shown(upper));
+    };
+  }
+
+  void text(const std::string& key, std::function<std::string(const std::string&)> store) {
+    readers_[key] = [=](Value& value, const std::string& name, Faults& faults) {
+      if (value.getType() != Value::TypeString) {
+        faults.push_back(name + " is " + typeName(value) + ", expected a string");
+        return;
+      }
+      const std::string fault = store(static_cast<std::string&>(value));
+      if (!fault.empty()) faults.push_back(name + " " + fault);
+    };
+  }
+
+  void map(const std::string& key, const Schema& schema) {
+    readers_[key] = [=](Value& value, const std::string& name, Faults& faults) {
+      schema.read(value, name + "/", faults);
+    };
+  }
+
+  void read(Value& values, const std::string& prefix, Faults& faults) const {
+    if (!values.valid()) return;
+    if (values.getType() != Value::TypeStruct) {
+      faults.push_back(prefix + " is " + typeName(values) + ", expected a map");
+      return;
+    }
+    for (auto& [key, value] : values) {
+      const auto reader = readers_.find(key);
+      if (reader == readers_.end()) {
+        faults.push_back(prefix + key + " is unknown; known are " + known());
+      } else {
+        reader->second(value, prefix + key, faults);
+      }
+    }
+  }
+
+ private:
+  std::string known() const {
+    std::string keys;
+    for (const auto& entry : readers_) keys += (keys.empty() ? "" : ", ") + entry.first;
+    return keys;
+  }
+
+  std::map<std::string, Reader> readers_;
+};
+
+std::function<void(double)> into(double& target) {
+  return [&target](double value) { target = value; };
+}
+
+Schema standingQuerySchema(CrankingQuery& query) {
+  Schema schema;
+  schema.number("i_load_a", -500.0, 0.0, into(query.i_load));
+  schema.number("t_stop_s", 0.0, 86400.0, into(query.t_stop));
+  schema.number("i_cranking_a", -2000.0, -1.0, into(query.i_cranking));
+  schema.number("t_cranking_s", 0.01, 60.0, into(query.t_cranking));
+  schema.number("u_required_v", 0.0, 100.0, [&query](double value) { query.u_required = value; });
+  return schema;
+}
+
+Schema fitSchema(IdentifyOptions& fit) {
+  Schema schema;
+  schema.text("start", [&fit](const std::string& start) -> std::string {
+    if (start != "robust" && start != "paper") {
+      return "is '" + start + "', expected robust or paper";
+    }
+    fit.start = start == "paper" ? FitStart::kPaper : FitStart::kRobust;
+    return {};
+  });
+  schema.number("crank_weight", 1.0, 1000.0, into(fit.crank_weight));
+  schema.number("crank_weight_current_a", -2000.0, -1.0, into(fit.crank_weight_current));
+  schema.number("max_iterations", 1.0, 1000.0,
+                [&fit](double value) { fit.max_iterations = static_cast<int>(value); });
+  return schema;
+}
+
+Schema schemaOf(NodeOptions& options) {
+  SessionOptions& session = options.session;
+  Schema schema;
+  schema.number("buffer_s", 60.0, 14400.0, into(session.buffer));
+  schema.number("window_s", 0.0, 14400.0, [&session](double value) {
+    if (value > 0.0) session.window_length = value;
+  });
+  schema.number("min_suitability", 0.0, 1.0, into(session.min_suitability));
+  schema.number("identify_period_s", 10.0, 86400.0, into(session.identify_period));
+  schema.number("retry_period_s", 10.0, 86400.0, into(session.retry_period));
+  schema.number("model_max_age_s", 60.0, 604800.0, into(session.model_max_age));
+  schema.number("capacity_ah", 1.0, 1000.0, into(session.capacity));
+  schema.number("crank_current_a", -2000.0, -1.0, into(session.events.crank_current));
+  schema.map("standing_query", standingQuerySchema(options.standing_query));
+  schema.map("fit", fitSchema(session.identify));
+  schema.text("state_file", [&options](const std::string& path) -> std::string {
+    options.state_file = path;
+    return {};
+  });
+  return schema;
+}
+
+void findContradictions(const NodeOptions& options, Faults& faults) {
+  const SessionOptions& session = options.session;
+  if (session.window_length && *session.window_length < 60.0) {
+    faults.push_back("~window_s is " + shown(*session.window_length) +
+                     ", expected 0 (automatic) or 60 to 14400");
+  }
+  if (session.window_length && *session.window_length > session.buffer) {
+    faults.push_back("~window_s is " + shown(*session.window_length) +
+                     ", expected at most ~buffer_s, which is " + shown(session.buffer));
+  }
+}
+
+std::string joined(const Faults& faults) {
+  std::string text;
+  for (const std::string& fault : faults) text += (text.empty() ? "" : "\n") + fault;
+  return text;
+}
+
+}  // namespace
+
+NodeOptionsError::NodeOptionsError(const std::vector<std::string>& faults)
+    : std::runtime_error(joined(faults)) {}
+
+NodeOptions parseNodeOptions(XmlRpc::XmlRpcValue parameters) {
+  NodeOptions options;
+  Faults faults;
+  schemaOf(options).read(parameters, "~", faults);
+  findContradictions(options, faults);
+  if (!faults.empty()) throw NodeOptionsError(faults);
+  return options;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,89 @@
+#!/usr/bin/python3
+"""Every shipped parameter and launch file is accepted; every wrong one in fixtures/ is refused with its message."""
+
+import glob
+import os
+import shlex
+import sys
+import unittest
+
+import roslaunch.config
+import rospkg
+import rospy
+import rostest
+import yaml
+from battery_sof.msg import SofStatus
+
+from processes import Latest, start_node, whole_arguments
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+PACKAGE = rospkg.RosPack().get_path("battery_sof")
+
+
+def load(name, *arguments):
+    """(file, arguments) of one launch file, resolved as roslaunch would; starts nothing."""
+    path = os.path.join(PACKAGE, "launch", name)
+    return roslaunch.config.load_config_default([(path, list(arguments))], None, verbose=False)
+
+
+def node_of(config, name):
+    return next(node for node in config.nodes if node.name == name)
+
+
+class Options(unittest.TestCase):
+    def start(self, name, parameters):
+        node = start_node(name, parameters)
+        self.addCleanup(node.stop)
+        return node
+
+    def test_shipped_parameters_are_accepted(self):
+        for path in glob.glob(os.path.join(PACKAGE, "config", "*.yaml")):
+            with open(path) as shipped:
+                node = self.start("shipped", yaml.safe_load(shipped))
+            status = Latest("/shipped/status", SofStatus)
+            self.addCleanup(status.close)
+            status.wait(lambda s: s.state == SofStatus.NO_DATA, 20, "a status")
+            self.assertTrue(node.is_alive())
+            self.assertEqual(node.stop(), 0)
+
+    def test_each_wrong_parameter_file_is_refused_with_its_message(self):
+        paths = sorted(glob.glob(os.path.join(HERE, "fixtures", "*.yaml")))
+        self.assertGreater(len(paths), 5)
+        for path in paths:
+            with open(path) as wrong:
+                text = wrong.read()
+            node = self.start("wrong", yaml.safe_load(text))
+            self.assertNotEqual(node.wait(20), 0, path)
+            expected = [line[len("# expect: "):] for line in text.splitlines() if line.startswith("# expect: ")]
+            self.assertTrue(expected, path)
+            for words in expected:
+                self.assertIn(words, node.text(), path)
+
+    def test_node_launch_file_sets_the_shipped_parameters_and_a_state_file(self):
+        config = load("battery_sof.launch")
+        self.assertEqual(node_of(config, "battery_sof_node").type, "battery_sof_node")
+        values = {name: parameter.value for name, parameter in config.params.items()}
+        self.assertEqual(values["/battery_sof_node/buffer_s"], 1800.0)
+        self.assertEqual(values["/battery_sof_node/state_file"], os.path.join(
+            os.environ.get("ROS_HOME", os.path.expanduser("~/.ros")), "battery_sof_model.yaml"))
+
+    def test_node_launch_file_takes_its_arguments(self):
+        config = load("battery_sof.launch", "state_file:=off", "battery_state:=/car/battery", "output:=log")
+        node = node_of(config, "battery_sof_node")
+        self.assertEqual([list(remap) for remap in node.remap_args], [["battery_state", "/car/battery"]])
+        self.assertEqual(config.params["/battery_sof_node/state_file"].value, "")
+
+    def test_replay_launch_file_plays_a_bag_with_spaces_in_its_path(self):
+        config = load("replay.launch", "bag:=/tmp/a drive/of one.bag", "rate:=50")
+        self.assertTrue(config.params["/use_sim_time"].value)
+        player = node_of(config, "player")
+        arguments = shlex.split(player.args)
+        self.assertEqual(arguments[arguments.index("--bags") + 1], "/tmp/a drive/of one.bag")
+        self.assertEqual(arguments[arguments.index("--rate") + 1], "50")
+        self.assertIn("--clock", arguments)
+        self.assertEqual(config.params["/battery_sof_node/state_file"].value, "")
+
+
+if __name__ == "__main__":
+    rospy.init_node("options_test")
+    rostest.rosrun("battery_sof", "options", Options, whole_arguments(sys.argv))

@@ -1,0 +1,296 @@
+#!/usr/bin/python3
+"""Recorded drives played to the real node with rosbag play --clock."""
+
+import csv
+import math
+import os
+import subprocess
+import sys
+import threading
+import unittest
+
+import rosbag
+import rospy
+import rostest
+import yaml
+from battery_sof.msg import IdentifiedModel, SofStatus
+from battery_sof.srv import Identify, PredictCranking, SimulateProfile
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import BatteryState
+
+from processes import Folder, Latest, play, program, start_node, whole_arguments
+
+RATE = 30
+DURATION = 900  # [s]
+YEAR = 365.0 * 86400.0
+TRUTH = {"r_discharge": 0.006, "r_charge": 0.0085, "c2": 1100.0, "beta": 22.0, "u_dc": 12.7}  # of simulate_city_drive
+TOLERANCE = {"r_discharge": 0.05, "r_charge": 0.1, "c2": 0.2, "beta": 0.2, "u_dc": 0.01}  # relative
+
+
+def service(node, name, kind):
+    full = "/{}/{}".format(node, name)
+    rospy.wait_for_service(full, timeout=20.0)
+    return rospy.ServiceProxy(full, kind)
+
+
+def crank_query(proxy, i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=math.nan):
+    return proxy(i_load, t_stop, i_cranking, t_cranking, u_required)
+
+
+class Cranks:
+    """What the drive's own rows say of its cranks: start, current and lowest voltage."""
+
+    def __init__(self, path):
+        with open(path) as rows:
+            self.rows = [(float(r["time_s"]), float(r["current_a"]), float(r["voltage_v"])) for r in csv.DictReader(rows)]
+        self.cranks = []
+        crank = []
+        for row in self.rows:
+            if row[1] <= -75.0:
+                crank.append(row)
+            elif crank:
+                if min(r[1] for r in crank) <= -150.0:
+                    self.cranks.append(self.describe(crank))
+                crank = []
+
+    @staticmethod
+    def describe(crank):
+        lowest = min(crank, key=lambda row: row[2])
+        return {"start": crank[0][0], "current": lowest[1], "until_lowest": max(lowest[0] - crank[0][0], 0.01),
+                "lowest": lowest[2]}
+
+    def load_before(self, crank):
+        before = [i for t, i, _ in self.rows if crank["start"] - 2.0 < t < crank["start"] - 0.02]
+        return min(sum(before) / len(before), 0.0)
+
+
+class AskBeforeCranks:
+    """With each status shortly before a crank of the drive, asks for just that crank."""
+
+    def __init__(self, node, drive):
+        self.ask = service(node, "predict_cranking", PredictCranking)
+        self.drive = drive
+        self.answers = {}
+        self.subscriber = rospy.Subscriber("/{}/status".format(node), SofStatus, self.on_status)
+
+    def on_status(self, status):
+        if status.state != SofStatus.READY:
+            return
+        now = status.header.stamp.to_sec()
+        for crank in self.drive.cranks:
+            ahead = crank["start"] - now
+            if 0.5 < ahead < 5.0:
+                answer = crank_query(self.ask, self.drive.load_before(crank), ahead, crank["current"],
+                                     crank["until_lowest"])
+                self.answers[crank["start"]] = (answer, crank)
+
+    def close(self):
+        self.subscriber.unregister()
+
+
+class Playback(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = Folder()
+        cls.csv, cls.bag = cls.folder.file("drive.csv"), cls.folder.file("drive.bag")
+        cls.state_file = cls.folder.file("model.yaml")
+        subprocess.check_call([program("simulate_city_drive"), cls.csv, "--seed", "1", "--duration", str(DURATION)])
+        subprocess.check_call([program("sof"), "convert", cls.csv, cls.bag])
+        cls.drive = Cranks(cls.csv)
+        cls.node = None
+
+    @classmethod
+    def tearDownClass(cls):
+        if cls.node:
+            cls.node.stop()
+        cls.folder.remove()
+
+    def start(self, name, **parameters):
+        node = start_node(name, parameters)
+        self.addCleanup(node.stop)
+        return node
+
+    def latest(self, topic, kind):
+        latest = Latest(topic, kind)
+        self.addCleanup(latest.close)
+        return latest
+
+    def play(self, *arguments):
+        player = play(*arguments)
+        self.addCleanup(player.stop)
+        return player
+
+    def assert_model_is_the_drives(self, model):
+        self.assertEqual(model.names, list(TRUTH))
+        for name, value, std, determined in zip(model.names, model.values, model.std, model.determined):
+            self.assertAlmostEqual(value, TRUTH[name], delta=TOLERANCE[name] * TRUTH[name], msg=name)
+            self.assertTrue(determined, name)
+            self.assertGreater(std, 0.0, name)
+        self.assertEqual(model.status, "converged")
+        self.assertEqual(yaml.safe_load(model.model_yaml)["schema"], "battery_sof/model/1")
+
+    def assert_refused(self, answer, *words):
+        self.assertEqual(answer.code, 1, answer)
+        for word in words:
+            self.assertIn(word, answer.message)
+
+    def assert_bad_queries_are_refused(self, node):
+        ask = service(node, "predict_cranking", PredictCranking)
+        self.assert_refused(crank_query(ask, i_load=math.nan), "i_load")
+        self.assert_refused(crank_query(ask, i_load=20.0), "i_load")
+        self.assert_refused(crank_query(ask, i_cranking=200.0), "i_cranking")
+        self.assert_refused(crank_query(ask, i_cranking=math.inf), "i_cranking")
+        self.assert_refused(crank_query(ask, t_stop=-1.0), "t_stop")
+        self.assert_refused(crank_query(ask, t_stop=YEAR), "t_stop")
+        self.assert_refused(crank_query(ask, t_cranking=0.0), "t_cranking")
+        self.assert_refused(crank_query(ask, i_load=math.nan, t_stop=-1.0), "i_load", "t_stop")
+        self.assertTrue(math.isnan(crank_query(ask, t_stop=-1.0).u_min))
+        profile = service(node, "simulate_profile", SimulateProfile)
+        for time, current in (([0.0, 1.0], [0.0]), ([0.0, 2.0, 1.0], [0.0] * 3), ([0.0, 0.0], [0.0] * 2),
+                              ([-1.0, 0.0], [0.0] * 2), ([0.0, 1.0], [0.0, math.nan]), ([], [])):
+            answer = profile(time, current)
+            self.assert_refused(answer)
+            self.assertTrue(answer.message)
+            self.assertEqual(len(answer.voltage), 0)
+
+    def assert_profile_is_answered(self, node):
+        answer = service(node, "simulate_profile", SimulateProfile)([0.0, 10.0, 10.1, 10.6], [-20.0, -20.0, -200.0, -200.0])
+        self.assertEqual(answer.code, 0, answer.message)
+        self.assertEqual([len(answer.voltage), len(answer.lower), len(answer.upper)], [4, 4, 4])
+        self.assertLess(answer.voltage[3], answer.voltage[1] - 0.9)
+        for low, middle, high in zip(answer.lower, answer.voltage, answer.upper):
+            self.assertTrue(low < middle < high)
+
+    def assert_identify_on_request_delays_nothing(self, node):
+        responses = []
+        thread = threading.Thread(target=lambda: responses.append(service(node, "identify", Identify)()))
+        thread.start()
+        ask = service(node, "predict_cranking", PredictCranking)
+        self.assertIn(crank_query(ask).code, (0, 3))
+        thread.join(timeout=20.0)
+        self.assertTrue(responses[0].accepted, responses[0].message)
+        self.assertEqual(responses[0].code, 0)
+        self.assert_model_is_the_drives(responses[0].model)
+
+    def test_1_drive_is_learned_and_questions_are_answered_while_it_plays(self):
+        cls = type(self)
+        cls.node = start_node("sof_node", {"state_file": self.state_file})
+        status = self.latest("/sof_node/status", SofStatus)
+        models = self.latest("/sof_node/model", IdentifiedModel)
+        diagnostics = self.latest("/diagnostics", DiagnosticArray)
+        status.wait(lambda s: s.state == SofStatus.NO_DATA and s.reason, 20, "status without data")
+        early = crank_query(service("sof_node", "predict_cranking", PredictCranking))
+        self.assertEqual(early.code, 2)
+        self.assertTrue(math.isnan(early.u_min) and early.message)
+        self.assertEqual(service("sof_node", "identify", Identify)().code, 2)
+
+        asker = AskBeforeCranks("sof_node", self.drive)
+        self.addCleanup(asker.close)
+        player = self.play(self.bag, RATE)
+        status.wait(lambda s: s.state == SofStatus.COLLECTING and "buffered" in s.reason, 20, "collecting")
+        status.wait(lambda s: s.state == SofStatus.READY, 60, "ready")
+        self.assert_model_is_the_drives(models.wait(lambda m: True, 10, "a model"))
+        self.assert_identify_on_request_delays_nothing("sof_node")
+        self.assert_bad_queries_are_refused("sof_node")
+        self.assert_profile_is_answered("sof_node")
+        names = {s.name for s in diagnostics.wait(lambda d: len(d.status) == 4, 10, "diagnostics").status}
+        self.assertEqual(names, {"sof_node: data rate", "sof_node: rejected samples", "sof_node: identification",
+                                 "sof_node: prediction error"})
+        self.assertEqual(player.wait(120), 0)
+
+        final = status.wait(lambda s: s.accepted == len(self.drive.rows), 20, "every sample of the bag accepted")
+        self.assertEqual(final.rejected, 0)
+        self.assertGreater(final.backtest_q_dyn_percent, 90.0)
+        self.assertEqual(final.code, 0, final.message)
+        self.assertTrue(final.capable and final.lower < final.u_min < final.upper)
+        self.assertGreater(final.cranks, 2)
+        self.assertAlmostEqual(final.crank_expected, final.crank_measured, delta=0.1)
+        asked = list(asker.answers.values())
+        self.assertGreaterEqual(len(asked), 2)
+        for answer, crank in asked:
+            self.assertAlmostEqual(answer.u_min, crank["lowest"], delta=0.2)
+        self.assertTrue(self.node.is_alive())
+
+    def test_2_second_playback_jumps_back_and_the_model_stays_with_its_age(self):
+        status = self.latest("/sof_node/status", SofStatus)
+        before = status.wait(lambda s: s.accepted == len(self.drive.rows), 20, "the first playback's last status")
+        self.play(self.bag, RATE, "--duration", 30)
+        after = status.wait(lambda s: s.accepted >= before.accepted + 2900, 30, "samples after the jump")
+        self.assertLess(after.header.stamp.to_sec(), 40.0)
+        self.assertEqual(after.state, SofStatus.READY)
+        self.assertGreater(after.model_age, before.model_age + 25.0)
+        self.assertEqual(after.rejected, 0)
+        self.assertTrue(self.node.is_alive())
+
+    def test_3_restarted_node_answers_from_its_state_file(self):
+        self.assertEqual(self.node.stop(), 0, self.node.text())
+        type(self).node = None
+        with open(self.state_file) as saved:
+            at = yaml.safe_load(saved)["state"]["time_s"]
+        self.assertLess(at, DURATION - 20.0)
+        self.assertEqual([f for f in os.listdir(self.folder.path) if f.startswith("model.yaml")], ["model.yaml"])
+        node = self.start("restarted", state_file=self.state_file)
+        status = self.latest("/restarted/status", SofStatus)
+        self.play(self.bag, 10, "--start", DURATION - 15.0)
+        ready = status.wait(lambda s: s.state == SofStatus.READY, 20, "ready from the state file")
+        self.assertIn("saved model", ready.reason)
+        self.assertEqual(crank_query(service("restarted", "predict_cranking", PredictCranking)).code, 0)
+        self.assertTrue(node.is_alive())
+
+    def test_4_saved_model_of_another_clock_and_a_damaged_file_are_refused_with_the_reason(self):
+        self.start("early", state_file=self.state_file)
+        status = self.latest("/early/status", SofStatus)
+        self.play(self.bag, RATE, "--duration", 20)
+        refused = status.wait(lambda s: s.accepted > 500, 20, "samples")
+        self.assertEqual(refused.state, SofStatus.COLLECTING)
+        self.assertEqual(refused.code, 2)
+
+        damaged = self.folder.file("damaged.yaml")
+        with open(self.state_file) as good, open(damaged, "w") as bad:
+            bad.write(good.read()[:300])
+        node = self.start("damaged", state_file=damaged)
+        diagnostics = self.latest("/diagnostics", DiagnosticArray)
+        diagnostics.wait(lambda d: any("damaged.yaml" in s.message for s in d.status), 20, "the fault in /diagnostics")
+        self.assertTrue(node.is_alive())
+
+    def bad_messages(self):
+        """A quiet stretch with every kind of bad message among the good; how many of each is said below."""
+        def message(stamp, current=-5.0, voltage=12.5):
+            made = BatteryState(voltage=voltage, current=current, temperature=math.nan)
+            made.header.stamp = rospy.Time.from_sec(stamp)
+            return made
+        bag = self.folder.file("bad.bag")
+        with rosbag.Bag(bag, "w") as out:
+            for n in range(2000):
+                stamp = 100.0 + n * 0.01
+                messages = [message(stamp)]
+                if n % 100 == 50:
+                    messages += [message(stamp + 0.001, current=math.nan), message(stamp + 0.001, voltage=math.inf),
+                                 message(stamp + 0.001, voltage=900.0), message(stamp), message(stamp - 1.0),
+                                 message(3.0), message(5.0e8)]
+                for each in messages:
+                    out.write("/battery_state", each, rospy.Time.from_sec(stamp))
+        return bag
+
+    def test_5_bad_messages_are_counted_by_reason_and_the_node_lives(self):
+        node = self.start("bad")
+        status = self.latest("/bad/status", SofStatus)
+        diagnostics = self.latest("/diagnostics", DiagnosticArray)
+        self.play(self.bad_messages(), 10)
+        status.wait(lambda s: s.accepted == 2000 and s.rejected == 140, 30, "2000 accepted, 140 rejected")
+
+        def counts(array):
+            for each in array.status:
+                if each.name == "bad: rejected samples":
+                    return {v.key: int(v.value) for v in each.values}
+            return {}
+        expected = {"missing value": 20, "not finite": 20, "out of range": 20, "duplicate stamp": 20,
+                    "clock step back": 40, "stamp ahead": 20}
+        diagnostics.wait(lambda d: counts(d) == expected, 20, "{} in /diagnostics".format(expected))
+        self.assertTrue(node.is_alive())
+        self.assertEqual(node.stop(), 0)
+
+
+if __name__ == "__main__":
+    rospy.init_node("playback_test")
+    rostest.rosrun("battery_sof", "playback", Playback, whole_arguments(sys.argv))

@@ -1,0 +1,253 @@
+#include "battery_sof/bag/bag_storage.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <std_msgs/Float64.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "battery_sof/bag/battery_state_message.hpp"
+#include "battery_sof/recording/csv.hpp"
+
+namespace battery_sof {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+class BagStorage : public ::testing::Test {
+ protected:
+  BagStorage()
+      : folder_(std::filesystem::temp_directory_path() /
+                ("battery sof bag test " + std::to_string(::getpid()))) {
+    std::filesystem::create_directories(folder_);
+  }
+  ~BagStorage() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path file(const std::string& name) const { return folder_ / name; }
+
+  std::size_t filesInFolder() const {
+    const std::filesystem::directory_iterator entries(folder_);
+    return std::distance(begin(entries), end(entries));
+  }
+
+  static std::string refusal(const std::filesystem::path& path,
+                             const std::string& topic = kDefaultTopic) {
+    try {
+      readBag(path, topic);
+    } catch (const RecordingError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  std::filesystem::path folder_;
+};
+
+Series someSeries() {
+  Series series;
+  for (int n = 0; n < 3000; ++n) {
+    series.time.push_back(n / 100.0);
+    series.current.push_back(n % 7 * -0.1);
+    series.voltage.push_back(12.275 + n % 5 * 0.025);
+    if (n % 100 == 50) {
+      series.temperature_time.push_back(n / 100.0);
+      series.temperature.push_back(318.15);
+    }
+  }
+  return series;
+}
+
+template <typename Message>
+void writeOne(const std::filesystem::path& path, const std::string& topic, const Message& message) {
+  rosbag::Bag bag(path.string(), rosbag::bagmode::Write);
+  bag.write(topic, ros::Time(10.0), message);
+  bag.close();
+}
+
+std::string bytesOf(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void writeBytes(const std::filesystem::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+TEST_F(BagStorage, RoundTripKeepsEverySampleAsItWas) {
+  const Series series = someSeries();
+  writeBag(file("a.bag"), series);
+  const Recording read = readBag(file("a.bag"));
+  EXPECT_EQ(read.name, "a.bag");
+  EXPECT_EQ(read.offered, series.size());
+  EXPECT_EQ(read.rejected.total(), 0u);
+  EXPECT_EQ(read.series.time, series.time);
+  ASSERT_EQ(read.series.size(), series.size());
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    EXPECT_NEAR(read.series.current[n], series.current[n], 1e-12);
+    EXPECT_NEAR(read.series.voltage[n], series.voltage[n], 1e-12);
+  }
+  EXPECT_EQ(read.series.temperature_time, series.temperature_time);
+  EXPECT_THAT(read.series.temperature, ::testing::Each(::testing::DoubleNear(318.15, 1e-9)));
+}
+
+TEST_F(BagStorage, CsvToBagToCsvKeepsTimesOfAnEpochClockToTheNanosecondADoubleCanHold) {
+  Series series;
+  for (int n = 0; n < 50; ++n) {
+    series.time.push_back(1490425206.9 + n * 0.01);
+    series.current.push_back(-12.5);
+    series.voltage.push_back(12.5);
+  }
+  writeCsv(file("a.csv"), series);
+  writeBag(file("a.bag"), readCsv(file("a.csv")).series);
+  writeCsv(file("b.csv"), readBag(file("a.bag")).series);
+  EXPECT_EQ(bytesOf(file("a.csv")), bytesOf(file("b.csv")));
+}
+
+TEST_F(BagStorage, CsvToBagToCsvIsTheSameFileWhenTheClockStartsAtZero) {
+  writeCsv(file("a.csv"),
+           readCsv([&] {
+             writeBytes(
+                 file("in.csv"),
+                 "time_s,current_a,voltage_v,temperature_c\n"
+                 "0,-15.3,12.275,45\n1.01,-0.1,12.3,\n1.5,,,44.5\n2.123456789,55.2,14.025,\n");
+             return file("in.csv");
+           }())
+               .series);
+  writeBag(file("a.bag"), readCsv(file("a.csv")).series);
+  writeCsv(file("b.csv"), readBag(file("a.bag")).series);
+  EXPECT_EQ(bytesOf(file("a.csv")), bytesOf(file("b.csv")));
+}
+
+TEST_F(BagStorage, StampOfZeroIsKeptAlthoughNoRecordTimeMayBeZero) {
+  Series series{{0.0, 0.01}, {-1.0, -2.0}, {12.0, 12.1}, {}, {}};
+  writeBag(file("a.bag"), series);
+  EXPECT_EQ(readBag(file("a.bag")).series.time.front(), 0.0);
+}
+
+TEST_F(BagStorage, TopicIsFoundWithAndWithoutALeadingSlash) {
+  writeBag(file("a.bag"), someSeries(), "car/battery");
+  EXPECT_EQ(readBag(file("a.bag"), "car/battery").series.size(), 3000u);
+  EXPECT_EQ(readBag(file("a.bag"), "/car/battery").series.size(), 3000u);
+}
+
+TEST_F(BagStorage, MissingTopicIsRefusedWithTheTopicsThereAre) {
+  writeBag(file("a.bag"), someSeries(), "/front/battery");
+  EXPECT_THAT(refusal(file("a.bag")),
+              AllOf(HasSubstr("a.bag"), HasSubstr("battery_state"),
+                    HasSubstr("/front/battery (sensor_msgs/BatteryState)")));
+}
+
+TEST_F(BagStorage, OtherMessageTypeIsRefusedByName) {
+  std_msgs::Float64 message;
+  writeOne(file("a.bag"), "/battery_state", message);
+  EXPECT_THAT(refusal(file("a.bag")), AllOf(HasSubstr("carries std_msgs/Float64"),
+                                            HasSubstr("expected sensor_msgs/BatteryState")));
+}
+
+TEST_F(BagStorage, EveryTruncationOfAGoodBagIsRefused) {
+  writeBag(file("a.bag"), someSeries());
+  const std::string whole = bytesOf(file("a.bag"));
+  for (double share : {0.0, 0.0001, 0.01, 0.3, 0.5, 0.9, 0.99, 0.9999}) {
+    writeBytes(file("cut.bag"), whole.substr(0, static_cast<std::size_t>(share * whole.size())));
+    EXPECT_THAT(refusal(file("cut.bag")), HasSubstr("cut.bag")) << "cut at " << share;
+  }
+}
+
+TEST_F(BagStorage, DamageAnywhereInABagNeverAborts) {
+  writeBag(file("a.bag"), someSeries());
+  const std::string whole = bytesOf(file("a.bag"));
+  for (std::size_t at = 13; at < whole.size(); at += whole.size() / 97) {
+    std::string damaged = whole;
+    damaged.replace(at, std::min<std::size_t>(60, whole.size() - at), 60, '\x01');
+    writeBytes(file("damaged.bag"), damaged);
+    EXPECT_NO_FATAL_FAILURE(refusal(file("damaged.bag"))) << "damaged at byte " << at;
+  }
+}
+
+TEST_F(BagStorage, IndexThatPointsNowhereIsRefusedWithTheByte) {
+  writeBag(file("a.bag"), someSeries());
+  std::string damaged = bytesOf(file("a.bag"));
+  const std::size_t index = damaged.rfind(std::string("op=\x04"));
+  ASSERT_NE(index, std::string::npos);
+  damaged.replace(damaged.find("ver=", index) + 12 + 8, 4, 4, '\x01');
+  writeBytes(file("damaged.bag"), damaged);
+  EXPECT_THAT(refusal(file("damaged.bag")),
+              AllOf(HasSubstr("damaged bag, at byte"), HasSubstr("an index points to where no")));
+}
+
+TEST_F(BagStorage, FilesThatAreNoBagsAreRefused) {
+  writeBytes(file("zeros.bag"), std::string(100000, '\0'));
+  writeBytes(file("text.bag"), "time_s,current_a,voltage_v\n0,1,12\n");
+  writeBytes(file("empty.bag"), "");
+  for (const char* name : {"zeros.bag", "text.bag", "empty.bag", "absent.bag"}) {
+    EXPECT_THAT(refusal(file(name)), HasSubstr(name));
+  }
+  EXPECT_THAT(refusal(folder_), HasSubstr("no such file"));
+}
+
+TEST_F(BagStorage, BagOfUnusableMessagesIsRefusedWithTheirNumber) {
+  writeOne(file("a.bag"), "battery_state", batteryStateOf(1.0, kNan, 12.0, {}));
+  EXPECT_THAT(refusal(file("a.bag")), HasSubstr("no usable sample (1 rejected)"));
+}
+
+TEST_F(BagStorage, MissingAndImpossibleValuesAreCountedByReason) {
+  rosbag::Bag bag(file("a.bag").string(), rosbag::bagmode::Write);
+  const double infinite = std::numeric_limits<double>::infinity();
+  const std::vector<sensor_msgs::BatteryState> messages = {
+      batteryStateOf(1.0, -5.0, 12.0, 300.0),  batteryStateOf(2.0, kNan, 12.0, {}),
+      batteryStateOf(3.0, infinite, 12.0, {}), batteryStateOf(1.0, -5.0, 12.0, {}),
+      batteryStateOf(0.5, -5.0, 12.0, {}),     batteryStateOf(4.0, -5.0, 900.0, {}),
+      batteryStateOf(5.0, -6.0, 12.0, {})};
+  for (std::size_t n = 0; n < messages.size(); ++n) {
+    bag.write("battery_state", ros::Time(100.0 + n), messages[n]);
+  }
+  bag.close();
+  const Recording read = readBag(file("a.bag"));
+  EXPECT_EQ(read.series.size(), 2u);
+  EXPECT_EQ(read.rejected.missing_value, 1u);
+  EXPECT_EQ(read.rejected.not_finite, 1u);
+  EXPECT_EQ(read.rejected.duplicate_stamp, 1u);
+  EXPECT_EQ(read.rejected.clock_step_back, 1u);
+  EXPECT_EQ(read.rejected.out_of_range, 1u);
+  EXPECT_NEAR(read.series.temperature.at(0), 300.0, 1e-4);
+}
+
+TEST_F(BagStorage, WrittenFileAppearsWholeOrNotAtAll) {
+  Series series{{-1.0, 0.0}, {-1.0, -2.0}, {12.0, 12.1}, {}, {}};
+  EXPECT_THROW(writeBag(file("a.bag"), series), RecordingError);
+  EXPECT_THROW(writeBag(file("no/such/folder/a.bag"), someSeries()), RecordingError);
+  series.time = {1.0, 5e9};
+  EXPECT_THROW(writeBag(file("a.bag"), series), RecordingError);
+  EXPECT_EQ(filesInFolder(), 0u);
+}
+
+TEST_F(BagStorage, OtherFieldsOfAWrittenMessageAreNotMeasured) {
+  const sensor_msgs::BatteryState message = batteryStateOf(1.0, -5.0, 12.0, {});
+  for (float value : {message.temperature, message.charge, message.capacity,
+                      message.design_capacity, message.percentage}) {
+    EXPECT_TRUE(std::isnan(value));
+  }
+  EXPECT_TRUE(message.present);
+}
+
+TEST(RosTime, IsExactToTheNanosecondAndRefusesWhatAStampCannotHold) {
+  for (double time : {0.0, 1e-9, 0.01, 0.29, 1234.56789, 4194304.123456789}) {
+    EXPECT_EQ(secondsOf(rosTime(time)), time);
+  }
+  EXPECT_EQ(secondsOf(rosTime(1490425206.9)), 1490425206.9);
+  EXPECT_EQ(rosTime(0.9999999999).toSec(), 1.0);
+  for (double time : {-1e-9, 4294967295.0, kNan, std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(rosTime(time), std::invalid_argument);
+  }
+}
+
+}  // namespace
+}  // namespace battery_sof
