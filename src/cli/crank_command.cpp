@@ -17,7 +17,7 @@ struct CrankArguments {
 };
 
 /// The model after a rest so long that its state is gone.
-IdentifiedModel rested(IdentifiedModel model) {
+FittedModel rested(FittedModel model) {
   model.state.u_c2 = 0.0;
   model.state.current = 0.0;
   model.covariance.row(kRowState).setZero();
@@ -28,8 +28,8 @@ IdentifiedModel rested(IdentifiedModel model) {
 int runCrank(const CommandLine& line, const CrankArguments& arguments) {
   if (!(arguments.capacity_ah > 0.0))
     throw UsageError("--capacity-ah is " + std::to_string(arguments.capacity_ah) + ", expected above 0");
-  const IdentifiedModel saved = readModelFile(arguments.model);
-  const IdentifiedModel model = arguments.rested ? rested(saved) : saved;
+  const FittedModel saved = readModelFile(arguments.model);
+  const FittedModel model = arguments.rested ? rested(saved) : saved;
   const CrankingAnswer answer = predictCranking(model, arguments.query, arguments.capacity_ah);
   if (answer.code == AnswerCode::kInvalidQuery) throw UsageError(answer.message);
   emit(line, crankingText(arguments.query, answer), crankingJson(answer), arguments.json);

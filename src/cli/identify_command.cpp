@@ -26,8 +26,8 @@ void warn(const CommandLine& line, const Recording& recording) {
       line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
 }
 
-IdentifiedModel withoutWindow(const WindowChoice& choice) {
-  IdentifiedModel model;
+FittedModel withoutWindow(const WindowChoice& choice) {
+  FittedModel model;
   model.status = FitStatus::kNotExcited;
   model.message = choice.message;
   return model;
@@ -44,13 +44,13 @@ WindowChoice windowOf(const IdentifyArguments& arguments, const Series& series) 
   return chooseWindow(series, search);
 }
 
-IdentifiedModel fit(const IdentifyArguments& arguments, const Series& series) {
+FittedModel fit(const IdentifyArguments& arguments, const Series& series) {
   const WindowChoice choice = windowOf(arguments, series);
   if (!choice.range) return withoutWindow(choice);
   IdentifyOptions options = arguments.options;
   options.start = arguments.start == "paper" ? FitStart::kPaper : FitStart::kRobust;
   const auto begin = std::chrono::steady_clock::now();
-  IdentifiedModel model = identify(series, *choice.range, options);
+  FittedModel model = identify(series, *choice.range, options);
   model.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return model;
 }
@@ -64,7 +64,7 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   warn(line, recording);
   const Series series = atDesignRate(recording.series);
   progress.stage("identifying");
-  IdentifiedModel model = fit(arguments, series);
+  FittedModel model = fit(arguments, series);
   model.recording = recording.name;
   model.recording_hash = fileHash(arguments.recording.path);
   if (!isUsable(model)) {

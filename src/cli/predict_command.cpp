@@ -31,7 +31,7 @@ std::string predictionCsv(const Series& series, IndexRange range, const Predicte
 }
 
 int runPredict(const CommandLine& line, const PredictArguments& arguments) {
-  const IdentifiedModel model = readModelFile(arguments.model);
+  const FittedModel model = readModelFile(arguments.model);
   const Recording recording = loadRecording(arguments.recording);
   const Series series = atDesignRate(recording.series);
   const IndexRange range = rangeOf(arguments.window, series);

@@ -51,9 +51,9 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
 }
 
 /// The model of a window that was not fitted, and why.
-IdentifiedModel unfitted(const Series& series, IndexRange range, FitStatus status,
+FittedModel unfitted(const Series& series, IndexRange range, FitStatus status,
                          const std::string& message) {
-  IdentifiedModel model;
+  FittedModel model;
   model.status = status;
   model.message = message;
   model.covariance = Eigen::MatrixXd::Zero(kCovarianceRows, kCovarianceRows);
@@ -199,7 +199,7 @@ FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd
   return scores;
 }
 
-std::string sentenceOf(const IdentifiedModel& model) {
+std::string sentenceOf(const FittedModel& model) {
   std::ostringstream text;
   switch (model.status) {
     case FitStatus::kConverged: text << "converged after " << model.iterations << " iterations"; break;
@@ -218,7 +218,7 @@ std::string sentenceOf(const IdentifiedModel& model) {
 }
 
 /// Fills in everything that follows from where the search ended.
-IdentifiedModel describeFit(const Series& series, IndexRange range, const IdentifyOptions& options,
+FittedModel describeFit(const Series& series, IndexRange range, const IdentifyOptions& options,
                             const BaseFit& fit, const BaseNormalEquations& equations,
                             const Eigen::VectorXd& weight) {
   const BaseParameters& p = fit.parameters;
@@ -231,7 +231,7 @@ IdentifiedModel describeFit(const Series& series, IndexRange range, const Identi
   const Overpotential last = lastState(series, range, equations, columns, p);
   holdBounded(columns, p);
 
-  IdentifiedModel model = unfitted(series, range, fit.status, "");
+  FittedModel model = unfitted(series, range, fit.status, "");
   model.parameters = p;
   model.iterations = fit.iterations;
   model.covariance = inPhysicalOrder(
@@ -251,11 +251,11 @@ IdentifiedModel describeFit(const Series& series, IndexRange range, const Identi
 
 }  // namespace
 
-IdentifiedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options) {
+FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options) {
   requireValid(options, series, range);
   const std::string start = options.start == FitStart::kPaper ? "paper" : "robust";
   const auto refuse = [&](FitStatus status, const std::string& message) {
-    IdentifiedModel model = unfitted(series, range, status, message);
+    FittedModel model = unfitted(series, range, status, message);
     model.start = start;
     return model;
   };
@@ -281,13 +281,13 @@ IdentifiedModel identify(const Series& series, IndexRange range, const IdentifyO
                           : searchFromCoarse(samples, equations, options);
   Eigen::VectorXd weight(static_cast<Eigen::Index>(samples.size()));
   for (std::size_t n = 0; n < samples.size(); ++n) weight[n] = samples[n].weight;
-  IdentifiedModel model = describeFit(series, range, options, fit, equations, weight);
+  FittedModel model = describeFit(series, range, options, fit, equations, weight);
   model.start = start;
   model.suitability = windowSuitability(series, range);
   return model;
 }
 
-void carryState(IdentifiedModel& model, const Series& series, std::size_t last) {
+void carryState(FittedModel& model, const Series& series, std::size_t last) {
   const auto at = std::lower_bound(series.time.begin(), series.time.end(), model.state.time);
   if (at == series.time.end() || *at != model.state.time || last >= series.size() ||
       series.time[last] < model.state.time)

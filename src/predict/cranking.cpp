@@ -32,7 +32,7 @@ void addFault(std::string& faults, bool ok, const char* name, double value, cons
 }
 
 /// Why the model should not be trusted for a query; empty when it may.
-std::string extrapolation(const IdentifiedModel& model, const CrankingQuery& query,
+std::string extrapolation(const FittedModel& model, const CrankingQuery& query,
                           double capacity) {
   std::string reasons;
   if (query.i_cranking < kExtrapolation * model.excited.min_current)
@@ -67,7 +67,7 @@ std::string faultsOf(const CrankingQuery& q) {
   return faults;
 }
 
-CrankingAnswer predictCranking(const IdentifiedModel& model, const CrankingQuery& query,
+CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
                                double capacity) {
   CrankingAnswer answer;
   const std::string faults = faultsOf(query);

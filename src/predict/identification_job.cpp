@@ -13,7 +13,7 @@ double lengthOf(const IdentificationJob& job) {
   return job.window_length.value_or(defaultWindowLength(job.series));
 }
 
-double openLoopRmse(IdentifiedModel model, const Series& series, IndexRange range, double max_gap) {
+double openLoopRmse(FittedModel model, const Series& series, IndexRange range, double max_gap) {
   const std::size_t first = range.first;
   setStateFromVoltage(model, series.time[first], series.current[first], series.voltage[first]);
   StateTracker tracker(model, max_gap);
@@ -65,7 +65,7 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
   return result;
 }
 
-void setStateFromVoltage(IdentifiedModel& model, double time, double current, double voltage) {
+void setStateFromVoltage(FittedModel& model, double time, double current, double voltage) {
   const BaseParameters& parameters = model.parameters;
   const double resistance = ohmicResistance(parameters, current);
   model.state = {time, voltage - parameters.u_dc - resistance * current, current};

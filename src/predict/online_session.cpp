@@ -84,7 +84,7 @@ void OnlineSession::restartClock(double old_newest, const StreamSample& first) {
   newest_.reset();
   if (!model_) return;
   fitted_until_ += first.time - old_newest;
-  IdentifiedModel moved = *model_;
+  FittedModel moved = *model_;
   setStateFromVoltage(moved, first.time, first.current, first.voltage);
   tracker_.emplace(moved, stream_.maxGap());
 }
@@ -197,7 +197,7 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
 std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
   if (result.epoch != epoch_) return "the clock jumped back while the identification ran";
   if (!result.model) return result.message;
-  const IdentifiedModel& model = *result.model;
+  const FittedModel& model = *result.model;
   if (!isUsable(model)) return describe(model.status) + ": " + model.message;
   for (const ParameterEstimate& estimate : model.estimates) {
     if (isRequired(estimate) && !estimate.determined) {
@@ -215,7 +215,7 @@ std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
                   result.recent_rmse, *result.incumbent_rmse);
 }
 
-void OnlineSession::install(const IdentifiedModel& model, double max_gap) {
+void OnlineSession::install(const FittedModel& model, double max_gap) {
   model_ = model;
   fitted_until_ = model.window.to;
   compared_.clear();
@@ -231,11 +231,11 @@ void OnlineSession::install(const IdentifiedModel& model, double max_gap) {
 // ----------------------------------------------------------------------------------------------------
 // restored model
 
-void OnlineSession::restore(const IdentifiedModel& model) { restored_ = model; }
+void OnlineSession::restore(const FittedModel& model) { restored_ = model; }
 
 void OnlineSession::judgeRestored(const StreamSample& first) {
   if (!restored_) return;
-  const IdentifiedModel model = *restored_;
+  const FittedModel model = *restored_;
   restored_.reset();
   const double ahead = model.state.time - first.time;
   const double age = first.time - model.window.to;
@@ -298,7 +298,7 @@ std::optional<double> OnlineSession::newestTime() const {
   return newest_ ? std::optional<double>(newest_->time) : std::nullopt;
 }
 
-std::optional<IdentifiedModel> OnlineSession::model() const {
+std::optional<FittedModel> OnlineSession::model() const {
   if (!tracker_) return std::nullopt;
   return tracker_->modelNow();
 }

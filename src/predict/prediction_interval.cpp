@@ -5,7 +5,7 @@
 
 namespace battery_sof {
 
-Interval voltageInterval(const IdentifiedModel& model, double current,
+Interval voltageInterval(const FittedModel& model, double current,
                          const Overpotential& overpotential, double model_error) {
   Eigen::Matrix<double, kCovarianceRows, 1> g;
   g[kRowRDischarge] = std::min(current, 0.0);

@@ -49,7 +49,7 @@ void append(PredictedVoltage& predicted, const Interval& u) {
   predicted.upper.push_back(u.upper);
 }
 
-std::string extrapolation(const IdentifiedModel& model, const std::vector<double>& current) {
+std::string extrapolation(const FittedModel& model, const std::vector<double>& current) {
   const auto [low, high] = std::minmax_element(current.begin(), current.end());
   if (*low >= kExtrapolation * std::min(model.excited.min_current, 0.0) &&
       *high <= kExtrapolation * std::max(model.excited.max_current, 0.0))
@@ -62,7 +62,7 @@ std::string extrapolation(const IdentifiedModel& model, const std::vector<double
 }
 
 /// State at the first sample (paper, eq. 5), by the median over the first second [V].
-double stateFromVoltage(const IdentifiedModel& model, const Series& series) {
+double stateFromVoltage(const FittedModel& model, const Series& series) {
   std::vector<double> states;
   for (std::size_t n = 0; n < series.size(); ++n) {
     if (series.time[n] - series.time.front() > kStartSpan) break;
@@ -74,8 +74,8 @@ double stateFromVoltage(const IdentifiedModel& model, const Series& series) {
 }
 
 /// The model with its state, and the state's variance, at the recording's first sample.
-IdentifiedModel modelAtFirstSample(const IdentifiedModel& model, const Series& series) {
-  IdentifiedModel start = model;
+FittedModel modelAtFirstSample(const FittedModel& model, const Series& series) {
+  FittedModel start = model;
   start.state = {series.time.front(), stateFromVoltage(model, series), series.current.front()};
   start.covariance.row(kRowState).setZero();
   start.covariance.col(kRowState).setZero();
@@ -85,7 +85,7 @@ IdentifiedModel modelAtFirstSample(const IdentifiedModel& model, const Series& s
 
 }  // namespace
 
-ProfileAnswer simulateProfile(const IdentifiedModel& model, const std::vector<double>& time,
+ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
                               const std::vector<double>& current) {
   ProfileAnswer answer;
   answer.message = faultOf(time, current);
@@ -117,10 +117,10 @@ ProfileAnswer simulateProfile(const IdentifiedModel& model, const std::vector<do
   return answer;
 }
 
-PredictedVoltage predictSeries(const IdentifiedModel& model, const Series& series,
+PredictedVoltage predictSeries(const FittedModel& model, const Series& series,
                                IndexRange range) {
   if (range.empty()) return {};
-  const IdentifiedModel start = modelAtFirstSample(model, series);
+  const FittedModel start = modelAtFirstSample(model, series);
   const double max_gap = gapThreshold(series);
   const OverpotentialStep step(start.parameters);
   Overpotential state{start.state.u_c2, 1.0, 0.0, 0.0};

@@ -8,7 +8,7 @@
 
 namespace battery_sof {
 
-StateTracker::StateTracker(const IdentifiedModel& model, double max_gap)
+StateTracker::StateTracker(const FittedModel& model, double max_gap)
     : model_(model),
       step_(model.parameters),
       overpotential_{model.state.u_c2, 1.0, 0.0, 0.0},
@@ -29,8 +29,8 @@ double StateTracker::expectedVoltage() const {
   return terminalVoltage(model_.parameters, state_.current, state_.u_c2);
 }
 
-IdentifiedModel StateTracker::modelNow() const {
-  IdentifiedModel now = model_;
+FittedModel StateTracker::modelNow() const {
+  FittedModel now = model_;
   now.state = state_;
   carryCovariance(now.covariance, overpotential_);
   return now;

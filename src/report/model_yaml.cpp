@@ -46,7 +46,7 @@ YAML::Node parameterNode(const ParameterEstimate& estimate) {
   return node;
 }
 
-YAML::Node stateNode(const IdentifiedModel& model) {
+YAML::Node stateNode(const FittedModel& model) {
   YAML::Node node;
   node["time_s"] = model.state.time;
   node["u_c2_v"] = model.state.u_c2;
@@ -55,7 +55,7 @@ YAML::Node stateNode(const IdentifiedModel& model) {
   return node;
 }
 
-YAML::Node windowNode(const IdentifiedModel& model) {
+YAML::Node windowNode(const FittedModel& model) {
   YAML::Node node;
   node["from_s"] = model.window.from;
   node["to_s"] = model.window.to;
@@ -70,7 +70,7 @@ YAML::Node windowNode(const IdentifiedModel& model) {
   return node;
 }
 
-YAML::Node fitNode(const IdentifiedModel& model) {
+YAML::Node fitNode(const FittedModel& model) {
   YAML::Node node;
   node["status"] = describe(model.status);
   node["message"] = model.message;
@@ -150,7 +150,7 @@ ParameterEstimate estimateOf(const Reader& parameters, const std::string& name) 
   return estimate;
 }
 
-void readParameters(const Reader& root, IdentifiedModel& model) {
+void readParameters(const Reader& root, FittedModel& model) {
   const Reader parameters = root.at("parameters");
   for (int j = 0; j < kRowState; ++j)
     model.estimates.push_back(estimateOf(parameters, kCovarianceNames[j]));
@@ -170,7 +170,7 @@ void readParameters(const Reader& root, IdentifiedModel& model) {
   }
 }
 
-void readCovariance(const Reader& root, IdentifiedModel& model) {
+void readCovariance(const Reader& root, FittedModel& model) {
   const auto rows = root.get<std::vector<std::vector<double>>>("correlation", "6 rows of 6 numbers");
   Eigen::VectorXd std(static_cast<int>(kCovarianceRows));
   for (int j = 0; j < kRowState; ++j) std[j] = model.estimates[j].std.value_or(0.0);
@@ -185,7 +185,7 @@ void readCovariance(const Reader& root, IdentifiedModel& model) {
     }
 }
 
-void readWindow(const Reader& root, IdentifiedModel& model) {
+void readWindow(const Reader& root, FittedModel& model) {
   const Reader window = root.at("window");
   model.window = {window.number("from_s"), window.number("to_s"),
                   window.get<std::size_t>("samples", "a whole number")};
@@ -199,7 +199,7 @@ void readWindow(const Reader& root, IdentifiedModel& model) {
   if (window.has("temperature_c")) excited.temperature = window.number("temperature_c") + kKelvin;
 }
 
-void readFit(const Reader& root, IdentifiedModel& model) {
+void readFit(const Reader& root, FittedModel& model) {
   const Reader fit = root.at("fit");
   model.status = statusOf(fit);
   model.message = fit.text("message");
@@ -216,7 +216,7 @@ void readFit(const Reader& root, IdentifiedModel& model) {
 
 }  // namespace
 
-std::string modelYaml(const IdentifiedModel& model) {
+std::string modelYaml(const FittedModel& model) {
   YAML::Node root;
   root["schema"] = kModelSchema;
   root["program"] = "battery_sof " + version();
@@ -243,7 +243,7 @@ std::string modelYaml(const IdentifiedModel& model) {
   return std::string(out.c_str()) + "\n";
 }
 
-IdentifiedModel parseModelYaml(const std::string& text, const std::string& source) {
+FittedModel parseModelYaml(const std::string& text, const std::string& source) {
   YAML::Node document;
   try {
     document = YAML::Load(text);
@@ -256,7 +256,7 @@ IdentifiedModel parseModelYaml(const std::string& text, const std::string& sourc
   if (schema != kModelSchema)
     root.fail("schema", "is \"" + schema + "\", expected \"" + kModelSchema + "\"");
 
-  IdentifiedModel model;
+  FittedModel model;
   readParameters(root, model);
   const Reader state = root.at("state");
   model.state = {state.number("time_s"), state.number("u_c2_v"), state.number("current_a")};
@@ -269,11 +269,11 @@ IdentifiedModel parseModelYaml(const std::string& text, const std::string& sourc
   return model;
 }
 
-void writeModelFile(const std::filesystem::path& path, const IdentifiedModel& model) {
+void writeModelFile(const std::filesystem::path& path, const FittedModel& model) {
   writeFileAtomically(path, modelYaml(model));
 }
 
-IdentifiedModel readModelFile(const std::filesystem::path& path) {
+FittedModel readModelFile(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file) throw ModelFileError(path.string() + ": cannot be read");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};

@@ -43,7 +43,7 @@ std::string describe(const std::optional<Interval>& interval) {
 
 }  // namespace
 
-nlohmann::json identifyJson(const IdentifiedModel& model) {
+nlohmann::json identifyJson(const FittedModel& model) {
   nlohmann::json parameters = nlohmann::json::array();
   for (const auto& estimate : model.estimates)
     parameters.push_back({{"name", estimate.name},
@@ -70,7 +70,7 @@ nlohmann::json identifyJson(const IdentifiedModel& model) {
           {"fit_ms", model.fit_ms}};
 }
 
-std::string identifyText(const IdentifiedModel& model) {
+std::string identifyText(const FittedModel& model) {
   std::string text;
   appendLine(text, "window       %.2f to %.2f s, %zu samples, current %.1f to %.1f A",
              model.window.from, model.window.to, model.window.samples, model.excited.min_current,

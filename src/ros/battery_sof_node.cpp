@@ -39,7 +39,7 @@ BatterySofNode::~BatterySofNode() {
 
 void BatterySofNode::advertise() {
   status_publisher_ = private_node_.advertise<SofStatus>("status", 10, true);
-  model_publisher_ = private_node_.advertise<IdentifiedModelMessage>("model", 10, true);
+  model_publisher_ = private_node_.advertise<IdentifiedModel>("model", 10, true);
   predict_cranking_ =
       private_node_.advertiseService("predict_cranking", &BatterySofNode::onPredictCranking, this);
   simulate_profile_ =
@@ -72,7 +72,7 @@ void BatterySofNode::loadStateFile() {
   }
 }
 
-void BatterySofNode::saveStateFile(const IdentifiedModel& model) {
+void BatterySofNode::saveStateFile(const FittedModel& model) {
   if (options_.state_file.empty()) return;
   std::string fault;
   try {

@@ -64,7 +64,7 @@ void fillLastCrank(SofStatus& message, const std::optional<CrankComparison>& cra
   message.crank_upper = shown.expected_minimum.upper;
 }
 
-void fillEstimates(IdentifiedModelMessage& message, const IdentifiedModel& model) {
+void fillEstimates(IdentifiedModel& message, const FittedModel& model) {
   for (const ParameterEstimate& estimate : model.estimates) {
     message.names.push_back(estimate.name);
     message.units.push_back(estimate.unit);
@@ -100,8 +100,8 @@ SimulateProfile::Response responseOf(const ProfileAnswer& answer) {
   return response;
 }
 
-IdentifiedModelMessage messageOf(const IdentifiedModel& model) {
-  IdentifiedModelMessage message;
+IdentifiedModel messageOf(const FittedModel& model) {
+  IdentifiedModel message;
   message.header.stamp = rosTime(model.state.time);
   fillEstimates(message, model);
   message.u_c2 = model.state.u_c2;

@@ -31,7 +31,7 @@ TEST(Identify, ParametersLieWithinTwoStandardErrorsInNineOfTenDrives) {
   const auto truth = valuesOf(test::drivenBattery());
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const Series series = test::baseDrive(seed);
-    const IdentifiedModel model = identify(series, {0, series.size()});
+    const FittedModel model = identify(series, {0, series.size()});
     for (std::size_t j = 0; j < 5; ++j)
       inside[j] += std::abs(model.estimates[j].value - truth[j]) < 2.0 * model.estimates[j].std.value_or(0.0);
   }
@@ -48,8 +48,8 @@ TEST(Identify, ReachesTheOptimumFromAlmostAnyStartInTableOnesBox) {
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const Series series = test::baseDrive(seed);
     const IndexRange range{0, series.size()};
-    const IdentifiedModel usual = identify(series, range);
-    const IdentifiedModel other = identify(series, range, randomStart(seed));
+    const FittedModel usual = identify(series, range);
+    const FittedModel other = identify(series, range, randomStart(seed));
     const auto a = valuesOf(usual.parameters), b = valuesOf(other.parameters);
     bool same = other.status == FitStatus::kConverged;
     for (std::size_t j = 0; j < 5; ++j) same = same && std::abs(b[j] / a[j] - 1.0) < 1e-4;
@@ -61,18 +61,18 @@ TEST(Identify, ReachesTheOptimumFromAlmostAnyStartInTableOnesBox) {
 
 TEST(Identify, DoesNotDependOnTheClocksOrigin) {
   Series series = test::baseDrive(11);
-  const IdentifiedModel before = identify(series, {0, series.size()});
+  const FittedModel before = identify(series, {0, series.size()});
   for (double& t : series.time) t += 4096.0;  // exact in binary
-  const IdentifiedModel after = identify(series, {0, series.size()});
+  const FittedModel after = identify(series, {0, series.size()});
   for (std::size_t j = 0; j < 5; ++j)
     EXPECT_NEAR(after.estimates[j].value, before.estimates[j].value, 1e-6 * before.estimates[j].value);
 }
 
 TEST(Identify, ShiftsTheOpenCircuitVoltageWithTheVoltageAndNothingElse) {
   Series series = test::baseDrive(12);
-  const IdentifiedModel before = identify(series, {0, series.size()});
+  const FittedModel before = identify(series, {0, series.size()});
   for (double& u : series.voltage) u += 0.75;
-  const IdentifiedModel after = identify(series, {0, series.size()});
+  const FittedModel after = identify(series, {0, series.size()});
   EXPECT_NEAR(after.parameters.u_dc, before.parameters.u_dc + 0.75, 1e-6);
   for (std::size_t j = 0; j < 4; ++j)
     EXPECT_NEAR(after.estimates[j].value, before.estimates[j].value, 1e-5 * before.estimates[j].value);

@@ -23,6 +23,8 @@ Recording readBag(const std::filesystem::path& path, const std::string& topic = 
 /**
  * @brief Writes a bag with one sensor_msgs/BatteryState a sample: header stamp and record time are the sample's time.
  *
+ * A temperature measured at other times becomes a message of its own with NaN current and voltage.
+ *
  * current [A] negative when discharging, voltage [V], temperature [degC] or NaN; fields not measured are NaN.
  * The file appears whole or not at all.
  * @throws RecordingError when a time is negative or beyond what a ROS stamp holds, or the file cannot be written.

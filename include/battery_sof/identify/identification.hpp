@@ -3,7 +3,7 @@
 #include <array>
 #include <string>
 
-#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {
@@ -42,13 +42,13 @@ struct IdentifyOptions {
  * @return the model with its state at the window's last sample; never throws for poor data: see FitStatus.
  * @throws std::invalid_argument for options outside their ranges or a range outside the series.
  */
-IdentifiedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
+FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
 
 /**
  * @brief Carries the state of a model forward to the sample at `last` (inclusive) and its covariance with it.
  * @param series the recording the model stands in: model.state.time must be the time of one of its samples.
  */
-void carryState(IdentifiedModel& model, const Series& series, std::size_t last);
+void carryState(FittedModel& model, const Series& series, std::size_t last);
 
 /// Replaces the state's row of a model's covariance by that of the state it became: V <- T V T'.
 /// @param carried derivatives counted from the state the covariance stands for.

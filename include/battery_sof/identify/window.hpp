@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {

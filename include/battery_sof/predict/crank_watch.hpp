@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/predict/answer.hpp"
 #include "battery_sof/predict/sample_stream.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
@@ -43,7 +43,7 @@ class CrankWatch {
   std::optional<CrankComparison> finish() const;
 
   EventLimits limits_;
-  std::optional<IdentifiedModel> model_;  // set while the current is at crank level
+  std::optional<FittedModel> model_;  // set while the current is at crank level
   Series crank_;
 };
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/predict/answer.hpp"
 
 namespace battery_sof {
@@ -40,7 +40,7 @@ struct CrankingAnswer {
  * @param model    event begins at its saved state.
  * @param capacity [Ah], nominal, > 0.
  */
-CrankingAnswer predictCranking(const IdentifiedModel& model, const CrankingQuery& query,
+CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
                                double capacity = 50.0);
 
 /// @return every fault of a query, as one sentence each; empty when there is none.

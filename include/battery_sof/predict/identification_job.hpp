@@ -4,7 +4,7 @@
 #include <string>
 
 #include "battery_sof/identify/identification.hpp"
-#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {
@@ -16,13 +16,13 @@ struct IdentificationJob {
   std::optional<double> window_length;  ///< [s]; else defaultWindowLength()
   double min_suitability = 0.0;         ///< [0, 1], a window below it is not fitted
   IdentifyOptions options;
-  std::optional<IdentifiedModel> incumbent;  ///< the model in use, to be compared with
+  std::optional<FittedModel> incumbent;  ///< the model in use, to be compared with
 };
 
 /// What a job came to.
 struct IdentificationResult {
   int epoch = 0;
-  std::optional<IdentifiedModel>
+  std::optional<FittedModel>
       model;             ///< state at the series' last sample; none when no window could be fitted
   std::string message;   ///< one sentence
   double max_gap = 0.0;  ///< [s], gapThreshold() of the series
@@ -49,6 +49,6 @@ IdentificationResult runIdentification(const IdentificationJob& job);
  *
  * The state's covariance follows from the parameters' and the fit's own error.
  */
-void setStateFromVoltage(IdentifiedModel& model, double time, double current, double voltage);
+void setStateFromVoltage(FittedModel& model, double time, double current, double voltage);
 
 }  // namespace battery_sof

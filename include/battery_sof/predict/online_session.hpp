@@ -52,7 +52,7 @@ struct SessionStatus {
 struct IdentificationOutcome {
   bool accepted = false;
   std::string message;  ///< one sentence
-  std::optional<IdentifiedModel>
+  std::optional<FittedModel>
       model;  ///< accepted: state at the newest sample; refused: the candidate, if there was one
 };
 
@@ -95,7 +95,7 @@ class OnlineSession {
    * @brief Offers a model from an earlier run. It is judged against the first sample that comes:
    * refused when that is earlier than the model's state or too late after its window.
    */
-  void restore(const IdentifiedModel& model);
+  void restore(const FittedModel& model);
 
   /// SOF1 from the live state; kNoModel with the reason when there is none or it is too old.
   CrankingAnswer predictCranking(const CrankingQuery& query) const;
@@ -112,7 +112,7 @@ class OnlineSession {
   bool isJobOut() const { return job_is_out_; }
 
   /// @return the model in use with its state at the newest sample; none before the first.
-  std::optional<IdentifiedModel> model() const;
+  std::optional<FittedModel> model() const;
 
  private:
   /// One compared instant of the back-test.
@@ -123,7 +123,7 @@ class OnlineSession {
   void restartClock(double old_newest, const StreamSample& first);
   std::optional<CrankComparison> advance(const StreamSample& sample);
   void judgeRestored(const StreamSample& first);
-  void install(const IdentifiedModel& model, double max_gap);
+  void install(const FittedModel& model, double max_gap);
   void compare(const StreamSample& sample);
   bool isDue();
   std::string missingForFirst() const;
@@ -143,8 +143,8 @@ class OnlineSession {
   int epoch_ = 0;
   bool job_is_out_ = false;
 
-  std::optional<IdentifiedModel> model_;     // as accepted
-  std::optional<IdentifiedModel> restored_;  // waits for the first sample
+  std::optional<FittedModel> model_;     // as accepted
+  std::optional<FittedModel> restored_;  // waits for the first sample
   std::optional<StateTracker> tracker_;
   double fitted_until_ = 0.0;  // [s], end of the model's window on the present clock
   std::deque<Compared> compared_;

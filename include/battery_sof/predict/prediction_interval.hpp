@@ -1,6 +1,6 @@
 #pragma once
 
-#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/model/base_model.hpp"
 #include "battery_sof/predict/answer.hpp"
 
@@ -17,7 +17,7 @@ inline constexpr double kNinetyPercent = 1.6448536269514722;
  * @param overpotential state with derivatives counted from the model's saved state.
  * @param model_error   sigma_m [V], what the model misses even with the right parameters.
  */
-Interval voltageInterval(const IdentifiedModel& model, double current,
+Interval voltageInterval(const FittedModel& model, double current,
                          const Overpotential& overpotential, double model_error);
 
 }  // namespace battery_sof

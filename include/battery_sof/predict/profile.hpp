@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/predict/answer.hpp"
 #include "battery_sof/recording/series.hpp"
 
@@ -31,7 +31,7 @@ inline constexpr std::size_t kMaxProfileSamples = 3600000;
  * @param time    [s] after the saved state, >= 0, strictly increasing.
  * @param current [A], same length; linear between the samples, and from the state's own current to the first sample.
  */
-ProfileAnswer simulateProfile(const IdentifiedModel& model, const std::vector<double>& time,
+ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
                               const std::vector<double>& current);
 
 /**
@@ -42,6 +42,6 @@ ProfileAnswer simulateProfile(const IdentifiedModel& model, const std::vector<do
  *
  * @return one voltage a sample of the range [V], with 90 % intervals.
  */
-PredictedVoltage predictSeries(const IdentifiedModel& model, const Series& series, IndexRange range);
+PredictedVoltage predictSeries(const FittedModel& model, const Series& series, IndexRange range);
 
 }  // namespace battery_sof

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
 
 namespace battery_sof {
 
@@ -12,7 +12,7 @@ namespace battery_sof {
 class StateTracker {
  public:
   /// Starts from the model's saved state. @param max_gap [s], longest interval that is joined.
-  StateTracker(const IdentifiedModel& model, double max_gap);
+  StateTracker(const FittedModel& model, double max_gap);
 
   /// Moves on to a sample later than the last one. @throws std::invalid_argument when time does not increase.
   void advance(double time, double current);
@@ -21,12 +21,12 @@ class StateTracker {
   double expectedVoltage() const;
 
   /// @return the model with state and covariance moved to the last sample.
-  IdentifiedModel modelNow() const;
+  FittedModel modelNow() const;
 
   const ModelState& state() const { return state_; }
 
  private:
-  IdentifiedModel model_;
+  FittedModel model_;
   OverpotentialStep step_;
   Overpotential overpotential_;
   ModelState state_;

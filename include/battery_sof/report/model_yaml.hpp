@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
 
 namespace battery_sof {
 
@@ -18,15 +18,15 @@ class ModelFileError : public std::runtime_error {
 inline constexpr char kModelSchema[] = "battery_sof/model/1";
 
 /// @return MODEL.yaml: parameters with units, standard errors, correlation, state, effects, window, scores, origin.
-std::string modelYaml(const IdentifiedModel& model);
+std::string modelYaml(const FittedModel& model);
 
 /// @param source name for messages. @throws ModelFileError.
-IdentifiedModel parseModelYaml(const std::string& text, const std::string& source);
+FittedModel parseModelYaml(const std::string& text, const std::string& source);
 
 /// Whole or not at all. @throws std::runtime_error when it cannot be written.
-void writeModelFile(const std::filesystem::path& path, const IdentifiedModel& model);
+void writeModelFile(const std::filesystem::path& path, const FittedModel& model);
 
 /// @throws ModelFileError when it cannot be read or is not a model.
-IdentifiedModel readModelFile(const std::filesystem::path& path);
+FittedModel readModelFile(const std::filesystem::path& path);
 
 }  // namespace battery_sof

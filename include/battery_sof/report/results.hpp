@@ -3,16 +3,16 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/predict/cranking.hpp"
 #include "battery_sof/predict/scores.hpp"
 
 namespace battery_sof {
 
 /// JSON of `sof identify`, schema battery_sof/model/1.
-nlohmann::json identifyJson(const IdentifiedModel& model);
+nlohmann::json identifyJson(const FittedModel& model);
 /// The same for a reader: table of parameters with errors, scores, and the sentence that says how it ended.
-std::string identifyText(const IdentifiedModel& model);
+std::string identifyText(const FittedModel& model);
 
 /// JSON of `sof predict`, schema battery_sof/prediction/1.
 nlohmann::json predictionJson(const PredictionScores& scores);

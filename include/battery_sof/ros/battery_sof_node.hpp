@@ -41,7 +41,7 @@ class BatterySofNode {
   };
 
   void loadStateFile();
-  void saveStateFile(const IdentifiedModel& model);
+  void saveStateFile(const FittedModel& model);
   void advertise();
 
   void onBatteryState(const sensor_msgs::BatteryStateConstPtr& message);

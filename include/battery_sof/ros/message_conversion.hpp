@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/predict/online_session.hpp"
 #include "battery_sof/ros/messages.hpp"
 
@@ -18,7 +18,7 @@ PredictCranking::Response responseOf(const CrankingAnswer& answer);
 SimulateProfile::Response responseOf(const ProfileAnswer& answer);
 
 /// @return the message with header.stamp where the model's state stands; absent numbers are NaN.
-IdentifiedModelMessage messageOf(const IdentifiedModel& model);
+IdentifiedModel messageOf(const FittedModel& model);
 
 /// @return the response to ~identify; code REFUSED unless accepted.
 Identify::Response responseOf(const IdentificationOutcome& outcome);

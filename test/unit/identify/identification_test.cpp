@@ -13,7 +13,7 @@ namespace {
 
 IndexRange whole(const Series& series) { return {0, series.size()}; }
 
-const ParameterEstimate& estimate(const IdentifiedModel& model, const std::string& name) {
+const ParameterEstimate& estimate(const FittedModel& model, const std::string& name) {
   for (const auto& e : model.estimates)
     if (e.name == name) return e;
   throw std::out_of_range(name);
@@ -21,7 +21,7 @@ const ParameterEstimate& estimate(const IdentifiedModel& model, const std::strin
 
 TEST(Identify, RecoversTheParametersOfANoiselessDrive) {
   const Series series = test::baseDrive(1, 240.0, 0.0);
-  const IdentifiedModel model = identify(series, whole(series));
+  const FittedModel model = identify(series, whole(series));
   const BaseParameters truth = test::drivenBattery();
   EXPECT_EQ(model.status, FitStatus::kConverged);
   EXPECT_NEAR(model.parameters.r_discharge, truth.r_discharge, 1e-7);
@@ -35,7 +35,7 @@ TEST(Identify, RecoversTheParametersOfANoiselessDrive) {
 TEST(Identify, EstimatesTheStateOfAWindowThatOpensFarFromRest) {
   const BaseParameters truth = test::drivenBattery();
   const Series series = test::answered(truth, test::dataSetOneCurrent(240.0, 0.01, 5), 0.01, 0.002, 5, -0.35);
-  const IdentifiedModel model = identify(series, whole(series));
+  const FittedModel model = identify(series, whole(series));
   EXPECT_NEAR(model.parameters.c2, truth.c2, 0.02 * truth.c2);
   EXPECT_NEAR(model.parameters.u_dc, truth.u_dc, 0.005);
 }
@@ -43,7 +43,7 @@ TEST(Identify, EstimatesTheStateOfAWindowThatOpensFarFromRest) {
 TEST(Identify, LeavesTheStateAtTheWindowsLastSample) {
   const BaseParameters truth = test::drivenBattery();
   const Series series = test::baseDrive(3, 240.0, 0.0);
-  const IdentifiedModel model = identify(series, whole(series));
+  const FittedModel model = identify(series, whole(series));
   EXPECT_DOUBLE_EQ(model.state.time, series.time.back());
   EXPECT_DOUBLE_EQ(model.state.current, series.current.back());
   const double ohmic = ohmicResistance(truth, series.current.back()) * series.current.back();
@@ -67,7 +67,7 @@ TEST(Identify, ThePapersStartFindsTheParametersOfACleanWindow) {
   const Series series = test::baseDrive(2, 240.0, 0.0);
   IdentifyOptions options;
   options.start = FitStart::kPaper;
-  const IdentifiedModel model = identify(series, whole(series), options);
+  const FittedModel model = identify(series, whole(series), options);
   const BaseParameters truth = test::drivenBattery();
   EXPECT_EQ(model.start, "paper");
   EXPECT_LE(model.iterations, 20);
@@ -82,7 +82,7 @@ TEST(Identify, ThePapersPenaltyKeepsParametersNearTableOne) {
   const Series series = test::answered(outside, test::dataSetOneCurrent(240.0, 0.01, 2), 0.01, 0.002, 2);
   IdentifyOptions options;
   options.start = FitStart::kPaper;
-  const IdentifiedModel model = identify(series, whole(series), options);
+  const FittedModel model = identify(series, whole(series), options);
   EXPECT_TRUE(estimate(model, "r_charge").at_bound);
   EXPECT_GT(model.parameters.r_charge, 0.0002);
 }
@@ -91,7 +91,7 @@ TEST(Identify, ReportsAParameterThatEndsAtABoundWithoutAStandardError) {
   BaseParameters outside = test::drivenBattery();
   outside.r_charge = 0.0002;
   const Series series = test::answered(outside, test::dataSetOneCurrent(240.0, 0.01, 2), 0.01, 0.002, 2);
-  const IdentifiedModel model = identify(series, whole(series));
+  const FittedModel model = identify(series, whole(series));
   const auto& r_charge = estimate(model, "r_charge");
   EXPECT_TRUE(r_charge.at_bound);
   EXPECT_FALSE(r_charge.determined);
@@ -104,7 +104,7 @@ TEST(Identify, SaysThatADischargeOnlyWindowDoesNotDetermineTheChargeResistance) 
   auto current = test::dataSetOneCurrent(240.0, 0.01, 4);
   for (double& i : current) i = std::min(i, -1.0);
   const Series series = test::answered(test::drivenBattery(), current, 0.01, 0.002, 4);
-  const IdentifiedModel model = identify(series, whole(series));
+  const FittedModel model = identify(series, whole(series));
   EXPECT_TRUE(estimate(model, "r_discharge").determined);
   EXPECT_FALSE(estimate(model, "r_charge").determined);
   EXPECT_FALSE(estimate(model, "r_charge").std.has_value());
@@ -112,7 +112,7 @@ TEST(Identify, SaysThatADischargeOnlyWindowDoesNotDetermineTheChargeResistance) 
 
 TEST(Identify, RefusesAWindowTooShortToFit) {
   const Series series = test::baseDrive(1, 0.2);
-  const IdentifiedModel model = identify(series, whole(series));
+  const FittedModel model = identify(series, whole(series));
   EXPECT_EQ(model.status, FitStatus::kWindowTooShort);
   EXPECT_FALSE(isUsable(model));
   EXPECT_NE(model.message.find("20 samples"), std::string::npos);
@@ -120,7 +120,7 @@ TEST(Identify, RefusesAWindowTooShortToFit) {
 
 TEST(Identify, RefusesAWindowWhoseCurrentNeverChanges) {
   const Series series = test::answered(test::drivenBattery(), std::vector<double>(1000, -5.0), 0.01, 0.002, 1);
-  const IdentifiedModel model = identify(series, whole(series));
+  const FittedModel model = identify(series, whole(series));
   EXPECT_EQ(model.status, FitStatus::kNotExcited);
   EXPECT_FALSE(isUsable(model));
 }
@@ -137,7 +137,7 @@ TEST(Identify, TakesAGapInsideTheWindowForARest) {
     if (n > half) u = step.advance(u, 0.5 * (series.current[n - 1] + series.current[n]), 0.01);
     series.voltage[n] = terminalVoltage(test::drivenBattery(), series.current[n], u);
   }
-  const IdentifiedModel model = identify(series, whole(series));
+  const FittedModel model = identify(series, whole(series));
   EXPECT_NEAR(model.parameters.c2, test::drivenBattery().c2, 2.0);
   EXPECT_LT(model.scores.rmse, 1e-4);
 }
@@ -169,7 +169,7 @@ TEST(Identify, RefusesOptionsOutsideTheirRangesByName) {
 
 TEST(CarryState, MovesTheStateAsTheModelWould) {
   const Series series = test::baseDrive(8, 300.0, 0.0);
-  IdentifiedModel model = identify(series, {0, 24000});
+  FittedModel model = identify(series, {0, 24000});
   carryState(model, series, series.size() - 1);
   EXPECT_DOUBLE_EQ(model.state.time, series.time.back());
   const double ohmic = ohmicResistance(test::drivenBattery(), series.current.back()) * series.current.back();

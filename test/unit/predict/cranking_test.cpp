@@ -11,7 +11,7 @@
 namespace battery_sof {
 namespace {
 
-IdentifiedModel driveModel(std::uint64_t seed = 1) {
+FittedModel driveModel(std::uint64_t seed = 1) {
   const Series series = test::baseDrive(seed);
   return identify(series, {0, series.size()});
 }
@@ -27,7 +27,7 @@ CrankingQuery usualQuery() {
 }
 
 /// Minimum over (t_stop, t_stop + t_cranking] in steps of a millisecond.
-double byBruteForce(const IdentifiedModel& model, const CrankingQuery& query) {
+double byBruteForce(const FittedModel& model, const CrankingQuery& query) {
   const OverpotentialStep step(model.parameters);
   double u = model.state.u_c2;
   for (int k = 0; k < std::lround(query.t_stop * 1e3); ++k) u = step.advance(u, query.i_load, 1e-3);
@@ -40,7 +40,7 @@ double byBruteForce(const IdentifiedModel& model, const CrankingQuery& query) {
 }
 
 TEST(PredictCranking, EqualsABruteForceSimulation) {
-  const IdentifiedModel model = driveModel();
+  const FittedModel model = driveModel();
   for (double i_load : {0.0, -25.0, -60.0})
     for (double t_stop : {0.0, 5.0, 60.0})
       for (double t_cranking : {0.1, 1.0, 3.0}) {
@@ -54,7 +54,7 @@ TEST(PredictCranking, EqualsABruteForceSimulation) {
 
 TEST(PredictCranking, FindsTheMinimumAtTheBeginningWhenTheBatteryRecoversDuringTheCrank) {
   // After -300 A the state lies below what -1 A settles at: u_c2 rises during the "crank".
-  IdentifiedModel model = driveModel();
+  FittedModel model = driveModel();
   model.state.u_c2 = settledOverpotential(model.parameters, -300.0);
   CrankingQuery query = usualQuery();
   query.t_stop = 0.0;
@@ -64,7 +64,7 @@ TEST(PredictCranking, FindsTheMinimumAtTheBeginningWhenTheBatteryRecoversDuringT
 }
 
 TEST(PredictCranking, ALongerStopAndAStrongerCrankNeverRaiseTheMinimumOfARestedBattery) {
-  IdentifiedModel model = driveModel();
+  FittedModel model = driveModel();
   model.state.u_c2 = 0.0;
   double before = 100.0;
   for (double t_stop : {0.0, 1.0, 10.0, 60.0, 600.0}) {
@@ -79,9 +79,9 @@ TEST(PredictCranking, ALongerStopAndAStrongerCrankNeverRaiseTheMinimumOfARestedB
 TEST(PredictCranking, TheIntervalHoldsTheTruthInNineOfTenDrives) {
   int inside = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
-    const IdentifiedModel model = driveModel(seed);
+    const FittedModel model = driveModel(seed);
     const auto u = predictCranking(model, usualQuery()).u_min;
-    IdentifiedModel truth = model;
+    FittedModel truth = model;
     truth.parameters = test::drivenBattery();
     const double expected = predictCranking(truth, usualQuery()).u_min->value;
     inside += expected >= u->lower && expected <= u->upper;
@@ -100,7 +100,7 @@ TEST(PredictCranking, SaysWhetherTheCrankHolds) {
 }
 
 TEST(PredictCranking, RefusesEveryImpossibleQueryAndNamesTheInput) {
-  const IdentifiedModel model = driveModel();
+  const FittedModel model = driveModel();
   const auto refused = [&](auto change, const std::string& name) {
     CrankingQuery query = usualQuery();
     change(query);
@@ -150,7 +150,7 @@ TEST(PredictCranking, IsNotValidWhenTheStopTakesMoreThanOnePercentOfTheCharge) {
 }
 
 TEST(PredictCranking, HasNoAnswerFromAModelThatCannotBeUsed) {
-  IdentifiedModel model = driveModel();
+  FittedModel model = driveModel();
   model.status = FitStatus::kNotExcited;
   const CrankingAnswer answer = predictCranking(model, usualQuery());
   EXPECT_EQ(answer.code, AnswerCode::kNoModel);

@@ -97,7 +97,7 @@ TEST(OnlineSession, GivesTheSameAnswersAsTheOfflineFunctionsOnTheSameSamples) {
   search.to = feeder.times[0];
   const WindowChoice choice = chooseWindow(recording.series, search);
   ASSERT_TRUE(choice.range);
-  IdentifiedModel model = identify(recording.series, *choice.range);
+  FittedModel model = identify(recording.series, *choice.range);
   carryState(model, recording.series, recording.series.size() - 1);
   const CrankingAnswer offline = predictCranking(model, kQuery);
   const CrankingAnswer online = session.predictCranking(kQuery);
@@ -404,7 +404,7 @@ TEST(SampleStream, BadValuesAreCountedByReason) {
 }
 
 TEST(SetStateFromVoltage, ModelThenReadsTheMeasuredVoltage) {
-  IdentifiedModel model;
+  FittedModel model;
   model.parameters = Drive::truth();
   model.covariance = Eigen::MatrixXd::Zero(kCovarianceRows, kCovarianceRows);
   model.covariance(kRowUDc, kRowUDc) = 0.01;

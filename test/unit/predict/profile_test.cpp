@@ -12,8 +12,8 @@
 namespace battery_sof {
 namespace {
 
-const IdentifiedModel& model() {
-  static const IdentifiedModel fitted = [] {
+const FittedModel& model() {
+  static const FittedModel fitted = [] {
     const Series series = test::baseDrive(1);
     return identify(series, {0, series.size()});
   }();
@@ -60,7 +60,7 @@ TEST(SimulateProfile, IsNotValidBeyondTheExcitedCurrents) {
 
 TEST(PredictSeries, FollowsTheDriveThatFollowsTheWindow) {
   const Series series = test::baseDrive(2, 600.0);
-  const IdentifiedModel fitted = identify(series, {0, 24000});
+  const FittedModel fitted = identify(series, {0, 24000});
   const IndexRange later = {24000, series.size()};
   const PredictionScores scores = scorePrediction(series, later, predictSeries(fitted, series, later));
   EXPECT_GT(*scores.q_dyn_percent, 98.0);
@@ -73,7 +73,7 @@ TEST(PredictSeries, FollowsTheDriveThatFollowsTheWindow) {
 
 TEST(PredictSeries, UsesOnlyTheCurrentInsideALaterRange) {
   Series series = test::baseDrive(2, 300.0);
-  const IdentifiedModel fitted = identify(series, {0, 24000});
+  const FittedModel fitted = identify(series, {0, 24000});
   const auto before = predictSeries(fitted, series, {24000, 30000}).voltage;
   for (std::size_t n = 24000; n < 30000; ++n) series.voltage[n] = 0.0;
   EXPECT_EQ(predictSeries(fitted, series, {24000, 30000}).voltage, before);
@@ -90,12 +90,12 @@ TEST(ScorePrediction, RefusesAPredictionOfAnotherLength) {
 
 TEST(StateTracker, EqualsCarryingTheStateOffline) {
   const Series series = test::baseDrive(8, 300.0);
-  const IdentifiedModel fitted = identify(series, {0, 24000});
-  IdentifiedModel offline = fitted;
+  const FittedModel fitted = identify(series, {0, 24000});
+  FittedModel offline = fitted;
   carryState(offline, series, series.size() - 1);
   StateTracker tracker(fitted, gapThreshold(series));
   for (std::size_t n = 24000; n < series.size(); ++n) tracker.advance(series.time[n], series.current[n]);
-  const IdentifiedModel online = tracker.modelNow();
+  const FittedModel online = tracker.modelNow();
   EXPECT_DOUBLE_EQ(online.state.u_c2, offline.state.u_c2);
   EXPECT_DOUBLE_EQ(online.state.time, offline.state.time);
   EXPECT_TRUE(online.covariance.isApprox(offline.covariance, 1e-9));

@@ -11,11 +11,11 @@
 namespace battery_sof {
 namespace {
 
-IdentifiedModel fittedModel() {
+FittedModel fittedModel() {
   Series series = test::baseDrive(1);
   series.temperature_time = {0.0};
   series.temperature = {298.15};
-  IdentifiedModel model = identify(series, {0, series.size()});
+  FittedModel model = identify(series, {0, series.size()});
   model.recording = "drive \"one\": a test.csv";
   model.recording_hash = "sha256:0123";
   model.fit_ms = 4.25;
@@ -39,8 +39,8 @@ std::string errorOf(const std::string& text) {
 }
 
 TEST(ModelYaml, ReadsBackWhatItWrote) {
-  const IdentifiedModel model = fittedModel();
-  const IdentifiedModel back = parseModelYaml(modelYaml(model), "model.yaml");
+  const FittedModel model = fittedModel();
+  const FittedModel back = parseModelYaml(modelYaml(model), "model.yaml");
   EXPECT_DOUBLE_EQ(back.parameters.r_discharge, model.parameters.r_discharge);
   EXPECT_DOUBLE_EQ(back.parameters.beta, model.parameters.beta);
   EXPECT_DOUBLE_EQ(back.parameters.u_dc, model.parameters.u_dc);
@@ -56,8 +56,8 @@ TEST(ModelYaml, ReadsBackWhatItWrote) {
 }
 
 TEST(ModelYaml, AnswersQueriesAsTheModelItCameFrom) {
-  const IdentifiedModel model = fittedModel();
-  const IdentifiedModel back = parseModelYaml(modelYaml(model), "model.yaml");
+  const FittedModel model = fittedModel();
+  const FittedModel back = parseModelYaml(modelYaml(model), "model.yaml");
   CrankingQuery query;
   query.i_load = -20.0;
   query.t_stop = 10.0;
@@ -67,7 +67,7 @@ TEST(ModelYaml, AnswersQueriesAsTheModelItCameFrom) {
 }
 
 TEST(ModelYaml, KeepsAMissingStandardErrorMissing) {
-  IdentifiedModel model = fittedModel();
+  FittedModel model = fittedModel();
   model.estimates[1].std.reset();
   model.covariance.row(1).setZero();
   model.covariance.col(1).setZero();
@@ -96,7 +96,7 @@ TEST(ReadModelFile, SaysThatAFileCannotBeRead) {
 
 TEST(WriteModelFile, WritesAFileThatReadsBack) {
   const auto path = std::filesystem::temp_directory_path() / "battery_sof model yaml test.yaml";
-  const IdentifiedModel model = fittedModel();
+  const FittedModel model = fittedModel();
   writeModelFile(path, model);
   EXPECT_EQ(modelYaml(readModelFile(path)), modelYaml(model));
   std::filesystem::remove(path);

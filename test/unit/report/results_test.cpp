@@ -8,7 +8,7 @@
 namespace battery_sof {
 namespace {
 
-IdentifiedModel fittedModel() {
+FittedModel fittedModel() {
   const Series series = test::baseDrive(1);
   return identify(series, {0, series.size()});
 }
@@ -29,7 +29,7 @@ TEST(IdentifyJson, HoldsTheContractsFields) {
 }
 
 TEST(IdentifyText, SaysWhichParametersAreNotDetermined) {
-  IdentifiedModel model = fittedModel();
+  FittedModel model = fittedModel();
   model.estimates[1].determined = false;
   model.estimates[1].std.reset();
   EXPECT_NE(identifyText(model).find("not determined"), std::string::npos);

@@ -11,8 +11,8 @@
 namespace battery_sof {
 namespace {
 
-IdentifiedModel someModel() {
-  IdentifiedModel model;
+FittedModel someModel() {
+  FittedModel model;
   model.estimates = {{"r_discharge", "ohm", 0.006, 0.0001, false, true},
                      {"r_charge", "ohm", 0.0085, std::nullopt, true, false},
                      {"c2", "F", 1100.0, 20.0, false, true},
@@ -59,8 +59,8 @@ TEST(ResponseOf, CodesOfTheServicesAreThoseOfTheCore) {
 }
 
 TEST(MessageOf, ModelKeepsEveryParameterAndTheWholeFile) {
-  const IdentifiedModel model = someModel();
-  const IdentifiedModelMessage message = messageOf(model);
+  const FittedModel model = someModel();
+  const IdentifiedModel message = messageOf(model);
   EXPECT_THAT(message.names,
               ::testing::ElementsAre("r_discharge", "r_charge", "c2", "beta", "u_dc"));
   EXPECT_EQ(message.values[2], 1100.0);

@@ -66,7 +66,7 @@ struct ExcitedRange {
 };
 
 /// Everything an identification found; what MODEL.yaml stores and every query reads.
-struct IdentifiedModel {
+struct FittedModel {
   BaseParameters parameters;
   std::vector<ParameterEstimate> estimates;  ///< in the order of kEstimateNames
   /// Covariance of (r_discharge, r_charge, c2, beta, u_dc, u_c2 at state.time) [units squared]; 6 x 6, zero rows where
@@ -87,10 +87,10 @@ struct IdentifiedModel {
   std::string recording_hash;  ///< "sha256:..." of the file, empty when there is no file
 };
 
-/// Rows of IdentifiedModel::covariance.
+/// Rows of FittedModel::covariance.
 enum CovarianceRow { kRowRDischarge, kRowRCharge, kRowC2, kRowBeta, kRowUDc, kRowState, kCovarianceRows };
 
 /// @return true when the fit may be used for predictions: it converged, or stopped at the iteration limit.
-bool isUsable(const IdentifiedModel& model);
+bool isUsable(const FittedModel& model);
 
 }  // namespace battery_sof

@@ -1,4 +1,4 @@
-#include "battery_sof/identify/identified_model.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
 
 namespace battery_sof {
 
@@ -13,7 +13,7 @@ std::string describe(FitStatus status) {
   return "unknown";
 }
 
-bool isUsable(const IdentifiedModel& model) {
+bool isUsable(const FittedModel& model) {
   return model.status == FitStatus::kConverged || model.status == FitStatus::kIterationLimit;
 }
 
