@@ -1,23 +1,51 @@
 #include "battery_sof/identify/base_normal_equations.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace battery_sof {
 namespace {
 
-std::vector<HeldCurrent> heldOf(const std::vector<BaseNormalEquations::Sample>& samples) {
-  std::vector<HeldCurrent> held;
-  held.reserve(samples.size());
-  for (const auto& sample : samples) held.push_back(sample.held);
-  return held;
+using BlockColumns = Eigen::Matrix<double, OverpotentialSweep::kBlock, kBaseColumns>;
+
+/// sum_k factor_k column_j,k for the linear columns and those from kFirst on; four samples at a
+/// time keep the sums in registers.
+template <int kFirst>
+void addProducts(const OverpotentialSweep::Block& factor, const BlockColumns& columns,
+                 Eigen::Matrix<double, kBaseColumns, kBaseColumns>& total) {
+  constexpr int kLanes = 4;
+  constexpr int kLinear = kColumnLogC2;
+  constexpr int kCount = kLinear + kBaseColumns - kFirst;
+  using Lanes = Eigen::Array<double, kLanes, 1>;
+  std::array<Lanes, kCount> sums;
+  for (auto& sum : sums) sum.setZero();
+  for (int k = 0; k < OverpotentialSweep::kBlock; k += kLanes) {
+    const Lanes f = factor.segment<kLanes>(k);
+    for (int j = 0; j < kCount; ++j)
+      sums[j] += f * columns.col(j < kLinear ? j : kFirst + j - kLinear).segment<kLanes>(k).array();
+  }
+  for (int j = 0; j < kCount; ++j)
+    total(kFirst, j < kLinear ? j : kFirst + j - kLinear) += sums[j].sum();
+}
+
+/// Products of the columns that depend on the search's point, each with the linear ones and with
+/// itself and those after it.
+void addBlock(const OverpotentialSweep::Block& weight, const BlockColumns& columns,
+              Eigen::Matrix<double, kBaseColumns, kBaseColumns>& total) {
+  const auto weighted = [&](int row) { return columns.col(row).array() * weight; };
+  addProducts<kColumnLogC2>(weighted(kColumnLogC2), columns, total);
+  addProducts<kColumnLogBeta>(weighted(kColumnLogBeta), columns, total);
+  addProducts<kColumnInitial>(weighted(kColumnInitial), columns, total);
+  addProducts<kColumnTarget>(weighted(kColumnTarget), columns, total);
 }
 
 }  // namespace
 
 BaseNormalEquations::BaseNormalEquations(const std::vector<Sample>& samples, double i0)
-    : size_(static_cast<Eigen::Index>(samples.size())), sweep_(heldOf(samples), i0) {
+    : size_(static_cast<Eigen::Index>(samples.size())),
+      sweep_(samples.size(), i0, [&](std::size_t n) { return samples[n].held; }) {
   const Eigen::Index blocks = sweep_.blocks();
-  for (auto* padded : {&discharge_, &charge_, &voltage_, &weight_, &present_})
+  for (auto* padded : {&discharge_, &charge_, &voltage_, &weight_})
     padded->setZero(OverpotentialSweep::kBlock, blocks);
   for (const auto& sample : samples) offset_ += sample.voltage / static_cast<double>(size_);
   for (Eigen::Index n = 0; n < size_; ++n) {
@@ -25,9 +53,11 @@ BaseNormalEquations::BaseNormalEquations(const std::vector<Sample>& samples, dou
     charge_.data()[n] = samples[n].charge;
     voltage_.data()[n] = samples[n].voltage - offset_;
     weight_.data()[n] = samples[n].weight;
-    present_.data()[n] = samples[n].weight > 0.0 ? 1.0 : 0.0;
   }
-  unmasked_ = std::max(present_.sum(), 1.0);
+  linear_ << (discharge_.square() * weight_).sum(), (discharge_ * charge_ * weight_).sum(),
+      (discharge_ * weight_).sum(), 0.0, (charge_.square() * weight_).sum(),
+      (charge_ * weight_).sum(), 0.0, 0.0, weight_.sum();
+  linear_.triangularView<Eigen::StrictlyLower>() = linear_.transpose();
 }
 
 void BaseNormalEquations::fill(Eigen::Index block, const OverpotentialSweep::States& states,
@@ -44,16 +74,32 @@ void BaseNormalEquations::fill(Eigen::Index block, const OverpotentialSweep::Sta
 BaseSums BaseNormalEquations::sums(const OverpotentialSweep::Point& point) const {
   BaseSums total;
   total.weighted.setZero();
-  total.mean.setZero();
-  BlockColumns columns, weighted;
+  BlockColumns columns;
   sweep_.run(point, [&](Eigen::Index block, const OverpotentialSweep::States& states) {
     fill(block, states, columns);
-    weighted = (columns.array().colwise() * weight_.col(block)).matrix();
-    total.weighted.noalias() += columns.transpose() * weighted;
-    total.mean.noalias() += columns.transpose() * present_.col(block).matrix();
+    addBlock(weight_.col(block), columns, total.weighted);
   });
-  total.mean /= unmasked_;
+  constexpr int kLinear = kColumnLogC2;
+  auto& sums = total.weighted;
+  sums.bottomRightCorner<kBaseColumns - kLinear, kBaseColumns - kLinear>()
+      .triangularView<Eigen::StrictlyLower>() =
+      sums.bottomRightCorner<kBaseColumns - kLinear, kBaseColumns - kLinear>().transpose();
+  sums.topRightCorner<kLinear, kBaseColumns - kLinear>() =
+      sums.bottomLeftCorner<kBaseColumns - kLinear, kLinear>().transpose();
+  sums.topLeftCorner<kLinear, kLinear>() = linear_;
   return total;
+}
+
+Eigen::Matrix<double, kBaseColumns, 1> BaseNormalEquations::means(
+    const OverpotentialSweep::Point& point) const {
+  Eigen::Matrix<double, kBaseColumns, 1> total = Eigen::Matrix<double, kBaseColumns, 1>::Zero();
+  BlockColumns columns;
+  sweep_.run(point, [&](Eigen::Index block, const OverpotentialSweep::States& states) {
+    fill(block, states, columns);
+    const Block present = (weight_.col(block) > 0.0).cast<double>();
+    total.noalias() += columns.transpose() * present.matrix();
+  });
+  return total / std::max((weight_ > 0.0).cast<double>().sum(), 1.0);
 }
 
 BaseNormalEquations::Columns BaseNormalEquations::columns(
@@ -99,7 +145,8 @@ std::vector<BaseNormalEquations::Sample> coarsened(
     mean.discharge /= count;
     mean.charge /= count;
     mean.voltage /= count;
-    // The state in the middle stands for the mean of the state: from middle to middle the current is held.
+    // The state in the middle stands for the mean of the state: from middle to middle the current
+    // is held.
     const std::size_t held_to = first + (last - first + 1) / 2;
     for (std::size_t n = held_from; n < held_to; ++n) {
       mean.held.duration += samples[n].held.duration;

@@ -10,15 +10,24 @@
 namespace battery_sof {
 namespace {
 
-// The first state is searched inside +-2 V: a 12 V block's overpotential stays below 1 V in any use.
+// The first state is searched inside +-2 V: a 12 V block's overpotential stays below 1 V in any
+// use.
 constexpr double kMaxFirstState = 2.0;
 constexpr double kPenaltySteepness = 10.0;
+// Windows longer than this are first approached on averages of kCoarseFactor samples.
+constexpr std::size_t kCoarseFrom = 4000;
+constexpr std::size_t kCoarseFactor = 20;
+// Share of the cost below which a last step needs no second look, see searchWindow().
+constexpr double kTrustedGain = 1e-5;
 
 FitStatus toFitStatus(MinimizeStatus status) {
   switch (status) {
-    case MinimizeStatus::kConverged: return FitStatus::kConverged;
-    case MinimizeStatus::kIterationLimit: return FitStatus::kIterationLimit;
-    case MinimizeStatus::kStalled: return FitStatus::kStalled;
+    case MinimizeStatus::kConverged:
+      return FitStatus::kConverged;
+    case MinimizeStatus::kIterationLimit:
+      return FitStatus::kIterationLimit;
+    case MinimizeStatus::kStalled:
+      return FitStatus::kStalled;
   }
   return FitStatus::kStalled;
 }
@@ -60,7 +69,8 @@ bool insideBounds(const LinearSolution& solution) {
   return true;
 }
 
-/// Least squares in the linear parameters inside their bounds: at most nine cases of free, lower and upper.
+/// Least squares in the linear parameters inside their bounds: at most nine cases of free, lower
+/// and upper.
 LinearSolution solveLinear(const BaseSums& sums, const std::array<double, 4>& initial) {
   LinearSolution start;
   for (int j = 0; j < 2; ++j) {
@@ -84,7 +94,8 @@ LinearSolution solveLinear(const BaseSums& sums, const std::array<double, 4>& in
   return best;
 }
 
-/// Normal equations of (ln c2, ln beta, first state) after the free linear parameters are eliminated.
+/// Normal equations of (ln c2, ln beta, first state) after the free linear parameters are
+/// eliminated.
 void eliminate(const BaseSums& sums, const LinearSolution& linear, NormalEquations& reduced) {
   const Eigen::Matrix3d S = sums.weighted.block<3, 3>(kColumnLogC2, kColumnLogC2);
   const Eigen::Matrix3d cross = sums.weighted.block<3, 3>(0, kColumnLogC2);
@@ -103,11 +114,22 @@ void eliminate(const BaseSums& sums, const LinearSolution& linear, NormalEquatio
   reduced.hessian = S - projected.transpose() * G.ldlt().solve(projected);
 }
 
+/// Moves the linear parameters along with a step of (ln c2, ln beta, first state), by the normal
+/// equations at its start.
+void follow(const BaseSums& sums, const Eigen::Vector3d& step, LinearSolution& linear) {
+  LinearSolution moved = linear;
+  BaseSums after = sums;
+  after.weighted.col(kColumnTarget).head<3>() -= sums.weighted.block<3, 3>(0, kColumnLogC2) * step;
+  moved = solveFree(after, moved);
+  if (insideBounds(moved)) linear = moved;
+}
+
 OverpotentialSweep::Point pointOf(const Eigen::VectorXd& x) {
   return {std::exp(x[0]), std::exp(x[1]), x[2]};
 }
 
-/// Residual (exp(10 d) - 1) V for a relative excess d beyond a bound, and its slope to the normalised parameter.
+/// Residual (exp(10 d) - 1) V for a relative excess d beyond a bound, and its slope to the
+/// normalised parameter.
 struct Penalty {
   double residual = 0.0;
   double slope = 0.0;
@@ -155,7 +177,7 @@ PaperPoint evaluateAsInPaper(const BaseNormalEquations& equations, const FirstSa
   e[kColumnCharge] = -p.theta[1];
 
   // eq. 4: the mean goes into u_dc, so every column counts with its mean taken off.
-  const auto& mean = sums.mean;
+  const Eigen::Matrix<double, kBaseColumns, 1> mean = equations.means(p.point);
   const Eigen::Matrix<double, kBaseColumns, 1> ones = sums.weighted.col(kColumnOne);
   const Eigen::Matrix<double, kBaseColumns, kBaseColumns> centred =
       sums.weighted - mean * ones.transpose() - ones * mean.transpose() +
@@ -174,19 +196,26 @@ PaperPoint evaluateAsInPaper(const BaseNormalEquations& equations, const FirstSa
 
 }  // namespace
 
-BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions& options,
-                     const BaseFit& start) {
+namespace {
+
+BaseFit search(const BaseNormalEquations& equations, const IdentifyOptions& options,
+               const BaseFit& start, double trusted_gain) {
   LinearSolution linear;  // of the best point so far
+  BaseSums best;
   const auto evaluate = [&](const Eigen::VectorXd& x, NormalEquations& at) {
     const BaseSums sums = equations.sums(pointOf(x));
     if (!sums.weighted.allFinite()) return false;
     const LinearSolution solution = solveLinear(sums, options.initial);
     eliminate(sums, solution, at);
-    if (solution.cost < linear.cost) linear = solution;
+    if (solution.cost < linear.cost) {
+      linear = solution;
+      best = sums;
+    }
     return true;
   };
   MinimizeOptions settings;
   settings.max_iterations = options.max_iterations;
+  settings.trusted_gain = trusted_gain;
   const auto& c2 = tableOne()[2];
   const auto& beta = tableOne()[3];
   settings.lower = Eigen::Vector3d(std::log(c2.lower), std::log(beta.lower), -kMaxFirstState);
@@ -194,6 +223,7 @@ BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions
   const Eigen::VectorXd x0 = Eigen::Vector3d(std::log(start.parameters.c2),
                                              std::log(start.parameters.beta), start.u_c2_first);
   const MinimizeResult found = minimize(evaluate, x0, settings);
+  if (!found.last_step.isZero(0.0)) follow(best, found.last_step, linear);
 
   const OverpotentialSweep::Point point = pointOf(found.x);
   BaseFit fit;
@@ -205,8 +235,40 @@ BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions
   fit.u_c2_first = point.u_c2_first;
   fit.cost = found.at.cost;
   fit.status = toFitStatus(found.status);
-  fit.iterations = found.iterations;
+  fit.iterations = found.iterations + (found.last_step.isZero(0.0) ? 0 : 1);
   return fit;
+}
+
+BaseFit startOf(const IdentifyOptions& options) {
+  BaseFit start;
+  start.parameters.r_discharge = options.initial[0];
+  start.parameters.r_charge = options.initial[1];
+  start.parameters.c2 = options.initial[2];
+  start.parameters.beta = options.initial[3];
+  return start;
+}
+
+}  // namespace
+
+BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions& options,
+                     const BaseFit& start) {
+  return search(equations, options, start, 0.0);
+}
+
+BaseFit searchWindow(const std::vector<BaseNormalEquations::Sample>& samples,
+                     const BaseNormalEquations& equations, const IdentifyOptions& options) {
+  BaseFit start = startOf(options);
+  if (samples.size() >= kCoarseFrom) {
+    const BaseNormalEquations coarse(coarsened(samples, kCoarseFactor), start.parameters.i0);
+    const BaseFit wished = searchRobust(coarse, options, start);
+    start = wished;
+    // A start far off may lead nowhere; Table I's own costs little on averages.
+    if (options.initial != IdentifyOptions{}.initial || wished.status != FitStatus::kConverged) {
+      const BaseFit usual = searchRobust(coarse, options, startOf({}));
+      if (usual.cost < wished.cost) start = usual;
+    }
+  }
+  return search(equations, options, start, kTrustedGain);
 }
 
 BaseFit searchAsInPaper(const BaseNormalEquations& equations, const IdentifyOptions& options,

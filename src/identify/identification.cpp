@@ -19,9 +19,6 @@ namespace {
 constexpr std::size_t kMinSamples = 30;
 // A window whose current moves less than this cannot tell a resistance from an offset.
 constexpr double kMinCurrentSpan = 0.5;  // [A]
-// Windows longer than this are first approached on averages of kCoarseFactor samples.
-constexpr std::size_t kCoarseFrom = 4000;
-constexpr std::size_t kCoarseFactor = 10;
 
 void requirePositiveOption(bool ok, const char* name, double value, const char* expected) {
   if (ok) return;
@@ -52,7 +49,7 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
 
 /// The model of a window that was not fitted, and why.
 FittedModel unfitted(const Series& series, IndexRange range, FitStatus status,
-                         const std::string& message) {
+                     const std::string& message) {
   FittedModel model;
   model.status = status;
   model.message = message;
@@ -66,34 +63,8 @@ FittedModel unfitted(const Series& series, IndexRange range, FitStatus status,
   }
   for (const auto& info : tableOne())
     model.estimates.push_back({info.name, info.unit, info.magnitude, std::nullopt, false, false});
-  model.estimates.push_back(
-      {"u_dc", "V", model.parameters.u_dc, std::nullopt, false, false});
+  model.estimates.push_back({"u_dc", "V", model.parameters.u_dc, std::nullopt, false, false});
   return model;
-}
-
-BaseFit startOf(const IdentifyOptions& options) {
-  BaseFit start;
-  start.parameters.r_discharge = options.initial[0];
-  start.parameters.r_charge = options.initial[1];
-  start.parameters.c2 = options.initial[2];
-  start.parameters.beta = options.initial[3];
-  return start;
-}
-
-BaseFit searchFromCoarse(const std::vector<BaseNormalEquations::Sample>& samples,
-                         const BaseNormalEquations& equations, const IdentifyOptions& options) {
-  BaseFit start = startOf(options);
-  if (samples.size() >= kCoarseFrom) {
-    const BaseNormalEquations coarse(coarsened(samples, kCoarseFactor), start.parameters.i0);
-    const BaseFit wished = searchRobust(coarse, options, start);
-    start = wished;
-    // A start far off may lead nowhere; Table I's own costs little on averages.
-    if (options.initial != IdentifyOptions{}.initial || wished.status != FitStatus::kConverged) {
-      const BaseFit usual = searchRobust(coarse, options, startOf({}));
-      if (usual.cost < wished.cost) start = usual;
-    }
-  }
-  return searchRobust(equations, options, start);
 }
 
 /// Paper: the first sample sets the state and is left out of the sums (n = 2 to N in eqs. 3 and 4).
@@ -136,7 +107,8 @@ Eigen::MatrixXd inPhysicalOrder(const Eigen::MatrixXd& covariance, const BasePar
 }
 
 /// State at the window's last sample, from the pass's last row.
-Overpotential lastState(const Series& series, IndexRange range, const BaseNormalEquations& equations,
+Overpotential lastState(const Series& series, IndexRange range,
+                        const BaseNormalEquations& equations,
                         const BaseNormalEquations::Columns& columns, const BaseParameters& p) {
   const auto row = columns.row(columns.rows() - 1);
   return {series.voltage[range.last - 1] - equations.offset() - row[kColumnTarget],
@@ -202,11 +174,18 @@ FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd
 std::string sentenceOf(const FittedModel& model) {
   std::ostringstream text;
   switch (model.status) {
-    case FitStatus::kConverged: text << "converged after " << model.iterations << " iterations"; break;
+    case FitStatus::kConverged:
+      text << "converged after " << model.iterations << " iterations";
+      break;
     case FitStatus::kIterationLimit:
-      text << "stopped by the limit of " << model.iterations << " iterations"; break;
-    case FitStatus::kNotExcited: text << "the window determines none of the parameters"; break;
-    default: text << "no step lowers the cost any more, but the optimum was not reached"; break;
+      text << "stopped by the limit of " << model.iterations << " iterations";
+      break;
+    case FitStatus::kNotExcited:
+      text << "the window determines none of the parameters";
+      break;
+    default:
+      text << "no step lowers the cost any more, but the optimum was not reached";
+      break;
   }
   std::string weak;
   for (const auto& estimate : model.estimates) {
@@ -219,13 +198,15 @@ std::string sentenceOf(const FittedModel& model) {
 
 /// Fills in everything that follows from where the search ended.
 FittedModel describeFit(const Series& series, IndexRange range, const IdentifyOptions& options,
-                            const BaseFit& fit, const BaseNormalEquations& equations,
-                            const Eigen::VectorXd& weight) {
+                        const BaseFit& fit, const BaseNormalEquations& equations,
+                        const Eigen::VectorXd& weight) {
   const BaseParameters& p = fit.parameters;
   auto columns = equations.columns({p.c2, p.beta, fit.u_c2_first});
   const Eigen::VectorXd residual =
       (columns.col(kColumnTarget) - p.r_discharge * columns.col(kColumnDischarge) -
-       p.r_charge * columns.col(kColumnCharge)).array() - (p.u_dc - equations.offset());
+       p.r_charge * columns.col(kColumnCharge))
+          .array() -
+      (p.u_dc - equations.offset());
   const double rho = std::clamp(lagOneCorrelation(residual), -0.9999, 0.9999);
 
   const Overpotential last = lastState(series, range, equations, columns, p);
@@ -234,10 +215,10 @@ FittedModel describeFit(const Series& series, IndexRange range, const IdentifyOp
   FittedModel model = unfitted(series, range, fit.status, "");
   model.parameters = p;
   model.iterations = fit.iterations;
-  model.covariance = inPhysicalOrder(
-      sandwichCovariance(columns.leftCols(static_cast<int>(kCovarianceRows)), residual, weight,
-                         bartlettWidth(rho, residual.size())),
-      p);
+  model.covariance =
+      inPhysicalOrder(sandwichCovariance(columns.leftCols(static_cast<int>(kCovarianceRows)),
+                                         residual, weight, bartlettWidth(rho, residual.size())),
+                      p);
   model.estimates = estimatesOf(p, model.covariance);
   model.scores = scoresOf(series, range, residual, rho, options.crank_weight_current);
   if (std::none_of(model.estimates.begin(), model.estimates.begin() + kRowUDc,
@@ -260,9 +241,9 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
     return model;
   };
   if (range.size() < kMinSamples)
-    return refuse(FitStatus::kWindowTooShort,
-                  "the window has " + std::to_string(range.size()) + " samples, at least " +
-                      std::to_string(kMinSamples) + " are needed");
+    return refuse(FitStatus::kWindowTooShort, "the window has " + std::to_string(range.size()) +
+                                                  " samples, at least " +
+                                                  std::to_string(kMinSamples) + " are needed");
   const auto [low, high] =
       std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
                           series.current.begin() + static_cast<std::ptrdiff_t>(range.last));
@@ -276,9 +257,8 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
       fitSamples(series, range, options.crank_weight, options.crank_weight_current);
   const BaseNormalEquations equations(samples, BaseParameters{}.i0);
   const FirstSample first = {series.current[range.first], series.voltage[range.first]};
-  const BaseFit fit = options.start == FitStart::kPaper
-                          ? searchPaper(samples, first, options)
-                          : searchFromCoarse(samples, equations, options);
+  const BaseFit fit = options.start == FitStart::kPaper ? searchPaper(samples, first, options)
+                                                        : searchWindow(samples, equations, options);
   Eigen::VectorXd weight(static_cast<Eigen::Index>(samples.size()));
   for (std::size_t n = 0; n < samples.size(); ++n) weight[n] = samples[n].weight;
   FittedModel model = describeFit(series, range, options, fit, equations, weight);
@@ -291,7 +271,8 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
   const auto at = std::lower_bound(series.time.begin(), series.time.end(), model.state.time);
   if (at == series.time.end() || *at != model.state.time || last >= series.size() ||
       series.time[last] < model.state.time)
-    throw std::invalid_argument("carryState: the state must stand at a sample at or before the end");
+    throw std::invalid_argument(
+        "carryState: the state must stand at a sample at or before the end");
   const double max_gap = gapThreshold(series);
   const OverpotentialStep step(model.parameters);
   Overpotential carried{model.state.u_c2, 1.0, 0.0, 0.0};

@@ -10,6 +10,8 @@ namespace {
 
 // Damping beyond which the step is below rounding: nothing lowers the cost from here.
 constexpr double kHopelessDamping = 1e16;
+// Damping below which a step is the undamped one to a per cent.
+constexpr double kGentleDamping = 1e-2;
 
 /// Coordinates that may move: not at a bound which the gradient pushes against.
 std::vector<int> freeCoordinates(const Eigen::VectorXd& x, const Eigen::VectorXd& gradient,
@@ -80,6 +82,13 @@ void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& opti
     const bool tiny = step.norm() <= options.step_tolerance * (result.x.norm() + 1e-12);
     const bool nothing_to_gain = tiny || promised <= options.gain_tolerance * result.at.cost;
     if (damping.lambda() <= 1.0 && nothing_to_gain && !cut) return;
+    if (damping.lambda() <= kGentleDamping && promised <= options.trusted_gain * result.at.cost &&
+        !cut) {
+      result.last_step = step;
+      result.x = x;
+      result.at.cost -= promised;
+      return;
+    }
     const bool finite = promised > 0.0 && evaluate(x, trial) && std::isfinite(trial.cost);
     const double gain = finite ? result.at.cost - trial.cost : -1.0;
     if (gain > 0.0) {
@@ -105,6 +114,7 @@ MinimizeResult minimize(const EvaluateNormalEquations& evaluate, const Eigen::Ve
   result.x = projected(start, options);
   if (!evaluate(result.x, result.at) || !std::isfinite(result.at.cost))
     throw std::invalid_argument("minimize: the cost has no finite value at the start");
+  result.last_step = Eigen::VectorXd::Zero(start.size());
   DampingSchedule damping(options.initial_damping);
   search(evaluate, options, damping, result);
   result.damping = damping.lambda();

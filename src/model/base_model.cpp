@@ -10,12 +10,15 @@
 namespace battery_sof {
 namespace {
 
-// |beta u / 2| beyond which the branch empties the capacitor faster than any sampling can see (see header).
+// |beta u / 2| beyond which the branch empties the capacitor faster than any sampling can see (see
+// header).
 constexpr double kClosedFormLimit = 300.0;
-// The same for the implicit step, as the larger of the two exponents: below 1e-8 s for all of Table I.
+// The same for the implicit step, as the larger of the two exponents: below 1e-8 s for all of Table
+// I.
 constexpr double kImplicitLimit = 30.0;
-constexpr double kImplicitTolerance = 1e-6;  // [V] per step; far below the 1 mV the model is asked for
-constexpr double kNewtonTolerance = 1e-13;   // [V]
+constexpr double kImplicitTolerance =
+    1e-6;  // [V] per step; far below the 1 mV the model is asked for
+constexpr double kNewtonTolerance = 1e-13;  // [V]
 
 void requirePositive(double value, const char* name) {
   if (std::isfinite(value) && value > 0.0) return;
@@ -36,7 +39,8 @@ double stateRate(const BaseParameters& p, double u, double current) {
   return (current - chargeTransferCurrent(p, u)) / p.c2;
 }
 
-/// Solves u = start + weight * du/dt(u); the root lies between start and the settled state, rate falls with u.
+/// Solves u = start + weight * du/dt(u); the root lies between start and the settled state, rate
+/// falls with u.
 double solveStage(const BaseParameters& p, double start, double weight, double current,
                   double settled) {
   double low = std::min(start, settled);
@@ -122,7 +126,8 @@ double terminalVoltage(const BaseParameters& p, double current, double u_c2) {
 
 double settledOverpotential(const BaseParameters& p, double current) {
   if (p.alpha == 0.5) return 2.0 / p.beta * std::asinh(0.5 * current / p.i0);
-  // exp(a y) - exp((a - 1) y) grows at least as sinh with the smaller exponent: that bounds the root.
+  // exp(a y) - exp((a - 1) y) grows at least as sinh with the smaller exponent: that bounds the
+  // root.
   const double smaller = std::min(p.alpha, 1.0 - p.alpha);
   const double bound = std::asinh(0.5 * std::abs(current) / p.i0) / (smaller * p.beta);
   double low = current < 0.0 ? -bound : 0.0;
@@ -161,25 +166,24 @@ Overpotential OverpotentialStep::advance(const Overpotential& before, double cur
 
 Overpotential OverpotentialStep::advanceClosedForm(const Overpotential& before, double current,
                                                    double dt) const {
-  // Symbols as in ClosedFormStep; y = beta u / 2 = ln E.
+  // Symbols as in ClosedFormStep; ln E = beta u / 2.
   const auto& p = parameters_;
   const Overpotential s = clamped(before, 2.0 * kClosedFormLimit / p.beta);
-  const double R = std::hypot(current, 2.0 * p.i0);
-  const double E_plus =
-      current < 0.0 ? 2.0 * p.i0 / (R - current) : (R + current) / (2.0 * p.i0);
-  const double decay = p.beta * R * dt / (2.0 * p.c2);
-  const ClosedFormStep<double> step{E_plus, 1.0 / E_plus, std::exp(-decay), -std::expm1(-decay)};
+  const CurrentShares shares = sharesOf(current, p.i0);
+  const double decay = p.beta * shares.R * dt / (2.0 * p.c2);
+  const ClosedFormStep<double> step{shares.charging, shares.discharging, shares.mixed,
+                                    std::exp(-decay), -std::expm1(-decay)};
   const double E = std::exp(0.5 * p.beta * s.value);
-  const double num = step.numerator(E);
-  const double den = step.denominator(E);
-  const double y_y = step.survival(E, num, den);
-  const double y_decay = -step.D * step.slopeToD(E, num, den);  // d y' / d decay
+  const double x = step.nextX(E, 1.0);
+  const double y = step.nextY(E, 1.0);
+  const double survival = step.D * (E / x) / y;                       // d ln E' / d ln E
+  const double to_decay = -step.D * (step.slopeToD(E, 1.0) / x) / y;  // d ln E' / d decay
   Overpotential after;
-  after.value = 2.0 / p.beta * std::log(num / den);
-  after.d_initial = y_y * s.d_initial;
-  after.d_c2 = y_y * s.d_c2 - 2.0 / p.beta * y_decay * decay / p.c2;
-  after.d_beta = y_y * s.d_beta +
-                 (y_y * s.value - after.value + 2.0 / p.beta * y_decay * decay) / p.beta;
+  after.value = 2.0 / p.beta * std::log(x / y);
+  after.d_initial = survival * s.d_initial;
+  after.d_c2 = survival * s.d_c2 - 2.0 / p.beta * to_decay * decay / p.c2;
+  after.d_beta = survival * s.d_beta +
+                 (survival * s.value - after.value + 2.0 / p.beta * to_decay * decay) / p.beta;
   return after;
 }
 
@@ -197,7 +201,8 @@ Overpotential OverpotentialStep::advanceImplicit(const Overpotential& before, do
     const Overpotential half = sdirkStep(p, state, current, settled, 0.5 * h);
     const Overpotential next = sdirkStep(p, half, current, settled, 0.5 * h);
     const double error = std::abs(next.value - whole) / 3.0;  // order 2: 1 / (2^2 - 1)
-    // Below 1e-12 s no step matters to any sampled voltage; it ends the search in pathological cases.
+    // Below 1e-12 s no step matters to any sampled voltage; it ends the search in pathological
+    // cases.
     if (error <= kImplicitTolerance || h < 1e-12) {
       state = next;
       left -= h;

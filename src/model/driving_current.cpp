@@ -12,10 +12,9 @@ std::vector<HeldCurrent> heldCurrents(const Series& series, IndexRange range, do
   std::vector<HeldCurrent> held;
   held.reserve(range.size());
   for (std::size_t n = range.first; n < range.last; ++n) {
-    held.push_back(n == range.first
-                       ? HeldCurrent{series.current[n], 0.0}
-                       : heldCurrent(series.time[n - 1], series.current[n - 1], series.time[n],
-                                     series.current[n], max_gap));
+    held.push_back(n == range.first ? HeldCurrent{series.current[n], 0.0}
+                                    : heldCurrent(series.time[n - 1], series.current[n - 1],
+                                                  series.time[n], series.current[n], max_gap));
   }
   return held;
 }

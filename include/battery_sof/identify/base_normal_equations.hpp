@@ -22,7 +22,6 @@ enum BaseColumn {
 /// Everything a search needs of one pass over the window.
 struct BaseSums {
   Eigen::Matrix<double, kBaseColumns, kBaseColumns> weighted;  ///< sum_n W(n)^2 column_j column_k
-  Eigen::Matrix<double, kBaseColumns, 1> mean;                 ///< mean over the unmasked samples, unweighted
 };
 
 /**
@@ -48,6 +47,9 @@ class BaseNormalEquations {
 
   BaseSums sums(const OverpotentialSweep::Point& point) const;
 
+  /// @return mean of every column over the samples with a weight, unweighted (paper, eq. 4).
+  Eigen::Matrix<double, kBaseColumns, 1> means(const OverpotentialSweep::Point& point) const;
+
   /// @return all columns, one row a sample; for covariances and scores after a search.
   Columns columns(const OverpotentialSweep::Point& point) const;
 
@@ -62,10 +64,10 @@ class BaseNormalEquations {
 
   Eigen::Index size_;
   double offset_ = 0.0;
-  double unmasked_ = 0.0;
+  Eigen::Matrix3d linear_;  ///< sums of discharge, charge and 1, which no point of the search changes
   OverpotentialSweep sweep_;
   Eigen::Array<double, OverpotentialSweep::kBlock, Eigen::Dynamic> discharge_, charge_, voltage_,
-      weight_, present_;
+      weight_;
 };
 
 /// @return the samples of a range with weight^2 where current < weight_current, 1 elsewhere (paper, eq. 3).

@@ -21,6 +21,15 @@ struct BaseFit {
 BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions& options,
                      const BaseFit& start);
 
+/**
+ * @brief The default search over a window: long windows are first approached on averages of twenty samples.
+ *
+ * A last step that promises less than 1e-5 of the cost (0.5 standard errors in 24,000 samples) is taken on the strength of
+ * the linearised model; its error is of second order. The optimum is that of all samples to better than 1e-4.
+ */
+BaseFit searchWindow(const std::vector<BaseNormalEquations::Sample>& samples,
+                     const BaseNormalEquations& equations, const IdentifyOptions& options);
+
 /// First samples of a window, which the paper's start (eq. 5) rests on.
 struct FirstSample {
   double current = 0.0;  ///< [A]

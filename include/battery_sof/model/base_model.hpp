@@ -77,12 +77,9 @@ struct Overpotential {
  *
  *     C_2 du_c2/dt = i - i_r2(u_c2)                                            (paper, Fig. 3 and eq. 1)
  *
- * alpha = 0.5: exact. With E = exp(beta u/2) the equation is a Riccati equation with the roots E+ > 0 > -1/E+,
- *
- *     R  = sqrt(i^2 + 4 I_0^2),   E+ = (i + R) / (2 I_0),   D = exp(-beta R dt / (2 C_2))
- *     E' = [ E (E+ + D/E+) + (1 - D) ] / [ E (1 - D) + E+ D + 1/E+ ]
- *
- * in which every term is positive, so nothing cancels and no step is unstable (PHYSICS 1.0 gives the same step as tanh).
+ * alpha = 0.5: exact. With E = exp(beta u / 2) the equation is a Riccati equation; its step is the symmetric linear map of
+ * ClosedFormStep, in which every term is positive, so nothing cancels and no step is unstable (PHYSICS 1.0 gives the
+ * same step as tanh).
  * alpha != 0.5: SDIRK of order 2, L-stable (Alexander 1977), with step control to 1e-6 V a step.
  *
  * Beyond |beta u / 2| = 300 the state is taken at that value: the branch empties it within a microsecond.

@@ -1,34 +1,58 @@
 #pragma once
 
+#include <cmath>
+
 namespace battery_sof {
+
+/// What the exact step needs of a held current, with R = sqrt(i^2 + 4 I_0^2).
+struct CurrentShares {
+  double charging;     ///< (R + i) / (2R), in (0, 1)
+  double discharging;  ///< (R - i) / (2R), in (0, 1)
+  double mixed;        ///< I_0 / R, in (0, 1/2]
+  double R;            ///< [A]
+};
+
+/// @param current [A].  @param i0 exchange current [A], > 0.
+inline CurrentShares sharesOf(double current, double i0) {
+  const double R = std::sqrt(current * current + 4.0 * i0 * i0);
+  // The larger share of |i|, then mirrored for discharges: nothing cancels.
+  const double inverse = 1.0 / R;
+  const double mixed = i0 * inverse;
+  const double larger = 0.5 + 0.5 * std::abs(current) * inverse;
+  const double smaller = mixed * mixed / larger;
+  return {current < 0.0 ? smaller : larger, current < 0.0 ? larger : smaller, mixed, R};
+}
 
 /**
  * @brief The exact step of the base model's state for alpha = 0.5, written once for one sample and for blocks of samples.
  *
- *     E  = exp(beta u_c2 / 2),   E+ = (i + sqrt(i^2 + 4 I_0^2)) / (2 I_0),   m = 1 / E+,   D = exp(-decay),   P = 1 - D
- *     E' = num / den,   num = E (E+ + m D) + P,   den = E P + E+ D + m
+ * With E = exp(beta u_c2 / 2) = x / y, D = exp(-decay), P = 1 - D, decay = beta R dt / (2 C_2) and the shares above,
  *
- * with decay = beta sqrt(i^2 + 4 I_0^2) dt / (2 C_2). See OverpotentialStep for the differential equation.
- * @tparam T double, or an Eigen array of doubles (element by element).
+ *     x' = (charging + D discharging) x + P mixed y
+ *     y' = P mixed x + (discharging + D charging) y
+ *
+ * a symmetric contraction with the eigenvalues 1 and D: every term is positive, and no step waits for a division. Its
+ * determinant D makes the derivatives as simple:
+ *
+ *     x' y' dlnE'/dlnE = D x y,   x' y' dlnE'/dD = mixed (x^2 - y^2) + (discharging - charging) x y
+ *
+ * See OverpotentialStep for the differential equation.
+ * @tparam T double, an Eigen array of doubles (element by element), or an automatic-differentiation scalar.
  */
 template <typename T>
 struct ClosedFormStep {
-  T e_plus;  ///< E+, > 0
-  T m;       ///< 1 / E+
-  T D;       ///< exp(-decay), in (0, 1]
-  T P;       ///< 1 - D
+  T charging, discharging, mixed;  ///< see CurrentShares
+  T D;                             ///< in [0, 1]
+  T P;                             ///< 1 - D
 
-  /// num of the header. @param E state before, > 0.
-  T numerator(const T& E) const { return E * (e_plus + m * D) + P; }
-  /// den of the header.
-  T denominator(const T& E) const { return E * P + e_plus * D + m; }
-  /// d ln E' / d ln E: how much of a state survives the step, in (0, 1].
-  T survival(const T& E, const T& num, const T& den) const {
-    return D * (e_plus + m) * (e_plus + m) * E / (num * den);
-  }
-  /// d ln E' / d D.
-  T slopeToD(const T& E, const T& num, const T& den) const {
-    return ((E * m - 1.0) * den - (e_plus - E) * num) / (num * den);
+  T xFromX() const { return charging + D * discharging; }
+  T yFromY() const { return discharging + D * charging; }
+  T across() const { return P * mixed; }  ///< x from y, and y from x
+  T nextX(const T& x, const T& y) const { return xFromX() * x + across() * y; }
+  T nextY(const T& x, const T& y) const { return across() * x + yFromY() * y; }
+  /// x' y' dlnE'/dD.
+  T slopeToD(const T& x, const T& y) const {
+    return mixed * (x * x - y * y) + (discharging - charging) * x * y;
   }
 };
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/identify/base_normal_equations.hpp"
+#include "battery_sof/identify/base_search.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {
@@ -204,6 +204,23 @@ TEST(BaseNormalEquations, SumsAreThoseOfTheColumns) {
   for (std::size_t n = 0; n < samples.size(); ++n) weight[static_cast<Eigen::Index>(n)] = samples[n].weight;
   const Eigen::MatrixXd expected = columns.transpose() * weight.asDiagonal() * columns;
   EXPECT_TRUE(equations.sums(point).weighted.isApprox(expected, 1e-10));
+  EXPECT_TRUE(equations.means(point).isApprox(columns.colwise().mean().transpose(), 1e-10));
+}
+
+TEST(SearchWindow, ItsTrustedLastStepLandsOnTheOptimum) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    // 20 mV of noise: the averages' optimum lies as far from that of all samples as it can.
+    const Series series = test::baseDrive(seed, 240.0, 0.02);
+    const auto samples = fitSamples(series, whole(series), 10.0, -150.0);
+    const BaseNormalEquations equations(samples, 1.0);
+    const BaseFit quick = searchWindow(samples, equations, {});
+    const BaseFit exact = searchRobust(equations, {}, quick);
+    EXPECT_NEAR(quick.parameters.c2 / exact.parameters.c2, 1.0, 1e-5);
+    EXPECT_NEAR(quick.parameters.beta / exact.parameters.beta, 1.0, 1e-5);
+    EXPECT_NEAR(quick.parameters.r_discharge / exact.parameters.r_discharge, 1.0, 1e-5);
+    EXPECT_NEAR(quick.parameters.r_charge / exact.parameters.r_charge, 1.0, 1e-5);
+    EXPECT_NEAR(quick.cost / exact.cost, 1.0, 1e-7);
+  }
 }
 
 TEST(FitSamples, WeighsHighRateDischargeOnly) {

@@ -1,0 +1,53 @@
+#include "drive_window.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "battery_sof/identify/identification.hpp"
+#include "battery_sof/identify/window.hpp"
+#include "battery_sof/recording/events.hpp"
+#include "reference/city_drive.hpp"
+
+namespace battery_sof_bench {
+namespace {
+
+using namespace battery_sof;
+
+constexpr std::size_t kFourMinutes = 24000;  // samples at 100 Hz
+
+Series simulatedDrive() {
+  battery_sof_reference::CityDriveOptions options;
+  options.seed = 1;
+  options.duration = 900.0;
+  Series series;
+  for (const auto& sample : battery_sof_reference::simulateCityDrive(options)) {
+    series.time.push_back(sample.time);
+    series.current.push_back(sample.current);
+    series.voltage.push_back(sample.voltage);
+  }
+  return series;
+}
+
+bool holdsCrank(const Series& series) {
+  const auto events = detectEvents(series);
+  return std::any_of(events.begin(), events.end(),
+                     [](const Event& event) { return event.kind == EventKind::kCrank; });
+}
+
+}  // namespace
+
+DriveWindow simulatedWindow() {
+  const Series drive = simulatedDrive();
+  const WindowChoice choice = chooseWindow(drive, {});
+  if (!choice.range) throw std::runtime_error("benchmark window: " + choice.message);
+  DriveWindow window;
+  window.series = slice(drive, *choice.range);
+  if (window.series.size() < kFourMinutes || !holdsCrank(window.series))
+    throw std::runtime_error("benchmark window: " + choice.message + ", but no crank or too short");
+  const IdentifyOptions options;
+  window.samples =
+      fitSamples(window.series, window.range(), options.crank_weight, options.crank_weight_current);
+  return window;
+}
+
+}  // namespace battery_sof_bench

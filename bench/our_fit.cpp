@@ -1,0 +1,31 @@
+#include "our_fit.hpp"
+
+#include <stdexcept>
+
+#include "battery_sof/identify/base_search.hpp"
+#include "battery_sof/identify/identification.hpp"
+
+namespace battery_sof_bench {
+
+using namespace battery_sof;
+
+Fit searchOnly(const DriveWindow& window) {
+  const IdentifyOptions options;
+  const BaseNormalEquations equations(window.samples, BaseParameters{}.i0);
+  const BaseFit fit = searchWindow(window.samples, equations, options);
+  return {fit.parameters, fit.u_c2_first, fit.cost, fit.iterations};
+}
+
+void requireSameAsIdentify(const DriveWindow& window, const Fit& searched) {
+  const FittedModel model = identify(window.series, window.range());
+  if (model.status != FitStatus::kConverged)
+    throw std::runtime_error("identify() did not converge: " + model.message);
+  const auto& a = model.parameters;
+  const auto& b = searched.parameters;
+  if (a.r_discharge != b.r_discharge || a.r_charge != b.r_charge || a.c2 != b.c2 ||
+      a.beta != b.beta || a.u_dc != b.u_dc)
+    throw std::runtime_error(
+        "searchOnly() is no longer the search of identify(): bench/our_fit.cpp");
+}
+
+}  // namespace battery_sof_bench

@@ -1,0 +1,109 @@
+// Times our identification and Ceres on the same window, in turns, and writes times, optimum and
+// window as JSON.
+#include <cstdlib>
+#include <ctime>
+#include <exception>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "battery_sof/identify/identification.hpp"
+#include "ceres_fit.hpp"
+#include "our_fit.hpp"
+
+namespace {
+
+using namespace battery_sof_bench;
+
+/// One line of the table.
+struct Contender {
+  std::string name;
+  std::function<void()> run;
+  int evaluations = 0;  ///< passes over all samples
+};
+
+/// Processor time: every contender runs on one thread, and other programs' turns do not count.
+double millisecondsOf(const std::function<void()>& run) {
+  const std::clock_t begin = std::clock();
+  run();
+  return 1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+}
+
+/// All contenders, each of which has shown to end in the same optimum.
+std::vector<Contender> agreeingContenders(const DriveWindow& window, const Fit& ours) {
+  requireSameAsIdentify(window, ours);
+  std::vector<Contender> contenders;
+  contenders.push_back({"ours, identify()",
+                        [&window] { battery_sof::identify(window.series, window.range()); },
+                        ours.evaluations});
+  contenders.push_back({"ours, search alone", [&window] { searchOnly(window); }, ours.evaluations});
+  for (const CeresSettings& settings : allCeresSettings()) {
+    const Fit theirs = fitWithCeres(window.samples, settings);
+    requireSameOptimum(ours, theirs, describe(settings));
+    contenders.push_back({describe(settings),
+                          [&window, settings] { fitWithCeres(window.samples, settings); },
+                          theirs.evaluations});
+  }
+  return contenders;
+}
+
+nlohmann::json windowAsJson(const Samples& samples) {
+  nlohmann::json window;
+  for (const auto& sample : samples) {
+    window["held_current"].push_back(sample.held.current);
+    window["duration"].push_back(sample.held.duration);
+    window["current"].push_back(sample.discharge + sample.charge);
+    window["voltage"].push_back(sample.voltage);
+    window["weight"].push_back(sample.weight);
+  }
+  return window;
+}
+
+nlohmann::json timesAsJson(const std::vector<Contender>& contenders, int rounds) {
+  std::vector<std::vector<double>> times(contenders.size());
+  for (int round = 0; round < rounds; ++round)
+    for (std::size_t k = 0; k < contenders.size(); ++k)
+      times[k].push_back(millisecondsOf(contenders[k].run));
+  nlohmann::json all = nlohmann::json::array();
+  for (std::size_t k = 0; k < contenders.size(); ++k)
+    all.push_back({{"name", contenders[k].name},
+                   {"evaluations", contenders[k].evaluations},
+                   {"milliseconds", times[k]}});
+  return all;
+}
+
+void compare(int rounds, const std::string& out) {
+  const DriveWindow window = simulatedWindow();
+  const Fit ours = searchOnly(window);
+  const auto contenders = agreeingContenders(window, ours);
+  const auto& p = ours.parameters;
+  const nlohmann::json result = {
+      {"times", timesAsJson(contenders, rounds)},
+      {"optimum", {p.r_discharge, p.r_charge, p.c2, p.beta, p.u_dc, ours.u_c2_first}},
+      {"cost", ours.cost},
+      {"tolerance", {{"optimum", kSameOptimum}, {"cost", kSameCost}}},
+      {"i0", p.i0},
+      {"window", windowAsJson(window.samples)}};
+  std::ofstream file(out);
+  file << result;
+  file.close();
+  if (!file) throw std::runtime_error(out + ": cannot be written");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int rounds = argc == 3 ? std::atoi(argv[1]) : 0;
+  if (rounds < 1) {
+    std::cerr << "usage: side_by_side ROUNDS OUT.json\n";
+    return 2;
+  }
+  try {
+    compare(rounds, argv[2]);
+  } catch (const std::exception& error) {
+    std::cerr << "side_by_side: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}
