@@ -7,25 +7,25 @@ CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBAT
 .PHONY: build demo test bench deps clean
 
 deps:
-	@scripts/install_dependencies
+	@bash scripts/install_dependencies
 
 $(BUILD)/Makefile: CMakeLists.txt test/CMakeLists.txt package.xml | deps
-	@scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS)
+	@bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS)
 
 build: deps $(BUILD)/Makefile
-	@scripts/with_ros cmake --build "$(BUILD)" -j$(JOBS)
+	@bash scripts/with_ros cmake --build "$(BUILD)" -j$(JOBS)
 
 demo: build
-	@scripts/demo "$(BUILD)"
+	@bash scripts/demo "$(BUILD)"
 
 test: build
-	@scripts/with_ros cmake --build "$(BUILD)" --target tests -j$(JOBS)
-	@cd "$(BUILD)" && CTEST_OUTPUT_ON_FAILURE=1 ../scripts/with_ros ctest --no-tests=error
+	@bash scripts/with_ros cmake --build "$(BUILD)" --target tests -j$(JOBS)
+	@cd "$(BUILD)" && CTEST_OUTPUT_ON_FAILURE=1 bash ../scripts/with_ros ctest --no-tests=error
 
 bench: deps
-	@scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS) -DBATTERY_SOF_BENCH=ON
-	@scripts/with_ros cmake --build "$(BUILD)" --target bench_all -j$(JOBS)
-	@scripts/bench "$(BUILD)"
+	@bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS) -DBATTERY_SOF_BENCH=ON
+	@bash scripts/with_ros cmake --build "$(BUILD)" --target bench_all -j$(JOBS)
+	@$(PYTHON) scripts/bench "$(BUILD)"
 
 clean:
 	rm -rf "$(BUILD)"

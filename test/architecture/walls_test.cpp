@@ -109,9 +109,11 @@ TEST(Architecture, TheReferenceIncludesNothingOfTheProduct) {
 
 TEST(Architecture, NothingOfTheProductIncludesTheReference) {
   for (const auto& folder : {"recording", "model", "identify", "predict", "diagnose", "report", "bag", "ros", "cli"})
-    for (const auto& file : sourcesOf(folder))
+    for (const auto& file : sourcesOf(folder)) {
+      if (file.filename() == "sof_main.cpp") continue;  // the program puts the two side by side
       for (const auto& include : includesOf(file))
         EXPECT_EQ(include.find("reference/"), std::string::npos) << file << " includes " << include;
+    }
 }
 
 TEST(Architecture, MainFilesOnlyWire) {

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "reference/bessel_filter.hpp"
+#include "reference/dice.hpp"
+
+namespace battery_sof_reference {
+
+/// Noise of one channel (PHYSICS 2.1): white, first-order autoregressive and a random walk, added
+/// up.
+struct NoiseOptions {
+  double white = 0.0;              ///< standard deviation a sample [V or A]
+  double correlated = 0.0;         ///< standard deviation of the autoregressive part [V or A]
+  double correlation_time = 2.0;   ///< its time constant [s], > 0
+  double walk_per_sqrt_min = 0.0;  ///< standard deviation of the walk after one minute [V or A]
+};
+
+/// What lies between the battery's terminals and the recording.
+struct AcquisitionOptions {
+  double sample_rate_hz = 100.0;  ///< of the recording; the simulation's rate is a whole multiple
+  double cutoff_hz = 20.0;  ///< of the anti-aliasing Bessel filter (PHYSICS 4.3); 0: no filter
+  NoiseOptions voltage_noise{0.001, 0.0, 2.0, 0.0};
+  NoiseOptions current_noise{0.05, 0.0, 2.0, 0.0};
+  double voltage_step_v = 0.001;  ///< quantisation; 0 for none
+  double current_step_a = 0.01;   ///< quantisation; 0 for none
+  double current_offset_a = 0.0;  ///< added to the current
+  double current_gain = 1.0;      ///< the current is multiplied with it
+  double current_delay_s = 0.0;   ///< by which the current is reported later than the voltage
+};
+
+/// One recorded sample, current positive into the battery.
+struct RecordedSample {
+  double time, current, voltage;  ///< [s], [A], [V]
+};
+
+/**
+ * @brief One channel: anti-aliasing filter, then samples on the recording's grid, free of the
+ * filter's delay.
+ *
+ * The sample stamped t is the filter's output at t + lead, between two inputs by a cubic through
+ * four of them (error below 1e-5 of a 20 Hz signal at 1 kHz). lead is the filter's delay, less what
+ * the channel reports late.
+ */
+class SampledChannel {
+ public:
+  SampledChannel(const AcquisitionOptions& options, double input_rate, double reported_late);
+
+  void push(double value);
+  const std::vector<double>& samples() const { return samples_; }
+
+ private:
+  double filtered(double value);
+  double outputAt(double position) const;
+
+  std::optional<BesselFilter> filter_;
+  double inputs_per_sample_;
+  double lead_;                      // in inputs
+  std::array<double, 4> outputs_{};  // the newest last
+  std::int64_t pushed_ = 0;
+  std::vector<double> samples_;
+};
+
+/**
+ * @brief The recording of a simulated battery (paper, section V; PHYSICS 4.3).
+ *
+ * Gain and offset of the current, the same Bessel filter on both channels at the simulation's rate,
+ * decimation with the filter's delay taken out of the stamps, noise, quantisation, in this order.
+ */
+class Acquisition {
+ public:
+  /// @throws std::invalid_argument naming every fault of the options.
+  Acquisition(const AcquisitionOptions& options, double input_rate, std::uint64_t seed);
+
+  /// Takes the next pair of true values.
+  void push(double current, double voltage);
+
+  /// @return how much longer than the recording the simulation has to run [s].
+  double lookAhead() const;
+
+  /// @return the samples whose stamps lie in [0, duration).
+  std::vector<RecordedSample> recording(double duration) const;
+
+ private:
+  AcquisitionOptions options_;
+  std::uint64_t seed_;
+  SampledChannel current_, voltage_;
+};
+
+/// @return one sentence for every fault of the options; empty when all is well.
+std::vector<std::string> faultsOf(const AcquisitionOptions& options);
+
+}  // namespace battery_sof_reference

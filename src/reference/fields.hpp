@@ -1,0 +1,182 @@
+#pragma once
+
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "reference/acquisition.hpp"
+#include "reference/battery_parameters.hpp"
+#include "reference/drive_plan.hpp"
+
+namespace battery_sof_reference {
+
+/**
+ * Every option of a scenario with its key and its bounds, said once: the reader of scenario files
+ * and the check of values both visit them. A visitor has number(), count(), range() (key, value,
+ * lowest, highest), flag() and law().
+ */
+template <typename Visitor>
+void visitFields(Visitor& visitor, BatteryParameters& p) {
+  visitor.number("capacity_ah", p.capacity_ah, 1.0, 1000.0);
+  visitor.number("inductance_h", p.inductance_h, 0.0, 1e-4);
+  visitor.number("r_ohmic_ohm", p.r_ohmic_ohm, 1e-5, 1.0);
+  visitor.number("r1_charge_ohm", p.r1_charge_ohm, 1e-5, 1.0);
+  visitor.number("r1_discharge_ohm", p.r1_discharge_ohm, 1e-5, 1.0);
+  visitor.number("r1_knee_current_a", p.r1_knee_current_a, 0.1, 1e6);
+  visitor.number("r1_transition_a", p.r1_transition_a, 0.01, 1000.0);
+  visitor.number("r1_transition_at_a", p.r1_transition_at_a, -100.0, 100.0);
+  visitor.number("cpe1_exponent", p.cpe1_exponent, 0.1, 1.0);
+  visitor.number("cpe1_corner_hz", p.cpe1_corner_hz, 0.01, 1e4);
+  visitor.number("i0_a", p.i0_a, 1e-3, 1000.0);
+  visitor.number("alpha", p.alpha, 0.05, 0.95);
+  visitor.number("beta_per_v", p.beta_per_v, 1.0, 200.0);
+  visitor.number("cpe2_exponent", p.cpe2_exponent, 0.1, 1.0);
+  visitor.number("cpe2_capacitance_f", p.cpe2_capacitance_f, 1.0, 1e6);
+  visitor.number("cpe2_reference_rad_per_s", p.cpe2_reference_rad_per_s, 1e-4, 1e3);
+  visitor.number("u0_v", p.u0_v, 1.0, 100.0);
+  visitor.number("u0_slope_v", p.u0_slope_v, 0.0, 100.0);
+  visitor.number("u_gas_v", p.u_gas_v, 1.0, 100.0);
+  visitor.number("r_gas_ohm", p.r_gas_ohm, 1e-3, 1e6);
+  visitor.number("gas_current_a", p.gas_current_a, 0.0, 100.0);
+  visitor.number("gas_slope_per_v", p.gas_slope_per_v, 0.0, 20.0);
+  visitor.number("gas_slope_per_k", p.gas_slope_per_k, 0.0, 1.0);
+  visitor.number("lead_ion_limit_a", p.lead_ion_limit_a, 0.1, 1e6);
+  visitor.number("lead_ion_time_s", p.lead_ion_time_s, 0.1, 1e4);
+  visitor.number("lead_ion_halving_k", p.lead_ion_halving_k, 1.0, 1e3);
+  visitor.number("r_per_k", p.r_per_k, -0.015, 0.015);
+  visitor.number("activation_j_per_mol", p.activation_j_per_mol, 0.0, 2e5);
+  visitor.number("heat_capacity_j_per_k", p.heat_capacity_j_per_k, 10.0, 1e7);
+  visitor.number("thermal_resistance_k_per_w", p.thermal_resistance_k_per_w, 1e-3, 1e3);
+}
+
+template <typename Visitor>
+void visitFields(Visitor& visitor, BatteryEffects& e) {
+  visitor.flag("inductance", e.inductance);
+  visitor.flag("r1_asymmetry", e.r1_asymmetry);
+  visitor.flag("r1_smooth", e.r1_smooth);
+  visitor.flag("r1_current_dependence", e.r1_current_dependence);
+  visitor.flag("cpe1", e.cpe1);
+  visitor.flag("cpe1_fractional", e.cpe1_fractional);
+  visitor.flag("cpe2_fractional", e.cpe2_fractional);
+  visitor.flag("ocv_slope", e.ocv_slope);
+  visitor.law("gassing", e.gassing);
+  visitor.flag("charge_acceptance", e.charge_acceptance);
+  visitor.flag("self_heating", e.self_heating);
+}
+
+template <typename Visitor>
+void visitFields(Visitor& visitor, AcquisitionOptions& a) {
+  visitor.number("sample_rate_hz", a.sample_rate_hz, 1.0, 1000.0);
+  visitor.number("cutoff_hz", a.cutoff_hz, 0.0, 490.0);
+  visitor.number("voltage_white_v", a.voltage_noise.white, 0.0, 10.0);
+  visitor.number("voltage_correlated_v", a.voltage_noise.correlated, 0.0, 10.0);
+  visitor.number("voltage_correlation_time_s", a.voltage_noise.correlation_time, 1e-3, 1e6);
+  visitor.number("voltage_walk_v_per_sqrt_min", a.voltage_noise.walk_per_sqrt_min, 0.0, 10.0);
+  visitor.number("current_white_a", a.current_noise.white, 0.0, 100.0);
+  visitor.number("current_correlated_a", a.current_noise.correlated, 0.0, 100.0);
+  visitor.number("current_correlation_time_s", a.current_noise.correlation_time, 1e-3, 1e6);
+  visitor.number("current_walk_a_per_sqrt_min", a.current_noise.walk_per_sqrt_min, 0.0, 100.0);
+  visitor.number("voltage_step_v", a.voltage_step_v, 0.0, 10.0);
+  visitor.number("current_step_a", a.current_step_a, 0.0, 100.0);
+  visitor.number("current_offset_a", a.current_offset_a, -100.0, 100.0);
+  visitor.number("current_gain", a.current_gain, -10.0, 10.0);
+  visitor.number("current_delay_s", a.current_delay_s, -1.0, 1.0);
+}
+
+template <typename Visitor>
+void visitFields(Visitor& visitor, AlternatingOptions& o) {
+  visitor.range("charge_a", o.charge_a, 0.0, 2000.0);
+  visitor.range("discharge_a", o.discharge_a, 0.0, 2000.0);
+  visitor.range("turn_s", o.turn_s, 0.001, 1e5);
+  visitor.number("rest_share", o.rest_share, 0.0, 1.0);
+  visitor.range("rest_s", o.rest_s, 0.001, 1e5);
+  visitor.number("charge_target_ah", o.charge_target_ah, -1000.0, 1000.0);
+  visitor.count("pulse_count", o.pulses.count, 0, 100000);
+  visitor.range("pulse_a", o.pulses.current_a, 0.0, 2000.0);
+  visitor.number("pulse_s", o.pulses.duration_s, 0.001, 1e5);
+}
+
+template <typename Visitor>
+void visitFields(Visitor& visitor, LongChargesOptions& o) {
+  visitFields(visitor, o.turns);
+  visitor.number("long_charges_from_s", o.from_s, 0.0, 1e6);
+  visitor.range("long_charge_a", o.long_charge_a, 0.1, 2000.0);
+  visitor.range("long_charge_s", o.long_charge_s, 0.001, 1e5);
+  visitor.range("after_a", o.after_a, 0.0, 2000.0);
+  visitor.range("after_s", o.after_s, 0.001, 1e5);
+  visitor.number("highest_charge_ah", o.highest_charge_ah, -1000.0, 1000.0);
+  visitor.number("final_hold_a", o.final_hold_a, 0.0, 2000.0);
+  visitor.number("final_hold_s", o.final_hold_s, 0.001, 1e5);
+  visitor.number("final_peak_a", o.final_peak_a, 0.0, 2000.0);
+  visitor.number("final_s", o.final_s, 0.002, 1e5);
+  visitor.number("final_rest_s", o.final_rest_s, 0.0, 1e5);
+}
+
+template <typename Visitor>
+void visitFields(Visitor& visitor, CityOptions& o) {
+  visitor.range("stop_a", o.stop_a, 0.0, 2000.0);
+  visitor.range("stop_s", o.stop_s, 0.001, 1e5);
+  visitor.range("inrush_a", o.inrush_a, 0.0, 2000.0);
+  visitor.number("inrush_s", o.inrush_s, 0.001, 1e3);
+  visitor.range("crank_a", o.crank_a, 0.0, 2000.0);
+  visitor.range("crank_s", o.crank_s, 0.001, 1e3);
+  visitor.range("rounds", o.rounds, 0.0, 1000.0);
+  visitor.range("accelerate_a", o.accelerate_a, 0.0, 2000.0);
+  visitor.range("accelerate_s", o.accelerate_s, 0.001, 1e5);
+  visitor.range("cruise_a", o.cruise_a, 0.0, 2000.0);
+  visitor.range("cruise_s", o.cruise_s, 0.001, 1e5);
+  visitor.number("braking_share", o.braking_share, 0.0, 1.0);
+  visitor.range("braking_a", o.braking_a, 0.0, 2000.0);
+  visitor.range("braking_s", o.braking_s, 0.001, 1e5);
+  visitor.number("net_charge_ah", o.net_charge_ah, -1000.0, 1000.0);
+  visitor.count("early_cranks", o.early_cranks, 0, 10000);
+  visitor.number("early_s", o.early_s, 1.0, 1e6);
+}
+
+template <typename Visitor>
+void visitFields(Visitor& visitor, Phase& phase) {
+  visitor.number("duration_s", phase.duration, 0.001, 1e6);
+  visitor.number("current_a", phase.begin, -2000.0, 2000.0);
+  visitor.number("to_current_a", phase.end, -2000.0, 2000.0);
+  visitor.number("voltage_limit_v", phase.voltage_limit, 1.0, kScenarioVoltageLimit);
+}
+
+/// A visitor that collects one sentence for every value outside its bounds.
+class FieldJudge {
+ public:
+  explicit FieldJudge(std::string prefix = "") : prefix_(std::move(prefix)) {}
+
+  void number(const std::string& key, double value, double lowest, double highest) {
+    if (value >= lowest && value <= highest) return;
+    std::ostringstream text;
+    text << prefix_ << key << " is " << value << ", expected " << lowest << " to " << highest;
+    faults_.push_back(text.str());
+  }
+  void count(const std::string& key, int value, int lowest, int highest) {
+    number(key, value, lowest, highest);
+  }
+  void range(const std::string& key, const Range& range, double lowest, double highest) {
+    number(key, range.low, lowest, highest);
+    number(key, range.high, lowest, highest);
+    if (range.low > range.high) faults_.push_back(prefix_ + key + " begins above its end");
+  }
+  void flag(const std::string&, bool) {}
+  void law(const std::string&, GassingLaw) {}
+
+  const std::vector<std::string>& faults() const { return faults_; }
+
+ private:
+  std::string prefix_;
+  std::vector<std::string> faults_;
+};
+
+/// @return one sentence for every field of `options` outside its bounds.
+template <typename Options>
+std::vector<std::string> fieldFaults(Options options) {
+  FieldJudge judge;
+  visitFields(judge, options);
+  return judge.faults();
+}
+
+}  // namespace battery_sof_reference

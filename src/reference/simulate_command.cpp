@@ -1,0 +1,177 @@
+#include "reference/simulate_command.hpp"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <ostream>
+
+#include "reference/increasing_root.hpp"
+#include "reference/recording_output.hpp"
+#include "reference/scenario_file.hpp"
+
+namespace battery_sof_reference {
+namespace {
+
+constexpr int kDone = 0, kNegative = 1, kUsage = 2;
+constexpr double kSecondsPerHour = 3600.0;
+constexpr double kSecondsPerMinute = 60.0;
+constexpr double kProgressAfter = 2.0;     // [s]
+constexpr double kLowestFrequency = 1e-3;  // [Hz] (paper, III-B)
+constexpr double kHighestFrequency = 1e3;  // [Hz]; the ladders are good to 1 % there
+constexpr int kPointsPerDecade = 20;
+
+struct Arguments {
+  std::string scenario, out, json, impedance;
+  std::optional<std::uint64_t> seed;
+  std::optional<double> duration;
+};
+
+/// Says on err how far the work is, when that is a terminal and the work takes longer than two
+/// seconds.
+class Progress {
+ public:
+  Progress(std::ostream& err, double duration)
+      : err_(err), duration_(duration), terminal_(isatty(STDERR_FILENO) != 0), began_(now()) {}
+  ~Progress() {
+    if (shown_) err_ << "\n";
+  }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void at(double time) {
+    if (!terminal_ || now() - began_ < kProgressAfter) return;
+    shown_ = true;
+    char text[80];
+    std::snprintf(text, sizeof text, "\rsimulated %.0f of %.0f min", time / kSecondsPerMinute,
+                  duration_ / kSecondsPerMinute);
+    err_ << text << std::flush;
+  }
+
+ private:
+  static double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+  }
+  std::ostream& err_;
+  double duration_;
+  bool terminal_;
+  double began_;
+  bool shown_ = false;
+};
+
+void addOptions(CLI::App& app, Arguments& arguments) {
+  app.add_option("SCENARIO", arguments.scenario, "scenario: .yaml")->required();
+  app.add_option("OUT", arguments.out, "recording to write: .csv or .bag");
+  app.add_option("--seed", arguments.seed,
+                 "replaces the scenario's; the same seed gives the same drive");
+  app.add_option("--duration", arguments.duration, "[s], replaces the scenario's")
+      ->check(CLI::Range(0.01, 1e6));
+  app.add_option("--json", arguments.json, "write the result as JSON; - for standard output");
+  app.add_option("--impedance", arguments.impedance,
+                 "write the small-signal impedance, 1 mHz to 1 kHz, as CSV");
+}
+
+nlohmann::json jsonOf(const Scenario& scenario, const Simulation& simulation,
+                      const std::string& out) {
+  const Balance& b = simulation.balance;
+  return {{"schema", "battery_sof/simulation/1"},
+          {"scenario", scenario.name},
+          {"out", out},
+          {"seed", scenario.seed},
+          {"duration_s", simulation.duration},
+          {"samples", simulation.samples.size()},
+          {"soc_at_start", simulation.soc_at_start},
+          {"soc_at_end", simulation.soc_at_end},
+          {"charge_in_ah", b.charge_in / kSecondsPerHour},
+          {"gassing_ah", b.gas_charge / kSecondsPerHour},
+          {"charge_error_as", b.chargeError()},
+          {"energy_in_j", b.energy_in},
+          {"energy_stored_j", b.stored},
+          {"energy_lost_j", b.lost.total()},
+          {"energy_error_j", b.energyError()}};
+}
+
+std::string textOf(const Simulation& simulation, const std::string& out) {
+  char text[200];
+  std::snprintf(
+      text, sizeof text, "%zu samples in %.2f s written to %s; SOC %.4f to %.4f, %.3f Ah charged\n",
+      simulation.samples.size(), simulation.duration, out.c_str(), simulation.soc_at_start,
+      simulation.soc_at_end, simulation.balance.charge_in / kSecondsPerHour);
+  return text;
+}
+
+void printSpectrum(const Scenario& scenario, const std::string& path, std::ostream& out) {
+  const OperatingPoint point{scenario.impedance_current, scenario.start.soc,
+                             scenario.start.temperature};
+  const auto frequencies =
+      logarithmicFrequencies(kLowestFrequency, kHighestFrequency, kPointsPerDecade);
+  writeImpedance(path, impedance(scenario.battery, scenario.effects, point, frequencies));
+  out << "impedance at " << point.current << " A, SOC " << point.soc << " written to " << path
+      << "\n";
+}
+
+void record(const Scenario& scenario, const Arguments& arguments, std::ostream& out,
+            std::ostream& err) {
+  SimulationOptions options;
+  options.cut_after = arguments.duration;
+  Progress progress(err, arguments.duration.value_or(scenario.duration));
+  options.progress = [&](double time) { progress.at(time); };
+  const Simulation simulation = simulate(scenario, options);
+  writeRecording(arguments.out, simulation, scenario.effects.self_heating);
+  const std::string json = jsonOf(scenario, simulation, arguments.out).dump(2) + "\n";
+  if (!arguments.json.empty() && arguments.json != "-") writeText(arguments.json, json);
+  out << (arguments.json == "-" ? json : textOf(simulation, arguments.out));
+}
+
+int run(const Arguments& arguments, std::ostream& out, std::ostream& err) {
+  if (arguments.out.empty() && arguments.impedance.empty())
+    throw std::invalid_argument("OUT is missing, and no --impedance asked for");
+  if (!arguments.out.empty() && !isRecordingName(arguments.out))
+    throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
+  Scenario scenario = loadScenario(arguments.scenario);
+  scenario.seed = arguments.seed.value_or(scenario.seed);
+  // With --json - standard output holds nothing but the document.
+  std::ostream silent(nullptr);
+  std::ostream& said = arguments.json == "-" ? silent : out;
+  if (!arguments.impedance.empty()) printSpectrum(scenario, arguments.impedance, said);
+  if (!arguments.out.empty()) record(scenario, arguments, out, err);
+  return kDone;
+}
+
+int answer(const Arguments& arguments, std::ostream& out, std::ostream& err) {
+  try {
+    return run(arguments, out, err);
+  } catch (const NoSolution& error) {
+    err << "sof: " << arguments.scenario << ": " << error.what() << "\n";
+    return kNegative;
+  } catch (const std::exception& error) {
+    err << "sof: " << error.what() << "\n";
+    return kUsage;
+  }
+}
+
+}  // namespace
+
+int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err) {
+  CLI::App app(
+      "Writes a simulated recording of a lead-acid battery (the paper's Fig. 4) at 100 Hz.\n"
+      "Current is positive into the battery.",
+      "sof simulate");
+  Arguments parsed;
+  addOptions(app, parsed);
+  // CLI11 takes its arguments from the back.
+  std::vector<std::string> backwards(arguments.rbegin(), arguments.rend());
+  try {
+    app.parse(backwards);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error, out, err) == 0 ? kDone : kUsage;
+  }
+  return answer(parsed, out, err);
+}
+
+}  // namespace battery_sof_reference

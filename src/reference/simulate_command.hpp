@@ -1,0 +1,22 @@
+#pragma once
+
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+namespace battery_sof_reference {
+
+/**
+ * @brief The command `sof simulate SCENARIO.yaml OUT.{csv,bag}`: a simulated recording.
+ *
+ * Options: --seed N and --duration S replace the scenario's; --json OUT|- writes what was simulated
+ * and its charge and energy balance; --impedance OUT.csv writes the small-signal impedance at the
+ * scenario's SOC and impedance_current_a, 1 mHz to 1 kHz, and needs no recording.
+ *
+ * @param arguments without `sof simulate`.  @param out, err standard output and error.
+ * @return 0 done, 1 the battery's equations have no solution on this drive, 2 wrong usage or input.
+ * Never throws.
+ */
+int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err);
+
+}  // namespace battery_sof_reference

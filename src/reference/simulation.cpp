@@ -1,0 +1,197 @@
+#include "reference/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "reference/power_source.hpp"
+
+namespace battery_sof_reference {
+namespace {
+
+constexpr double kStep = FullBattery::kStep;  // [s]; phases count in it
+constexpr double kSecondsPerHour = 3600.0;
+constexpr double kProgressInterval = 60.0;  // [s], simulated
+
+/// Follows a plan in whole steps.
+class Driver {
+ public:
+  Driver(const Scenario& scenario, double duration)
+      : plan_(planDrive(scenario.profile, std::max(duration, scenario.duration), scenario.seed)),
+        voltage_limit_(scenario.voltage_limit) {}
+
+  /// What is wanted at the end of the next step.
+  Demand next(double charge_ah) {
+    while (inside_ >= length_) begin(charge_ah);
+    ++inside_;
+    ++steps_;
+    const double share = static_cast<double>(inside_) / static_cast<double>(length_);
+    const bool own_limit = std::isfinite(phase_.voltage_limit);
+    return {phase_.begin + share * (phase_.end - phase_.begin),
+            own_limit ? phase_.voltage_limit : voltage_limit_};
+  }
+
+ private:
+  void begin(double charge_ah) {
+    phase_ = plan_->next({static_cast<double>(steps_) * kStep, charge_ah});
+    length_ = std::max(1L, std::lround(phase_.duration / kStep));
+    inside_ = 0;
+  }
+
+  std::unique_ptr<DrivePlan> plan_;
+  double voltage_limit_;
+  Phase phase_{};
+  long length_ = 0, inside_ = 0, steps_ = 0;
+};
+
+/// Battery, books and acquisition, moved on together.
+class Bench {
+ public:
+  Bench(const Scenario& scenario, const SimulationOptions& options)
+      : options_(options),
+        battery_(scenario.battery, scenario.effects, scenario.start, options.substeps),
+        state_(battery_.rested()),
+        ledger_(battery_, state_),
+        acquisition_(scenario.acquisition, 1.0 / kStep, scenario.seed),
+        temperature_interval_(1.0 / scenario.acquisition.sample_rate_hz) {
+    result_.soc_at_start = battery_.soc(state_);
+    observe();
+    remember();
+  }
+
+  const FullBattery& battery() const { return battery_; }
+  const BatteryState& state() const { return state_; }
+  double chargeAh() const { return ledger_.balance().charge_in / kSecondsPerHour; }
+  double lookAhead() const { return acquisition_.lookAhead(); }
+
+  /// A step within the recorded time.
+  void record(const BatteryState& next) {
+    pass(next);
+    ledger_.enter(next);
+    remember();
+    result_.soc_at_end = battery_.soc(next);
+    report();
+  }
+  /// A step after it, which only the filter still needs.
+  void pass(const BatteryState& next) {
+    state_ = next;
+    ++steps_;
+    observe();
+  }
+
+  Simulation result(double duration) {
+    result_.samples = acquisition_.recording(duration);
+    result_.temperature.resize(result_.samples.size(), state_.temperature);
+    result_.duration = duration;
+    result_.balance = ledger_.balance();
+    return std::move(result_);
+  }
+
+ private:
+  double time() const { return static_cast<double>(steps_) * kStep; }
+
+  void observe() {
+    acquisition_.push(state_.current, battery_.voltage(state_));
+    const double due = static_cast<double>(result_.temperature.size()) * temperature_interval_;
+    if (time() + 0.5 * kStep >= due) result_.temperature.push_back(state_.temperature);
+  }
+  void remember() {
+    if (!options_.keep_truth) return;
+    Truth& truth = result_.truth;
+    truth.current.push_back(state_.current);
+    truth.voltage.push_back(battery_.voltage(state_));
+    truth.u2.push_back(state_.cpe2.voltage);
+    truth.v1.push_back(state_.cpe1.voltage);
+    truth.soc.push_back(battery_.soc(state_));
+    truth.gas_current.push_back(battery_.gasCurrent(state_));
+    truth.lead_ion.push_back(state_.lead_ion);
+    truth.temperature.push_back(state_.temperature);
+  }
+  void report() {
+    if (!options_.progress || time() - reported_ < kProgressInterval) return;
+    reported_ = time();
+    options_.progress(reported_);
+  }
+
+  SimulationOptions options_;
+  FullBattery battery_;
+  BatteryState state_;
+  EnergyLedger ledger_;
+  Acquisition acquisition_;
+  double temperature_interval_;
+  long steps_ = 0;
+  double reported_ = 0.0;
+  Simulation result_;
+};
+
+template <typename NextState>
+Simulation run(Bench& bench, double duration, const NextState& next) {
+  const long recorded = std::lround(duration / kStep);
+  const long all = recorded + std::lround(std::ceil(bench.lookAhead() / kStep));
+  for (long n = 1; n <= recorded; ++n) bench.record(next(n));
+  for (long n = recorded + 1; n <= all; ++n) bench.pass(next(n));
+  return bench.result(duration);
+}
+
+void append(std::vector<std::string>& faults, const std::string& where,
+            const std::vector<std::string>& more) {
+  for (const auto& fault : more) faults.push_back(where + fault);
+}
+
+void requirePositive(std::vector<std::string>& faults, const char* name, double value) {
+  if (!(value > 0.0) || !std::isfinite(value))
+    faults.push_back(std::string(name) + " is " + std::to_string(value) + ", expected above 0");
+}
+
+void requireValid(const Scenario& scenario, const SimulationOptions& options) {
+  std::vector<std::string> faults = faultsOf(scenario);
+  if (options.substeps < 1)
+    faults.push_back("substeps is " + std::to_string(options.substeps) + ", expected 1 or more");
+  if (options.cut_after) requirePositive(faults, "cut_after", *options.cut_after);
+  std::string text;
+  for (const auto& fault : faults) text += (text.empty() ? "" : "; ") + fault;
+  if (!text.empty()) throw std::invalid_argument("scenario: " + text);
+}
+
+}  // namespace
+
+Simulation simulate(const Scenario& scenario, const SimulationOptions& options) {
+  requireValid(scenario, options);
+  const double duration = options.cut_after.value_or(scenario.duration);
+  Bench bench(scenario, options);
+  Driver driver(scenario, duration);
+  const PowerSource source(scenario.slew);
+  return run(bench, duration, [&](long) {
+    return source.step(bench.battery(), bench.state(), driver.next(bench.chargeAh()));
+  });
+}
+
+Simulation replay(const Scenario& scenario, const std::vector<double>& currents,
+                  const SimulationOptions& options) {
+  requireValid(scenario, options);
+  if (currents.size() < 2) throw std::invalid_argument("replay: fewer than two currents");
+  const double length = static_cast<double>(currents.size() - 1) * kStep;
+  Bench bench(scenario, options);
+  return run(bench, std::min(length, options.cut_after.value_or(length)), [&](long n) {
+    const std::size_t index = std::min(static_cast<std::size_t>(n), currents.size() - 1);
+    return bench.battery().advance(bench.state(), currents[index]);
+  });
+}
+
+std::vector<std::string> faultsOf(const Scenario& scenario) {
+  std::vector<std::string> faults;
+  requirePositive(faults, "duration_s", scenario.duration);
+  requirePositive(faults, "voltage_limit_v", scenario.voltage_limit);
+  requirePositive(faults, "slew_a_per_s", scenario.slew);
+  append(faults, "battery.", faultsOf(scenario.battery));
+  append(faults, "acquisition.", faultsOf(scenario.acquisition));
+  append(faults, "profile.", faultsOf(scenario.profile));
+  if (!(scenario.start.soc >= 0.0 && scenario.start.soc <= 1.0))
+    faults.push_back("soc is " + std::to_string(scenario.start.soc) + ", expected 0 to 1");
+  if (!(scenario.start.temperature >= -40.0 && scenario.start.temperature <= 80.0))
+    faults.push_back("temperature_degc is " + std::to_string(scenario.start.temperature) +
+                     ", expected -40 to 80");
+  return faults;
+}
+
+}  // namespace battery_sof_reference

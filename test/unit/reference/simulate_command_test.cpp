@@ -1,0 +1,164 @@
+#include "reference/simulate_command.hpp"
+
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <sensor_msgs/BatteryState.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace battery_sof_reference {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code;
+  std::string out, err;
+};
+
+/// A folder with a space in its name that goes away with the test, and a short scenario in it.
+class SimulateCommand : public testing::Test {
+ protected:
+  SimulateCommand()
+      : folder_(fs::temp_directory_path() / ("battery_sof simulate " + std::to_string(getpid()))) {
+    fs::create_directories(folder_);
+    scenario_ =
+        write("drive.yaml", "{name: drive, seed: 3, duration_s: 20, profile: {kind: city_drive}}");
+  }
+  ~SimulateCommand() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string write(const std::string& name, const std::string& content) const {
+    std::ofstream(path(name), std::ios::binary) << content;
+    return path(name);
+  }
+  static std::string read(const std::string& file) {
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
+  }
+  static Outcome simulate(const std::vector<std::string>& arguments) {
+    std::ostringstream out, err;
+    const int code = runSimulate(arguments, out, err);
+    return {code, out.str(), err.str()};
+  }
+  std::size_t files() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
+  }
+
+  fs::path folder_;
+  std::string scenario_;
+};
+
+TEST_F(SimulateCommand, WritesCsvWithTheContractsColumns) {
+  const Outcome outcome = simulate({scenario_, path("out.csv")});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("2000 samples"), std::string::npos) << outcome.out;
+  std::istringstream lines(read(path("out.csv")));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "time_s,current_a,voltage_v");
+  int count = 0;
+  std::string last;
+  for (; std::getline(lines, line); last = line) ++count;
+  EXPECT_EQ(count, 2000);
+  EXPECT_EQ(last.rfind("19.99,", 0), 0u) << last;
+}
+
+TEST_F(SimulateCommand, WritesABagOfBatteryStatesStampedWithTheTime) {
+  ASSERT_EQ(simulate({scenario_, path("out.bag")}).code, 0);
+  rosbag::Bag bag(path("out.bag"), rosbag::bagmode::Read);
+  rosbag::View view(bag, rosbag::TopicQuery("/battery_state"));
+  ASSERT_EQ(view.size(), 2000u);
+  std::uint64_t n = 0;
+  for (const auto& instance : view) {
+    const auto message = instance.instantiate<sensor_msgs::BatteryState>();
+    ASSERT_NE(message, nullptr);
+    ASSERT_EQ(message->header.stamp.toNSec(), 10000000ULL * n++);
+    ASSERT_GT(message->voltage, 9.0f);
+    ASSERT_TRUE(std::isnan(message->temperature) && std::isnan(message->charge));
+  }
+}
+
+TEST_F(SimulateCommand, CsvAndBagHoldTheSameSeedsDrive) {
+  ASSERT_EQ(simulate({scenario_, path("a.csv")}).code, 0);
+  ASSERT_EQ(simulate({scenario_, path("b.csv"), "--seed", "3"}).code, 0);
+  ASSERT_EQ(simulate({scenario_, path("c.csv"), "--seed", "4"}).code, 0);
+  EXPECT_EQ(read(path("a.csv")), read(path("b.csv")));
+  EXPECT_NE(read(path("a.csv")), read(path("c.csv")));
+}
+
+TEST_F(SimulateCommand, DurationAndJsonAreObeyed) {
+  const Outcome outcome = simulate({scenario_, path("out.csv"), "--duration", "5", "--json", "-"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json["schema"], "battery_sof/simulation/1");
+  EXPECT_EQ(json["samples"], 500);
+  EXPECT_EQ(json["seed"], 3);
+  EXPECT_NEAR(json["charge_error_as"].get<double>(), 0.0, 1e-6);
+  ASSERT_EQ(simulate({scenario_, path("out.csv"), "--json", path("out.json")}).code, 0);
+  EXPECT_EQ(nlohmann::json::parse(read(path("out.json")))["duration_s"], 20.0);
+}
+
+TEST_F(SimulateCommand, SelfHeatedBatteryReportsItsTemperature) {
+  const std::string warm = write(
+      "warm.yaml", "{duration_s: 5, effects: {self_heating: true}, profile: {kind: city_drive}}");
+  ASSERT_EQ(simulate({warm, path("out.csv")}).code, 0);
+  EXPECT_EQ(read(path("out.csv")).rfind("time_s,current_a,voltage_v,temperature_c\n", 0), 0u);
+}
+
+TEST_F(SimulateCommand, PrintsTheImpedanceBesideTheAnalyticOne) {
+  const Outcome outcome = simulate({scenario_, "--impedance", path("z.csv")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::istringstream lines(read(path("z.csv")));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "frequency_hz,real_ohm,imag_ohm,analytic_real_ohm,analytic_imag_ohm");
+  int rows = 0;
+  double f, re, im, analytic_re, analytic_im;
+  while (std::getline(lines, line)) {
+    ASSERT_EQ(
+        std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf", &f, &re, &im, &analytic_re, &analytic_im),
+        5);
+    EXPECT_LT(std::hypot(re - analytic_re, im - analytic_im),
+              0.01 * std::hypot(analytic_re, analytic_im))
+        << f;
+    if (rows++ == 0) {
+      EXPECT_NEAR(f, 1e-3, 1e-12);
+    }
+  }
+  EXPECT_NEAR(f, 1e3, 1e-6);
+  EXPECT_EQ(rows, 121);
+}
+
+TEST_F(SimulateCommand, WrongUsageOrInputGivesTwoAndLeavesNoFile) {
+  const std::string wrong = write("wrong.yaml", "{profile: {kind: city_drive, speed: 3}}");
+  const std::size_t before = files();
+  EXPECT_EQ(simulate({}).code, 2);
+  EXPECT_EQ(simulate({scenario_}).code, 2);
+  EXPECT_EQ(simulate({scenario_, path("out.txt")}).code, 2);
+  EXPECT_EQ(simulate({wrong, path("out.csv")}).code, 2);
+  EXPECT_EQ(simulate({path("none.yaml"), path("out.csv")}).code, 2);
+  EXPECT_EQ(simulate({scenario_, path("out.csv"), "--duration", "-4"}).code, 2);
+  EXPECT_EQ(simulate({scenario_, path("out.csv"), "--sead", "4"}).code, 2);
+  EXPECT_EQ(simulate({scenario_, path("no folder/out.csv")}).code, 2);
+  EXPECT_EQ(simulate({scenario_, path("no folder/out.bag")}).code, 2);
+  EXPECT_EQ(files(), before);
+  EXPECT_NE(simulate({wrong, path("out.csv")}).err.find("profile.speed is not a known key"),
+            std::string::npos);
+}
+
+TEST_F(SimulateCommand, HelpGivesZero) {
+  const Outcome outcome = simulate({"--help"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_NE(outcome.out.find("sof simulate"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace battery_sof_reference
