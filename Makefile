@@ -1,10 +1,10 @@
-# make demo | test | build | bench | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | build | bench | reproduce | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 JOBS ?= $(shell nproc)
 PYTHON := /usr/bin/python3
 CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBATTERY_SOF_WERROR=ON
 
-.PHONY: build demo test bench deps clean
+.PHONY: build demo test bench reproduce deps clean
 
 deps:
 	@bash scripts/install_dependencies
@@ -26,6 +26,10 @@ bench: deps
 	@bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS) -DBATTERY_SOF_BENCH=ON
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target bench_all -j$(JOBS)
 	@$(PYTHON) scripts/bench "$(BUILD)"
+
+reproduce: build
+	@bash scripts/with_ros cmake --build "$(BUILD)" --target window_experiment -j$(JOBS)
+	@$(PYTHON) scripts/reproduce "$(BUILD)"
 
 clean:
 	rm -rf "$(BUILD)"
