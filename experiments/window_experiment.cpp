@@ -26,7 +26,8 @@ double unrest(const Series& series, std::size_t n) {
   return largest;
 }
 
-/// The first sample from `from` on, at most kReach later, that lies inside an edge, or far from any.
+/// The first sample from `from` on, at most kReach later, that lies inside an edge, or far from
+/// any.
 double movedStart(const Series& series, double from, bool onto_edge) {
   const IndexRange reach = indexRange(series, from, from + kReach);
   for (std::size_t n = std::max<std::size_t>(reach.first, 1); n < reach.last; ++n) {
@@ -47,23 +48,41 @@ IdentifyOptions paperOptions() {
 std::vector<Setting> settings() {
   std::vector<Setting> all;
   all.push_back({"paper", "the paper's procedure", paperOptions(), StartRule::kAsItFalls, false});
-  all.push_back({"paper, start on an edge", "window opens inside a current edge", paperOptions(), StartRule::kOnEdge, false});
-  all.push_back({"paper, quiet start", "window opens half a second from any edge", paperOptions(), StartRule::kQuiet, false});
-  all.push_back({"paper, 200 iterations", "iteration limit lifted", paperOptions(), StartRule::kAsItFalls, false});
+  all.push_back({"paper, start on an edge", "window opens inside a current edge", paperOptions(),
+                 StartRule::kOnEdge, false});
+  all.push_back({"paper, quiet start", "window opens half a second from any edge", paperOptions(),
+                 StartRule::kQuiet, false});
+  all.push_back({"paper, 200 iterations", "iteration limit lifted", paperOptions(),
+                 StartRule::kAsItFalls, false});
   all.back().options.max_iterations = 200;
-  all.push_back({"paper, W = 1", "no extra weight on pulses", paperOptions(), StartRule::kAsItFalls, false});
+  all.push_back(
+      {"paper, W = 1", "no extra weight on pulses", paperOptions(), StartRule::kAsItFalls, false});
   all.back().options.crank_weight = 1.0;
-  all.push_back({"paper, from the optimum", "search starts at the default procedure's result", paperOptions(), StartRule::kAsItFalls, true});
+  all.push_back({"paper, from the optimum", "search starts at the default procedure's result",
+                 paperOptions(), StartRule::kAsItFalls, true});
   all.push_back({"default", "this package's procedure", {}, StartRule::kAsItFalls, false});
-  all.push_back({"default, start on an edge", "window opens inside a current edge", {}, StartRule::kOnEdge, false});
+  all.push_back({"default, start on an edge",
+                 "window opens inside a current edge",
+                 {},
+                 StartRule::kOnEdge,
+                 false});
   all.push_back({"default, W = 1", "no extra weight on pulses", {}, StartRule::kAsItFalls, false});
   all.back().options.crank_weight = 1.0;
+  for (const double weight : {3.0, 5.0, 20.0}) {
+    all.push_back({"default, W = " + std::to_string(static_cast<int>(weight)),
+                   "another weight on pulses",
+                   {},
+                   StartRule::kAsItFalls,
+                   false});
+    all.back().options.crank_weight = weight;
+  }
   return all;
 }
 
 std::vector<double> paperWindowStarts(const Series& series) {
   std::vector<double> starts;
-  for (double from = series.time.front() + 60.0; from + kWindowLength <= series.time.back() + 0.1; from += kWindowShift)
+  for (double from = series.time.front() + 60.0; from + kWindowLength <= series.time.back() + 0.1;
+       from += kWindowShift)
     starts.push_back(from);
   return starts;
 }

@@ -22,13 +22,13 @@ int runCheck(const CommandLine& line, const CheckArguments& arguments) {
 
 void addCheckCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand(
-      "check", "lint a recording: rate, gaps, clipping, quantisation, sign, offset, skew, stuck values");
+      "check",
+      "lint a recording: rate, gaps, clipping, quantisation, sign, offset, skew, stuck values");
   auto arguments = std::make_shared<CheckArguments>();
   addRecordingOptions(*command, arguments->recording);
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] {
-    line.run = [&line, arguments] { return runCheck(line, *arguments); };
-  });
+  command->callback(
+      [&line, arguments] { line.run = [&line, arguments] { return runCheck(line, *arguments); }; });
 }
 
 }  // namespace battery_sof

@@ -16,9 +16,9 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kEpochClock = 1e8;      // [s]; a clock above it counts from 1970
-constexpr double kProgressAfter = 2.0;   // [s]
-constexpr double kHighRate = 200.0;      // [Hz]
+constexpr double kEpochClock = 1e8;     // [s]; a clock above it counts from 1970
+constexpr double kProgressAfter = 2.0;  // [s]
+constexpr double kHighRate = 200.0;     // [Hz]
 
 double steadySeconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -43,7 +43,8 @@ void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool 
       ->capture_default_str();
   command.add_option("--voltage-column", columns.voltage, "CSV column of voltage [V]")
       ->capture_default_str();
-  command.add_option("--temperature-column", columns.temperature, "CSV column of temperature [degC]");
+  command.add_option("--temperature-column", columns.temperature,
+                     "CSV column of temperature [degC]");
   command.add_flag("--discharge-positive", columns.discharge_positive,
                    "the CSV counts current out of the battery as positive");
   command.add_option("--topic", arguments.topic, "bag topic")->capture_default_str();
@@ -74,9 +75,11 @@ std::optional<double> parseTime(const std::string& text, const Series& series, c
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
   if (*end != '\0' || !std::isfinite(value))
-    throw UsageError(std::string(option) + " is \"" + text + "\", expected seconds, e.g. 60 or +60");
+    throw UsageError(std::string(option) + " is \"" + text +
+                     "\", expected seconds, e.g. 60 or +60");
   if (series.empty()) return value;
-  const bool relative = text[0] == '+' || (series.time.front() > kEpochClock && value < kEpochClock);
+  const bool relative =
+      text[0] == '+' || (series.time.front() > kEpochClock && value < kEpochClock);
   return relative ? series.time.front() + value : value;
 }
 
@@ -86,8 +89,9 @@ IndexRange rangeOf(const WindowArguments& arguments, const Series& series) {
   const IndexRange range = indexRange(series, from, to);
   if (!range.empty()) return range;
   char text[200];
-  std::snprintf(text, sizeof text, "no sample from %.3f to %.3f s; the recording holds %.3f to %.3f s",
-                from, to, series.time.front(), series.time.back());
+  std::snprintf(text, sizeof text,
+                "no sample from %.3f to %.3f s; the recording holds %.3f to %.3f s", from, to,
+                series.time.front(), series.time.back());
   throw UsageError(text);
 }
 

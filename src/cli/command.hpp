@@ -52,8 +52,8 @@ Series atDesignRate(const Series& series);
 /**
  * @brief A time of the command line on the recording's clock [s].
  *
- * "+T" counts from the first sample. A plain T below 1e8 does so too when the recording's clock counts from 1970 (its
- * first stamp is above 1e8 s): no such recording holds the year 1973.
+ * "+T" counts from the first sample. A plain T below 1e8 does so too when the recording's clock
+ * counts from 1970 (its first stamp is above 1e8 s): no such recording holds the year 1973.
  * @throws UsageError when it is not a number.
  */
 std::optional<double> parseTime(const std::string& text, const Series& series, const char* option);
@@ -68,7 +68,8 @@ void emit(const CommandLine& line, const std::string& text, const nlohmann::json
 /// @return "sha256:" and the digest of a file's bytes in hexadecimal.
 std::string fileHash(const std::string& path);
 
-/// Says on err, after two seconds of work and only when standard error is a terminal, what is being done.
+/// Says on err, after two seconds of work and only when standard error is a terminal, what is being
+/// done.
 class Progress {
  public:
   explicit Progress(std::ostream& err);

@@ -26,7 +26,9 @@ int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
   emit(line,
        std::to_string(samples) + " samples written to " + arguments.out + ", " +
            std::to_string(rejected) + " rejected (sof check says why)\n",
-       {{"schema", "battery_sof/conversion/1"}, {"out", arguments.out}, {"samples", samples},
+       {{"schema", "battery_sof/conversion/1"},
+        {"out", arguments.out},
+        {"samples", samples},
         {"rejected", rejected}},
        arguments.json);
   return kExitDone;

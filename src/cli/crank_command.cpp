@@ -27,7 +27,8 @@ FittedModel rested(FittedModel model) {
 
 int runCrank(const CommandLine& line, const CrankArguments& arguments) {
   if (!(arguments.capacity_ah > 0.0))
-    throw UsageError("--capacity-ah is " + std::to_string(arguments.capacity_ah) + ", expected above 0");
+    throw UsageError("--capacity-ah is " + std::to_string(arguments.capacity_ah) +
+                     ", expected above 0");
   const FittedModel saved = readModelFile(arguments.model);
   const FittedModel model = arguments.rested ? rested(saved) : saved;
   const CrankingAnswer answer = predictCranking(model, arguments.query, arguments.capacity_ah);
@@ -46,15 +47,18 @@ void addCrankCommand(CLI::App& app, CommandLine& line) {
   auto& query = arguments->query;
   command->add_option("--i-load", query.i_load, "current while stopped [A], <= 0")->required();
   command->add_option("--t-stop", query.t_stop, "duration of the stop [s]")->required();
-  command->add_option("--i-cranking", query.i_cranking, "current of the crank [A], < 0")->required();
-  command->add_option("--t-cranking", query.t_cranking, "duration of the crank [s]")->capture_default_str();
+  command->add_option("--i-cranking", query.i_cranking, "current of the crank [A], < 0")
+      ->required();
+  command->add_option("--t-cranking", query.t_cranking, "duration of the crank [s]")
+      ->capture_default_str();
   command->add_option("--u-required", query.u_required, "lowest voltage that still cranks [V]");
-  command->add_option("--capacity-ah", arguments->capacity_ah, "nominal capacity [Ah]")->capture_default_str();
-  command->add_flag("--rested", arguments->rested, "begin from a rested battery, not from the saved state");
+  command->add_option("--capacity-ah", arguments->capacity_ah, "nominal capacity [Ah]")
+      ->capture_default_str();
+  command->add_flag("--rested", arguments->rested,
+                    "begin from a rested battery, not from the saved state");
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] {
-    line.run = [&line, arguments] { return runCrank(line, *arguments); };
-  });
+  command->callback(
+      [&line, arguments] { line.run = [&line, arguments] { return runCrank(line, *arguments); }; });
 }
 
 }  // namespace battery_sof

@@ -51,13 +51,15 @@ FittedModel fit(const IdentifyArguments& arguments, const Series& series) {
   options.start = arguments.start == "paper" ? FitStart::kPaper : FitStart::kRobust;
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = identify(series, *choice.range, options);
-  model.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  model.fit_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return model;
 }
 
 int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   if (!arguments.effects.empty())
-    throw UsageError("--effects " + arguments.effects + ": this version knows no effects beyond the base model");
+    throw UsageError("--effects " + arguments.effects +
+                     ": this version knows no effects beyond the base model");
   Progress progress(line.err);
   const Recording recording = loadRecording(arguments.recording);
   progress.stage("checking");
@@ -92,10 +94,14 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--start", arguments->start, "initial state: estimated, or as in the paper")
       ->check(CLI::IsMember({"robust", "paper"}))
       ->capture_default_str();
-  command->add_option("--crank-weight", arguments->options.crank_weight,
-                      "weight W of high-rate discharge [1], at least 1")->capture_default_str();
-  command->add_option("--crank-weight-current", arguments->options.crank_weight_current,
-                      "the weight applies below this current [A]")->capture_default_str();
+  command
+      ->add_option("--crank-weight", arguments->options.crank_weight,
+                   "weight W of high-rate discharge [1], at least 1")
+      ->capture_default_str();
+  command
+      ->add_option("--crank-weight-current", arguments->options.crank_weight_current,
+                   "the weight applies below this current [A]")
+      ->capture_default_str();
   command->add_option("--max-iterations", arguments->options.max_iterations, "iterations at most")
       ->capture_default_str();
   addJsonOption(*command, arguments->json);

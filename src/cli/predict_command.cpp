@@ -17,7 +17,8 @@ struct PredictArguments {
   std::string csv, json;
 };
 
-std::string predictionCsv(const Series& series, IndexRange range, const PredictedVoltage& predicted) {
+std::string predictionCsv(const Series& series, IndexRange range,
+                          const PredictedVoltage& predicted) {
   std::string text = "time_s,current_a,voltage_v,predicted_v,lower_v,upper_v\n";
   for (std::size_t n = range.first; n < range.last; ++n) {
     const std::size_t k = n - range.first;
@@ -46,12 +47,14 @@ int runPredict(const CommandLine& line, const PredictArguments& arguments) {
 }  // namespace
 
 void addPredictCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand("predict", "run a model on a recording's current and score it");
+  CLI::App* command =
+      app.add_subcommand("predict", "run a model on a recording's current and score it");
   auto arguments = std::make_shared<PredictArguments>();
   command->add_option("MODEL", arguments->model, "model file of sof identify")->required();
   addRecordingOptions(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
-  command->add_option("--csv", arguments->csv, "write measured and predicted voltage sample by sample");
+  command->add_option("--csv", arguments->csv,
+                      "write measured and predicted voltage sample by sample");
   addJsonOption(*command, arguments->json);
   command->callback([&line, arguments] {
     line.run = [&line, arguments] { return runPredict(line, *arguments); };

@@ -27,10 +27,11 @@ int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::os
   for (const auto& command : external)
     if (!arguments.empty() && arguments[0] == command.name)
       return command.run({arguments.begin() + 1, arguments.end()}, out, err);
-  CLI::App app("What a vehicle's 12 V battery can still do, from the current and voltage of driving.\n"
-               "Current is positive into the battery. Exit: 0 done, 1 an honest negative outcome, "
-               "2 wrong usage or input.",
-               "sof");
+  CLI::App app(
+      "What a vehicle's 12 V battery can still do, from the current and voltage of driving.\n"
+      "Current is positive into the battery. Exit: 0 done, 1 an honest negative outcome, "
+      "2 wrong usage or input.",
+      "sof");
   app.set_version_flag("--version", "sof " + version());
   app.require_subcommand(1);
   CommandLine line{out, err, nullptr};

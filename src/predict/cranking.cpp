@@ -32,8 +32,7 @@ void addFault(std::string& faults, bool ok, const char* name, double value, cons
 }
 
 /// Why the model should not be trusted for a query; empty when it may.
-std::string extrapolation(const FittedModel& model, const CrankingQuery& query,
-                          double capacity) {
+std::string extrapolation(const FittedModel& model, const CrankingQuery& query, double capacity) {
   std::string reasons;
   if (query.i_cranking < kExtrapolation * model.excited.min_current)
     reasons += format("i_cranking is %g A but the window's largest discharge was %g A; ",

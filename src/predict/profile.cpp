@@ -117,8 +117,7 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
   return answer;
 }
 
-PredictedVoltage predictSeries(const FittedModel& model, const Series& series,
-                               IndexRange range) {
+PredictedVoltage predictSeries(const FittedModel& model, const Series& series, IndexRange range) {
   if (range.empty()) return {};
   const FittedModel start = modelAtFirstSample(model, series);
   const double max_gap = gapThreshold(series);

@@ -8,9 +8,9 @@
 namespace battery_sof_reference {
 namespace {
 
-constexpr double kStep = 0.001;          // [s]
-constexpr int kStepsPerSample = 10;      // 1 kHz to 100 Hz
-constexpr double kSlew = 3000.0;         // [A/s], wiring and starter inductance
+constexpr double kStep = 0.001;      // [s]
+constexpr int kStepsPerSample = 10;  // 1 kHz to 100 Hz
+constexpr double kSlew = 3000.0;     // [A/s], wiring and starter inductance
 
 /// Wanted current over a stretch of the drive, linear from begin to end.
 struct Phase {
@@ -81,7 +81,8 @@ double quantised(double value, double step) {
 
 void requireValid(const CityDriveOptions& o) {
   if (!(o.duration > 0.0) || !std::isfinite(o.duration))
-    throw std::invalid_argument("duration is " + std::to_string(o.duration) + " s, expected above 0");
+    throw std::invalid_argument("duration is " + std::to_string(o.duration) +
+                                " s, expected above 0");
   for (double value : {o.voltage_noise, o.current_noise, o.voltage_step, o.current_step})
     if (!(value >= 0.0)) throw std::invalid_argument("noise and quantisation must not be negative");
 }
@@ -142,9 +143,10 @@ std::vector<DriveSample> simulateCityDrive(const CityDriveOptions& options) {
       current += car.current() / kStepsPerSample;
       voltage += car.voltage() / kStepsPerSample;
     }
-    samples.push_back({static_cast<double>(n) * kStep * kStepsPerSample,
-                       quantised(current + options.current_noise * dice.normal(), options.current_step),
-                       quantised(voltage + options.voltage_noise * dice.normal(), options.voltage_step)});
+    samples.push_back(
+        {static_cast<double>(n) * kStep * kStepsPerSample,
+         quantised(current + options.current_noise * dice.normal(), options.current_step),
+         quantised(voltage + options.voltage_noise * dice.normal(), options.voltage_step)});
   }
   return samples;
 }

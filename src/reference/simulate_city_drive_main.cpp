@@ -8,7 +8,8 @@
 
 namespace {
 
-void writeCsv(const std::string& path, const std::vector<battery_sof_reference::DriveSample>& drive) {
+void writeCsv(const std::string& path,
+              const std::vector<battery_sof_reference::DriveSample>& drive) {
   const std::string beside = path + ".part";
   std::ofstream file(beside);
   file << "time_s,current_a,voltage_v\n";
@@ -29,7 +30,8 @@ int main(int argc, char** argv) {
   battery_sof_reference::CityDriveOptions options;
   std::string out;
   app.add_option("OUT", out, "CSV file to write")->required();
-  app.add_option("--seed", options.seed, "the same seed gives the same drive")->capture_default_str();
+  app.add_option("--seed", options.seed, "the same seed gives the same drive")
+      ->capture_default_str();
   app.add_option("--duration", options.duration, "[s]")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {

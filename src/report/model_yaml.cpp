@@ -134,8 +134,9 @@ FitStatus statusOf(const Reader& fit) {
   for (FitStatus status : {FitStatus::kConverged, FitStatus::kIterationLimit, FitStatus::kStalled,
                            FitStatus::kWindowTooShort, FitStatus::kNotExcited})
     if (describe(status) == text) return status;
-  fit.fail("status", "is \"" + text + "\", expected converged, iteration_limit, stalled, "
-                     "window_too_short or not_excited");
+  fit.fail("status", "is \"" + text +
+                         "\", expected converged, iteration_limit, stalled, "
+                         "window_too_short or not_excited");
 }
 
 ParameterEstimate estimateOf(const Reader& parameters, const std::string& name) {
@@ -171,7 +172,8 @@ void readParameters(const Reader& root, FittedModel& model) {
 }
 
 void readCovariance(const Reader& root, FittedModel& model) {
-  const auto rows = root.get<std::vector<std::vector<double>>>("correlation", "6 rows of 6 numbers");
+  const auto rows =
+      root.get<std::vector<std::vector<double>>>("correlation", "6 rows of 6 numbers");
   Eigen::VectorXd std(static_cast<int>(kCovarianceRows));
   for (int j = 0; j < kRowState; ++j) std[j] = model.estimates[j].std.value_or(0.0);
   std[kRowState] = root.at("state").number("u_c2_std_v");
@@ -237,8 +239,10 @@ std::string modelYaml(const FittedModel& model) {
   YAML::Emitter out;
   out.SetDoublePrecision(17);
   out << YAML::Comment(
-             "battery_sof model. Current is positive into the battery. correlation: rows and columns\n"
-             "r_discharge, r_charge, c2, beta, u_dc, u_c2 (the state). State: where a query's event begins.")
+             "battery_sof model. Current is positive into the battery. correlation: rows and "
+             "columns\n"
+             "r_discharge, r_charge, c2, beta, u_dc, u_c2 (the state). State: where a query's "
+             "event begins.")
       << YAML::Newline << root;
   return std::string(out.c_str()) + "\n";
 }

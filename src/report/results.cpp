@@ -125,7 +125,8 @@ std::string predictionText(const PredictionScores& scores) {
     appendLine(text, "Q_dyn     %.1f %%", *scores.q_dyn_percent);
   else
     appendLine(text, "Q_dyn     undefined: the measured voltage never changes");
-  appendLine(text, "error     RMS %.1f mV, largest %.1f mV; %.0f %% of samples inside the 90 %% band",
+  appendLine(text,
+             "error     RMS %.1f mV, largest %.1f mV; %.0f %% of samples inside the 90 %% band",
              1e3 * scores.rmse, 1e3 * scores.max_abs, 100.0 * scores.coverage_90);
   if (scores.cranks.empty()) {
     appendLine(text, "cranks    none");

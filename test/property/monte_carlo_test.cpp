@@ -33,7 +33,8 @@ TEST(Identify, ParametersLieWithinTwoStandardErrorsInNineOfTenDrives) {
     const Series series = test::baseDrive(seed);
     const FittedModel model = identify(series, {0, series.size()});
     for (std::size_t j = 0; j < 5; ++j)
-      inside[j] += std::abs(model.estimates[j].value - truth[j]) < 2.0 * model.estimates[j].std.value_or(0.0);
+      inside[j] += std::abs(model.estimates[j].value - truth[j]) <
+                   2.0 * model.estimates[j].std.value_or(0.0);
   }
   for (std::size_t j = 0; j < 5; ++j) {
     const std::string name = j < 4 ? tableOne()[j].name : "u_dc";
@@ -55,7 +56,8 @@ TEST(Identify, ReachesTheOptimumFromAlmostAnyStartInTableOnesBox) {
     for (std::size_t j = 0; j < 5; ++j) same = same && std::abs(b[j] / a[j] - 1.0) < 1e-4;
     reached += same;
   }
-  std::printf("same optimum (1e-4) from a random start in %5.1f %% of %d drives\n", 100.0 * reached / kSeeds, kSeeds);
+  std::printf("same optimum (1e-4) from a random start in %5.1f %% of %d drives\n",
+              100.0 * reached / kSeeds, kSeeds);
   EXPECT_GE(reached, 0.99 * kSeeds);
 }
 
@@ -65,7 +67,8 @@ TEST(Identify, DoesNotDependOnTheClocksOrigin) {
   for (double& t : series.time) t += 4096.0;  // exact in binary
   const FittedModel after = identify(series, {0, series.size()});
   for (std::size_t j = 0; j < 5; ++j)
-    EXPECT_NEAR(after.estimates[j].value, before.estimates[j].value, 1e-6 * before.estimates[j].value);
+    EXPECT_NEAR(after.estimates[j].value, before.estimates[j].value,
+                1e-6 * before.estimates[j].value);
 }
 
 TEST(Identify, ShiftsTheOpenCircuitVoltageWithTheVoltageAndNothingElse) {
@@ -75,7 +78,8 @@ TEST(Identify, ShiftsTheOpenCircuitVoltageWithTheVoltageAndNothingElse) {
   const FittedModel after = identify(series, {0, series.size()});
   EXPECT_NEAR(after.parameters.u_dc, before.parameters.u_dc + 0.75, 1e-6);
   for (std::size_t j = 0; j < 4; ++j)
-    EXPECT_NEAR(after.estimates[j].value, before.estimates[j].value, 1e-5 * before.estimates[j].value);
+    EXPECT_NEAR(after.estimates[j].value, before.estimates[j].value,
+                1e-5 * before.estimates[j].value);
 }
 
 TEST(Identify, FindsBatteriesAllOverTheBox) {
@@ -87,9 +91,12 @@ TEST(Identify, FindsBatteriesAllOverTheBox) {
     truth.c2 = random.uniform(300.0, 4000.0);
     truth.beta = random.uniform(8.0, 60.0);
     truth.u_dc = random.uniform(11.8, 13.2);
-    const Series series = test::answered(truth, test::dataSetOneCurrent(240.0, 0.01, 300 + k), 0.01, 0.002, 300 + k);
-    const auto found = valuesOf(identify(series, {0, series.size()}).parameters), wanted = valuesOf(truth);
-    for (std::size_t j = 0; j < 5; ++j) EXPECT_NEAR(found[j] / wanted[j], 1.0, 0.02) << k << " parameter " << j;
+    const Series series =
+        test::answered(truth, test::dataSetOneCurrent(240.0, 0.01, 300 + k), 0.01, 0.002, 300 + k);
+    const auto found = valuesOf(identify(series, {0, series.size()}).parameters),
+               wanted = valuesOf(truth);
+    for (std::size_t j = 0; j < 5; ++j)
+      EXPECT_NEAR(found[j] / wanted[j], 1.0, 0.02) << k << " parameter " << j;
   }
 }
 

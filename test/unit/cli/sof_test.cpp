@@ -47,16 +47,20 @@ class Sof : public testing::Test {
     std::ofstream(path(name), std::ios::binary) << content;
     return path(name);
   }
-  Outcome identify() const { return sof({"identify", drive_, "--from", "0", "--to", "240", "--out", model_}); }
+  Outcome identify() const {
+    return sof({"identify", drive_, "--from", "0", "--to", "240", "--out", model_});
+  }
 
   /// check, identify and convert all refuse a recording with one line that holds every given piece.
   void expectRefused(const std::string& file, const std::vector<std::string>& pieces) const {
-    const std::vector<std::vector<std::string>> calls = {
-        {"check", file}, {"identify", file, "--out", model_}, {"convert", file, path("converted.csv")}};
+    const std::vector<std::vector<std::string>> calls = {{"check", file},
+                                                         {"identify", file, "--out", model_},
+                                                         {"convert", file, path("converted.csv")}};
     for (const auto& call : calls) {
       const Outcome outcome = sof(call);
       EXPECT_EQ(outcome.code, 2) << call[0];
-      for (const auto& piece : pieces) EXPECT_NE(outcome.err.find(piece), std::string::npos) << outcome.err;
+      for (const auto& piece : pieces)
+        EXPECT_NE(outcome.err.find(piece), std::string::npos) << outcome.err;
     }
     EXPECT_FALSE(fs::exists(model_));
     EXPECT_FALSE(fs::exists(path("converted.csv")));
@@ -87,7 +91,8 @@ TEST_F(Sof, ExitsWithTwoOnWrongUsage) {
 }
 
 TEST_F(Sof, IdentifiesAWindowAndWritesTheModel) {
-  const Outcome outcome = sof({"identify", drive_, "--from", "0", "--to", "240", "--out", model_, "--json", "-"});
+  const Outcome outcome =
+      sof({"identify", drive_, "--from", "0", "--to", "240", "--out", model_, "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["status"], "converged");
@@ -100,7 +105,8 @@ TEST_F(Sof, IdentifiesAWindowAndWritesTheModel) {
 }
 
 TEST_F(Sof, ChoosesTheWindowUnlessBothEndsAreGivenAndCarriesTheStateToTheEnd) {
-  const Outcome outcome = sof({"identify", drive_, "--from", "30", "--out", model_, "--json", path("result.json")});
+  const Outcome outcome =
+      sof({"identify", drive_, "--from", "30", "--out", model_, "--json", path("result.json")});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("r_discharge"), std::string::npos);
   std::ifstream file(path("result.json"));
@@ -113,18 +119,22 @@ TEST_F(Sof, CountsTimesWithAPlusFromTheFirstSample) {
   Series late = test::baseDrive(1, 300.0);
   for (double& t : late.time) t += 1.7e9;
   writeCsv(path("late.csv"), late);
-  for (const auto& from_to : {std::pair("+0", "+240"), std::pair("0", "240"), std::pair("1700000000", "1700000240")}) {
-    const Outcome outcome = sof({"identify", path("late.csv"), "--from", from_to.first, "--to", from_to.second, "--out",
-                                 model_, "--json", "-"});
+  for (const auto& from_to :
+       {std::pair("+0", "+240"), std::pair("0", "240"), std::pair("1700000000", "1700000240")}) {
+    const Outcome outcome = sof({"identify", path("late.csv"), "--from", from_to.first, "--to",
+                                 from_to.second, "--out", model_, "--json", "-"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_NEAR(nlohmann::json::parse(outcome.out)["window"]["to_s"].get<double>(), 1.70000024e9, 1e-3);
+    EXPECT_NEAR(nlohmann::json::parse(outcome.out)["window"]["to_s"].get<double>(), 1.70000024e9,
+                1e-3);
   }
 }
 
 TEST_F(Sof, SaysSoWhenAWindowCannotBeIdentified) {
-  Series rest = test::answered(test::drivenBattery(), std::vector<double>(3000, -1.0), 0.01, 0.002, 1);
+  Series rest =
+      test::answered(test::drivenBattery(), std::vector<double>(3000, -1.0), 0.01, 0.002, 1);
   writeCsv(path("rest.csv"), rest);
-  const Outcome outcome = sof({"identify", path("rest.csv"), "--out", model_, "--json", path("result.json")});
+  const Outcome outcome =
+      sof({"identify", path("rest.csv"), "--out", model_, "--json", path("result.json")});
   EXPECT_EQ(outcome.code, 1);
   EXPECT_NE(outcome.err.find("no model"), std::string::npos);
   EXPECT_FALSE(fs::exists(model_));
@@ -134,8 +144,8 @@ TEST_F(Sof, SaysSoWhenAWindowCannotBeIdentified) {
 
 TEST_F(Sof, PredictsAndWritesThePredictionSampleBySample) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome =
-      sof({"predict", model_, drive_, "--from", "240", "--csv", path("prediction.csv"), "--json", "-"});
+  const Outcome outcome = sof(
+      {"predict", model_, drive_, "--from", "240", "--csv", path("prediction.csv"), "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["schema"], "battery_sof/prediction/1");
@@ -148,8 +158,9 @@ TEST_F(Sof, PredictsAndWritesThePredictionSampleBySample) {
 
 TEST_F(Sof, AnswersACrank) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome = sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200", "--t-cranking",
-                               "0.8", "--u-required", "7.2", "--json", "-"});
+  const Outcome outcome =
+      sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200",
+           "--t-cranking", "0.8", "--u-required", "7.2", "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["capable"], true);
@@ -158,7 +169,8 @@ TEST_F(Sof, AnswersACrank) {
 
 TEST_F(Sof, AnswersACrankOfARestedBattery) {
   ASSERT_EQ(identify().code, 0);
-  const std::vector<std::string> query = {"crank", model_, "--i-load", "0", "--t-stop", "0", "--i-cranking", "-200", "--json", "-"};
+  const std::vector<std::string> query = {"crank", model_,         "--i-load", "0",      "--t-stop",
+                                          "0",     "--i-cranking", "-200",     "--json", "-"};
   auto rested = query;
   rested.push_back("--rested");
   const double now = nlohmann::json::parse(sof(query).out)["u_min"];
@@ -167,15 +179,18 @@ TEST_F(Sof, AnswersACrankOfARestedBattery) {
 
 TEST_F(Sof, ExitsWithOneWhenTheAnswerIsAnExtrapolation) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome = sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-900"});
+  const Outcome outcome =
+      sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-900"});
   EXPECT_EQ(outcome.code, 1);
   EXPECT_NE(outcome.err.find("i_cranking"), std::string::npos);
 }
 
 TEST_F(Sof, RefusesImpossibleCranksByName) {
   ASSERT_EQ(identify().code, 0);
-  const auto refused = [&](const std::string& load, const std::string& stop, const std::string& cranking, const char* name) {
-    const Outcome outcome = sof({"crank", model_, "--i-load", load, "--t-stop", stop, "--i-cranking", cranking});
+  const auto refused = [&](const std::string& load, const std::string& stop,
+                           const std::string& cranking, const char* name) {
+    const Outcome outcome =
+        sof({"crank", model_, "--i-load", load, "--t-stop", stop, "--i-cranking", cranking});
     EXPECT_EQ(outcome.code, 2) << name;
     EXPECT_NE(outcome.err.find(name), std::string::npos) << outcome.err;
     EXPECT_TRUE(outcome.out.empty());
@@ -207,7 +222,8 @@ TEST_F(Sof, RefusesAWrongColumnAndListsTheFilesColumns) {
 }
 
 TEST_F(Sof, RefusesTextInANumberAndSaysWhere) {
-  expectRefused(write("text.csv", "time_s,current_a,voltage_v\n0,1,12\n1,lots,12\n"), {"text.csv", "3", "current_a", "lots"});
+  expectRefused(write("text.csv", "time_s,current_a,voltage_v\n0,1,12\n1,lots,12\n"),
+                {"text.csv", "3", "current_a", "lots"});
 }
 
 TEST_F(Sof, RefusesAnUnsortedFile) {
@@ -217,7 +233,8 @@ TEST_F(Sof, RefusesAnUnsortedFile) {
 }
 
 TEST_F(Sof, RefusesAFileWithoutASingleFiniteSample) {
-  expectRefused(write("nan.csv", "time_s,current_a,voltage_v\n0,nan,12\n1,,12\n2,inf,12\n"), {"nan.csv"});
+  expectRefused(write("nan.csv", "time_s,current_a,voltage_v\n0,nan,12\n1,,12\n2,inf,12\n"),
+                {"nan.csv"});
 }
 
 TEST_F(Sof, CountsMissingInfiniteAndRepeatedSamplesByReason) {
@@ -269,11 +286,13 @@ TEST_F(Sof, ConvertsToABagAndBackWithoutChangingASample) {
 TEST_F(Sof, GivesTheSameModelForABagAsForItsCsv) {
   ASSERT_EQ(sof({"convert", drive_, path("drive.bag")}).code, 0);
   const auto fit = [&](const std::string& file) {
-    return nlohmann::json::parse(sof({"identify", file, "--from", "0", "--to", "240", "--out", model_, "--json", "-"}).out);
+    return nlohmann::json::parse(
+        sof({"identify", file, "--from", "0", "--to", "240", "--out", model_, "--json", "-"}).out);
   };
   const auto csv = fit(drive_), bag = fit(path("drive.bag"));
   for (std::size_t j = 0; j < 5; ++j)
-    EXPECT_NEAR(bag["parameters"][j]["value"].get<double>(), csv["parameters"][j]["value"].get<double>(),
+    EXPECT_NEAR(bag["parameters"][j]["value"].get<double>(),
+                csv["parameters"][j]["value"].get<double>(),
                 1e-5 * csv["parameters"][j]["value"].get<double>());
 }
 
@@ -298,7 +317,8 @@ TEST_F(Sof, HasAnAnswerForEveryRealRecording) {
   for (const auto& recording : recordings) {
     SCOPED_TRACE(recording[0]);
     const std::string file = (data / recording[0]).string();
-    std::vector<std::string> columns = {"--time-column", recording[1], "--current-column", recording[2], "--voltage-column", recording[3]};
+    std::vector<std::string> columns = {"--time-column", recording[1],       "--current-column",
+                                        recording[2],    "--voltage-column", recording[3]};
     columns.insert(columns.end(), recording.begin() + 4, recording.end());
     const auto call = [&](std::vector<std::string> arguments) {
       arguments.insert(arguments.end(), columns.begin(), columns.end());

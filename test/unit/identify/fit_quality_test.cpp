@@ -18,7 +18,9 @@ TEST(QDyn, IsEquationSix) {
   EXPECT_NEAR(*qDyn({12.0, 13.0, 14.0}, {11.5, 13.0, 14.5}), 50.0, 1e-12);
 }
 
-TEST(QDyn, IsNegativeWhenAConstantWouldDoBetter) { EXPECT_LT(*qDyn({12.0, 13.0}, {13.0, 12.0}), 0.0); }
+TEST(QDyn, IsNegativeWhenAConstantWouldDoBetter) {
+  EXPECT_LT(*qDyn({12.0, 13.0}, {13.0, 12.0}), 0.0);
+}
 
 TEST(QDyn, IsUndefinedForAVoltageThatNeverChanges) {
   EXPECT_FALSE(qDyn({12.6, 12.6, 12.6}, {12.5, 12.6, 12.7}).has_value());

@@ -9,13 +9,15 @@ namespace {
 
 TEST(DefaultWindowLength, IsThePapersFourMinutesOrNineHundredSamples) {
   EXPECT_DOUBLE_EQ(defaultWindowLength(test::baseDrive(1, 10.0)), 240.0);
-  const Series slow = test::answered(test::drivenBattery(), std::vector<double>(100, -1.0), 1.0, 0.0, 1);
+  const Series slow =
+      test::answered(test::drivenBattery(), std::vector<double>(100, -1.0), 1.0, 0.0, 1);
   EXPECT_DOUBLE_EQ(defaultWindowLength(slow), 900.0);
 }
 
 TEST(WindowSuitability, IsHigherForADriveThanForARest) {
   const Series drive = test::baseDrive(1, 60.0);
-  const Series rest = test::answered(test::drivenBattery(), std::vector<double>(6000, -1.0), 0.01, 0.002, 1);
+  const Series rest =
+      test::answered(test::drivenBattery(), std::vector<double>(6000, -1.0), 0.01, 0.002, 1);
   EXPECT_GT(windowSuitability(drive, {0, 6000}), 0.5);
   EXPECT_LT(windowSuitability(rest, {0, 6000}), 0.1);
 }

@@ -7,7 +7,8 @@
 namespace battery_sof {
 namespace {
 
-std::vector<Overpotential> stepByStep(const std::vector<HeldCurrent>& held, const BaseParameters& p, double first) {
+std::vector<Overpotential> stepByStep(const std::vector<HeldCurrent>& held, const BaseParameters& p,
+                                      double first) {
   const OverpotentialStep step(p);
   std::vector<Overpotential> states;
   Overpotential state{first, 1.0, 0.0, 0.0};
@@ -25,7 +26,8 @@ TEST(HeldCurrent, IsTheMeanOfItsEndsAndRestAcrossAGap) {
 }
 
 TEST(OverpotentialSweep, EqualsTheStepSampleBySample) {
-  // 1000 samples: seven whole blocks and a part of one; a gap in the middle; a start away from zero.
+  // 1000 samples: seven whole blocks and a part of one; a gap in the middle; a start away from
+  // zero.
   Series series = test::baseDrive(2, 10.0);
   for (std::size_t n = 500; n < series.size(); ++n) series.time[n] += 30.0;
   const auto held = heldCurrents(series, {0, series.size()}, 5.0);
@@ -35,17 +37,18 @@ TEST(OverpotentialSweep, EqualsTheStepSampleBySample) {
     p.c2 = 300.0;
     const double first = 0.5 / beta;
     const auto expected = stepByStep(held, p, first);
-    OverpotentialSweep(held, p.i0).run({p.c2, p.beta, first}, [&](Eigen::Index block, const auto& states) {
-      for (int k = 0; k < OverpotentialSweep::kBlock; ++k) {
-        const auto n = static_cast<std::size_t>(block * OverpotentialSweep::kBlock + k);
-        if (n >= expected.size()) break;
-        const double scale = 1.0 / beta;
-        EXPECT_NEAR(states.u_c2[k], expected[n].value, 1e-11 * scale);
-        EXPECT_NEAR(states.d_log_c2[k], expected[n].d_c2 * p.c2, 1e-9 * scale);
-        EXPECT_NEAR(states.d_log_beta[k], expected[n].d_beta * p.beta, 1e-9 * scale);
-        EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9);
-      }
-    });
+    OverpotentialSweep(held, p.i0)
+        .run({p.c2, p.beta, first}, [&](Eigen::Index block, const auto& states) {
+          for (int k = 0; k < OverpotentialSweep::kBlock; ++k) {
+            const auto n = static_cast<std::size_t>(block * OverpotentialSweep::kBlock + k);
+            if (n >= expected.size()) break;
+            const double scale = 1.0 / beta;
+            EXPECT_NEAR(states.u_c2[k], expected[n].value, 1e-11 * scale);
+            EXPECT_NEAR(states.d_log_c2[k], expected[n].d_c2 * p.c2, 1e-9 * scale);
+            EXPECT_NEAR(states.d_log_beta[k], expected[n].d_beta * p.beta, 1e-9 * scale);
+            EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9);
+          }
+        });
   }
 }
 

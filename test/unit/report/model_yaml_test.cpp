@@ -62,8 +62,10 @@ TEST(ModelYaml, AnswersQueriesAsTheModelItCameFrom) {
   query.i_load = -20.0;
   query.t_stop = 10.0;
   query.i_cranking = -200.0;
-  EXPECT_NEAR(predictCranking(back, query).u_min->value, predictCranking(model, query).u_min->value, 1e-12);
-  EXPECT_NEAR(predictCranking(back, query).u_min->lower, predictCranking(model, query).u_min->lower, 1e-9);
+  EXPECT_NEAR(predictCranking(back, query).u_min->value, predictCranking(model, query).u_min->value,
+              1e-12);
+  EXPECT_NEAR(predictCranking(back, query).u_min->lower, predictCranking(model, query).u_min->lower,
+              1e-9);
 }
 
 TEST(ModelYaml, KeepsAMissingStandardErrorMissing) {
@@ -79,15 +81,20 @@ TEST(ModelYaml, NamesFileFieldAndExpectationOfEveryFault) {
   EXPECT_NE(errorOf("{").find("not YAML"), std::string::npos);
   EXPECT_NE(errorOf("- 1\n").find("expected a YAML map"), std::string::npos);
   EXPECT_NE(errorOf("").find("model.yaml"), std::string::npos);
-  EXPECT_NE(errorOf(with(good, "battery_sof/model/1", "battery_sof/model/9")).find("schema"), std::string::npos);
-  EXPECT_NE(errorOf(with(good, "  beta:", "  gamma:")).find("parameters.beta is missing"), std::string::npos);
-  EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: two")).find("fixed.alpha is \"two\", expected a number"),
+  EXPECT_NE(errorOf(with(good, "battery_sof/model/1", "battery_sof/model/9")).find("schema"),
+            std::string::npos);
+  EXPECT_NE(errorOf(with(good, "  beta:", "  gamma:")).find("parameters.beta is missing"),
+            std::string::npos);
+  EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: two"))
+                .find("fixed.alpha is \"two\", expected a number"),
             std::string::npos);
   EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: 1.5")).find("alpha"), std::string::npos);
   EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: .nan")).find("not finite"), std::string::npos);
-  EXPECT_NE(errorOf(with(good, "status: converged", "status: lucky")).find("fit.status is \"lucky\""),
+  EXPECT_NE(
+      errorOf(with(good, "status: converged", "status: lucky")).find("fit.status is \"lucky\""),
+      std::string::npos);
+  EXPECT_NE(errorOf(with(good, "correlation:\n", "correlation: []\nunused:\n")).find("correlation"),
             std::string::npos);
-  EXPECT_NE(errorOf(with(good, "correlation:\n", "correlation: []\nunused:\n")).find("correlation"), std::string::npos);
 }
 
 TEST(ReadModelFile, SaysThatAFileCannotBeRead) {
