@@ -290,10 +290,13 @@ BaseFit searchAsInPaper(const BaseNormalEquations& equations, const IdentifyOpti
     x = step.x;
     u_dc = evaluateAsInPaper(equations, first, u_dc, x).u_dc;
     one_step.initial_damping = step.damping;
-    fit.status = toFitStatus(step.status);
     // Converged for this u_dc; done once u_dc itself stands still (1 uV, far below any sensor).
-    if (step.status == MinimizeStatus::kStalled) break;
-    if (step.status == MinimizeStatus::kConverged && std::abs(u_dc - u_dc_before) < 1e-6) break;
+    const bool u_dc_stands = std::abs(u_dc - u_dc_before) < 1e-6;
+    if (step.status == MinimizeStatus::kStalled ||
+        (step.status == MinimizeStatus::kConverged && u_dc_stands)) {
+      fit.status = toFitStatus(step.status);
+      break;
+    }
   }
   const PaperPoint end = evaluateAsInPaper(equations, first, u_dc, x);
   fit.parameters.r_discharge = end.theta[0];

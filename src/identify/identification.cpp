@@ -15,8 +15,6 @@
 namespace battery_sof {
 namespace {
 
-// Five samples an unknown: below that a fit follows its noise.
-constexpr std::size_t kMinSamples = 30;
 // A window whose current moves less than this cannot tell a resistance from an offset.
 constexpr double kMinCurrentSpan = 0.5;  // [A]
 
@@ -240,10 +238,10 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
     model.start = start;
     return model;
   };
-  if (range.size() < kMinSamples)
+  if (range.size() < kMinFitSamples)
     return refuse(FitStatus::kWindowTooShort, "the window has " + std::to_string(range.size()) +
                                                   " samples, at least " +
-                                                  std::to_string(kMinSamples) + " are needed");
+                                                  std::to_string(kMinFitSamples) + " are needed");
   const auto [low, high] =
       std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
                           series.current.begin() + static_cast<std::ptrdiff_t>(range.last));
@@ -276,11 +274,8 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
   const double max_gap = gapThreshold(series);
   const OverpotentialStep step(model.parameters);
   Overpotential carried{model.state.u_c2, 1.0, 0.0, 0.0};
-  for (auto n = static_cast<std::size_t>(at - series.time.begin()) + 1; n <= last; ++n) {
-    const HeldCurrent held = heldCurrent(series.time[n - 1], series.current[n - 1], series.time[n],
-                                         series.current[n], max_gap);
-    carried = step.advance(carried, held.current, held.duration);
-  }
+  for (auto n = static_cast<std::size_t>(at - series.time.begin()) + 1; n <= last; ++n)
+    carried = advanceToSample(step, carried, series, n, max_gap);
   model.state = {series.time[last], carried.value, series.current[last]};
   carryCovariance(model.covariance, carried);
 }

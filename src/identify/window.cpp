@@ -11,19 +11,19 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kPaperWindow = 240.0;        // [s], paper, section V
+constexpr double kPaperWindow = 240.0;  // [s], paper, section V
 constexpr double kSamplesAtSlowRates = 900.0;
-constexpr double kAssumedError = 0.010;       // [V], see windowSuitability()
-constexpr double kAssumedCorrelation = 5.0;   // [s]
-constexpr double kEnough = 0.05;              // relative standard error that halves a parameter's share
-constexpr double kNotExcited = 1e-3;          // share of a parameter that the window says nothing about
-constexpr double kNearlyBest = 0.95;          // of the best suitability: then the later window wins
+constexpr double kAssumedError = 0.010;      // [V], see windowSuitability()
+constexpr double kAssumedCorrelation = 5.0;  // [s]
+constexpr double kEnough = 0.05;      // relative standard error that halves a parameter's share
+constexpr double kNotExcited = 1e-3;  // share of a parameter that the window says nothing about
+constexpr double kNearlyBest = 0.95;  // of the best suitability: then the later window wins
 constexpr int kHopsPerWindow = 8;
-constexpr std::size_t kMinSamples = 30;       // as identify()
 
 /// Information that a window's current carries on (linear parameters, ln c2, ln beta, first state).
 Eigen::Matrix<double, 6, 6> information(const Series& series, IndexRange range) {
-  // Averages of ten keep the information to a few per cent at a tenth of the cost; slow recordings are taken as they are.
+  // Averages of ten keep the information to a few per cent at a tenth of the cost; slow recordings
+  // are taken as they are.
   const std::size_t factor = range.size() >= 4000 ? 10 : 1;
   const auto samples = coarsened(fitSamples(series, range, 1.0, -1.0), factor);
   const BaseParameters nominal;
@@ -37,17 +37,18 @@ std::array<double, 4> relativeErrors(const Eigen::Matrix<double, 6, 6>& info, do
       info.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
   const Eigen::Matrix<double, 6, 6> scaled = scale.asDiagonal() * info * scale.asDiagonal();
   const Eigen::Matrix<double, 6, 6> inverse =
-      (scaled + 1e-14 * Eigen::Matrix<double, 6, 6>::Identity()).ldlt().solve(
-          Eigen::Matrix<double, 6, 6>::Identity());
+      (scaled + 1e-14 * Eigen::Matrix<double, 6, 6>::Identity())
+          .ldlt()
+          .solve(Eigen::Matrix<double, 6, 6>::Identity());
   const std::array<int, 4> row = {kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta};
   const std::array<double, 4> magnitude = {tableOne()[0].magnitude, tableOne()[1].magnitude, 1.0,
                                            1.0};
   std::array<double, 4> relative;
   for (int j = 0; j < 4; ++j) {
     const double s = scale[row[j]];
-    relative[j] = s > 0.0 ? s * std::sqrt(std::max(inverse(row[j], row[j]), 0.0) * variance) /
-                                magnitude[j]
-                          : std::numeric_limits<double>::infinity();
+    relative[j] =
+        s > 0.0 ? s * std::sqrt(std::max(inverse(row[j], row[j]), 0.0) * variance) / magnitude[j]
+                : std::numeric_limits<double>::infinity();
   }
   return relative;
 }
@@ -110,13 +111,13 @@ double defaultWindowLength(const Series& series) {
 }
 
 double windowSuitability(const Series& series, IndexRange range) {
-  if (range.size() < kMinSamples) return 0.0;
+  if (range.size() < kMinFitSamples) return 0.0;
   const double interval =
       (series.time[range.last - 1] - series.time[range.first]) / static_cast<double>(range.size());
   const double inflation = std::max(1.0, 2.0 * kAssumedCorrelation / interval);
   double product = 1.0;
-  for (double relative : relativeErrors(information(series, range),
-                                        kAssumedError * kAssumedError * inflation))
+  for (double relative :
+       relativeErrors(information(series, range), kAssumedError * kAssumedError * inflation))
     product *= std::max(kEnough / (kEnough + relative), kNotExcited);
   return std::pow(product, 0.25);
 }
@@ -124,10 +125,10 @@ double windowSuitability(const Series& series, IndexRange range) {
 WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
   WindowChoice choice;
   const IndexRange searched = wholeSearch(series, search);
-  if (searched.size() < kMinSamples) {
+  if (searched.size() < kMinFitSamples) {
     choice.message = "no window: " + std::to_string(searched.size()) +
-                     " samples in the searched stretch, at least " + std::to_string(kMinSamples) +
-                     " are needed";
+                     " samples in the searched stretch, at least " +
+                     std::to_string(kMinFitSamples) + " are needed";
     return choice;
   }
   const double length = search.length.value_or(defaultWindowLength(series));
@@ -162,8 +163,8 @@ ExcitedRange excitedRange(const Series& series, IndexRange range) {
   excited.max_voltage = *u_high;
   excited.discharge_time = shareOfTime(series, range, false);
   excited.charge_time = shareOfTime(series, range, true);
-  excited.temperature = temperatureAt(
-      series, 0.5 * (series.time[range.first] + series.time[range.last - 1]));
+  excited.temperature =
+      temperatureAt(series, 0.5 * (series.time[range.first] + series.time[range.last - 1]));
   return excited;
 }
 

@@ -8,6 +8,13 @@ HeldCurrent heldCurrent(double time_before, double current_before, double time, 
   return {duration > max_gap ? 0.0 : 0.5 * (current_before + current), duration};
 }
 
+Overpotential advanceToSample(const OverpotentialStep& step, const Overpotential& before,
+                              const Series& series, std::size_t n, double max_gap) {
+  const HeldCurrent held = heldCurrent(series.time[n - 1], series.current[n - 1], series.time[n],
+                                       series.current[n], max_gap);
+  return step.advance(before, held.current, held.duration);
+}
+
 std::vector<HeldCurrent> heldCurrents(const Series& series, IndexRange range, double max_gap) {
   std::vector<HeldCurrent> held;
   held.reserve(range.size());

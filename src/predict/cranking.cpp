@@ -5,13 +5,14 @@
 #include <cstdio>
 
 #include "battery_sof/predict/prediction_interval.hpp"
+#include "battery_sof/recording/intake.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kLongestStop = 86400.0;  // [s], a day
-constexpr double kLongestCrank = 60.0;    // [s], no starter survives more
-constexpr double kMostCurrent = 5000.0;   // [A], as IntakeLimits
+constexpr double kLongestStop = 86400.0;                         // [s], a day
+constexpr double kLongestCrank = 60.0;                           // [s], no starter survives more
+constexpr double kMostCurrent = IntakeLimits{}.max_abs_current;  // [A]
 constexpr double kExtrapolation = 1.25;   // of the largest discharge the window held
 constexpr double kConstantCharge = 0.01;  // of capacity: paper, section V ("within 1 %")
 

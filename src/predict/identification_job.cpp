@@ -65,20 +65,4 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
   return result;
 }
 
-void setStateFromVoltage(FittedModel& model, double time, double current, double voltage) {
-  const BaseParameters& parameters = model.parameters;
-  const double resistance = ohmicResistance(parameters, current);
-  model.state = {time, voltage - parameters.u_dc - resistance * current, current};
-
-  Eigen::RowVectorXd slope = Eigen::RowVectorXd::Zero(kCovarianceRows);
-  slope[current < 0.0 ? kRowRDischarge : kRowRCharge] = -current;
-  slope[kRowUDc] = -1.0;
-  const Eigen::RowVectorXd shared = slope * model.covariance;
-  const double own = std::pow(model.scores.rmse, 2);
-  const double variance = shared.dot(slope) + own;
-  model.covariance.row(kRowState) = shared;
-  model.covariance.col(kRowState) = shared.transpose();
-  model.covariance(kRowState, kRowState) = variance;
-}
-
 }  // namespace battery_sof

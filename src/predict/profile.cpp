@@ -7,14 +7,16 @@
 
 #include "battery_sof/model/driving_current.hpp"
 #include "battery_sof/predict/prediction_interval.hpp"
+#include "battery_sof/predict/state_tracker.hpp"
+#include "battery_sof/recording/intake.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kMostCurrent = 5000.0;      // [A], as IntakeLimits
-constexpr double kLongestProfile = 86400.0;  // [s]
-constexpr double kExtrapolation = 1.25;      // of the largest currents the window held
-constexpr double kStartSpan = 1.0;           // [s], samples that the first state is taken from
+constexpr double kMostCurrent = IntakeLimits{}.max_abs_current;  // [A]
+constexpr double kLongestProfile = 86400.0;                      // [s]
+constexpr double kExtrapolation = 1.25;  // of the largest currents the window held
+constexpr double kStartSpan = 1.0;       // [s], samples that the first state is taken from
 
 std::string describeSample(const char* name, std::size_t index, double value,
                            const char* expected) {
@@ -61,8 +63,9 @@ std::string extrapolation(const FittedModel& model, const std::vector<double>& c
   return text;
 }
 
-/// State at the first sample (paper, eq. 5), by the median over the first second [V].
-double stateFromVoltage(const FittedModel& model, const Series& series) {
+/// The model with its state at the recording's first sample (paper, eq. 5), by the median over the
+/// first second.
+FittedModel modelAtFirstSample(const FittedModel& model, const Series& series) {
   std::vector<double> states;
   for (std::size_t n = 0; n < series.size(); ++n) {
     if (series.time[n] - series.time.front() > kStartSpan) break;
@@ -70,16 +73,10 @@ double stateFromVoltage(const FittedModel& model, const Series& series) {
   }
   const auto middle = states.begin() + static_cast<std::ptrdiff_t>(states.size() / 2);
   std::nth_element(states.begin(), middle, states.end());
-  return *middle;
-}
-
-/// The model with its state, and the state's variance, at the recording's first sample.
-FittedModel modelAtFirstSample(const FittedModel& model, const Series& series) {
   FittedModel start = model;
-  start.state = {series.time.front(), stateFromVoltage(model, series), series.current.front()};
-  start.covariance.row(kRowState).setZero();
-  start.covariance.col(kRowState).setZero();
-  start.covariance(kRowState, kRowState) = model.scores.rmse * model.scores.rmse;
+  const double current = series.current.front();
+  setStateFromVoltage(start, series.time.front(), current,
+                      terminalVoltage(model.parameters, current, *middle));
   return start;
 }
 
@@ -125,11 +122,7 @@ PredictedVoltage predictSeries(const FittedModel& model, const Series& series, I
   Overpotential state{start.state.u_c2, 1.0, 0.0, 0.0};
   PredictedVoltage predicted;
   for (std::size_t n = 0; n < range.last; ++n) {
-    if (n > 0) {
-      const HeldCurrent held = heldCurrent(series.time[n - 1], series.current[n - 1],
-                                           series.time[n], series.current[n], max_gap);
-      state = step.advance(state, held.current, held.duration);
-    }
+    if (n > 0) state = advanceToSample(step, state, series, n, max_gap);
     if (n >= range.first)
       append(predicted, voltageInterval(start, series.current[n], state, start.scores.rmse));
   }

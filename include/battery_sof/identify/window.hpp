@@ -8,6 +8,9 @@
 
 namespace battery_sof {
 
+/// Fewest samples that are fitted: five an unknown. Below that a fit follows its noise.
+inline constexpr std::size_t kMinFitSamples = 30;
+
 /// Bounds of a search for a window. Unset members take the stated defaults.
 struct WindowSearch {
   std::optional<double> from;    ///< [s]; else the recording's start

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "battery_sof/model/base_model.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {
@@ -15,13 +16,18 @@ struct HeldCurrent {
 /**
  * @brief The current a model is driven with between two neighbouring samples.
  *
- *     i_held = (i(n-1) + i(n)) / 2      within a recording; second order for a current linear between samples
- *     i_held = 0                        across a gap (duration > max_gap): the battery is taken to rest
+ *     i_held = (i(n-1) + i(n)) / 2      within a recording; second order for a current linear
+ * between samples i_held = 0                        across a gap (duration > max_gap): the battery
+ * is taken to rest
  *
  * @param max_gap [s], see gapThreshold().
  */
 HeldCurrent heldCurrent(double time_before, double current_before, double time, double current,
                         double max_gap);
+
+/// @return the state at sample n, from that at sample n - 1. @param n at least 1.
+Overpotential advanceToSample(const OverpotentialStep& step, const Overpotential& before,
+                              const Series& series, std::size_t n, double max_gap);
 
 /// @return one HeldCurrent a sample of the range; the first has duration 0.
 std::vector<HeldCurrent> heldCurrents(const Series& series, IndexRange range, double max_gap);

@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "battery_sof/identify/identification.hpp"
 #include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/identify/identification.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {
@@ -41,14 +41,5 @@ IndexRange recentWindow(const Series& series, double length);
  * of its first samples, so neither profits from having been there.
  */
 IdentificationResult runIdentification(const IdentificationJob& job);
-
-/**
- * @brief Where the state must stand for the model to read the measured voltage (paper, eq. 5).
- *
- *     u_c2 = u - u_dc - r(i) i
- *
- * The state's covariance follows from the parameters' and the fit's own error.
- */
-void setStateFromVoltage(FittedModel& model, double time, double current, double voltage);
 
 }  // namespace battery_sof

@@ -7,14 +7,16 @@ namespace battery_sof {
 /**
  * @brief Follows the model's state from sample to sample between identifications.
  *
- * One step a sample, constant memory. Across a gap the battery is taken to rest (driving_current.hpp).
+ * One step a sample, constant memory. Across a gap the battery is taken to rest
+ * (driving_current.hpp).
  */
 class StateTracker {
  public:
   /// Starts from the model's saved state. @param max_gap [s], longest interval that is joined.
   StateTracker(const FittedModel& model, double max_gap);
 
-  /// Moves on to a sample later than the last one. @throws std::invalid_argument when time does not increase.
+  /// Moves on to a sample later than the last one. @throws std::invalid_argument when time does not
+  /// increase.
   void advance(double time, double current);
 
   /// @return terminal voltage the model expects at the last sample [V].
@@ -32,5 +34,14 @@ class StateTracker {
   ModelState state_;
   double max_gap_;
 };
+
+/**
+ * @brief Where the state must stand for the model to read the measured voltage (paper, eq. 5).
+ *
+ *     u_c2 = u - u_dc - r(i) i
+ *
+ * The state's covariance follows from the parameters' and the fit's own error.
+ */
+void setStateFromVoltage(FittedModel& model, double time, double current, double voltage);
 
 }  // namespace battery_sof
