@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 
 namespace battery_sof {
@@ -25,6 +26,12 @@ struct ParameterInfo {
   double lower;        ///< bound, in unit
   double upper;        ///< bound, in unit
   std::string source;
+  bool logarithmic = false;  ///< searched as a logarithm: what counts is its order of magnitude
+  bool held = false;         ///< stays at its magnitude unless it is set free by name
+  /// Standard deviation of what is known beforehand around the magnitude: in unit, of the logarithm when logarithmic.
+  std::optional<double> prior_std = std::nullopt;
+  /// Value at which the effect that owns the parameter vanishes; none for parameters that only shape it.
+  std::optional<double> vanishes_at = std::nullopt;
 };
 
 /// @return r_discharge, r_charge, c2, beta with magnitudes and bounds of the paper's Table I.

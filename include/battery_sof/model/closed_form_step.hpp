@@ -56,4 +56,31 @@ struct ClosedFormStep {
   }
 };
 
+/**
+ * @brief The exact step of w = beta u_c2 under a held current, for any scalar.
+ *
+ * @param w         beta u_c2 before [1], |w| <= 1200.
+ * @param current   [A].   @param i0 exchange current [A], > 0.
+ * @param half_rate beta dt / (2 C_2) [1/A], >= 0.
+ * @return beta u_c2 after [1].
+ */
+template <typename S>
+S closedFormAdvance(const S& w, const S& current, const S& i0, const S& half_rate) {
+  using std::abs;
+  using std::exp;
+  using std::log;
+  using std::sqrt;
+  const S R = sqrt(S(current * current + 4.0 * i0 * i0));
+  const S mixed = S(i0 / R);
+  const bool discharging = current < 0.0;
+  const S larger = S(0.5 + (discharging ? -0.5 : 0.5) * current / R);
+  const S smaller = S(mixed * mixed / larger);
+  const S D = exp(S(-half_rate * R));
+  const ClosedFormStep<S> step{discharging ? smaller : larger, discharging ? larger : smaller, mixed,
+                               D, S(1.0 - D)};
+  const S x = exp(S(0.25 * w));
+  const S y = S(1.0 / x);
+  return S(2.0 * log(S(step.nextX(x, y) / step.nextY(x, y))));
+}
+
 }  // namespace battery_sof

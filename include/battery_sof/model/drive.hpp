@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "battery_sof/recording/series.hpp"
+
+namespace battery_sof {
+
+/**
+ * @brief A measured current as a function of time: linear between samples, zero across gaps.
+ *
+ * Lets an effect ask for the current a little earlier or later than the sample.
+ */
+class CurrentTrace {
+ public:
+  CurrentTrace() = default;
+  /// @param max_gap [s], see gapThreshold().
+  CurrentTrace(const Series& series, IndexRange range, double max_gap);
+
+  void append(double time, double current, double max_gap);
+  /// Forgets samples before `time` but for the last of them.
+  void forgetBefore(double time);
+
+  double at(double time) const;       ///< [A]; the nearest end's value outside
+  double slopeAt(double time) const;  ///< [A/s], of the segment that ends at or holds `time`; 0 outside
+  double meanBetween(double from, double to) const;  ///< [A], from < to
+  bool empty() const { return time_.empty(); }
+
+ private:
+  std::size_t segment(double time) const;
+  double chargeUntil(double time) const;
+
+  std::vector<double> time_, current_, charge_;  // [s], [A], [As] since the first sample
+  std::vector<char> gap_;                        // whether the segment that ends here is a gap
+};
+
+/// An interval of a drive and the sample that ends it.
+struct DriveStep {
+  double time = 0.0;      ///< [s], of the sample
+  double duration = 0.0;  ///< [s], since the sample before, >= 0
+  double held = 0.0;      ///< [A], mean measured current over the interval; 0 across a gap
+  double current = 0.0;   ///< [A], measured at the sample (mean over it where several were averaged)
+  double slope = 0.0;     ///< [A/s], of the measured current just before the sample; 0 across gaps and for averages
+  bool averaged = false;  ///< several samples in one
+  bool gap = false;       ///< the interval is longer than what may be joined
+  const CurrentTrace* trace = nullptr;  ///< the measured current around the sample; may be absent
+};
+
+/// @return the step from one sample to the next; the first of a drive has duration 0.
+DriveStep driveStep(double time_before, double current_before, double time, double current,
+                    double max_gap);
+
+/// One step with what was measured at its end.
+struct DriveSample {
+  DriveStep step;
+  double voltage = 0.0;  ///< [V]
+  double count = 1.0;    ///< samples averaged into this one
+};
+
+/// A stretch of a recording as a simulation goes through it.
+struct Drive {
+  std::vector<DriveSample> samples;
+  std::shared_ptr<const CurrentTrace> trace;  ///< of the range at full rate; the samples' steps point to it
+  double first_time = 0.0; ///< [s]
+};
+
+/// @return one DriveSample a sample of the range, the first with duration 0.
+Drive fullDrive(const Series& series, IndexRange range);
+
+/// How much of a drive may be averaged.
+struct Compression {
+  double max_length = 0.5;     ///< [s], longest stretch averaged into one sample
+  double edge_current = 2.0;   ///< [A], a change of the current by more than this within a stretch ends it
+  double growth = 0.25;        ///< [1], a stretch is at most this share of the time since the last edge
+};
+
+/**
+ * @brief A drive with stretches of nearly held current averaged into single samples; full rate at edges.
+ *
+ * A stretch's mean current drives the model from middle to middle, so its state stands for the mean of the state over the
+ * stretch; the error is (length / time constant)^2 / 24 of the state's movement.
+ */
+Drive compressedDrive(const Series& series, IndexRange range, const Compression& compression = {});
+
+}  // namespace battery_sof

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "battery_sof/model/battery_model.hpp"
+#include "battery_sof/model/drive.hpp"
+
+namespace battery_sof {
+
+/// Where a simulation begins.
+struct ModelPoint {
+  Eigen::VectorXd parameters;   ///< in the order of BatteryModel::parameters()
+  Eigen::VectorXd state;        ///< in the order of BatteryModel::states()
+  double time = 0.0;            ///< [s], of the state
+  double reference_time = 0.0;  ///< [s], where drifts and steps count their time from: the window's first sample
+};
+
+/**
+ * @brief A battery model in time, sample by sample, with the derivatives of everything to whatever is wanted.
+ *
+ *     C_2 du_c2/dt = i - i_r2(u_c2, ...) - side currents,   u = u_dc + u_c2 + r(i) i + voltages of the effects
+ *
+ * Without an effect on the double layer a step is exact (ClosedFormStep). Otherwise the double layer and what is bound to
+ * it (activity of the reaction, ladder of a fractional capacitance) are stepped together by an implicit Euler step that is
+ * extrapolated to second order (a step against two halves), its length chosen so that the two differ by at most 0.1 mV:
+ * L-stable, positive activities stay positive, no interval is too long. Effects' own states have exact steps; where they
+ * act back on others (history, warming, drift), intervals are cut to 0.2 s. Beyond |alpha beta u_c2| = 300 the reaction's
+ * exponentials stay at that value.
+ *
+ * Derivatives are forward sensitivities of the very step that is taken: every number carries its derivatives along
+ * (Eigen's AutoDiffScalar, fixed-size arrays of 8, 16, 24 or 48 lanes). A lane is a direction in the space of
+ * parameters and first states, a column of `seeds`: unit vectors give plain derivatives, a factor L of a covariance L L'
+ * gives standard deviations.
+ */
+class Simulation {
+ public:
+  static constexpr Eigen::Index kMaxLanes = 48;
+
+  /**
+   * @param model  copied.
+   * @param start  first state, not stepped.
+   * @param seeds  (parameters + states) x lanes, d(parameters, first state) / d(lane); no columns for values alone.
+   * @throws std::invalid_argument for sizes that do not fit, values that are not finite, r, c2 or beta not above zero, or
+   *   more than kMaxLanes lanes.
+   */
+  Simulation(const BatteryModel& model, const ModelPoint& start,
+             const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+  Simulation(const BatteryModel& model, const ModelPoint& start);
+  Simulation(const Simulation& other);
+  Simulation& operator=(const Simulation& other);
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+  ~Simulation();
+
+  /// Moves to the end of an interval under the measured current. @param step duration >= 0.
+  void advance(const DriveStep& step);
+
+  /**
+   * @brief Moves over `duration` under the one held current that ends at a wanted terminal voltage.
+   *
+   *     u(t + duration; i) = voltage,   i <= most_current
+   *
+   * solved by a safeguarded Newton method to 1e-9 A; as a step in the state it is the implicit Euler step of an ideal
+   * voltage source, so no interval is too long for it.
+   *
+   * @return the current [A]; most_current where that leaves the voltage below the wanted one. Its derivatives:
+   *   currentDerivatives().
+   * @throws std::invalid_argument unless voltage and most_current are finite and duration > 0.
+   */
+  double advanceAtVoltage(double voltage, double duration, double most_current);
+
+  /// Terminal voltage as the voltage channel shows it [V], at the end of the last step.
+  double voltage() const;
+  /// d voltage / d lane, as many as seeds had columns.
+  Eigen::Map<const Eigen::VectorXd> voltageDerivatives() const;
+  /// Derivatives of the last current that advanceAtVoltage() found.
+  Eigen::Map<const Eigen::VectorXd> currentDerivatives() const;
+
+  double time() const;
+  Eigen::VectorXd state() const;
+  /// d state / d lane, states x lanes.
+  Eigen::MatrixXd stateDerivatives() const;
+  Eigen::Index lanes() const;
+
+  class Engine;
+
+ private:
+  std::unique_ptr<Engine> engine_;
+};
+
+}  // namespace battery_sof

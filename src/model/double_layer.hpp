@@ -1,0 +1,320 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "effects/effect_definition.hpp"
+
+namespace battery_sof {
+
+/**
+ * @brief A fractional capacitance as a capacitance and a ladder of relaxing ones (Foster form; PHYSICS 4.2).
+ *
+ *     C w_c^g d^(1-g) u / dt^(1-g)  =  C [ h du/dt + sum_k l_k (u - v_k) ],   dv_k/dt = w_k (u - v_k)
+ *     h = sinc(pi g) (w_c / w_hi)^g,   l_k = g sinc(pi g) w_c^g w_k^(1-g) ln(ratio)
+ *
+ * on a grid w_k of constant ratio that ends half a step below w_hi; g = 0 gives h = 1 and l_k = 0 exactly.
+ */
+template <typename S>
+struct Ladder {
+  static constexpr double kCorner = 0.3;  // w_c [rad/s], keeps the meaning of C: PHYSICS 1.1
+  static constexpr double kSlowest = 1e-5, kFastest = 1e3;  // [rad/s]
+
+  S head;                             // h [1]
+  std::array<S, kLadderRungs> rung;   // l_k [rad/s]
+
+  static double rate(int k) {
+    static const std::array<double, kLadderRungs> rates = [] {
+      std::array<double, kLadderRungs> all;
+      for (int j = 0; j < kLadderRungs; ++j)
+        all[j] = kSlowest * std::pow(kFastest / kSlowest, j / (kLadderRungs - 1.0));
+      return all;
+    }();
+    return rates[k];
+  }
+  static double logRatio() { return std::log(kFastest / kSlowest) / (kLadderRungs - 1); }
+
+  explicit Ladder(const S& dispersion) {
+    using std::exp;
+    using std::sin;
+    const S angle = S(M_PI * dispersion);
+    const S sinc = valueOf(angle) < 1e-4 ? S(1.0 - angle * angle / 6.0) : S(sin(angle) / angle);
+    const double fastest_edge = std::log(kFastest) + 0.5 * logRatio();
+    head = S(sinc * exp(S(dispersion * (std::log(kCorner) - fastest_edge))));
+    for (int k = 0; k < kLadderRungs; ++k)
+      rung[k] = S(dispersion * sinc * exp(S(dispersion * std::log(kCorner / rate(k)))) *
+                  (rate(k) * logRatio()));
+  }
+};
+
+/// An effect that takes part in the double layer's implicit step.
+struct BoundEffect {
+  const Effect* effect;
+  int first_parameter;
+};
+
+/**
+ * @brief The double layer with what is bound to it, in arithmetic S: one step under a held current.
+ *
+ *     C_2 du/dt = i - side currents(u) - I_0 [ p exp(a b u) - exp((a - 1) b u) ]      (and dp/dt of the effect that has p)
+ *
+ * See Simulation for the method.
+ */
+template <typename S>
+class DoubleLayer {
+ public:
+  /// @param activity nullptr when the reaction has none.  @param has_ladder the capacitance is fractional.
+  DoubleLayer(std::vector<BoundEffect> side_currents, const BoundEffect* activity, bool has_ladder)
+      : side_(std::move(side_currents)), has_activity_(activity != nullptr), has_ladder_(has_ladder) {
+    if (activity) activity_ = *activity;
+    const std::size_t size = 2 + (has_ladder ? kLadderRungs : 0);
+    for (auto* buffer : {&before_, &whole_, &half_, &halves_}) buffer->assign(size, S(0.0));
+  }
+
+  /// @param p all parameters.  @param u, log_activity, ladder states, updated; the last two may be null.
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, S& u,
+               S* log_activity, S* ladder) {
+    if (duration <= 0.0) return;
+    if (isPlain(present)) {
+      u = S(closedFormAdvance(clamped(S(present.beta * u)), current, present.i0,
+                              S(present.beta * (0.5 * duration) / present.c2)) /
+            present.beta);
+      return;
+    }
+    load(u, log_activity, ladder);
+    prepare(p, present);
+    double left = duration;
+    while (left > 0.0) {
+      double h = std::min(left, suggested_);
+      if (h > 0.999 * left) h = left;
+      const double error = attempt(p, present, current, h);
+      const bool accepted = error <= kTolerance || h <= kShortest;
+      const double wanted = h * std::clamp(0.9 * std::sqrt(kTolerance / std::max(error, 1e-12)), 0.2, 4.0);
+      if (accepted) {
+        for (std::size_t k = 0; k < before_.size(); ++k) before_[k] = S(2.0 * halves_[k] - whole_[k]);
+        left -= h;
+        // A step cut by the interval's end says nothing against the longer one that was wanted.
+        suggested_ = std::max(wanted, error <= kTolerance && h < suggested_ ? suggested_ : wanted);
+      } else {
+        suggested_ = wanted;
+      }
+      suggested_ = std::max(suggested_, kShortest);
+    }
+    store(u, log_activity, ladder);
+  }
+
+  /// Length of the next implicit step [s], as the last ones suggest; part of what makes two runs alike.
+  double suggestedStep() const { return suggested_; }
+  void suggestStep(double step) { suggested_ = step; }
+
+ private:
+  static constexpr double kTolerance = 1e-4;  // [V] between one implicit step and its halves
+  static constexpr double kShortest = 1e-7;   // [s]
+  static constexpr double kMostExponent = 300.0;
+
+  /// What an implicit Euler step solves, in the arithmetic of its solver.
+  template <typename T>
+  struct Stage {
+    T storage, offset, i0, charging_slope, discharging_slope, activity_before, current;
+    Present<T> present;
+    double h;
+  };
+
+  bool isPlain(const Present<S>& present) const {
+    return side_.empty() && !has_activity_ && !has_ladder_ && isHalf(present.alpha);
+  }
+  static bool isHalf(double alpha) { return alpha == 0.5; }
+  template <typename D>
+  static bool isHalf(const Eigen::AutoDiffScalar<D>& alpha) {
+    return alpha.value() == 0.5 && (alpha.derivatives().array() == 0.0).all();
+  }
+  template <typename T>
+  static T clamped(const T& exponent) {
+    const double value = valueOf(exponent);
+    return std::abs(value) > 2.0 * kMostExponent ? T(std::copysign(2.0 * kMostExponent, value)) : exponent;
+  }
+  template <typename T>
+  static T bounded(const T& exponent) {
+    const double value = valueOf(exponent);
+    return std::abs(value) > kMostExponent ? T(std::copysign(kMostExponent, value)) : exponent;
+  }
+
+  void load(const S& u, const S* log_activity, const S* ladder) {
+    before_[0] = u;
+    before_[1] = log_activity ? *log_activity : S(0.0);
+    if (has_ladder_)
+      for (int k = 0; k < kLadderRungs; ++k) before_[2 + k] = ladder[k];
+  }
+  void store(S& u, S* log_activity, S* ladder) const {
+    u = before_[0];
+    if (log_activity) *log_activity = before_[1];
+    if (has_ladder_)
+      for (int k = 0; k < kLadderRungs; ++k) ladder[k] = before_[2 + k];
+  }
+
+  /// What stays the same over an interval.
+  void prepare(const S* p, const Present<S>& present) {
+    if (has_ladder_ && (ladder_.empty() || !sameDispersion(present.dispersion))) {
+      ladder_.assign(1, Ladder<S>(present.dispersion));
+      dispersion_ = valueOf(present.dispersion);
+    }
+    present_slope_ = toSlope(present);
+    const auto take = [&](const BoundEffect& bound) {
+      std::vector<Slope> own;
+      for (std::size_t j = 0; j < bound.effect->info.parameters.size(); ++j)
+        own.push_back(Slope(valueOf(p[bound.first_parameter + static_cast<int>(j)])));
+      return own;
+    };
+    // Parameters do not change within a simulation: converted once.
+    if (!is_prepared_) {
+      is_prepared_ = true;
+      for (const BoundEffect& bound : side_) side_slopes_.push_back(take(bound));
+      if (has_activity_) activity_slopes_ = take(activity_);
+    }
+  }
+  bool sameDispersion(const S& dispersion) const { return dispersion_ == valueOf(dispersion); }
+
+  static Present<Slope> toSlope(const Present<S>& f) {
+    const auto v = [](const S& x) { return Slope(valueOf(x)); };
+    return {v(f.r_discharge), v(f.r_charge), v(f.c2),         v(f.beta),       v(f.u_dc),
+            v(f.i0),          v(f.alpha),    v(f.acceptance), v(f.warming),    v(f.dispersion),
+            f.time};
+  }
+
+  const S* parametersOf(const S* p, const BoundEffect& bound) const { return p + bound.first_parameter; }
+
+  /// Balance of currents at u; rises with u.
+  template <typename T, typename SideParameters, typename ActivityParameters>
+  T balance(const Stage<T>& s, const T& u, const SideParameters& side_parameters,
+            const ActivityParameters& activity_parameters, T* activity_after) const {
+    using std::exp;
+    const T charging = T(s.i0 * exp(bounded(T(s.charging_slope * u))));
+    const T discharging = T(s.i0 * exp(bounded(T(-s.discharging_slope * u))));
+    T sum = T(s.storage * u - s.offset - s.current - discharging);
+    if (has_activity_) {
+      const ReactionRates<T> rates{charging, discharging};
+      const T activity =
+          kernelOf(*activity_.effect, u)
+              .activity(activity_parameters(), s.activity_before, rates, s.present, s.h);
+      sum = T(sum + activity * charging);
+      if (activity_after) *activity_after = activity;
+    } else {
+      sum = T(sum + charging);
+    }
+    for (std::size_t k = 0; k < side_.size(); ++k)
+      sum = T(sum + kernelOf(*side_[k].effect, u).sideCurrent(side_parameters(k), u, s.present));
+    return sum;
+  }
+
+  /// Implicit Euler step of everything from `from` to `to`.
+  void euler(const S* p, const Present<S>& present, const S& current, double h,
+             const std::vector<S>& from, std::vector<S>& to) const {
+    using std::exp;
+    using std::log;
+    Stage<S> stage{S(present.c2 / h), S(0.0),  present.i0, S(present.alpha * present.beta),
+                   S((1.0 - present.alpha) * present.beta), S(0.0), current, present, h};
+    if (has_activity_) stage.activity_before = exp(from[1]);
+    addStorage(stage, present, from);
+
+    const Stage<Slope> values{Slope(valueOf(stage.storage)), Slope(valueOf(stage.offset)),
+                              Slope(valueOf(stage.i0)), Slope(valueOf(stage.charging_slope)),
+                              Slope(valueOf(stage.discharging_slope)),
+                              Slope(valueOf(stage.activity_before)), Slope(valueOf(stage.current)),
+                              present_slope_, h};
+    const auto [u, slope] = solve(values, valueOf(from[0]));
+    S activity(1.0);
+    const S rest = balance<S>(
+        stage, S(u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
+        [&] { return parametersOf(p, activity_); }, &activity);
+    // One Newton step in arithmetic S: what it adds to the value is below rounding, what it adds to the derivatives is
+    // the implicit function's.
+    to[0] = S(u - rest / slope);
+    if (has_activity_) {
+      const S charging = S(stage.i0 * exp(bounded(S(stage.charging_slope * to[0]))));
+      const S discharging = S(stage.i0 * exp(bounded(S(-stage.discharging_slope * to[0]))));
+      const ReactionRates<S> rates{charging, discharging};
+      to[1] = log(kernelOf(*activity_.effect, activity)
+                      .activity(parametersOf(p, activity_), stage.activity_before, rates, present, h));
+    }
+    if (has_ladder_)
+      for (int k = 0; k < kLadderRungs; ++k) {
+        const double moved = h * Ladder<S>::rate(k);
+        to[2 + k] = S((from[2 + k] + moved * to[0]) / (1.0 + moved));
+      }
+  }
+
+  void addStorage(Stage<S>& stage, const Present<S>& present, const std::vector<S>& from) const {
+    if (!has_ladder_) {
+      stage.offset = S(stage.storage * from[0]);
+      return;
+    }
+    const Ladder<S>& ladder = ladder_.front();
+    const S head = S(stage.storage * ladder.head);
+    S rungs(0.0), pulled(0.0);
+    for (int k = 0; k < kLadderRungs; ++k) {
+      const S share = S(ladder.rung[k] / (1.0 + stage.h * Ladder<S>::rate(k)));
+      rungs = S(rungs + share);
+      pulled = S(pulled + share * from[2 + k]);
+    }
+    stage.storage = S(head + present.c2 * rungs);
+    stage.offset = S(head * from[0] + present.c2 * pulled);
+  }
+
+  struct Root {
+    double u, slope;
+  };
+  /// Newton's method inside a bracket that grows from the start; the balance rises with u.
+  Root solve(const Stage<Slope>& stage, double start) const {
+    const auto at = [&](double u) {
+      return balance<Slope>(
+          stage, Slope(u, Eigen::Matrix<double, 1, 1>::Ones()),
+          [&](std::size_t k) { return side_slopes_[k].data(); },
+          [&] { return activity_slopes_.data(); }, nullptr);
+    };
+    const double steepest = std::max(valueOf(stage.charging_slope), valueOf(stage.discharging_slope));
+    double low = -HUGE_VAL, high = HUGE_VAL, u = start, slope = 1.0;
+    double reach = 4.0 / steepest;  // the exponentials change by e^4 over it
+    for (int k = 0; k < 400; ++k) {
+      const Slope f = at(u);
+      slope = f.derivatives()[0];
+      (f.value() > 0.0 ? high : low) = u;
+      double step = -f.value() / slope;
+      if (std::abs(step) > reach) {
+        step = std::copysign(reach, step);
+        reach *= 2.0;
+      }
+      if (std::abs(step) < 1e-13 + 1e-15 * std::abs(u)) break;
+      double next = u + step;
+      if (!(next > low && next < high)) next = 0.5 * (low + high);
+      if (next == u) break;
+      u = next;
+    }
+    return {u, slope};
+  }
+
+  /// @return [V], how far one step and two halves part; both are left in their buffers.
+  double attempt(const S* p, const Present<S>& present, const S& current, double h) {
+    euler(p, present, current, h, before_, whole_);
+    euler(p, present, current, 0.5 * h, before_, half_);
+    euler(p, present, current, 0.5 * h, half_, halves_);
+    double error = std::abs(valueOf(whole_[0]) - valueOf(halves_[0]));
+    if (has_activity_)
+      error += std::abs(valueOf(whole_[1]) - valueOf(halves_[1])) /
+               (valueOf(present.alpha) * valueOf(present.beta));
+    return error;
+  }
+
+  std::vector<BoundEffect> side_;
+  BoundEffect activity_{nullptr, 0};
+  bool has_activity_, has_ladder_, is_prepared_ = false;
+  std::vector<S> before_, whole_, half_, halves_;  // u, ln p, ladder
+  std::vector<Ladder<S>> ladder_;
+  double dispersion_ = -1.0;
+  double suggested_ = 1.0;  // [s]
+  Present<Slope> present_slope_;
+  std::vector<std::vector<Slope>> side_slopes_;
+  std::vector<Slope> activity_slopes_;
+};
+
+}  // namespace battery_sof

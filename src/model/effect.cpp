@@ -1,0 +1,49 @@
+#include "battery_sof/model/effect.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "effects/effect_definition.hpp"
+
+namespace battery_sof {
+
+#define EFFECT(name) Effect name();
+#include "effects/effect_list.inc"
+#undef EFFECT
+
+namespace {
+
+std::vector<Effect> buildAll() {
+  std::vector<Effect> all;
+#define EFFECT(name) all.push_back(name());
+#include "effects/effect_list.inc"
+#undef EFFECT
+  return all;
+}
+
+}  // namespace
+
+const std::vector<Effect>& allEffects() {
+  static const std::vector<Effect> all = buildAll();
+  return all;
+}
+
+const std::vector<EffectInfo>& effectCatalogue() {
+  static const std::vector<EffectInfo> catalogue = [] {
+    std::vector<EffectInfo> infos;
+    for (const Effect& effect : allEffects()) infos.push_back(effect.info);
+    return infos;
+  }();
+  return catalogue;
+}
+
+const EffectInfo& effectInfo(const std::string& id) {
+  std::string known;
+  for (const EffectInfo& info : effectCatalogue()) {
+    if (info.id == id) return info;
+    known += (known.empty() ? "" : ", ") + info.id;
+  }
+  throw std::invalid_argument("effect \"" + id + "\" is not known; there are " + known);
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,33 @@
+#include "effect_definition.hpp"
+
+namespace battery_sof {
+namespace {
+
+struct ContactResistance {
+  static constexpr double kWidth = 1.0;  // [s], of the step, so that its time has a derivative
+
+  static EffectInfo info() {
+    ParameterInfo when{"contact_time", "t_c", "s", 600.0, 0.0, 1e6, "PHYSICS 1.3"};
+    return {"contact_resistance",
+            "I6",
+            "a cable or contact changed its resistance",
+            "u += r_c / 2 (1 + tanh((t - t_c) / 1 s)) i; a constant contact resistance leaves no trace",
+            {strength("contact_step", "r_c", "ohm", 0.0005, -0.005, 0.02, "PHYSICS 1.3"), when},
+            {},
+            {"self_heating", "parameter_drift"},
+            "the voltage at the battery's posts",
+            {}};
+  }
+  template <typename S>
+  static S voltage(const S* p, const S*, const Instant<S>& instant) {
+    using std::tanh;
+    const S on = S(0.5 * (1.0 + tanh(S((instant.present.time - p[1]) / kWidth))));
+    return S(p[0] * on * instant.current);
+  }
+};
+
+}  // namespace
+
+Effect contactResistance() { return effectOf<ContactResistance>(); }
+
+}  // namespace battery_sof

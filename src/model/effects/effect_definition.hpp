@@ -1,0 +1,244 @@
+#pragma once
+
+// What an effect's file is written in. The hooks are templates over the scalar, so one definition serves values,
+// derivatives and the solver; effectOf<Definition>() turns them into what a simulation calls.
+
+#include <Eigen/Core>
+#include <memory>
+#include <type_traits>
+#include <unsupported/Eigen/AutoDiff>
+#include <vector>
+
+#include "battery_sof/model/closed_form_step.hpp"
+#include "battery_sof/model/drive.hpp"
+#include "battery_sof/model/effect.hpp"
+
+namespace battery_sof {
+
+/// A number that carries N derivatives along.
+template <int N>
+using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, N, 1>>;
+/// A number with its derivative to the one unknown of an implicit step.
+using Slope = Dual<1>;
+
+inline double valueOf(double x) { return x; }
+template <typename D>
+double valueOf(const Eigen::AutoDiffScalar<D>& x) {
+  return x.value();
+}
+
+/// The base model's parameters as effects leave them for one interval.
+template <typename S>
+struct Present {
+  S r_discharge, r_charge;  ///< [Ohm]
+  S c2;                     ///< [F]
+  S beta;                   ///< [1/V]
+  S u_dc;                   ///< [V]
+  S i0;                     ///< [A]
+  S alpha;                  ///< [1]
+  S acceptance;             ///< [1], factor on the limiting charge current
+  S warming;                ///< [K], above the temperature at the reference time
+  S dispersion;             ///< [1], 1 - exponent of the double layer's fractional capacitance
+  double time = 0.0;        ///< [s] since the reference time, at the interval's end
+};
+
+/// An interval that was passed through.
+template <typename S>
+struct Passage {
+  const S& current;  ///< [A], held
+  double duration;   ///< [s]
+  const S& u_c2;     ///< [V], mean of the double layer's voltage over the interval
+  const Present<S>& present;
+};
+
+/// The instant at the end of an interval.
+template <typename S>
+struct Instant {
+  const S& current;  ///< [A], of the battery
+  double slope;      ///< [A/s], of the measured current just before
+  double duration;   ///< [s], of the interval before
+  const Present<S>& present;
+};
+
+/// Forward and backward rate of the charge-transfer reaction at unit activity, in an implicit step.
+template <typename S>
+struct ReactionRates {
+  const S& charging;     ///< I_0 exp(alpha beta u) [A]
+  const S& discharging;  ///< I_0 exp((alpha - 1) beta u) [A]
+};
+
+/// What a simulation calls of an effect, in arithmetic S. p and x point to the effect's own parameters and states.
+template <typename S>
+class EffectKernel {
+ public:
+  virtual ~EffectKernel() = default;
+  /// Turns measured currents into the battery's: mean over the interval, and at its end.
+  virtual void sense(const S* p, const DriveStep& step, S& held, S& end) const = 0;
+  /// Changes the base model's parameters for an interval.
+  virtual void adapt(const S* p, const S* x, Present<S>& present) const = 0;
+  /// @return current past the double layer's reaction [A].
+  virtual S sideCurrent(const S* p, const S& u_c2, const Present<S>& present) const = 0;
+  /// @return activity after an implicit Euler step of `duration` from `before`.
+  virtual S activity(const S* p, const S& before, const ReactionRates<S>& rates,
+                     const Present<S>& present, double duration) const = 0;
+  /// Moves the effect's own states over an interval.
+  virtual void advance(const S* p, S* x, const Passage<S>& passage) const = 0;
+  /// @return voltage in series with the battery [V].
+  virtual S voltage(const S* p, const S* x, const Instant<S>& instant) const = 0;
+  /// Turns the terminal voltage into what the channel shows; once a sample.
+  virtual void show(const S* p, S* x, const Instant<S>& instant, S& voltage) const = 0;
+};
+
+/// Which hooks an effect has.
+struct EffectHooks {
+  bool sense = false, adapt = false, side_current = false, activity = false, advance = false,
+       voltage = false, show = false;
+  bool is_ladder = false;     ///< its states are the ladder of a fractional double layer
+  bool steps_finely = false;  ///< long intervals are cut to kFineStep: its states act back within them
+};
+
+#define BATTERY_SOF_HOOK(Name, hook)                                                 \
+  template <typename D, typename = void>                                             \
+  struct Name : std::false_type {};                                                  \
+  template <typename D>                                                              \
+  struct Name<D, std::void_t<decltype(&D::template hook<double>)>> : std::true_type {};
+BATTERY_SOF_HOOK(HasSense, sense)
+BATTERY_SOF_HOOK(HasAdapt, adapt)
+BATTERY_SOF_HOOK(HasSideCurrent, sideCurrent)
+BATTERY_SOF_HOOK(HasActivity, activity)
+BATTERY_SOF_HOOK(HasAdvance, advance)
+BATTERY_SOF_HOOK(HasVoltage, voltage)
+BATTERY_SOF_HOOK(HasShow, show)
+#undef BATTERY_SOF_HOOK
+
+template <typename D, typename = void>
+struct StepsFinely : std::false_type {};
+template <typename D>
+struct StepsFinely<D, std::void_t<decltype(D::kStepsFinely)>> : std::true_type {};
+
+template <typename D, typename = void>
+struct IsLadder : std::false_type {};
+template <typename D>
+struct IsLadder<D, std::void_t<decltype(D::kIsLadder)>> : std::true_type {};
+
+/// An effect's hooks in arithmetic S; those it does not have change nothing.
+template <typename D, typename S>
+class KernelOf final : public EffectKernel<S> {
+ public:
+  void sense(const S* p, const DriveStep& step, S& held, S& end) const override {
+    if constexpr (HasSense<D>::value) D::sense(p, step, held, end);
+  }
+  void adapt(const S* p, const S* x, Present<S>& present) const override {
+    if constexpr (HasAdapt<D>::value) D::adapt(p, x, present);
+  }
+  S sideCurrent(const S* p, const S& u_c2, const Present<S>& present) const override {
+    if constexpr (HasSideCurrent<D>::value) return D::sideCurrent(p, u_c2, present);
+    return S(0.0);
+  }
+  S activity(const S* p, const S& before, const ReactionRates<S>& rates, const Present<S>& present,
+             double duration) const override {
+    if constexpr (HasActivity<D>::value) return D::activity(p, before, rates, present, duration);
+    return before;
+  }
+  void advance(const S* p, S* x, const Passage<S>& passage) const override {
+    if constexpr (HasAdvance<D>::value) D::advance(p, x, passage);
+  }
+  S voltage(const S* p, const S* x, const Instant<S>& instant) const override {
+    if constexpr (HasVoltage<D>::value) return D::voltage(p, x, instant);
+    return S(0.0);
+  }
+  void show(const S* p, S* x, const Instant<S>& instant, S& voltage) const override {
+    if constexpr (HasShow<D>::value) D::show(p, x, instant, voltage);
+  }
+};
+
+/// An effect ready to be composed.
+struct Effect {
+  EffectInfo info;
+  EffectHooks hooks;
+  std::unique_ptr<EffectKernel<double>> values;
+  std::unique_ptr<EffectKernel<Slope>> slopes;
+  std::unique_ptr<EffectKernel<Dual<8>>> dual8;
+  std::unique_ptr<EffectKernel<Dual<16>>> dual16;
+  std::unique_ptr<EffectKernel<Dual<24>>> dual24;
+  std::unique_ptr<EffectKernel<Dual<48>>> dual48;
+};
+
+template <typename D>
+Effect effectOf() {
+  Effect effect;
+  effect.info = D::info();
+  effect.hooks = {HasSense<D>::value,   HasAdapt<D>::value,   HasSideCurrent<D>::value,
+                  HasActivity<D>::value, HasAdvance<D>::value, HasVoltage<D>::value,
+                  HasShow<D>::value,     IsLadder<D>::value,   StepsFinely<D>::value};
+  effect.values = std::make_unique<KernelOf<D, double>>();
+  effect.slopes = std::make_unique<KernelOf<D, Slope>>();
+  effect.dual8 = std::make_unique<KernelOf<D, Dual<8>>>();
+  effect.dual16 = std::make_unique<KernelOf<D, Dual<16>>>();
+  effect.dual24 = std::make_unique<KernelOf<D, Dual<24>>>();
+  effect.dual48 = std::make_unique<KernelOf<D, Dual<48>>>();
+  return effect;
+}
+
+inline const EffectKernel<double>& kernelOf(const Effect& e, double) { return *e.values; }
+inline const EffectKernel<Slope>& kernelOf(const Effect& e, const Slope&) { return *e.slopes; }
+inline const EffectKernel<Dual<8>>& kernelOf(const Effect& e, const Dual<8>&) { return *e.dual8; }
+inline const EffectKernel<Dual<16>>& kernelOf(const Effect& e, const Dual<16>&) { return *e.dual16; }
+inline const EffectKernel<Dual<24>>& kernelOf(const Effect& e, const Dual<24>&) { return *e.dual24; }
+inline const EffectKernel<Dual<48>>& kernelOf(const Effect& e, const Dual<48>&) { return *e.dual48; }
+
+/// @return every effect, in the order in which a simulation applies them: instruments on the current first.
+const std::vector<Effect>& allEffects();
+
+// ------------------------------------------------------------------------------------- what many effects need
+
+/// Rungs of the ladder of a fractional double layer: two a decade from 1e-5 to 1e3 rad/s.
+inline constexpr int kLadderRungs = 17;
+
+/// max(x, 0), with the derivative of the side it is on.
+template <typename S>
+S positivePart(const S& x) {
+  return valueOf(x) > 0.0 ? x : S(0.0);
+}
+
+template <typename S>
+S magnitudeOf(const S& x) {
+  return valueOf(x) < 0.0 ? S(-x) : x;
+}
+
+/// Exact step of tau dx/dt = target - x under a held target.
+template <typename S>
+S relaxed(const S& x, const S& target, const S& tau, double duration) {
+  using std::exp;
+  const S kept = exp(S(-duration / tau));
+  return S(target + (x - target) * kept);
+}
+
+inline constexpr double kSecondsPerHour = 3600.0;  // also [As] per [Ah]
+
+/// A strength: zero removes its effect.
+inline ParameterInfo strength(std::string name, std::string symbol, std::string unit,
+                              double magnitude, double lower, double upper, std::string source) {
+  ParameterInfo info{std::move(name), std::move(symbol), std::move(unit),  magnitude,
+                     lower,           upper,             std::move(source)};
+  info.vanishes_at = 0.0;
+  return info;
+}
+
+/// A time constant, capacitance or rate: known by its order of magnitude, to a factor e^prior_std.
+inline ParameterInfo shape(std::string name, std::string symbol, std::string unit, double magnitude,
+                           double lower, double upper, double prior_std, std::string source) {
+  ParameterInfo info{std::move(name), std::move(symbol), std::move(unit),  magnitude,
+                     lower,           upper,             std::move(source)};
+  info.logarithmic = true;
+  info.prior_std = prior_std;
+  return info;
+}
+
+/// The same, kept at its magnitude unless set free by name.
+inline ParameterInfo held(ParameterInfo info) {
+  info.held = true;
+  return info;
+}
+
+}  // namespace battery_sof

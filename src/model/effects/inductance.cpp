@@ -1,0 +1,28 @@
+#include "effect_definition.hpp"
+
+namespace battery_sof {
+namespace {
+
+struct Inductance {
+  static EffectInfo info() {
+    return {"inductance",
+            "S6",
+            "inductance of battery and wiring",
+            "u += L di/dt",
+            {strength("inductance", "L", "H", 1e-6, 0.0, 2e-5, "PHYSICS 1.1")},
+            {},
+            {"time_skew"},
+            "nothing at 100 Hz: its trace is that of a shift between the channels",
+            {}};
+  }
+  template <typename S>
+  static S voltage(const S* p, const S*, const Instant<S>& instant) {
+    return S(p[0] * instant.slope);
+  }
+};
+
+}  // namespace
+
+Effect inductance() { return effectOf<Inductance>(); }
+
+}  // namespace battery_sof

@@ -1,0 +1,32 @@
+#include "effect_definition.hpp"
+
+namespace battery_sof {
+namespace {
+
+struct OcvSoc {
+  static EffectInfo info() {
+    return {"ocv_soc",
+            "P5",
+            "the open-circuit voltage moves with the state of charge",
+            "dq/dt = i,  u += k_s q",
+            {strength("ocv_slope", "k_s", "V/Ah", 0.027, 0.0, 0.3, "PHYSICS 1.2")},
+            {{"charge", "Ah"}},
+            {"acid_transport", "ocv_hysteresis", "voltage_drift"},
+            "a rest of an hour after 0.5 Ah: what stays is the state of charge",
+            {}};
+  }
+  template <typename S>
+  static void advance(const S*, S* x, const Passage<S>& passage) {
+    x[0] = S(x[0] + passage.current * (passage.duration / kSecondsPerHour));
+  }
+  template <typename S>
+  static S voltage(const S* p, const S* x, const Instant<S>&) {
+    return S(p[0] * x[0]);
+  }
+};
+
+}  // namespace
+
+Effect ocvSoc() { return effectOf<OcvSoc>(); }
+
+}  // namespace battery_sof

@@ -1,0 +1,38 @@
+#include "effect_definition.hpp"
+
+namespace battery_sof {
+namespace {
+
+struct ParameterDrift {
+  static constexpr bool kStepsFinely = true;
+
+  static EffectInfo info() {
+    return {"parameter_drift",
+            "P10",
+            "the parameters themselves drift",
+            "r(t) = r exp(d_r t), C_2(t) = C_2 exp(d_c t), beta(t) = beta exp(d_b t)",
+            {strength("resistance_drift", "d_r", "1/h", 0.1, -2.0, 2.0, "PHYSICS 1.2"),
+             strength("c2_drift", "d_c", "1/h", 0.1, -2.0, 2.0, "PHYSICS 1.2"),
+             strength("beta_drift", "d_b", "1/h", 0.1, -2.0, 2.0, "PHYSICS 1.2")},
+            {},
+            {"self_heating", "contact_resistance"},
+            "a second recording of the same regime an hour later",
+            {}};
+  }
+  template <typename S>
+  static void adapt(const S* p, const S*, Present<S>& present) {
+    using std::exp;
+    const double hours = present.time / kSecondsPerHour;
+    const S resistance = exp(S(p[0] * hours));
+    present.r_discharge = S(present.r_discharge * resistance);
+    present.r_charge = S(present.r_charge * resistance);
+    present.c2 = S(present.c2 * exp(S(p[1] * hours)));
+    present.beta = S(present.beta * exp(S(p[2] * hours)));
+  }
+};
+
+}  // namespace
+
+Effect parameterDrift() { return effectOf<ParameterDrift>(); }
+
+}  // namespace battery_sof

@@ -1,0 +1,50 @@
+#include "effect_definition.hpp"
+
+namespace battery_sof {
+namespace {
+
+struct SensorLag {
+  static EffectInfo info() {
+    return {"sensor_lag",
+            "I4",
+            "one channel lags behind the other",
+            "tau > 0: tau du_shown/dt = u - u_shown\n"
+            "tau < 0: i = i_measured + |tau| di_measured/dt",
+            {strength("channel_lag", "tau", "s", 0.02, -0.1, 0.1, "PHYSICS 1.3")},
+            {{"lagged_voltage", "V"}, {"voltage_before", "V"}},
+            {"fast_arc", "time_skew"},
+            "a resistor on the same channels: a lag slows all of r i, an arc only its own share",
+            {}};
+  }
+  template <typename S>
+  static void sense(const S* p, const DriveStep& step, S& held, S& end) {
+    const S& lag = p[0];
+    if (step.gap || !(valueOf(lag) < 0.0)) return;
+    end = S(end - lag * step.slope);
+    if (!step.trace || step.duration <= 0.0) return;
+    const double rise = step.trace->at(step.time) - step.trace->at(step.time - step.duration);
+    held = S(held - lag * (rise / step.duration));
+  }
+  /// The exact filter of a voltage that is linear between samples.
+  template <typename S>
+  static void show(const S* p, S* x, const Instant<S>& instant, S& voltage) {
+    using std::exp;
+    const S now = voltage;
+    const double dt = instant.duration;
+    if (dt > 0.0 && valueOf(p[0]) >= 0.0) {
+      const S& lag = p[0];
+      // Below a fortieth of the interval nothing of the past is left, and the exponent's slope would not be a number.
+      const S kept = valueOf(lag) > dt / 40.0 ? S(exp(S(-dt / lag))) : S(0.0);
+      const S rise = (now - x[1]) / dt;
+      voltage = S(now - lag * rise * (1.0 - kept) + (x[0] - x[1]) * kept);
+    }
+    x[0] = voltage;
+    x[1] = now;
+  }
+};
+
+}  // namespace
+
+Effect sensorLag() { return effectOf<SensorLag>(); }
+
+}  // namespace battery_sof

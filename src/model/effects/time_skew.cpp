@@ -1,0 +1,45 @@
+#include "effect_definition.hpp"
+
+namespace battery_sof {
+namespace {
+
+struct TimeSkew {
+  static EffectInfo info() {
+    return {"time_skew",
+            "I3",
+            "current and voltage channels are shifted in time",
+            "i(t) = i_measured(t - d); d > 0: the voltage comes late",
+            {strength("channel_skew", "d", "s", 0.01, -0.05, 0.05, "PHYSICS 1.3")},
+            {},
+            {"inductance", "fast_arc", "sensor_lag"},
+            "edges up and down: the error is antisymmetric and follows r di/dt",
+            {}};
+  }
+  template <typename S>
+  static void sense(const S* p, const DriveStep& step, S& held, S& end) {
+    if (step.gap) return;
+    const S& skew = p[0];
+    const double d = valueOf(skew);
+    if (!step.trace) {
+      held = S(held - skew * step.slope);
+      end = S(end - skew * step.slope);
+      return;
+    }
+    const CurrentTrace& trace = *step.trace;
+    if (!step.averaged)
+      end = S(end + (trace.at(step.time - d) - trace.at(step.time)) -
+              trace.slopeAt(step.time - d) * (skew - d));
+    if (step.duration <= 0.0) return;
+    const double from = step.time - step.duration;
+    const double moved =
+        trace.meanBetween(from - d, step.time - d) - trace.meanBetween(from, step.time);
+    const double rate = (trace.at(step.time - d) - trace.at(from - d)) / step.duration;
+    held = S(held + moved - rate * (skew - d));
+  }
+};
+
+}  // namespace
+
+Effect timeSkew() { return effectOf<TimeSkew>(); }
+
+}  // namespace battery_sof

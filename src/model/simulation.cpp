@@ -1,0 +1,100 @@
+#include "battery_sof/model/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "simulation_engine.hpp"
+
+namespace battery_sof {
+namespace {
+
+void requireFinite(const Eigen::VectorXd& values, const char* what) {
+  for (Eigen::Index j = 0; j < values.size(); ++j)
+    if (!std::isfinite(values[j])) {
+      std::ostringstream text;
+      text << what << " " << j << " is " << values[j] << ", expected a finite number";
+      throw std::invalid_argument(text.str());
+    }
+}
+
+void requireSize(Eigen::Index size, Eigen::Index expected, const char* what) {
+  if (size == expected) return;
+  std::ostringstream text;
+  text << what << ": " << size << " given, the composition has " << expected;
+  throw std::invalid_argument(text.str());
+}
+
+void requireSound(const BatteryModel& model, const ModelPoint& start,
+                  const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
+  requireSize(start.parameters.size(), model.parameterCount(), "parameters");
+  requireSize(start.state.size(), model.stateCount(), "states");
+  requireFinite(start.parameters, "parameter");
+  requireFinite(start.state, "state");
+  requireValid(baseParameters(start.parameters));
+  if (seeds.cols() == 0) return;
+  requireSize(seeds.rows(), model.parameterCount() + model.stateCount(), "rows of seeds");
+  if (seeds.cols() > Simulation::kMaxLanes)
+    throw std::invalid_argument("seeds have " + std::to_string(seeds.cols()) +
+                                " columns, expected at most " +
+                                std::to_string(Simulation::kMaxLanes));
+}
+
+std::unique_ptr<Simulation::Engine> engineFor(const BatteryModel& model, const ModelPoint& start,
+                                              const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
+  const Eigen::Index lanes = seeds.cols();
+  if (lanes == 0) return std::make_unique<EngineOf<double>>(model, start, seeds);
+  if (lanes <= 8) return std::make_unique<EngineOf<Dual<8>>>(model, start, seeds);
+  if (lanes <= 16) return std::make_unique<EngineOf<Dual<16>>>(model, start, seeds);
+  if (lanes <= 24) return std::make_unique<EngineOf<Dual<24>>>(model, start, seeds);
+  return std::make_unique<EngineOf<Dual<48>>>(model, start, seeds);
+}
+
+}  // namespace
+
+Simulation::Simulation(const BatteryModel& model, const ModelPoint& start,
+                       const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
+  requireSound(model, start, seeds);
+  engine_ = engineFor(model, start, seeds);
+}
+
+Simulation::Simulation(const BatteryModel& model, const ModelPoint& start)
+    : Simulation(model, start, Eigen::MatrixXd()) {}
+
+Simulation::Simulation(const Simulation& other) : engine_(other.engine_->clone()) {}
+
+Simulation& Simulation::operator=(const Simulation& other) {
+  if (this != &other) engine_ = other.engine_->clone();
+  return *this;
+}
+
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+Simulation::~Simulation() = default;
+
+void Simulation::advance(const DriveStep& step) { engine_->advance(step); }
+
+double Simulation::advanceAtVoltage(double voltage, double duration, double most_current) {
+  if (!std::isfinite(voltage) || !std::isfinite(most_current) || !(duration > 0.0)) {
+    std::ostringstream text;
+    text << "advanceAtVoltage(" << voltage << " V, " << duration << " s, " << most_current
+         << " A): expected finite values and a duration above 0";
+    throw std::invalid_argument(text.str());
+  }
+  return engine_->advanceAtVoltage(voltage, duration, most_current);
+}
+
+double Simulation::voltage() const { return engine_->voltage(); }
+Eigen::Map<const Eigen::VectorXd> Simulation::voltageDerivatives() const {
+  return {engine_->voltageDerivatives(), engine_->lanes()};
+}
+Eigen::Map<const Eigen::VectorXd> Simulation::currentDerivatives() const {
+  return {engine_->currentDerivatives(), engine_->lanes()};
+}
+double Simulation::time() const { return engine_->time(); }
+Eigen::VectorXd Simulation::state() const { return engine_->state(); }
+Eigen::MatrixXd Simulation::stateDerivatives() const { return engine_->stateDerivatives(); }
+Eigen::Index Simulation::lanes() const { return engine_->lanes(); }
+
+}  // namespace battery_sof

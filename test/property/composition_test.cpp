@@ -1,0 +1,114 @@
+#include <gtest/gtest.h>
+
+#include "support/composed.hpp"
+
+using namespace battery_sof;
+using namespace battery_sof::test;
+
+namespace {
+
+/// A value anywhere inside the bounds; as a logarithm where these span more than two decades above zero.
+double drawn(Random& random, const ParameterInfo& info) {
+  if (info.lower > 0.0 && info.upper / info.lower > 3.0)
+    return info.lower * std::pow(info.upper / info.lower, random.uniform(0.0, 1.0));
+  return random.uniform(info.lower, info.upper);
+}
+
+std::vector<std::string> drawnEffects(Random& random) {
+  std::vector<std::string> ids;
+  const auto& all = effectCatalogue();
+  const int wanted = static_cast<int>(random.uniform(0.0, 6.0));
+  while (static_cast<int>(ids.size()) < wanted) {
+    const auto& info = all[static_cast<std::size_t>(random.uniform(0.0, static_cast<double>(all.size())))];
+    std::vector<std::string> more = info.needs;
+    more.push_back(info.id);
+    for (const auto& id : more)
+      if (std::find(ids.begin(), ids.end(), id) == ids.end()) ids.push_back(id);
+  }
+  return ids;
+}
+
+std::string listed(const BatteryModel& model) {
+  std::string names;
+  for (const auto& id : model.effects()) names += id + " ";
+  return names;
+}
+
+/// Parameters of a composition anywhere inside their bounds.
+Eigen::VectorXd drawnPoint(Random& random, const BatteryModel& model) {
+  Eigen::VectorXd p(model.parameterCount());
+  for (Eigen::Index j = 0; j < p.size(); ++j)
+    p[j] = drawn(random, model.parameters()[static_cast<std::size_t>(j)]);
+  p[kRowUDc] = random.uniform(11.5, 13.2);
+  return p;
+}
+
+DriveStep drawnStep(Random& random, double time) {
+  DriveStep step;
+  step.duration = std::pow(10.0, random.uniform(-3.0, 1.8));
+  step.time = time + step.duration;
+  const bool crank = random.uniform(0.0, 1.0) < 0.2;
+  step.held = step.current = crank ? random.uniform(-300.0, -150.0) : random.uniform(-80.0, 80.0);
+  return step;
+}
+
+}  // namespace
+
+TEST(Compositions, StayWithinAMillivoltOfAHundredTimesFinerSteps) {
+  Random random(77);
+  const int draws = 3000;
+  double worst = 0.0;
+  for (int k = 0; k < draws; ++k) {
+    auto ids = drawnEffects(random);
+    // Takes the voltage as linear between samples: finer samples are another input to it.
+    ids.erase(std::remove(ids.begin(), ids.end(), "sensor_lag"), ids.end());
+    const BatteryModel model(ids);
+    const Eigen::VectorXd p = drawnPoint(random, model);
+    Simulation coarse(model, pointOf(model, p)), fine(model, pointOf(model, p));
+    double time = 0.0;
+    for (int n = 0; n < 12; ++n) {
+      const DriveStep step = drawnStep(random, time);
+      coarse.advance(step);
+      for (int j = 1; j <= 100; ++j) {
+        DriveStep part = step;
+        part.duration = step.duration / 100.0;
+        part.time = time + part.duration * j;
+        fine.advance(part);
+      }
+      time = step.time;
+      // Where exponents leave the range of numbers the reaction is cut off (Simulation): volts of overpotential.
+      if (std::abs(p[kRowBeta] * fine.state()[0]) > 500.0) break;
+      const double error = std::abs(coarse.voltage() - fine.voltage());
+      worst = std::max(worst, error);
+      EXPECT_LT(error, 1e-3) << "draw " << k << ", step " << n << " of " << step.duration << " s at "
+                             << step.held << " A: " << listed(model) << p.transpose();
+    }
+  }
+  std::printf("%d draws, largest difference %.3f mV\n", draws, 1e3 * worst);
+}
+
+TEST(Compositions, OfUpToFiveEffectsNeverDivergeAnywhereInsideTheirBounds) {
+  Random random(20260101);
+  const int draws = 10000;
+  double highest = 0.0;
+  for (int k = 0; k < draws; ++k) {
+    const BatteryModel model(drawnEffects(random));
+    const Eigen::VectorXd p = drawnPoint(random, model);
+    Simulation simulation(model, pointOf(model, p));
+    double time = 0.0;
+    for (int n = 0; n < 12; ++n) {
+      const DriveStep step = drawnStep(random, time);
+      time = step.time;
+      simulation.advance(step);
+      ASSERT_TRUE(std::isfinite(simulation.voltage())) << "draw " << k;
+      highest = std::max(highest, std::abs(simulation.voltage() - p[kRowUDc]));
+      if (random.uniform(0.0, 1.0) < 0.3) {
+        simulation.advanceAtVoltage(random.uniform(13.0, 15.5), 0.5, 200.0);
+        time += 0.5;
+        ASSERT_TRUE(std::isfinite(simulation.voltage())) << "draw " << k;
+      }
+    }
+    ASSERT_TRUE(simulation.state().allFinite()) << "draw " << k;
+  }
+  std::printf("%d draws, largest distance of the voltage from u_dc: %.1f V\n", draws, highest);
+}

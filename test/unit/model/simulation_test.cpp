@@ -1,0 +1,124 @@
+#include "battery_sof/model/simulation.hpp"
+
+#include <gtest/gtest.h>
+
+#include "battery_sof/model/driving_current.hpp"
+#include "support/composed.hpp"
+
+using namespace battery_sof;
+using namespace battery_sof::test;
+
+namespace {
+
+const std::vector<std::string> kFive = {"charge_acceptance", "gassing", "acid_transport", "cpe2",
+                                        "current_dependent_resistance"};
+
+}  // namespace
+
+TEST(Simulation, OfTheBaseModelTakesItsExactStep) {
+  const BatteryModel model;
+  const Series series = baseDrive(3, 60.0, 0.0);
+  const OverpotentialStep step(drivenBattery());
+  const Drive drive = fullDrive(series, whole(series));
+  const auto u = voltages(model, pointOf(model, typicalPoint(model)), drive);
+  double u_c2 = 0.0;
+  for (std::size_t n = 1; n < series.size(); ++n) {
+    u_c2 = step.advance(u_c2, 0.5 * (series.current[n - 1] + series.current[n]), 0.01);
+    ASSERT_NEAR(u[n], terminalVoltage(drivenBattery(), series.current[n], u_c2), 1e-10);
+  }
+}
+
+TEST(Simulation, GivesTheSameVoltageWithAndWithoutDerivatives) {
+  const BatteryModel model(kFive);
+  const Series series = livelyMinute(0.1);
+  const Drive drive = fullDrive(series, whole(series));
+  const ModelPoint start = pointOf(model, typicalPoint(model));
+  for (Eigen::Index lanes : {1, 8, 9, 16, 17, 24, 30, 48}) {
+    Simulation plain(model, start);
+    Simulation carried(model, start,
+                       Eigen::MatrixXd::Ones(model.parameterCount() + model.stateCount(), lanes) * 1e-3);
+    for (const DriveSample& sample : drive.samples) {
+      plain.advance(sample.step);
+      carried.advance(sample.step);
+      ASSERT_NEAR(plain.voltage(), carried.voltage(), 1e-10);
+    }
+  }
+}
+
+TEST(Simulation, ACopyGoesItsOwnWay) {
+  const BatteryModel model(kFive);
+  Simulation one(model, pointOf(model, typicalPoint(model)));
+  DriveStep step;
+  step.duration = step.time = 5.0;
+  step.held = step.current = 30.0;
+  one.advance(step);
+  Simulation other = one;
+  const double before = one.voltage();
+  step.time = 10.0;
+  step.held = step.current = -200.0;
+  other.advance(step);
+  EXPECT_EQ(one.voltage(), before);
+  EXPECT_LT(other.voltage(), before - 0.5);
+  one.advance(step);
+  EXPECT_EQ(one.voltage(), other.voltage());
+}
+
+TEST(Simulation, AtAHeldVoltageEndsEveryStepAtThatVoltage) {
+  const BatteryModel model(kFive);
+  Simulation simulation(model, pointOf(model, typicalPoint(model)));
+  double before = 1e9;
+  for (int k = 0; k < 60; ++k) {
+    const double i = simulation.advanceAtVoltage(14.2, 0.5, 1000.0);
+    EXPECT_NEAR(simulation.voltage(), 14.2, 1e-7);
+    EXPECT_LT(i, before);
+    EXPECT_GT(i, 0.0);
+    before = i;
+  }
+}
+
+TEST(Simulation, AtAHeldVoltageKeepsTheCurrentLimit) {
+  const BatteryModel model;
+  Simulation simulation(model, pointOf(model, typicalPoint(model)));
+  EXPECT_EQ(simulation.advanceAtVoltage(14.2, 1.0, 20.0), 20.0);
+  EXPECT_LT(simulation.voltage(), 14.2);
+}
+
+TEST(Simulation, CurrentAtAHeldVoltageCarriesItsDerivatives) {
+  const BatteryModel model({"charge_acceptance", "acid_transport"});
+  const Eigen::VectorXd p = typicalPoint(model);
+  const Eigen::Index rows = model.parameterCount() + model.stateCount();
+  const auto last = [&](const Eigen::VectorXd& q) {
+    Simulation simulation(model, pointOf(model, q));
+    double i = 0.0;
+    for (int k = 0; k < 20; ++k) i = simulation.advanceAtVoltage(14.0, 0.5, 500.0);
+    return i;
+  };
+  Simulation carried(model, pointOf(model, p), Eigen::MatrixXd::Identity(rows, model.parameterCount()));
+  for (int k = 0; k < 20; ++k) carried.advanceAtVoltage(14.0, 0.5, 500.0);
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
+    Eigen::VectorXd up = p, down = p;
+    const double h = 1e-4 * std::abs(p[j]);
+    up[j] += h;
+    down[j] -= h;
+    const double difference = (last(up) - last(down)) / (2.0 * h);
+    EXPECT_NEAR(carried.currentDerivatives()[j], difference, 2e-3 * std::abs(difference) + 1e-3)
+        << model.parameters()[static_cast<std::size_t>(j)].name;
+  }
+}
+
+TEST(Simulation, RefusesWhatDoesNotFitWithWhatWasExpected) {
+  const BatteryModel model;
+  ModelPoint start = pointOf(model, typicalPoint(model));
+  start.state.resize(3);
+  start.state.setZero();
+  EXPECT_THROW(Simulation(model, start), std::invalid_argument);
+  start = pointOf(model, typicalPoint(model));
+  start.parameters[kRowBeta] = NAN;
+  EXPECT_THROW(Simulation(model, start), std::invalid_argument);
+  start = pointOf(model, typicalPoint(model));
+  EXPECT_THROW(Simulation(model, start, Eigen::MatrixXd::Zero(6, 49)), std::invalid_argument);
+  EXPECT_THROW(Simulation(model, start, Eigen::MatrixXd::Zero(5, 2)), std::invalid_argument);
+  Simulation simulation(model, start);
+  EXPECT_THROW(simulation.advanceAtVoltage(NAN, 1.0, 10.0), std::invalid_argument);
+  EXPECT_THROW(simulation.advanceAtVoltage(14.0, 0.0, 10.0), std::invalid_argument);
+}
