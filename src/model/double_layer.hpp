@@ -109,7 +109,7 @@ class DoubleLayer {
   void suggestStep(double step) { suggested_ = step; }
 
  private:
-  static constexpr double kTolerance = 1e-4;  // [V] between one implicit step and its halves
+  static constexpr double kTolerance = 4e-5;  // [V] between one implicit step and its halves
   static constexpr double kShortest = 1e-7;   // [s]
   static constexpr double kMostExponent = 300.0;
 

@@ -136,8 +136,8 @@ class EngineOf final : public Simulation::Engine {
   DoubleLayer<S>& layer() { return layer_; }
 
  private:
-  static constexpr double kFineStep = 0.2;     // [s]
-  static constexpr double kMostPieces = 5000;  // of one interval: beyond it is a gap of hours, at rest
+  static constexpr double kFineStep = 0.1;     // [s]
+  static constexpr double kMostPieces = 10000;  // of one interval: beyond it is a gap of hours, at rest
 
   struct Member {
     const Effect* effect;

@@ -23,9 +23,9 @@ struct ModelPoint {
  *
  * Without an effect on the double layer a step is exact (ClosedFormStep). Otherwise the double layer and what is bound to
  * it (activity of the reaction, ladder of a fractional capacitance) are stepped together by an implicit Euler step that is
- * extrapolated to second order (a step against two halves), its length chosen so that the two differ by at most 0.1 mV:
+ * extrapolated to second order (a step against two halves), its length chosen so that the two differ by at most 0.04 mV:
  * L-stable, positive activities stay positive, no interval is too long. Effects' own states have exact steps; where they
- * act back on others (history, warming, drift), intervals are cut to 0.2 s. Beyond |alpha beta u_c2| = 300 the reaction's
+ * act back on others (history, warming, drift), intervals are cut to 0.1 s. Beyond |alpha beta u_c2| = 300 the reaction's
  * exponentials stay at that value.
  *
  * Derivatives are forward sensitivities of the very step that is taken: every number carries its derivatives along
