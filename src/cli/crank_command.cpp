@@ -16,15 +16,6 @@ struct CrankArguments {
   std::string json;
 };
 
-/// The model after a rest so long that its state is gone.
-FittedModel rested(FittedModel model) {
-  model.state.u_c2 = 0.0;
-  model.state.current = 0.0;
-  model.covariance.row(kRowState).setZero();
-  model.covariance.col(kRowState).setZero();
-  return model;
-}
-
 int runCrank(const CommandLine& line, const CrankArguments& arguments) {
   if (!(arguments.capacity_ah > 0.0))
     throw UsageError("--capacity-ah is " + std::to_string(arguments.capacity_ah) +

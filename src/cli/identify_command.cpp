@@ -15,7 +15,7 @@ struct IdentifyArguments {
   RecordingArguments recording;
   WindowArguments window;
   bool automatic = false;
-  std::string out, json, effects;
+  std::string out, json;
   std::string start = "robust";
   IdentifyOptions options;
 };
@@ -56,10 +56,16 @@ FittedModel fit(const IdentifyArguments& arguments, const Series& series) {
   return model;
 }
 
+void requireKnownEffects(const std::vector<std::string>& effects) {
+  try {
+    BatteryModel composed(effects);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--effects: ") + error.what());
+  }
+}
+
 int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
-  if (!arguments.effects.empty())
-    throw UsageError("--effects " + arguments.effects +
-                     ": this version knows no effects beyond the base model");
+  requireKnownEffects(arguments.options.effects);
   Progress progress(line.err);
   const Recording recording = loadRecording(arguments.recording);
   progress.stage("checking");
@@ -90,7 +96,16 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   command->add_flag("--auto", arguments->automatic,
                     "choose the window inside --from and --to even when both are given");
   command->add_option("--out", arguments->out, "model file to write")->required();
-  command->add_option("--effects", arguments->effects, "ids of further physics, comma-separated");
+  command
+      ->add_option("--effects", arguments->options.effects,
+                   "ids of further physics, comma-separated; sof effects lists them")
+      ->delimiter(',');
+  command->add_flag("--whiten", arguments->options.whiten,
+                    "cost of residuals whitened by a fitted noise model in place of the paper's weights");
+  command
+      ->add_option("--threads", arguments->options.threads,
+                   "threads for the starts of a fit with effects, 0: all; changes no result")
+      ->capture_default_str();
   command->add_option("--start", arguments->start, "initial state: estimated, or as in the paper")
       ->check(CLI::IsMember({"robust", "paper"}))
       ->capture_default_str();

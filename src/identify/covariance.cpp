@@ -40,9 +40,9 @@ Eigen::Index bartlettWidth(double rho, Eigen::Index samples) {
   return static_cast<Eigen::Index>(std::clamp(width, 1.0, longest));
 }
 
-Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
-                                   const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
-                                   Eigen::Index width) {
+Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                       const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
+                       Eigen::Index width) {
   const Eigen::Index n = jacobian.rows();
   const Eigen::Index p = jacobian.cols();
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(p, p);
@@ -67,8 +67,20 @@ Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jaco
           running.row(std::min(k + 1, n)) - running.row(std::max<Eigen::Index>(0, k + 1 - width));
     B.noalias() += sums.transpose() * sums;
   }
-  const Eigen::MatrixXd A_inverse = scaledInverse(A);
-  return A_inverse * (B / static_cast<double>(width)) * A_inverse;
+  return {A, B / static_cast<double>(width)};
+}
+
+Eigen::MatrixXd informationInverse(const Eigen::MatrixXd& A) { return scaledInverse(A); }
+
+Eigen::MatrixXd combined(const Sandwich& parts) {
+  const Eigen::MatrixXd A_inverse = scaledInverse(parts.A);
+  return A_inverse * parts.B * A_inverse;
+}
+
+Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                                   const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
+                                   Eigen::Index width) {
+  return combined(sandwichParts(jacobian, residual, weight, width));
 }
 
 }  // namespace battery_sof

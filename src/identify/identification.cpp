@@ -7,7 +7,9 @@
 #include <tuple>
 
 #include "battery_sof/identify/base_search.hpp"
+#include "battery_sof/identify/composition_identification.hpp"
 #include "battery_sof/identify/covariance.hpp"
+#include "battery_sof/identify/fit_description.hpp"
 #include "battery_sof/identify/fit_quality.hpp"
 #include "battery_sof/identify/window.hpp"
 #include "battery_sof/recording/events.hpp"
@@ -39,30 +41,16 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
     requirePositiveOption(value >= info.lower && value <= info.upper,
                           ("initial " + info.name).c_str(), value, "inside Table I's bounds");
   }
+  requirePositiveOption(options.more_starts >= 0, "more_starts", options.more_starts, "at least 0");
+  requirePositiveOption(options.threads >= 0, "threads", options.threads, "at least 0");
+  BatteryModel known(options.effects);
+  if (options.start == FitStart::kPaper && (options.whiten || !options.effects.empty()))
+    throw std::invalid_argument(
+        "the paper's start fits the base model to eq. 3 alone: no effects, no whitening");
   if (range.last > series.size() || range.first > range.last)
     throw std::invalid_argument("window of samples " + std::to_string(range.first) + " to " +
                                 std::to_string(range.last) + " in a recording of " +
                                 std::to_string(series.size()));
-}
-
-/// The model of a window that was not fitted, and why.
-FittedModel unfitted(const Series& series, IndexRange range, FitStatus status,
-                     const std::string& message) {
-  FittedModel model;
-  model.status = status;
-  model.message = message;
-  model.covariance = Eigen::MatrixXd::Zero(kCovarianceRows, kCovarianceRows);
-  model.window.samples = range.size();
-  if (!range.empty()) {
-    model.window.from = series.time[range.first];
-    model.window.to = series.time[range.last - 1];
-    model.state = {model.window.to, 0.0, series.current[range.last - 1]};
-    model.excited = excitedRange(series, range);
-  }
-  for (const auto& info : tableOne())
-    model.estimates.push_back({info.name, info.unit, info.magnitude, std::nullopt, false, false});
-  model.estimates.push_back({"u_dc", "V", model.parameters.u_dc, std::nullopt, false, false});
-  return model;
 }
 
 /// Paper: the first sample sets the state and is left out of the sums (n = 2 to N in eqs. 3 and 4).
@@ -117,81 +105,25 @@ std::vector<ParameterEstimate> estimatesOf(const BaseParameters& p,
                                            const Eigen::MatrixXd& covariance) {
   const std::array<double, 4> values = {p.r_discharge, p.r_charge, p.c2, p.beta};
   std::vector<ParameterEstimate> estimates;
-  const auto standardError = [&](int row) -> std::optional<double> {
-    const double variance = covariance(row, row);
-    return variance > 0.0 && std::isfinite(variance) ? std::optional(std::sqrt(variance))
-                                                     : std::nullopt;
-  };
   for (int j = 0; j < 4; ++j) {
     const auto& info = tableOne()[j];
-    const auto std = standardError(j);
+    const auto std = standardError(covariance, j);
     const bool bound = atBound(info, values[j]);
     estimates.push_back(
         {info.name, info.unit, values[j], std, bound, !bound && std && *std < 0.5 * values[j]});
   }
-  const auto std = standardError(kRowUDc);
+  const auto std = standardError(covariance, kRowUDc);
   estimates.push_back({"u_dc", "V", p.u_dc, std, false, std && *std < 0.5});
   return estimates;
 }
 
-/// RMS difference of the cranks' measured and modelled minima [V], and their number.
-std::pair<double, int> crankErrors(const Series& series, IndexRange range,
-                                   const std::vector<double>& modelled, double crank_current) {
-  EventLimits limits;
-  limits.crank_current = crank_current;
-  double sum = 0.0;
-  int cranks = 0;
-  for (const Event& event : detectEvents(slice(series, range), limits)) {
-    if (event.kind != EventKind::kCrank) continue;
-    const auto first = modelled.begin() + static_cast<std::ptrdiff_t>(event.range.first);
-    const auto last = modelled.begin() + static_cast<std::ptrdiff_t>(event.range.last);
-    const double error = event.min_voltage - *std::min_element(first, last);
-    sum += error * error;
-    ++cranks;
-  }
-  return {cranks > 0 ? std::sqrt(sum / cranks) : 0.0, cranks};
-}
-
-FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
-                   double rho, double crank_current) {
-  const auto begin = series.voltage.begin();
-  const std::vector<double> measured(begin + static_cast<std::ptrdiff_t>(range.first),
-                                     begin + static_cast<std::ptrdiff_t>(range.last));
-  std::vector<double> modelled(measured);
-  for (std::size_t n = 0; n < modelled.size(); ++n) modelled[n] -= residual[n];
-  FitScores scores;
-  scores.q_dyn_percent = qDyn(measured, modelled).value_or(0.0);
-  scores.rmse = rootMeanSquareError(measured, modelled);
-  std::tie(scores.crank_error_std, scores.cranks) =
-      crankErrors(series, range, modelled, crank_current);
-  if (scores.cranks == 0) scores.crank_error_std = scores.rmse;
-  scores.residual_correlation_time = medianInterval(series) * (1.0 + rho) / (1.0 - rho);
-  return scores;
-}
-
-std::string sentenceOf(const FittedModel& model) {
-  std::ostringstream text;
-  switch (model.status) {
-    case FitStatus::kConverged:
-      text << "converged after " << model.iterations << " iterations";
-      break;
-    case FitStatus::kIterationLimit:
-      text << "stopped by the limit of " << model.iterations << " iterations";
-      break;
-    case FitStatus::kNotExcited:
-      text << "the window determines none of the parameters";
-      break;
-    default:
-      text << "no step lowers the cost any more, but the optimum was not reached";
-      break;
-  }
-  std::string weak;
-  for (const auto& estimate : model.estimates) {
-    if (estimate.determined) continue;
-    weak += (weak.empty() ? "" : ", ") + estimate.name + (estimate.at_bound ? " (at a bound)" : "");
-  }
-  if (!weak.empty()) text << "; the window does not determine " << weak;
-  return text.str();
+/// Replaces the state's row of a covariance by that of the state it became: V <- T V T'.
+void carryCovariance(Eigen::MatrixXd& covariance, const Overpotential& carried) {
+  Eigen::MatrixXd T = Eigen::MatrixXd::Identity(kCovarianceRows, kCovarianceRows);
+  T(kRowState, kRowState) = carried.d_initial;
+  T(kRowState, kRowC2) = carried.d_c2;
+  T(kRowState, kRowBeta) = carried.d_beta;
+  covariance = T * covariance * T.transpose();
 }
 
 /// Fills in everything that follows from where the search ended.
@@ -210,7 +142,7 @@ FittedModel describeFit(const Series& series, IndexRange range, const IdentifyOp
   const Overpotential last = lastState(series, range, equations, columns, p);
   holdBounded(columns, p);
 
-  FittedModel model = unfitted(series, range, fit.status, "");
+  FittedModel model = unfitted(series, range, {}, fit.status, "");
   model.parameters = p;
   model.iterations = fit.iterations;
   model.covariance =
@@ -234,7 +166,7 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
   requireValid(options, series, range);
   const std::string start = options.start == FitStart::kPaper ? "paper" : "robust";
   const auto refuse = [&](FitStatus status, const std::string& message) {
-    FittedModel model = unfitted(series, range, status, message);
+    FittedModel model = unfitted(series, range, options.effects, status, message);
     model.start = start;
     return model;
   };
@@ -259,7 +191,10 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
                                                         : searchWindow(samples, equations, options);
   Eigen::VectorXd weight(static_cast<Eigen::Index>(samples.size()));
   for (std::size_t n = 0; n < samples.size(); ++n) weight[n] = samples[n].weight;
-  FittedModel model = describeFit(series, range, options, fit, equations, weight);
+  FittedModel model =
+      options.effects.empty() && !options.whiten
+          ? describeFit(series, range, options, fit, equations, weight)
+          : identifyComposition(series, range, options, fit);
   model.start = start;
   model.suitability = windowSuitability(series, range);
   return model;
@@ -271,21 +206,11 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
       series.time[last] < model.state.time)
     throw std::invalid_argument(
         "carryState: the state must stand at a sample at or before the end");
-  const double max_gap = gapThreshold(series);
-  const OverpotentialStep step(model.parameters);
-  Overpotential carried{model.state.u_c2, 1.0, 0.0, 0.0};
-  for (auto n = static_cast<std::size_t>(at - series.time.begin()) + 1; n <= last; ++n)
-    carried = advanceToSample(step, carried, series, n, max_gap);
-  model.state = {series.time[last], carried.value, series.current[last]};
-  carryCovariance(model.covariance, carried);
-}
-
-void carryCovariance(Eigen::MatrixXd& covariance, const Overpotential& carried) {
-  Eigen::MatrixXd T = Eigen::MatrixXd::Identity(kCovarianceRows, kCovarianceRows);
-  T(kRowState, kRowState) = carried.d_initial;
-  T(kRowState, kRowC2) = carried.d_c2;
-  T(kRowState, kRowBeta) = carried.d_beta;
-  covariance = T * covariance * T.transpose();
+  const auto first = static_cast<std::size_t>(at - series.time.begin());
+  const Drive drive = fullDrive(series, {first, last + 1});
+  Simulation simulation = uncertainSimulationOf(model);
+  for (std::size_t n = 1; n < drive.samples.size(); ++n) simulation.advance(drive.samples[n].step);
+  takeState(model, simulation, series.current[last]);
 }
 
 }  // namespace battery_sof

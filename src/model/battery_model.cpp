@@ -29,8 +29,10 @@ BatteryModel::BatteryModel(const std::vector<std::string>& effects) {
   for (const ParameterInfo& info : tableOne()) {
     parameters_.push_back(info);
     parameters_.back().logarithmic = info.name == "c2" || info.name == "beta";
+    parameters_.back().linear = !parameters_.back().logarithmic;
   }
   parameters_.push_back({"u_dc", "u_dc", "V", BaseParameters{}.u_dc, 0.0, 100.0, "paper, eq. 4"});
+  parameters_.back().linear = true;
   states_.push_back({"u_c2", "V", 0.0, 0.2, -2.0, 2.0});
   for (const EffectInfo& info : effectCatalogue()) {
     if (!contains(effects, info.id)) continue;
@@ -40,6 +42,9 @@ BatteryModel::BatteryModel(const std::vector<std::string>& effects) {
     parameters_.insert(parameters_.end(), info.parameters.begin(), info.parameters.end());
     states_.insert(states_.end(), info.states.begin(), info.states.end());
   }
+  for (const std::string& id : effects_)
+    for (const std::string& bent : effectInfo(id).bends)
+      if (const auto row = parameterRow(bent)) parameters_[static_cast<std::size_t>(*row)].linear = false;
 }
 
 std::optional<Eigen::Index> BatteryModel::parameterRow(const std::string& name) const {

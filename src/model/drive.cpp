@@ -84,7 +84,7 @@ DriveStep driveStep(double time_before, double current_before, double time, doub
   step.held = held.current;
   step.current = current;
   step.gap = held.duration > max_gap;
-  step.slope = step.gap ? 0.0 : (current - current_before) / held.duration;
+  step.slope = step.gap || held.duration <= 0.0 ? 0.0 : (current - current_before) / held.duration;
   return step;
 }
 

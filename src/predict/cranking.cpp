@@ -14,6 +14,7 @@ constexpr double kLongestStop = 86400.0;                         // [s], a day
 constexpr double kLongestCrank = 60.0;                           // [s], no starter survives more
 constexpr double kMostCurrent = IntakeLimits{}.max_abs_current;  // [A]
 constexpr double kExtrapolation = 1.25;   // of the largest discharge the window held
+constexpr int kCrankSteps = 100;          // 100 Hz for a crank of a second
 constexpr double kConstantCharge = 0.01;  // of capacity: paper, section V ("within 1 %")
 
 /// printf into a std::string.
@@ -49,6 +50,29 @@ std::string extrapolation(const FittedModel& model, const CrankingQuery& query, 
   return reasons.empty() ? reasons : reasons.substr(0, reasons.size() - 2);
 }
 
+/// Moves on under a held current.
+void hold(Simulation& simulation, double current, double duration) {
+  DriveStep step;
+  step.duration = duration;
+  step.time = simulation.time() + duration;
+  step.held = step.current = current;
+  simulation.advance(step);
+}
+
+/// Lowest voltage of a crank that begins now. The base model's state moves monotonically under a held current, so its
+/// minimum stands at one end; effects may dip in between.
+Interval lowestDuring(Simulation& simulation, const FittedModel& model, const CrankingQuery& query) {
+  const int steps = model.effects.empty() ? 1 : kCrankSteps;
+  hold(simulation, query.i_cranking, 0.0);
+  Interval lowest = voltageInterval(simulation, model.scores.crank_error_std);
+  for (int k = 0; k < steps; ++k) {
+    hold(simulation, query.i_cranking, query.t_cranking / steps);
+    const Interval now = voltageInterval(simulation, model.scores.crank_error_std);
+    if (now.value <= lowest.value) lowest = now;
+  }
+  return lowest;
+}
+
 }  // namespace
 
 std::string faultsOf(const CrankingQuery& q) {
@@ -81,13 +105,9 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
     answer.message = "the model cannot be used: " + model.message;
     return answer;
   }
-  const OverpotentialStep step(model.parameters);
-  const Overpotential at_stop =
-      step.advance(Overpotential{model.state.u_c2, 1.0, 0.0, 0.0}, query.i_load, query.t_stop);
-  const Overpotential at_end = step.advance(at_stop, query.i_cranking, query.t_cranking);
-  // Monotone under a held current: one end of the crank is the minimum.
-  const Overpotential& lowest = at_end.value <= at_stop.value ? at_end : at_stop;
-  answer.u_min = voltageInterval(model, query.i_cranking, lowest, model.scores.crank_error_std);
+  Simulation simulation = uncertainSimulationOf(model);
+  hold(simulation, query.i_load, query.t_stop);
+  answer.u_min = lowestDuring(simulation, model, query);
   if (query.u_required) answer.capable = answer.u_min->lower >= *query.u_required;
 
   const std::string reasons = extrapolation(model, query, capacity);

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <limits>
 
-#include "battery_sof/model/driving_current.hpp"
 #include "battery_sof/predict/prediction_interval.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
 #include "battery_sof/recording/intake.hpp"
@@ -63,20 +62,32 @@ std::string extrapolation(const FittedModel& model, const std::vector<double>& c
   return text;
 }
 
+/// Voltage that the model misses at a sample with its state as it stands [V].
+double missingAt(const FittedModel& model, const Series& series, std::size_t n) {
+  Simulation here = simulationOf(model);
+  DriveStep now;
+  now.time = series.time[n];
+  now.held = now.current = series.current[n];
+  here.advance(now);
+  return series.voltage[n] - here.voltage();
+}
+
 /// The model with its state at the recording's first sample (paper, eq. 5), by the median over the
-/// first second.
+/// first second; the effects' states at rest.
 FittedModel modelAtFirstSample(const FittedModel& model, const Series& series) {
-  std::vector<double> states;
+  FittedModel start = model;
+  const Eigen::VectorXd rest = compositionOf(model).restState();
+  start.state = {series.time.front(), 0.0, series.current.front(),
+                 std::vector<double>(rest.data() + 1, rest.data() + rest.size())};
+  std::vector<double> missing;
   for (std::size_t n = 0; n < series.size(); ++n) {
     if (series.time[n] - series.time.front() > kStartSpan) break;
-    states.push_back(series.voltage[n] - terminalVoltage(model.parameters, series.current[n], 0.0));
+    missing.push_back(missingAt(start, series, n));
   }
-  const auto middle = states.begin() + static_cast<std::ptrdiff_t>(states.size() / 2);
-  std::nth_element(states.begin(), middle, states.end());
-  FittedModel start = model;
-  const double current = series.current.front();
-  setStateFromVoltage(start, series.time.front(), current,
-                      terminalVoltage(model.parameters, current, *middle));
+  const auto middle = missing.begin() + static_cast<std::ptrdiff_t>(missing.size() / 2);
+  std::nth_element(missing.begin(), middle, missing.end());
+  const double voltage = series.voltage.front() - missingAt(start, series, 0) + *middle;
+  setStateFromVoltage(start, series.time.front(), series.current.front(), voltage);
   return start;
 }
 
@@ -95,15 +106,15 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
     answer.message = "the model cannot be used: " + model.message;
     return answer;
   }
-  const OverpotentialStep step(model.parameters);
-  Overpotential state{model.state.u_c2, 1.0, 0.0, 0.0};
+  Simulation simulation = uncertainSimulationOf(model);
   double time_before = 0.0;
   double current_before = model.state.current;
   for (std::size_t n = 0; n < time.size(); ++n) {
-    const HeldCurrent held = heldCurrent(time_before, current_before, time[n], current[n],
-                                         std::numeric_limits<double>::infinity());
-    state = step.advance(state, held.current, held.duration);
-    append(answer.predicted, voltageInterval(model, current[n], state, model.scores.rmse));
+    DriveStep step = driveStep(time_before, current_before, time[n], current[n],
+                               std::numeric_limits<double>::infinity());
+    step.time += model.state.time;
+    simulation.advance(step);
+    append(answer.predicted, voltageInterval(simulation, model.scores.rmse));
     time_before = time[n];
     current_before = current[n];
   }
@@ -117,14 +128,12 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
 PredictedVoltage predictSeries(const FittedModel& model, const Series& series, IndexRange range) {
   if (range.empty()) return {};
   const FittedModel start = modelAtFirstSample(model, series);
-  const double max_gap = gapThreshold(series);
-  const OverpotentialStep step(start.parameters);
-  Overpotential state{start.state.u_c2, 1.0, 0.0, 0.0};
+  const Drive drive = fullDrive(series, {0, range.last});
+  Simulation simulation = uncertainSimulationOf(start);
   PredictedVoltage predicted;
   for (std::size_t n = 0; n < range.last; ++n) {
-    if (n > 0) state = advanceToSample(step, state, series, n, max_gap);
-    if (n >= range.first)
-      append(predicted, voltageInterval(start, series.current[n], state, start.scores.rmse));
+    simulation.advance(drive.samples[n].step);
+    if (n >= range.first) append(predicted, voltageInterval(simulation, start.scores.rmse));
   }
   return predicted;
 }

@@ -1,56 +1,83 @@
 #include "battery_sof/predict/state_tracker.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
-#include "battery_sof/identify/identification.hpp"
-#include "battery_sof/model/driving_current.hpp"
-
 namespace battery_sof {
+namespace {
+
+constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
+
+bool contains(const std::vector<std::string>& ids, const char* id) {
+  return std::find(ids.begin(), ids.end(), id) != ids.end();
+}
+
+}  // namespace
 
 StateTracker::StateTracker(const FittedModel& model, double max_gap)
     : model_(model),
-      step_(model.parameters),
-      overpotential_{model.state.u_c2, 1.0, 0.0, 0.0},
+      simulation_(uncertainSimulationOf(model)),
       state_(model.state),
-      max_gap_(max_gap) {}
+      max_gap_(max_gap),
+      needs_trace_(contains(model.effects, "time_skew") || contains(model.effects, "sensor_lag")) {
+  if (needs_trace_) trace_.append(state_.time, state_.current, max_gap_);
+}
 
 void StateTracker::advance(double time, double current) {
   if (!(time > state_.time))
     throw std::invalid_argument("StateTracker: time " + std::to_string(time) +
                                 " s is not after the state's " + std::to_string(state_.time) +
                                 " s");
-  const HeldCurrent held = heldCurrent(state_.time, state_.current, time, current, max_gap_);
-  overpotential_ = step_.advance(overpotential_, held.current, held.duration);
-  state_ = {time, overpotential_.value, current};
+  DriveStep step = driveStep(state_.time, state_.current, time, current, max_gap_);
+  if (needs_trace_) {
+    trace_.append(time, current, max_gap_);
+    trace_.forgetBefore(time - kTraceKept);
+    step.trace = &trace_;
+  }
+  simulation_.advance(step);
+  const Eigen::VectorXd state = simulation_.state();
+  state_.time = time;
+  state_.current = current;
+  state_.u_c2 = state[0];
+  state_.further.assign(state.data() + 1, state.data() + state.size());
 }
 
-double StateTracker::expectedVoltage() const {
-  return terminalVoltage(model_.parameters, state_.current, state_.u_c2);
-}
+double StateTracker::expectedVoltage() const { return simulation_.voltage(); }
 
 FittedModel StateTracker::modelNow() const {
   FittedModel now = model_;
-  now.state = state_;
-  carryCovariance(now.covariance, overpotential_);
+  takeState(now, simulation_, state_.current);
   return now;
 }
 
 void setStateFromVoltage(FittedModel& model, double time, double current, double voltage) {
-  const BaseParameters& parameters = model.parameters;
-  const double resistance = ohmicResistance(parameters, current);
-  model.state = {time, voltage - parameters.u_dc - resistance * current, current};
+  const BatteryModel composition = compositionOf(model);
+  model.state.time = time;
+  model.state.current = current;
+  Simulation here = uncertainSimulationOf(model);
+  DriveStep now;
+  now.time = time;
+  now.held = now.current = current;
+  here.advance(now);
+  const double missing = voltage - here.voltage();
 
-  Eigen::RowVectorXd slope = Eigen::RowVectorXd::Zero(kCovarianceRows);
-  slope[current < 0.0 ? kRowRDischarge : kRowRCharge] = -current;
-  slope[kRowUDc] = -1.0;
-  const Eigen::RowVectorXd shared = slope * model.covariance;
+  const Eigen::Index parameters = composition.parameterCount();
+  const Eigen::MatrixXd factor = covarianceFactor(model.covariance);
   const double own = std::pow(model.scores.rmse, 2);
-  const double variance = shared.dot(slope) + own;
-  model.covariance.row(kRowState) = shared;
-  model.covariance.col(kRowState) = shared.transpose();
-  model.covariance(kRowState, kRowState) = variance;
+  Eigen::MatrixXd moved = factor;
+  Eigen::VectorXd unshared = Eigen::VectorXd::Zero(factor.rows());
+  for (Eigen::Index j = 0; j < composition.stateCount(); ++j) {
+    const bool follows = j == 0 || composition.states()[static_cast<std::size_t>(j)].begins_as_u_c2;
+    if (!follows) continue;
+    // du/du_c2 is one, so what the voltage does not know beside u_c2 is what u_c2 takes over.
+    (j == 0 ? model.state.u_c2 : model.state.further[static_cast<std::size_t>(j) - 1]) += missing;
+    if (factor.cols() > 0)
+      moved.row(parameters + j) = factor.row(parameters) - here.voltageDerivatives().transpose();
+    unshared[parameters + j] = std::sqrt(own);
+  }
+  model.covariance = moved * moved.transpose() + unshared * unshared.transpose();
 }
 
 }  // namespace battery_sof

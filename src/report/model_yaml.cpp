@@ -14,7 +14,6 @@ namespace battery_sof {
 namespace {
 
 constexpr double kKelvin = 273.15;  // 0 degC
-const char* const kCovarianceNames[] = {"r_discharge", "r_charge", "c2", "beta", "u_dc", "u_c2"};
 
 /// Rounded to twelve digits, so that writing, reading and writing again gives the same text.
 double correlation(const Eigen::MatrixXd& covariance, int j, int k) {
@@ -41,6 +40,7 @@ YAML::Node parameterNode(const ParameterEstimate& estimate) {
   node["value"] = estimate.value;
   if (estimate.std) node["std"] = *estimate.std;
   node["unit"] = estimate.unit;
+  if (estimate.held) node["held"] = true;
   node["at_bound"] = estimate.at_bound;
   node["determined"] = estimate.determined;
   return node;
@@ -50,8 +50,20 @@ YAML::Node stateNode(const FittedModel& model) {
   YAML::Node node;
   node["time_s"] = model.state.time;
   node["u_c2_v"] = model.state.u_c2;
-  node["u_c2_std_v"] = std::sqrt(std::max(0.0, model.covariance(kRowState, kRowState)));
+  const auto std_of = [&](Eigen::Index row) { return std::sqrt(std::max(0.0, model.covariance(row, row))); };
+  const BatteryModel composition = compositionOf(model);
+  const Eigen::Index first = composition.parameterCount();
+  node["u_c2_std_v"] = std_of(first);
   node["current_a"] = model.state.current;
+  for (Eigen::Index j = 1; j < composition.stateCount(); ++j) {
+    const StateInfo& info = composition.states()[static_cast<std::size_t>(j)];
+    YAML::Node state;
+    state.SetStyle(YAML::EmitterStyle::Flow);
+    state["value"] = model.state.further[static_cast<std::size_t>(j) - 1];
+    state["std"] = std_of(first + j);
+    state["unit"] = info.unit;
+    node["further"][info.name] = state;
+  }
   return node;
 }
 
@@ -146,6 +158,7 @@ ParameterEstimate estimateOf(const Reader& parameters, const std::string& name) 
   estimate.unit = field.text("unit");
   estimate.value = field.number("value");
   if (field.has("std")) estimate.std = field.number("std");
+  if (field.has("held")) estimate.held = field.get<bool>("held", "true or false");
   estimate.at_bound = field.get<bool>("at_bound", "true or false");
   estimate.determined = field.get<bool>("determined", "true or false");
   return estimate;
@@ -153,8 +166,9 @@ ParameterEstimate estimateOf(const Reader& parameters, const std::string& name) 
 
 void readParameters(const Reader& root, FittedModel& model) {
   const Reader parameters = root.at("parameters");
-  for (int j = 0; j < kRowState; ++j)
-    model.estimates.push_back(estimateOf(parameters, kCovarianceNames[j]));
+  const BatteryModel composition = compositionOf(model);
+  for (const ParameterInfo& info : composition.parameters())
+    model.estimates.push_back(estimateOf(parameters, info.name));
   const Reader fixed = root.at("fixed");
   auto& p = model.parameters;
   p.r_discharge = model.estimates[kRowRDischarge].value;
@@ -171,19 +185,48 @@ void readParameters(const Reader& root, FittedModel& model) {
   }
 }
 
+/// What "parameters" and "effects" say must be a composition.
+void readEffects(const Reader& root, FittedModel& model) {
+  const auto ids = root.get<std::vector<std::string>>("effects", "a list of ids");
+  try {
+    model.effects = BatteryModel(ids).effects();
+  } catch (const std::invalid_argument& error) {
+    root.fail("effects", std::string("cannot be used: ") + error.what());
+  }
+}
+
+void readState(const Reader& root, FittedModel& model) {
+  const Reader state = root.at("state");
+  model.state = {state.number("time_s"), state.number("u_c2_v"), state.number("current_a")};
+  const BatteryModel composition = compositionOf(model);
+  for (std::size_t j = 1; j < composition.states().size(); ++j)
+    model.state.further.push_back(
+        state.at("further").at(composition.states()[j].name).number("value"));
+}
+
 void readCovariance(const Reader& root, FittedModel& model) {
-  const auto rows =
-      root.get<std::vector<std::vector<double>>>("correlation", "6 rows of 6 numbers");
-  Eigen::VectorXd std(static_cast<int>(kCovarianceRows));
-  for (int j = 0; j < kRowState; ++j) std[j] = model.estimates[j].std.value_or(0.0);
-  std[kRowState] = root.at("state").number("u_c2_std_v");
-  model.covariance.resize(kCovarianceRows, kCovarianceRows);
-  for (int j = 0; j < kCovarianceRows; ++j)
-    for (int k = 0; k < kCovarianceRows; ++k) {
-      if (rows.size() != kCovarianceRows || rows[j].size() != kCovarianceRows ||
-          !(std::abs(rows[j][k]) <= 1.0 + 1e-9))
-        root.fail("correlation", "must be 6 rows of 6 numbers between -1 and 1");
-      model.covariance(j, k) = rows[j][k] * std[j] * std[k];
+  const BatteryModel composition = compositionOf(model);
+  const Eigen::Index parameters = composition.parameterCount();
+  const Eigen::Index size = parameters + composition.stateCount();
+  const std::string expected = std::to_string(size) + " rows of " + std::to_string(size) + " numbers";
+  const auto rows = root.get<std::vector<std::vector<double>>>("correlation", expected.c_str());
+  const Reader state = root.at("state");
+  Eigen::VectorXd std(size);
+  for (Eigen::Index j = 0; j < parameters; ++j)
+    std[j] = model.estimates[static_cast<std::size_t>(j)].std.value_or(0.0);
+  std[parameters] = state.number("u_c2_std_v");
+  for (Eigen::Index j = 1; j < composition.stateCount(); ++j)
+    std[parameters + j] = state.at("further")
+                              .at(composition.states()[static_cast<std::size_t>(j)].name)
+                              .number("std");
+  model.covariance.resize(size, size);
+  const auto wanted = static_cast<std::size_t>(size);
+  for (std::size_t j = 0; j < wanted; ++j)
+    for (std::size_t k = 0; k < wanted; ++k) {
+      if (rows.size() != wanted || rows[j].size() != wanted || !(std::abs(rows[j][k]) <= 1.0 + 1e-9))
+        root.fail("correlation", "must be " + expected + " between -1 and 1");
+      const auto row = static_cast<Eigen::Index>(j), column = static_cast<Eigen::Index>(k);
+      model.covariance(row, column) = rows[j][k] * std[row] * std[column];
     }
 }
 
@@ -241,8 +284,7 @@ std::string modelYaml(const FittedModel& model) {
   out << YAML::Comment(
              "battery_sof model. Current is positive into the battery. correlation: rows and "
              "columns\n"
-             "r_discharge, r_charge, c2, beta, u_dc, u_c2 (the state). State: where a query's "
-             "event begins.")
+             "the parameters, then u_c2 and the further states. State: where a query's event begins.")
       << YAML::Newline << root;
   return std::string(out.c_str()) + "\n";
 }
@@ -261,13 +303,12 @@ FittedModel parseModelYaml(const std::string& text, const std::string& source) {
     root.fail("schema", "is \"" + schema + "\", expected \"" + kModelSchema + "\"");
 
   FittedModel model;
+  readEffects(root, model);
   readParameters(root, model);
-  const Reader state = root.at("state");
-  model.state = {state.number("time_s"), state.number("u_c2_v"), state.number("current_a")};
+  readState(root, model);
   readCovariance(root, model);
   readWindow(root, model);
   readFit(root, model);
-  model.effects = root.get<std::vector<std::string>>("effects", "a list of ids");
   model.recording = root.at("recording").text("name");
   model.recording_hash = root.at("recording").text("hash");
   return model;

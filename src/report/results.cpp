@@ -75,13 +75,13 @@ std::string identifyText(const FittedModel& model) {
   appendLine(text, "window       %.2f to %.2f s, %zu samples, current %.1f to %.1f A",
              model.window.from, model.window.to, model.window.samples, model.excited.min_current,
              model.excited.max_current);
-  appendLine(text, "%-12s %12s %12s", "parameter", "value", "std. error");
+  appendLine(text, "%-26s %12s %12s", "parameter", "value", "std. error");
   for (const auto& e : model.estimates) {
     if (e.std)
-      appendLine(text, "%-12s %12.6g %12.2g %-4s %s", e.name.c_str(), e.value, *e.std,
+      appendLine(text, "%-26s %12.6g %12.2g %-4s %s", e.name.c_str(), e.value, *e.std,
                  e.unit.c_str(), remarkOn(e));
     else
-      appendLine(text, "%-12s %12.6g %12s %-4s %s", e.name.c_str(), e.value, "-", e.unit.c_str(),
+      appendLine(text, "%-26s %12.6g %12s %-4s %s", e.name.c_str(), e.value, "-", e.unit.c_str(),
                  remarkOn(e));
   }
   appendLine(text, "fit          Q_dyn %.1f %%, RMS error %.1f mV, residual correlated over %.2f s",

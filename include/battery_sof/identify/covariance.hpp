@@ -30,4 +30,20 @@ Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jaco
                                    const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
                                    Eigen::Index width);
 
+/// The two parts of a sandwich, A = J'W^2J and B: more of either, as of priors, can be added before they are combined.
+struct Sandwich {
+  Eigen::MatrixXd A, B;
+};
+
+/// @return the parts of sandwichCovariance(), same arguments.
+Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                       const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
+                       Eigen::Index width);
+
+/// @return A^-1 B A^-1 with the pseudo-inverse of sandwichCovariance().
+Eigen::MatrixXd combined(const Sandwich& parts);
+
+/// @return A^-1 alone, likewise.
+Eigen::MatrixXd informationInverse(const Eigen::MatrixXd& A);
+
 }  // namespace battery_sof

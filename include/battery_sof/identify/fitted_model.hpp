@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/model/base_model.hpp"
+#include "battery_sof/model/battery_model.hpp"
+#include "battery_sof/model/simulation.hpp"
 
 namespace battery_sof {
 
@@ -23,12 +24,13 @@ std::string describe(FitStatus status);
 
 /// One estimated parameter.
 struct ParameterEstimate {
-  std::string name;           ///< r_discharge, r_charge, c2, beta, u_dc
-  std::string unit;           ///< ohm, F, 1/V, V
+  std::string name;           ///< as in BatteryModel::parameters()
+  std::string unit;           ///< ohm, F, 1/V, V, ...
   double value = 0.0;         ///< in unit
   std::optional<double> std;  ///< standard error in unit; none when nothing is known: not excited, or held at a bound
-  bool at_bound = false;      ///< ended at (or in the penalty beyond) a bound of Table I
+  bool at_bound = false;      ///< ended at (or in the penalty beyond) a bound
   bool determined = true;     ///< standard error below half the value (below 0.5 V for u_dc), and not at a bound
+  bool held = false;          ///< not estimated: stays where EffectInfo or the caller put it
 };
 
 /// Where the model's state stands; the event of a query begins here.
@@ -36,6 +38,7 @@ struct ModelState {
   double time = 0.0;         ///< [s], the recording's clock
   double u_c2 = 0.0;         ///< [V]
   double current = 0.0;      ///< [A], current at that time
+  std::vector<double> further = {};  ///< the effects' states, in the order of BatteryModel::states()
 };
 
 /// The part of a recording that was fitted.
@@ -68,9 +71,9 @@ struct ExcitedRange {
 /// Everything an identification found; what MODEL.yaml stores and every query reads.
 struct FittedModel {
   BaseParameters parameters;
-  std::vector<ParameterEstimate> estimates;  ///< in the order of kEstimateNames
-  /// Covariance of (r_discharge, r_charge, c2, beta, u_dc, u_c2 at state.time) [units squared]; 6 x 6, zero rows where
-  /// nothing is known.
+  std::vector<ParameterEstimate> estimates;  ///< in the order of BatteryModel::parameters()
+  /// Covariance of (parameters, states at state.time) in the orders of BatteryModel [units squared]; zero rows where
+  /// nothing is known. 6 x 6 for the base model: r_discharge, r_charge, c2, beta, u_dc, u_c2.
   Eigen::MatrixXd covariance;
   ModelState state;
   std::vector<std::string> effects;  ///< ids of further physics; empty for the base model
@@ -87,10 +90,36 @@ struct FittedModel {
   std::string recording_hash;  ///< "sha256:..." of the file, empty when there is no file
 };
 
-/// Rows of FittedModel::covariance.
-enum CovarianceRow { kRowRDischarge, kRowRCharge, kRowC2, kRowBeta, kRowUDc, kRowState, kCovarianceRows };
+/// Rows of a base model's covariance behind the parameters (BaseRow).
+enum BaseCovarianceRow { kRowState = kBaseRows, kCovarianceRows };
 
 /// @return true when the fit may be used for predictions: it converged, or stopped at the iteration limit.
 bool isUsable(const FittedModel& model);
+
+/// @return the composition a model was fitted with.
+BatteryModel compositionOf(const FittedModel& model);
+
+/// @return its parameters and its state; drifts count from the window's first sample.
+ModelPoint pointOf(const FittedModel& model);
+
+/**
+ * @brief Directions in the space of (parameters, states) whose squares add up to the covariance: L with L L' = V.
+ *
+ * Scaled eigenvectors, those of relative variance below 1e-10 left out; at most Simulation::kMaxLanes columns.
+ */
+Eigen::MatrixXd covarianceFactor(const Eigen::MatrixXd& covariance);
+
+/// @return a simulation that begins at the model's state, for values alone.
+Simulation simulationOf(const FittedModel& model);
+
+/// @return the same with covarianceFactor() as seeds: the squared derivatives of any output add up to its variance.
+Simulation uncertainSimulationOf(const FittedModel& model);
+
+/// @return the model after a rest so long that every state is known to be at rest.
+FittedModel rested(FittedModel model);
+
+/// Puts a simulation's state and its covariance into the model it was begun with. @param simulation from
+///   uncertainSimulationOf(), or without lanes: the covariance then stays.
+void takeState(FittedModel& model, const Simulation& simulation, double current);
 
 }  // namespace battery_sof

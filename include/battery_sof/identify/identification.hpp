@@ -2,6 +2,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/recording/series.hpp"
@@ -22,16 +23,23 @@ struct IdentifyOptions {
   int max_iterations = 20;               ///< paper, section V
   /// Start values r_discharge [Ohm], r_charge [Ohm], c2 [F], beta [1/V]; Table I's magnitudes when not set.
   std::array<double, 4> initial = {0.008, 0.010, 1000.0, 20.0};
+
+  std::vector<std::string> effects = {};  ///< ids of further physics, see effectCatalogue()
+  bool whiten = false;     ///< cost of residuals whitened by a fitted noise model in place of eq. 3
+  int more_starts = 2;     ///< of a composition, beside the base model's optimum and the effects' magnitudes
+  int threads = 1;         ///< for the starts; 0: as many as the machine has; the result is the same
 };
 
 /**
- * @brief Fits the base model to a window by Levenberg-Marquardt (paper, section IV).
+ * @brief Fits the base model, or a composition of it with effects, to a window by Levenberg-Marquardt (paper, section IV).
  *
  *     E(theta) = sum_n [ W(n) (u_b(n) - u_m(theta, n)) ]^2                                              (eq. 3)
  *
  * kRobust estimates r_discharge, r_charge, u_dc, c2, beta and the state at the first sample. The first three enter
  * linearly once u_c2 is known and are eliminated in every iteration (variable projection); c2 and beta are searched as
- * logarithms inside Table I's bounds. kPaper searches the four tunables, normalised by Table I's magnitudes, with an
+ * logarithms inside Table I's bounds. With effects or `whiten`, fitComposition() does the same for the composition, from the base model's optimum on; long
+ * windows are compressed (compressedDrive), standard errors come from the full rate up to 100,000 samples. kPaper searches
+ * the four tunables, normalised by Table I's magnitudes, with an
  * exponential penalty beyond the bounds, eq. 4 for u_dc and eq. 5 for the state, u_dc in eq. 5 being the previous
  * iteration's.
  *
@@ -40,7 +48,8 @@ struct IdentifyOptions {
  *
  * @param series recording; @param range window; gaps inside are taken as rests.
  * @return the model with its state at the window's last sample; never throws for poor data: see FitStatus.
- * @throws std::invalid_argument for options outside their ranges or a range outside the series.
+ * @throws std::invalid_argument for options outside their ranges, unknown effects, effects or whitening with kPaper, or a
+ *   range outside the series.
  */
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
 
@@ -49,9 +58,5 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
  * @param series the recording the model stands in: model.state.time must be the time of one of its samples.
  */
 void carryState(FittedModel& model, const Series& series, std::size_t last);
-
-/// Replaces the state's row of a model's covariance by that of the state it became: V <- T V T'.
-/// @param carried derivatives counted from the state the covariance stands for.
-void carryCovariance(Eigen::MatrixXd& covariance, const Overpotential& carried);
 
 }  // namespace battery_sof

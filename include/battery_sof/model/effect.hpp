@@ -36,6 +36,7 @@ struct EffectInfo {
   std::vector<std::string> look_alikes;  ///< ids it is often confused with
   std::string tells_apart;               ///< the recording that separates it from them
   std::vector<std::string> needs;        ///< ids without which it has no meaning
+  std::vector<std::string> bends = {};   ///< parameters in which the voltage is not linear once this effect is there
   char tier() const { return code.front(); }
 };
 

@@ -1,7 +1,6 @@
 #pragma once
 
-#include "battery_sof/identify/fitted_model.hpp"
-#include "battery_sof/model/base_model.hpp"
+#include "battery_sof/model/simulation.hpp"
 #include "battery_sof/predict/answer.hpp"
 
 namespace battery_sof {
@@ -12,12 +11,11 @@ inline constexpr double kNinetyPercent = 1.6448536269514722;
 /**
  * @brief Terminal voltage with its 90 % interval from parameters, state and the model's own error together.
  *
- *     var = g' V g + sigma_m^2,   g = d u / d (r_discharge, r_charge, c2, beta, u_dc, u_c2 at the saved state)
+ *     var = sum_k (du / d lane_k)^2 + sigma_m^2
  *
- * @param overpotential state with derivatives counted from the model's saved state.
- * @param model_error   sigma_m [V], what the model misses even with the right parameters.
+ * @param simulation  of uncertainSimulationOf(), so that the lanes' squares add up to a variance.
+ * @param model_error sigma_m [V], what the model misses even with the right parameters.
  */
-Interval voltageInterval(const FittedModel& model, double current,
-                         const Overpotential& overpotential, double model_error);
+Interval voltageInterval(const Simulation& simulation, double model_error);
 
 }  // namespace battery_sof

@@ -7,7 +7,7 @@ namespace battery_sof {
 /**
  * @brief Follows the model's state from sample to sample between identifications.
  *
- * One step a sample, constant memory. Across a gap the battery is taken to rest
+ * One step a sample, with the derivatives of uncertainSimulationOf(); constant memory. Across a gap the battery is taken to rest
  * (driving_current.hpp).
  */
 class StateTracker {
@@ -27,20 +27,24 @@ class StateTracker {
 
   const ModelState& state() const { return state_; }
 
+  /// The running simulation, for a query to go on from.
+  const Simulation& simulation() const { return simulation_; }
+
  private:
   FittedModel model_;
-  OverpotentialStep step_;
-  Overpotential overpotential_;
+  Simulation simulation_;
   ModelState state_;
   double max_gap_;
+  bool needs_trace_;  // an effect asks for the current a little earlier or later than the sample
+  CurrentTrace trace_;
 };
 
 /**
  * @brief Where the state must stand for the model to read the measured voltage (paper, eq. 5).
  *
- *     u_c2 = u - u_dc - r(i) i
+ *     u_c2 = u - u_dc - r(i) i - voltages of the effects
  *
- * The state's covariance follows from the parameters' and the fit's own error.
+ * The effects' states stay where they are. The state's covariance follows from the parameters' and the fit's own error.
  */
 void setStateFromVoltage(FittedModel& model, double time, double current, double voltage);
 

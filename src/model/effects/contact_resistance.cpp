@@ -12,7 +12,7 @@ struct ContactResistance {
             "I6",
             "a cable or contact changed its resistance",
             "u += r_c / 2 (1 + tanh((t - t_c) / 1 s)) i; a constant contact resistance leaves no trace",
-            {strength("contact_step", "r_c", "ohm", 0.0005, -0.005, 0.02, "PHYSICS 1.3"), when},
+            {linearStrength("contact_step", "r_c", "ohm", 0.0005, -0.005, 0.02, "PHYSICS 1.3"), when},
             {},
             {"self_heating", "parameter_drift"},
             "the voltage at the battery's posts",

@@ -10,7 +10,7 @@ struct CoupDeFouet {
             "the dip at the first discharge after a full charge",
             "u -= U_cf (1 - n) (1 - z)\n"
             "dn/dt = (-i)^+ (1 - n) / Q_n - (i)^+ n / Q_e,  dz/dt = -(-i)^+ z / Q_r + (i)^+ (1 - z) / Q_r",
-            {strength("coup_voltage", "U_cf", "V", 0.1, 0.0, 0.3, "Rys 2021"),
+            {linearStrength("coup_voltage", "U_cf", "V", 0.1, 0.0, 0.3, "Rys 2021"),
              shape("coup_charge", "Q_n", "Ah", 0.3, 0.1, 1.0, 0.5, "PHYSICS 1.2"),
              held(shape("coup_onset_charge", "Q_r", "Ah", 0.02, 0.005, 0.1, 0.5, "PHYSICS 1.2")),
              held(shape("coup_recharge", "Q_e", "Ah", 1.0, 0.1, 10.0, 0.7, "PHYSICS 1.2"))},

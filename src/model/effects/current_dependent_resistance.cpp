@@ -10,7 +10,7 @@ struct CurrentDependentResistance {
             "the ohmic resistance falls with current",
             "u += r_x i / (1 + |i| / i_x)\n"
             "r(i) = mean + (r_charge - r_discharge) / 2 tanh((i - i_s) / i_w) where i_w > 0",
-            {strength("low_current_resistance", "r_x", "ohm", 0.003, 0.0, 0.02, "PHYSICS 1.1"),
+            {linearStrength("low_current_resistance", "r_x", "ohm", 0.003, 0.0, 0.02, "PHYSICS 1.1"),
              shape("resistance_current", "i_x", "A", 30.0, 3.0, 150.0, 0.5, "PHYSICS 1.1"),
              held(strength("transition_width", "i_w", "A", 0.0, 0.0, 20.0, "PHYSICS 1.1")),
              held(strength("transition_current", "i_s", "A", 0.0, -5.0, 5.0, "PHYSICS 1.1"))},

@@ -225,6 +225,16 @@ inline ParameterInfo strength(std::string name, std::string symbol, std::string 
   return info;
 }
 
+/// A strength in which the voltage is linear.
+inline ParameterInfo linearStrength(std::string name, std::string symbol, std::string unit,
+                                    double magnitude, double lower, double upper,
+                                    std::string source) {
+  ParameterInfo info = strength(std::move(name), std::move(symbol), std::move(unit), magnitude,
+                                lower, upper, std::move(source));
+  info.linear = true;
+  return info;
+}
+
 /// A time constant, capacitance or rate: known by its order of magnitude, to a factor e^prior_std.
 inline ParameterInfo shape(std::string name, std::string symbol, std::string unit, double magnitude,
                            double lower, double upper, double prior_std, std::string source) {

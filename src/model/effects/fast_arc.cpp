@@ -9,7 +9,7 @@ struct FastArc {
             "S2",
             "a fast polarisation that the resistances had absorbed",
             "tau dv/dt = R_h i - v,  u += v",
-            {strength("arc_resistance", "R_h", "ohm", 0.001, 0.0, 0.01, "PHYSICS 1.1"),
+            {linearStrength("arc_resistance", "R_h", "ohm", 0.001, 0.0, 0.01, "PHYSICS 1.1"),
              shape("arc_time", "tau", "s", 0.05, 0.005, 2.0, 0.8, "PHYSICS 1.1")},
             {{"arc_current", "A"}},
             {"sensor_lag", "time_skew", "inductance"},

@@ -19,7 +19,8 @@ struct Gassing {
             {},
             {"current_offset", "charge_transfer", "charge_acceptance", "parasitic_load"},
             "two constant-voltage plateaus at least 0.6 V apart, 10 min each, and the rest after them",
-            {}};
+            {},
+            {"u_dc"}};
   }
   template <typename S>
   static S sideCurrent(const S* p, const S& u_c2, const Present<S>& present) {

@@ -9,7 +9,7 @@ struct OcvHysteresis {
             "P6",
             "the open-circuit voltage depends on the direction of the last charge",
             "dh/dt = |i| / Q_h (sign(i) - h),  u += M h",
-            {strength("hysteresis_voltage", "M", "V", 0.02, 0.0, 0.1, "PHYSICS 1.2"),
+            {linearStrength("hysteresis_voltage", "M", "V", 0.02, 0.0, 0.1, "PHYSICS 1.2"),
              shape("hysteresis_charge", "Q_h", "Ah", 0.2, 0.05, 1.0, 0.5, "PHYSICS 1.2")},
             {{"hysteresis", "1", 0.0, 0.5, -1.0, 1.0}},
             {"acid_transport", "ocv_soc"},

@@ -23,7 +23,8 @@ struct SelfHeating {
             {{"warming", "K"}},
             {"contact_resistance", "parameter_drift"},
             "a temperature sensor at the post",
-            {}};
+            {},
+            {"r_discharge", "r_charge"}};
   }
   template <typename S>
   static void adapt(const S* p, const S* x, Present<S>& present) {

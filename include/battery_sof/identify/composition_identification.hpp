@@ -1,0 +1,20 @@
+#pragma once
+
+#include "battery_sof/identify/base_search.hpp"
+#include "battery_sof/identify/composition_fit.hpp"
+#include "battery_sof/identify/identification.hpp"
+
+namespace battery_sof {
+
+/**
+ * @brief identify() for options with effects or whitening; same arguments, checked by identify().
+ *
+ * Starts: the base model's optimum with the new strengths at zero, the same with them at their magnitudes, and
+ * options.more_starts. With options.whiten noise and fit are estimated in turns, twice each.
+ *
+ * @param base the base model's optimum under eq. 3.
+ */
+FittedModel identifyComposition(const Series& series, IndexRange range,
+                                const IdentifyOptions& options, const BaseFit& base);
+
+}  // namespace battery_sof

@@ -1,0 +1,397 @@
+#include "battery_sof/identify/composition_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "battery_sof/identify/parallel.hpp"
+
+namespace battery_sof {
+namespace {
+
+// What a prior weighs without a noise model: 10 mV of error, correlated over 5 s (as windowSuitability()).
+constexpr double kPriorError = 0.01;       // [V]
+constexpr double kPriorCorrelation = 5.0;  // [s]
+constexpr Eigen::Index kRows = 64;         // of the Jacobian held at a time
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+void requireKnown(const BatteryModel& model, const std::vector<std::string>& names) {
+  for (const std::string& name : names)
+    if (!model.parameterRow(name))
+      throw std::invalid_argument("parameter \"" + name + "\" is not one of the composition's");
+}
+
+double meanInterval(const Drive& drive) {
+  double count = 0.0;
+  for (const DriveSample& sample : drive.samples) count += sample.count;
+  const double span = drive.samples.back().step.time - drive.samples.front().step.time;
+  return count > 1.0 ? span / (count - 1.0) : 0.0;
+}
+
+}  // namespace
+
+CompositionProblem::CompositionProblem(const BatteryModel& model, const Drive& drive,
+                                       const FitCost& cost, const CompositionPoint& start,
+                                       const std::vector<std::string>& free,
+                                       const std::vector<std::string>& fixed)
+    : model_(model), drive_(drive), cost_(cost), start_(start) {
+  requireKnown(model, free);
+  requireKnown(model, fixed);
+  if (drive.samples.empty()) throw std::invalid_argument("the drive has no sample");
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
+    const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
+    if ((!info.held || contains(free, info.name)) && !contains(fixed, info.name)) addParameter(j, info);
+  }
+  for (Eigen::Index j = 0; j < model.stateCount(); ++j)
+    if (model.states()[static_cast<std::size_t>(j)].initial_std)
+      addState(model.parameterCount() + j, model.states()[static_cast<std::size_t>(j)]);
+  if (size() > Simulation::kMaxLanes)
+    throw std::invalid_argument("the composition has " + std::to_string(size()) +
+                                " unknowns, at most " + std::to_string(Simulation::kMaxLanes) +
+                                " can be fitted at once");
+  if (cost.noise) {
+    whitening_.emplace(*cost.noise, drive.samples);
+  } else {
+    const double interval = meanInterval(drive);
+    prior_weight_ = kPriorError * kPriorError *
+                    (interval > 0.0 ? std::max(1.0, kPriorCorrelation / interval) : 1.0);
+  }
+}
+
+void CompositionProblem::addParameter(Eigen::Index row, const ParameterInfo& info) {
+  Coordinate coordinate{row, info.logarithmic, 1.0, std::nullopt, std::nullopt};
+  if (!info.logarithmic)
+    coordinate.scale = info.magnitude != 0.0 ? std::abs(info.magnitude) : std::abs(info.upper);
+  const auto in = [&](double value) {
+    return info.logarithmic ? std::log(value) : value / coordinate.scale;
+  };
+  if (info.prior_std) {
+    coordinate.prior_mean = in(info.magnitude);
+    coordinate.prior_std = info.logarithmic ? *info.prior_std : *info.prior_std / coordinate.scale;
+  }
+  coordinates_.push_back(coordinate);
+  linear_.push_back(info.linear);
+  lower_.conservativeResize(size());
+  upper_.conservativeResize(size());
+  lower_[size() - 1] = in(info.lower);
+  upper_[size() - 1] = in(info.upper);
+}
+
+void CompositionProblem::addState(Eigen::Index row, const StateInfo& info) {
+  const double scale = *info.initial_std;
+  coordinates_.push_back({row, false, scale, info.rest / scale, 1.0});
+  linear_.push_back(false);
+  lower_.conservativeResize(size());
+  upper_.conservativeResize(size());
+  lower_[size() - 1] = info.lower / scale;
+  upper_[size() - 1] = info.upper / scale;
+}
+
+Eigen::VectorXd CompositionProblem::coordinatesOf(const CompositionPoint& point) const {
+  Eigen::VectorXd x(size());
+  for (Eigen::Index k = 0; k < size(); ++k) {
+    const Coordinate& c = coordinates_[static_cast<std::size_t>(k)];
+    const Eigen::Index state = c.row - model_.parameterCount();
+    const double value = state < 0 ? point.parameters[c.row] : point.state[state];
+    x[k] = c.logarithmic ? std::log(value) : value / c.scale;
+  }
+  return x.cwiseMax(lower_).cwiseMin(upper_);
+}
+
+CompositionPoint CompositionProblem::pointAt(const Eigen::VectorXd& x) const {
+  CompositionPoint point = start_;
+  for (Eigen::Index k = 0; k < size(); ++k) {
+    const Coordinate& c = coordinates_[static_cast<std::size_t>(k)];
+    const Eigen::Index state = c.row - model_.parameterCount();
+    const double value = c.logarithmic ? std::exp(x[k]) : x[k] * c.scale;
+    (state < 0 ? point.parameters[c.row] : point.state[state]) = value;
+  }
+  for (Eigen::Index j = 0; j < model_.stateCount(); ++j)
+    if (model_.states()[static_cast<std::size_t>(j)].begins_as_u_c2) point.state[j] = point.state[0];
+  return point;
+}
+
+Eigen::MatrixXd CompositionProblem::seedsAt(const Eigen::VectorXd& x) const {
+  const Eigen::Index parameters = model_.parameterCount();
+  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(parameters + model_.stateCount(), size());
+  for (Eigen::Index k = 0; k < size(); ++k) {
+    const Coordinate& c = coordinates_[static_cast<std::size_t>(k)];
+    seeds(c.row, k) = c.logarithmic ? std::exp(x[k]) : c.scale;
+  }
+  for (Eigen::Index j = 0; j < model_.stateCount(); ++j)
+    if (model_.states()[static_cast<std::size_t>(j)].begins_as_u_c2)
+      seeds.row(parameters + j) = seeds.row(parameters);
+  return seeds;
+}
+
+double CompositionProblem::weightOf(const DriveSample& sample) const {
+  const double W = sample.step.current < cost_.crank_weight_current ? cost_.crank_weight : 1.0;
+  return W * W * sample.count;
+}
+
+bool CompositionProblem::evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const {
+  const CompositionPoint point = pointAt(x);
+  const Eigen::Index n = size();
+  Simulation simulation(model_, {point.parameters, point.state, drive_.first_time, drive_.first_time},
+                        seedsAt(x));
+  using Row = Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxLanes + 1>;
+  Whitening::Memory<Row> memory{Row::Zero(n + 1), Row::Zero(n + 1)};
+  Eigen::MatrixXd rows(n + 1, kRows);
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(n + 1, n + 1);
+  Eigen::Index filled = 0;
+  const auto flush = [&] {
+    sums.selfadjointView<Eigen::Lower>().rankUpdate(rows.leftCols(filled));
+    filled = 0;
+  };
+  Row row(n + 1);
+  for (std::size_t k = 0; k < drive_.samples.size(); ++k) {
+    const DriveSample& sample = drive_.samples[k];
+    simulation.advance(sample.step);
+    const double residual = sample.voltage - simulation.voltage();
+    if (!std::isfinite(residual)) return false;
+    row.head(n) = -simulation.voltageDerivatives().transpose().array();
+    row[n] = residual;
+    if (whitening_)
+      whitening_->apply(k, row, memory);
+    else
+      row *= std::sqrt(weightOf(sample));
+    if (sample.count > 0.0) rows.col(filled++) = row.matrix().transpose();
+    if (filled == kRows) flush();
+  }
+  flush();
+  sums.triangularView<Eigen::StrictlyUpper>() = sums.transpose();
+  equations.cost = sums(n, n);
+  equations.gradient = sums.col(n).head(n);
+  equations.hessian = sums.topLeftCorner(n, n);
+  if (cost_.priors) addPriors(x, equations);
+  return std::isfinite(equations.cost) && equations.hessian.allFinite();
+}
+
+void CompositionProblem::addPriors(const Eigen::VectorXd& x, NormalEquations& equations) const {
+  for (Eigen::Index k = 0; k < size(); ++k) {
+    const Coordinate& c = coordinates_[static_cast<std::size_t>(k)];
+    if (!c.prior_std) continue;
+    const double away = (x[k] - *c.prior_mean) / *c.prior_std;
+    equations.cost += prior_weight_ * away * away;
+    equations.gradient[k] += prior_weight_ * away / *c.prior_std;
+    equations.hessian(k, k) += prior_weight_ / (*c.prior_std * *c.prior_std);
+  }
+}
+
+Eigen::VectorXd CompositionProblem::priorPrecision() const {
+  Eigen::VectorXd precision = Eigen::VectorXd::Zero(size());
+  if (!cost_.priors) return precision;
+  for (Eigen::Index k = 0; k < size(); ++k)
+    if (const auto std = coordinates_[static_cast<std::size_t>(k)].prior_std)
+      precision[k] = 1.0 / (*std * *std);
+  return precision;
+}
+
+Eigen::VectorXd CompositionProblem::residual(const Eigen::VectorXd& x) const {
+  const CompositionPoint point = pointAt(x);
+  Simulation simulation(model_, {point.parameters, point.state, drive_.first_time, drive_.first_time});
+  Eigen::VectorXd e(static_cast<Eigen::Index>(drive_.samples.size()));
+  for (std::size_t k = 0; k < drive_.samples.size(); ++k) {
+    simulation.advance(drive_.samples[k].step);
+    e[static_cast<Eigen::Index>(k)] = drive_.samples[k].voltage - simulation.voltage();
+  }
+  return e;
+}
+
+namespace {
+
+/// The problem with its linear coordinates solved for the others in every pass (Golub and Pereyra 1973; Kaufman 1975).
+class Elimination {
+ public:
+  Elimination(const CompositionProblem& problem, bool eliminate, const Eigen::VectorXd& start)
+      : problem_(problem), full_(start) {
+    for (Eigen::Index k = 0; k < problem.size(); ++k)
+      (eliminate && problem.isLinear()[static_cast<std::size_t>(k)] ? linear_ : others_).push_back(k);
+  }
+
+  Eigen::VectorXd reduced(const Eigen::VectorXd& x) const { return x(others_); }
+
+  bool evaluate(const Eigen::VectorXd& y, NormalEquations& equations) {
+    ++passes_;
+    Eigen::VectorXd x = full_;
+    x(others_) = y;
+    NormalEquations all;
+    if (!problem_.evaluate(x, all)) return false;
+    const Eigen::VectorXd step = solveLinear(x, all);
+    const Eigen::VectorXd gradient = all.gradient + all.hessian * step;
+    equations.cost = all.cost + (2.0 * all.gradient + all.hessian * step).dot(step);
+    equations.gradient = gradient(others_);
+    equations.hessian = all.hessian(others_, others_);
+    if (!moved_.empty()) {
+      const Eigen::MatrixXd across = all.hessian(moved_, others_);
+      const Eigen::MatrixXd own = all.hessian(moved_, moved_);
+      equations.hessian -= across.transpose() * own.ldlt().solve(across);
+    }
+    // The next pass begins here: its columns are those of the solved linear coordinates.
+    full_ = x + step;
+    return std::isfinite(equations.cost);
+  }
+
+  /// All coordinates at the last pass' y.
+  const Eigen::VectorXd& full() const { return full_; }
+  void setFull(const Eigen::VectorXd& x) { full_ = x; }
+  int passes() const { return passes_; }
+  const std::vector<Eigen::Index>& others() const { return others_; }
+
+ private:
+  /// Step to the optimum over the linear coordinates inside their bounds: those that would leave are put on the bound
+  /// and the rest solved again.
+  Eigen::VectorXd solveLinear(const Eigen::VectorXd& x, const NormalEquations& all) {
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(x.size());
+    moved_ = linear_;
+    while (!moved_.empty()) {
+      const Eigen::VectorXd wanted = -(all.gradient + all.hessian * onBounds(step))(moved_);
+      Eigen::MatrixXd own = all.hessian(moved_, moved_);
+      own.diagonal() *= 1.0 + 1e-12;
+      own.diagonal().array() += 1e-30;
+      const Eigen::VectorXd solved = own.ldlt().solve(wanted);
+      std::vector<Eigen::Index> inside;
+      for (std::size_t k = 0; k < moved_.size(); ++k) {
+        const Eigen::Index j = moved_[k];
+        const double to = x[j] + solved[static_cast<Eigen::Index>(k)];
+        if (to < problem_.lower()[j] || to > problem_.upper()[j] || !std::isfinite(to)) {
+          step[j] = (to < problem_.lower()[j] ? problem_.lower()[j] : problem_.upper()[j]) - x[j];
+          if (!std::isfinite(to)) step[j] = 0.0;
+        } else {
+          inside.push_back(j);
+        }
+      }
+      if (inside.size() == moved_.size()) {
+        for (std::size_t k = 0; k < moved_.size(); ++k) step[moved_[k]] = solved[static_cast<Eigen::Index>(k)];
+        break;
+      }
+      moved_ = inside;
+    }
+    return step;
+  }
+  Eigen::VectorXd onBounds(Eigen::VectorXd step) const {
+    for (Eigen::Index j : moved_) step[j] = 0.0;
+    return step;
+  }
+
+  const CompositionProblem& problem_;
+  Eigen::VectorXd full_;
+  std::vector<Eigen::Index> linear_, others_, moved_;
+  int passes_ = 0;
+};
+
+FitStatus fitStatusOf(MinimizeStatus status) {
+  switch (status) {
+    case MinimizeStatus::kConverged:
+      return FitStatus::kConverged;
+    case MinimizeStatus::kIterationLimit:
+      return FitStatus::kIterationLimit;
+    case MinimizeStatus::kStalled:
+      return FitStatus::kStalled;
+  }
+  return FitStatus::kStalled;
+}
+
+CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::VectorXd& x,
+                          const CompositionSearch& search) {
+  Elimination elimination(problem, search.eliminate, x);
+  MinimizeOptions options;
+  options.max_iterations = search.max_iterations;
+  options.lower = elimination.reduced(problem.lower());
+  options.upper = elimination.reduced(problem.upper());
+  const MinimizeResult result = minimize(
+      [&](const Eigen::VectorXd& y, NormalEquations& equations) {
+        return elimination.evaluate(y, equations);
+      },
+      elimination.reduced(x), options);
+  CompositionFit fit;
+  fit.status = fitStatusOf(result.status);
+  fit.iterations = result.iterations;
+  // A refused trial may have come last: once more at the optimum, for the linear coordinates and all derivatives.
+  NormalEquations last;
+  elimination.evaluate(result.x, last);
+  fit.x = elimination.full();
+  problem.evaluate(fit.x, fit.at);
+  fit.passes = elimination.passes() + 1;
+  fit.point = problem.pointAt(fit.x);
+  return fit;
+}
+
+/// Fractional part of multiples of powers of 1/phi_d: evenly spread points of the unit cube, the same every time
+/// (Roberts 2018, R_d sequence).
+double spread(int start, std::size_t coordinate, std::size_t dimensions) {
+  double phi = 2.0;
+  for (int k = 0; k < 40; ++k) phi = std::pow(1.0 + phi, 1.0 / (static_cast<double>(dimensions) + 1.0));
+  const double value = 0.5 + start * std::pow(1.0 / phi, static_cast<double>(coordinate) + 1.0);
+  return value - std::floor(value);
+}
+
+Eigen::VectorXd spreadStart(const CompositionProblem& problem, const Eigen::VectorXd& first,
+                            int start) {
+  Eigen::VectorXd x = first;
+  for (Eigen::Index k = 0; k < problem.size(); ++k) {
+    // Where the voltage is linear any start is as good as another.
+    if (problem.isLinear()[static_cast<std::size_t>(k)]) continue;
+    const double low = problem.lower()[k], high = problem.upper()[k];
+    const double span = high - low;
+    // The middle half: at the very bounds a composition may be blind.
+    x[k] = low + span * (0.25 + 0.5 * spread(start, static_cast<std::size_t>(k), static_cast<std::size_t>(problem.size())));
+  }
+  return x;
+}
+
+}  // namespace
+
+CompositionFit fitComposition(const CompositionProblem& problem,
+                              const std::vector<CompositionPoint>& starts,
+                              const CompositionSearch& search) {
+  std::vector<Eigen::VectorXd> from;
+  for (const CompositionPoint& start : starts) from.push_back(problem.coordinatesOf(start));
+  for (int k = 1; k <= search.more_starts; ++k) from.push_back(spreadStart(problem, from.front(), k));
+  std::vector<std::optional<CompositionFit>> fits(from.size());
+  parallelFor(from.size(), search.threads, [&](std::size_t k) {
+    NormalEquations probe;
+    if (k == 0 || problem.evaluate(from[k], probe)) fits[k] = searchFrom(problem, from[k], search);
+  });
+  CompositionFit best = *fits.front();
+  for (std::size_t k = 1; k < fits.size(); ++k)
+    if (fits[k] && fits[k]->at.cost < best.at.cost * (1.0 - 1e-9)) {
+      best = *fits[k];
+      best.best_start = static_cast<int>(k);
+    }
+  return best;
+}
+
+CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point,
+                          const BatteryModel& larger) {
+  CompositionPoint out{larger.typicalParameters(), larger.restState()};
+  for (Eigen::Index j = 0; j < larger.parameterCount(); ++j) {
+    const ParameterInfo& info = larger.parameters()[static_cast<std::size_t>(j)];
+    if (const auto row = nested.parameterRow(info.name))
+      out.parameters[j] = point.parameters[*row];
+    else if (info.vanishes_at)
+      out.parameters[j] = *info.vanishes_at;
+  }
+  for (Eigen::Index j = 0; j < larger.stateCount(); ++j)
+    for (Eigen::Index k = 0; k < nested.stateCount(); ++k)
+      if (larger.states()[static_cast<std::size_t>(j)].name == nested.states()[static_cast<std::size_t>(k)].name)
+        out.state[j] = point.state[k];
+  return out;
+}
+
+CompositionPoint typicalStart(const BatteryModel& model, const Drive& drive) {
+  CompositionPoint start{model.typicalParameters(), model.restState()};
+  double sum = 0.0, count = 0.0;
+  for (const DriveSample& sample : drive.samples) {
+    sum += sample.count * sample.voltage;
+    count += sample.count;
+  }
+  if (count > 0.0) start.parameters[kRowUDc] = sum / count;
+  return start;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,180 @@
+#include "battery_sof/identify/composition_identification.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "battery_sof/identify/covariance.hpp"
+#include "battery_sof/identify/fit_description.hpp"
+
+namespace battery_sof {
+namespace {
+
+// Windows up to this many samples are fitted as they are; longer ones are compressed first.
+constexpr std::size_t kCompressFrom = 4000;
+// Standard errors come from the full rate up to here: 13 MB of Jacobian with sixteen unknowns.
+constexpr std::size_t kFullRateErrors = 100000;
+constexpr int kWhiteningRounds = 2;
+
+CompositionPoint basePoint(const BaseFit& base) {
+  CompositionPoint point{BatteryModel().typicalParameters(), BatteryModel().restState()};
+  const BaseParameters& p = base.parameters;
+  point.parameters << p.r_discharge, p.r_charge, p.c2, p.beta, p.u_dc;
+  point.state[0] = base.u_c2_first;
+  return point;
+}
+
+/// Where every strength is at its magnitude.
+CompositionPoint withMagnitudes(const BatteryModel& model, CompositionPoint point) {
+  point.parameters.tail(point.parameters.size() - kBaseRows) =
+      model.typicalParameters().tail(point.parameters.size() - kBaseRows);
+  return point;
+}
+
+struct Fitted {
+  CompositionFit fit;
+  std::optional<NoiseModel> noise;
+};
+
+Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptions& options,
+              const BaseFit& base) {
+  FitCost cost;
+  cost.crank_weight = options.crank_weight;
+  cost.crank_weight_current = options.crank_weight_current;
+  CompositionSearch search;
+  search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
+  search.more_starts = model.effects().empty() ? 0 : options.more_starts;
+  search.threads = options.threads;
+  const CompositionPoint nested = embedded(BatteryModel(), basePoint(base), model);
+  std::vector<CompositionPoint> starts = {nested};
+  if (!model.effects().empty()) starts.push_back(withMagnitudes(model, nested));
+  const CompositionProblem weighted(model, drive, cost, nested);
+  Fitted fitted{fitComposition(weighted, starts, search), std::nullopt};
+  search.more_starts = 0;
+  for (int round = 0; options.whiten && round < kWhiteningRounds; ++round) {
+    cost.noise = fitNoise(weighted.residual(fitted.fit.x), drive.samples);
+    const CompositionProblem whitened(model, drive, cost, nested);
+    fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise};
+  }
+  return fitted;
+}
+
+/// One pass with derivatives over a drive, kept whole.
+struct Pass {
+  Eigen::MatrixXd jacobian;  // samples x coordinates
+  Eigen::VectorXd residual, weight;
+  Eigen::MatrixXd at_end;    // d(parameters, last state) / d(coordinates)
+};
+
+Pass passOver(const BatteryModel& model, const Drive& drive, const CompositionProblem& problem,
+              const CompositionFit& fit) {
+  const Eigen::MatrixXd seeds = problem.seedsAt(fit.x);
+  Simulation simulation(
+      model, {fit.point.parameters, fit.point.state, drive.first_time, drive.first_time}, seeds);
+  const auto count = static_cast<Eigen::Index>(drive.samples.size());
+  Pass pass{Eigen::MatrixXd(count, problem.size()), Eigen::VectorXd(count), Eigen::VectorXd(count),
+            seeds};
+  for (Eigen::Index n = 0; n < count; ++n) {
+    const DriveSample& sample = drive.samples[static_cast<std::size_t>(n)];
+    simulation.advance(sample.step);
+    pass.jacobian.row(n) = simulation.voltageDerivatives().transpose();
+    pass.residual[n] = sample.voltage - simulation.voltage();
+    pass.weight[n] = problem.weightOf(sample);
+  }
+  pass.at_end.bottomRows(model.stateCount()) = simulation.stateDerivatives();
+  return pass;
+}
+
+bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eigen::Index k) {
+  const double span = problem.upper()[k] - problem.lower()[k];
+  return x[k] <= problem.lower()[k] + 1e-9 * span || x[k] >= problem.upper()[k] - 1e-9 * span;
+}
+
+/// Covariance of the coordinates; those at a bound are taken as known.
+Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted, Pass pass,
+                             double rho) {
+  const Eigen::VectorXd precision = problem.priorPrecision();
+  if (fitted.noise) {
+    const double freedom = std::max(1.0, static_cast<double>(pass.residual.size() - problem.size()));
+    Eigen::MatrixXd information = fitted.fit.at.hessian;
+    for (Eigen::Index k = 0; k < problem.size(); ++k)
+      if (isAtBound(problem, fitted.fit.x, k)) {
+        information.row(k).setZero();
+        information.col(k).setZero();
+      }
+    return informationInverse(information) *
+           std::max(1.0, fitted.fit.at.cost / freedom);
+  }
+  for (Eigen::Index k = 0; k < problem.size(); ++k)
+    if (isAtBound(problem, fitted.fit.x, k)) pass.jacobian.col(k).setZero();
+  Sandwich parts = sandwichParts(pass.jacobian, pass.residual, pass.weight,
+                                 bartlettWidth(rho, pass.residual.size()));
+  const double weight = problem.priorWeight();
+  for (Eigen::Index k = 0; k < problem.size(); ++k) {
+    if (isAtBound(problem, fitted.fit.x, k)) continue;
+    parts.A(k, k) += weight * precision[k];
+    parts.B(k, k) += weight * weight * precision[k];
+  }
+  return combined(parts);
+}
+
+std::vector<ParameterEstimate> estimatesOf(const BatteryModel& model,
+                                           const CompositionProblem& problem, const Fitted& fitted,
+                                           const Eigen::MatrixXd& covariance) {
+  std::vector<ParameterEstimate> estimates;
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
+    const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
+    ParameterEstimate estimate{info.name, info.unit, fitted.fit.point.parameters[j], std::nullopt,
+                               false,     true,      true};
+    for (Eigen::Index k = 0; k < problem.size(); ++k) {
+      if (problem.rowOf(k) != j) continue;
+      estimate.held = false;
+      estimate.at_bound = isAtBound(problem, fitted.fit.x, k);
+      estimate.std = standardError(covariance, j);
+      const double enough = j == kRowUDc ? 0.5 : 0.5 * std::abs(estimate.value);
+      estimate.determined = !estimate.at_bound && estimate.std && *estimate.std < enough;
+    }
+    estimates.push_back(estimate);
+  }
+  return estimates;
+}
+
+}  // namespace
+
+FittedModel identifyComposition(const Series& series, IndexRange range,
+                                const IdentifyOptions& options, const BaseFit& base) {
+  const BatteryModel model(options.effects);
+  const Drive full = fullDrive(series, range);
+  const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range) : Drive();
+  const Drive& drive = range.size() > kCompressFrom ? compressed : full;
+  const Fitted fitted = search(model, drive, options, base);
+
+  const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current, true};
+  const CompositionProblem over_all(model, full, cost, fitted.fit.point);
+  const Eigen::VectorXd residual = over_all.residual(fitted.fit.x);
+  const double rho_full = std::clamp(lagOneCorrelation(residual), -0.9999, 0.9999);
+
+  const Drive& for_errors = range.size() <= kFullRateErrors ? full : compressed;
+  const CompositionProblem problem(model, for_errors, cost, fitted.fit.point);
+  const Pass pass = passOver(model, for_errors, problem, fitted.fit);
+  const double rho = std::clamp(lagOneCorrelation(pass.residual), -0.9999, 0.9999);
+
+  FittedModel found = unfitted(series, range, model.effects(), fitted.fit.status, "");
+  found.parameters = baseParameters(fitted.fit.point.parameters);
+  found.iterations = fitted.fit.iterations;
+  const Eigen::MatrixXd covariance = covarianceOf(problem, fitted, pass, rho);
+  found.covariance = pass.at_end * covariance * pass.at_end.transpose();
+  found.estimates = estimatesOf(model, problem, fitted, found.covariance);
+  found.scores = scoresOf(series, range, residual, rho_full, options.crank_weight_current);
+  if (std::none_of(found.estimates.begin(), found.estimates.begin() + kRowUDc,
+                   [](const ParameterEstimate& estimate) { return estimate.determined; }))
+    found.status = FitStatus::kNotExcited;
+  found.message = sentenceOf(found);
+
+  Simulation at_end(model, {fitted.fit.point.parameters, fitted.fit.point.state, full.first_time,
+                            full.first_time});
+  for (const DriveSample& sample : full.samples) at_end.advance(sample.step);
+  takeState(found, at_end, series.current[range.last - 1]);
+  return found;
+}
+
+}  // namespace battery_sof
