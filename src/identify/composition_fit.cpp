@@ -13,6 +13,7 @@ namespace {
 // What a prior weighs without a noise model: 10 mV of error, correlated over 5 s (as windowSuitability()).
 constexpr double kPriorError = 0.01;       // [V]
 constexpr double kPriorCorrelation = 5.0;  // [s]
+constexpr double kNoise = 1e-5;            // share of the cost: half a standard error in 24,000 samples
 constexpr Eigen::Index kRows = 64;         // of the Jacobian held at a time
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
@@ -296,6 +297,21 @@ FitStatus fitStatusOf(MinimizeStatus status) {
   return FitStatus::kStalled;
 }
 
+/// Fall of the cost that a full step inside the bounds promises.
+double promisedGain(const CompositionProblem& problem, const Eigen::VectorXd& x,
+                    const NormalEquations& at) {
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index k = 0; k < x.size(); ++k)
+    if ((x[k] > problem.lower()[k] || at.gradient[k] < 0.0) &&
+        (x[k] < problem.upper()[k] || at.gradient[k] > 0.0))
+      free.push_back(k);
+  if (free.empty()) return 0.0;
+  Eigen::MatrixXd hessian = at.hessian(free, free);
+  hessian.diagonal() *= 1.0 + 1e-9;
+  const Eigen::VectorXd gradient = at.gradient(free);
+  return gradient.dot(hessian.ldlt().solve(gradient));
+}
+
 CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::VectorXd& x,
                           const CompositionSearch& search) {
   Elimination elimination(problem, search.eliminate, x);
@@ -316,6 +332,9 @@ CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::Vector
   elimination.evaluate(result.x, last);
   fit.x = elimination.full();
   problem.evaluate(fit.x, fit.at);
+  // Where implicit steps change their number the cost has steps of its own, far below what a parameter is known to.
+  if (fit.status == FitStatus::kStalled && promisedGain(problem, fit.x, fit.at) < kNoise * fit.at.cost)
+    fit.status = FitStatus::kConverged;
   fit.passes = elimination.passes() + 1;
   fit.point = problem.pointAt(fit.x);
   return fit;

@@ -86,7 +86,7 @@ TEST_F(Sof, ExitsWithTwoOnWrongUsage) {
   EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--from", "soon"}).code, 2);
   EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--from", "5000"}).code, 2);
   EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--start", "lucky"}).code, 2);
-  EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--effects", "gassing"}).code, 2);
+  EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--effects", "gasing"}).code, 2);
   EXPECT_EQ(sof({"convert", drive_, path("drive.txt")}).code, 2);
 }
 
