@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "battery_sof/model/simulation.hpp"
-#include "double_layer.hpp"
+#include "narrow_layer.hpp"
 
 namespace battery_sof {
 
@@ -43,6 +43,16 @@ Dual<N> seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>& seeds, Eig
   return x;
 }
 
+/// Derivatives that a number carries.
+template <typename S>
+struct Width {
+  static constexpr int value = 0;
+};
+template <int N>
+struct Width<Dual<N>> {
+  static constexpr int value = N;
+};
+
 template <typename S>
 class EngineOf final : public Simulation::Engine {
  public:
@@ -52,17 +62,36 @@ class EngineOf final : public Simulation::Engine {
         time_(start.time),
         reference_time_(start.reference_time),
         model_(std::make_shared<const BatteryModel>(model)),
-        members_(membersOf(model)),
-        layer_(layerOf(members_)) {
+        members_(membersOf(model)) {
     const Eigen::Index parameters = model.parameterCount();
     for (Eigen::Index j = 0; j < parameters; ++j)
       p_.push_back(seeded(start.parameters[j], seeds, j, S()));
     for (Eigen::Index j = 0; j < model.stateCount(); ++j)
       x_.push_back(seeded(start.state[j], seeds, parameters + j, S()));
-    voltage_ = S(0.0);
-    terminal_ = S(0.0);
-    source_current_ = S(0.0);
+    findHooks();
+    layer_ = layerFor(lanesOfLayer(seeds));
+    present_ = bareModel();
   }
+  EngineOf(const EngineOf& other)
+      : Engine(),
+        lanes_(other.lanes_),
+        time_(other.time_),
+        reference_time_(other.reference_time_),
+        activity_state_(other.activity_state_),
+        ladder_state_(other.ladder_state_),
+        steps_finely_(other.steps_finely_),
+        adapts_(other.adapts_),
+        model_(other.model_),
+        members_(other.members_),
+        layer_(other.layer_->clone()),
+        p_(other.p_),
+        x_(other.x_),
+        present_(other.present_),
+        voltage_(other.voltage_),
+        terminal_(other.terminal_),
+        source_current_(other.source_current_),
+        probe_slope_(other.probe_slope_) {}
+  EngineOf& operator=(const EngineOf&) = delete;
   std::unique_ptr<Engine> clone() const override { return std::make_unique<EngineOf>(*this); }
 
   void advance(const DriveStep& step) override {
@@ -78,13 +107,13 @@ class EngineOf final : public Simulation::Engine {
     const double i = currentFor(voltage, duration, most_current);
     const double begin_time = time_;
     const std::vector<S> begin = x_;
-    const DoubleLayer<S> layer = layer_;
+    std::unique_ptr<LayerOf<S>> layer = layer_->clone();
     source_current_ = S(i);
     pass(source_current_, source_current_, duration, 0.0, end_time);
     if (lanes_ > 0 && i < most_current) {
       source_current_ = S(i - (terminal_ - valueOf(terminal_)) / probe_slope_);
       x_ = begin;
-      layer_ = layer;
+      layer_ = std::move(layer);
       time_ = begin_time;
       pass(source_current_, source_current_, duration, 0.0, end_time);
     }
@@ -119,9 +148,9 @@ class EngineOf final : public Simulation::Engine {
       if (duration > 0.0) passPiece(held, piece, end_time - duration + piece * k);
     }
     time_ = end_time;
-    const Present<S> present = presentAt(end_time);
+    const Present<S>& present = presentAt(end_time);
     const Instant<S> instant{end, slope, duration, present};
-    const S r = valueOf(end) < 0.0 ? present.r_discharge : present.r_charge;
+    const S& r = valueOf(end) < 0.0 ? present.r_discharge : present.r_charge;
     terminal_ = S(present.u_dc + x_[0] + r * end);
     for (const Member& member : members_)
       if (member.effect->hooks.voltage)
@@ -133,7 +162,7 @@ class EngineOf final : public Simulation::Engine {
   }
 
   const S& terminal() const { return terminal_; }
-  DoubleLayer<S>& layer() { return layer_; }
+  LayerOf<S>& layer() { return *layer_; }
 
  private:
   static constexpr double kFineStep = 0.1;     // [s]
@@ -154,20 +183,71 @@ class EngineOf final : public Simulation::Engine {
     return members;
   }
 
-  DoubleLayer<S> layerOf(const std::vector<Member>& members) {
-    std::vector<BoundEffect> side;
-    BoundEffect activity{nullptr, 0};
-    for (const Member& member : members) {
+  void findHooks() {
+    for (const Member& member : members_) {
       const EffectHooks& hooks = member.effect->hooks;
-      if (hooks.side_current) side.push_back({member.effect, member.parameter});
-      if (hooks.activity) {
-        activity = {member.effect, member.parameter};
-        activity_state_ = member.state;
-      }
+      if (hooks.activity) activity_state_ = member.state;
       if (hooks.is_ladder) ladder_state_ = member.state;
       if (hooks.steps_finely) steps_finely_ = true;
+      if (hooks.adapt) adapts_ = true;
     }
-    return DoubleLayer<S>(side, activity.effect ? &activity : nullptr, ladder_state_ >= 0);
+  }
+
+  /// The double layer of the composition in arithmetic T.
+  template <typename T>
+  DoubleLayer<T> layerOf() const {
+    std::vector<BoundEffect> side;
+    BoundEffect activity{nullptr, 0};
+    for (const Member& member : members_) {
+      const BoundEffect bound{member.effect, member.parameter};
+      if (member.effect->hooks.side_current) side.push_back(bound);
+      if (member.effect->hooks.activity) activity = bound;
+    }
+    return DoubleLayer<T>(side, activity.effect ? &activity : nullptr, ladder_state_ >= 0);
+  }
+
+  /// Whether what an effect owns can have a say in the double layer's movement.
+  static bool reachesLayer(const EffectHooks& hooks) {
+    return hooks.sense || hooks.adapt || hooks.side_current || hooks.activity || hooks.is_ladder ||
+           hooks.steps_finely;
+  }
+
+  /// Lanes that move something which can reach the double layer.
+  std::vector<int> lanesOfLayer(const Eigen::Ref<const Eigen::MatrixXd>& seeds) const {
+    std::vector<Eigen::Index> rows = {kRowC2, kRowBeta, model_->parameterCount()};
+    // An effect that adapts the base model may read all of it.
+    if (adapts_ || steps_finely_)
+      rows.insert(rows.end(), {kRowRDischarge, kRowRCharge, kRowUDc});
+    for (const Member& member : members_) {
+      if (!reachesLayer(member.effect->hooks)) continue;
+      const EffectInfo& info = member.effect->info;
+      for (std::size_t j = 0; j < info.parameters.size(); ++j)
+        rows.push_back(member.parameter + static_cast<Eigen::Index>(j));
+      for (std::size_t j = 0; j < info.states.size(); ++j)
+        rows.push_back(model_->parameterCount() + member.state + static_cast<Eigen::Index>(j));
+    }
+    std::vector<int> lanes;
+    for (Eigen::Index k = 0; k < seeds.cols(); ++k)
+      if ((seeds.col(k)(rows).array() != 0.0).any()) lanes.push_back(static_cast<int>(k));
+    return lanes;
+  }
+
+  std::unique_ptr<LayerOf<S>> layerFor(const std::vector<int>& lanes) const {
+    std::unique_ptr<LayerOf<S>> layer = narrowFor<8>(lanes);
+    if (!layer) layer = narrowFor<16>(lanes);
+    if (!layer) layer = narrowFor<24>(lanes);
+    if (!layer) layer = std::make_unique<WideLayer<S>>(layerOf<S>());
+    return layer;
+  }
+  /// @return nothing unless N lanes suffice and are fewer than those of S.
+  template <int N>
+  std::unique_ptr<LayerOf<S>> narrowFor(const std::vector<int>& lanes) const {
+    if constexpr (N < kWidth) {
+      if (lanes.size() <= static_cast<std::size_t>(N))
+        return std::make_unique<NarrowLayer<S, N>>(layerOf<Dual<N>>(), lanes, p_.size(),
+                                                   ladder_state_ >= 0);
+    }
+    return nullptr;
   }
 
   static const EffectKernel<S>& kernel(const Member& member) { return kernelOf(*member.effect, S()); }
@@ -175,22 +255,27 @@ class EngineOf final : public Simulation::Engine {
     return member.state < static_cast<int>(x_.size()) ? &x_[member.state] : nullptr;
   }
 
-  Present<S> presentAt(double time) {
-    Present<S> present{p_[kRowRDischarge], p_[kRowRCharge], p_[kRowC2], p_[kRowBeta], p_[kRowUDc],
-                       S(BaseParameters{}.i0), S(BaseParameters{}.alpha), S(1.0), S(0.0), S(0.0),
-                       time - reference_time_};
+  Present<S> bareModel() const {
+    return {p_[kRowRDischarge], p_[kRowRCharge], p_[kRowC2], p_[kRowBeta], p_[kRowUDc],
+            S(BaseParameters{}.i0), S(BaseParameters{}.alpha), S(1.0), S(0.0), S(0.0), 0.0};
+  }
+
+  /// The base model as effects leave it; until the next call.
+  const Present<S>& presentAt(double time) {
+    if (adapts_) present_ = bareModel();
+    present_.time = time - reference_time_;
     for (const Member& member : members_)
       if (member.effect->hooks.adapt)
-        kernel(member).adapt(&p_[member.parameter], stateOf(member), present);
-    return present;
+        kernel(member).adapt(&p_[member.parameter], stateOf(member), present_);
+    return present_;
   }
 
   void passPiece(const S& held, double duration, double end_time) {
     const double middle = end_time - 0.5 * duration;
     if (steps_finely_) advanceMembers(held, 0.5 * duration, x_[0], presentAt(middle), true);
-    const Present<S> present = presentAt(middle);
+    const Present<S>& present = presentAt(middle);
     const S before = x_[0];
-    layer_.advance(p_.data(), present, held, duration, x_[0],
+    layer_->advance(p_.data(), present, held, duration, x_[0],
                    activity_state_ >= 0 ? &x_[activity_state_] : nullptr,
                    ladder_state_ >= 0 ? &x_[ladder_state_] : nullptr);
     const S mean = S(0.5 * (before + x_[0]));
@@ -216,7 +301,7 @@ class EngineOf final : public Simulation::Engine {
       here.parameters[static_cast<Eigen::Index>(j)] = valueOf(p_[j]);
     here.state = state();
     EngineOf<Slope> same(*model_, here, Eigen::MatrixXd());
-    same.layer().suggestStep(layer_.suggestedStep());
+    same.layer().suggestStep(layer_->suggestedStep());
     return same;
   }
 
@@ -245,15 +330,18 @@ class EngineOf final : public Simulation::Engine {
     return i;
   }
 
+  static constexpr int kWidth = Width<S>::value;
+
   Eigen::Index lanes_;
   double time_, reference_time_;
   int activity_state_ = -1, ladder_state_ = -1;
-  bool steps_finely_ = false;
+  bool steps_finely_ = false, adapts_ = false;
   std::shared_ptr<const BatteryModel> model_;
   std::vector<Member> members_;
-  DoubleLayer<S> layer_;
+  std::unique_ptr<LayerOf<S>> layer_;
   std::vector<S> p_, x_;
-  S voltage_, terminal_, source_current_;
+  Present<S> present_;
+  S voltage_ = S(0.0), terminal_ = S(0.0), source_current_ = S(0.0);
   double probe_slope_ = 1.0;  // [Ohm], d terminal voltage / d held current
 };
 
