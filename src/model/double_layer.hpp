@@ -115,7 +115,9 @@ class DoubleLayer {
   static constexpr double kShortest = 1e-7;   // [s]
   static constexpr double kMostExponent = 300.0;
   static constexpr double kMostMoved = 0.01;   // [V], a first guess goes on at the last step's rate up to here
-  static constexpr double kSettled = 1e-10;  // [V], last step of Newton's method
+  // [V], last step of Newton's method in doubles: beta / 2 of its square is left, of which the step in arithmetic S leaves
+  // nothing, and the slope it shares with that step is good to 1e-5.
+  static constexpr double kSettled = 1e-6;
 
   /// What an implicit Euler step solves, in the arithmetic of its solver.
   template <typename T>
@@ -169,6 +171,7 @@ class DoubleLayer {
 
   /// What stays the same over an interval.
   void prepare(const S* p, const Present<S>& present) {
+    is_symmetric_ = isHalf(present.alpha);
     charging_slope_ = S(present.alpha * present.beta);
     discharging_slope_ = S((1.0 - present.alpha) * present.beta);
     charging_slope_value_ = Slope(valueOf(charging_slope_));
@@ -207,8 +210,10 @@ class DoubleLayer {
   T balance(const Stage<T>& s, const T& u, const SideParameters& side_parameters,
             const ActivityParameters& activity_parameters, T* activity_after) const {
     using std::exp;
-    const T charging = T(s.i0 * exp(bounded(T(s.charging_slope * u))));
-    const T discharging = T(s.i0 * exp(bounded(T(-s.discharging_slope * u))));
+    const T rising = T(exp(bounded(T(s.charging_slope * u))));
+    const T charging = T(s.i0 * rising);
+    const T discharging =
+        is_symmetric_ ? T(s.i0 / rising) : T(s.i0 * exp(bounded(T(-s.discharging_slope * u))));
     T sum = T(s.storage * u - s.offset - s.current - discharging);
     if (has_activity_) {
       const ReactionRates<T> rates{charging, discharging};
@@ -300,7 +305,6 @@ class DoubleLayer {
         step = std::copysign(reach, step);
         reach *= 2.0;
       }
-      // What is left after such a step is about steepest step^2, below rounding.
       if (std::abs(step) < kSettled + 1e-15 * std::abs(u)) {
         u += step;
         break;
@@ -330,7 +334,7 @@ class DoubleLayer {
 
   std::vector<BoundEffect> side_;
   BoundEffect activity_{nullptr, 0};
-  bool has_activity_, has_ladder_, is_prepared_ = false;
+  bool has_activity_, has_ladder_, is_prepared_ = false, is_symmetric_ = false;
   std::vector<S> before_, whole_, half_, halves_;  // u, p, ladder
   std::vector<Ladder<S>> ladder_;
   double dispersion_ = -1.0;

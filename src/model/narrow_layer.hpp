@@ -45,40 +45,49 @@ class WideLayer final : public LayerOf<S> {
 template <typename S, int N>
 class NarrowLayer final : public LayerOf<S> {
  public:
-  /// @param lanes those of S that may differ from zero in what the layer is given; at most N.
-  NarrowLayer(DoubleLayer<Dual<N>> layer, std::vector<int> lanes, std::size_t parameters,
-              bool has_ladder)
-      : layer_(std::move(layer)), lanes_(std::move(lanes)), p_(parameters), is_ladder_(has_ladder) {}
+  /// What of it never changes, and what the layer is given.
+  struct Shape {
+    std::vector<int> lanes;  ///< those of S that may differ from zero in what the layer is given; at most N
+    std::size_t parameters;
+    bool has_ladder;
+    bool adapts;             ///< an effect changes the base model's parameters
+  };
+  NarrowLayer(DoubleLayer<Dual<N>> layer, Shape shape)
+      : layer_(std::move(layer)), shape_(std::move(shape)) {}
   std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<NarrowLayer>(*this); }
 
   void advance(const S* p, const Present<S>& present, const S& current, double duration, S& u,
                S* log_activity, S* ladder) override {
-    if (!is_prepared_) {
-      is_prepared_ = true;
-      for (std::size_t j = 0; j < p_.size(); ++j) p_[j] = gathered(p[j]);
-    }
-    const Present<Dual<N>> here = gathered(present);
+    prepare(p, present);
     const Dual<N> held = gathered(current);
     Dual<N> narrow_u = gathered(u);
     Dual<N> narrow_activity = log_activity ? gathered(*log_activity) : Dual<N>(0.0);
     std::array<Dual<N>, kLadderRungs> rungs;
-    if (is_ladder_)
+    if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) rungs[k] = gathered(ladder[k]);
-    layer_.advance(p_.data(), here, held, duration, narrow_u, log_activity ? &narrow_activity : nullptr,
-                   is_ladder_ ? rungs.data() : nullptr);
+    layer_.advance(p_.data(), present_, held, duration, narrow_u, log_activity ? &narrow_activity : nullptr,
+                   shape_.has_ladder ? rungs.data() : nullptr);
     scatter(narrow_u, u);
     if (log_activity) scatter(narrow_activity, *log_activity);
-    if (is_ladder_)
+    if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) scatter(rungs[k], ladder[k]);
   }
   double suggestedStep() const override { return layer_.suggestedStep(); }
   void suggestStep(double step) override { layer_.suggestStep(step); }
 
  private:
+  void prepare(const S* p, const Present<S>& present) {
+    if (p_.empty()) {
+      for (std::size_t j = 0; j < shape_.parameters; ++j) p_.push_back(gathered(p[j]));
+      present_ = gathered(present);
+    }
+    if (shape_.adapts) present_ = gathered(present);
+    present_.time = present.time;
+  }
   Dual<N> gathered(const S& x) const {
     Dual<N> narrow(x.value());
-    for (std::size_t k = 0; k < lanes_.size(); ++k)
-      narrow.derivatives()[static_cast<Eigen::Index>(k)] = x.derivatives()[lanes_[k]];
+    for (std::size_t k = 0; k < shape_.lanes.size(); ++k)
+      narrow.derivatives()[static_cast<Eigen::Index>(k)] = x.derivatives()[shape_.lanes[k]];
     return narrow;
   }
   Present<Dual<N>> gathered(const Present<S>& f) const {
@@ -88,14 +97,14 @@ class NarrowLayer final : public LayerOf<S> {
   }
   void scatter(const Dual<N>& narrow, S& x) const {
     x.value() = narrow.value();
-    for (std::size_t k = 0; k < lanes_.size(); ++k)
-      x.derivatives()[lanes_[k]] = narrow.derivatives()[static_cast<Eigen::Index>(k)];
+    for (std::size_t k = 0; k < shape_.lanes.size(); ++k)
+      x.derivatives()[shape_.lanes[k]] = narrow.derivatives()[static_cast<Eigen::Index>(k)];
   }
 
   DoubleLayer<Dual<N>> layer_;
-  std::vector<int> lanes_;
+  Shape shape_;
   std::vector<Dual<N>> p_;
-  bool is_ladder_, is_prepared_ = false;
+  Present<Dual<N>> present_;
 };
 
 }  // namespace battery_sof

@@ -244,8 +244,8 @@ class EngineOf final : public Simulation::Engine {
   std::unique_ptr<LayerOf<S>> narrowFor(const std::vector<int>& lanes) const {
     if constexpr (N < kWidth) {
       if (lanes.size() <= static_cast<std::size_t>(N))
-        return std::make_unique<NarrowLayer<S, N>>(layerOf<Dual<N>>(), lanes, p_.size(),
-                                                   ladder_state_ >= 0);
+        return std::make_unique<NarrowLayer<S, N>>(
+            layerOf<Dual<N>>(), typename NarrowLayer<S, N>::Shape{lanes, p_.size(), ladder_state_ >= 0, adapts_});
     }
     return nullptr;
   }
