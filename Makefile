@@ -26,6 +26,7 @@ bench: deps
 	@bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS) -DBATTERY_SOF_BENCH=ON
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target bench_all -j$(JOBS)
 	@$(PYTHON) scripts/bench "$(BUILD)"
+	@$(PYTHON) scripts/bench_composed "$(BUILD)"
 
 reproduce: build
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target window_experiment -j$(JOBS)

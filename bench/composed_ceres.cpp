@@ -36,7 +36,8 @@ Meaning meaningOf(const BatteryModel& model) {
   }
   for (const StateInfo& info : model.states())
     if (info.initial_std) meaning.scale.at(k++) = *info.initial_std;
-  if (k != kUnknowns) throw std::runtime_error("Ceres: the composition is not the one written down");
+  if (k != kUnknowns)
+    throw std::runtime_error("Ceres: the composition is not the one written down");
   return meaning;
 }
 
@@ -50,12 +51,23 @@ struct Unknowns {
 
   Unknowns(const T* x, const Meaning& meaning) {
     // Catalogue order.
-    T* const members[kUnknowns] = {
-        &r_discharge,   &r_charge,       &c2,                 &beta,
-        &u_dc,          &inverse_limit,  &refill_time,        &low_resistance,
-        &resistance_current, &acid_resistance_1, &acid_time_1, &acid_resistance_2,
-        &acid_time_2,   &u,              &log_activity,       &acid_1,
-        &acid_2};
+    T* const members[kUnknowns] = {&r_discharge,
+                                   &r_charge,
+                                   &c2,
+                                   &beta,
+                                   &u_dc,
+                                   &inverse_limit,
+                                   &refill_time,
+                                   &low_resistance,
+                                   &resistance_current,
+                                   &acid_resistance_1,
+                                   &acid_time_1,
+                                   &acid_resistance_2,
+                                   &acid_time_2,
+                                   &u,
+                                   &log_activity,
+                                   &acid_1,
+                                   &acid_2};
     for (int k = 0; k < kUnknowns; ++k)
       *members[k] = meaning.logarithmic[k] ? exp(x[k]) : x[k] * meaning.scale[k];
   }
@@ -67,7 +79,8 @@ struct Layer {
   T u, log_activity;
 };
 
-/// One implicit Euler step: C (u - u_0) / h = i - I_0 [p(u) exp(b u / 2) - exp(-b u / 2)], I_0 = 1 A.
+/// One implicit Euler step: C (u - u_0) / h = i - I_0 [p(u) exp(b u / 2) - exp(-b u / 2)], I_0 = 1
+/// A.
 template <typename T>
 class EulerStep {
  public:
@@ -143,9 +156,9 @@ void advanceLayer(const Unknowns<T>& p, double current, double duration, Layer<T
     const Layer<T> whole = EulerStep<T>(p, layer, current, h).end();
     const Layer<T> half = EulerStep<T>(p, layer, current, 0.5 * h).end();
     const Layer<T> halves = EulerStep<T>(p, half, current, 0.5 * h).end();
-    const double error =
-        std::abs(valueOf(whole.u) - valueOf(halves.u)) +
-        2.0 / valueOf(p.beta) * std::abs(valueOf(whole.log_activity) - valueOf(halves.log_activity));
+    const double error = std::abs(valueOf(whole.u) - valueOf(halves.u)) +
+                         2.0 / valueOf(p.beta) *
+                             std::abs(valueOf(whole.log_activity) - valueOf(halves.log_activity));
     const double factor = 0.9 * std::sqrt(kTolerance / std::max(error, 1e-12));
     const double wanted = h * std::max(0.2, std::min(4.0, factor));
     if (error > kTolerance) {
@@ -179,7 +192,8 @@ struct Residuals {
       const double i = step.current;
       const T r = (i < 0.0 ? p.r_discharge : p.r_charge) +
                   p.low_resistance / (1.0 + abs(i) / p.resistance_current);
-      const T u = p.u_dc + layer.u + r * i + p.acid_resistance_1 * acid_1 + p.acid_resistance_2 * acid_2;
+      const T u =
+          p.u_dc + layer.u + r * i + p.acid_resistance_1 * acid_1 + p.acid_resistance_2 * acid_2;
       residuals[n] = root_weight[n] * (drive.samples[n].voltage - u);
     }
     return true;
@@ -207,7 +221,8 @@ ceres::CostFunction* dataCost(const BatteryModel& model, const CompositionProble
 }
 
 ceres::CostFunction* priorCost(const BatteryModel& model, const CompositionProblem& problem) {
-  const Eigen::VectorXd mean = problem.coordinatesOf({model.typicalParameters(), model.restState()});
+  const Eigen::VectorXd mean =
+      problem.coordinatesOf({model.typicalParameters(), model.restState()});
   const Eigen::VectorXd weight = problem.priorWeight() * problem.priorPrecision();
   return new ceres::AutoDiffCostFunction<Priors, kUnknowns, kUnknowns>(
       new Priors{mean, weight.cwiseSqrt()});
@@ -227,7 +242,8 @@ CeresEnd fitComposedWithCeres(const BatteryModel& model, const CompositionProble
     ceres_problem.SetParameterUpperBound(end.x.data(), k, problem.upper()[k]);
   }
   ceres::Solver::Options options;
-  options.linear_solver_type = algebra == CeresAlgebra::kQr ? ceres::DENSE_QR : ceres::DENSE_NORMAL_CHOLESKY;
+  options.linear_solver_type =
+      algebra == CeresAlgebra::kQr ? ceres::DENSE_QR : ceres::DENSE_NORMAL_CHOLESKY;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;

@@ -16,14 +16,17 @@ struct CeresEnd {
 enum class CeresAlgebra { kQr, kNormalCholesky };
 
 /**
- * @brief Minimises what CompositionProblem does for composedModel(), derivatives by Ceres' Jets, one thread.
+ * @brief Minimises what CompositionProblem does for composedModel(), derivatives by Ceres' Jets,
+ * one thread.
  *
- * The model is written down a second time, as one would for Ceres alone: one cost function over the whole drive, lead ions
- * and double layer by an implicit Euler step extrapolated to second order under the same step control, acid by exact
- * exponentials. Newton's method of a step runs in doubles, one last step of it in Jets. Same coordinates, bounds, priors
- * and weights as `problem`; Ceres' default tolerances.
+ * The model is written down a second time, as one would for Ceres alone: one cost function over the
+ * whole drive, lead ions and double layer by an implicit Euler step extrapolated to second order
+ * under the same step control, acid by exact exponentials. Newton's method of a step runs in
+ * doubles, one last step of it in Jets. Same coordinates, bounds, priors and weights as `problem`;
+ * Ceres' default tolerances.
  *
- * @param problem of composedModel() over `drive`, without a noise model.  @param start in its coordinates.
+ * @param problem of composedModel() over `drive`, without a noise model.  @param start in its
+ * coordinates.
  * @throws std::runtime_error when Ceres ends without a usable solution.
  */
 CeresEnd fitComposedWithCeres(const battery_sof::BatteryModel& model,

@@ -1,5 +1,5 @@
-// Fits base + three effects to 30 minutes at 100 Hz with our search and with Ceres, in turns, and writes times, optima
-// and the compressed drive as JSON.
+// Fits base + three effects to 30 minutes at 100 Hz with our search and with Ceres, in turns, and
+// writes times, optima and the compressed drive as JSON.
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <cstdlib>
@@ -19,9 +19,9 @@ namespace {
 using namespace battery_sof;
 using namespace battery_sof_bench;
 
-constexpr double kDuration = 1800.0;      // [s]
-constexpr double kSameCost = 1e-4;        // share, evaluated at full rate
-constexpr double kSameParameter = 0.5;    // standard errors
+constexpr double kDuration = 1800.0;    // [s]
+constexpr double kSameCost = 1e-4;      // share, evaluated at full rate
+constexpr double kSameParameter = 0.5;  // standard errors
 
 /// What every contender is given.
 struct Task {
@@ -87,7 +87,8 @@ Eigen::VectorXd standardErrors(const Task& task, const Eigen::VectorXd& x) {
   task.problem.evaluate(x, at);
   const Eigen::Index n = x.size();
   const Eigen::MatrixXd inverse = at.hessian.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-  return (inverse.diagonal() * (at.cost / static_cast<double>(task.full.samples.size()))).cwiseSqrt();
+  return (inverse.diagonal() * (at.cost / static_cast<double>(task.full.samples.size())))
+      .cwiseSqrt();
 }
 
 double costAt(const Task& task, const Eigen::VectorXd& x) {
@@ -97,10 +98,11 @@ double costAt(const Task& task, const Eigen::VectorXd& x) {
 }
 
 void requireSame(const Contender& contender, double cost_share, double errors) {
-  if (!contender.must_agree || (std::abs(cost_share) <= kSameCost && errors <= kSameParameter)) return;
+  if (!contender.must_agree || (std::abs(cost_share) <= kSameCost && errors <= kSameParameter))
+    return;
   throw std::runtime_error(contender.name + " ended elsewhere: cost away by a share of " +
-                           std::to_string(cost_share) + ", a coordinate by " + std::to_string(errors) +
-                           " standard errors");
+                           std::to_string(cost_share) + ", a coordinate by " +
+                           std::to_string(errors) + " standard errors");
 }
 
 nlohmann::json columnOf(const Eigen::VectorXd& values) {
@@ -149,7 +151,8 @@ nlohmann::json compressedAsJson(const Task& task) {
   const CompositionFit fit = fitComposition(problem, {task.start});
   const Eigen::VectorXd mean =
       problem.coordinatesOf({task.model.typicalParameters(), task.model.restState()});
-  const Eigen::VectorXd unit = problem.seedsAt(Eigen::VectorXd::Zero(problem.size())).colwise().sum();
+  const Eigen::VectorXd unit =
+      problem.seedsAt(Eigen::VectorXd::Zero(problem.size())).colwise().sum();
   nlohmann::json logarithmic;
   for (Eigen::Index k = 0; k < problem.size(); ++k) {
     const Eigen::Index row = problem.rowOf(k);
@@ -175,8 +178,10 @@ void compare(int rounds, const std::string& out) {
     for (std::size_t k = 0; k < contenders.size(); ++k)
       ends[k]["milliseconds"].push_back(processorMilliseconds([&] { contenders[k].run(); }));
   nlohmann::json names;
-  for (const ParameterInfo& info : task.model.parameters()) names.push_back(info.name + " [" + info.unit + "]");
-  for (const StateInfo& info : task.model.states()) names.push_back(info.name + " [" + info.unit + "]");
+  for (const ParameterInfo& info : task.model.parameters())
+    names.push_back(info.name + " [" + info.unit + "]");
+  for (const StateInfo& info : task.model.states())
+    names.push_back(info.name + " [" + info.unit + "]");
   std::ofstream file(out);
   file << nlohmann::json{{"contenders", ends},
                          {"names", names},

@@ -1,5 +1,5 @@
-// The live tracker with base + four effects beside an identification in another thread, and the starts of a search on
-// two threads against one.
+// The live tracker with base + four effects beside an identification in another thread, and the
+// starts of a search on two threads against one.
 #include <atomic>
 #include <cstdlib>
 #include <ctime>
@@ -7,6 +7,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <vector>
 
 #include "battery_sof/identify/composition_fit.hpp"
 #include "battery_sof/identify/identification.hpp"
@@ -25,7 +26,8 @@ constexpr double kMaxGap = 0.1;     // [s]
 
 IdentifyOptions fourEffects() {
   IdentifyOptions options;
-  options.effects = {"charge_acceptance", "acid_transport", "current_dependent_resistance", "ocv_soc"};
+  options.effects = {"charge_acceptance", "acid_transport", "current_dependent_resistance",
+                     "ocv_soc"};
   return options;
 }
 
@@ -81,7 +83,8 @@ nlohmann::json tracked() {
           {"same", alone.last_voltage == beside.last_voltage}};
 }
 
-CompositionFit searched(const CompositionProblem& problem, const CompositionPoint& start, int threads) {
+CompositionFit searched(const CompositionProblem& problem, const CompositionPoint& start,
+                        int threads) {
   CompositionSearch search;
   search.more_starts = 5;
   search.threads = threads;
@@ -94,14 +97,18 @@ nlohmann::json threaded(int rounds) {
   const Drive drive = compressedDrive(series, all(series));
   const CompositionPoint start = typicalStart(model, drive);
   const CompositionProblem problem(model, drive, {}, start);
-  nlohmann::json one = nlohmann::json::array(), two = nlohmann::json::array();
+  std::vector<double> one, two, one_processor, two_processor;
   CompositionFit by_one, by_two;
   for (int k = 0; k < rounds; ++k) {
-    one.push_back(wallMilliseconds([&] { by_one = searched(problem, start, 1); }));
-    two.push_back(wallMilliseconds([&] { by_two = searched(problem, start, 2); }));
+    one_processor.push_back(processorMilliseconds(
+        [&] { one.push_back(wallMilliseconds([&] { by_one = searched(problem, start, 1); })); }));
+    two_processor.push_back(processorMilliseconds(
+        [&] { two.push_back(wallMilliseconds([&] { by_two = searched(problem, start, 2); })); }));
   }
   return {{"one_ms", one},
           {"two_ms", two},
+          {"one_processor_ms", one_processor},
+          {"two_processor_ms", two_processor},
           {"cores", std::thread::hardware_concurrency()},
           {"same", by_one.x == by_two.x && by_one.best_start == by_two.best_start}};
 }

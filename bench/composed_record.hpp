@@ -14,8 +14,8 @@ battery_sof::CompositionPoint composedTruth(const battery_sof::BatteryModel& mod
 /**
  * @brief City driving whose voltage is that of a composition, so that its effects are in the data.
  *
- * Current: drives of the independent reference at 100 Hz, 30 minutes of seed 1 one after the other; cranks below -150 A are
- * among them. Voltage: `model` at `truth`, plus seeded white noise of 2 mV.
+ * Current: drives of the independent reference at 100 Hz, 30 minutes of seed 1 one after the other;
+ * cranks below -150 A are among them. Voltage: `model` at `truth`, plus seeded white noise of 2 mV.
  *
  * @param duration [s], > 0.
  */

@@ -14,8 +14,8 @@ class LayerOf {
   virtual ~LayerOf() = default;
   virtual std::unique_ptr<LayerOf> clone() const = 0;
   /// As DoubleLayer::advance().
-  virtual void advance(const S* p, const Present<S>& present, const S& current, double duration, S& u,
-                       S* log_activity, S* ladder) = 0;
+  virtual void advance(const S* p, const Present<S>& present, const S& current, double duration,
+                       S& u, S* log_activity, S* ladder) = 0;
   virtual double suggestedStep() const = 0;
   virtual void suggestStep(double step) = 0;
 };
@@ -38,23 +38,28 @@ class WideLayer final : public LayerOf<S> {
 };
 
 /**
- * @brief In numbers of N derivatives, for a simulation that carries more: only those lanes that can reach the layer.
+ * @brief In numbers of N derivatives, for a simulation that carries more: only those lanes that can
+ * reach the layer.
  *
- * Most parameters never do (series resistances, u_dc, acid), and the layer's implicit steps are where the time goes.
+ * Most parameters never do (series resistances, u_dc, acid), and the layer's implicit steps are
+ * where the time goes.
  */
 template <typename S, int N>
 class NarrowLayer final : public LayerOf<S> {
  public:
   /// What of it never changes, and what the layer is given.
   struct Shape {
-    std::vector<int> lanes;  ///< those of S that may differ from zero in what the layer is given; at most N
+    std::vector<int>
+        lanes;  ///< those of S that may differ from zero in what the layer is given; at most N
     std::size_t parameters;
     bool has_ladder;
-    bool adapts;             ///< an effect changes the base model's parameters
+    bool adapts;  ///< an effect changes the base model's parameters
   };
   NarrowLayer(DoubleLayer<Dual<N>> layer, Shape shape)
       : layer_(std::move(layer)), shape_(std::move(shape)) {}
-  std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<NarrowLayer>(*this); }
+  std::unique_ptr<LayerOf<S>> clone() const override {
+    return std::make_unique<NarrowLayer>(*this);
+  }
 
   void advance(const S* p, const Present<S>& present, const S& current, double duration, S& u,
                S* log_activity, S* ladder) override {
@@ -65,7 +70,8 @@ class NarrowLayer final : public LayerOf<S> {
     std::array<Dual<N>, kLadderRungs> rungs;
     if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) rungs[k] = gathered(ladder[k]);
-    layer_.advance(p_.data(), present_, held, duration, narrow_u, log_activity ? &narrow_activity : nullptr,
+    layer_.advance(p_.data(), present_, held, duration, narrow_u,
+                   log_activity ? &narrow_activity : nullptr,
                    shape_.has_ladder ? rungs.data() : nullptr);
     scatter(narrow_u, u);
     if (log_activity) scatter(narrow_activity, *log_activity);
@@ -91,9 +97,17 @@ class NarrowLayer final : public LayerOf<S> {
     return narrow;
   }
   Present<Dual<N>> gathered(const Present<S>& f) const {
-    return {gathered(f.r_discharge), gathered(f.r_charge), gathered(f.c2),         gathered(f.beta),
-            gathered(f.u_dc),        gathered(f.i0),       gathered(f.alpha),      gathered(f.acceptance),
-            gathered(f.warming),     gathered(f.dispersion), f.time};
+    return {gathered(f.r_discharge),
+            gathered(f.r_charge),
+            gathered(f.c2),
+            gathered(f.beta),
+            gathered(f.u_dc),
+            gathered(f.i0),
+            gathered(f.alpha),
+            gathered(f.acceptance),
+            gathered(f.warming),
+            gathered(f.dispersion),
+            f.time};
   }
   void scatter(const Dual<N>& narrow, S& x) const {
     x.value() = narrow.value();

@@ -43,6 +43,18 @@ Dual<N> seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>& seeds, Eig
   return x;
 }
 
+/// Below it nothing has a meaning; further down, numbers that fade away get stuck where the processor is slow.
+inline constexpr double kFaded = 1e-200;
+
+inline void dropFaded(double& x) {
+  if (std::abs(x) < kFaded) x = 0.0;
+}
+template <int N>
+void dropFaded(Dual<N>& x) {
+  dropFaded(x.value());
+  x.derivatives() = (x.derivatives().array().abs() < kFaded).select(0.0, x.derivatives());
+}
+
 /// Derivatives that a number carries.
 template <typename S>
 struct Width {
@@ -81,6 +93,8 @@ class EngineOf final : public Simulation::Engine {
         ladder_state_(other.ladder_state_),
         steps_finely_(other.steps_finely_),
         adapts_(other.adapts_),
+        is_wide_(other.is_wide_),
+        intervals_(other.intervals_),
         model_(other.model_),
         members_(other.members_),
         layer_(other.layer_->clone()),
@@ -103,6 +117,7 @@ class EngineOf final : public Simulation::Engine {
   }
 
   double advanceAtVoltage(double voltage, double duration, double most_current) override {
+    widen();
     const double end_time = time_ + duration;
     const double i = currentFor(voltage, duration, most_current);
     const double begin_time = time_;
@@ -147,6 +162,10 @@ class EngineOf final : public Simulation::Engine {
     for (int k = 1; k <= pieces; ++k) {
       if (duration > 0.0) passPiece(held, piece, end_time - duration + piece * k);
     }
+    if (++intervals_ == kFadingLooked) {
+      intervals_ = 0;
+      for (S& x : x_) dropFaded(x);
+    }
     time_ = end_time;
     const Present<S>& present = presentAt(end_time);
     const Instant<S> instant{end, slope, duration, present};
@@ -166,6 +185,7 @@ class EngineOf final : public Simulation::Engine {
 
  private:
   static constexpr double kFineStep = 0.1;     // [s]
+  static constexpr unsigned kFadingLooked = 1024;  // intervals; too few to fade from kFaded to what is stuck
   static constexpr double kMostPieces = 10000;  // of one interval: beyond it is a gap of hours, at rest
 
   struct Member {
@@ -248,6 +268,15 @@ class EngineOf final : public Simulation::Engine {
             layerOf<Dual<N>>(), typename NarrowLayer<S, N>::Shape{lanes, p_.size(), ladder_state_ >= 0, adapts_});
     }
     return nullptr;
+  }
+
+  /// From here on every lane may reach the layer: a current that follows from a voltage depends on all of them.
+  void widen() {
+    if (is_wide_) return;
+    is_wide_ = true;
+    auto wide = std::make_unique<WideLayer<S>>(layerOf<S>());
+    wide->suggestStep(layer_->suggestedStep());
+    layer_ = std::move(wide);
   }
 
   static const EffectKernel<S>& kernel(const Member& member) { return kernelOf(*member.effect, S()); }
@@ -335,7 +364,8 @@ class EngineOf final : public Simulation::Engine {
   Eigen::Index lanes_;
   double time_, reference_time_;
   int activity_state_ = -1, ladder_state_ = -1;
-  bool steps_finely_ = false, adapts_ = false;
+  bool steps_finely_ = false, adapts_ = false, is_wide_ = false;
+  unsigned intervals_ = 0;  // since fading numbers were dropped
   std::shared_ptr<const BatteryModel> model_;
   std::vector<Member> members_;
   std::unique_ptr<LayerOf<S>> layer_;
