@@ -29,7 +29,8 @@ struct ModelPoint {
  * exponentials stay at that value.
  *
  * Derivatives are forward sensitivities of the very step that is taken: every number carries its derivatives along
- * (Eigen's AutoDiffScalar, fixed-size arrays of 8, 16, 24 or 48 lanes). A lane is a direction in the space of
+ * (Eigen's AutoDiffScalar, fixed-size arrays of 8, 16, 24 or 48 lanes; the implicit steps carry only those that can reach
+ * the double layer). A lane is a direction in the space of
  * parameters and first states, a column of `seeds`: unit vectors give plain derivatives, a factor L of a covariance L L'
  * gives standard deviations.
  */
