@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "battery_sof/model/closed_form_step.hpp"
 #include "battery_sof/model/instruction_sets.hpp"
 
 // glibc's libmvec has exp and log for several values at once, but its header says so under
@@ -36,9 +37,27 @@ struct alignas(64) Trajectory {
   double survival[kBlockSize];
 };
 
-BATTERY_SOF_INLINE void decay(const DrivenBlock& driven, double rate, double* decayed) {
+BATTERY_SOF_INLINE void share(const HeldBlock& held, double i0, DrivenBlock& driven) {
+  for (int n = 0; n < kBlockSize; ++n) {
+    const CurrentShares shares = sharesOf(held.current[n], i0);
+    driven.charging[n] = shares.charging;
+    driven.mixed[n] = shares.mixed;
+    driven.half_rate_dt[n] = 0.5 * shares.R * held.duration[n];
+  }
+}
+
+BATTERY_SOF_INLINE void decaysOf(const DrivenBlock& driven, double rate, double* decayed) {
   for (int n = 0; n < kBlockSize; ++n) decayed[n] = -driven.half_rate_dt[n] * rate;
   for (int n = 0; n < kBlockSize; ++n) decayed[n] = exp(decayed[n]);
+}
+
+template <int kWidth>
+BATTERY_SOF_INLINE ClosedFormStep<typename Register<kWidth>::Type> stepAt(const DrivenBlock& driven,
+                                                                          const double* decayed,
+                                                                          int n) {
+  const typename Register<kWidth>::Type charging = at<kWidth>(driven.charging + n);
+  const typename Register<kWidth>::Type D = at<kWidth>(decayed + n);
+  return {charging, 1.0 - charging, at<kWidth>(driven.mixed + n), D, 1.0 - D};
 }
 
 template <int kWidth>
@@ -48,16 +67,11 @@ BATTERY_SOF_INLINE void multiplyUp(const DrivenBlock& driven, const double* deca
   const Value zero = {};
   Value xx = zero + 1.0, xy = zero, yx = zero, yy = zero + 1.0;
   for (int n = lane; n < kBlockSize; n += kLanes) {
-    const Value D = at<kWidth>(decayed + n);
-    const Value charging = at<kWidth>(driven.charging + n);
-    const Value P = 1.0 - D;
-    const Value a = D + P * charging;
-    const Value b = D + P * (1.0 - charging);
-    const Value across = P * at<kWidth>(driven.mixed + n);
-    const Value next_xx = a * xx + across * yx;
-    const Value next_xy = a * xy + across * yy;
-    yx = across * xx + b * yx;
-    yy = across * xy + b * yy;
+    const auto step = stepAt<kWidth>(driven, decayed, n);
+    const Value next_xx = step.nextX(xx, yx);
+    const Value next_xy = step.nextX(xy, yy);
+    yx = step.nextY(xx, yx);
+    yy = step.nextY(xy, yy);
     xx = next_xx;
     xy = next_xy;
   }
@@ -94,18 +108,12 @@ BATTERY_SOF_INLINE void forward(const DrivenBlock& driven, const double* decayed
   Value forced = {};
   Value survival = forced + 1.0;
   for (int n = lane; n < kBlockSize; n += kLanes) {
-    const Value D = at<kWidth>(decayed + n);
-    const Value charging = at<kWidth>(driven.charging + n);
-    const Value mixed = at<kWidth>(driven.mixed + n);
-    const Value discharging = 1.0 - charging;
-    const Value P = 1.0 - D;
-    const Value across = P * mixed;
-    const Value slope_to_d = mixed * (x * x - y * y) + (discharging - charging) * (x * y);
-    const Value decay_d = D * (at<kWidth>(driven.half_rate_dt + n) * rate);
-    forced = D * forced - decay_d * slope_to_d;
-    survival *= D;
-    const Value next = (D + P * charging) * x + across * y;
-    y = across * x + (D + P * discharging) * y;
+    const auto step = stepAt<kWidth>(driven, decayed, n);
+    const Value decay = at<kWidth>(driven.half_rate_dt + n) * rate;
+    forced = step.D * forced - decay * step.D * step.slopeToD(x, y);
+    survival *= step.D;
+    const Value next = step.nextX(x, y);
+    y = step.nextY(x, y);
     x = next;
     at<kWidth>(along.x + n) = x;
     at<kWidth>(along.y + n) = y;
@@ -170,7 +178,7 @@ BATTERY_SOF_INLINE void sweep(const DrivenBlock& driven, const OverpotentialScal
   LaneMaps maps;
   LaneValues start;
   Trajectory along;
-  decay(driven, scale.rate, decayed);
+  decaysOf(driven, scale.rate, decayed);
   for (int lane = 0; lane < kLanes; lane += kWidth) multiplyUp<kWidth>(driven, decayed, lane, maps);
   startLanes(maps, carried, start);
   for (int lane = 0; lane < kLanes; lane += kWidth)
@@ -182,6 +190,14 @@ BATTERY_SOF_INLINE void sweep(const DrivenBlock& driven, const OverpotentialScal
 }
 
 #if BATTERY_SOF_X86_DISPATCH
+BATTERY_SOF_TARGET_AVX2 void shareAvx2(const HeldBlock& held, double i0, DrivenBlock& driven) {
+  share(held, i0, driven);
+}
+
+BATTERY_SOF_TARGET_AVX512 void shareAvx512(const HeldBlock& held, double i0, DrivenBlock& driven) {
+  share(held, i0, driven);
+}
+
 BATTERY_SOF_TARGET_AVX2 void sweepAvx2(const DrivenBlock& driven, const OverpotentialScale& scale,
                                        OverpotentialCarried& carried, OverpotentialStates& states) {
   sweep<4>(driven, scale, carried, states);
@@ -205,6 +221,15 @@ InstructionSet widestInstructionSet() {
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return InstructionSet::kAvx2;
 #endif
   return InstructionSet::kPlain;
+}
+
+void shareCurrents(const HeldBlock& held, double i0, DrivenBlock& driven, InstructionSet set) {
+#if BATTERY_SOF_X86_DISPATCH
+  if (set == InstructionSet::kAvx512) return shareAvx512(held, i0, driven);
+  if (set == InstructionSet::kAvx2) return shareAvx2(held, i0, driven);
+#endif
+  static_cast<void>(set);
+  share(held, i0, driven);
 }
 
 void sweepOverpotential(const DrivenBlock& driven, const OverpotentialScale& scale,

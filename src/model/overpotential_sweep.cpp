@@ -8,15 +8,6 @@ namespace battery_sof {
 OverpotentialSweep::OverpotentialSweep(const std::vector<HeldCurrent>& held, double i0)
     : OverpotentialSweep(held.size(), i0, [&](std::size_t n) { return held[n]; }) {}
 
-void OverpotentialSweep::drive(std::size_t n, const HeldCurrent& held, double i0) {
-  DrivenBlock& block = driven_[n / kBlock];
-  const int k = lanePosition(static_cast<int>(n % kBlock));
-  const CurrentShares shares = sharesOf(held.current, i0);
-  block.charging[k] = shares.charging;
-  block.mixed[k] = shares.mixed;
-  block.half_rate_dt[k] = 0.5 * shares.R * held.duration;
-}
-
 OverpotentialScale OverpotentialSweep::scaleOf(const Point& point) {
   return {point.beta, point.beta / point.c2, 0.5 * point.beta * point.u_c2_first};
 }

@@ -20,18 +20,19 @@ namespace battery_sof {
 /// kWidth doubles in one register, or in as many as the instruction set needs.
 template <int kWidth>
 struct Register {
-  typedef double Type __attribute__((vector_size(kWidth * sizeof(double)), may_alias));
+  typedef double Type __attribute__((vector_size(kWidth * sizeof(double))));
+  typedef Type InMemory __attribute__((may_alias));
 };
 
 /// The kWidth doubles at an address aligned to their size.
 template <int kWidth>
-BATTERY_SOF_INLINE typename Register<kWidth>::Type& at(double* values) {
-  return *reinterpret_cast<typename Register<kWidth>::Type*>(values);
+BATTERY_SOF_INLINE typename Register<kWidth>::InMemory& at(double* values) {
+  return *reinterpret_cast<typename Register<kWidth>::InMemory*>(values);
 }
 
 template <int kWidth>
-BATTERY_SOF_INLINE const typename Register<kWidth>::Type& at(const double* values) {
-  return *reinterpret_cast<const typename Register<kWidth>::Type*>(values);
+BATTERY_SOF_INLINE const typename Register<kWidth>::InMemory& at(const double* values) {
+  return *reinterpret_cast<const typename Register<kWidth>::InMemory*>(values);
 }
 
 }  // namespace battery_sof

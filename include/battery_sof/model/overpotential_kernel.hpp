@@ -12,11 +12,17 @@ constexpr int kBlockSize = kLanes * kLaneSteps;  ///< samples of a block
 /// neighbouring samples.
 constexpr int lanePosition(int k) { return k % kLaneSteps * kLanes + k / kLaneSteps; }
 
+/// The currents that a block's samples are reached with, in lane order; see HeldCurrent.
+struct alignas(64) HeldBlock {
+  double current[kBlockSize];   ///< [A]
+  double duration[kBlockSize];  ///< [s]; 0 repeats the state before
+};
+
 /// What of a block's samples depends on the current alone, in lane order; see CurrentShares.
 struct alignas(64) DrivenBlock {
   double charging[kBlockSize];
   double mixed[kBlockSize];
-  double half_rate_dt[kBlockSize];  ///< R dt / 2 [As]; 0 repeats the state before
+  double half_rate_dt[kBlockSize];  ///< R dt / 2 [As]
 };
 
 /// State and derivatives at the samples of a block, in lane order.
@@ -43,6 +49,10 @@ enum class InstructionSet {
 
 /// @return the widest one that this processor has.
 InstructionSet widestInstructionSet();
+
+/// Fills in sharesOf() every held current. @param i0 exchange current [A], > 0.  @param set at most
+/// widestInstructionSet().
+void shareCurrents(const HeldBlock& held, double i0, DrivenBlock& driven, InstructionSet set);
 
 /// Where in its parameters a sweep stands.
 struct OverpotentialScale {

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "battery_sof/model/closed_form_step.hpp"
 #include "battery_sof/model/driving_current.hpp"
 #include "battery_sof/model/overpotential_kernel.hpp"
 
@@ -57,7 +56,6 @@ class OverpotentialSweep {
   static OverpotentialScale scaleOf(const Point& point);
   static OverpotentialCarried begin(const Point& point);
   static void inSampleOrder(const OverpotentialStates& lanes, States& states);
-  void drive(std::size_t n, const HeldCurrent& held, double i0);
 
   std::vector<DrivenBlock> driven_;
 };
@@ -65,8 +63,16 @@ class OverpotentialSweep {
 template <typename HeldAt>
 OverpotentialSweep::OverpotentialSweep(std::size_t size, double i0, HeldAt&& held_at)
     : driven_((size + kBlock - 1) / kBlock) {
-  for (std::size_t n = 0; n < driven_.size() * kBlock; ++n)
-    drive(n, n < size ? held_at(n) : HeldCurrent{0.0, 0.0}, i0);
+  HeldBlock block;
+  for (std::size_t first = 0; first < size; first += kBlock) {
+    for (int k = 0; k < kBlock; ++k) {
+      const std::size_t n = first + static_cast<std::size_t>(k);
+      const HeldCurrent held = n < size ? held_at(n) : HeldCurrent{0.0, 0.0};
+      block.current[lanePosition(k)] = held.current;
+      block.duration[lanePosition(k)] = held.duration;
+    }
+    shareCurrents(block, i0, driven_[first / kBlock], widestInstructionSet());
+  }
 }
 
 template <typename Visitor>
