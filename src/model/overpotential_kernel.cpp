@@ -30,11 +30,13 @@ struct alignas(64) LaneValues {
   double d_log_rate[kLanes], d_initial[kLanes];  ///< x y times the derivatives of ln E
 };
 
-/// What the forward pass leaves of a block; survival = product of D since the lane's start.
+/// What the forward pass leaves of a block. A lane starts with d ln E / d ln rate = 0 and, for
+/// survival, with x y d ln E = 1.
 struct alignas(64) Trajectory {
-  double x[kBlockSize], y[kBlockSize];
-  double forced[kBlockSize];  ///< x y d ln E / d ln rate for a lane that starts without
-  double survival[kBlockSize];
+  double E[kBlockSize];
+  double forced[kBlockSize];    ///< d ln E / d ln rate
+  double survival[kBlockSize];  ///< d ln E
+  double x[kLanes], y[kLanes];  ///< at each lane's end
 };
 
 BATTERY_SOF_INLINE void share(const HeldBlock& held, double i0, DrivenBlock& driven) {
@@ -47,8 +49,7 @@ BATTERY_SOF_INLINE void share(const HeldBlock& held, double i0, DrivenBlock& dri
 }
 
 BATTERY_SOF_INLINE void decaysOf(const DrivenBlock& driven, double rate, double* decayed) {
-  for (int n = 0; n < kBlockSize; ++n) decayed[n] = -driven.half_rate_dt[n] * rate;
-  for (int n = 0; n < kBlockSize; ++n) decayed[n] = exp(decayed[n]);
+  for (int n = 0; n < kBlockSize; ++n) decayed[n] = exp(-driven.half_rate_dt[n] * rate);
 }
 
 template <int kWidth>
@@ -115,33 +116,29 @@ BATTERY_SOF_INLINE void forward(const DrivenBlock& driven, const double* decayed
     const Value next = step.nextX(x, y);
     y = step.nextY(x, y);
     x = next;
-    at<kWidth>(along.x + n) = x;
-    at<kWidth>(along.y + n) = y;
-    at<kWidth>(along.forced + n) = forced;
-    at<kWidth>(along.survival + n) = survival;
+    const Value over_xy = 1.0 / (x * y);
+    at<kWidth>(along.E + n) = x * x * over_xy;
+    at<kWidth>(along.forced + n) = forced * over_xy;
+    at<kWidth>(along.survival + n) = survival * over_xy;
   }
+  at<kWidth>(along.x + lane) = x;
+  at<kWidth>(along.y + lane) = y;
 }
 
 /// Every lane's first derivatives, and what the block hands on.
 BATTERY_SOF_INLINE void startDerivatives(const Trajectory& along, OverpotentialCarried& carried,
                                          LaneValues& start) {
   const int last = kBlockSize - kLanes;
-  double gain[kLanes], forced[kLanes], xy[kLanes];
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const int n = last + lane;
-    const double over_xy = 1.0 / (along.x[n] * along.y[n]);
-    xy[lane] = start.x[lane] * start.y[lane];
-    gain[lane] = along.survival[n] * xy[lane] * over_xy;
-    forced[lane] = along.forced[n] * over_xy;
-  }
   double d_log_rate = carried.d_log_rate, d_initial = carried.d_initial;
   for (int lane = 0; lane < kLanes; ++lane) {
-    start.d_log_rate[lane] = d_log_rate * xy[lane];
-    start.d_initial[lane] = d_initial * xy[lane];
-    d_log_rate = gain[lane] * d_log_rate + forced[lane];
-    d_initial *= gain[lane];
+    const double xy = start.x[lane] * start.y[lane];
+    start.d_log_rate[lane] = d_log_rate * xy;
+    start.d_initial[lane] = d_initial * xy;
+    const double survival = along.survival[last + lane] * xy;
+    d_log_rate = survival * d_log_rate + along.forced[last + lane];
+    d_initial *= survival;
   }
-  carried = {along.x[kBlockSize - 1], along.y[kBlockSize - 1], d_log_rate, d_initial};
+  carried = {along.x[kLanes - 1], along.y[kLanes - 1], d_log_rate, d_initial};
 }
 
 template <int kWidth>
@@ -152,10 +149,9 @@ BATTERY_SOF_INLINE void finish(const OverpotentialScale& scale, int lane, const 
   const Value first_log_rate = at<kWidth>(start.d_log_rate + lane);
   const Value first_initial = at<kWidth>(start.d_initial + lane);
   for (int n = lane; n < kBlockSize; n += kLanes) {
-    const Value over_xy = 1.0 / (at<kWidth>(along.x + n) * at<kWidth>(along.y + n));
     const Value survival = at<kWidth>(along.survival + n);
-    const Value d_log_rate = (survival * first_log_rate + at<kWidth>(along.forced + n)) * over_xy;
-    const Value d_initial = survival * first_initial * over_xy;
+    const Value d_log_rate = survival * first_log_rate + at<kWidth>(along.forced + n);
+    const Value d_initial = survival * first_initial;
     at<kWidth>(states.d_initial + n) = d_initial;
     at<kWidth>(states.d_log_c2 + n) = -two_over_beta * d_log_rate;
     at<kWidth>(states.d_log_beta + n) =
@@ -166,9 +162,7 @@ BATTERY_SOF_INLINE void finish(const OverpotentialScale& scale, int lane, const 
 BATTERY_SOF_INLINE void logarithms(const OverpotentialScale& scale, const Trajectory& along,
                                    double* u_c2) {
   const double two_over_beta = 2.0 / scale.beta;
-  for (int n = 0; n < kBlockSize; ++n) u_c2[n] = along.x[n] / along.y[n];
-  for (int n = 0; n < kBlockSize; ++n) u_c2[n] = log(u_c2[n]);
-  for (int n = 0; n < kBlockSize; ++n) u_c2[n] *= two_over_beta;
+  for (int n = 0; n < kBlockSize; ++n) u_c2[n] = two_over_beta * log(along.E[n]);
 }
 
 template <int kWidth>
