@@ -23,6 +23,18 @@ Eigen::Matrix<double, kBaseColumns, kBaseColumns> joined(const LaneProducts& pro
   return total;
 }
 
+/// Adds a block's products of the linear columns to the lower triangle.
+void addLinear(const MeasuredBlock& block, Eigen::Matrix3d& sums) {
+  using Values = Eigen::Map<const Eigen::Array<double, kBlockSize, 1>>;
+  const Values discharge(block.discharge), charge(block.charge), weight(block.weight);
+  sums(0, 0) += (discharge.square() * weight).sum();
+  sums(1, 0) += (discharge * charge * weight).sum();
+  sums(1, 1) += (charge.square() * weight).sum();
+  sums(2, 0) += (discharge * weight).sum();
+  sums(2, 1) += (charge * weight).sum();
+  sums(2, 2) += weight.sum();
+}
+
 }  // namespace
 
 BaseNormalEquations::BaseNormalEquations(const std::vector<Sample>& samples, double i0)
@@ -31,30 +43,20 @@ BaseNormalEquations::BaseNormalEquations(const std::vector<Sample>& samples, dou
       measured_(static_cast<std::size_t>(sweep_.blocks())) {
   for (const auto& sample : samples) offset_ += sample.voltage;
   offset_ /= static_cast<double>(size_);
-  for (std::size_t n = 0; n < samples.size(); ++n) {
-    MeasuredBlock& block = measured_[n / kBlockSize];
-    const int k = lanePosition(static_cast<int>(n % kBlockSize));
-    block.discharge[k] = samples[n].discharge;
-    block.charge[k] = samples[n].charge;
-    block.voltage[k] = samples[n].voltage - offset_;
-    block.weight[k] = samples[n].weight;
+  for (std::size_t first = 0; first < samples.size(); first += kBlockSize) {
+    MeasuredBlock& block = measured_[first / kBlockSize];
+    const auto count = std::min<std::size_t>(kBlockSize, samples.size() - first);
+    for (std::size_t k = 0; k < count; ++k) {
+      const Sample& sample = samples[first + k];
+      const int place = lanePosition(static_cast<int>(k));
+      block.discharge[place] = sample.discharge;
+      block.charge[place] = sample.charge;
+      block.voltage[place] = sample.voltage - offset_;
+      block.weight[place] = sample.weight;
+    }
+    addLinear(block, linear_);
   }
-  linear_ = linearSums();
-}
-
-Eigen::Matrix3d BaseNormalEquations::linearSums() const {
-  using Values = Eigen::Map<const Eigen::Array<double, kBlockSize, 1>>;
-  Eigen::Matrix3d sums = Eigen::Matrix3d::Zero();
-  for (const MeasuredBlock& block : measured_) {
-    const Values discharge(block.discharge), charge(block.charge), weight(block.weight);
-    sums(0, 0) += (discharge.square() * weight).sum();
-    sums(1, 0) += (discharge * charge * weight).sum();
-    sums(1, 1) += (charge.square() * weight).sum();
-    sums(2, 0) += (discharge * weight).sum();
-    sums(2, 1) += (charge * weight).sum();
-    sums(2, 2) += weight.sum();
-  }
-  return sums.selfadjointView<Eigen::Lower>();
+  linear_.triangularView<Eigen::StrictlyUpper>() = linear_.transpose();
 }
 
 BaseSums BaseNormalEquations::sums(const OverpotentialSweep::Point& point,

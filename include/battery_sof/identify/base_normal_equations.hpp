@@ -60,13 +60,11 @@ class BaseNormalEquations {
   Eigen::Index size() const { return size_; }
 
  private:
-  Eigen::Matrix3d linearSums() const;
-
   Eigen::Index size_;
   double offset_ = 0.0;
   OverpotentialSweep sweep_;
   std::vector<MeasuredBlock> measured_;
-  Eigen::Matrix3d linear_;  ///< sums of discharge, charge and 1, which no point of the search changes
+  Eigen::Matrix3d linear_ = Eigen::Matrix3d::Zero();  ///< sums of discharge, charge and 1, which no point of the search changes
 };
 
 /// @return the samples of a range with weight^2 where current < weight_current, 1 elsewhere (paper, eq. 3).
