@@ -39,7 +39,7 @@ void bareExponentials(benchmark::State& state) {
   }
   countSamples(state);
 }
-BENCHMARK(bareExponentials)->Name("bare loop, one std::exp a sample");
+BENCHMARK(bareExponentials)->Name("bare loop of std::exp");
 
 void sweepAndNormalEquations(benchmark::State& state, InstructionSet set) {
   if (set > widestInstructionSet()) return state.SkipWithError("not on this processor");
@@ -48,11 +48,11 @@ void sweepAndNormalEquations(benchmark::State& state, InstructionSet set) {
   countSamples(state);
 }
 BENCHMARK_CAPTURE(sweepAndNormalEquations, avx512, InstructionSet::kAvx512)
-    ->Name("ours: sweep, normal equations, AVX-512");
+    ->Name("ours: one pass, AVX-512");
 BENCHMARK_CAPTURE(sweepAndNormalEquations, avx2, InstructionSet::kAvx2)
-    ->Name("ours: sweep, normal equations, AVX2");
+    ->Name("ours: one pass, AVX2");
 BENCHMARK_CAPTURE(sweepAndNormalEquations, plain, InstructionSet::kPlain)
-    ->Name("ours: sweep, normal equations, SSE2");
+    ->Name("ours: one pass, neither of them");
 
 void sweep(benchmark::State& state) {
   std::vector<HeldCurrent> held;
@@ -66,7 +66,7 @@ void sweep(benchmark::State& state) {
                       });
   countSamples(state);
 }
-BENCHMARK(sweep)->Name("ours: of that the sweep, with derivatives");
+BENCHMARK(sweep)->Name("ours: of the widest's pass, the sweep alone");
 
 void stepWithDerivatives(benchmark::State& state) {
   const OverpotentialStep step{BaseParameters{}};

@@ -117,7 +117,7 @@ BATTERY_SOF_INLINE void forward(const DrivenBlock& driven, const double* decayed
     y = step.nextY(x, y);
     x = next;
     const Value over_xy = 1.0 / (x * y);
-    at<kWidth>(along.E + n) = x * x * over_xy;
+    at<kWidth>(along.E + n) = x * (x * over_xy);
     at<kWidth>(along.forced + n) = forced * over_xy;
     at<kWidth>(along.survival + n) = survival * over_xy;
   }

@@ -52,6 +52,28 @@ TEST(OverpotentialSweep, EqualsTheStepSampleBySample) {
   }
 }
 
+TEST(OverpotentialSweep, StaysInRangeWhenEverySampleTurnsTheStateRound) {
+  // Within each second the state goes from one end to the other: D underflows, x and y shrink by
+  // I_0 / R a step.
+  std::vector<HeldCurrent> held;
+  for (int n = 0; n < 600; ++n) held.push_back({n % 2 == 0 ? 5000.0 : -5000.0, 1.0});
+  BaseParameters p;
+  p.beta = 1000.0;
+  p.c2 = 100.0;
+  const auto expected = stepByStep(held, p, -0.6);
+  const double rounding = 1e-8;  // of 1 - charging, which is (I_0 / R)^2 = 4e-8 here
+  OverpotentialSweep(held, p.i0)
+      .run({p.c2, p.beta, -0.6}, [&](Eigen::Index block, const auto& states) {
+        for (int k = 0; k < OverpotentialSweep::kBlock; ++k) {
+          const auto n = static_cast<std::size_t>(block * OverpotentialSweep::kBlock + k);
+          if (n >= expected.size()) break;
+          EXPECT_NEAR(states.u_c2[k], expected[n].value, rounding / p.beta) << n;
+          EXPECT_NEAR(states.d_log_beta[k], expected[n].d_beta * p.beta, rounding / p.beta) << n;
+          EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9) << n;
+        }
+      });
+}
+
 TEST(OverpotentialSweep, IsTheSameOnEveryInstructionSetOfThisProcessor) {
   const Series series = test::baseDrive(2, 10.0);
   const auto held = heldCurrents(series, {0, series.size()}, 5.0);
