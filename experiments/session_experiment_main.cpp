@@ -25,7 +25,8 @@ void play(const std::string& path, const CsvColumns& columns, const SessionOptio
   OnlineSession session(options);
   for (std::size_t n = 0; n < recording.series.size(); ++n) {
     const SessionEvents events = session.push(
-        {recording.series.time[n], recording.series.current[n], recording.series.voltage[n]});
+        {recording.series.time[n], recording.series.current[n], recording.series.voltage[n],
+         std::nullopt});
     print(recording.name, events, session);
     if (auto job = session.takeDueJob()) session.finish(runIdentification(*job));
   }
