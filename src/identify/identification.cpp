@@ -203,7 +203,8 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
           ? describeFit(series, range, options, fit, equations, weight)
           : identifyComposition(series, range, options, fit);
   model.start = start;
-  model.suitability = windowSuitability(series, range);
+  model.suitability =
+      predictionSuitability(model.scores.rmse, windowExcitation(series, range));
   return model;
 }
 

@@ -54,8 +54,8 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
   const WindowChoice choice = chooseWindow(job.series, search);
   result.message = choice.message;
   if (!choice.range) return result;
-  if (choice.suitability < job.min_suitability) {
-    result.message = "the best window's suitability of " + std::to_string(choice.suitability) +
+  if (choice.excitation < job.min_suitability) {
+    result.message = "the best window's suitability of " + std::to_string(choice.excitation) +
                      " is below the required " + std::to_string(job.min_suitability);
     return result;
   }
