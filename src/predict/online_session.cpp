@@ -304,7 +304,12 @@ ChargeAcceptanceAnswer OnlineSession::predictChargeAcceptance(const ChargeAccept
 }
 
 FittedModel OnlineSession::modelForQuery() const {
-  if (!whyNoModel()) return tracker_->modelNow();
+  if (!whyNoModel()) {
+    FittedModel now = tracker_->modelNow();
+    const Series& series = stream_.series();
+    if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
+    return now;
+  }
   FittedModel none;
   none.status = FitStatus::kNotExcited;
   return none;

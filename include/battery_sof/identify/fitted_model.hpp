@@ -40,6 +40,7 @@ struct ModelState {
   double u_c2 = 0.0;         ///< [V]
   double current = 0.0;      ///< [A], current at that time
   std::vector<double> further = {};  ///< the effects' states, in the order of BatteryModel::states()
+  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery at that time, when known
 };
 
 /// The part of a recording that was fitted.
