@@ -1,6 +1,7 @@
 #include <chrono>
 #include <ostream>
 
+#include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/identify/identification.hpp"
 #include "battery_sof/identify/window.hpp"
 #include "battery_sof/recording/checks.hpp"
@@ -51,6 +52,7 @@ FittedModel fit(const IdentifyArguments& arguments, const Series& series) {
   options.start = arguments.start == "paper" ? FitStart::kPaper : FitStart::kRobust;
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = identify(series, *choice.range, options);
+  if (isUsable(model)) fitErrors(model, series, *choice.range);
   model.fit_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return model;

@@ -174,6 +174,8 @@ FittedModel identifyComposition(const Series& series, IndexRange range,
                             full.first_time});
   for (const DriveSample& sample : full.samples) at_end.advance(sample.step);
   takeState(found, at_end, series.current[range.last - 1]);
+  const Eigen::VectorXd& first = fitted.fit.point.state;
+  found.first_state.assign(first.data(), first.data() + first.size());
   return found;
 }
 

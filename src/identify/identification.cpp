@@ -9,6 +9,7 @@
 #include "battery_sof/identify/base_search.hpp"
 #include "battery_sof/identify/composition_identification.hpp"
 #include "battery_sof/identify/covariance.hpp"
+#include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/identify/fit_description.hpp"
 #include "battery_sof/identify/fit_quality.hpp"
 #include "battery_sof/identify/window.hpp"
@@ -156,6 +157,7 @@ FittedModel describeFit(const Series& series, IndexRange range, const IdentifyOp
     model.status = FitStatus::kNotExcited;
   model.message = sentenceOf(model);
   model.state = {series.time[range.last - 1], last.value, series.current[range.last - 1]};
+  model.first_state = {fit.u_c2_first};
   carryCovariance(model.covariance, last);
   return model;
 }
@@ -209,8 +211,14 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
   const auto first = static_cast<std::size_t>(at - series.time.begin());
   const Drive drive = fullDrive(series, {first, last + 1});
   Simulation simulation = uncertainSimulationOf(model);
-  for (std::size_t n = 1; n < drive.samples.size(); ++n) simulation.advance(drive.samples[n].step);
+  ErrorTracker errors(model);
+  for (std::size_t n = 1; n < drive.samples.size(); ++n) {
+    const DriveSample& sample = drive.samples[n];
+    simulation.advance(sample.step);
+    errors.observe(sample.step.duration, sample.voltage - simulation.voltage());
+  }
   takeState(model, simulation, series.current[last]);
+  model.discrepancy = errors.discrepancy();
 }
 
 }  // namespace battery_sof

@@ -147,6 +147,24 @@ WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
   return choice;
 }
 
+namespace {
+
+/// Longest time without a change of the current's direction [s]; beyond half an ampere, as rests go (EventLimits).
+double longestRun(const Series& series, IndexRange range, bool charge) {
+  constexpr double kRest = 0.5;  // [A]
+  const double max_gap = gapThreshold(series);
+  double longest = 0.0, run = 0.0;
+  for (std::size_t n = range.first + 1; n < range.last; ++n) {
+    const double i = charge ? series.current[n] : -series.current[n];
+    const double interval = series.time[n] - series.time[n - 1];
+    run = i > kRest && interval <= max_gap ? run + interval : 0.0;
+    longest = std::max(longest, run);
+  }
+  return longest;
+}
+
+}  // namespace
+
 ExcitedRange excitedRange(const Series& series, IndexRange range) {
   ExcitedRange excited;
   if (range.empty()) return excited;
@@ -163,6 +181,8 @@ ExcitedRange excitedRange(const Series& series, IndexRange range) {
   excited.max_voltage = *u_high;
   excited.discharge_time = shareOfTime(series, range, false);
   excited.charge_time = shareOfTime(series, range, true);
+  excited.longest_discharge = longestRun(series, range, false);
+  excited.longest_charge = longestRun(series, range, true);
   excited.temperature =
       temperatureAt(series, 0.5 * (series.time[range.first] + series.time[range.last - 1]));
   return excited;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/identify/window.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
 
@@ -60,6 +61,7 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
   result.model = identify(job.series, *choice.range, job.options);
   result.message = result.model->message;
   if (!isUsable(*result.model)) return result;
+  fitErrors(*result.model, job.series, *choice.range);
   carryState(*result.model, job.series, job.series.size() - 1);
   compareOnRecentWindow(result, job);
   return result;

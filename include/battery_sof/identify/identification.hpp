@@ -54,7 +54,7 @@ struct IdentifyOptions {
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
 
 /**
- * @brief Carries the state of a model forward to the sample at `last` (inclusive) and its covariance with it.
+ * @brief Carries the state of a model forward to the sample at `last` (inclusive), its covariance and discrepancy with it.
  * @param series the recording the model stands in: model.state.time must be the time of one of its samples.
  */
 void carryState(FittedModel& model, const Series& series, std::size_t last);
