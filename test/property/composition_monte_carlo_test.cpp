@@ -64,9 +64,9 @@ void expectCoverage(bool whiten, double least) {
   EXPECT_GE(all, 0.9 * of);
 }
 
-TEST(IdentifyWithEffects, WhitenedStandardErrorsHoldTheTruthInNineOfTenDrives) { expectCoverage(true, 0.83); }
+TEST(IdentifyWithEffects, TwoWhitenedStandardErrorsHoldTheTruthNineTimesInTenOverAllParameters) { expectCoverage(true, 0.78); }
 
-TEST(IdentifyWithEffects, WeightedStandardErrorsHoldTheTruthInFourOfFiveDrives) { expectCoverage(false, 0.8); }
+TEST(IdentifyWithEffects, TwoSandwichStandardErrorsHoldTheTruthNineTimesInTenOverAllParameters) { expectCoverage(false, 0.78); }
 
 }  // namespace
 }  // namespace battery_sof
