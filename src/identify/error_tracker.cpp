@@ -47,6 +47,12 @@ ErrorForecast ErrorTracker::forecast(double ahead) const {
   return {drift_ + persistence * colored_, later.variance()};
 }
 
+ErrorForecast ErrorTracker::forecastThrough(double ahead) const {
+  const ErrorForecast all = forecast(ahead);
+  const double left_out = all.mean - drift_;
+  return noise_ ? ErrorForecast{drift_, all.variance + left_out * left_out} : all;
+}
+
 Discrepancy ErrorTracker::discrepancy() const {
   return {drift_, colored_, filter_.p_dd(), filter_.p_da(), filter_.p_aa()};
 }

@@ -104,7 +104,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
   std::optional<Interval> lowest;
   const auto look = [&](const Simulation& now, double since) {
     const Interval u =
-        voltageAnswer(now, errors.forecast(ahead + since), own, model.crank_scale);
+        voltageAnswer(now, errors.forecastThrough(ahead + since), own, model.crank_scale);
     if (!lowest || u.value <= lowest->value) lowest = u;
   };
   if (!query.crank.empty()) {

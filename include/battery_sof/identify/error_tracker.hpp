@@ -30,7 +30,11 @@ class ErrorTracker {
   /// Lets time pass without a sample.
   void wait(double duration);
 
+  /// @param ahead [s] from the last sample.
   ErrorForecast forecast(double ahead) const;
+  /// For an event that is unlike the driving before it, as a crank is: d is kept, a is not carried into it and its square
+  /// counts as variance (docs/decisions/0004).
+  ErrorForecast forecastThrough(double ahead) const;
   Discrepancy discrepancy() const;
 
  private:
