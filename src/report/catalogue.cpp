@@ -179,8 +179,8 @@ std::string effectText(const EffectInfo& effect) {
   for (const ParameterInfo& info : effect.parameters) width = std::max(width, info.name.size());
   for (const ParameterInfo& info : effect.parameters) {
     text += "    " + padded(info.name, width) + padded(info.symbol, 9) +
-            padded(withUnit(number(info.magnitude), info.unit), 14) + "inside " + number(info.lower) +
-            " to " + number(info.upper) + "\n";
+            padded(withUnit(number(info.magnitude), info.unit), 14) + "inside " +
+            number(info.lower) + " to " + number(info.upper) + "\n";
     text += "    " + padded("", width) + joined(rolesOf(info), ", ") + " (" + info.source + ")\n";
   }
   if (!effect.states.empty()) text += "\nstates\n";

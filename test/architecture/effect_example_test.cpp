@@ -34,13 +34,14 @@ struct Compiled {
 
 /// The code as the file of an effect, with the package's warnings as errors.
 Compiled compiled(const std::string& code) {
-  const fs::path file = fs::temp_directory_path() / ("battery_sof example " + std::to_string(getpid()) + ".cpp");
+  const fs::path file =
+      fs::temp_directory_path() / ("battery_sof example " + std::to_string(getpid()) + ".cpp");
   std::ofstream(file) << code;
-  const std::string command = std::string(BATTERY_SOF_CXX) +
-                              " -std=c++17 -fsyntax-only -Wall -Wextra -Wpedantic -Wshadow -Werror -I\"" +
-                              (kRoot / "include").string() + "\" -I\"" +
-                              (kRoot / "src" / "model" / "effects").string() + "\" -isystem \"" +
-                              BATTERY_SOF_EIGEN_DIR + "\" \"" + file.string() + "\" 2>&1";
+  const std::string command =
+      std::string(BATTERY_SOF_CXX) +
+      " -std=c++17 -fsyntax-only -Wall -Wextra -Wpedantic -Wshadow -Werror -I\"" +
+      (kRoot / "include").string() + "\" -I\"" + (kRoot / "src" / "model" / "effects").string() +
+      "\" -isystem \"" + BATTERY_SOF_EIGEN_DIR + "\" \"" + file.string() + "\" 2>&1";
   Compiled result{-1, ""};
   std::array<char, 4096> buffer{};
   FILE* pipe = popen(command.c_str(), "r");
@@ -69,13 +70,15 @@ TEST(EffectsPage, TellsTheLineThatBelongsToTheExample) {
   ASSERT_TRUE(std::regex_search(code, function, std::regex("\nEffect (\\w+)\\(\\)")));
   ASSERT_TRUE(std::regex_search(page, line, std::regex("\n    EFFECT\\((\\w+)\\)\n")));
   EXPECT_EQ(line[1], function[1]);
-  EXPECT_EQ(contentOf(kRoot / "src" / "model" / "effects" / "effect_list.inc").find(function[1]), std::string::npos)
+  EXPECT_EQ(contentOf(kRoot / "src" / "model" / "effects" / "effect_list.inc").find(function[1]),
+            std::string::npos)
       << "the example is not part of the catalogue";
 }
 
 TEST(EffectsPage, NamesEveryHookAnEffectMayHave) {
   const std::string page = contentOf(kRoot / "docs" / "effects.md");
-  const std::string header = contentOf(kRoot / "src" / "model" / "effects" / "effect_definition.hpp");
+  const std::string header =
+      contentOf(kRoot / "src" / "model" / "effects" / "effect_definition.hpp");
   const std::regex hook(R"(BATTERY_SOF_HOOK\(Has\w+, (\w+)\))");
   int hooks = 0;
   for (std::sregex_iterator at(header.begin(), header.end(), hook), end; at != end; ++at, ++hooks)

@@ -12,7 +12,8 @@ using namespace test;
 
 constexpr int kSeeds = 60;
 
-/// Five minutes at 10 Hz of a composition, with white noise and noise that is correlated over two seconds.
+/// Five minutes at 10 Hz of a composition, with white noise and noise that is correlated over two
+/// seconds.
 Series drawnDrive(const BatteryModel& model, const Eigen::VectorXd& truth, std::uint64_t seed) {
   constexpr double kInterval = 0.1, kWhite = 0.002, kColored = 0.002;
   Series series;
@@ -31,7 +32,8 @@ Series drawnDrive(const BatteryModel& model, const Eigen::VectorXd& truth, std::
   return series;
 }
 
-/// Shares of seeds whose estimate lies within two standard errors of the truth, one a free parameter.
+/// Shares of seeds whose estimate lies within two standard errors of the truth, one a free
+/// parameter.
 void expectCoverage(bool whiten, double least) {
   const BatteryModel model({"current_dependent_resistance", "acid_transport"});
   const Eigen::VectorXd truth = typicalPoint(model);
@@ -54,9 +56,10 @@ void expectCoverage(bool whiten, double least) {
   double all = 0.0, of = 0.0;
   for (std::size_t j = 0; j < count; ++j) {
     if (known[j] == 0) continue;
-    std::printf("%-24s within 2 standard errors in %5.1f %% of %d drives with a standard error (%s)\n",
-                model.parameters()[j].name.c_str(), 100.0 * inside[j] / known[j], known[j],
-                whiten ? "whitened" : "weighted");
+    std::printf(
+        "%-24s within 2 standard errors in %5.1f %% of %d drives with a standard error (%s)\n",
+        model.parameters()[j].name.c_str(), 100.0 * inside[j] / known[j], known[j],
+        whiten ? "whitened" : "weighted");
     EXPECT_GE(inside[j], least * known[j]) << model.parameters()[j].name;
     all += inside[j];
     of += known[j];
@@ -64,9 +67,13 @@ void expectCoverage(bool whiten, double least) {
   EXPECT_GE(all, 0.9 * of);
 }
 
-TEST(IdentifyWithEffects, TwoWhitenedStandardErrorsHoldTheTruthNineTimesInTenOverAllParameters) { expectCoverage(true, 0.78); }
+TEST(IdentifyWithEffects, TwoWhitenedStandardErrorsHoldTheTruthNineTimesInTenOverAllParameters) {
+  expectCoverage(true, 0.78);
+}
 
-TEST(IdentifyWithEffects, TwoSandwichStandardErrorsHoldTheTruthNineTimesInTenOverAllParameters) { expectCoverage(false, 0.78); }
+TEST(IdentifyWithEffects, TwoSandwichStandardErrorsHoldTheTruthNineTimesInTenOverAllParameters) {
+  expectCoverage(false, 0.78);
+}
 
 }  // namespace
 }  // namespace battery_sof

@@ -26,10 +26,13 @@ FittedModel modelOf(const std::vector<std::string>& effects) {
   const BatteryModel composition(effects);
   const Eigen::VectorXd p = typicalPoint(composition);
   model.parameters = baseParameters(p);
-  for (Eigen::Index j = 0; j < p.size(); ++j) model.estimates[static_cast<std::size_t>(j)].value = p[j];
+  for (Eigen::Index j = 0; j < p.size(); ++j)
+    model.estimates[static_cast<std::size_t>(j)].value = p[j];
   Eigen::VectorXd std(composition.parameterCount() + composition.stateCount());
   for (Eigen::Index j = 0; j < p.size(); ++j)
-    std[j] = 0.01 * std::max(std::abs(p[j]), std::abs(composition.parameters()[static_cast<std::size_t>(j)].magnitude));
+    std[j] =
+        0.01 * std::max(std::abs(p[j]),
+                        std::abs(composition.parameters()[static_cast<std::size_t>(j)].magnitude));
   std.tail(composition.stateCount()).setConstant(0.002);
   model.covariance = std.cwiseAbs2().asDiagonal();
   model.state.time = 100.0;

@@ -16,7 +16,9 @@ const NoiseModel kTruth{0.002, 0.004, 3.0, 2e-4};
 std::vector<DriveSample> unevenSamples(int count, double interval) {
   std::vector<DriveSample> samples(static_cast<std::size_t>(count));
   for (int n = 0; n < count; ++n) {
-    samples[static_cast<std::size_t>(n)].step.duration = n == 0 ? 0.0 : n % 7 == 0 ? 3.0 * interval : interval;
+    samples[static_cast<std::size_t>(n)].step.duration = n == 0       ? 0.0
+                                                         : n % 7 == 0 ? 3.0 * interval
+                                                                      : interval;
     samples[static_cast<std::size_t>(n)].count = n % 5 == 0 ? 4.0 : 1.0;
   }
   return samples;
@@ -35,7 +37,8 @@ Eigen::VectorXd simulated(const NoiseModel& noise, const std::vector<DriveSample
       d += noise.walk_std * std::sqrt(dt) * random.normal();
       a = kept * a + noise.ar_std * std::sqrt(1.0 - kept * kept) * random.normal();
     }
-    e[static_cast<Eigen::Index>(n)] = d + a + noise.white_std / std::sqrt(samples[n].count) * random.normal();
+    e[static_cast<Eigen::Index>(n)] =
+        d + a + noise.white_std / std::sqrt(samples[n].count) * random.normal();
   }
   return e;
 }
@@ -45,13 +48,15 @@ Eigen::MatrixXd covarianceOf(const NoiseModel& noise, const std::vector<DriveSam
   const auto size = static_cast<Eigen::Index>(samples.size());
   Eigen::VectorXd time(size);
   double t = 0.0;
-  for (Eigen::Index n = 0; n < size; ++n) time[n] = t += samples[static_cast<std::size_t>(n)].step.duration;
+  for (Eigen::Index n = 0; n < size; ++n)
+    time[n] = t += samples[static_cast<std::size_t>(n)].step.duration;
   Eigen::MatrixXd V(size, size);
   for (Eigen::Index j = 0; j < size; ++j)
     for (Eigen::Index k = 0; k < size; ++k) {
       V(j, k) = std::pow(noise.walk_std, 2) * std::min(time[j], time[k]) +
                 std::pow(noise.ar_std, 2) * std::exp(-std::abs(time[j] - time[k]) / noise.ar_time);
-      if (j == k) V(j, k) += std::pow(noise.white_std, 2) / samples[static_cast<std::size_t>(j)].count;
+      if (j == k)
+        V(j, k) += std::pow(noise.white_std, 2) / samples[static_cast<std::size_t>(j)].count;
     }
   return V;
 }
@@ -149,10 +154,22 @@ TEST(FitNoise, IsNoLessLikelyThanTheTruthAndThanAnyNeighbour) {
   const double least = deviance(found, e, samples);
   EXPECT_LE(least, deviance(kTruth, e, samples));
   for (double factor : {0.9, 1.1}) {
-    EXPECT_LE(least, deviance({factor * found.white_std, found.ar_std, found.ar_time, found.walk_std}, e, samples) + 1e-3);
-    EXPECT_LE(least, deviance({found.white_std, factor * found.ar_std, found.ar_time, found.walk_std}, e, samples) + 1e-3);
-    EXPECT_LE(least, deviance({found.white_std, found.ar_std, factor * found.ar_time, found.walk_std}, e, samples) + 1e-3);
-    EXPECT_LE(least, deviance({found.white_std, found.ar_std, found.ar_time, factor * found.walk_std}, e, samples) + 1e-3);
+    EXPECT_LE(least,
+              deviance({factor * found.white_std, found.ar_std, found.ar_time, found.walk_std}, e,
+                       samples) +
+                  1e-3);
+    EXPECT_LE(least,
+              deviance({found.white_std, factor * found.ar_std, found.ar_time, found.walk_std}, e,
+                       samples) +
+                  1e-3);
+    EXPECT_LE(least,
+              deviance({found.white_std, found.ar_std, factor * found.ar_time, found.walk_std}, e,
+                       samples) +
+                  1e-3);
+    EXPECT_LE(least,
+              deviance({found.white_std, found.ar_std, found.ar_time, factor * found.walk_std}, e,
+                       samples) +
+                  1e-3);
   }
 }
 

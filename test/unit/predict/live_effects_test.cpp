@@ -13,8 +13,10 @@ namespace {
 
 using namespace test;
 
-/// A composition at its magnitudes, one per cent uncertain, its state at rest at a sample of the recording.
-FittedModel standingAt(const std::vector<std::string>& effects, const Series& series, std::size_t n) {
+/// A composition at its magnitudes, one per cent uncertain, its state at rest at a sample of the
+/// recording.
+FittedModel standingAt(const std::vector<std::string>& effects, const Series& series,
+                       std::size_t n) {
   FittedModel model = unfitted(series, {0, n + 1}, effects, FitStatus::kConverged, "");
   const BatteryModel composition(effects);
   Eigen::VectorXd p = typicalPoint(composition);
@@ -36,9 +38,11 @@ Series recordingOf(const std::vector<std::string>& effects, double duration) {
   const BatteryModel model(effects);
   Series series;
   series.current = dataSetOneCurrent(duration, 0.05, 6);
-  for (std::size_t n = 0; n < series.current.size(); ++n) series.time.push_back(0.05 * static_cast<double>(n));
+  for (std::size_t n = 0; n < series.current.size(); ++n)
+    series.time.push_back(0.05 * static_cast<double>(n));
   series.voltage.assign(series.time.size(), 0.0);
-  series.voltage = voltages(model, pointOf(model, typicalPoint(model)), fullDrive(series, whole(series)));
+  series.voltage =
+      voltages(model, pointOf(model, typicalPoint(model)), fullDrive(series, whole(series)));
   Random random(66);
   for (double& u : series.voltage) u += 0.002 * random.normal();
   return series;
@@ -51,7 +55,8 @@ TEST_P(LiveEffect, TrackedSampleBySampleIsWhereCarryingTheStateOfflinePutsIt) {
   for (std::size_t n = 4000; n < series.size(); ++n) series.time[n] += 30.0;  // the recorder slept
   FittedModel offline = standingAt(withNeeds(GetParam()), series, 1000);
   StateTracker tracker(offline, gapThreshold(series));
-  for (std::size_t n = 1001; n < series.size(); ++n) tracker.advance(series.time[n], series.current[n]);
+  for (std::size_t n = 1001; n < series.size(); ++n)
+    tracker.advance(series.time[n], series.current[n]);
   carryState(offline, series, series.size() - 1);
   const FittedModel live = tracker.modelNow();
   EXPECT_EQ(live.state.time, offline.state.time);
@@ -114,7 +119,8 @@ TEST(OnlineSession, WithEffectsGivesTheSameAnswersAsTheOfflineFunctions) {
   query.i_load = -25.0;
   query.t_stop = 20.0;
   query.i_cranking = -200.0;
-  const CrankingAnswer offline = predictCranking(model, query), live = session.predictCranking(query);
+  const CrankingAnswer offline = predictCranking(model, query),
+                       live = session.predictCranking(query);
   ASSERT_TRUE(offline.u_min && live.u_min);
   EXPECT_NEAR(live.u_min->value, offline.u_min->value, 1e-9);
   EXPECT_NEAR(live.u_min->lower, offline.u_min->lower, 1e-9);
