@@ -10,7 +10,7 @@
 namespace battery_sof {
 namespace {
 
-// What a prior weighs without a noise model: 10 mV of error, correlated over 5 s (as windowSuitability()).
+// What a prior weighs without a noise model: 10 mV of error, correlated over 5 s (as windowExcitation()).
 constexpr double kPriorError = 0.01;       // [V]
 constexpr double kPriorCorrelation = 5.0;  // [s]
 constexpr double kNoise = 1e-5;            // share of the cost: half a standard error in 24,000 samples

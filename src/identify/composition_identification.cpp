@@ -14,6 +14,7 @@ constexpr std::size_t kCompressFrom = 4000;
 // Standard errors come from the full rate up to here: 13 MB of Jacobian with sixteen unknowns.
 constexpr std::size_t kFullRateErrors = 100000;
 constexpr int kWhiteningRounds = 2;
+constexpr double kLeastWhite = 1e-5;  // [V]
 
 CompositionPoint basePoint(const BaseFit& base) {
   CompositionPoint point{BatteryModel().typicalParameters(), BatteryModel().restState()};
@@ -53,7 +54,8 @@ Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptio
   Fitted fitted{fitComposition(weighted, starts, search), std::nullopt, samples};
   search.more_starts = 0;
   for (int round = 0; options.whiten && round < kWhiteningRounds; ++round) {
-    cost.noise = fitNoise(weighted.residual(fitted.fit.x), drive.samples);
+    cost.noise = fitNoise(weighted.residual(fitted.fit.x), drive.samples,
+                          std::max(kLeastWhite, options.voltage_lsb_std));
     const CompositionProblem whitened(model, drive, cost, nested);
     fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise, samples};
   }
@@ -145,8 +147,8 @@ std::vector<ParameterEstimate> estimatesOf(const BatteryModel& model,
 FittedModel identifyComposition(const Series& series, IndexRange range,
                                 const IdentifyOptions& options, const BaseFit& base) {
   const BatteryModel model(options.effects);
-  const Drive full = fullDrive(series, range);
-  const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range) : Drive();
+  const Drive full = fullDrive(series, range, options.masked);
+  const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
   const Drive& drive = range.size() > kCompressFrom ? compressed : full;
   const Fitted fitted = search(model, drive, options, base);
 

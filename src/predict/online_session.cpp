@@ -155,7 +155,7 @@ std::string OnlineSession::missingForFirst() const {
     return sentence("%.0f of %.0f s without a gap are buffered", covered, length);
   }
   if (!hasBothSigns(series, range)) return "the last window holds no charge or no discharge";
-  const double suitability = windowSuitability(series, range);
+  const double suitability = windowExcitation(series, range);
   if (suitability >= options_.min_suitability) return {};
   return sentence("the last window's suitability is %.2f, below %.2f", suitability,
                   options_.min_suitability);

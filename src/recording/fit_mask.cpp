@@ -11,18 +11,20 @@ using check_parts::Channel;
 using check_parts::Evidence;
 
 /// Masks the range; returns how many of its samples were not masked before.
-std::size_t mask(std::vector<char>& masked, IndexRange range) {
+std::size_t mask(std::vector<char>& masked, IndexRange range, SampleFault fault) {
   std::size_t added = 0;
   for (std::size_t k = range.first; k < range.last; ++k) {
-    if (!masked[k]) ++added;
-    masked[k] = 1;
+    if (masked[k]) continue;
+    masked[k] = static_cast<char>(fault);
+    ++added;
   }
   return added;
 }
 
-std::size_t mask(std::vector<char>& masked, const std::vector<IndexRange>& ranges) {
+std::size_t mask(std::vector<char>& masked, const std::vector<IndexRange>& ranges,
+                 SampleFault fault) {
   std::size_t added = 0;
-  for (const IndexRange& range : ranges) added += mask(masked, range);
+  for (const IndexRange& range : ranges) added += mask(masked, range, fault);
   return added;
 }
 
@@ -65,16 +67,24 @@ InstrumentLimits instrumentLimits(const Series& series) {
   const Evidence evidence(recording);
   limits.masked.assign(series.size(), 0);
   for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
-    limits.clipped += mask(limits.masked, samplesAtLimits(evidence, *channel));
+    limits.clipped += mask(limits.masked, samplesAtLimits(evidence, *channel),
+                           SampleFault::kClipped);
   }
   for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
-    limits.stuck += mask(limits.masked, frozenRuns(evidence, *channel));
+    limits.stuck += mask(limits.masked, frozenRuns(evidence, *channel), SampleFault::kStuck);
   }
-  limits.repeated = mask(limits.masked, repeatedRuns(evidence));
+  limits.repeated = mask(limits.masked, repeatedRuns(evidence), SampleFault::kRepeated);
   limits.voltage_lsb_std = roundingDeviation(evidence.voltage);
   limits.current_lsb_std = roundingDeviation(evidence.current);
   limits.message = describeMasked(limits);
   return limits;
+}
+
+std::vector<char> InstrumentLimits::withoutClipped() const {
+  std::vector<char> kept = masked;
+  for (char& fault : kept)
+    if (fault == static_cast<char>(SampleFault::kClipped)) fault = 0;
+  return kept;
 }
 
 }  // namespace battery_sof

@@ -105,7 +105,7 @@ struct FittedModel {
   Discrepancy discrepancy;          ///< at state.time
   IntervalScale crank_scale, charge_scale;
   ExcitedRange excited;
-  double suitability = 0.0;  ///< [0, 1], of the window alone; see windowSuitability()
+  double suitability = 0.0;  ///< [0, 1], of the window alone; see predictionSuitability()
   double fit_ms = 0.0;       ///< [ms] wall time, filled in by the caller that holds a clock
   std::string recording;       ///< file name or topic
   std::string recording_hash;  ///< "sha256:..." of the file, empty when there is no file

@@ -8,10 +8,13 @@
 
 namespace battery_sof {
 
+/// Why a sample is no measurement; zero is none.
+enum class SampleFault : char { kClipped = 1, kStuck = 2, kRepeated = 3 };
+
 /// What a fit must know of the instrument: samples that are no measurement, and how finely the
 /// others are known.
 struct InstrumentLimits {
-  /// One per sample of the series; 1 for a sample that must not enter a fit's cost. Its current
+  /// One per sample of the series; a SampleFault for a sample that is no measurement, else 0. Its current
   /// still drives the simulation: nothing better is known.
   std::vector<char> masked;
   std::size_t clipped = 0;       ///< samples masked because a channel reads exactly its limit
@@ -23,6 +26,9 @@ struct InstrumentLimits {
 
   /// A sample is counted under its first reason, in the order of the members.
   std::size_t maskedSamples() const { return clipped + stuck + repeated; }
+
+  /// masked, with clipped samples let in.
+  std::vector<char> withoutClipped() const;
 };
 
 /**

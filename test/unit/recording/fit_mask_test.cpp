@@ -20,7 +20,7 @@ using test::driveSeries;
 using test::everyNth;
 
 std::size_t countMasked(const InstrumentLimits& limits) {
-  return std::count(limits.masked.begin(), limits.masked.end(), 1);
+  return std::count_if(limits.masked.begin(), limits.masked.end(), [](char fault) { return fault != 0; });
 }
 
 void expectNothingMasked(const Series& series, const std::string& what) {
@@ -104,7 +104,7 @@ TEST(FitMask, MasksEverySampleAtAProvenLimitOfTheCurrentAndNoOther) {
   for (double& current : series.current) current = std::max(current, -150.0);
   const InstrumentLimits limits = instrumentLimits(series);
   for (std::size_t k = 0; k < series.size(); ++k) {
-    ASSERT_EQ(limits.masked[k] == 1, series.current[k] == -150.0) << k;
+    ASSERT_EQ(limits.masked[k] != 0, series.current[k] == -150.0) << k;
   }
   EXPECT_GT(limits.clipped, 100U);
   EXPECT_EQ(limits.clipped, countMasked(limits));
@@ -118,7 +118,7 @@ TEST(FitMask, MasksEverySampleAtAProvenLimitOfTheVoltageAndNoOther) {
   for (double& voltage : series.voltage) voltage = std::max(voltage, 11.3);
   const InstrumentLimits limits = instrumentLimits(series);
   for (std::size_t k = 0; k < series.size(); ++k) {
-    ASSERT_EQ(limits.masked[k] == 1, series.voltage[k] == 11.3) << k;
+    ASSERT_EQ(limits.masked[k] != 0, series.voltage[k] == 11.3) << k;
   }
   EXPECT_GT(limits.clipped, 100U);
 }
@@ -131,7 +131,8 @@ TEST(FitMask, MasksAFrozenChannelForAsLongAsItIsFrozen) {
     const InstrumentLimits limits = instrumentLimits(series);
     EXPECT_EQ(limits.stuck, 5000U);
     EXPECT_EQ(countMasked(limits), 5000U);
-    EXPECT_EQ(std::accumulate(limits.masked.begin() + 25000, limits.masked.begin() + 30000, 0),
+    EXPECT_EQ(std::count(limits.masked.begin() + 25000, limits.masked.begin() + 30000,
+                         static_cast<char>(SampleFault::kStuck)),
               5000);
   }
 }
@@ -149,7 +150,7 @@ TEST(FitMask, MasksRepeatedMessagesButNotTheMeasurementTheyRepeat) {
   EXPECT_EQ(countMasked(limits), 9U);
   for (const std::size_t first : starts) {
     EXPECT_EQ(limits.masked[first], 0);
-    EXPECT_EQ(limits.masked[first + 3], 1);
+    EXPECT_EQ(limits.masked[first + 3], static_cast<char>(SampleFault::kRepeated));
     EXPECT_EQ(limits.masked[first + 4], 0);
   }
 }
