@@ -34,6 +34,7 @@ CompositionPoint withMagnitudes(const BatteryModel& model, CompositionPoint poin
 struct Fitted {
   CompositionFit fit;
   std::optional<NoiseModel> noise;
+  Eigen::Index samples = 0;  // of the drive that was fitted
 };
 
 Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptions& options,
@@ -49,13 +50,14 @@ Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptio
   std::vector<CompositionPoint> starts = {nested};
   if (!model.effects().empty()) starts.push_back(withMagnitudes(model, nested));
   const CompositionProblem weighted(model, drive, cost, nested);
-  Fitted fitted{fitComposition(weighted, starts, search), std::nullopt};
+  const auto samples = static_cast<Eigen::Index>(drive.samples.size());
+  Fitted fitted{fitComposition(weighted, starts, search), std::nullopt, samples};
   search.more_starts = 0;
   for (int round = 0; options.whiten && round < kWhiteningRounds; ++round) {
     cost.noise = fitNoise(weighted.residual(fitted.fit.x), drive.samples,
                           std::max(kLeastWhite, options.voltage_lsb_std));
     const CompositionProblem whitened(model, drive, cost, nested);
-    fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise};
+    fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise, samples};
   }
   return fitted;
 }
@@ -96,7 +98,7 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
                              double rho) {
   const Eigen::VectorXd precision = problem.priorPrecision();
   if (fitted.noise) {
-    const double freedom = std::max(1.0, static_cast<double>(pass.residual.size() - problem.size()));
+    const double freedom = std::max(1.0, static_cast<double>(fitted.samples - problem.size()));
     Eigen::MatrixXd information = fitted.fit.at.hessian;
     for (Eigen::Index k = 0; k < problem.size(); ++k)
       if (isAtBound(problem, fitted.fit.x, k)) {
