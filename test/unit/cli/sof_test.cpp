@@ -182,7 +182,7 @@ TEST_F(Sof, ExitsWithOneWhenTheAnswerIsAnExtrapolation) {
   const Outcome outcome =
       sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-900"});
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_NE(outcome.err.find("i_cranking"), std::string::npos);
+  EXPECT_NE(outcome.err.find("draws -900 A"), std::string::npos);
 }
 
 TEST_F(Sof, RefusesImpossibleCranksByName) {
