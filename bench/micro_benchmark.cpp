@@ -2,9 +2,11 @@
 #include <benchmark/benchmark.h>
 #include <ceres/cost_function.h>
 
+#include <cmath>
 #include <memory>
 
 #include "battery_sof/model/base_model.hpp"
+#include "battery_sof/model/closed_form_step.hpp"
 #include "ceres_fit.hpp"
 #include "drive_window.hpp"
 
@@ -22,25 +24,49 @@ void countSamples(benchmark::State& state) {
   state.SetItemsProcessed(static_cast<int64_t>(state.iterations() * window().samples.size()));
 }
 
-void sweepAndNormalEquations(benchmark::State& state) {
-  const BaseNormalEquations equations(window().samples, BaseParameters{}.i0);
-  for (auto _ : state) benchmark::DoNotOptimize(equations.sums({}));
+/// The yardstick: an exponential a sample, of the values that the pass takes it of.
+void bareExponentials(benchmark::State& state) {
+  const BaseParameters p;
+  std::vector<double> x;
+  for (const auto& sample : window().samples)
+    x.push_back(-0.5 * p.beta / p.c2 * sharesOf(sample.held.current, p.i0).R *
+                sample.held.duration);
+  for (auto _ : state) {
+    double sum = 0.0;
+    for (std::size_t n = 0; n < x.size(); ++n) sum += std::exp(x[n]);
+    benchmark::DoNotOptimize(sum);
+    benchmark::ClobberMemory();
+  }
   countSamples(state);
 }
-BENCHMARK(sweepAndNormalEquations)->Name("ours: sweep and normal equations");
+BENCHMARK(bareExponentials)->Name("bare loop of std::exp");
+
+void sweepAndNormalEquations(benchmark::State& state, InstructionSet set) {
+  if (set > widestInstructionSet()) return state.SkipWithError("not on this processor");
+  const BaseNormalEquations equations(window().samples, BaseParameters{}.i0);
+  for (auto _ : state) benchmark::DoNotOptimize(equations.sums({}, set));
+  countSamples(state);
+}
+BENCHMARK_CAPTURE(sweepAndNormalEquations, avx512, InstructionSet::kAvx512)
+    ->Name("ours: one pass, AVX-512");
+BENCHMARK_CAPTURE(sweepAndNormalEquations, avx2, InstructionSet::kAvx2)
+    ->Name("ours: one pass, AVX2");
+BENCHMARK_CAPTURE(sweepAndNormalEquations, plain, InstructionSet::kPlain)
+    ->Name("ours: one pass, neither of them");
 
 void sweep(benchmark::State& state) {
   std::vector<HeldCurrent> held;
   for (const auto& sample : window().samples) held.push_back(sample.held);
   const OverpotentialSweep states(held, BaseParameters{}.i0);
   for (auto _ : state)
-    states.run({}, [](Eigen::Index, const OverpotentialSweep::States& block) {
-      benchmark::DoNotOptimize(block.u_c2.data());
-      benchmark::ClobberMemory();
-    });
+    states.runInLanes({}, widestInstructionSet(),
+                      [](Eigen::Index, const OverpotentialStates& block) {
+                        benchmark::DoNotOptimize(block.u_c2);
+                        benchmark::ClobberMemory();
+                      });
   countSamples(state);
 }
-BENCHMARK(sweep)->Name("ours: of that the sweep, with derivatives");
+BENCHMARK(sweep)->Name("ours: of the widest's pass, the sweep alone");
 
 void stepWithDerivatives(benchmark::State& state) {
   const OverpotentialStep step{BaseParameters{}};

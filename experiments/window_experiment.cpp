@@ -76,6 +76,12 @@ std::vector<Setting> settings() {
                    false});
     all.back().options.crank_weight = weight;
   }
+  all.push_back({"with S1 and S3",
+                 "a fractional double layer and a resistance that falls with current are fitted too",
+                 {},
+                 StartRule::kAsItFalls,
+                 false});
+  all.back().options.effects = {"cpe2", "current_dependent_resistance"};
   return all;
 }
 

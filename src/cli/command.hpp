@@ -86,5 +86,6 @@ void addConvertCommand(CLI::App& app, CommandLine& line);
 void addIdentifyCommand(CLI::App& app, CommandLine& line);
 void addPredictCommand(CLI::App& app, CommandLine& line);
 void addCrankCommand(CLI::App& app, CommandLine& line);
+void addEffectsCommand(CLI::App& app, CommandLine& line);
 
 }  // namespace battery_sof

@@ -1,114 +1,106 @@
 #include "battery_sof/identify/base_normal_equations.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace battery_sof {
 namespace {
 
-using BlockColumns = Eigen::Matrix<double, OverpotentialSweep::kBlock, kBaseColumns>;
+static_assert(kLinearColumns == kColumnLogC2 && kLinearColumns + kStateColumns == kBaseColumns);
 
-/// sum_k factor_k column_j,k for the linear columns and those from kFirst on; four samples at a
-/// time keep the sums in registers.
-template <int kFirst>
-void addProducts(const OverpotentialSweep::Block& factor, const BlockColumns& columns,
-                 Eigen::Matrix<double, kBaseColumns, kBaseColumns>& total) {
-  constexpr int kLanes = 4;
-  constexpr int kLinear = kColumnLogC2;
-  constexpr int kCount = kLinear + kBaseColumns - kFirst;
-  using Lanes = Eigen::Array<double, kLanes, 1>;
-  std::array<Lanes, kCount> sums;
-  for (auto& sum : sums) sum.setZero();
-  for (int k = 0; k < OverpotentialSweep::kBlock; k += kLanes) {
-    const Lanes f = factor.segment<kLanes>(k);
-    for (int j = 0; j < kCount; ++j)
-      sums[j] += f * columns.col(j < kLinear ? j : kFirst + j - kLinear).segment<kLanes>(k).array();
+/// The lanes' sums as the symmetric matrix of all columns, without the linear ones among
+/// themselves.
+Eigen::Matrix<double, kBaseColumns, kBaseColumns> joined(const LaneProducts& products) {
+  using Lanes = Eigen::Map<const Eigen::Array<double, kLanes, 1>>;
+  Eigen::Matrix<double, kBaseColumns, kBaseColumns> total;
+  for (int j = 0; j < kStateColumns; ++j) {
+    const int row = kLinearColumns + j;
+    for (int k = 0; k < kLinearColumns; ++k)
+      total(row, k) = total(k, row) = Lanes(products.with_linear[j][k]).sum();
+    for (int k = j; k < kStateColumns; ++k)
+      total(row, kLinearColumns + k) = total(kLinearColumns + k, row) =
+          Lanes(products.with_states[j][k]).sum();
   }
-  for (int j = 0; j < kCount; ++j)
-    total(kFirst, j < kLinear ? j : kFirst + j - kLinear) += sums[j].sum();
+  return total;
 }
 
-/// Products of the columns that depend on the search's point, each with the linear ones and with
-/// itself and those after it.
-void addBlock(const OverpotentialSweep::Block& weight, const BlockColumns& columns,
-              Eigen::Matrix<double, kBaseColumns, kBaseColumns>& total) {
-  const auto weighted = [&](int row) { return columns.col(row).array() * weight; };
-  addProducts<kColumnLogC2>(weighted(kColumnLogC2), columns, total);
-  addProducts<kColumnLogBeta>(weighted(kColumnLogBeta), columns, total);
-  addProducts<kColumnInitial>(weighted(kColumnInitial), columns, total);
-  addProducts<kColumnTarget>(weighted(kColumnTarget), columns, total);
+/// Adds a block's products of the linear columns to the lower triangle.
+void addLinear(const MeasuredBlock& block, Eigen::Matrix3d& sums) {
+  using Values = Eigen::Map<const Eigen::Array<double, kBlockSize, 1>>;
+  const Values discharge(block.discharge), charge(block.charge), weight(block.weight);
+  sums(0, 0) += (discharge.square() * weight).sum();
+  sums(1, 0) += (discharge * charge * weight).sum();
+  sums(1, 1) += (charge.square() * weight).sum();
+  sums(2, 0) += (discharge * weight).sum();
+  sums(2, 1) += (charge * weight).sum();
+  sums(2, 2) += weight.sum();
 }
 
 }  // namespace
 
 BaseNormalEquations::BaseNormalEquations(const std::vector<Sample>& samples, double i0)
     : size_(static_cast<Eigen::Index>(samples.size())),
-      sweep_(samples.size(), i0, [&](std::size_t n) { return samples[n].held; }) {
-  const Eigen::Index blocks = sweep_.blocks();
-  for (auto* padded : {&discharge_, &charge_, &voltage_, &weight_})
-    padded->setZero(OverpotentialSweep::kBlock, blocks);
-  for (const auto& sample : samples) offset_ += sample.voltage / static_cast<double>(size_);
-  for (Eigen::Index n = 0; n < size_; ++n) {
-    discharge_.data()[n] = samples[n].discharge;
-    charge_.data()[n] = samples[n].charge;
-    voltage_.data()[n] = samples[n].voltage - offset_;
-    weight_.data()[n] = samples[n].weight;
+      sweep_(samples.size(), i0, [&](std::size_t n) { return samples[n].held; }),
+      measured_(static_cast<std::size_t>(sweep_.blocks())) {
+  for (const auto& sample : samples) offset_ += sample.voltage;
+  offset_ /= static_cast<double>(size_);
+  for (std::size_t first = 0; first < samples.size(); first += kBlockSize) {
+    MeasuredBlock& block = measured_[first / kBlockSize];
+    const auto count = std::min<std::size_t>(kBlockSize, samples.size() - first);
+    for (std::size_t k = 0; k < count; ++k) {
+      const Sample& sample = samples[first + k];
+      const int place = lanePosition(static_cast<int>(k));
+      block.discharge[place] = sample.discharge;
+      block.charge[place] = sample.charge;
+      block.voltage[place] = sample.voltage - offset_;
+      block.weight[place] = sample.weight;
+    }
+    addLinear(block, linear_);
   }
-  linear_ << (discharge_.square() * weight_).sum(), (discharge_ * charge_ * weight_).sum(),
-      (discharge_ * weight_).sum(), 0.0, (charge_.square() * weight_).sum(),
-      (charge_ * weight_).sum(), 0.0, 0.0, weight_.sum();
-  linear_.triangularView<Eigen::StrictlyLower>() = linear_.transpose();
+  linear_.triangularView<Eigen::StrictlyUpper>() = linear_.transpose();
 }
 
-void BaseNormalEquations::fill(Eigen::Index block, const OverpotentialSweep::States& states,
-                               BlockColumns& columns) const {
-  columns.col(kColumnDischarge) = discharge_.col(block);
-  columns.col(kColumnCharge) = charge_.col(block);
-  columns.col(kColumnOne).setOnes();
-  columns.col(kColumnLogC2) = states.d_log_c2;
-  columns.col(kColumnLogBeta) = states.d_log_beta;
-  columns.col(kColumnInitial) = states.d_initial;
-  columns.col(kColumnTarget) = voltage_.col(block) - states.u_c2;
-}
-
-BaseSums BaseNormalEquations::sums(const OverpotentialSweep::Point& point) const {
-  BaseSums total;
-  total.weighted.setZero();
-  BlockColumns columns;
-  sweep_.run(point, [&](Eigen::Index block, const OverpotentialSweep::States& states) {
-    fill(block, states, columns);
-    addBlock(weight_.col(block), columns, total.weighted);
+BaseSums BaseNormalEquations::sums(const OverpotentialSweep::Point& point,
+                                   InstructionSet set) const {
+  LaneProducts products = {};
+  sweep_.runInLanes(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
+    addProducts(measured_[static_cast<std::size_t>(block)], states, products, set);
   });
-  constexpr int kLinear = kColumnLogC2;
-  auto& sums = total.weighted;
-  sums.bottomRightCorner<kBaseColumns - kLinear, kBaseColumns - kLinear>()
-      .triangularView<Eigen::StrictlyLower>() =
-      sums.bottomRightCorner<kBaseColumns - kLinear, kBaseColumns - kLinear>().transpose();
-  sums.topRightCorner<kLinear, kBaseColumns - kLinear>() =
-      sums.bottomLeftCorner<kBaseColumns - kLinear, kLinear>().transpose();
-  sums.topLeftCorner<kLinear, kLinear>() = linear_;
+  BaseSums total{joined(products)};
+  total.weighted.topLeftCorner<kLinearColumns, kLinearColumns>() = linear_;
   return total;
 }
 
 Eigen::Matrix<double, kBaseColumns, 1> BaseNormalEquations::means(
     const OverpotentialSweep::Point& point) const {
-  Eigen::Matrix<double, kBaseColumns, 1> total = Eigen::Matrix<double, kBaseColumns, 1>::Zero();
-  BlockColumns columns;
-  sweep_.run(point, [&](Eigen::Index block, const OverpotentialSweep::States& states) {
-    fill(block, states, columns);
-    const Block present = (weight_.col(block) > 0.0).cast<double>();
-    total.noalias() += columns.transpose() * present.matrix();
-  });
-  return total / std::max((weight_ > 0.0).cast<double>().sum(), 1.0);
+  const Columns all = columns(point);
+  Eigen::VectorXd present(size_);
+  for (Eigen::Index n = 0; n < size_; ++n) {
+    const auto place = static_cast<std::size_t>(n);
+    present[n] =
+        measured_[place / kBlockSize].weight[lanePosition(static_cast<int>(place % kBlockSize))] >
+                0.0
+            ? 1.0
+            : 0.0;
+  }
+  return all.transpose() * present / std::max(present.sum(), 1.0);
 }
 
 BaseNormalEquations::Columns BaseNormalEquations::columns(
     const OverpotentialSweep::Point& point) const {
-  Columns all(sweep_.blocks() * OverpotentialSweep::kBlock, kBaseColumns);
-  BlockColumns columns;
+  Columns all(sweep_.blocks() * kBlockSize, kBaseColumns);
   sweep_.run(point, [&](Eigen::Index block, const OverpotentialSweep::States& states) {
-    fill(block, states, columns);
-    all.middleRows<OverpotentialSweep::kBlock>(block * OverpotentialSweep::kBlock) = columns;
+    const MeasuredBlock& measured = measured_[static_cast<std::size_t>(block)];
+    auto rows = all.middleRows<kBlockSize>(block * kBlockSize);
+    for (int k = 0; k < kBlockSize; ++k) {
+      const int place = lanePosition(k);
+      rows(k, kColumnDischarge) = measured.discharge[place];
+      rows(k, kColumnCharge) = measured.charge[place];
+      rows(k, kColumnTarget) = measured.voltage[place] - states.u_c2[k];
+    }
+    rows.col(kColumnOne).setOnes();
+    rows.col(kColumnLogC2) = states.d_log_c2;
+    rows.col(kColumnLogBeta) = states.d_log_beta;
+    rows.col(kColumnInitial) = states.d_initial;
   });
   all.conservativeResize(size_, kBaseColumns);
   return all;

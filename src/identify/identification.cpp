@@ -9,6 +9,7 @@
 #include "battery_sof/identify/base_search.hpp"
 #include "battery_sof/identify/composition_identification.hpp"
 #include "battery_sof/identify/covariance.hpp"
+#include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/identify/fit_description.hpp"
 #include "battery_sof/identify/fit_quality.hpp"
 #include "battery_sof/identify/window.hpp"
@@ -44,6 +45,9 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
   requirePositiveOption(options.more_starts >= 0, "more_starts", options.more_starts, "at least 0");
   requirePositiveOption(options.threads >= 0, "threads", options.threads, "at least 0");
   BatteryModel known(options.effects);
+  if (!options.masked.empty() && options.masked.size() != series.size())
+    throw std::invalid_argument("masked has " + std::to_string(options.masked.size()) +
+                                " entries for a recording of " + std::to_string(series.size()));
   if (options.start == FitStart::kPaper && (options.whiten || !options.effects.empty()))
     throw std::invalid_argument(
         "the paper's start fits the base model to eq. 3 alone: no effects, no whitening");
@@ -156,6 +160,7 @@ FittedModel describeFit(const Series& series, IndexRange range, const IdentifyOp
     model.status = FitStatus::kNotExcited;
   model.message = sentenceOf(model);
   model.state = {series.time[range.last - 1], last.value, series.current[range.last - 1]};
+  model.first_state = {fit.u_c2_first};
   carryCovariance(model.covariance, last);
   return model;
 }
@@ -183,8 +188,10 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
             << kMinCurrentSpan << " A are needed to tell a resistance from an offset";
     return refuse(FitStatus::kNotExcited, message.str());
   }
-  const auto samples =
-      fitSamples(series, range, options.crank_weight, options.crank_weight_current);
+  auto samples = fitSamples(series, range, options.crank_weight, options.crank_weight_current);
+  if (!options.masked.empty())
+    for (std::size_t n = 0; n < samples.size(); ++n)
+      if (options.masked[range.first + n]) samples[n].weight = 0.0;
   const BaseNormalEquations equations(samples, BaseParameters{}.i0);
   const FirstSample first = {series.current[range.first], series.voltage[range.first]};
   const BaseFit fit = options.start == FitStart::kPaper ? searchPaper(samples, first, options)
@@ -196,7 +203,8 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
           ? describeFit(series, range, options, fit, equations, weight)
           : identifyComposition(series, range, options, fit);
   model.start = start;
-  model.suitability = windowSuitability(series, range);
+  model.suitability =
+      predictionSuitability(model.scores.rmse, windowExcitation(series, range));
   return model;
 }
 
@@ -209,8 +217,14 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
   const auto first = static_cast<std::size_t>(at - series.time.begin());
   const Drive drive = fullDrive(series, {first, last + 1});
   Simulation simulation = uncertainSimulationOf(model);
-  for (std::size_t n = 1; n < drive.samples.size(); ++n) simulation.advance(drive.samples[n].step);
+  ErrorTracker errors(model);
+  for (std::size_t n = 1; n < drive.samples.size(); ++n) {
+    const DriveSample& sample = drive.samples[n];
+    simulation.advance(sample.step);
+    errors.observe(sample.step.duration, sample.voltage - simulation.voltage());
+  }
   takeState(model, simulation, series.current[last]);
+  model.discrepancy = errors.discrepancy();
 }
 
 }  // namespace battery_sof

@@ -6,6 +6,7 @@
 #include <unsupported/Eigen/AutoDiff>
 
 #include "battery_sof/identify/levenberg_marquardt.hpp"
+#include "battery_sof/identify/noise_filter.hpp"
 
 namespace battery_sof {
 namespace {
@@ -25,41 +26,6 @@ void requireSound(const NoiseModel& noise) {
   require(noise.walk_std >= 0.0, "walk_std [V/sqrt(s)]", noise.walk_std, "a finite value, at least 0");
 }
 
-/// Variances of the filter's two states, in any arithmetic.
-template <typename S>
-class Filter {
- public:
-  Filter(S white, S ar, S ar_time, S walk)
-      : white_(white), ar_(ar), ar_time_(ar_time), walk_(walk), p_dd_(0.0), p_da_(0.0), p_aa_(ar) {}
-
-  /// What one sample needs.
-  struct Step {
-    S persistence, drift, colored, variance;
-  };
-  /// @param first the sample has no interval before it.
-  Step step(double duration, double count, bool first) {
-    using std::exp;
-    S persistence(1.0);
-    if (!first) {
-      persistence = exp(S(-duration / ar_time_));
-      p_dd_ = S(p_dd_ + walk_ * duration);
-      p_da_ = S(p_da_ * persistence);
-      p_aa_ = S(p_aa_ * persistence * persistence + ar_ * (1.0 - persistence * persistence));
-    }
-    const S to_d = S(p_dd_ + p_da_), to_a = S(p_da_ + p_aa_);
-    const S variance = S(to_d + to_a + white_ / count);
-    const S drift = S(to_d / variance), colored = S(to_a / variance);
-    p_dd_ = S(p_dd_ - drift * to_d);
-    p_da_ = S(p_da_ - drift * to_a);
-    p_aa_ = S(p_aa_ - colored * to_a);
-    return {persistence, drift, colored, variance};
-  }
-
- private:
-  S white_, ar_, ar_time_, walk_;  // variances [V^2], [V^2], time [s], [V^2/s]
-  S p_dd_, p_da_, p_aa_;
-};
-
 using Four = Eigen::AutoDiffScalar<Eigen::Vector4d>;
 
 /// The deviance with its slope and expected curvature to the logarithms of white_std, ar_std, ar_time, walk_std.
@@ -69,12 +35,16 @@ void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residu
     using std::exp;
     return Four(std::exp(factor * logs[j]), factor * std::exp(factor * logs[j]) * Eigen::Vector4d::Unit(j));
   };
-  Filter<Four> filter(variable(0, 2.0), variable(1, 2.0), variable(2, 1.0), variable(3, 2.0));
+  NoiseFilter<Four> filter(variable(0, 2.0), variable(1, 2.0), variable(2, 1.0), variable(3, 2.0));
   Four d(0.0), a(0.0);
   double cost = 0.0;
   Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
   Eigen::Matrix4d curvature = Eigen::Matrix4d::Zero();
   for (std::size_t n = 0; n < samples.size(); ++n) {
+    if (samples[n].count <= 0.0) {
+      a = Four(a * filter.wait(samples[n].step.duration));
+      continue;
+    }
     const auto step = filter.step(samples[n].step.duration, samples[n].count, n == 0);
     a = Four(a * step.persistence);
     const Four v = Four(residual[static_cast<Eigen::Index>(n)] - d - a);
@@ -97,10 +67,14 @@ void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residu
 
 Whitening::Whitening(const NoiseModel& noise, const std::vector<DriveSample>& samples) {
   requireSound(noise);
-  Filter<double> filter(noise.white_std * noise.white_std, noise.ar_std * noise.ar_std, noise.ar_time,
+  NoiseFilter<double> filter(noise.white_std * noise.white_std, noise.ar_std * noise.ar_std, noise.ar_time,
                         noise.walk_std * noise.walk_std);
   gains_.reserve(samples.size());
   for (std::size_t n = 0; n < samples.size(); ++n) {
+    if (samples[n].count <= 0.0) {
+      gains_.push_back({filter.wait(samples[n].step.duration), 0.0, 0.0, 0.0});
+      continue;
+    }
     const auto step = filter.step(samples[n].step.duration, samples[n].count, n == 0);
     gains_.push_back({step.persistence, step.drift, step.colored, 1.0 / std::sqrt(step.variance)});
     log_determinant_ += std::log(step.variance);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "battery_sof/predict/profile.hpp"
+#include "battery_sof/predict/cranking.hpp"
 
 namespace battery_sof {
 
@@ -38,16 +38,18 @@ std::optional<CrankComparison> CrankWatch::add(const StreamSample& sample,
 std::optional<CrankComparison> CrankWatch::finish() const {
   const bool too_long = crank_.time.back() - crank_.time.front() > limits_.crank_max_duration;
   if (too_long || lowest(crank_.current) > limits_.crank_current) return std::nullopt;
-  std::vector<double> since(crank_.time);
-  for (double& time : since) time -= model_->state.time;
-  const ProfileAnswer answer = simulateProfile(*model_, since, crank_.current);
-  if (answer.predicted.voltage.empty()) return std::nullopt;
+  CrankingQuery query;
+  query.crank = {crank_.time, crank_.current};
+  for (double& time : query.crank.time) time -= model_->state.time;
+  query.crank.time.insert(query.crank.time.begin(), 0.0);
+  query.crank.current.insert(query.crank.current.begin(), model_->state.current);
+  const CrankingAnswer answer = predictCranking(*model_, query);
+  if (!answer.u_min) return std::nullopt;
   const auto minimum = std::min_element(crank_.voltage.begin(), crank_.voltage.end());
   return CrankComparison{crank_.time[static_cast<std::size_t>(minimum - crank_.voltage.begin())],
                          lowest(crank_.current),
                          *minimum,
-                         {lowest(answer.predicted.voltage), lowest(answer.predicted.lower),
-                          lowest(answer.predicted.upper)}};
+                         *answer.u_min};
 }
 
 }  // namespace battery_sof

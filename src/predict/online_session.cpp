@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <stdexcept>
 
 #include "battery_sof/identify/window.hpp"
@@ -19,15 +17,6 @@ constexpr double kToleratedWorsening =
     1.1;  // of the recent RMSE; a tenth is within its own scatter
 // Half a step of the coarsest battery sensor known (25 mV): below it neither model is better.
 constexpr double kNegligibleRmse = 0.0125;  // [V]
-
-__attribute__((format(printf, 1, 2))) std::string sentence(const char* format, ...) {
-  char text[256];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof(text), format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 void requirePositive(const char* name, double value) {
   if (value > 0.0 && std::isfinite(value)) return;
@@ -67,19 +56,20 @@ OnlineSession::OnlineSession(SessionOptions options)
 // ----------------------------------------------------------------------------------------------------
 // samples
 
-std::vector<CrankComparison> OnlineSession::push(const RawSample& sample) {
+SessionEvents OnlineSession::push(const RawSample& sample) {
   const SampleStream::Step step = stream_.push(sample);
   if (step.clock_restarted) ++epoch_;
-  std::vector<CrankComparison> cranks;
+  SessionEvents events;
   for (const StreamSample& next : step.samples) {
     if (newest_ && next.time <= newest_->time) restartClock(newest_->time, next);
-    if (const auto crank = advance(next)) cranks.push_back(*crank);
+    advance(next, events);
   }
-  return cranks;
+  return events;
 }
 
 void OnlineSession::restartClock(double old_newest, const StreamSample& first) {
   crank_watch_.reset();
+  charge_watch_.reset();
   compared_.clear();
   newest_.reset();
   if (!model_) return;
@@ -89,17 +79,25 @@ void OnlineSession::restartClock(double old_newest, const StreamSample& first) {
   tracker_.emplace(moved, stream_.maxGap());
 }
 
-std::optional<CrankComparison> OnlineSession::advance(const StreamSample& sample) {
+void OnlineSession::advance(const StreamSample& sample, SessionEvents& events) {
   if (newest_ && sample.time - newest_->time <= stream_.maxGap()) {
     driving_ += sample.time - newest_->time;
   }
   newest_ = sample;
   judgeRestored(sample);
-  if (!tracker_ || sample.time <= tracker_->state().time) return std::nullopt;
-  const auto crank = crank_watch_.add(sample, *tracker_, stream_.maxGap());
+  if (!tracker_ || sample.time <= tracker_->state().time) return;
+  if (const auto crank = crank_watch_.add(sample, *tracker_, stream_.maxGap())) {
+    events.cranks.push_back(*crank);
+    observe(crank_scale_, crank->measured_minimum, crank->expected_minimum);
+  }
+  if (const auto charge = charge_watch_.add(sample, *tracker_, stream_.maxGap())) {
+    events.charges.push_back(*charge);
+    observe(charge_scale_, charge->measured_current, charge->expected_current);
+  }
+  tracker_->setScales(crank_scale_, charge_scale_);
   tracker_->advance(sample.time, sample.current);
+  tracker_->observe(sample.voltage);
   compare(sample);
-  return crank;
 }
 
 void OnlineSession::compare(const StreamSample& sample) {
@@ -157,7 +155,7 @@ std::string OnlineSession::missingForFirst() const {
     return sentence("%.0f of %.0f s without a gap are buffered", covered, length);
   }
   if (!hasBothSigns(series, range)) return "the last window holds no charge or no discharge";
-  const double suitability = windowSuitability(series, range);
+  const double suitability = windowExcitation(series, range);
   if (suitability >= options_.min_suitability) return {};
   return sentence("the last window's suitability is %.2f, below %.2f", suitability,
                   options_.min_suitability);
@@ -220,10 +218,12 @@ void OnlineSession::install(const FittedModel& model, double max_gap) {
   fitted_until_ = model.window.to;
   compared_.clear();
   tracker_.emplace(model, max_gap);
+  tracker_->setScales(crank_scale_, charge_scale_);
   const Series& series = stream_.series();
   const auto later = std::upper_bound(series.time.begin(), series.time.end(), model.state.time);
   for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n) {
     tracker_->advance(series.time[n], series.current[n]);
+    tracker_->observe(series.voltage[n]);
     compare({series.time[n], series.current[n], series.voltage[n]});
   }
 }
@@ -249,6 +249,8 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
     last_outcome_ = "the saved model was refused: its fit is not usable";
   } else {
     last_outcome_ = sentence("the saved model is in use, %.0f s old", age);
+    crank_scale_ = model.crank_scale;
+    charge_scale_ = model.charge_scale;
     install(model, stream_.maxGap());
     next_look_ = driving_ + options_.identify_period;
   }
@@ -275,17 +277,42 @@ std::optional<std::string> OnlineSession::whyNoModel() const {
 }
 
 CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const {
-  CrankingAnswer answer;
-  if (std::string faults = faultsOf(query); !faults.empty()) {
-    answer.code = AnswerCode::kInvalidQuery;
-    answer.message = std::move(faults);
-  } else if (const auto reason = whyNoModel()) {
+  if (const auto reason = whyNoModel(); reason && faultsOf(query).empty())
+    return {std::nullopt, std::nullopt, false, AnswerCode::kNoModel, *reason};
+  return battery_sof::predictCranking(modelForQuery(), query, options_.capacity);
+}
+
+StopTimeAnswer OnlineSession::predictStopTime(const StopTimeQuery& query) const {
+  StopTimeAnswer answer = battery_sof::predictStopTime(modelForQuery(), query, options_.capacity);
+  if (const auto reason = whyNoModel(); reason && answer.code != AnswerCode::kInvalidQuery) {
+    answer = {};
     answer.code = AnswerCode::kNoModel;
     answer.message = *reason;
-  } else {
-    answer = battery_sof::predictCranking(tracker_->modelNow(), query, options_.capacity);
   }
   return answer;
+}
+
+ChargeAcceptanceAnswer OnlineSession::predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
+  ChargeAcceptanceAnswer answer =
+      battery_sof::predictChargeAcceptance(modelForQuery(), query, options_.capacity);
+  if (const auto reason = whyNoModel(); reason && answer.code != AnswerCode::kInvalidQuery) {
+    answer = {};
+    answer.code = AnswerCode::kNoModel;
+    answer.message = *reason;
+  }
+  return answer;
+}
+
+FittedModel OnlineSession::modelForQuery() const {
+  if (!whyNoModel()) {
+    FittedModel now = tracker_->modelNow();
+    const Series& series = stream_.series();
+    if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
+    return now;
+  }
+  FittedModel none;
+  none.status = FitStatus::kNotExcited;
+  return none;
 }
 
 ProfileAnswer OnlineSession::simulateProfile(const std::vector<double>& time,

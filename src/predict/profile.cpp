@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "battery_sof/predict/prediction_interval.hpp"
+#include "battery_sof/predict/query.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
 #include "battery_sof/recording/intake.hpp"
 
@@ -107,6 +108,8 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
     return answer;
   }
   Simulation simulation = uncertainSimulationOf(model);
+  const ErrorTracker errors(model);
+  const double own = model.noise ? model.noise->white_std : model.scores.rmse;
   double time_before = 0.0;
   double current_before = model.state.current;
   for (std::size_t n = 0; n < time.size(); ++n) {
@@ -114,7 +117,7 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
                                std::numeric_limits<double>::infinity());
     step.time += model.state.time;
     simulation.advance(step);
-    append(answer.predicted, voltageInterval(simulation, model.scores.rmse));
+    append(answer.predicted, voltageAnswer(simulation, errors.forecast(time[n]), own, {}));
     time_before = time[n];
     current_before = current[n];
   }

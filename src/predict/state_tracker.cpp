@@ -1,6 +1,5 @@
 #include "battery_sof/predict/state_tracker.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -10,18 +9,16 @@ namespace {
 
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
 
-bool contains(const std::vector<std::string>& ids, const char* id) {
-  return std::find(ids.begin(), ids.end(), id) != ids.end();
-}
-
 }  // namespace
 
 StateTracker::StateTracker(const FittedModel& model, double max_gap)
     : model_(model),
       simulation_(uncertainSimulationOf(model)),
       state_(model.state),
+      errors_(model),
+      error_time_(model.state.time),
       max_gap_(max_gap),
-      needs_trace_(contains(model.effects, "time_skew") || contains(model.effects, "sensor_lag")) {
+      needs_trace_(!model.effects.empty()) {
   if (needs_trace_) trace_.append(state_.time, state_.current, max_gap_);
 }
 
@@ -46,8 +43,21 @@ void StateTracker::advance(double time, double current) {
 
 double StateTracker::expectedVoltage() const { return simulation_.voltage(); }
 
+void StateTracker::observe(double voltage) {
+  errors_.observe(state_.time - error_time_, voltage - simulation_.voltage());
+  error_time_ = state_.time;
+}
+
+void StateTracker::setScales(const IntervalScale& crank, const IntervalScale& charge) {
+  model_.crank_scale = crank;
+  model_.charge_scale = charge;
+}
+
 FittedModel StateTracker::modelNow() const {
   FittedModel now = model_;
+  ErrorTracker errors = errors_;
+  if (state_.time > error_time_) errors.wait(state_.time - error_time_);
+  now.discrepancy = errors.discrepancy();
   takeState(now, simulation_, state_.current);
   return now;
 }

@@ -67,6 +67,34 @@ YAML::Node stateNode(const FittedModel& model) {
   return node;
 }
 
+YAML::Node scaleNode(const IntervalScale& scale) {
+  YAML::Node node;
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  node["factor"] = scale.factor;
+  node["events"] = scale.events;
+  node["inside"] = scale.inside;
+  return node;
+}
+
+/// What the model misses, and how wide its intervals must be.
+YAML::Node errorsNode(const FittedModel& model) {
+  YAML::Node node;
+  if (model.noise) {
+    node["white_std_v"] = model.noise->white_std;
+    node["ar_std_v"] = model.noise->ar_std;
+    node["ar_time_s"] = model.noise->ar_time;
+    node["walk_std_v_per_sqrt_s"] = model.noise->walk_std;
+    const Discrepancy& d = model.discrepancy;
+    node["now"]["drift_v"] = d.drift;
+    node["now"]["colored_v"] = d.colored;
+    for (const double p : {d.p_dd, d.p_da, d.p_aa}) node["now"]["covariance_v2"].push_back(p);
+    node["now"]["covariance_v2"].SetStyle(YAML::EmitterStyle::Flow);
+  }
+  node["crank_intervals"] = scaleNode(model.crank_scale);
+  node["charge_intervals"] = scaleNode(model.charge_scale);
+  return node;
+}
+
 YAML::Node windowNode(const FittedModel& model) {
   YAML::Node node;
   node["from_s"] = model.window.from;
@@ -78,6 +106,8 @@ YAML::Node windowNode(const FittedModel& model) {
   node["max_voltage_v"] = model.excited.max_voltage;
   node["discharge_time_s"] = model.excited.discharge_time;
   node["charge_time_s"] = model.excited.charge_time;
+  node["longest_discharge_s"] = model.excited.longest_discharge;
+  node["longest_charge_s"] = model.excited.longest_charge;
   if (model.excited.temperature) node["temperature_c"] = *model.excited.temperature - kKelvin;
   return node;
 }
@@ -230,6 +260,34 @@ void readCovariance(const Reader& root, FittedModel& model) {
     }
 }
 
+IntervalScale scaleOf(const Reader& field) {
+  IntervalScale scale;
+  scale.factor = field.number("factor");
+  scale.events = field.get<int>("events", "a whole number");
+  scale.inside = field.get<int>("inside", "a whole number");
+  if (!(scale.factor > 0.0) || scale.inside < 0 || scale.events < scale.inside)
+    field.fail("factor", "must be above 0, with events >= inside >= 0");
+  return scale;
+}
+
+/// Files of earlier versions have no "errors".
+void readErrors(const Reader& root, FittedModel& model) {
+  if (!root.has("errors")) return;
+  const Reader errors = root.at("errors");
+  model.crank_scale = scaleOf(errors.at("crank_intervals"));
+  model.charge_scale = scaleOf(errors.at("charge_intervals"));
+  if (!errors.has("white_std_v")) return;
+  const NoiseModel noise{errors.number("white_std_v"), errors.number("ar_std_v"), errors.number("ar_time_s"),
+                         errors.number("walk_std_v_per_sqrt_s")};
+  if (!(noise.white_std > 0.0 && noise.ar_std >= 0.0 && noise.ar_time > 0.0 && noise.walk_std >= 0.0))
+    errors.fail("white_std_v", "and its neighbours must be above 0");
+  model.noise = noise;
+  const Reader now = errors.at("now");
+  const auto p = now.get<std::vector<double>>("covariance_v2", "three numbers");
+  if (p.size() != 3) now.fail("covariance_v2", "must be three numbers");
+  model.discrepancy = {now.number("drift_v"), now.number("colored_v"), p[0], p[1], p[2]};
+}
+
 void readWindow(const Reader& root, FittedModel& model) {
   const Reader window = root.at("window");
   model.window = {window.number("from_s"), window.number("to_s"),
@@ -241,6 +299,8 @@ void readWindow(const Reader& root, FittedModel& model) {
   excited.max_voltage = window.number("max_voltage_v");
   excited.discharge_time = window.number("discharge_time_s");
   excited.charge_time = window.number("charge_time_s");
+  if (window.has("longest_discharge_s")) excited.longest_discharge = window.number("longest_discharge_s");
+  if (window.has("longest_charge_s")) excited.longest_charge = window.number("longest_charge_s");
   if (window.has("temperature_c")) excited.temperature = window.number("temperature_c") + kKelvin;
 }
 
@@ -276,6 +336,7 @@ std::string modelYaml(const FittedModel& model) {
   root["fixed"]["alpha"] = model.parameters.alpha;
   root["correlation"] = correlationNode(model.covariance);
   root["state"] = stateNode(model);
+  root["errors"] = errorsNode(model);
   root["window"] = windowNode(model);
   root["fit"] = fitNode(model);
 
@@ -307,6 +368,7 @@ FittedModel parseModelYaml(const std::string& text, const std::string& source) {
   readParameters(root, model);
   readState(root, model);
   readCovariance(root, model);
+  readErrors(root, model);
   readWindow(root, model);
   readFit(root, model);
   model.recording = root.at("recording").text("name");

@@ -93,7 +93,8 @@ void BatterySofNode::saveStateFile(const FittedModel& model) {
 void BatterySofNode::onBatteryState(const sensor_msgs::BatteryStateConstPtr& message) {
   const std::lock_guard<std::mutex> lock(mutex_);
   last_arrival_ = ros::Time::now();
-  for (const CrankComparison& crank : session_.push(rawSampleOf(*message))) {
+  const SessionEvents events = session_.push(rawSampleOf(*message));
+  for (const CrankComparison& crank : events.cranks) {
     cranks_.add(crank);
     logCrank(crank);
   }

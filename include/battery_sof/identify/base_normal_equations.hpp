@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "battery_sof/identify/products_kernel.hpp"
 #include "battery_sof/model/overpotential_sweep.hpp"
 #include "battery_sof/recording/series.hpp"
 
@@ -45,7 +46,9 @@ class BaseNormalEquations {
   /// @param samples not empty.
   explicit BaseNormalEquations(const std::vector<Sample>& samples, double i0);
 
-  BaseSums sums(const OverpotentialSweep::Point& point) const;
+  /// @param set at most widestInstructionSet(); results differ between the sets by rounding alone.
+  BaseSums sums(const OverpotentialSweep::Point& point,
+                InstructionSet set = widestInstructionSet()) const;
 
   /// @return mean of every column over the samples with a weight, unweighted (paper, eq. 4).
   Eigen::Matrix<double, kBaseColumns, 1> means(const OverpotentialSweep::Point& point) const;
@@ -57,17 +60,11 @@ class BaseNormalEquations {
   Eigen::Index size() const { return size_; }
 
  private:
-  using Block = OverpotentialSweep::Block;
-  using BlockColumns = Eigen::Matrix<double, OverpotentialSweep::kBlock, kBaseColumns>;
-  void fill(Eigen::Index block, const OverpotentialSweep::States& states,
-            BlockColumns& columns) const;
-
   Eigen::Index size_;
   double offset_ = 0.0;
-  Eigen::Matrix3d linear_;  ///< sums of discharge, charge and 1, which no point of the search changes
   OverpotentialSweep sweep_;
-  Eigen::Array<double, OverpotentialSweep::kBlock, Eigen::Dynamic> discharge_, charge_, voltage_,
-      weight_;
+  std::vector<MeasuredBlock> measured_;
+  Eigen::Matrix3d linear_ = Eigen::Matrix3d::Zero();  ///< sums of discharge, charge and 1, which no point of the search changes
 };
 
 /// @return the samples of a range with weight^2 where current < weight_current, 1 elsewhere (paper, eq. 3).

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "battery_sof/identify/noise_model.hpp"
 #include "battery_sof/model/battery_model.hpp"
 #include "battery_sof/model/simulation.hpp"
 
@@ -39,6 +40,7 @@ struct ModelState {
   double u_c2 = 0.0;         ///< [V]
   double current = 0.0;      ///< [A], current at that time
   std::vector<double> further = {};  ///< the effects' states, in the order of BatteryModel::states()
+  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery at that time, when known
 };
 
 /// The part of a recording that was fitted.
@@ -65,7 +67,23 @@ struct ExcitedRange {
   double max_voltage = 0.0;         ///< [V]
   double discharge_time = 0.0;      ///< [s], total
   double charge_time = 0.0;         ///< [s], total
+  double longest_charge = 0.0;      ///< [s]
+  double longest_discharge = 0.0;   ///< [s]
   std::optional<double> temperature;  ///< [K], mean
+};
+
+/// What the model was seen to miss when its state stands where it does; see ErrorTracker.
+struct Discrepancy {
+  double drift = 0.0;    ///< d [V], of the random walk
+  double colored = 0.0;  ///< a [V], of the AR(1)
+  double p_dd = 0.0, p_da = 0.0, p_aa = 0.0;  ///< their covariance [V^2]
+};
+
+/// Factor on the width of a kind of interval, as its own past asks for; see observe().
+struct IntervalScale {
+  double factor = 1.0;  ///< [1]
+  int events = 0;       ///< intervals that were followed by the event
+  int inside = 0;       ///< of those the event fell into
 };
 
 /// Everything an identification found; what MODEL.yaml stores and every query reads.
@@ -76,6 +94,7 @@ struct FittedModel {
   /// nothing is known. 6 x 6 for the base model: r_discharge, r_charge, c2, beta, u_dc, u_c2.
   Eigen::MatrixXd covariance;
   ModelState state;
+  std::vector<double> first_state;  ///< at the window's first sample; not stored in MODEL.yaml
   std::vector<std::string> effects;  ///< ids of further physics; empty for the base model
   FitWindow window;
   FitStatus status = FitStatus::kConverged;
@@ -83,8 +102,11 @@ struct FittedModel {
   std::string start;    ///< "robust" or "paper"
   int iterations = 0;
   FitScores scores;
+  std::optional<NoiseModel> noise;  ///< of the residual over the window; none: fitErrors() was not called
+  Discrepancy discrepancy;          ///< at state.time
+  IntervalScale crank_scale, charge_scale;
   ExcitedRange excited;
-  double suitability = 0.0;  ///< [0, 1], of the window alone; see windowSuitability()
+  double suitability = 0.0;  ///< [0, 1], of the window alone; see predictionSuitability()
   double fit_ms = 0.0;       ///< [ms] wall time, filled in by the caller that holds a clock
   std::string recording;       ///< file name or topic
   std::string recording_hash;  ///< "sha256:..." of the file, empty when there is no file

@@ -24,6 +24,10 @@ struct IdentifyOptions {
   /// Start values r_discharge [Ohm], r_charge [Ohm], c2 [F], beta [1/V]; Table I's magnitudes when not set.
   std::array<double, 4> initial = {0.008, 0.010, 1000.0, 20.0};
 
+  /// Samples of the series that are no measurement, 1 each: they drive the model and cost nothing. Empty for none.
+  std::vector<char> masked = {};     ///< see InstrumentLimits
+  double voltage_lsb_std = 0.0;      ///< [V], what rounding adds at least to the white noise
+
   std::vector<std::string> effects = {};  ///< ids of further physics, see effectCatalogue()
   bool whiten = false;     ///< cost of residuals whitened by a fitted noise model in place of eq. 3
   int more_starts = 2;     ///< of a composition, beside the base model's optimum and the effects' magnitudes
@@ -54,7 +58,7 @@ struct IdentifyOptions {
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
 
 /**
- * @brief Carries the state of a model forward to the sample at `last` (inclusive) and its covariance with it.
+ * @brief Carries the state of a model forward to the sample at `last` (inclusive), its covariance and discrepancy with it.
  * @param series the recording the model stands in: model.state.time must be the time of one of its samples.
  */
 void carryState(FittedModel& model, const Series& series, std::size_t last);

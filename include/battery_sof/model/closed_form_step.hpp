@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "battery_sof/model/instruction_sets.hpp"
+
 namespace battery_sof {
 
 /// What the exact step needs of a held current, with R = sqrt(i^2 + 4 I_0^2).
@@ -13,7 +15,7 @@ struct CurrentShares {
 };
 
 /// @param current [A].  @param i0 exchange current [A], > 0.
-inline CurrentShares sharesOf(double current, double i0) {
+BATTERY_SOF_INLINE CurrentShares sharesOf(double current, double i0) {
   const double R = std::sqrt(current * current + 4.0 * i0 * i0);
   // The larger share of |i|, then mirrored for discharges: nothing cancels.
   const double inverse = 1.0 / R;
@@ -24,7 +26,7 @@ inline CurrentShares sharesOf(double current, double i0) {
 }
 
 /**
- * @brief The exact step of the base model's state for alpha = 0.5, written once for one sample and for blocks of samples.
+ * @brief The exact step of the base model's state for alpha = 0.5, written once for one sample and for several side by side.
  *
  * With E = exp(beta u_c2 / 2) = x / y, D = exp(-decay), P = 1 - D, decay = beta R dt / (2 C_2) and the shares above,
  *
@@ -37,7 +39,7 @@ inline CurrentShares sharesOf(double current, double i0) {
  *     x' y' dlnE'/dlnE = D x y,   x' y' dlnE'/dD = mixed (x^2 - y^2) + (discharging - charging) x y
  *
  * See OverpotentialStep for the differential equation.
- * @tparam T double, an Eigen array of doubles (element by element), or an automatic-differentiation scalar.
+ * @tparam T double, a Register of doubles (element by element), or an automatic-differentiation scalar.
  */
 template <typename T>
 struct ClosedFormStep {
@@ -45,13 +47,13 @@ struct ClosedFormStep {
   T D;                             ///< in [0, 1]
   T P;                             ///< 1 - D
 
-  T xFromX() const { return charging + D * discharging; }
-  T yFromY() const { return discharging + D * charging; }
-  T across() const { return P * mixed; }  ///< x from y, and y from x
-  T nextX(const T& x, const T& y) const { return xFromX() * x + across() * y; }
-  T nextY(const T& x, const T& y) const { return across() * x + yFromY() * y; }
+  BATTERY_SOF_INLINE T xFromX() const { return charging + D * discharging; }
+  BATTERY_SOF_INLINE T yFromY() const { return discharging + D * charging; }
+  BATTERY_SOF_INLINE T across() const { return P * mixed; }  ///< x from y, and y from x
+  BATTERY_SOF_INLINE T nextX(const T& x, const T& y) const { return xFromX() * x + across() * y; }
+  BATTERY_SOF_INLINE T nextY(const T& x, const T& y) const { return across() * x + yFromY() * y; }
   /// x' y' dlnE'/dD.
-  T slopeToD(const T& x, const T& y) const {
+  BATTERY_SOF_INLINE T slopeToD(const T& x, const T& y) const {
     return mixed * (x * x - y * y) + (discharging - charging) * x * y;
   }
 };

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "battery_sof/model/closed_form_step.hpp"
 #include "battery_sof/model/driving_current.hpp"
+#include "battery_sof/model/overpotential_kernel.hpp"
 
 namespace battery_sof {
 
@@ -16,7 +16,7 @@ namespace battery_sof {
  */
 class OverpotentialSweep {
  public:
-  static constexpr int kBlock = 128;
+  static constexpr int kBlock = kBlockSize;
   using Block = Eigen::Array<double, kBlock, 1>;
 
   /// State and derivatives at the samples of one block; samples past the window's end repeat its last state.
@@ -41,49 +41,59 @@ class OverpotentialSweep {
   template <typename HeldAt>
   OverpotentialSweep(std::size_t size, double i0, HeldAt&& held_at);
 
-  Eigen::Index blocks() const { return half_rate_dt_.cols(); }
+  Eigen::Index blocks() const { return static_cast<Eigen::Index>(driven_.size()); }
 
   /// Calls visit(block index, const States&) for every block in order.
   template <typename Visitor>
   void run(const Point& point, Visitor&& visit) const;
 
- private:
-  /// What is carried from block to block: x, y with E = x / y, and x y times the derivatives of ln E to ln(beta / C_2)
-  /// and to the first ln E.
-  struct Carried {
-    double x, y, log_rate, initial;
-  };
-  void sweepBlock(Eigen::Index block, const Point& point, double log_first, Carried& carried,
-                  States& states) const;
-  static Carried begin(const Point& point);
+  /// Calls visit(block index, const OverpotentialStates&), samples in lane order (lanePosition()): for sums, faster.
+  /// @param set at most widestInstructionSet().
+  template <typename Visitor>
+  void runInLanes(const Point& point, InstructionSet set, Visitor&& visit) const;
 
-  Eigen::Array<double, kBlock, Eigen::Dynamic> charging_, mixed_, half_rate_dt_;
+ private:
+  static OverpotentialScale scaleOf(const Point& point);
+  static OverpotentialCarried begin(const Point& point);
+  static void inSampleOrder(const OverpotentialStates& lanes, States& states);
+
+  std::vector<DrivenBlock> driven_;
 };
 
 template <typename HeldAt>
-OverpotentialSweep::OverpotentialSweep(std::size_t size, double i0, HeldAt&& held_at) {
-  const Eigen::Index blocks = (static_cast<Eigen::Index>(size) + kBlock - 1) / kBlock;
-  charging_.setConstant(kBlock, blocks, 0.5);
-  mixed_.setConstant(kBlock, blocks, 0.5);
-  half_rate_dt_.setZero(kBlock, blocks);
-  for (std::size_t n = 0; n < size; ++n) {
-    const HeldCurrent held = held_at(n);
-    const CurrentShares shares = sharesOf(held.current, i0);
-    charging_.data()[n] = shares.charging;
-    mixed_.data()[n] = shares.mixed;
-    half_rate_dt_.data()[n] = 0.5 * shares.R * held.duration;
+OverpotentialSweep::OverpotentialSweep(std::size_t size, double i0, HeldAt&& held_at)
+    : driven_((size + kBlock - 1) / kBlock) {
+  HeldBlock block;
+  for (std::size_t first = 0; first < size; first += kBlock) {
+    for (int k = 0; k < kBlock; ++k) {
+      const std::size_t n = first + static_cast<std::size_t>(k);
+      const HeldCurrent held = n < size ? held_at(n) : HeldCurrent{0.0, 0.0};
+      block.current[lanePosition(k)] = held.current;
+      block.duration[lanePosition(k)] = held.duration;
+    }
+    shareCurrents(block, i0, driven_[first / kBlock], widestInstructionSet());
+  }
+}
+
+template <typename Visitor>
+void OverpotentialSweep::runInLanes(const Point& point, InstructionSet set,
+                                    Visitor&& visit) const {
+  const OverpotentialScale scale = scaleOf(point);
+  OverpotentialCarried carried = begin(point);
+  OverpotentialStates states;
+  for (Eigen::Index block = 0; block < blocks(); ++block) {
+    sweepOverpotential(driven_[static_cast<std::size_t>(block)], scale, carried, states, set);
+    visit(block, states);
   }
 }
 
 template <typename Visitor>
 void OverpotentialSweep::run(const Point& point, Visitor&& visit) const {
-  Carried carried = begin(point);
-  const double log_first = 0.5 * point.beta * point.u_c2_first;
   States states;
-  for (Eigen::Index block = 0; block < blocks(); ++block) {
-    sweepBlock(block, point, log_first, carried, states);
+  runInLanes(point, widestInstructionSet(), [&](Eigen::Index block, const OverpotentialStates& lanes) {
+    inSampleOrder(lanes, states);
     visit(block, states);
-  }
+  });
 }
 
 }  // namespace battery_sof

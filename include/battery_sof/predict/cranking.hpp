@@ -3,8 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "battery_sof/identify/fitted_model.hpp"
-#include "battery_sof/predict/answer.hpp"
+#include "battery_sof/predict/query.hpp"
 
 namespace battery_sof {
 
@@ -14,7 +13,10 @@ struct CrankingQuery {
   double t_stop = 0.0;                ///< [s], 0 to 86400
   double i_cranking = 0.0;            ///< [A], < 0
   double t_cranking = 1.0;            ///< [s], > 0 to 60
-  std::optional<double> u_required;   ///< [V], what the starter needs; the paper names 7.2 V
+  std::optional<double> u_required = std::nullopt;   ///< [V], what the starter needs; the paper names 7.2 V
+  CurrentProfile load = {};           ///< in place of i_load and t_stop when not empty
+  CurrentProfile crank = {};          ///< in place of i_cranking and t_cranking when not empty
+  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
 };
 
 /// SOF1. The numbers are present unless code is kInvalidQuery or kNoModel.
@@ -31,11 +33,12 @@ struct CrankingAnswer {
  *
  *     u_SOF1 = min over (t_stop, t_stop + t_cranking] of u_b(t),   i = i_load, then i_cranking
  *
- * Under a held current u_c2 moves monotonically, so the minimum stands at one end of the crank: two exact steps.
- * The interval is 1.645 standard deviations of the parameters', the state's and the window's own crank error together.
+ * Under a held current the base model's state moves monotonically, so its minimum stands at one end of the crank: two
+ * exact steps. With effects the crank is looked at after 0, 5, 20, 50 and 100 % of its time, a profile at each point.
  *
- * valid is false when i_cranking is more than 1.25 times the largest discharge of the window, or the stop would move
- * the charge by more than 1 % of capacity: the base model holds u_dc constant.
+ * The value is the model's plus what ErrorTracker expects it to miss; the interval holds parameters, state, that error
+ * and the window's own crank error, widened as the battery's past cranks ask for (voltageAnswer()).
+ * valid and the message follow extrapolationOf().
  *
  * @param model    event begins at its saved state.
  * @param capacity [Ah], nominal, > 0.
@@ -45,5 +48,12 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
 
 /// @return every fault of a query, as one sentence each; empty when there is none.
 std::string faultsOf(const CrankingQuery& query);
+
+/// Lowest voltage of a crank that begins where a simulation stands, `ahead` [s] after the model's state.
+Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
+                       double ahead);
+
+/// What a crank misses by itself, beyond normal driving [V].
+double crankError(const FittedModel& model, double current);
 
 }  // namespace battery_sof

@@ -5,12 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "battery_sof/predict/charge_acceptance.hpp"
+#include "battery_sof/predict/charge_watch.hpp"
 #include "battery_sof/predict/crank_watch.hpp"
 #include "battery_sof/predict/cranking.hpp"
+#include "battery_sof/predict/interval_scale.hpp"
 #include "battery_sof/predict/identification_job.hpp"
 #include "battery_sof/predict/profile.hpp"
 #include "battery_sof/predict/sample_stream.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
+#include "battery_sof/predict/stop_time.hpp"
 
 namespace battery_sof {
 
@@ -36,6 +40,12 @@ struct BacktestScore {
   std::optional<double>
       q_dyn_percent;      ///< paper, eq. 6, open loop; none until the voltage has varied
   double duration = 0.0;  ///< [s], from the first to the last sample compared
+};
+
+/// What ended with a sample and was set beside the model's expectation.
+struct SessionEvents {
+  std::vector<CrankComparison> cranks;
+  std::vector<ChargeComparison> charges;
 };
 
 /// A summary for a status message.
@@ -81,8 +91,8 @@ class OnlineSession {
   /// @throws std::invalid_argument for options that are not finite or outside their domain.
   explicit OnlineSession(SessionOptions options = {});
 
-  /// Offers one sample. @return the cranks it ended.
-  std::vector<CrankComparison> push(const RawSample& sample);
+  /// Offers one sample. @return the cranks and charges it ended.
+  SessionEvents push(const RawSample& sample);
 
   /// @return a job when an identification is due and none is out.
   std::optional<IdentificationJob> takeDueJob();
@@ -99,6 +109,18 @@ class OnlineSession {
 
   /// SOF1 from the live state; kNoModel with the reason when there is none or it is too old.
   CrankingAnswer predictCranking(const CrankingQuery& query) const;
+  /// The longest stop and SOF2 from the live state; kNoModel likewise.
+  StopTimeAnswer predictStopTime(const StopTimeQuery& query) const;
+  ChargeAcceptanceAnswer predictChargeAcceptance(const ChargeAcceptanceQuery& query) const;
+  /// A copy of the model a query may be put to, state at the newest sample; not usable when there is none.
+  FittedModel modelForQuery() const;
+  /// Why modelForQuery() is not usable; none when it is.
+  std::optional<std::string> whyNoModel() const;
+  double capacity() const { return options_.capacity; }  ///< [Ah]
+  /// How wide intervals are, as past events ask for.
+  IntervalScale crankScale() const { return crank_scale_; }
+  IntervalScale chargeScale() const { return charge_scale_; }
+
   /// A what-if profile from the live state; kNoModel likewise.
   ProfileAnswer simulateProfile(const std::vector<double>& time,
                                 const std::vector<double>& current) const;
@@ -121,7 +143,7 @@ class OnlineSession {
   };
 
   void restartClock(double old_newest, const StreamSample& first);
-  std::optional<CrankComparison> advance(const StreamSample& sample);
+  void advance(const StreamSample& sample, SessionEvents& events);
   void judgeRestored(const StreamSample& first);
   void install(const FittedModel& model, double max_gap);
   void compare(const StreamSample& sample);
@@ -131,12 +153,13 @@ class OnlineSession {
   std::string refusalOf(const IdentificationResult& result) const;
   std::optional<double> modelAge() const;
   bool isTooOld() const;
-  std::optional<std::string> whyNoModel() const;
   BacktestScore backtest() const;
 
   SessionOptions options_;
   SampleStream stream_;
   CrankWatch crank_watch_;
+  ChargeWatch charge_watch_;
+  IntervalScale crank_scale_, charge_scale_;
   std::optional<StreamSample> newest_;
   double driving_ = 0.0;    // [s]
   double next_look_ = 0.0;  // [s] of driving

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/identify/error_tracker.hpp"
 
 namespace battery_sof {
 
@@ -18,6 +18,10 @@ class StateTracker {
   /// Moves on to a sample later than the last one. @throws std::invalid_argument when time does not
   /// increase.
   void advance(double time, double current);
+  /// Takes in the voltage measured at the last sample: what the model misses is followed (ErrorTracker).
+  void observe(double voltage);
+  /// Widths of intervals, as past events ask for.
+  void setScales(const IntervalScale& crank, const IntervalScale& charge);
 
   /// @return terminal voltage the model expects at the last sample [V].
   double expectedVoltage() const;
@@ -34,8 +38,10 @@ class StateTracker {
   FittedModel model_;
   Simulation simulation_;
   ModelState state_;
+  ErrorTracker errors_;
+  double error_time_;  // [s], of the last voltage taken in
   double max_gap_;
-  bool needs_trace_;  // an effect asks for the current a little earlier or later than the sample
+  bool needs_trace_;  // an effect may ask for the current a little earlier or later than the sample
   CurrentTrace trace_;
 };
 

@@ -216,7 +216,15 @@ TEST(BaseNormalEquations, SumsAreThoseOfTheColumns) {
   for (std::size_t n = 0; n < samples.size(); ++n)
     weight[static_cast<Eigen::Index>(n)] = samples[n].weight;
   const Eigen::MatrixXd expected = columns.transpose() * weight.asDiagonal() * columns;
-  EXPECT_TRUE(equations.sums(point).weighted.isApprox(expected, 1e-10));
+  for (const auto set :
+       {InstructionSet::kPlain, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
+    if (set > widestInstructionSet()) continue;
+    const Eigen::MatrixXd sums = equations.sums(point, set).weighted;
+    for (int j = 0; j < kBaseColumns; ++j)
+      for (int k = 0; k < kBaseColumns; ++k)
+        EXPECT_NEAR(sums(j, k), expected(j, k),
+                    1e-10 * std::sqrt(expected(j, j) * expected(k, k)));
+  }
   EXPECT_TRUE(equations.means(point).isApprox(columns.colwise().mean().transpose(), 1e-10));
 }
 

@@ -26,7 +26,7 @@ TEST(HeldCurrent, IsTheMeanOfItsEndsAndRestAcrossAGap) {
 }
 
 TEST(OverpotentialSweep, EqualsTheStepSampleBySample) {
-  // 1000 samples: seven whole blocks and a part of one; a gap in the middle; a start away from
+  // 1000 samples: three whole blocks and a part of one; a gap in the middle; a start away from
   // zero.
   Series series = test::baseDrive(2, 10.0);
   for (std::size_t n = 500; n < series.size(); ++n) series.time[n] += 30.0;
@@ -49,6 +49,50 @@ TEST(OverpotentialSweep, EqualsTheStepSampleBySample) {
             EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9);
           }
         });
+  }
+}
+
+TEST(OverpotentialSweep, StaysInRangeWhenEverySampleTurnsTheStateRound) {
+  // Within each second the state goes from one end to the other: D underflows, x and y shrink by
+  // I_0 / R a step.
+  std::vector<HeldCurrent> held;
+  for (int n = 0; n < 600; ++n) held.push_back({n % 2 == 0 ? 5000.0 : -5000.0, 1.0});
+  BaseParameters p;
+  p.beta = 1000.0;
+  p.c2 = 100.0;
+  const auto expected = stepByStep(held, p, -0.6);
+  const double rounding = 1e-8;  // of 1 - charging, which is (I_0 / R)^2 = 4e-8 here
+  OverpotentialSweep(held, p.i0)
+      .run({p.c2, p.beta, -0.6}, [&](Eigen::Index block, const auto& states) {
+        for (int k = 0; k < OverpotentialSweep::kBlock; ++k) {
+          const auto n = static_cast<std::size_t>(block * OverpotentialSweep::kBlock + k);
+          if (n >= expected.size()) break;
+          EXPECT_NEAR(states.u_c2[k], expected[n].value, rounding / p.beta) << n;
+          EXPECT_NEAR(states.d_log_beta[k], expected[n].d_beta * p.beta, rounding / p.beta) << n;
+          EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9) << n;
+        }
+      });
+}
+
+TEST(OverpotentialSweep, IsTheSameOnEveryInstructionSetOfThisProcessor) {
+  const Series series = test::baseDrive(2, 10.0);
+  const auto held = heldCurrents(series, {0, series.size()}, 5.0);
+  const OverpotentialSweep sweep(held, 1.0);
+  const OverpotentialSweep::Point point{900.0, 25.0, 0.03};
+  std::vector<OverpotentialStates> expected;
+  sweep.runInLanes(point, InstructionSet::kPlain,
+                   [&](Eigen::Index, const auto& states) { expected.push_back(states); });
+  for (const auto set : {InstructionSet::kAvx2, InstructionSet::kAvx512}) {
+    if (set > widestInstructionSet()) continue;
+    sweep.runInLanes(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
+      const OverpotentialStates& plain = expected[static_cast<std::size_t>(block)];
+      for (int k = 0; k < kBlockSize; ++k) {
+        EXPECT_NEAR(states.u_c2[k], plain.u_c2[k], 1e-12);
+        EXPECT_NEAR(states.d_log_c2[k], plain.d_log_c2[k], 1e-11);
+        EXPECT_NEAR(states.d_log_beta[k], plain.d_log_beta[k], 1e-11);
+        EXPECT_NEAR(states.d_initial[k], plain.d_initial[k], 1e-11);
+      }
+    });
   }
 }
 

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "battery_sof/identify/error_tracker.hpp"
+#include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/model/simulation.hpp"
+#include "battery_sof/predict/answer.hpp"
+
+namespace battery_sof {
+
+/// A current over time, linear between its points; time counts from the phase's beginning.
+struct CurrentProfile {
+  std::vector<double> time;     ///< [s], >= 0, strictly increasing
+  std::vector<double> current;  ///< [A], same length
+  bool empty() const { return time.empty(); }
+  double duration() const { return time.empty() ? 0.0 : time.back(); }
+};
+
+/// @return the first fault of a profile with what was expected; empty when sound. @param name for the sentence.
+std::string faultOf(const CurrentProfile& profile, const char* name);
+
+/// What a query takes the battery through, for comparison with what its model's window did.
+struct QueryRange {
+  std::optional<double> least_current;   ///< [A], largest discharge
+  std::optional<double> most_current;    ///< [A], largest charge
+  std::optional<double> most_voltage;    ///< [V]
+  std::optional<double> charge_duration; ///< [s]
+  double charge_moved = 0.0;             ///< [Ah], magnitude
+  std::optional<double> temperature;     ///< [K], at which it will happen; else the model's state's
+  bool charges = false;                  ///< needs r_charge, else r_discharge
+};
+
+/**
+ * @brief Why a model should not be relied on for a query: what its window did not excite and its equations do not hold.
+ *
+ * Currents up to 1.25 times, voltages up to 0.3 V above and temperatures within 10 K of the window's; a charge moved of at most
+ * 1 % of capacity unless the composition lets the open-circuit voltage move (ocv_soc, acid_transport); for charges beyond
+ * 10 s a limit of charge acceptance (charge_acceptance) and a charge as long as 10 s in the window (PHYSICS 5.3).
+ *
+ * @return reasons, joined by "; "; empty when there is none.
+ */
+std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity);
+
+/// Moves on under a held current. @param duration >= 0.
+void hold(Simulation& simulation, double current, double duration);
+
+/**
+ * @brief A predicted voltage with its 90 % interval.
+ *
+ *     value = u_m + e,   var = factor^2 ( sum_k (du / d lane_k)^2 + var(e) + own^2 )
+ *
+ * @param error what the model will miss then (ErrorTracker).  @param own what the event adds [V].
+ */
+Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
+                       const IntervalScale& scale);
+
+/// printf into a std::string.
+__attribute__((format(printf, 1, 2))) std::string sentence(const char* pattern, ...);
+
+}  // namespace battery_sof

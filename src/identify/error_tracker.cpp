@@ -1,0 +1,108 @@
+#include "battery_sof/identify/error_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "battery_sof/model/drive.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kAverage = 0.1;        // [s], PHYSICS 2.1
+constexpr std::size_t kLeastAverages = 30;
+
+NoiseFilter<double> filterOf(const std::optional<NoiseModel>& noise, const Discrepancy& discrepancy) {
+  const NoiseModel n = noise.value_or(NoiseModel{1.0, 0.0, 1.0, 0.0});
+  NoiseFilter<double> filter(n.white_std * n.white_std, n.ar_std * n.ar_std, n.ar_time,
+                             n.walk_std * n.walk_std);
+  filter.setVariances(discrepancy.p_dd, discrepancy.p_da, discrepancy.p_aa);
+  return filter;
+}
+
+}  // namespace
+
+ErrorTracker::ErrorTracker(const FittedModel& model)
+    : noise_(model.noise),
+      filter_(filterOf(model.noise, model.discrepancy)),
+      drift_(model.discrepancy.drift),
+      colored_(model.discrepancy.colored) {}
+
+void ErrorTracker::observe(double duration, double error) {
+  if (!noise_) return;
+  const auto step = filter_.step(duration, 1.0, false);
+  colored_ *= step.persistence;
+  const double innovation = error - drift_ - colored_;
+  drift_ += step.drift * innovation;
+  colored_ += step.colored * innovation;
+}
+
+void ErrorTracker::wait(double duration) {
+  if (noise_) colored_ *= filter_.wait(duration);
+}
+
+ErrorForecast ErrorTracker::forecast(double ahead) const {
+  if (!noise_) return {};
+  NoiseFilter<double> later = filter_;
+  const double persistence = later.wait(ahead);
+  return {drift_ + persistence * colored_, later.variance()};
+}
+
+ErrorForecast ErrorTracker::forecastThrough(double ahead) const {
+  const ErrorForecast all = forecast(ahead);
+  const double left_out = all.mean - drift_;
+  return noise_ ? ErrorForecast{drift_, all.variance + left_out * left_out} : all;
+}
+
+Discrepancy ErrorTracker::discrepancy() const {
+  return {drift_, colored_, filter_.p_dd(), filter_.p_da(), filter_.p_aa()};
+}
+
+std::vector<double> windowResidual(const FittedModel& model, const Series& series, IndexRange range) {
+  if (model.first_state.empty() || range.empty()) return {};
+  ModelPoint start = pointOf(model);
+  start.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(),
+                                                  static_cast<Eigen::Index>(model.first_state.size()));
+  start.time = start.reference_time = series.time[range.first];
+  Simulation simulation(compositionOf(model), start);
+  std::vector<double> residual;
+  const Drive drive = fullDrive(series, range);
+  for (const DriveSample& sample : drive.samples) {
+    simulation.advance(sample.step);
+    residual.push_back(sample.voltage - simulation.voltage());
+  }
+  return residual;
+}
+
+void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
+  const std::vector<double> residual = windowResidual(model, series, range);
+  const double interval = medianInterval(series);
+  const auto each = static_cast<std::size_t>(std::max(1.0, std::round(kAverage / std::max(interval, 1e-6))));
+  std::vector<DriveSample> samples;
+  std::vector<double> means;
+  double before = series.time[range.first];
+  for (std::size_t first = 0; first < residual.size(); first += each) {
+    const std::size_t last = std::min(first + each, residual.size());
+    DriveSample sample;
+    double mean = 0.0, time = 0.0;
+    for (std::size_t n = first; n < last; ++n) {
+      mean += residual[n] / static_cast<double>(last - first);
+      time += series.time[range.first + n] / static_cast<double>(last - first);
+    }
+    sample.step.duration = std::max(0.0, time - before);
+    sample.count = static_cast<double>(last - first);
+    before = time;
+    samples.push_back(sample);
+    means.push_back(mean);
+  }
+  if (samples.size() < kLeastAverages) return;
+  model.noise = fitNoise(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())),
+                         samples);
+  model.discrepancy = {0.0, 0.0, 0.0, 0.0, model.noise->ar_std * model.noise->ar_std};
+  ErrorTracker tracker(model);
+  for (std::size_t n = 0; n < residual.size(); ++n)
+    tracker.observe(n == 0 ? 0.0 : series.time[range.first + n] - series.time[range.first + n - 1],
+                    residual[n]);
+  model.discrepancy = tracker.discrepancy();
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,155 @@
+#include "battery_sof/predict/charge_acceptance.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "battery_sof/predict/prediction_interval.hpp"
+#include "battery_sof/recording/intake.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kMostCurrent = IntakeLimits{}.max_abs_current;  // [A]
+constexpr double kLongest = 3600.0;                              // [s]
+constexpr double kFirstStep = 0.02;                              // [s]
+constexpr double kGrowth = 1.15;
+constexpr double kSteps = 100.0;  // longest step is t_sof2 / kSteps, at least kFirstStep
+
+void addFault(std::string& faults, bool ok, const char* name, double value, const char* expected) {
+  if (!ok) faults += (faults.empty() ? "" : "; ") + sentence("%s is %g, expected %s", name, value, expected);
+}
+
+std::string faultsOf(const ChargeAcceptanceQuery& q) {
+  std::string faults;
+  addFault(faults, q.u_boost > 0.0 && q.u_boost <= 100.0, "u_boost [V]", q.u_boost, "above 0, up to 100");
+  addFault(faults, q.t_sof2 > 0.0 && q.t_sof2 <= kLongest, "t_sof2 [s]", q.t_sof2, "above 0, up to 3600");
+  addFault(faults, q.i_limit > 0.0 && q.i_limit <= kMostCurrent, "i_limit [A]", q.i_limit,
+           "above 0, up to 5000");
+  return faults;
+}
+
+/// A voltage held for a while.
+struct VoltageStep {
+  double duration;  // [s]
+  double voltage;   // [V]
+};
+
+struct MeanCurrent {
+  double value = 0.0;           // [A]
+  double highest = 0.0;         // [A]
+  Eigen::VectorXd derivatives;  // to the lanes
+};
+
+/// @param shift [V], added to the voltages, as a function of the time since the start.
+template <typename Shift>
+MeanCurrent meanCurrent(Simulation simulation, const std::vector<VoltageStep>& steps,
+                        double i_limit, Shift&& shift) {
+  MeanCurrent mean;
+  mean.derivatives = Eigen::VectorXd::Zero(simulation.lanes());
+  double since = 0.0;
+  for (const VoltageStep& step : steps) {
+    since += step.duration;
+    const double i = simulation.advanceAtVoltage(step.voltage + shift(since), step.duration, i_limit);
+    mean.value += i * step.duration;
+    mean.highest = std::max(mean.highest, i);
+    // At the limit the current does not depend on the battery.
+    if (simulation.lanes() > 0 && i < i_limit)
+      mean.derivatives += simulation.currentDerivatives() * step.duration;
+  }
+  mean.value /= since;
+  mean.derivatives /= since;
+  return mean;
+}
+
+std::vector<VoltageStep> stepsOf(const ChargeAcceptanceQuery& query) {
+  std::vector<VoltageStep> steps;
+  double step = std::min(kFirstStep, query.t_sof2);
+  for (double since = 0.0; since < query.t_sof2 * (1.0 - 1e-9);) {
+    steps.push_back({std::min(step, query.t_sof2 - since), query.u_boost});
+    since += steps.back().duration;
+    step = std::min(step * kGrowth, std::max(kFirstStep, query.t_sof2 / kSteps));
+  }
+  return steps;
+}
+
+struct ExpectedCurrent {
+  Interval current;
+  double highest;
+};
+
+/// Mean current with its interval: the lanes' share, and what a standard deviation of the voltage's error moves it by.
+ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<VoltageStep>& steps,
+                                double i_limit) {
+  const ErrorTracker errors(model);
+  const auto expected = [&](double since) { return -errors.forecast(since).mean; };
+  const MeanCurrent mean = meanCurrent(uncertainSimulationOf(model), steps, i_limit, expected);
+  double duration = 0.0;
+  for (const VoltageStep& step : steps) duration += step.duration;
+  const double own = model.noise ? model.noise->white_std : model.scores.rmse;
+  const double error = std::sqrt(errors.forecast(0.5 * duration).variance + own * own);
+  const MeanCurrent moved = meanCurrent(simulationOf(model), steps, i_limit,
+                                        [&](double since) { return expected(since) - error; });
+  const double variance = mean.derivatives.squaredNorm() + std::pow(mean.value - moved.value, 2);
+  const double half = kNinetyPercent * model.charge_scale.factor * std::sqrt(variance);
+  return {{mean.value, mean.value - half, std::min(mean.value + half, i_limit)}, mean.highest};
+}
+
+}  // namespace
+
+ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
+                                               const ChargeAcceptanceQuery& query, double capacity) {
+  ChargeAcceptanceAnswer answer;
+  answer.message = faultsOf(query);
+  if (!answer.message.empty()) {
+    answer.code = AnswerCode::kInvalidQuery;
+    return answer;
+  }
+  if (!isUsable(model)) {
+    answer.code = AnswerCode::kNoModel;
+    answer.message = "the model cannot be used: " + model.message;
+    return answer;
+  }
+  const ExpectedCurrent mean = expectedCurrent(model, stepsOf(query), query.i_limit);
+  answer.i_boost = mean.current;
+
+  QueryRange range;
+  range.charges = true;
+  range.most_current = mean.highest;
+  range.most_voltage = query.u_boost;
+  range.charge_duration = query.t_sof2;
+  range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / 3600.0;
+  range.temperature = query.temperature;
+  const std::string reasons = extrapolationOf(model, range, capacity);
+  answer.valid = reasons.empty();
+  answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
+  answer.message = sentence("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A",
+                            answer.i_boost->value, query.t_sof2, query.u_boost,
+                            answer.i_boost->lower, answer.i_boost->upper);
+  if (!answer.valid) answer.message += "; not to be relied on: " + reasons;
+  return answer;
+}
+
+MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series) {
+  constexpr double kStep = 0.1;  // [s]
+  MeanChargeCurrent mean;
+  std::vector<VoltageStep> steps;
+  double total = 0.0, duration = 0.0, volt_seconds = 0.0, before = model.state.time;
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    const double dt = series.time[n] - before;
+    before = series.time[n];
+    total += dt;
+    mean.measured += series.current[n] * dt;
+    mean.mean_voltage += series.voltage[n] * dt;
+    duration += dt;
+    volt_seconds += series.voltage[n] * dt;
+    if (duration < kStep && n + 1 < series.size()) continue;
+    steps.push_back({duration, volt_seconds / duration});
+    duration = volt_seconds = 0.0;
+  }
+  mean.measured /= total;
+  mean.mean_voltage /= total;
+  mean.current = expectedCurrent(model, steps, kMostCurrent).current;
+  return mean;
+}
+
+}  // namespace battery_sof

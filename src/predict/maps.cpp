@@ -1,0 +1,59 @@
+#include "battery_sof/predict/maps.hpp"
+
+namespace battery_sof {
+namespace {
+
+std::string faultOf(const std::vector<double>& side, const char* name) {
+  if (!side.empty() && side.size() <= kMostMapSide) return "";
+  return sentence("%s has %zu values, expected 1 to %zu", name, side.size(), kMostMapSide);
+}
+
+/// Fills a map, or says why not.
+template <typename Map, typename Ask>
+Map filled(const FittedModel& model, const std::vector<double>& rows, const char* row_name,
+           const std::vector<double>& columns, const char* column_name, Ask&& ask) {
+  Map map;
+  map.message = faultOf(rows, row_name);
+  if (map.message.empty()) map.message = faultOf(columns, column_name);
+  if (!map.message.empty()) {
+    map.code = AnswerCode::kInvalidQuery;
+    return map;
+  }
+  if (!isUsable(model)) {
+    map.code = AnswerCode::kNoModel;
+    map.message = "the model cannot be used: " + model.message;
+    return map;
+  }
+  for (const double row : rows)
+    for (const double column : columns) map.answers.push_back(ask(row, column));
+  map.message = sentence("%zu answers", map.answers.size());
+  return map;
+}
+
+}  // namespace
+
+CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query,
+                        const std::vector<double>& i_load, const std::vector<double>& t_stop,
+                        double capacity) {
+  return filled<CrankingMap>(model, i_load, "i_load", t_stop, "t_stop", [&](double load, double stop) {
+    CrankingQuery one = query;
+    one.load = {};
+    one.i_load = load;
+    one.t_stop = stop;
+    return predictCranking(model, one, capacity);
+  });
+}
+
+ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query,
+                                        const std::vector<double>& u_boost,
+                                        const std::vector<double>& t_sof2, double capacity) {
+  return filled<ChargeAcceptanceMap>(
+      model, u_boost, "u_boost", t_sof2, "t_sof2", [&](double voltage, double duration) {
+        ChargeAcceptanceQuery one = query;
+        one.u_boost = voltage;
+        one.t_sof2 = duration;
+        return predictChargeAcceptance(model, one, capacity);
+      });
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,132 @@
+#include "battery_sof/predict/query.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+#include "battery_sof/predict/prediction_interval.hpp"
+#include "battery_sof/recording/intake.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kMostCurrent = IntakeLimits{}.max_abs_current;  // [A]
+constexpr double kLongestProfile = 86400.0;                      // [s], a day
+constexpr std::size_t kMostPoints = 100000;
+constexpr double kCurrentReach = 1.25;     // of the largest current of the window
+constexpr double kVoltageReach = 0.3;      // [V] above the window's highest
+constexpr double kTemperatureReach = 10.0; // [K]
+constexpr double kConstantCharge = 0.01;   // of capacity: paper, section V ("within 1 %")
+constexpr double kShortCharge = 10.0;      // [s]: depletion builds up over 5 to 40 s (PHYSICS 1.2, P2)
+
+bool has(const FittedModel& model, const char* id) {
+  return std::find(model.effects.begin(), model.effects.end(), id) != model.effects.end();
+}
+
+bool isDetermined(const FittedModel& model, const char* name) {
+  for (const ParameterEstimate& estimate : model.estimates)
+    if (estimate.name == name) return estimate.determined;
+  return true;
+}
+
+class Reasons {
+ public:
+  void add(bool given, const std::string& reason) {
+    if (!given) return;
+    text_ += (text_.empty() ? "" : "; ") + reason;
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+void addCharging(Reasons& reasons, const FittedModel& model, const QueryRange& range) {
+  const ExcitedRange& seen = model.excited;
+  if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;
+  reasons.add(!has(model, "charge_acceptance"),
+              "the model lacks a limit of charge acceptance (effect charge_acceptance)");
+  reasons.add(seen.longest_charge < kShortCharge,
+              sentence("the window's longest charge lasted %.1f s, at least %.0f s are needed",
+                       seen.longest_charge, kShortCharge));
+}
+
+}  // namespace
+
+std::string sentence(const char* pattern, ...) {
+  char text[320];
+  std::va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_end(arguments);
+  return text;
+}
+
+std::string faultOf(const CurrentProfile& profile, const char* name) {
+  if (profile.time.size() != profile.current.size())
+    return sentence("%s has %zu times and %zu currents, expected as many", name,
+                    profile.time.size(), profile.current.size());
+  if (profile.time.size() > kMostPoints)
+    return sentence("%s has %zu points, expected at most %zu", name, profile.time.size(), kMostPoints);
+  for (std::size_t n = 0; n < profile.time.size(); ++n) {
+    const double t = profile.time[n], i = profile.current[n];
+    if (!(t >= 0.0 && t <= kLongestProfile))
+      return sentence("%s time[%zu] is %g s, expected 0 to 86400", name, n, t);
+    if (n > 0 && !(t > profile.time[n - 1]))
+      return sentence("%s time[%zu] is %g s, expected more than the one before", name, n, t);
+    if (!(std::abs(i) <= kMostCurrent))
+      return sentence("%s current[%zu] is %g A, expected -5000 to 5000", name, n, i);
+  }
+  return "";
+}
+
+std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity) {
+  const ExcitedRange& seen = model.excited;
+  Reasons reasons;
+  if (range.least_current)
+    reasons.add(*range.least_current < kCurrentReach * std::min(seen.min_current, 0.0),
+                sentence("it draws %.0f A but the window's largest discharge was %.0f A",
+                         *range.least_current, seen.min_current));
+  if (range.most_current)
+    reasons.add(*range.most_current > kCurrentReach * std::max(seen.max_current, 0.0),
+                sentence("it charges with %.0f A but the window's largest charge was %.0f A",
+                         *range.most_current, seen.max_current));
+  if (range.most_voltage)
+    reasons.add(*range.most_voltage > seen.max_voltage + kVoltageReach,
+                sentence("it goes to %.2f V but the window's highest voltage was %.2f V",
+                         *range.most_voltage, seen.max_voltage));
+  reasons.add(range.charge_moved > kConstantCharge * capacity && !has(model, "ocv_soc") &&
+                  !has(model, "acid_transport"),
+              sentence("it moves %.2f Ah, more than 1 %% of %g Ah, and the model holds the open-circuit "
+                       "voltage constant",
+                       range.charge_moved, capacity));
+  const auto temperature = range.temperature ? range.temperature : model.state.temperature;
+  if (temperature && seen.temperature)
+    reasons.add(std::abs(*temperature - *seen.temperature) > kTemperatureReach,
+                sentence("the battery is at %.0f degC, in the window it was at %.0f degC",
+                         *temperature - 273.15, *seen.temperature - 273.15));
+  addCharging(reasons, model, range);
+  const char* needed = range.charges ? "r_charge" : "r_discharge";
+  reasons.add(!isDetermined(model, needed), sentence("the window did not determine %s", needed));
+  return reasons.text();
+}
+
+void hold(Simulation& simulation, double current, double duration) {
+  DriveStep step;
+  step.duration = duration;
+  step.time = simulation.time() + duration;
+  step.held = step.current = current;
+  simulation.advance(step);
+}
+
+Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
+                       const IntervalScale& scale) {
+  const double variance =
+      simulation.voltageDerivatives().squaredNorm() + error.variance + own * own;
+  const double half = kNinetyPercent * scale.factor * std::sqrt(variance);
+  const double u = simulation.voltage() + error.mean;
+  return {u, u - half, u + half};
+}
+
+}  // namespace battery_sof

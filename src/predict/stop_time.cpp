@@ -1,0 +1,162 @@
+#include "battery_sof/predict/stop_time.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace battery_sof {
+namespace {
+
+constexpr double kLongest = 86400.0;    // [s]
+constexpr double kFirst = 0.5;          // [s]
+constexpr double kGrowth = 1.08;        // from stop to stop
+constexpr double kResolution = 0.1;     // [s]
+constexpr double kRelative = 0.01;      // of the stop time
+constexpr double kRise = 1e-4;          // [V], below it a rise is rounding
+constexpr double kEver = std::numeric_limits<double>::infinity();
+
+CrankingQuery crankOf(const StopTimeQuery& query) {
+  CrankingQuery crank;
+  crank.i_load = query.i_load;
+  crank.i_cranking = query.i_cranking;
+  crank.t_cranking = query.t_cranking;
+  crank.u_required = query.u_required;
+  crank.crank = query.crank;
+  crank.temperature = query.temperature;
+  return crank;
+}
+
+/// Follows the stop phase and asks for a crank along it.
+class StopScan {
+ public:
+  StopScan(const FittedModel& model, const CrankingQuery& crank)
+      : model_(model), crank_(crank), begin_(uncertainSimulationOf(model)), here_(begin_) {}
+
+  void scan() {
+    look(0.0);
+    for (double t = kFirst; open() && t < kLongest * kGrowth; t *= kGrowth) look(std::min(t, kLongest));
+  }
+
+  /// The three crossings: of the lower bound, the value and the upper bound.
+  double crossing(int bound) {
+    const Found& found = found_[bound];
+    if (!found.failed) return kEver;
+    if (found.fails_at == 0.0) return 0.0;
+    double low = found.holds_at, high = found.fails_at;
+    Simulation base = begin_;
+    hold(base, crank_.i_load, low);
+    while (high - low > std::max(kResolution, kRelative * low)) {
+      const double middle = 0.5 * (low + high);
+      Simulation there = base;
+      hold(there, crank_.i_load, middle - found.holds_at);
+      (of(lowestOfCrank(there, model_, crank_, middle), bound) >= *crank_.u_required ? low : high) = middle;
+    }
+    return low;
+  }
+  bool monotone() const { return monotone_; }
+  std::optional<double> holdsAgainAt() const { return holds_again_; }
+
+ private:
+  struct Found {
+    bool failed = false;
+    double holds_at = 0.0, fails_at = 0.0;
+  };
+  static double of(const Interval& u, int bound) {
+    return bound == 0 ? u.lower : bound == 1 ? u.value : u.upper;
+  }
+  /// Whether a crossing is still to be found; after a failure at once a while is spent on a recovery.
+  bool open() const { return !found_[2].failed; }
+
+  void look(double t) {
+    hold(here_, crank_.i_load, t - at_);
+    at_ = t;
+    const Interval u = lowestOfCrank(here_, model_, crank_, t);
+    if (before_ && u.value > *before_ + kRise) monotone_ = false;
+    before_ = u.value;
+    for (int bound = 0; bound < 3; ++bound) {
+      Found& found = found_[bound];
+      const bool holds = of(u, bound) >= *crank_.u_required;
+      if (bound == 1 && holds && found.failed && !holds_again_) holds_again_ = t;
+      if (found.failed) continue;
+      if (holds) {
+        found.holds_at = t;
+      } else {
+        found.failed = true;
+        found.fails_at = t;
+      }
+    }
+  }
+
+  const FittedModel& model_;
+  const CrankingQuery& crank_;
+  Simulation begin_, here_;
+  double at_ = 0.0;
+  Found found_[3];
+  std::optional<double> before_, holds_again_;
+  bool monotone_ = true;
+};
+
+std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query, const StopScan& scan) {
+  std::string text;
+  if (answer.outcome == StopTimeOutcome::kAlways)
+    text = sentence("the crank holds %.2f V after every stop up to a day", query.u_required);
+  else if (answer.outcome == StopTimeOutcome::kNever)
+    text = sentence("the crank does not hold %.2f V even at once", query.u_required);
+  else
+    text = sentence("the crank holds %.2f V after stops up to %.1f s, 90 %% between %.1f and %.1f s",
+                    query.u_required, answer.t_stop->value, answer.t_stop->lower, answer.t_stop->upper);
+  if (scan.holdsAgainAt()) text += sentence("; it would hold again after %.1f s", *scan.holdsAgainAt());
+  return text;
+}
+
+}  // namespace
+
+std::string describe(StopTimeOutcome outcome) {
+  switch (outcome) {
+    case StopTimeOutcome::kFinite:
+      return "finite";
+    case StopTimeOutcome::kAlways:
+      return "always";
+    case StopTimeOutcome::kNever:
+      return "never";
+  }
+  return "never";
+}
+
+StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query, double capacity) {
+  StopTimeAnswer answer;
+  const CrankingQuery crank = crankOf(query);
+  answer.message = faultsOf(crank);
+  if (!answer.message.empty()) {
+    answer.code = AnswerCode::kInvalidQuery;
+    return answer;
+  }
+  if (!isUsable(model)) {
+    answer.code = AnswerCode::kNoModel;
+    answer.message = "the model cannot be used: " + model.message;
+    return answer;
+  }
+  StopScan scan(model, crank);
+  scan.scan();
+  const double lower = scan.crossing(0), value = scan.crossing(1), upper = scan.crossing(2);
+  answer.t_stop = Interval{value, std::min(lower, value), std::max(upper, value)};
+  answer.outcome = value == 0.0    ? StopTimeOutcome::kNever
+                   : value == kEver ? StopTimeOutcome::kAlways
+                                    : StopTimeOutcome::kFinite;
+  answer.monotone = scan.monotone();
+  answer.message = messageOf(answer, query, scan);
+
+  QueryRange range;
+  range.least_current = query.i_cranking;
+  if (!query.crank.empty())
+    range.least_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
+  range.charge_moved = -query.i_load * std::min(value, kLongest) / 3600.0;
+  range.temperature = query.temperature;
+  const std::string reasons = extrapolationOf(model, range, capacity);
+  answer.valid = reasons.empty();
+  answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
+  if (!answer.valid) answer.message += "; not to be relied on: " + reasons;
+  return answer;
+}
+
+}  // namespace battery_sof
