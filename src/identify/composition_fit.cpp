@@ -79,8 +79,9 @@ void CompositionProblem::addParameter(Eigen::Index row, const ParameterInfo& inf
   linear_.push_back(info.linear);
   lower_.conservativeResize(size());
   upper_.conservativeResize(size());
+  const double length = drive_.samples.back().step.time - drive_.first_time;
   lower_[size() - 1] = in(info.lower);
-  upper_[size() - 1] = in(info.upper);
+  upper_[size() - 1] = in(info.instant ? std::clamp(length, info.lower, info.upper) : info.upper);
 }
 
 void CompositionProblem::addState(Eigen::Index row, const StateInfo& info) {
