@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "battery_sof/identify/fit_description.hpp"
 #include "battery_sof/identify/parallel.hpp"
 
 namespace battery_sof {
@@ -364,18 +365,6 @@ class Elimination {
   std::vector<Eigen::Index> linear_, others_, moved_;
   int passes_ = 0;
 };
-
-FitStatus fitStatusOf(MinimizeStatus status) {
-  switch (status) {
-    case MinimizeStatus::kConverged:
-      return FitStatus::kConverged;
-    case MinimizeStatus::kIterationLimit:
-      return FitStatus::kIterationLimit;
-    case MinimizeStatus::kStalled:
-      return FitStatus::kStalled;
-  }
-  return FitStatus::kStalled;
-}
 
 /// Fall of the cost that a full step inside the bounds promises.
 double promisedGain(const CompositionProblem& problem, const Eigen::VectorXd& x,
