@@ -64,7 +64,7 @@ class StopScan {
   static double of(const Interval& u, int bound) {
     return bound == 0 ? u.lower : bound == 1 ? u.value : u.upper;
   }
-  /// Whether a crossing is still to be found; after a failure at once a while is spent on a recovery.
+  /// Whether a crossing is still to be found.
   bool open() const { return !found_[2].failed; }
 
   void look(double t) {
