@@ -1,10 +1,10 @@
-# make demo | test | build | bench | reproduce | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | build | bench | reproduce | study | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 JOBS ?= $(shell nproc)
 PYTHON := /usr/bin/python3
 CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBATTERY_SOF_WERROR=ON
 
-.PHONY: build demo test bench reproduce deps clean
+.PHONY: build demo test bench reproduce study deps clean
 
 deps:
 	@bash scripts/install_dependencies
@@ -30,6 +30,11 @@ bench: deps
 reproduce: build
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target window_experiment -j$(JOBS)
 	@$(PYTHON) scripts/reproduce "$(BUILD)"
+
+# DATA: folder with startstop_car/, for the real recordings.
+study: build
+	@bash scripts/with_ros cmake --build "$(BUILD)" --target suitability_experiment session_experiment -j$(JOBS)
+	@$(PYTHON) scripts/study "$(BUILD)" $(if $(DATA),--data "$(DATA)")
 
 clean:
 	rm -rf "$(BUILD)"

@@ -5,6 +5,7 @@
 #include "battery_sof/identify/identification.hpp"
 #include "battery_sof/identify/window.hpp"
 #include "battery_sof/recording/checks.hpp"
+#include "battery_sof/recording/fit_mask.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 #include "battery_sof/report/results.hpp"
 #include "command.hpp"
@@ -50,6 +51,9 @@ FittedModel fit(const IdentifyArguments& arguments, const Series& series) {
   if (!choice.range) return withoutWindow(choice);
   IdentifyOptions options = arguments.options;
   options.start = arguments.start == "paper" ? FitStart::kPaper : FitStart::kRobust;
+  const InstrumentLimits limits = instrumentLimits(series);
+  options.masked = limits.withoutClipped();
+  options.voltage_lsb_std = limits.voltage_lsb_std;
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = identify(series, *choice.range, options);
   if (isUsable(model)) fitErrors(model, series, *choice.range);

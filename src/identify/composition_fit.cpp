@@ -10,7 +10,7 @@
 namespace battery_sof {
 namespace {
 
-// What a prior weighs without a noise model: 10 mV of error, correlated over 5 s (as windowSuitability()).
+// What a prior weighs without a noise model: 10 mV of error, correlated over 5 s (as windowExcitation()).
 constexpr double kPriorError = 0.01;       // [V]
 constexpr double kPriorCorrelation = 5.0;  // [s]
 constexpr double kNoise = 1e-5;            // share of the cost: half a standard error in 24,000 samples
@@ -233,7 +233,7 @@ class Elimination {
       equations.hessian -= across.transpose() * own.ldlt().solve(across);
     }
     // The next pass begins here: its columns are those of the solved linear coordinates.
-    full_ = x + step;
+    full_ = (x + step).cwiseMax(problem_.lower()).cwiseMin(problem_.upper());
     return std::isfinite(equations.cost);
   }
 
@@ -244,39 +244,73 @@ class Elimination {
   const std::vector<Eigen::Index>& others() const { return others_; }
 
  private:
-  /// Step to the optimum over the linear coordinates inside their bounds: those that would leave are put on the bound
-  /// and the rest solved again.
+  /// Step to the optimum over the linear coordinates inside their bounds, by the primal active-set method: along the
+  /// unbounded solution to the first bound in the way, which then holds; a bound is left when the cost falls inwards.
+  /// The cost never rises on the way. moved_ are then the coordinates that no bound holds.
   Eigen::VectorXd solveLinear(const Eigen::VectorXd& x, const NormalEquations& all) {
     Eigen::VectorXd step = Eigen::VectorXd::Zero(x.size());
     moved_ = linear_;
-    while (!moved_.empty()) {
-      const Eigen::VectorXd wanted = -(all.gradient + all.hessian * onBounds(step))(moved_);
-      Eigen::MatrixXd own = all.hessian(moved_, moved_);
-      own.diagonal() *= 1.0 + 1e-12;
-      own.diagonal().array() += 1e-30;
-      const Eigen::VectorXd solved = own.ldlt().solve(wanted);
-      std::vector<Eigen::Index> inside;
-      for (std::size_t k = 0; k < moved_.size(); ++k) {
-        const Eigen::Index j = moved_[k];
-        const double to = x[j] + solved[static_cast<Eigen::Index>(k)];
-        if (to < problem_.lower()[j] || to > problem_.upper()[j] || !std::isfinite(to)) {
-          step[j] = (to < problem_.lower()[j] ? problem_.lower()[j] : problem_.upper()[j]) - x[j];
-          if (!std::isfinite(to)) step[j] = 0.0;
-        } else {
-          inside.push_back(j);
-        }
+    std::vector<Eigen::Index> held;
+    for (std::size_t k = 0; k < 4 * linear_.size() + 4; ++k) {
+      const Eigen::Index stopped = moveFree(x, all, step);
+      if (stopped >= 0) {
+        moved_.erase(std::find(moved_.begin(), moved_.end(), stopped));
+        held.push_back(stopped);
+        continue;
       }
-      if (inside.size() == moved_.size()) {
-        for (std::size_t k = 0; k < moved_.size(); ++k) step[moved_[k]] = solved[static_cast<Eigen::Index>(k)];
-        break;
-      }
-      moved_ = inside;
+      const auto released = mostInward(x, all, step, held);
+      if (released == held.end()) break;
+      moved_.push_back(*released);
+      held.erase(released);
     }
     return step;
   }
-  Eigen::VectorXd onBounds(Eigen::VectorXd step) const {
-    for (Eigen::Index j : moved_) step[j] = 0.0;
-    return step;
+
+  /// Moves the free coordinates towards their optimum. @return the one that a bound stopped; -1 when none did.
+  Eigen::Index moveFree(const Eigen::VectorXd& x, const NormalEquations& all,
+                        Eigen::VectorXd& step) const {
+    if (moved_.empty()) return -1;
+    Eigen::MatrixXd own = all.hessian(moved_, moved_);
+    own.diagonal() *= 1.0 + 1e-12;
+    own.diagonal().array() += 1e-30;
+    const Eigen::VectorXd slope = all.gradient + all.hessian * step;
+    const Eigen::VectorXd wanted = -own.ldlt().solve(slope(moved_));
+    Eigen::Index stopped = -1;
+    double share = 1.0, bound = 0.0;
+    for (std::size_t k = 0; k < moved_.size(); ++k) {
+      const Eigen::Index j = moved_[k];
+      const double by = wanted[static_cast<Eigen::Index>(k)];
+      if (!std::isfinite(by)) return j;
+      const double edge = (by < 0.0 ? problem_.lower()[j] : problem_.upper()[j]) - x[j];
+      if (std::abs(by) <= std::abs(edge - step[j])) continue;
+      const double reach = std::max(0.0, (edge - step[j]) / by);
+      if (reach >= share) continue;
+      share = reach;
+      stopped = j;
+      bound = edge;
+    }
+    step(moved_) += share * wanted;
+    if (stopped >= 0) step[stopped] = bound;
+    return stopped;
+  }
+
+  /// @return the held coordinate from whose bound the cost falls most steeply; end when there is none.
+  std::vector<Eigen::Index>::iterator mostInward(const Eigen::VectorXd& x, const NormalEquations& all,
+                                                 const Eigen::VectorXd& step,
+                                                 std::vector<Eigen::Index>& held) const {
+    const Eigen::VectorXd slope = all.gradient + all.hessian * step;
+    auto steepest = held.end();
+    double most = 1e-9 * std::sqrt(std::max(all.cost, 0.0));
+    for (auto at = held.begin(); at != held.end(); ++at) {
+      const double here = x[*at] + step[*at];
+      const bool at_lower = here - problem_.lower()[*at] < problem_.upper()[*at] - here;
+      const double norm = std::sqrt(all.hessian(*at, *at));
+      const double inward = (at_lower ? -slope[*at] : slope[*at]) / norm;
+      if (!(norm > 0.0) || !(inward > most)) continue;
+      most = inward;
+      steepest = at;
+    }
+    return steepest;
   }
 
   const CompositionProblem& problem_;

@@ -14,6 +14,7 @@ constexpr std::size_t kCompressFrom = 4000;
 // Standard errors come from the full rate up to here: 13 MB of Jacobian with sixteen unknowns.
 constexpr std::size_t kFullRateErrors = 100000;
 constexpr int kWhiteningRounds = 2;
+constexpr double kLeastWhite = 1e-5;  // [V]
 
 CompositionPoint basePoint(const BaseFit& base) {
   CompositionPoint point{BatteryModel().typicalParameters(), BatteryModel().restState()};
@@ -33,6 +34,7 @@ CompositionPoint withMagnitudes(const BatteryModel& model, CompositionPoint poin
 struct Fitted {
   CompositionFit fit;
   std::optional<NoiseModel> noise;
+  Eigen::Index samples = 0;  // of the drive that was fitted
 };
 
 Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptions& options,
@@ -48,12 +50,14 @@ Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptio
   std::vector<CompositionPoint> starts = {nested};
   if (!model.effects().empty()) starts.push_back(withMagnitudes(model, nested));
   const CompositionProblem weighted(model, drive, cost, nested);
-  Fitted fitted{fitComposition(weighted, starts, search), std::nullopt};
+  const auto samples = static_cast<Eigen::Index>(drive.samples.size());
+  Fitted fitted{fitComposition(weighted, starts, search), std::nullopt, samples};
   search.more_starts = 0;
   for (int round = 0; options.whiten && round < kWhiteningRounds; ++round) {
-    cost.noise = fitNoise(weighted.residual(fitted.fit.x), drive.samples);
+    cost.noise = fitNoise(weighted.residual(fitted.fit.x), drive.samples,
+                          std::max(kLeastWhite, options.voltage_lsb_std));
     const CompositionProblem whitened(model, drive, cost, nested);
-    fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise};
+    fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise, samples};
   }
   return fitted;
 }
@@ -94,7 +98,7 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
                              double rho) {
   const Eigen::VectorXd precision = problem.priorPrecision();
   if (fitted.noise) {
-    const double freedom = std::max(1.0, static_cast<double>(pass.residual.size() - problem.size()));
+    const double freedom = std::max(1.0, static_cast<double>(fitted.samples - problem.size()));
     Eigen::MatrixXd information = fitted.fit.at.hessian;
     for (Eigen::Index k = 0; k < problem.size(); ++k)
       if (isAtBound(problem, fitted.fit.x, k)) {
@@ -143,8 +147,8 @@ std::vector<ParameterEstimate> estimatesOf(const BatteryModel& model,
 FittedModel identifyComposition(const Series& series, IndexRange range,
                                 const IdentifyOptions& options, const BaseFit& base) {
   const BatteryModel model(options.effects);
-  const Drive full = fullDrive(series, range);
-  const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range) : Drive();
+  const Drive full = fullDrive(series, range, options.masked);
+  const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
   const Drive& drive = range.size() > kCompressFrom ? compressed : full;
   const Fitted fitted = search(model, drive, options, base);
 

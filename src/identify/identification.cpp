@@ -45,6 +45,9 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
   requirePositiveOption(options.more_starts >= 0, "more_starts", options.more_starts, "at least 0");
   requirePositiveOption(options.threads >= 0, "threads", options.threads, "at least 0");
   BatteryModel known(options.effects);
+  if (!options.masked.empty() && options.masked.size() != series.size())
+    throw std::invalid_argument("masked has " + std::to_string(options.masked.size()) +
+                                " entries for a recording of " + std::to_string(series.size()));
   if (options.start == FitStart::kPaper && (options.whiten || !options.effects.empty()))
     throw std::invalid_argument(
         "the paper's start fits the base model to eq. 3 alone: no effects, no whitening");
@@ -185,8 +188,10 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
             << kMinCurrentSpan << " A are needed to tell a resistance from an offset";
     return refuse(FitStatus::kNotExcited, message.str());
   }
-  const auto samples =
-      fitSamples(series, range, options.crank_weight, options.crank_weight_current);
+  auto samples = fitSamples(series, range, options.crank_weight, options.crank_weight_current);
+  if (!options.masked.empty())
+    for (std::size_t n = 0; n < samples.size(); ++n)
+      if (options.masked[range.first + n]) samples[n].weight = 0.0;
   const BaseNormalEquations equations(samples, BaseParameters{}.i0);
   const FirstSample first = {series.current[range.first], series.voltage[range.first]};
   const BaseFit fit = options.start == FitStart::kPaper ? searchPaper(samples, first, options)
@@ -198,7 +203,8 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
           ? describeFit(series, range, options, fit, equations, weight)
           : identifyComposition(series, range, options, fit);
   model.start = start;
-  model.suitability = windowSuitability(series, range);
+  model.suitability =
+      predictionSuitability(model.scores.rmse, windowExcitation(series, range));
   return model;
 }
 

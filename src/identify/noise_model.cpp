@@ -41,6 +41,10 @@ void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residu
   Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
   Eigen::Matrix4d curvature = Eigen::Matrix4d::Zero();
   for (std::size_t n = 0; n < samples.size(); ++n) {
+    if (samples[n].count <= 0.0) {
+      a = Four(a * filter.wait(samples[n].step.duration));
+      continue;
+    }
     const auto step = filter.step(samples[n].step.duration, samples[n].count, n == 0);
     a = Four(a * step.persistence);
     const Four v = Four(residual[static_cast<Eigen::Index>(n)] - d - a);
@@ -67,6 +71,10 @@ Whitening::Whitening(const NoiseModel& noise, const std::vector<DriveSample>& sa
                         noise.walk_std * noise.walk_std);
   gains_.reserve(samples.size());
   for (std::size_t n = 0; n < samples.size(); ++n) {
+    if (samples[n].count <= 0.0) {
+      gains_.push_back({filter.wait(samples[n].step.duration), 0.0, 0.0, 0.0});
+      continue;
+    }
     const auto step = filter.step(samples[n].step.duration, samples[n].count, n == 0);
     gains_.push_back({step.persistence, step.drift, step.colored, 1.0 / std::sqrt(step.variance)});
     log_determinant_ += std::log(step.variance);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kPaperWindow = 240.0;  // [s], paper, section V
 constexpr double kSamplesAtSlowRates = 900.0;
-constexpr double kAssumedError = 0.010;      // [V], see windowSuitability()
+constexpr double kAssumedError = 0.010;      // [V], see windowExcitation()
 constexpr double kAssumedCorrelation = 5.0;  // [s]
 constexpr double kEnough = 0.05;      // relative standard error that halves a parameter's share
 constexpr double kNotExcited = 1e-3;  // share of a parameter that the window says nothing about
@@ -110,7 +110,7 @@ double defaultWindowLength(const Series& series) {
   return std::max(kPaperWindow, kSamplesAtSlowRates * medianInterval(series));
 }
 
-double windowSuitability(const Series& series, IndexRange range) {
+double windowExcitation(const Series& series, IndexRange range) {
   if (range.size() < kMinFitSamples) return 0.0;
   const double interval =
       (series.time[range.last - 1] - series.time[range.first]) / static_cast<double>(range.size());
@@ -134,17 +134,27 @@ WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
   const double length = search.length.value_or(defaultWindowLength(series));
   const std::vector<IndexRange> windows = candidates(series, searched, length);
   std::vector<double> suitability;
-  for (const IndexRange window : windows) suitability.push_back(windowSuitability(series, window));
+  for (const IndexRange window : windows) suitability.push_back(windowExcitation(series, window));
   const double best = *std::max_element(suitability.begin(), suitability.end());
   for (std::size_t k = 0; best > 0.0 && k < windows.size(); ++k) {
     if (suitability[k] < kNearlyBest * best) continue;
     if (choice.range && windows[k].last < choice.range->last) continue;
     choice.range = windows[k];
-    choice.suitability = suitability[k];
+    choice.excitation = suitability[k];
   }
-  choice.message = choice.range ? sentence(series, *choice.range, choice.suitability)
+  choice.message = choice.range ? sentence(series, *choice.range, choice.excitation)
                                 : "no window: the current never changes";
   return choice;
+}
+
+double predictionSuitability(double rmse, double excitation) {
+  constexpr double kIntercept = -1.683, kRmse = 1.018, kExcitation = -7.88;  // see header
+  constexpr double kLeastExcitation = 0.4;  // below it no window was seen: the power law is not trusted
+  constexpr double kHalf = 0.05;            // [V], error at which s is one half
+  if (!(rmse > 0.0)) return excitation > 0.0 ? 1.0 : 0.0;
+  const double error = std::exp(kIntercept + kRmse * std::log(rmse) +
+                                kExcitation * std::log(std::max(excitation, kLeastExcitation) + 0.02));
+  return 1.0 / (1.0 + error / kHalf);
 }
 
 namespace {

@@ -88,7 +88,7 @@ DriveStep driveStep(double time_before, double current_before, double time, doub
   return step;
 }
 
-Drive fullDrive(const Series& series, IndexRange range) {
+Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>& masked) {
   Drive drive;
   if (range.empty()) return drive;
   const double max_gap = gapThreshold(series);
@@ -106,6 +106,7 @@ Drive fullDrive(const Series& series, IndexRange range) {
     }
     sample.step.trace = drive.trace.get();
     sample.voltage = series.voltage[n];
+    if (!masked.empty() && masked[n]) sample.count = 0.0;
     drive.samples.push_back(sample);
   }
   return drive;
@@ -116,8 +117,9 @@ namespace {
 /// Cuts a range into stretches that may be averaged, first to last.
 class Stretches {
  public:
-  Stretches(const Series& series, IndexRange range, const Compression& compression, double max_gap)
-      : series_(series), range_(range), limits_(compression), max_gap_(max_gap) {}
+  Stretches(const Series& series, IndexRange range, const Compression& compression, double max_gap,
+            const std::vector<char>& masked)
+      : series_(series), range_(range), limits_(compression), max_gap_(max_gap), masked_(masked) {}
 
   /// @return one past the last sample of the stretch that begins at `first`.
   std::size_t endOf(std::size_t first) {
@@ -136,11 +138,12 @@ class Stretches {
   }
 
  private:
-  /// A sample whose current stands away from the one before, or that follows a gap.
+  /// A sample whose current stands away from the one before, that follows a gap, or that is masked or follows such a one.
   bool isEdge(std::size_t n) const {
     return std::abs(series_.current[n] - series_.current[n - 1]) > limits_.edge_current ||
-           series_.time[n] - series_.time[n - 1] > max_gap_;
+           series_.time[n] - series_.time[n - 1] > max_gap_ || isMasked(n) || isMasked(n - 1);
   }
+  bool isMasked(std::size_t n) const { return !masked_.empty() && masked_[n]; }
   /// The samples just before an edge stay at full rate: shifted channels show there too.
   std::size_t endBeforeNextEdge(std::size_t first, std::size_t end) const {
     constexpr std::size_t kGuard = 5;
@@ -153,6 +156,7 @@ class Stretches {
   IndexRange range_;
   Compression limits_;
   double max_gap_;
+  const std::vector<char>& masked_;
   double last_edge_ = 0.0;
 };
 
@@ -177,13 +181,14 @@ Stretch stretchOf(const Series& series, std::size_t first, std::size_t last) {
 
 }  // namespace
 
-Drive compressedDrive(const Series& series, IndexRange range, const Compression& compression) {
+Drive compressedDrive(const Series& series, IndexRange range, const Compression& compression,
+                      const std::vector<char>& masked) {
   Drive drive;
   if (range.empty()) return drive;
   const double max_gap = gapThreshold(series);
   drive.trace = std::make_shared<CurrentTrace>(series, range, max_gap);
   drive.first_time = series.time[range.first];
-  Stretches stretches(series, range, compression, max_gap);
+  Stretches stretches(series, range, compression, max_gap, masked);
   Stretch before{range.first, range.first};
   for (std::size_t first = range.first; first < range.last; first = before.last) {
     const Stretch now = stretchOf(series, first, stretches.endOf(first));
@@ -206,7 +211,9 @@ Drive compressedDrive(const Series& series, IndexRange range, const Compression&
       sample.step.held = now.current;
     }
     sample.voltage = now.voltage;
-    sample.count = static_cast<double>(now.last - now.first);
+    // A masked sample is an edge on both sides, so it stands alone.
+    const bool is_masked = !masked.empty() && masked[first];
+    sample.count = is_masked ? 0.0 : static_cast<double>(now.last - now.first);
     drive.samples.push_back(sample);
     before = now;
   }

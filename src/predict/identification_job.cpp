@@ -5,6 +5,7 @@
 #include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/identify/window.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
+#include "battery_sof/recording/fit_mask.hpp"
 
 namespace battery_sof {
 
@@ -53,12 +54,16 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
   const WindowChoice choice = chooseWindow(job.series, search);
   result.message = choice.message;
   if (!choice.range) return result;
-  if (choice.suitability < job.min_suitability) {
-    result.message = "the best window's suitability of " + std::to_string(choice.suitability) +
+  if (choice.excitation < job.min_suitability) {
+    result.message = "the best window's suitability of " + std::to_string(choice.excitation) +
                      " is below the required " + std::to_string(job.min_suitability);
     return result;
   }
-  result.model = identify(job.series, *choice.range, job.options);
+  IdentifyOptions options = job.options;
+  const InstrumentLimits limits = instrumentLimits(job.series);
+  options.masked = limits.withoutClipped();
+  options.voltage_lsb_std = limits.voltage_lsb_std;
+  result.model = identify(job.series, *choice.range, options);
   result.message = result.model->message;
   if (!isUsable(*result.model)) return result;
   fitErrors(*result.model, job.series, *choice.range);

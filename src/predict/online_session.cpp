@@ -159,7 +159,7 @@ std::string OnlineSession::missingForFirst() const {
     return sentence("%.0f of %.0f s without a gap are buffered", covered, length);
   }
   if (!hasBothSigns(series, range)) return "the last window holds no charge or no discharge";
-  const double suitability = windowSuitability(series, range);
+  const double suitability = windowExcitation(series, range);
   if (suitability >= options_.min_suitability) return {};
   return sentence("the last window's suitability is %.2f, below %.2f", suitability,
                   options_.min_suitability);
@@ -283,7 +283,11 @@ std::optional<std::string> OnlineSession::whyNoModel() const {
 
 LiveModel OnlineSession::live() const {
   auto reason = whyNoModel();
-  return LiveModel(reason ? FittedModel() : tracker_->modelNow(), std::move(reason), options_.capacity);
+  if (reason) return LiveModel({}, std::move(reason), options_.capacity);
+  FittedModel now = tracker_->modelNow();
+  const Series& series = stream_.series();
+  if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
+  return LiveModel(std::move(now), std::nullopt, options_.capacity);
 }
 
 CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const {

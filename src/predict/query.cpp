@@ -101,10 +101,11 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
               sentence("it moves %.2f Ah, more than 1 %% of %g Ah, and the model holds the open-circuit "
                        "voltage constant",
                        range.charge_moved, capacity));
-  if (range.temperature && seen.temperature)
-    reasons.add(std::abs(*range.temperature - *seen.temperature) > kTemperatureReach,
+  const auto temperature = range.temperature ? range.temperature : model.state.temperature;
+  if (temperature && seen.temperature)
+    reasons.add(std::abs(*temperature - *seen.temperature) > kTemperatureReach,
                 sentence("the battery is at %.0f degC, in the window it was at %.0f degC",
-                         *range.temperature - 273.15, *seen.temperature - 273.15));
+                         *temperature - 273.15, *seen.temperature - 273.15));
   addCharging(reasons, model, range);
   const char* needed = range.charges ? "r_charge" : "r_discharge";
   reasons.add(!isDetermined(model, needed), sentence("the window did not determine %s", needed));

@@ -1,6 +1,5 @@
 #include "battery_sof/predict/state_tracker.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -9,10 +8,6 @@ namespace battery_sof {
 namespace {
 
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
-
-bool contains(const std::vector<std::string>& ids, const char* id) {
-  return std::find(ids.begin(), ids.end(), id) != ids.end();
-}
 
 }  // namespace
 
@@ -23,7 +18,7 @@ StateTracker::StateTracker(const FittedModel& model, double max_gap)
       errors_(model),
       error_time_(model.state.time),
       max_gap_(max_gap),
-      needs_trace_(contains(model.effects, "time_skew") || contains(model.effects, "sensor_lag")) {
+      needs_trace_(!model.effects.empty()) {
   if (needs_trace_) trace_.append(state_.time, state_.current, max_gap_);
 }
 

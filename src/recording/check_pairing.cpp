@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "battery_sof/recording/channel_statistics.hpp"
+#include "battery_sof/recording/spectral_line.hpp"
 #include "check_parts.hpp"
 
 /// Findings about current and voltage as a pair, and about what the pair can tell of a battery.
@@ -89,12 +89,6 @@ std::string describeSeriesOf(double voltage) {
     }
   }
   return "";
-}
-
-std::string twoDigits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g", value);
-  return text;
 }
 
 Finding excitation(Severity severity, const std::string& what, const std::string& meaning,
@@ -291,6 +285,12 @@ std::vector<std::string> listNotJudged(const Evidence& evidence) {
     list.push_back(
         "offset: no rest of a minute with an even small current and an even voltage below " +
         number(kRestVoltage) + " V");
+  }
+  if (!evidence.excited || !evidence.edges) {
+    list.push_back("aliasing: no current to compare the voltage with");
+  } else if (const std::size_t blocks = evenBlocks(evidence); blocks < kLineBlocksMin) {
+    list.push_back("aliasing: only " + counted(blocks, "block") + " of " +
+                   std::to_string(kLineBlock) + " evenly spaced samples");
   }
   return list;
 }

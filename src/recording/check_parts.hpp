@@ -51,6 +51,8 @@ std::vector<Finding> findSign(const Evidence& evidence);
 std::vector<Finding> findSkew(const Evidence& evidence);
 std::vector<Finding> findOffset(const Evidence& evidence);
 
+std::vector<Finding> findAliasing(const Evidence& evidence);
+
 std::vector<Finding> findVoltageLevel(const Evidence& evidence);
 std::vector<Finding> findExcitation(const Evidence& evidence);
 
@@ -63,6 +65,9 @@ std::vector<IndexRange> apparentRests(const Evidence& evidence);
 
 /// The samples after which the current channel is regularly updated; 1 when it is at every sample.
 std::size_t updateInterval(const Evidence& evidence);
+
+/// Blocks of evenly spaced samples in which tones can be looked for; needs edges.
+std::size_t evenBlocks(const Evidence& evidence);
 
 /// Median of the voltage [V].
 double typicalVoltage(const Evidence& evidence);
@@ -77,6 +82,8 @@ std::vector<double> someTimes(const std::vector<double>& times);
 /// "3.325", "-250", "22603": four significant digits, and never an exponent for what is counted or
 /// timed.
 std::string number(double value);
+/// "0.019", "20": two significant digits.
+std::string twoDigits(double value);
 /// "1 sample", "3 samples".
 std::string counted(std::size_t count, const std::string& noun);
 

@@ -63,6 +63,12 @@ std::string number(double value) {
   return text;
 }
 
+std::string twoDigits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", value);
+  return text;
+}
+
 std::string counted(std::size_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
@@ -77,7 +83,8 @@ constexpr Part kParts[] = {
     check_parts::findVoltageLevel, check_parts::findSign,         check_parts::findExcitation,
     check_parts::findRate,         check_parts::findSkew,         check_parts::findStuck,
     check_parts::findClipping,     check_parts::findMissing,      check_parts::findClock,
-    check_parts::findGaps,         check_parts::findQuantisation, check_parts::findOffset};
+    check_parts::findGaps,         check_parts::findQuantisation, check_parts::findOffset,
+    check_parts::findAliasing};
 
 }  // namespace
 

@@ -29,7 +29,8 @@ nlohmann::json windowJson(const FitWindow& window) {
 }
 
 const char* remarkOn(const ParameterEstimate& estimate) {
-  if (estimate.at_bound) return "at a bound of Table I";
+  if (estimate.held) return "held";
+  if (estimate.at_bound) return "at a bound";
   return estimate.determined ? "" : "not determined by this window";
 }
 
@@ -50,6 +51,7 @@ nlohmann::json identifyJson(const FittedModel& model) {
                           {"value", estimate.value},
                           {"std", orNull(estimate.std)},
                           {"unit", estimate.unit},
+                          {"held", estimate.held},
                           {"at_bound", estimate.at_bound},
                           {"determined", estimate.determined}});
   return {{"schema", "battery_sof/model/1"},

@@ -40,6 +40,7 @@ struct ModelState {
   double u_c2 = 0.0;         ///< [V]
   double current = 0.0;      ///< [A], current at that time
   std::vector<double> further = {};  ///< the effects' states, in the order of BatteryModel::states()
+  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery at that time, when known
 };
 
 /// The part of a recording that was fitted.
@@ -105,7 +106,7 @@ struct FittedModel {
   Discrepancy discrepancy;          ///< at state.time
   IntervalScale crank_scale, charge_scale;
   ExcitedRange excited;
-  double suitability = 0.0;  ///< [0, 1], of the window alone; see windowSuitability()
+  double suitability = 0.0;  ///< [0, 1], of the window alone; see predictionSuitability()
   double fit_ms = 0.0;       ///< [ms] wall time, filled in by the caller that holds a clock
   std::string recording;       ///< file name or topic
   std::string recording_hash;  ///< "sha256:..." of the file, empty when there is no file

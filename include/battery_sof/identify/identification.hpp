@@ -24,6 +24,10 @@ struct IdentifyOptions {
   /// Start values r_discharge [Ohm], r_charge [Ohm], c2 [F], beta [1/V]; Table I's magnitudes when not set.
   std::array<double, 4> initial = {0.008, 0.010, 1000.0, 20.0};
 
+  /// Samples of the series that are no measurement, 1 each: they drive the model and cost nothing. Empty for none.
+  std::vector<char> masked = {};     ///< see InstrumentLimits
+  double voltage_lsb_std = 0.0;      ///< [V], what rounding adds at least to the white noise
+
   std::vector<std::string> effects = {};  ///< ids of further physics, see effectCatalogue()
   bool whiten = false;     ///< cost of residuals whitened by a fitted noise model in place of eq. 3
   int more_starts = 2;     ///< of a composition, beside the base model's optimum and the effects' magnitudes

@@ -24,7 +24,7 @@ struct NoiseModel {
  *
  *     v_n = (e_n - d_n - a_n) / sqrt(S_n),   S_n the innovation's variance
  *
- * Linear in e, so the columns of a Jacobian are whitened by the same filter. Gains depend on the intervals alone and are
+ * A sample with count 0 is not taken in and comes out as zero. Linear in e, so the columns of a Jacobian are whitened by the same filter. Gains depend on the intervals alone and are
  * computed once; d starts at zero (u_dc holds the level).
  */
 class Whitening {

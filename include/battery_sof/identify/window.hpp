@@ -21,8 +21,8 @@ struct WindowSearch {
 /// A window chosen, or the reason why there is none.
 struct WindowChoice {
   std::optional<IndexRange> range;
-  double suitability = 0.0;  ///< [0, 1]
-  std::string message;       ///< one sentence: what was chosen and why, or what is missing
+  double excitation = 0.0;  ///< [0, 1]
+  std::string message;      ///< one sentence: what was chosen and why, or what is missing
 };
 
 /**
@@ -37,18 +37,30 @@ double defaultWindowLength(const Series& series);
  *     s = prod_j [ 0.05 / (0.05 + rel_j) ]^(1/4),   rel_j: predicted relative standard error of r_discharge, r_charge, c2, beta
  *
  * at the magnitudes of Table I with 10 mV of error correlated over 5 s. A parameter that is not excited at all counts
- * with 0.001 in place of its share, so a window without any charging stays below 0.18. It is a measure of excitation,
- * not yet of how good a prediction will be.
+ * with 0.001 in place of its share, so a window without any charging stays below 0.18.
  *
  * @return [0, 1]; 0 for fewer than 30 samples.
  */
-double windowSuitability(const Series& series, IndexRange range);
+double windowExcitation(const Series& series, IndexRange range);
 
 /**
- * @brief Chooses the most suitable window of the wanted length without a gap inside; of windows within 5 % of the best
- * suitability, the latest, because the battery's state moves on.
+ * @brief Chooses the best excited window of the wanted length without a gap inside; of windows within 5 % of the best
+ * excitation, the latest, because the battery's state moves on.
  */
 WindowChoice chooseWindow(const Series& series, const WindowSearch& search);
+
+/**
+ * @brief How good predictions of a fitted window will be, from the window alone and before any prediction.
+ *
+ *     s = 1 / (1 + e / 50 mV),   e = exp(-1.68) rmse^1.02 excitation^-7.9,   excitation at least 0.4
+ *
+ * e is the mean error of cranks over the recording that the window comes from, [V], as regressed on 126 windows of nine
+ * simulated and three real stretches (docs/study.md has how well it does on others, and what else was tried).
+ *
+ * @param rmse of the fit over its window [V].  @param excitation windowExcitation().
+ * @return [0, 1].
+ */
+double predictionSuitability(double rmse, double excitation);
 
 /// @return what the samples of the range drove the battery through.
 ExcitedRange excitedRange(const Series& series, IndexRange range);

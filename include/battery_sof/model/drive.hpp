@@ -56,7 +56,7 @@ DriveStep driveStep(double time_before, double current_before, double time, doub
 struct DriveSample {
   DriveStep step;
   double voltage = 0.0;  ///< [V]
-  double count = 1.0;    ///< samples averaged into this one
+  double count = 1.0;    ///< samples averaged into this one; 0: not a measurement, drives the simulation only
 };
 
 /// A stretch of a recording as a simulation goes through it.
@@ -67,7 +67,8 @@ struct Drive {
 };
 
 /// @return one DriveSample a sample of the range, the first with duration 0.
-Drive fullDrive(const Series& series, IndexRange range);
+/// @param masked one a sample of the series, 1: not a measurement (InstrumentLimits::masked); empty for none.
+Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>& masked = {});
 
 /// How much of a drive may be averaged.
 struct Compression {
@@ -82,6 +83,7 @@ struct Compression {
  * A stretch's mean current drives the model from middle to middle, so its state stands for the mean of the state over the
  * stretch; the error is (length / time constant)^2 / 24 of the state's movement.
  */
-Drive compressedDrive(const Series& series, IndexRange range, const Compression& compression = {});
+Drive compressedDrive(const Series& series, IndexRange range, const Compression& compression = {},
+                      const std::vector<char>& masked = {});
 
 }  // namespace battery_sof

@@ -29,7 +29,7 @@ struct QueryRange {
   std::optional<double> most_voltage;    ///< [V]
   std::optional<double> charge_duration; ///< [s]
   double charge_moved = 0.0;             ///< [Ah], magnitude
-  std::optional<double> temperature;     ///< [K], at which it will happen
+  std::optional<double> temperature;     ///< [K], at which it will happen; else the model's state's
   bool charges = false;                  ///< needs r_charge, else r_discharge
 };
 

@@ -41,7 +41,7 @@ class StateTracker {
   ErrorTracker errors_;
   double error_time_;  // [s], of the last voltage taken in
   double max_gap_;
-  bool needs_trace_;  // an effect asks for the current a little earlier or later than the sample
+  bool needs_trace_;  // an effect may ask for the current a little earlier or later than the sample
   CurrentTrace trace_;
 };
 

@@ -18,7 +18,7 @@ enum class Severity {
 
 /// One thing found in a recording, and what it means to somebody who wants to use it.
 struct Finding {
-  std::string id;  ///< rate, gaps, clock, missing, clipping, quantisation, sign, offset, skew, stuck, voltage_level, excitation
+  std::string id;  ///< rate, gaps, clock, missing, clipping, quantisation, sign, offset, skew, stuck, aliasing, voltage_level, excitation
   Severity severity = Severity::kNote;
   std::string what;     ///< what was found, with numbers and units
   std::string meaning;  ///< what follows from it
@@ -45,7 +45,7 @@ std::string describe(Severity severity);
 
 /**
  * @brief Lints a recording: rate, gaps, clock, missing values, clipping, quantisation, sign, offset, skew, stuck values,
- * voltage level and excitation.
+ * aliasing, voltage level and excitation.
  *
  * Methods (PHYSICS 1.3, tier I). A fault is named on its own evidence only:
  * - clipping: an extreme value repeats while the other channel moves both ways, as it does through a crank whose peak is
@@ -58,6 +58,10 @@ std::string describe(Severity severity);
  *   samples only below 20 Hz.
  * - stuck: one value repeats while the other channel moves up and down, or repeats for long where the channel is noisy
  *   elsewhere.
+ * - aliasing: a steady tone (findSpectralLines) in the voltage less its regression on the changes of current, of more than
+ *   1 mV and half the noise, and of more than twice what the resistance at edges makes of the current at its frequency. It
+ *   can also be a real load that is not in the measured current. What the regression leaves hides weak tones: at 100 Hz
+ *   some 2 mV are found, at 1 Hz 80 mV.
  *
  * @throws std::invalid_argument when the recording has no sample.
  * @note A common gain of the current, gain and offset of the voltage, and a constant contact resistance leave no trace in

@@ -73,7 +73,7 @@ class Sof : public testing::Test {
 TEST_F(Sof, PrintsItsVersionAndHelpAndSucceeds) {
   EXPECT_EQ(sof({"--version"}).code, 0);
   EXPECT_NE(sof({"--version"}).out.find("sof "), std::string::npos);
-  for (const char* command : {"check", "convert", "identify", "predict", "crank"}) {
+  for (const char* command : {"check", "convert", "identify", "predict", "crank", "effects"}) {
     EXPECT_NE(sof({"--help"}).out.find(command), std::string::npos);
     EXPECT_EQ(sof({command, "--help"}).code, 0);
   }
@@ -182,7 +182,7 @@ TEST_F(Sof, ExitsWithOneWhenTheAnswerIsAnExtrapolation) {
   const Outcome outcome =
       sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-900"});
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_NE(outcome.err.find("i_cranking"), std::string::npos);
+  EXPECT_NE(outcome.err.find("draws -900 A"), std::string::npos);
 }
 
 TEST_F(Sof, RefusesImpossibleCranksByName) {

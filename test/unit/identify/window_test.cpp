@@ -18,22 +18,22 @@ TEST(WindowSuitability, IsHigherForADriveThanForARest) {
   const Series drive = test::baseDrive(1, 60.0);
   const Series rest =
       test::answered(test::drivenBattery(), std::vector<double>(6000, -1.0), 0.01, 0.002, 1);
-  EXPECT_GT(windowSuitability(drive, {0, 6000}), 0.5);
-  EXPECT_LT(windowSuitability(rest, {0, 6000}), 0.1);
+  EXPECT_GT(windowExcitation(drive, {0, 6000}), 0.5);
+  EXPECT_LT(windowExcitation(rest, {0, 6000}), 0.1);
 }
 
 TEST(WindowSuitability, StaysLowWithoutAnyCharging) {
   auto current = test::dataSetOneCurrent(120.0, 0.01, 4);
   for (double& i : current) i = std::min(i, -1.0);
   const Series series = test::answered(test::drivenBattery(), current, 0.01, 0.002, 4);
-  EXPECT_LT(windowSuitability(series, {0, series.size()}), 0.18);
+  EXPECT_LT(windowExcitation(series, {0, series.size()}), 0.18);
 }
 
 TEST(WindowSuitability, DoesNotLookAtTheVoltage) {
   Series series = test::baseDrive(1, 60.0);
-  const double before = windowSuitability(series, {0, 6000});
+  const double before = windowExcitation(series, {0, 6000});
   for (double& u : series.voltage) u = 12.0;
-  EXPECT_DOUBLE_EQ(windowSuitability(series, {0, 6000}), before);
+  EXPECT_DOUBLE_EQ(windowExcitation(series, {0, 6000}), before);
 }
 
 TEST(ChooseWindow, PrefersTheStretchThatExcitesTheBattery) {
@@ -46,7 +46,7 @@ TEST(ChooseWindow, PrefersTheStretchThatExcitesTheBattery) {
   EXPECT_GE(series.time[choice.range->first], 240.0);
   EXPECT_LE(series.time[choice.range->last - 1], 640.0);
   EXPECT_NEAR(series.time[choice.range->last - 1] - series.time[choice.range->first], 240.0, 0.02);
-  EXPECT_GT(choice.suitability, 0.5);
+  EXPECT_GT(choice.excitation, 0.5);
 }
 
 TEST(ChooseWindow, TakesTheLatestOfWindowsThatAreEquallyGood) {

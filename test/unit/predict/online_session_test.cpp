@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/identify/window.hpp"
 #include "battery_sof/model/driving_current.hpp"
 
@@ -61,7 +62,8 @@ class Feeder {
   explicit Feeder(OnlineSession& session) : session_(session) {}
 
   void push(const RawSample& sample) {
-    for (const CrankComparison& crank : session_.push(sample)) cranks.push_back(crank);
+    const SessionEvents events = session_.push(sample);
+    cranks.insert(cranks.end(), events.cranks.begin(), events.cranks.end());
     offered.push_back(sample);
     if (const auto job = session_.takeDueJob()) {
       outcomes.push_back(session_.finish(runIdentification(*job)));
@@ -98,7 +100,9 @@ TEST(OnlineSession, GivesTheSameAnswersAsTheOfflineFunctionsOnTheSameSamples) {
   const WindowChoice choice = chooseWindow(recording.series, search);
   ASSERT_TRUE(choice.range);
   FittedModel model = identify(recording.series, *choice.range);
+  fitErrors(model, recording.series, *choice.range);
   carryState(model, recording.series, recording.series.size() - 1);
+  model.crank_scale = session.crankScale();  // learnt from the cranks that passed
   const CrankingAnswer offline = predictCranking(model, kQuery);
   const CrankingAnswer online = session.predictCranking(kQuery);
 

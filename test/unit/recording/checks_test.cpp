@@ -322,6 +322,96 @@ TEST(StuckCheck, FindsACurrentThatWasEnteredAmongMeasuredOnes) {
 }
 
 // ---------------------------------------------------------------------------------------------
+// aliasing
+
+/// A sine [amplitude] of one frequency [Hz], added to a channel.
+void addTone(const Series& series, std::vector<double>& values, double amplitude,
+             double frequency) {
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    values[k] += amplitude * std::sin(2.0 * 3.14159265358979 * frequency * series.time[k]);
+  }
+}
+
+TEST(AliasingCheck, FindsRippleOfTheVoltageThatFoldsDownWithoutAFilterAndNotWithOne) {
+  Series fast = driveSeries(driveProfile(600.0, 20));
+  addTone(fast, fast.voltage, 0.02, 313.0);
+  Series unfiltered = everyNth(fast, 10);
+  addNoise(unfiltered, 0.1, 0.001, 21);
+  const auto found = findingsOf(unfiltered, "aliasing");
+  ASSERT_EQ(found.size(), 1U) << idsOf(unfiltered);
+  EXPECT_EQ(found[0].unit, "Hz");
+  EXPECT_NEAR(*found[0].value, 13.0, 0.01);
+  EXPECT_EQ(found[0].severity, Severity::kWarning);
+  EXPECT_TRUE(says(found[0].what, "13 Hz (amplitude 20 mV)")) << found[0].what;
+  EXPECT_TRUE(says(found[0].meaning, "a real load"));
+  Series filtered = resample(fast);
+  addNoise(filtered, 0.1, 0.001, 21);
+  EXPECT_TRUE(findingsOf(filtered, "aliasing").empty());
+}
+
+TEST(AliasingCheck, FindsTonesOfTwoMillivoltsAndLeavesThoseOfHalfAMillivolt) {
+  for (const double frequency : {5.3, 12.34, 31.0, 44.4}) {
+    Series weak = cleanDrive(3), clear = weak;
+    addTone(weak, weak.voltage, 0.0005, frequency);
+    EXPECT_TRUE(findingsOf(weak, "aliasing").empty()) << frequency;
+    addTone(clear, clear.voltage, 0.002, frequency);
+    const auto found = findingsOf(clear, "aliasing");
+    ASSERT_EQ(found.size(), 1U) << frequency;
+    EXPECT_NEAR(*found[0].value, frequency, 0.4);
+  }
+}
+
+TEST(AliasingCheck, TonesInProportionInBothChannelsAreNotFound) {
+  for (const double frequency : {7.0, 313.0}) {
+    for (const double amplitude : {0.5, 5.0}) {
+      std::vector<double> profile = driveProfile(600.0, 22);
+      for (std::size_t k = 0; k < profile.size(); ++k) {
+        profile[k] += amplitude * std::sin(2.0 * 3.14159265358979 * frequency * 1e-3 * k);
+      }
+      Series series = everyNth(driveSeries(profile), 10);
+      addNoise(series, 0.1, 0.001, 23);
+      EXPECT_TRUE(findingsOf(series, "aliasing").empty()) << frequency << " Hz " << amplitude;
+    }
+  }
+}
+
+TEST(AliasingCheck, LoadThatSwitchesRegularlyThroughANonlinearBatteryIsNotAliasing) {
+  for (const int period : {140, 333, 1000}) {
+    std::vector<double> profile;
+    for (int k = 0; k < 600000; ++k) profile.push_back(k % period < period / 2 ? -40.0 : 35.0);
+    for (int k = 0; k < 600000; k += 60000) std::fill_n(profile.begin() + k, 1000, -250.0);
+    Series series = everyNth(driveSeries(profile), 10);
+    for (std::size_t k = 0; k < series.size(); ++k) {
+      const double current = series.current[k];
+      series.voltage[k] += 0.003 * std::max(current, 0.0) + 0.1 * std::asinh(current / 10.0);
+    }
+    EXPECT_TRUE(findingsOf(series, "aliasing").empty()) << period << " ms, exact";
+    addNoise(series, 0.1, 0.001, 24);
+    EXPECT_TRUE(findingsOf(series, "aliasing").empty()) << period << " ms, noisy";
+  }
+}
+
+TEST(AliasingCheck, ToneOfUnsteadyFrequencyIsNotFound) {
+  Series series = cleanDrive(4);
+  double phase = 0.0;
+  test::Random random(25);
+  for (std::size_t k = 0; k < series.size(); ++k) {
+    phase += 2.0 * 3.14159265358979 * 0.123 + 0.3 * random.normal();
+    series.voltage[k] += 0.01 * std::sin(phase);
+  }
+  EXPECT_TRUE(findingsOf(series, "aliasing").empty());
+}
+
+TEST(AliasingCheck, IsNotJudgedInAShortRecording) {
+  Series series = cleanDrive();
+  series = slice(series, {12000, 13500});
+  const auto not_judged = checkRecording(toRecording(series)).not_judged;
+  EXPECT_TRUE(std::any_of(not_judged.begin(), not_judged.end(), [](const std::string& line) {
+    return says(line, "aliasing: only 5 blocks of 256");
+  }));
+}
+
+// ---------------------------------------------------------------------------------------------
 // time
 
 TEST(RateCheck, SaysWhatASlowRateHides) {
@@ -442,7 +532,7 @@ TEST(ExcitationCheck, FindsAConstantCurrentWithAndWithoutNoise) {
     ASSERT_EQ(report.findings.size(), 1U) << idsOf(series);
     EXPECT_EQ(report.findings[0].id, "excitation");
     EXPECT_EQ(report.findings[0].severity, Severity::kProblem);
-    EXPECT_EQ(report.not_judged.size(), 3U);
+    EXPECT_EQ(report.not_judged.size(), 4U);
   }
 }
 

@@ -2,11 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "battery_sof/identify/identification.hpp"
 #include "battery_sof/predict/cranking.hpp"
-#include "support/base_drive.hpp"
+#include "support/composed.hpp"
 
 namespace battery_sof {
 namespace {
@@ -95,6 +96,79 @@ TEST(ModelYaml, NamesFileFieldAndExpectationOfEveryFault) {
       std::string::npos);
   EXPECT_NE(errorOf(with(good, "correlation:\n", "correlation: []\nunused:\n")).find("correlation"),
             std::string::npos);
+}
+
+/// A composition fitted to data of the base model: values and correlations of every kind, some held, some at a bound.
+FittedModel fittedComposition(const std::vector<std::string>& effects) {
+  Series series = test::everyNth(test::baseDrive(1, 120.0), 10);
+  IdentifyOptions options;
+  options.effects = effects;
+  options.more_starts = 0;
+  return identify(series, {0, series.size()}, options);
+}
+
+TEST(ModelYaml, ReadsBackEveryEffectWithItsParametersStatesAndCorrelations) {
+  for (const EffectInfo& info : effectCatalogue()) {
+    const FittedModel model = fittedComposition(test::withNeeds(info.id));
+    const FittedModel back = parseModelYaml(modelYaml(model), "model.yaml");
+    EXPECT_EQ(back.effects, model.effects) << info.id;
+    ASSERT_EQ(back.estimates.size(), model.estimates.size()) << info.id;
+    for (std::size_t j = 0; j < model.estimates.size(); ++j) {
+      EXPECT_EQ(back.estimates[j].name, model.estimates[j].name);
+      EXPECT_EQ(back.estimates[j].value, model.estimates[j].value);
+      EXPECT_EQ(back.estimates[j].std, model.estimates[j].std);
+      EXPECT_EQ(back.estimates[j].held, model.estimates[j].held);
+      EXPECT_EQ(back.estimates[j].at_bound, model.estimates[j].at_bound);
+    }
+    EXPECT_EQ(back.state.further, model.state.further) << info.id;
+    ASSERT_EQ(back.covariance.rows(), model.covariance.rows()) << info.id;
+    for (Eigen::Index j = 0; j < model.covariance.rows(); ++j)
+      for (Eigen::Index k = 0; k < model.covariance.rows(); ++k)
+        EXPECT_NEAR(back.covariance(j, k), model.covariance(j, k),
+                    1e-9 * std::sqrt(model.covariance(j, j) * model.covariance(k, k)))
+            << info.id << " " << j << " " << k;
+    EXPECT_EQ(modelYaml(back), modelYaml(model)) << info.id;
+  }
+}
+
+TEST(ModelYaml, NamesWhatIsWrongWithTheEffectsOfAFile) {
+  const std::string good = modelYaml(fittedComposition({"acid_transport", "ocv_soc"}));
+  ASSERT_EQ(errorOf(good), "");
+  const auto error = [&](const char* from, const char* to) { return errorOf(with(good, from, to)); };
+  EXPECT_NE(error("[acid_transport, ocv_soc]", "[acid_transport, ocv_sock]").find("\"ocv_sock\" is not known"),
+            std::string::npos);
+  EXPECT_NE(error("[acid_transport, ocv_soc]", "[sulphate_history]").find("charge_acceptance"), std::string::npos);
+  EXPECT_NE(error("[acid_transport, ocv_soc]", "[ocv_soc, ocv_soc]").find("twice"), std::string::npos);
+  EXPECT_NE(error("[acid_transport, ocv_soc]", "5").find("effects is \"5\", expected a list of ids"),
+            std::string::npos);
+  EXPECT_NE(error("  ocv_slope:", "  ocv_steepness:").find("parameters.ocv_slope is missing"), std::string::npos);
+  EXPECT_NE(error("    acid_current_2:", "    acid_current_3:").find("state.further.acid_current_2 is missing"),
+            std::string::npos);
+  EXPECT_NE(error("  further:", "  other:").find("state.further is missing"), std::string::npos);
+  // Without ocv_soc the file has a row for its parameter and one for its state too many.
+  EXPECT_NE(error("[acid_transport, ocv_soc]", "[acid_transport]").find("correlation must be 12 rows of 12 numbers"),
+            std::string::npos);
+}
+
+TEST(ModelYaml, KeepsTheMarkOfAHeldParameter) {
+  const FittedModel model = fittedComposition({"gassing"});
+  const std::string text = modelYaml(model);
+  const auto at = text.find("  oxygen_limit:");
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_NE(text.substr(at, text.find('\n', at) - at).find("held: true"), std::string::npos);
+  EXPECT_TRUE(parseModelYaml(text, "model.yaml").estimates.back().held);
+}
+
+TEST(ModelYaml, OfACompositionAnswersQueriesAsTheModelItCameFrom) {
+  const FittedModel model = fittedComposition({"acid_transport", "charge_acceptance"});
+  const FittedModel back = parseModelYaml(modelYaml(model), "model.yaml");
+  CrankingQuery query;
+  query.i_load = -20.0;
+  query.t_stop = 10.0;
+  query.i_cranking = -200.0;
+  const Interval before = *predictCranking(model, query).u_min, after = *predictCranking(back, query).u_min;
+  EXPECT_NEAR(after.value, before.value, 1e-12);
+  EXPECT_NEAR(after.lower, before.lower, 1e-6);
 }
 
 TEST(ReadModelFile, SaysThatAFileCannotBeRead) {

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "battery_sof/model/effect.hpp"
+
+namespace battery_sof {
+
+/// @return every effect as one reads a catalogue: structure, physics, instruments, each by number.
+std::vector<EffectInfo> effectsByTier();
+
+/// One line an effect: id, code, title.
+std::string catalogueText(const std::vector<EffectInfo>& effects);
+
+/// Everything an EffectInfo states.
+std::string effectText(const EffectInfo& effect);
+
+/// {"schema": "battery_sof/effects/1", "effects": [...]}; what is not stated is null.
+nlohmann::json catalogueJson(const std::vector<EffectInfo>& effects);
+
+/// The generated part of docs/effects.md.
+std::string catalogueMarkdown(const std::vector<EffectInfo>& effects);
+
+}  // namespace battery_sof

@@ -1,0 +1,236 @@
+#include "channel_faults.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "battery_sof/recording/channel_statistics.hpp"
+
+namespace battery_sof::check_parts {
+namespace {
+
+constexpr double kNoiseSigmas = 9.0;  // 6.4 sigma of a difference: no move by chance in 1e9 samples
+constexpr double kMoveSteps = 2.5;    // quantisation alone moves by one step, with noise by two
+constexpr double kMoveShare = 0.05;   // of what the largest current does to the other channel
+constexpr double kMoveDuration = 0.05;   // [s], over which a move is taken; shorter than a crank
+constexpr std::size_t kFlatSamples = 3;  // PHYSICS 1.3, I7
+constexpr double kFlatDuration = 5.0;    // [s], a crank lasts no longer
+constexpr std::size_t kStuckSamples = 10;
+constexpr std::size_t kStuckReversals =
+    3;  // one dip and recovery can be the battery's own; three cannot
+constexpr std::size_t kPileUpSamples = 5;
+constexpr double kPileUpInterval = 0.2;  // [s], slower sampling shows cranks as single samples
+constexpr double kVoltageSpread = 0.1;   // of the drop at the extreme current
+constexpr double kLoad = 0.05;           // of the largest current
+constexpr double kChance = 1e-3;         // of one false claim in the whole recording
+
+/// The run without the samples at its ends in which a shift between the channels shows the
+/// neighbours' edges.
+IndexRange withoutSkew(const Evidence& evidence, IndexRange run) {
+  if (!evidence.edges || evidence.interval <= 0.0) return run;
+  const auto lag =
+      static_cast<std::size_t>(std::ceil(std::abs(evidence.edges->lag) / evidence.interval));
+  if (run.size() <= 2 * lag) return {run.first, run.first};
+  return {run.first + lag, run.last - lag};
+}
+
+std::size_t reversalsDuring(const Evidence& evidence, const Channel& other, IndexRange run) {
+  const Move move = realMove(evidence, other);
+  return countReversals(other.values, withoutSkew(evidence, run), move.stride, move.threshold);
+}
+
+bool isAtExtreme(const Channel& channel, IndexRange run, double extreme) {
+  return channel.values[run.first] == extreme;
+}
+
+/// Flat tops during which the other channel turns round: the true peak lies beyond the limit.
+std::vector<IndexRange> flatTops(const Evidence& evidence, const Channel& channel, double extreme) {
+  const Channel& other = otherThan(evidence, channel);
+  std::vector<IndexRange> tops;
+  for (const IndexRange& run :
+       runsOf(evidence, channel, std::max(kFlatSamples, 2 * evidence.hold))) {
+    if (!isAtExtreme(channel, run, extreme)) continue;
+    const bool is_brief = durationOf(evidence, run) <= kFlatDuration;
+    const std::size_t needed = is_brief ? 1 : kStuckReversals;
+    if (reversalsDuring(evidence, other, run) >= needed) tops.push_back(run);
+  }
+  return tops;
+}
+
+/// Samples of the current between half the extreme and 2 % short of it, and how many different
+/// values they have.
+struct Crowd {
+  std::size_t samples = 0, values = 0, near = 0;
+};
+
+Crowd crowdBelow(const Channel& channel, double extreme) {
+  std::vector<double> crowd;
+  for (const double value : channel.values) {
+    if (value != extreme && value / extreme > 0.5) crowd.push_back(value);
+  }
+  std::sort(crowd.begin(), crowd.end());
+  Crowd result;
+  result.samples = crowd.size();
+  result.near = std::count_if(crowd.begin(), crowd.end(),
+                              [extreme](double value) { return value / extreme > 0.98; });
+  crowd.erase(std::unique(crowd.begin(), crowd.end()), crowd.end());
+  result.values = crowd.size();
+  return result;
+}
+
+double voltageSpread(const Evidence& evidence, const std::vector<IndexRange>& runs) {
+  std::vector<double> voltages;
+  for (const IndexRange& run : runs) voltages.push_back(evidence.series.voltage[run.first]);
+  return quantile(voltages, 0.9) - quantile(voltages, 0.1);
+}
+
+/// Separate samples that share one extreme current, though the currents below it are scattered and
+/// the voltages differ.
+std::vector<IndexRange> pileUp(const Evidence& evidence, double extreme) {
+  if (evidence.interval < kPileUpInterval || !evidence.edges) return {};
+  std::vector<IndexRange> runs = runsOf(evidence, evidence.current, 1);
+  runs.erase(std::remove_if(runs.begin(), runs.end(),
+                            [&](const IndexRange& run) {
+                              return !isAtExtreme(evidence.current, run, extreme);
+                            }),
+             runs.end());
+  const std::size_t samples = totalSamples(runs);
+  const Crowd crowd = crowdBelow(evidence.current, extreme);
+  const bool stands_out =
+      runs.size() >= kPileUpSamples && samples <= 2 * runs.size() && 3 * crowd.near <= samples;
+  const bool is_scattered = 4 * crowd.samples >= samples && 2 * crowd.values >= crowd.samples;
+  const double drop = evidence.edges->resistance * std::abs(extreme);
+  const bool voltages_differ = voltageSpread(evidence, runs) >= kVoltageSpread * std::abs(drop);
+  return stands_out && is_scattered && voltages_differ ? runs : std::vector<IndexRange>{};
+}
+
+bool isUnderLoad(const Evidence& evidence, std::size_t k) {
+  return std::abs(evidence.current.values[k]) > kLoad * evidence.largest_current;
+}
+
+/// Ranges of one value pair under load, of two samples or more.
+std::vector<IndexRange> pairRuns(const Evidence& evidence) {
+  std::vector<IndexRange> pairs;
+  for (const IndexRange& run : runsOf(evidence, evidence.current, 2)) {
+    if (!isUnderLoad(evidence, run.first)) continue;
+    const auto found = constantRuns(evidence.voltage.values, run, 2);
+    pairs.insert(pairs.end(), found.begin(), found.end());
+  }
+  return pairs;
+}
+
+/// Share of the samples under load at which the channel repeats its value and the other does not;
+/// never 0, because no repetition in n samples does not prove less than 1/n.
+double shareOfRepeats(const Evidence& evidence, const Channel& channel) {
+  const Channel& other = otherThan(evidence, channel);
+  std::size_t samples = 0, repeats = 0;
+  for (std::size_t k = 1; k < channel.values.size(); ++k) {
+    if (!isUnderLoad(evidence, k) || other.values[k] == other.values[k - 1]) continue;
+    ++samples;
+    if (channel.values[k] == channel.values[k - 1]) ++repeats;
+  }
+  return static_cast<double>(repeats + 1) / static_cast<double>(samples + 1);
+}
+
+}  // namespace
+
+Move realMove(const Evidence& evidence, const Channel& channel) {
+  const bool is_voltage = &channel == &evidence.voltage;
+  const double resistance = evidence.edges ? std::abs(evidence.edges->resistance) : 0.0;
+  const double scale =
+      is_voltage ? resistance * evidence.largest_current : evidence.largest_current;
+  double threshold = std::max(
+      {kNoiseSigmas * channel.noise, kMoveSteps * channel.step.value_or(0.0), kMoveShare * scale});
+  if (!is_voltage && resistance > 0.0) {
+    threshold = std::max(threshold, kMoveSteps * evidence.voltage.step.value_or(0.0) / resistance);
+  }
+  const double stride = evidence.interval > 0.0 ? kMoveDuration / evidence.interval : 1.0;
+  return {static_cast<std::size_t>(std::max(1L, std::lround(stride))), threshold};
+}
+
+const Channel& otherThan(const Evidence& evidence, const Channel& channel) {
+  return &channel == &evidence.current ? evidence.voltage : evidence.current;
+}
+
+std::vector<IndexRange> runsOf(const Evidence& evidence, const Channel& channel,
+                               std::size_t min_samples) {
+  std::vector<IndexRange> runs;
+  for (const IndexRange& stretch : evidence.stretches) {
+    const auto found = constantRuns(channel.values, stretch, min_samples);
+    runs.insert(runs.end(), found.begin(), found.end());
+  }
+  return runs;
+}
+
+double durationOf(const Evidence& evidence, IndexRange run) {
+  return evidence.series.time[run.last - 1] - evidence.series.time[run.first];
+}
+
+std::size_t totalSamples(const std::vector<IndexRange>& runs) {
+  std::size_t samples = 0;
+  for (const IndexRange& run : runs) samples += run.size();
+  return samples;
+}
+
+std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& channel,
+                                    double extreme) {
+  std::vector<IndexRange> runs = flatTops(evidence, channel, extreme);
+  if (&channel != &evidence.current) return runs;
+  std::vector<IndexRange> piled = pileUp(evidence, extreme);
+  return piled.size() > runs.size() ? piled : runs;
+}
+
+std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& channel) {
+  const Channel& other = otherThan(evidence, channel);
+  std::vector<IndexRange> frozen =
+      runsOf(evidence, channel, std::max(kStuckSamples, 4 * evidence.hold));
+  frozen.erase(std::remove_if(frozen.begin(), frozen.end(),
+                              [&](const IndexRange& run) {
+                                return reversalsDuring(evidence, other, run) < kStuckReversals;
+                              }),
+               frozen.end());
+  return frozen;
+}
+
+std::vector<IndexRange> repeatedRuns(const Evidence& evidence) {
+  const std::vector<IndexRange> pairs = pairRuns(evidence);
+  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
+    if (!isNoisyOutside(*channel, flickerOutside(*channel, pairs))) return {};
+  }
+  const double chance =
+      shareOfRepeats(evidence, evidence.current) * shareOfRepeats(evidence, evidence.voltage);
+  const auto samples = static_cast<double>(evidence.series.size());
+  std::vector<IndexRange> repeated;
+  for (const IndexRange& pair : pairs) {
+    const auto repeats = static_cast<double>(pair.size() - 1);
+    if (samples * std::pow(chance, repeats) > kChance) continue;
+    repeated.push_back({pair.first + 1, pair.last});
+  }
+  return repeated;
+}
+
+Flicker flickerOutside(const Channel& channel, const std::vector<IndexRange>& runs) {
+  std::vector<double> changes;
+  std::size_t turns = 0, next = 0;
+  for (std::size_t k = 1; k + 1 < channel.values.size(); ++k) {
+    while (next < runs.size() && runs[next].last <= k) ++next;
+    if (next < runs.size() && k >= runs[next].first) continue;
+    const double before = channel.values[k] - channel.values[k - 1];
+    if (before * (channel.values[k + 1] - channel.values[k]) < 0.0) ++turns;
+    changes.push_back(std::abs(before));
+  }
+  if (changes.empty()) return {};
+  const double turning = static_cast<double>(turns) / static_cast<double>(changes.size());
+  return {changes.size(), turning, quantile(changes, 0.5)};
+}
+
+bool isNoisyOutside(const Channel& channel, const Flicker& flicker) {
+  constexpr double kFlickerShare = 0.1;   // of the recording
+  constexpr double kTurning = 0.4;        // white noise turns at 2/3 of its samples
+  constexpr double kLeastFlicker = 1e-5;  // of the largest value; less is rounding of computed data
+  const double largest = std::max(std::abs(channel.lowest), std::abs(channel.highest));
+  return flicker.samples > kFlickerShare * channel.values.size() && flicker.turning > kTurning &&
+         flicker.size >= kLeastFlicker * largest &&
+         flicker.size >= kMoveSteps * channel.step.value_or(0.0);
+}
+
+}  // namespace battery_sof::check_parts

@@ -1,0 +1,179 @@
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+
+#include "battery_sof/recording/spectral_line.hpp"
+#include "check_parts.hpp"
+
+/// Findings about tones in the voltage that the current does not explain.
+namespace battery_sof::check_parts {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kUneven = 0.5;            // of an interval; more and the phase is lost
+constexpr double kLeastAmplitude = 0.001;  // [V], what a fit's residual is judged by (PHYSICS 2.3)
+constexpr double kLeastNoiseShare = 0.5;   // of the noise, from the same place
+constexpr double kProportion = 2.0;  // of the resistance at edges, within which impedances lie
+constexpr int kTaps = 2;             // samples to either side of the shift between channels
+constexpr int kColumns = 2 * (2 * kTaps + 1);
+
+using Row = Eigen::Matrix<double, kColumns, 1>;
+using Square = Eigen::Matrix<double, kColumns, kColumns>;
+
+/// Samples by which voltage follows current.
+long shiftOf(const Evidence& evidence) {
+  return std::lround(evidence.edges->lag / evidence.interval);
+}
+
+/// Ranges of changes from one sample to the next, all over about one interval, with the neighbours
+/// that the regression needs. Change k is that from sample k - 1 to sample k.
+std::vector<IndexRange> evenRanges(const Evidence& evidence) {
+  const std::vector<double>& time = evidence.series.time;
+  const auto margin = static_cast<std::size_t>(std::abs(shiftOf(evidence)) + kTaps);
+  std::vector<IndexRange> ranges;
+  std::size_t first = 1;
+  for (std::size_t k = 1; k <= time.size(); ++k) {
+    if (k < time.size()) {
+      const double interval = time[k] - time[k - 1];
+      if (std::abs(interval - evidence.interval) <= kUneven * evidence.interval) continue;
+    }
+    if (k > first + 2 * margin) ranges.push_back({first + margin, k - margin});
+    first = k + 1;
+  }
+  return ranges;
+}
+
+template <typename Value>
+std::vector<double> changesOf(const std::vector<double>& values, Value value) {
+  std::vector<double> changes(values.size(), 0.0);
+  for (std::size_t k = 1; k < values.size(); ++k) {
+    changes[k] = value(values[k]) - value(values[k - 1]);
+  }
+  return changes;
+}
+
+double itself(double value) { return value; }
+double magnitude(double value) { return std::abs(value); }
+
+/// Changes of current and of its magnitude around one sample: with both, charge and discharge have
+/// resistances of their own.
+struct Regressors {
+  explicit Regressors(const Evidence& evidence)
+      : shift(shiftOf(evidence)),
+        current(changesOf(evidence.series.current, itself)),
+        size(changesOf(evidence.series.current, magnitude)) {}
+
+  Row at(std::size_t k) const {
+    Row row;
+    for (int j = -kTaps; j <= kTaps; ++j) {
+      const auto from = static_cast<std::size_t>(static_cast<long>(k) - shift + j);
+      row[2 * (j + kTaps)] = current[from];
+      row[2 * (j + kTaps) + 1] = size[from];
+    }
+    return row;
+  }
+
+  long shift;
+  std::vector<double> current, size;
+};
+
+/// Changes of voltage minus their least-squares regression on the changes of current.
+std::vector<double> unexplainedChanges(const Evidence& evidence, const Regressors& regressors,
+                                       const std::vector<IndexRange>& ranges) {
+  std::vector<double> changes = changesOf(evidence.series.voltage, itself);
+  Square products = Square::Zero();
+  Row projection = Row::Zero();
+  for (const IndexRange& range : ranges) {
+    for (std::size_t k = range.first; k < range.last; ++k) {
+      const Row row = regressors.at(k);
+      products.noalias() += row * row.transpose();
+      projection += changes[k] * row;
+    }
+  }
+  const Row weights = products.completeOrthogonalDecomposition().solve(projection);
+  for (const IndexRange& range : ranges) {
+    for (std::size_t k = range.first; k < range.last; ++k) {
+      changes[k] -= weights.dot(regressors.at(k));
+    }
+  }
+  return changes;
+}
+
+/// Amplitude of a tone's changes from sample to sample, over that of the tone.
+double differenceGain(double frequency) { return 2.0 * std::sin(kPi * frequency); }
+
+bool isInProportion(const Evidence& evidence, const SpectralLine& line, double current_change) {
+  return line.amplitude <= kProportion * std::abs(evidence.edges->resistance) * current_change;
+}
+
+struct Tones {
+  std::size_t blocks = 0;
+  std::vector<SpectralLine> tones;  ///< amplitudes in [V]
+};
+
+Tones findTones(const Evidence& evidence) {
+  const Regressors regressors(evidence);
+  const std::vector<IndexRange> ranges = evenRanges(evidence);
+  const LineSearch search =
+      findSpectralLines(unexplainedChanges(evidence, regressors, ranges), ranges);
+  const double least = std::max(kLeastAmplitude, kLeastNoiseShare * evidence.voltage.noise);
+  Tones result{search.blocks, {}};
+  for (SpectralLine line : search.lines) {
+    if (isInProportion(evidence, line, amplitudeAt(regressors.current, ranges, line.frequency))) {
+      continue;
+    }
+    line.amplitude /= differenceGain(line.frequency);
+    if (line.amplitude >= least) result.tones.push_back(line);
+  }
+  return result;
+}
+
+std::string describeTone(const Evidence& evidence, const SpectralLine& tone) {
+  return number(tone.frequency / evidence.interval) + " Hz (amplitude " +
+         twoDigits(1e3 * tone.amplitude) + " mV)";
+}
+
+Finding aliasingOf(const Evidence& evidence, const Tones& found) {
+  const SpectralLine& tone =
+      *std::max_element(found.tones.begin(), found.tones.end(),
+                        [](const auto& a, const auto& b) { return a.amplitude < b.amplitude; });
+  const double samples = tone.share * static_cast<double>(found.blocks * kLineBlock);
+  Finding finding;
+  finding.id = "aliasing";
+  finding.severity = Severity::kWarning;
+  finding.what = "voltage carries a steady tone of " + describeTone(evidence, tone) +
+                 " that current does not carry in proportion, in " +
+                 number(std::round(100.0 * tone.share)) + " % of " +
+                 counted(found.blocks, "block") + " of " + number(kLineBlock * evidence.interval) +
+                 " s";
+  if (found.tones.size() > 1) {
+    finding.what += "; " + counted(found.tones.size() - 1, "weaker tone") + " besides";
+  }
+  finding.meaning =
+      "ripple from above half the sampling rate, an alternator's for instance, folded down for "
+      "want of an anti-alias filter; or a real load that switches at this rate and is not in the "
+      "measured current: the recording cannot tell. Fits take it for noise, and the lowest voltage "
+      "of a crank is off by up to its amplitude";
+  finding.value = tone.frequency / evidence.interval;
+  finding.unit = "Hz";
+  finding.samples = static_cast<std::size_t>(std::lround(samples));
+  return finding;
+}
+
+}  // namespace
+
+std::vector<Finding> findAliasing(const Evidence& evidence) {
+  if (!evidence.excited || !evidence.edges) return {};
+  const Tones found = findTones(evidence);
+  if (found.tones.empty()) return {};
+  return {aliasingOf(evidence, found)};
+}
+
+std::size_t evenBlocks(const Evidence& evidence) {
+  std::size_t blocks = 0;
+  for (const IndexRange& range : evenRanges(evidence)) blocks += range.size() / kLineBlock;
+  return blocks;
+}
+
+}  // namespace battery_sof::check_parts

@@ -1,0 +1,212 @@
+#include "battery_sof/report/catalogue.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
+namespace battery_sof {
+namespace {
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+std::string padded(std::string text, std::size_t width) {
+  if (text.size() < width) text.append(width - text.size(), ' ');
+  return text + "  ";
+}
+
+std::string joined(const std::vector<std::string>& parts, const std::string& between) {
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : between) + part;
+  return text;
+}
+
+std::vector<std::string> linesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+/// "1" is the unit of numbers without one.
+std::string withUnit(const std::string& value, const std::string& unit) {
+  return unit == "1" ? value : value + " " + unit;
+}
+
+std::string priorOf(const ParameterInfo& info) {
+  if (!info.prior_std) return "";
+  return info.logarithmic ? "known to a factor of " + number(std::exp(*info.prior_std))
+                          : "known to +- " + withUnit(number(*info.prior_std), info.unit);
+}
+
+/// What a fit does with a parameter, in words.
+std::vector<std::string> rolesOf(const ParameterInfo& info) {
+  std::vector<std::string> roles = {info.held ? "held" : "free"};
+  if (info.logarithmic) roles.push_back("searched as a logarithm");
+  if (info.linear) roles.push_back("linear");
+  if (info.vanishes_at) roles.push_back("no effect at " + number(*info.vanishes_at));
+  if (info.prior_std) roles.push_back(priorOf(info));
+  return roles;
+}
+
+std::string beginningOf(const StateInfo& info) {
+  if (info.begins_as_u_c2) return "begins at u_c2";
+  const std::string rest = withUnit(number(info.rest), info.unit);
+  if (!info.initial_std) return "begins at rest, " + rest;
+  return "estimated where a recording begins, " + rest + " +- " +
+         withUnit(number(*info.initial_std), info.unit) + " inside " + number(info.lower) + " to " +
+         withUnit(number(info.upper), info.unit);
+}
+
+/// States that are alike but for their number, as one.
+std::vector<std::pair<std::string, StateInfo>> namedStates(const EffectInfo& effect) {
+  std::vector<std::pair<std::string, StateInfo>> named;
+  for (const StateInfo& state : effect.states)
+    if (!state.begins_as_u_c2) named.emplace_back(state.name, state);
+  const auto part = std::find_if(effect.states.begin(), effect.states.end(),
+                                 [](const StateInfo& state) { return state.begins_as_u_c2; });
+  if (part != effect.states.end())
+    named.emplace_back(part->name + " to " + effect.states.back().name, *part);
+  return named;
+}
+
+template <typename T>
+nlohmann::json orNull(const std::optional<T>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+}
+
+nlohmann::json parameterJson(const ParameterInfo& info) {
+  return {{"name", info.name},
+          {"symbol", info.symbol},
+          {"unit", info.unit},
+          {"magnitude", info.magnitude},
+          {"lower", info.lower},
+          {"upper", info.upper},
+          {"source", info.source},
+          {"held", info.held},
+          {"logarithmic", info.logarithmic},
+          {"linear", info.linear},
+          {"prior_std", orNull(info.prior_std)},
+          {"vanishes_at", orNull(info.vanishes_at)}};
+}
+
+nlohmann::json stateJson(const StateInfo& info) {
+  return {{"name", info.name},
+          {"unit", info.unit},
+          {"rest", info.rest},
+          {"initial_std", orNull(info.initial_std)},
+          {"begins_as_u_c2", info.begins_as_u_c2}};
+}
+
+nlohmann::json effectJson(const EffectInfo& effect) {
+  nlohmann::json parameters = nlohmann::json::array(), states = nlohmann::json::array();
+  for (const ParameterInfo& info : effect.parameters) parameters.push_back(parameterJson(info));
+  for (const StateInfo& info : effect.states) states.push_back(stateJson(info));
+  return {{"id", effect.id},
+          {"code", effect.code},
+          {"title", effect.title},
+          {"equations", linesOf(effect.equations)},
+          {"parameters", parameters},
+          {"states", states},
+          {"look_alikes", effect.look_alikes},
+          {"tells_apart", effect.tells_apart},
+          {"needs", effect.needs},
+          {"bends", effect.bends}};
+}
+
+std::string code(const std::string& text) { return "`" + text + "`"; }
+
+std::string codes(const std::vector<std::string>& names) {
+  std::vector<std::string> marked;
+  for (const std::string& name : names) marked.push_back(code(name));
+  return joined(marked, ", ");
+}
+
+std::string parameterRow(const ParameterInfo& info) {
+  return "| " + code(info.name) + " | " + info.symbol + " | " + info.unit + " | " +
+         number(info.magnitude) + " | " + number(info.lower) + " to " + number(info.upper) + " | " +
+         joined(rolesOf(info), ", ") + " | " + info.source + " |\n";
+}
+
+std::string effectMarkdown(const EffectInfo& effect) {
+  std::string text = "### " + effect.code + " " + code(effect.id) + ": " + effect.title + "\n\n";
+  for (const std::string& line : linesOf(effect.equations)) text += "    " + line + "\n";
+  text += "\n| parameter | symbol | unit | magnitude | bounds | in a fit | source |\n";
+  text += "|---|---|---|---|---|---|---|\n";
+  for (const ParameterInfo& info : effect.parameters) text += parameterRow(info);
+  text += "\n";
+  for (const auto& [name, state] : namedStates(effect))
+    text += "- State " + code(name) + " [" + state.unit + "] " + beginningOf(state) + ".\n";
+  if (!effect.needs.empty()) text += "- Needs " + codes(effect.needs) + ".\n";
+  if (!effect.bends.empty())
+    text += "- With it the voltage is no longer linear in " + codes(effect.bends) + ".\n";
+  text += "- Often confused with " + codes(effect.look_alikes) + ".\n";
+  return text + "- Told apart by: " + effect.tells_apart + ".\n\n";
+}
+
+int tierRank(char tier) { return tier == 'S' ? 0 : tier == 'P' ? 1 : 2; }
+
+}  // namespace
+
+std::vector<EffectInfo> effectsByTier() {
+  std::vector<EffectInfo> effects = effectCatalogue();
+  const auto rank = [](const EffectInfo& effect) {
+    return std::pair(tierRank(effect.tier()), std::atoi(effect.code.c_str() + 1));
+  };
+  std::stable_sort(effects.begin(), effects.end(),
+                   [&](const EffectInfo& a, const EffectInfo& b) { return rank(a) < rank(b); });
+  return effects;
+}
+
+std::string catalogueText(const std::vector<EffectInfo>& effects) {
+  std::size_t width = 2;
+  for (const EffectInfo& effect : effects) width = std::max(width, effect.id.size());
+  std::string text = padded("id", width) + padded("code", 4) + "title\n";
+  for (const EffectInfo& effect : effects)
+    text += padded(effect.id, width) + padded(effect.code, 4) + effect.title + "\n";
+  return text;
+}
+
+std::string effectText(const EffectInfo& effect) {
+  std::string text = effect.id + " (" + effect.code + "): " + effect.title + "\n\nequations\n";
+  for (const std::string& line : linesOf(effect.equations)) text += "    " + line + "\n";
+  text += "\nparameters\n";
+  std::size_t width = 0;
+  for (const ParameterInfo& info : effect.parameters) width = std::max(width, info.name.size());
+  for (const ParameterInfo& info : effect.parameters) {
+    text += "    " + padded(info.name, width) + padded(info.symbol, 9) +
+            padded(withUnit(number(info.magnitude), info.unit), 14) + "inside " +
+            number(info.lower) + " to " + number(info.upper) + "\n";
+    text += "    " + padded("", width) + joined(rolesOf(info), ", ") + " (" + info.source + ")\n";
+  }
+  if (!effect.states.empty()) text += "\nstates\n";
+  for (const auto& [name, state] : namedStates(effect))
+    text += "    " + name + " [" + state.unit + "], " + beginningOf(state) + "\n";
+  text += "\nconfused with  " + joined(effect.look_alikes, ", ") + "\n";
+  text += "told apart by  " + effect.tells_apart + "\n";
+  if (!effect.needs.empty()) text += "needs          " + joined(effect.needs, ", ") + "\n";
+  if (!effect.bends.empty())
+    text += "bends          " + joined(effect.bends, ", ") + ": no longer linear beside it\n";
+  return text;
+}
+
+nlohmann::json catalogueJson(const std::vector<EffectInfo>& effects) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const EffectInfo& effect : effects) list.push_back(effectJson(effect));
+  return {{"schema", "battery_sof/effects/1"}, {"effects", list}};
+}
+
+std::string catalogueMarkdown(const std::vector<EffectInfo>& effects) {
+  std::string text = "| id | code | title |\n|---|---|---|\n";
+  for (const EffectInfo& effect : effects)
+    text += "| " + code(effect.id) + " | " + effect.code + " | " + effect.title + " |\n";
+  text += "\n";
+  for (const EffectInfo& effect : effects) text += effectMarkdown(effect);
+  return text;
+}
+
+}  // namespace battery_sof
