@@ -103,12 +103,10 @@ class EngineOf final : public Simulation::Engine {
 
   /// One interval under a held current of the battery itself.
   void pass(const S& held, const S& end, double duration, double slope, double end_time) {
-    const int pieces = steps_finely_ && duration > kFineStep
-                           ? static_cast<int>(std::min(std::ceil(duration / kFineStep), kMostPieces))
-                           : 1;
-    const double piece = duration / pieces;
-    for (int k = 1; k <= pieces; ++k) {
-      if (duration > 0.0) passPiece(held, piece, end_time - duration + piece * k);
+    for (double done = 0.0; done < duration;) {
+      const double piece = pieceOf(duration, done);
+      done = done + piece < duration * (1.0 - 1e-12) ? done + piece : duration;
+      passPiece(held, piece, end_time - duration + done);
     }
     time_ = end_time;
     const Present<S> present = presentAt(end_time);
@@ -128,8 +126,8 @@ class EngineOf final : public Simulation::Engine {
   template <typename T>
   friend class EngineOf;
 
-  static constexpr double kFineStep = 0.1;     // [s]
-  static constexpr double kMostPieces = 10000;  // of one interval: beyond it is a gap of hours, at rest
+  static constexpr double kFineStep = 0.1;  // [s]
+  static constexpr double kGrowing = 0.05;  // of the time passed
 
   struct Member {
     const Effect* effect;
@@ -175,6 +173,18 @@ class EngineOf final : public Simulation::Engine {
       if (member.effect->hooks.adapt)
         kernel(member).adapt(&p_[member.parameter], stateOf(member), present);
     return present;
+  }
+
+  /**
+   * @brief How far to go at once with `done` of an interval passed.
+   *
+   * Where effects act back on others an interval is cut into equal pieces of at most kFineStep. After the first 2 s of a
+   * longer one pieces grow with the time passed: what began with it settles down to slower and slower change.
+   */
+  double pieceOf(double duration, double done) const {
+    if (!steps_finely_) return duration;
+    const double even = duration / std::ceil(duration / kFineStep);
+    return std::min(std::max(even, kGrowing * done), duration - done);
   }
 
   void passPiece(const S& held, double duration, double end_time) {
@@ -233,7 +243,7 @@ class EngineOf final : public Simulation::Engine {
   }
 
   /// Newton's method inside a bracket; the terminal voltage rises with the current. Convergence is quadratic: a step below
-  /// kLastStep leaves less than 1e-9 A.
+  /// kLastStep leaves less than 1e-8 A.
   double currentFor(double voltage, double duration, double most_current) {
     constexpr double kLastStep = 1e-5;  // [A]
     constexpr double kReach = 1e4;      // [A], below the bracket's upper end
