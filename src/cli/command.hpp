@@ -86,6 +86,9 @@ void addConvertCommand(CLI::App& app, CommandLine& line);
 void addIdentifyCommand(CLI::App& app, CommandLine& line);
 void addPredictCommand(CLI::App& app, CommandLine& line);
 void addCrankCommand(CLI::App& app, CommandLine& line);
+void addStopTimeCommand(CLI::App& app, CommandLine& line);
+void addChargeCommand(CLI::App& app, CommandLine& line);
+void addMapCommand(CLI::App& app, CommandLine& line);
 void addEffectsCommand(CLI::App& app, CommandLine& line);
 
 }  // namespace battery_sof

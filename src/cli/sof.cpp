@@ -40,6 +40,9 @@ int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::os
   addIdentifyCommand(app, line);
   addPredictCommand(app, line);
   addCrankCommand(app, line);
+  addStopTimeCommand(app, line);
+  addChargeCommand(app, line);
+  addMapCommand(app, line);
   addEffectsCommand(app, line);
   for (const auto& command : external) app.add_subcommand(command.name, command.description);
   try {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 #include "battery_sof/model/simulation.hpp"
@@ -103,8 +104,7 @@ class EngineOf final : public Simulation::Engine {
         present_(other.present_),
         voltage_(other.voltage_),
         terminal_(other.terminal_),
-        source_current_(other.source_current_),
-        probe_slope_(other.probe_slope_) {}
+        source_current_(other.source_current_) {}  // the probe is work space: a copy makes its own
   EngineOf& operator=(const EngineOf&) = delete;
   std::unique_ptr<Engine> clone() const override { return std::make_unique<EngineOf>(*this); }
 
@@ -117,21 +117,12 @@ class EngineOf final : public Simulation::Engine {
   }
 
   double advanceAtVoltage(double voltage, double duration, double most_current) override {
-    widen();
-    const double end_time = time_ + duration;
+    widen();  // the current's lanes reach the double layer
     const double i = currentFor(voltage, duration, most_current);
-    const double begin_time = time_;
-    const std::vector<S> begin = x_;
-    std::unique_ptr<LayerOf<S>> layer = layer_->clone();
     source_current_ = S(i);
-    pass(source_current_, source_current_, duration, 0.0, end_time);
-    if (lanes_ > 0 && i < most_current) {
-      source_current_ = S(i - (terminal_ - valueOf(terminal_)) / probe_slope_);
-      x_ = begin;
-      layer_ = std::move(layer);
-      time_ = begin_time;
-      pass(source_current_, source_current_, duration, 0.0, end_time);
-    }
+    pass(source_current_, source_current_, duration, 0.0, time_ + duration);
+    if constexpr (!std::is_same_v<S, double>)
+      if (i < most_current) letCurrentFollow();
     return i;
   }
 
@@ -155,12 +146,10 @@ class EngineOf final : public Simulation::Engine {
 
   /// One interval under a held current of the battery itself.
   void pass(const S& held, const S& end, double duration, double slope, double end_time) {
-    const int pieces = steps_finely_ && duration > kFineStep
-                           ? static_cast<int>(std::min(std::ceil(duration / kFineStep), kMostPieces))
-                           : 1;
-    const double piece = duration / pieces;
-    for (int k = 1; k <= pieces; ++k) {
-      if (duration > 0.0) passPiece(held, piece, end_time - duration + piece * k);
+    for (double done = 0.0; done < duration;) {
+      const double piece = pieceOf(duration, done);
+      done = done + piece < duration * (1.0 - 1e-12) ? done + piece : duration;
+      passPiece(held, piece, end_time - duration + done);
     }
     if (++intervals_ == kFadingLooked) {
       intervals_ = 0;
@@ -180,13 +169,13 @@ class EngineOf final : public Simulation::Engine {
         kernel(member).show(&p_[member.parameter], stateOf(member), instant, voltage_);
   }
 
-  const S& terminal() const { return terminal_; }
-  LayerOf<S>& layer() { return *layer_; }
-
  private:
-  static constexpr double kFineStep = 0.1;     // [s]
+  template <typename T>
+  friend class EngineOf;
+
+  static constexpr double kFineStep = 0.1;  // [s]
+  static constexpr double kGrowing = 0.05;  // of the time passed
   static constexpr unsigned kFadingLooked = 1024;  // intervals; too few to fade from kFaded to what is stuck
-  static constexpr double kMostPieces = 10000;  // of one interval: beyond it is a gap of hours, at rest
 
   struct Member {
     const Effect* effect;
@@ -299,6 +288,18 @@ class EngineOf final : public Simulation::Engine {
     return present_;
   }
 
+  /**
+   * @brief How far to go at once with `done` of an interval passed.
+   *
+   * Where effects act back on others an interval is cut into equal pieces of at most kFineStep. After the first 2 s of a
+   * longer one pieces grow with the time passed: what began with it settles down to slower and slower change.
+   */
+  double pieceOf(double duration, double done) const {
+    if (!steps_finely_) return duration;
+    const double even = duration / std::ceil(duration / kFineStep);
+    return std::min(std::max(even, kGrowing * done), duration - done);
+  }
+
   void passPiece(const S& held, double duration, double end_time) {
     const double middle = end_time - 0.5 * duration;
     if (steps_finely_) advanceMembers(held, 0.5 * duration, x_[0], presentAt(middle), true);
@@ -320,46 +321,66 @@ class EngineOf final : public Simulation::Engine {
         kernel(member).advance(&p_[member.parameter], stateOf(member), passage);
   }
 
-  /// The same battery in the arithmetic of a solver for the current.
-  EngineOf<Slope> probe() const {
-    ModelPoint here;
-    here.time = time_;
-    here.reference_time = reference_time_;
-    here.parameters.resize(static_cast<Eigen::Index>(p_.size()));
-    for (std::size_t j = 0; j < p_.size(); ++j)
-      here.parameters[static_cast<Eigen::Index>(j)] = valueOf(p_[j]);
-    here.state = state();
-    EngineOf<Slope> same(*model_, here, Eigen::MatrixXd());
-    same.layer().suggestStep(layer_->suggestedStep());
+  /// The same battery in the arithmetic of the solver for the current, as it stands.
+  EngineOf<Slope>& probe() {
+    if (!probe_) {
+      ModelPoint here;
+      here.reference_time = reference_time_;
+      here.parameters.resize(static_cast<Eigen::Index>(p_.size()));
+      for (std::size_t j = 0; j < p_.size(); ++j)
+        here.parameters[static_cast<Eigen::Index>(j)] = valueOf(p_[j]);
+      here.state = state();
+      probe_ = std::make_unique<EngineOf<Slope>>(*model_, here, Eigen::MatrixXd());
+    }
+    EngineOf<Slope>& same = *probe_;
+    same.time_ = time_;
+    for (std::size_t j = 0; j < x_.size(); ++j) same.x_[j] = Slope(valueOf(x_[j]));
+    same.layer_->suggestStep(layer_->suggestedStep());
     return same;
   }
 
-  /// Newton's method inside a bracket; the terminal voltage rises with the current.
+  /// @return how far a held current ends above a voltage [V]; leaves the probe there.
+  double excessOf(double i, double voltage, double duration) {
+    const Slope current(i, Eigen::Matrix<double, 1, 1>::Ones());
+    EngineOf<Slope>& trial = probe();
+    trial.pass(current, current, duration, 0.0, time_ + duration);
+    return valueOf(trial.terminal_) - voltage;
+  }
+
+  /// Newton's method inside a bracket; the terminal voltage rises with the current. Convergence is quadratic: a step below
+  /// kLastStep leaves less than 1e-8 A.
   double currentFor(double voltage, double duration, double most_current) {
-    const EngineOf<Slope> begin = probe();
-    const auto short_of = [&](double i) {
-      EngineOf<Slope> trial = begin;
-      const Slope current(i, Eigen::Matrix<double, 1, 1>::Ones());
-      trial.pass(current, current, duration, 0.0, time_ + duration);
-      probe_slope_ = trial.terminal().derivatives()[0];
-      return trial.terminal().value() - voltage;
-    };
-    if (short_of(most_current) <= 0.0) return most_current;
-    double low = -HUGE_VAL, high = most_current;
+    constexpr double kLastStep = 1e-5;  // [A]
+    constexpr double kReach = 1e4;      // [A], below the bracket's upper end
+    double low = -HUGE_VAL, high = HUGE_VAL;
     double i = std::min(valueOf(source_current_), most_current);
     for (int k = 0; k < 100; ++k) {
-      const double excess = short_of(i);
+      const double excess = excessOf(i, voltage, duration);
+      if (i >= most_current && excess <= 0.0) return most_current;
       (excess > 0.0 ? high : low) = i;
-      double next = i - excess / probe_slope_;
-      if (!(next > low && next < high)) next = 0.5 * (std::max(low, high - 1e4) + high);
-      const bool done = std::abs(next - i) < 1e-9;
+      const double step = excess / probe_->terminal_.derivatives()[0];
+      if (std::abs(step) < kLastStep) return std::min(i - step, most_current);
+      double next = std::min(i - step, most_current);
+      const double top = std::min(high, most_current);
+      if (!(next > low && next < high)) next = 0.5 * (std::max(low, top - kReach) + top);
       i = next;
-      if (done) break;
     }
     return i;
   }
 
   static constexpr int kWidth = Width<S>::value;
+
+  /// Lets the current that was solved for follow the lanes so that the terminal voltage stays: the implicit function's
+  /// derivative, by the slopes that the probe has to the current.
+  void letCurrentFollow() {
+    const EngineOf<Slope>& slopes = *probe_;
+    const auto slope = [](const Slope& x) { return x.derivatives()[0]; };
+    const S follow = S((valueOf(terminal_) - terminal_) / slope(slopes.terminal_));
+    source_current_ = S(source_current_ + follow);
+    for (std::size_t j = 0; j < x_.size(); ++j) x_[j] = S(x_[j] + slope(slopes.x_[j]) * follow);
+    terminal_ = S(terminal_ + slope(slopes.terminal_) * follow);
+    voltage_ = S(voltage_ + slope(slopes.voltage_) * follow);
+  }
 
   Eigen::Index lanes_;
   double time_, reference_time_;
@@ -372,7 +393,7 @@ class EngineOf final : public Simulation::Engine {
   std::vector<S> p_, x_;
   Present<S> present_;
   S voltage_ = S(0.0), terminal_ = S(0.0), source_current_ = S(0.0);
-  double probe_slope_ = 1.0;  // [Ohm], d terminal voltage / d held current
+  std::unique_ptr<EngineOf<Slope>> probe_;
 };
 
 }  // namespace battery_sof

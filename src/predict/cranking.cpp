@@ -23,15 +23,21 @@ void addFault(std::string& faults, bool ok, const char* name, double value, cons
   if (!ok) add(faults, sentence("%s is %g, expected %s", name, value, expected));
 }
 
+double lowestOf(const CurrentProfile& profile) {
+  return profile.empty() ? 0.0 : *std::min_element(profile.current.begin(), profile.current.end());
+}
+double highestOf(const CurrentProfile& profile) {
+  return profile.empty() ? 0.0 : *std::max_element(profile.current.begin(), profile.current.end());
+}
+
 double lowestCurrent(const CrankingQuery& query) {
-  return query.crank.empty() ? query.i_cranking
-                             : *std::min_element(query.crank.current.begin(), query.crank.current.end());
+  return query.crank.empty() ? query.i_cranking : lowestOf(query.crank);
 }
 
 /// Charge out of the battery while it stands [Ah].
 double chargeOfStop(const CrankingQuery& query) {
   if (query.load.empty()) return -query.i_load * query.t_stop / 3600.0;
-  double charge = 0.0;
+  double charge = -query.load.current.front() * query.load.time.front();
   for (std::size_t n = 1; n < query.load.time.size(); ++n)
     charge -= 0.5 * (query.load.current[n] + query.load.current[n - 1]) *
               (query.load.time[n] - query.load.time[n - 1]);
@@ -58,7 +64,8 @@ void run(Simulation& simulation, const CurrentProfile& profile, Look&& look) {
 
 QueryRange rangeOf(const CrankingQuery& query) {
   QueryRange range;
-  range.least_current = lowestCurrent(query);
+  range.least_current = std::min(lowestCurrent(query), lowestOf(query.load));
+  range.most_current = highestOf(query.load);
   range.charge_moved = chargeOfStop(query);
   range.temperature = query.temperature;
   return range;
@@ -82,6 +89,8 @@ std::string faultsOf(const CrankingQuery& q) {
   }
   add(faults, faultOf(q.load, "load"));
   add(faults, faultOf(q.crank, "crank"));
+  addFault(faults, q.crank.duration() <= kLongestCrank, "last crank time [s]", q.crank.duration(),
+           "up to 60");
   if (faults.empty() && !q.crank.empty())
     addFault(faults, lowestCurrent(q) < 0.0, "lowest crank current [A]", lowestCurrent(q), "below 0");
   if (q.u_required)

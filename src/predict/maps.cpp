@@ -30,7 +30,45 @@ Map filled(const FittedModel& model, const std::vector<double>& rows, const char
   return map;
 }
 
+int gravity(AnswerCode code) {
+  switch (code) {
+    case AnswerCode::kOk:
+      return 0;
+    case AnswerCode::kExtrapolation:
+      return 1;
+    case AnswerCode::kNoModel:
+      return 2;
+    case AnswerCode::kInvalidQuery:
+      return 3;
+  }
+  return 3;
+}
+
+void take(MapVerdict& verdict, AnswerCode code, const std::string& message) {
+  if (gravity(code) > gravity(verdict.code)) verdict = {code, message};
+}
+
+/// @return how many answers a map has.
+template <typename Map>
+std::size_t takeMap(MapVerdict& verdict, const std::optional<Map>& map) {
+  if (!map) return 0;
+  take(verdict, map->code, map->message);
+  for (const auto& answer : map->answers) take(verdict, answer.code, answer.message);
+  return map->answers.size();
+}
+
 }  // namespace
+
+MapVerdict verdictOf(const std::optional<CrankingMap>& cranking,
+                     const std::optional<ChargeAcceptanceMap>& charge) {
+  MapVerdict verdict;
+  const std::size_t answers = takeMap(verdict, cranking) + takeMap(verdict, charge);
+  if (!cranking && !charge)
+    verdict = {AnswerCode::kInvalidQuery,
+               "nothing is asked, expected i_load and t_stop, or u_boost and t_sof2"};
+  if (verdict.code == AnswerCode::kOk) verdict.message = sentence("%zu answers", answers);
+  return verdict;
+}
 
 CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query,
                         const std::vector<double>& i_load, const std::vector<double>& t_stop,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "battery_sof/identify/window.hpp"
 #include "battery_sof/predict/scores.hpp"
@@ -51,7 +52,7 @@ bool hasBothSigns(const Series& series, IndexRange range) {
 }  // namespace
 
 OnlineSession::OnlineSession(SessionOptions options)
-    : options_(checked(options)), stream_(options.buffer), crank_watch_(options.events) {}
+    : options_(checked(options)), stream_(options.buffer), judging_(options.events) {}
 
 // ----------------------------------------------------------------------------------------------------
 // samples
@@ -59,17 +60,16 @@ OnlineSession::OnlineSession(SessionOptions options)
 SessionEvents OnlineSession::push(const RawSample& sample) {
   const SampleStream::Step step = stream_.push(sample);
   if (step.clock_restarted) ++epoch_;
-  SessionEvents events;
   for (const StreamSample& next : step.samples) {
     if (newest_ && next.time <= newest_->time) restartClock(newest_->time, next);
-    advance(next, events);
+    advance(next);
   }
-  return events;
+  return job_is_out_ ? SessionEvents() : std::exchange(events_, {});
 }
 
 void OnlineSession::restartClock(double old_newest, const StreamSample& first) {
-  crank_watch_.reset();
-  charge_watch_.reset();
+  judging_.crank_watch.reset();
+  judging_.charge_watch.reset();
   compared_.clear();
   newest_.reset();
   if (!model_) return;
@@ -79,22 +79,26 @@ void OnlineSession::restartClock(double old_newest, const StreamSample& first) {
   tracker_.emplace(moved, stream_.maxGap());
 }
 
-void OnlineSession::advance(const StreamSample& sample, SessionEvents& events) {
+void OnlineSession::advance(const StreamSample& sample) {
   if (newest_ && sample.time - newest_->time <= stream_.maxGap()) {
     driving_ += sample.time - newest_->time;
   }
   newest_ = sample;
   judgeRestored(sample);
   if (!tracker_ || sample.time <= tracker_->state().time) return;
-  if (const auto crank = crank_watch_.add(sample, *tracker_, stream_.maxGap())) {
-    events.cranks.push_back(*crank);
-    observe(crank_scale_, crank->measured_minimum, crank->expected_minimum);
+  follow(sample, stream_.maxGap());
+}
+
+void OnlineSession::follow(const StreamSample& sample, double max_gap) {
+  if (const auto crank = judging_.crank_watch.add(sample, *tracker_, max_gap)) {
+    events_.cranks.push_back(*crank);
+    observe(judging_.crank_scale, crank->measured_minimum, crank->expected_minimum);
   }
-  if (const auto charge = charge_watch_.add(sample, *tracker_, stream_.maxGap())) {
-    events.charges.push_back(*charge);
-    observe(charge_scale_, charge->measured_current, charge->expected_current);
+  if (const auto charge = judging_.charge_watch.add(sample, *tracker_, max_gap)) {
+    events_.charges.push_back(*charge);
+    observe(judging_.charge_scale, charge->measured_current, charge->expected_current);
   }
-  tracker_->setScales(crank_scale_, charge_scale_);
+  tracker_->setScales(judging_.crank_scale, judging_.charge_scale);
   tracker_->advance(sample.time, sample.current);
   tracker_->observe(sample.voltage);
   compare(sample);
@@ -163,6 +167,8 @@ std::string OnlineSession::missingForFirst() const {
 
 IdentificationJob OnlineSession::makeJob() {
   job_is_out_ = true;
+  job_driving_ = driving_;
+  judging_at_job_ = judging_;
   IdentificationJob job;
   job.epoch = epoch_;
   job.series = stream_.series();
@@ -180,6 +186,8 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   outcome.accepted = refusal.empty();
   outcome.message = outcome.accepted ? result.message : refusal;
   if (outcome.accepted) {
+    judging_ = judging_at_job_;
+    events_ = {};
     install(*result.model, result.max_gap);
     outcome.model = model();
   } else {
@@ -188,7 +196,7 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   last_outcome_ =
       (outcome.accepted ? "last identification accepted: " : "last identification refused: ") +
       outcome.message;
-  next_look_ = driving_ + (whyNoModel() ? options_.retry_period : options_.identify_period);
+  next_look_ = job_driving_ + (whyNoModel() ? options_.retry_period : options_.identify_period);
   return outcome;
 }
 
@@ -218,14 +226,11 @@ void OnlineSession::install(const FittedModel& model, double max_gap) {
   fitted_until_ = model.window.to;
   compared_.clear();
   tracker_.emplace(model, max_gap);
-  tracker_->setScales(crank_scale_, charge_scale_);
+  tracker_->setScales(judging_.crank_scale, judging_.charge_scale);
   const Series& series = stream_.series();
   const auto later = std::upper_bound(series.time.begin(), series.time.end(), model.state.time);
-  for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n) {
-    tracker_->advance(series.time[n], series.current[n]);
-    tracker_->observe(series.voltage[n]);
-    compare({series.time[n], series.current[n], series.voltage[n]});
-  }
+  for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n)
+    follow({series.time[n], series.current[n], series.voltage[n]}, max_gap);
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -249,8 +254,8 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
     last_outcome_ = "the saved model was refused: its fit is not usable";
   } else {
     last_outcome_ = sentence("the saved model is in use, %.0f s old", age);
-    crank_scale_ = model.crank_scale;
-    charge_scale_ = model.charge_scale;
+    judging_.crank_scale = model.crank_scale;
+    judging_.charge_scale = model.charge_scale;
     install(model, stream_.maxGap());
     next_look_ = driving_ + options_.identify_period;
   }
@@ -276,49 +281,30 @@ std::optional<std::string> OnlineSession::whyNoModel() const {
                   options_.model_max_age);
 }
 
+LiveModel OnlineSession::live() const {
+  auto reason = whyNoModel();
+  if (reason) return LiveModel({}, std::move(reason), options_.capacity);
+  FittedModel now = tracker_->modelNow();
+  const Series& series = stream_.series();
+  if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
+  return LiveModel(std::move(now), std::nullopt, options_.capacity);
+}
+
 CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const {
-  if (const auto reason = whyNoModel(); reason && faultsOf(query).empty())
-    return {std::nullopt, std::nullopt, false, AnswerCode::kNoModel, *reason};
-  return battery_sof::predictCranking(modelForQuery(), query, options_.capacity);
+  return live().predictCranking(query);
 }
 
 StopTimeAnswer OnlineSession::predictStopTime(const StopTimeQuery& query) const {
-  StopTimeAnswer answer = battery_sof::predictStopTime(modelForQuery(), query, options_.capacity);
-  if (const auto reason = whyNoModel(); reason && answer.code != AnswerCode::kInvalidQuery) {
-    answer = {};
-    answer.code = AnswerCode::kNoModel;
-    answer.message = *reason;
-  }
-  return answer;
+  return live().predictStopTime(query);
 }
 
 ChargeAcceptanceAnswer OnlineSession::predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
-  ChargeAcceptanceAnswer answer =
-      battery_sof::predictChargeAcceptance(modelForQuery(), query, options_.capacity);
-  if (const auto reason = whyNoModel(); reason && answer.code != AnswerCode::kInvalidQuery) {
-    answer = {};
-    answer.code = AnswerCode::kNoModel;
-    answer.message = *reason;
-  }
-  return answer;
-}
-
-FittedModel OnlineSession::modelForQuery() const {
-  if (!whyNoModel()) {
-    FittedModel now = tracker_->modelNow();
-    const Series& series = stream_.series();
-    if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
-    return now;
-  }
-  FittedModel none;
-  none.status = FitStatus::kNotExcited;
-  return none;
+  return live().predictChargeAcceptance(query);
 }
 
 ProfileAnswer OnlineSession::simulateProfile(const std::vector<double>& time,
                                              const std::vector<double>& current) const {
-  if (const auto reason = whyNoModel()) return {{}, false, AnswerCode::kNoModel, *reason};
-  return battery_sof::simulateProfile(tracker_->modelNow(), time, current);
+  return live().simulateProfile(time, current);
 }
 
 std::optional<double> OnlineSession::newestTime() const {

@@ -101,6 +101,8 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
               sentence("it moves %.2f Ah, more than 1 %% of %g Ah, and the model holds the open-circuit "
                        "voltage constant",
                        range.charge_moved, capacity));
+  reasons.add(range.charge_moved > capacity,
+              sentence("it moves %.0f Ah, more than the battery's %g Ah", range.charge_moved, capacity));
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;
   if (temperature && seen.temperature)
     reasons.add(std::abs(*temperature - *seen.temperature) > kTemperatureReach,

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kLongest = 86400.0;    // [s]
 constexpr double kFirst = 0.5;          // [s]
-constexpr double kGrowth = 1.08;        // from stop to stop
+constexpr double kGrowth = 1.25;        // from stop to stop: what relaxes within one has passed within the next
 constexpr double kResolution = 0.1;     // [s]
 constexpr double kRelative = 0.01;      // of the stop time
 constexpr double kRise = 1e-4;          // [V], below it a rise is rounding
@@ -26,72 +26,99 @@ CrankingQuery crankOf(const StopTimeQuery& query) {
   return crank;
 }
 
+double of(const Interval& u, int bound) { return bound == 0 ? u.lower : bound == 1 ? u.value : u.upper; }
+
+/// Where one of the bounds stops to hold: somewhere between two stops, or never.
+struct Crossing {
+  bool failed = false;
+  double holds_at = 0.0, fails_at = 0.0;  // [s]
+  double spare = 0.0, lack = 0.0;         // [V], above and below what is required at these
+  std::optional<Simulation> standing;     // at holds_at
+};
+
 /// Follows the stop phase and asks for a crank along it.
 class StopScan {
  public:
   StopScan(const FittedModel& model, const CrankingQuery& crank)
-      : model_(model), crank_(crank), begin_(uncertainSimulationOf(model)), here_(begin_) {}
+      : model_(model), crank_(crank), here_(uncertainSimulationOf(model)) {}
 
   void scan() {
     look(0.0);
     for (double t = kFirst; open() && t < kLongest * kGrowth; t *= kGrowth) look(std::min(t, kLongest));
   }
 
-  /// The three crossings: of the lower bound, the value and the upper bound.
-  double crossing(int bound) {
-    const Found& found = found_[bound];
+  /// The longest stop of the lower bound, the value and the upper bound, to kResolution or kRelative.
+  double crossing(int bound) const {
+    const Crossing& found = crossings_[bound];
     if (!found.failed) return kEver;
-    if (found.fails_at == 0.0) return 0.0;
-    double low = found.holds_at, high = found.fails_at;
-    Simulation base = begin_;
-    hold(base, crank_.i_load, low);
-    while (high - low > std::max(kResolution, kRelative * low)) {
-      const double middle = 0.5 * (low + high);
-      Simulation there = base;
-      hold(there, crank_.i_load, middle - found.holds_at);
-      (of(lowestOfCrank(there, model_, crank_, middle), bound) >= *crank_.u_required ? low : high) = middle;
-    }
-    return low;
+    return found.fails_at == 0.0 ? 0.0 : refined(found, bound);
   }
   bool monotone() const { return monotone_; }
   std::optional<double> holdsAgainAt() const { return holds_again_; }
 
  private:
-  struct Found {
-    bool failed = false;
-    double holds_at = 0.0, fails_at = 0.0;
-  };
-  static double of(const Interval& u, int bound) {
-    return bound == 0 ? u.lower : bound == 1 ? u.value : u.upper;
-  }
-  /// Whether a crossing is still to be found; after a failure at once a while is spent on a recovery.
-  bool open() const { return !found_[2].failed; }
+  /// Whether a crossing is still to be found.
+  bool open() const { return !crossings_[2].failed; }
+
+  double spareOf(const Interval& u, int bound) const { return of(u, bound) - *crank_.u_required; }
 
   void look(double t) {
+    const Simulation before = here_;
     hold(here_, crank_.i_load, t - at_);
-    at_ = t;
     const Interval u = lowestOfCrank(here_, model_, crank_, t);
     if (before_ && u.value > *before_ + kRise) monotone_ = false;
     before_ = u.value;
-    for (int bound = 0; bound < 3; ++bound) {
-      Found& found = found_[bound];
-      const bool holds = of(u, bound) >= *crank_.u_required;
-      if (bound == 1 && holds && found.failed && !holds_again_) holds_again_ = t;
-      if (found.failed) continue;
-      if (holds) {
-        found.holds_at = t;
+    for (int bound = 0; bound < 3; ++bound) note(crossings_[bound], t, spareOf(u, bound), before);
+    if (crossings_[1].failed && spareOf(u, 1) >= 0.0 && !holds_again_) holds_again_ = t;
+    at_ = t;
+  }
+
+  static void note(Crossing& crossing, double t, double spare, const Simulation& before) {
+    if (crossing.failed) return;
+    if (spare >= 0.0) {
+      crossing.holds_at = t;
+      crossing.spare = spare;
+      return;
+    }
+    crossing.failed = true;
+    crossing.fails_at = t;
+    crossing.lack = -spare;
+    crossing.standing.emplace(before);
+  }
+
+  /// Regula falsi (Illinois) between the two stops.
+  double refined(const Crossing& found, int bound) const {
+    double low = found.holds_at, high = found.fails_at, spare = found.spare, lack = found.lack;
+    double t = low;
+    for (int k = 0, side = 0; k < 50; ++k) {
+      const double enough = std::max(kResolution, kRelative * low);
+      if (high - low <= enough) return low;
+      const double slope = (spare + lack) / (high - low);
+      t = low + spare / slope;
+      Simulation there = *found.standing;
+      hold(there, crank_.i_load, t - found.holds_at);
+      const double now = spareOf(lowestOfCrank(there, model_, crank_, t), bound);
+      if (std::abs(now) <= 0.25 * enough * slope) return t;
+      if (now >= 0.0) {
+        low = t;
+        spare = now;
+        if (side > 0) lack *= 0.5;
+        side = 1;
       } else {
-        found.failed = true;
-        found.fails_at = t;
+        high = t;
+        lack = -now;
+        if (side < 0) spare *= 0.5;
+        side = -1;
       }
     }
+    return t;
   }
 
   const FittedModel& model_;
   const CrankingQuery& crank_;
-  Simulation begin_, here_;
+  Simulation here_;
   double at_ = 0.0;
-  Found found_[3];
+  Crossing crossings_[3];
   std::optional<double> before_, holds_again_;
   bool monotone_ = true;
 };

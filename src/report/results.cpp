@@ -159,11 +159,17 @@ nlohmann::json crankingJson(const CrankingAnswer& answer) {
 
 std::string crankingText(const CrankingQuery& query, const CrankingAnswer& answer) {
   std::string text;
-  appendLine(text, "stop      %.1f s at %.1f A, then a crank of %.2f s at %.1f A", query.t_stop,
-             query.i_load, query.t_cranking, query.i_cranking);
+  if (query.load.empty())
+    appendLine(text, "stop      %.1f s at %.1f A", query.t_stop, query.i_load);
+  else
+    appendLine(text, "stop      %.1f s of the given profile", query.load.duration());
+  if (query.crank.empty())
+    appendLine(text, "crank     %.2f s at %.1f A", query.t_cranking, query.i_cranking);
+  else
+    appendLine(text, "crank     %.2f s of the given profile", query.crank.duration());
   appendLine(text, "lowest    %s", describe(answer.u_min).c_str());
   if (answer.capable)
-    appendLine(text, "crank     %s %.2f V", *answer.capable ? "holds" : "may not hold",
+    appendLine(text, "verdict   %s %.2f V", *answer.capable ? "holds" : "may not hold",
                query.u_required.value_or(0.0));
   appendLine(text, "%s: %s", describe(answer.code).c_str(), answer.message.c_str());
   return text;

@@ -1,6 +1,8 @@
 #include "battery_sof/ros/battery_sof_node.hpp"
 
+#include <boost/make_shared.hpp>
 #include <filesystem>
+#include <functional>
 #include <utility>
 
 #include "battery_sof/bag/bag_storage.hpp"
@@ -15,6 +17,34 @@ constexpr std::uint32_t kQueueSize = 100000;  // 20 s of a 100 Hz bag played at 
 constexpr double kStatusPeriod = 1.0;         // [s], SofStatus is a 1 Hz topic
 constexpr double kNoDataAfter = 5.0;          // [s], the shortest gap of a recording (gapThreshold)
 
+constexpr int kPatientThreads = 2;            // a map does not wait for a fit
+
+/// Calls a function once from a callback queue.
+class Errand : public ros::CallbackInterface {
+ public:
+  explicit Errand(std::function<void()> work) : work_(std::move(work)) {}
+  CallResult call() override {
+    work_();
+    return Success;
+  }
+
+ private:
+  std::function<void()> work_;
+};
+
+/// Adds the time it lived to the queries' times.
+class QueryTimer {
+ public:
+  explicit QueryTimer(ResponseClock& clock) : clock_(clock) {}
+  QueryTimer(const QueryTimer&) = delete;
+  QueryTimer& operator=(const QueryTimer&) = delete;
+  ~QueryTimer() { clock_.addQuery(1e3 * (ros::WallTime::now() - begun_).toSec()); }
+
+ private:
+  ResponseClock& clock_;
+  ros::WallTime begun_ = ros::WallTime::now();
+};
+
 }  // namespace
 
 BatterySofNode::BatterySofNode(ros::NodeHandle node, ros::NodeHandle private_node,
@@ -25,33 +55,51 @@ BatterySofNode::BatterySofNode(ros::NodeHandle node, ros::NodeHandle private_nod
       session_(options_.session),
       worker_([this](IdentificationResult result) { return onIdentified(std::move(result)); }),
       diagnostics_([this] { return snapshot(); }),
-      identify_spinner_(1, &identify_queue_) {
+      question_spinner_(1, &question_queue_),
+      patient_spinner_(kPatientThreads, &patient_queue_) {
   loadStateFile();
   advertise();
-  const std::lock_guard<std::mutex> lock(mutex_);
-  publishStatus();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    demandStatus();
+  }
+  question_spinner_.start();
+  patient_spinner_.start();
 }
 
 BatterySofNode::~BatterySofNode() {
   worker_.stop();
-  identify_spinner_.stop();
+  question_spinner_.stop();
+  patient_spinner_.stop();
+}
+
+template <typename Service>
+ros::ServiceServer BatterySofNode::serve(
+    const char* name, ros::CallbackQueue& queue,
+    bool (BatterySofNode::*callback)(typename Service::Request&, typename Service::Response&)) {
+  ros::NodeHandle node(private_node_);
+  node.setCallbackQueue(&queue);
+  return node.advertiseService(name, callback, this);
 }
 
 void BatterySofNode::advertise() {
   status_publisher_ = private_node_.advertise<SofStatus>("status", 10, true);
   model_publisher_ = private_node_.advertise<IdentifiedModel>("model", 10, true);
-  predict_cranking_ =
-      private_node_.advertiseService("predict_cranking", &BatterySofNode::onPredictCranking, this);
-  simulate_profile_ =
-      private_node_.advertiseService("simulate_profile", &BatterySofNode::onSimulateProfile, this);
-  ros::NodeHandle waiting_node(private_node_);
-  waiting_node.setCallbackQueue(&identify_queue_);
-  identify_ = waiting_node.advertiseService("identify", &BatterySofNode::onIdentify, this);
-  identify_spinner_.start();
+  using Node = BatterySofNode;
+  services_ = {
+      serve<PredictCranking>("predict_cranking", question_queue_, &Node::onPredictCranking),
+      serve<PredictStopTime>("predict_stop_time", question_queue_, &Node::onPredictStopTime),
+      serve<PredictChargeAcceptance>("predict_charge_acceptance", question_queue_,
+                                     &Node::onPredictChargeAcceptance),
+      serve<PredictMap>("predict_map", patient_queue_, &Node::onPredictMap),
+      serve<SimulateProfile>("simulate_profile", patient_queue_, &Node::onSimulateProfile),
+      serve<Identify>("identify", patient_queue_, &Node::onIdentify)};
   subscriber_ = node_.subscribe(kDefaultTopic, kQueueSize, &BatterySofNode::onBatteryState, this,
                                 ros::TransportHints().tcpNoDelay());
-  wall_timer_ =
-      node_.createWallTimer(ros::WallDuration(kStatusPeriod), &BatterySofNode::onWallTimer, this);
+  ros::NodeHandle question_node(node_);
+  question_node.setCallbackQueue(&question_queue_);
+  wall_timer_ = question_node.createWallTimer(ros::WallDuration(kStatusPeriod),
+                                              &BatterySofNode::onWallTimer, this);
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -90,19 +138,28 @@ void BatterySofNode::saveStateFile(const FittedModel& model) {
 // ----------------------------------------------------------------------------------------------------
 // samples
 
-void BatterySofNode::onBatteryState(const sensor_msgs::BatteryStateConstPtr& message) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  last_arrival_ = ros::Time::now();
-  const SessionEvents events = session_.push(rawSampleOf(*message));
-  for (const CrankComparison& crank : events.cranks) {
-    cranks_.add(crank);
-    logCrank(crank);
+void BatterySofNode::onBatteryState(const SampleEvent& event) {
+  const ros::WallTime begun = ros::WallTime::now();
+  // The receipt is on ROS time; what is simulated is no measure of a delay.
+  const double waited =
+      ros::Time::isSystemTime() ? (ros::Time::now() - event.getReceiptTime()).toSec() : 0.0;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    take(rawSampleOf(*event.getConstMessage()));
   }
+  response_clock_.addSample(1e3 * (waited + (ros::WallTime::now() - begun).toSec()));
+}
+
+void BatterySofNode::take(const RawSample& sample) {
+  last_arrival_ = ros::Time::now();
+  const SessionEvents events = session_.push(sample);
+  events_.add(events);
+  for (const CrankComparison& crank : events.cranks) logCrank(crank);
   if (auto job = session_.takeDueJob()) {
     ROS_INFO("identification begins on %zu samples", job->series.size());
     worker_.post(std::move(*job));
   }
-  if (isStatusDue()) publishStatus();
+  if (isStatusDue()) demandStatus();
 }
 
 void BatterySofNode::logCrank(const CrankComparison& crank) const {
@@ -147,39 +204,56 @@ SessionStatus BatterySofNode::statusNow() const {
   return status;
 }
 
-void BatterySofNode::publishStatus() {
+void BatterySofNode::demandStatus() {
   StatusContents contents;
   contents.session = statusNow();
   contents.counts = session_.counts();
-  contents.standing_query = options_.standing_query;
-  contents.standing_answer = session_.predictCranking(options_.standing_query);
-  contents.last_crank = cranks_.last;
-  contents.cranks = cranks_.count;
-  SofStatus message = messageOf(contents);
-  const std::optional<double> newest = contents.session.newest_time;
+  contents.standing = options_.standing;
+  contents.events = events_;
+  contents.events.crank_scale = session_.crankScale();
+  contents.events.charge_scale = session_.chargeScale();
+  last_status_time_ = contents.session.newest_time;
+  last_status_wall_ = ros::WallTime::now();
+  const bool is_waiting = due_status_.has_value();
+  due_status_.emplace(DueStatus{std::move(contents), session_.live()});
+  if (!is_waiting)
+    question_queue_.addCallback(boost::make_shared<Errand>([this] { publishDueStatus(); }));
+}
+
+void BatterySofNode::publishDueStatus() {
+  std::optional<DueStatus> due;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    due = std::exchange(due_status_, std::nullopt);
+  }
+  if (!due) return;
+  due->contents.answers = answersTo(options_.standing, due->model);
+  SofStatus message = messageOf(due->contents);
+  const std::optional<double> newest = due->contents.session.newest_time;
   message.header.stamp = newest ? rosTime(*newest) : ros::Time::now();
   status_publisher_.publish(message);
-  last_status_time_ = newest;
-  last_status_wall_ = ros::WallTime::now();
 }
 
 void BatterySofNode::onWallTimer(const ros::WallTimerEvent&) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     const ros::WallDuration since = ros::WallTime::now() - last_status_wall_;
-    if (since.toSec() >= kStatusPeriod) publishStatus();
+    if (since.toSec() >= kStatusPeriod) demandStatus();
   }
   diagnostics_.publish();
 }
 
 DiagnosticsSnapshot BatterySofNode::snapshot() {
-  const std::lock_guard<std::mutex> lock(mutex_);
   DiagnosticsSnapshot snapshot;
+  snapshot.response_times = response_clock_.report();
+  const std::lock_guard<std::mutex> lock(mutex_);
   snapshot.status = statusNow();
   snapshot.counts = session_.counts();
   snapshot.fit_ms = fit_ms_;
   snapshot.no_data_for = noDataFor();
-  snapshot.cranks = cranks_;
+  snapshot.events = events_;
+  snapshot.events.crank_scale = session_.crankScale();
+  snapshot.events.charge_scale = session_.chargeScale();
   snapshot.state_file = options_.state_file.empty() ? "off" : options_.state_file;
   snapshot.state_file_fault = state_file_fault_;
   return snapshot;
@@ -188,39 +262,49 @@ DiagnosticsSnapshot BatterySofNode::snapshot() {
 // ----------------------------------------------------------------------------------------------------
 // queries
 
+LiveModel BatterySofNode::live() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return session_.live();
+}
+
 bool BatterySofNode::onPredictCranking(PredictCranking::Request& request,
                                        PredictCranking::Response& response) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const QueryTimer timer(response_clock_);
   const CrankingQuery query = queryOf(request);
-  const CrankingAnswer answer = session_.predictCranking(query);
-  remember(query, answer);
+  const LiveModel model = live();
+  const CrankingAnswer answer = model.predictCranking(query);
+  if (answer.u_min) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    last_answer_ = Answered{model.model().state.time, query, *answer.u_min};
+  }
+  ROS_DEBUG("crank query at %.2f s (%s): %s", model.model().state.time, describe(answer.code).c_str(),
+            answer.message.c_str());
   response = responseOf(answer);
   return true;
 }
 
-void BatterySofNode::remember(const CrankingQuery& query, const CrankingAnswer& answer) {
-  if (!answer.u_min) {
-    ROS_DEBUG("crank query not answered (%s): %s", describe(answer.code).c_str(),
-              answer.message.c_str());
-    return;
-  }
-  const double time = session_.newestTime().value_or(0.0);
-  last_answer_ = Answered{time, query, *answer.u_min};
-  ROS_INFO(
-      "crank query at %.2f s: %.1f A for %.1f s, then %.0f A for %.2f s: lowest %.2f V [%.2f, "
-      "%.2f], %s",
-      time, query.i_load, query.t_stop, query.i_cranking, query.t_cranking, answer.u_min->value,
-      answer.u_min->lower, answer.u_min->upper, describe(answer.code).c_str());
+bool BatterySofNode::onPredictStopTime(PredictStopTime::Request& request,
+                                       PredictStopTime::Response& response) {
+  const QueryTimer timer(response_clock_);
+  response = responseOf(live().predictStopTime(queryOf(request)));
+  return true;
+}
+
+bool BatterySofNode::onPredictChargeAcceptance(PredictChargeAcceptance::Request& request,
+                                               PredictChargeAcceptance::Response& response) {
+  const QueryTimer timer(response_clock_);
+  response = responseOf(live().predictChargeAcceptance(queryOf(request)));
+  return true;
+}
+
+bool BatterySofNode::onPredictMap(PredictMap::Request& request, PredictMap::Response& response) {
+  response = mapsOf(live(), request);
+  return true;
 }
 
 bool BatterySofNode::onSimulateProfile(SimulateProfile::Request& request,
                                        SimulateProfile::Response& response) {
-  std::optional<ProfileAnswer> answer;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    answer = session_.simulateProfile(request.time, request.current);
-  }
-  response = responseOf(*answer);
+  response = responseOf(live().simulateProfile(request.time, request.current));
   return true;
 }
 
@@ -236,7 +320,7 @@ IdentificationOutcome BatterySofNode::onIdentified(IdentificationResult result) 
       fit_ms_ = result.model->fit_ms;
     }
     outcome = session_.finish(std::move(result));
-    publishStatus();
+    demandStatus();
   }
   if (!outcome.accepted) {
     ROS_INFO("identification refused: %s", outcome.message.c_str());

@@ -32,6 +32,17 @@ std::uint8_t stateCode(SessionState state) {
   return SofStatus::NO_DATA;
 }
 
+std::uint8_t codeOf(AnswerCode code) { return static_cast<std::uint8_t>(code); }
+
+/// A number that a request may leave out.
+double orDefault(double value, double standard) {
+  return std::isnan(value) || value == 0.0 ? standard : value;
+}
+
+std::optional<double> required(double u_required) {
+  return std::isnan(u_required) ? std::nullopt : std::optional<double>(u_required);
+}
+
 /// The fields that a service's response and the standing answer of the status share.
 template <typename Message>
 void fillAnswer(Message& message, const CrankingAnswer& answer) {
@@ -41,27 +52,107 @@ void fillAnswer(Message& message, const CrankingAnswer& answer) {
   message.upper = u_min.upper;
   message.capable = answer.capable.value_or(false);
   message.valid = answer.valid;
-  message.code = static_cast<std::uint8_t>(answer.code);
+  message.code = codeOf(answer.code);
   message.message = answer.message;
 }
 
-void fillStandingQuestion(SofStatus& message, const CrankingQuery& query) {
+void fillStandingQuestion(SofStatus& message, const StandingQueries& standing) {
+  const CrankingQuery& query = standing.cranking;
   message.i_load = query.i_load;
   message.t_stop = query.t_stop;
   message.i_cranking = query.i_cranking;
   message.t_cranking = query.t_cranking;
   message.u_required = orNan(query.u_required);
+  message.u_boost = standing.charge.u_boost;
+  message.t_sof2 = standing.charge.t_sof2;
+  message.i_limit = standing.charge.i_limit;
 }
 
-void fillLastCrank(SofStatus& message, const std::optional<CrankComparison>& crank) {
+void fillStopTime(SofStatus& message, const std::optional<StopTimeAnswer>& asked) {
+  StopTimeAnswer not_asked;
+  not_asked.code = AnswerCode::kInvalidQuery;
+  not_asked.message = "u_required is not given";
+  const PredictStopTime::Response answer = responseOf(asked.value_or(not_asked));
+  message.stop_time = answer.t_stop;
+  message.stop_time_lower = answer.lower;
+  message.stop_time_upper = answer.upper;
+  message.stop_time_outcome = answer.outcome;
+  message.stop_time_monotone = answer.monotone;
+  message.stop_time_valid = answer.valid;
+  message.stop_time_code = answer.code;
+  message.stop_time_message = answer.message;
+}
+
+void fillCharge(SofStatus& message, const ChargeAcceptanceAnswer& answer) {
+  const Interval i_boost = answer.i_boost.value_or(kNoInterval);
+  message.i_boost = i_boost.value;
+  message.i_boost_lower = i_boost.lower;
+  message.i_boost_upper = i_boost.upper;
+  message.i_boost_valid = answer.valid;
+  message.i_boost_code = codeOf(answer.code);
+  message.i_boost_message = answer.message;
+}
+
+void fillCranks(SofStatus& message, const EventTallies& events) {
   const CrankComparison shown =
-      crank.value_or(CrankComparison{kNan, kNan, kNan, {kNan, kNan, kNan}});
+      events.last_crank.value_or(CrankComparison{kNan, kNan, kNan, kNoInterval});
+  message.cranks = static_cast<std::uint32_t>(events.cranks.count);
   message.crank_time = shown.time;
   message.crank_current = shown.current;
   message.crank_measured = shown.measured_minimum;
   message.crank_expected = shown.expected_minimum.value;
   message.crank_lower = shown.expected_minimum.lower;
   message.crank_upper = shown.expected_minimum.upper;
+  message.cranks_inside_share = orNan(events.cranks.insideShare());
+  message.cranks_mean_abs_error = orNan(events.cranks.meanAbsError());
+  message.crank_interval_factor = events.crank_scale.factor;
+}
+
+void fillCharges(SofStatus& message, const EventTallies& events) {
+  const ChargeComparison shown =
+      events.last_charge.value_or(ChargeComparison{kNan, kNan, kNan, kNan, kNoInterval});
+  message.charges = static_cast<std::uint32_t>(events.charges.count);
+  message.charge_time = shown.time;
+  message.charge_duration = shown.duration;
+  message.charge_voltage = shown.mean_voltage;
+  message.charge_measured = shown.measured_current;
+  message.charge_expected = shown.expected_current.value;
+  message.charge_lower = shown.expected_current.lower;
+  message.charge_upper = shown.expected_current.upper;
+  message.charges_inside_share = orNan(events.charges.insideShare());
+  message.charges_mean_abs_error = orNan(events.charges.meanAbsError());
+  message.charge_interval_factor = events.charge_scale.factor;
+}
+
+void append(PredictMap::Response& response, const CrankingAnswer& answer) {
+  const Interval u_min = answer.u_min.value_or(kNoInterval);
+  response.u_min.push_back(u_min.value);
+  response.u_min_lower.push_back(u_min.lower);
+  response.u_min_upper.push_back(u_min.upper);
+  response.capable.push_back(answer.capable.value_or(false));
+  response.u_min_code.push_back(codeOf(answer.code));
+}
+
+void append(PredictMap::Response& response, const ChargeAcceptanceAnswer& answer) {
+  const Interval i_boost = answer.i_boost.value_or(kNoInterval);
+  response.i_boost.push_back(i_boost.value);
+  response.i_boost_lower.push_back(i_boost.lower);
+  response.i_boost_upper.push_back(i_boost.upper);
+  response.i_boost_code.push_back(codeOf(answer.code));
+}
+
+CrankingMap crankingMapOf(const LiveModel& model, const PredictMap::Request& request) {
+  CrankingQuery query;
+  query.i_cranking = request.i_cranking;
+  query.t_cranking = orDefault(request.t_cranking, query.t_cranking);
+  query.u_required = required(request.u_required);
+  return model.mapCranking(query, request.i_load, request.t_stop);
+}
+
+ChargeAcceptanceMap chargeMapOf(const LiveModel& model, const PredictMap::Request& request) {
+  ChargeAcceptanceQuery query;
+  query.i_limit = orDefault(request.i_limit, query.i_limit);
+  return model.mapChargeAcceptance(query, request.u_boost, request.t_sof2);
 }
 
 void fillEstimates(IdentifiedModel& message, const FittedModel& model) {
@@ -78,14 +169,78 @@ void fillEstimates(IdentifiedModel& message, const FittedModel& model) {
 }  // namespace
 
 CrankingQuery queryOf(const PredictCranking::Request& request) {
-  CrankingQuery query{request.i_load, request.t_stop, request.i_cranking, request.t_cranking, {}};
-  if (!std::isnan(request.u_required)) query.u_required = request.u_required;
+  CrankingQuery query{request.i_load, request.t_stop, request.i_cranking, request.t_cranking,
+                      required(request.u_required)};
+  query.load = {request.load_time, request.load_current};
+  query.crank = {request.cranking_time, request.cranking_current};
+  return query;
+}
+
+StopTimeQuery queryOf(const PredictStopTime::Request& request) {
+  StopTimeQuery query;
+  query.i_load = request.i_load;
+  query.i_cranking = request.i_cranking;
+  query.t_cranking = orDefault(request.t_cranking, query.t_cranking);
+  query.u_required = request.u_required;
+  return query;
+}
+
+ChargeAcceptanceQuery queryOf(const PredictChargeAcceptance::Request& request) {
+  ChargeAcceptanceQuery query;
+  query.u_boost = request.u_boost;
+  query.t_sof2 = orDefault(request.t_sof2, query.t_sof2);
+  query.i_limit = orDefault(request.i_limit, query.i_limit);
   return query;
 }
 
 PredictCranking::Response responseOf(const CrankingAnswer& answer) {
   PredictCranking::Response response;
   fillAnswer(response, answer);
+  return response;
+}
+
+PredictStopTime::Response responseOf(const StopTimeAnswer& answer) {
+  PredictStopTime::Response response;
+  const Interval t_stop = answer.t_stop.value_or(kNoInterval);
+  response.t_stop = t_stop.value;
+  response.lower = t_stop.lower;
+  response.upper = t_stop.upper;
+  if (answer.t_stop) {
+    response.outcome = describe(answer.outcome);
+    response.monotone = answer.monotone;
+  }
+  response.valid = answer.valid;
+  response.code = codeOf(answer.code);
+  response.message = answer.message;
+  return response;
+}
+
+PredictChargeAcceptance::Response responseOf(const ChargeAcceptanceAnswer& answer) {
+  PredictChargeAcceptance::Response response;
+  const Interval i_boost = answer.i_boost.value_or(kNoInterval);
+  response.i_boost = i_boost.value;
+  response.lower = i_boost.lower;
+  response.upper = i_boost.upper;
+  response.valid = answer.valid;
+  response.code = codeOf(answer.code);
+  response.message = answer.message;
+  return response;
+}
+
+PredictMap::Response mapsOf(const LiveModel& model, const PredictMap::Request& request) {
+  std::optional<CrankingMap> cranking;
+  std::optional<ChargeAcceptanceMap> charge;
+  if (!request.i_load.empty() || !request.t_stop.empty()) cranking = crankingMapOf(model, request);
+  if (!request.u_boost.empty() || !request.t_sof2.empty()) charge = chargeMapOf(model, request);
+  PredictMap::Response response;
+  if (cranking)
+    for (const CrankingAnswer& answer : cranking->answers) append(response, answer);
+  if (charge)
+    for (const ChargeAcceptanceAnswer& answer : charge->answers) append(response, answer);
+  const MapVerdict verdict = verdictOf(cranking, charge);
+  response.valid = verdict.code == AnswerCode::kOk;
+  response.code = codeOf(verdict.code);
+  response.message = verdict.message;
   return response;
 }
 
@@ -128,6 +283,14 @@ Identify::Response responseOf(const IdentificationOutcome& outcome) {
   return response;
 }
 
+StandingAnswers answersTo(const StandingQueries& standing, const LiveModel& model) {
+  StandingAnswers answers;
+  answers.cranking = model.predictCranking(standing.cranking);
+  if (const auto stop_time = standing.stopTime()) answers.stop_time = model.predictStopTime(*stop_time);
+  answers.charge = model.predictChargeAcceptance(standing.charge);
+  return answers;
+}
+
 SofStatus messageOf(const StatusContents& contents) {
   SofStatus message;
   message.state = stateCode(contents.session.state);
@@ -136,10 +299,12 @@ SofStatus messageOf(const StatusContents& contents) {
   message.suitability = orNan(contents.session.suitability);
   message.backtest_q_dyn_percent = orNan(contents.session.backtest.q_dyn_percent);
   message.backtest_duration = contents.session.backtest.duration;
-  fillStandingQuestion(message, contents.standing_query);
-  fillAnswer(message, contents.standing_answer);
-  fillLastCrank(message, contents.last_crank);
-  message.cranks = static_cast<std::uint32_t>(contents.cranks);
+  fillStandingQuestion(message, contents.standing);
+  fillAnswer(message, contents.answers.cranking);
+  fillStopTime(message, contents.answers.stop_time);
+  fillCharge(message, contents.answers.charge);
+  fillCranks(message, contents.events);
+  fillCharges(message, contents.events);
   message.accepted = contents.counts.accepted;
   message.rejected = contents.counts.rejectedTotal();
   return message;

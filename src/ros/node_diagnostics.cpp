@@ -9,8 +9,10 @@ namespace {
 
 using Level = diagnostic_msgs::DiagnosticStatus;
 
-std::string shown(const std::optional<double>& value) {
-  return value ? std::to_string(*value) : "none";
+constexpr double kLateSample = 100.0;  // [ms], ten samples of the design rate
+
+std::string shown(const std::optional<double>& value, double factor = 1.0) {
+  return value ? std::to_string(factor * *value) : "none";
 }
 
 /// [Hz] by the stamps, between two snapshots.
@@ -22,17 +24,17 @@ std::optional<double> rateBetween(const DiagnosticsSnapshot& before,
   return static_cast<double>(now.counts.accepted - before.counts.accepted) / passed;
 }
 
-}  // namespace
-
-void CrankTally::add(const CrankComparison& crank) {
-  const Interval& expected = crank.expected_minimum;
-  ++count;
-  sum_abs_error += std::abs(crank.measured_minimum - expected.value);
-  if (expected.lower <= crank.measured_minimum && crank.measured_minimum <= expected.upper) {
-    ++inside;
-  }
-  last = crank;
+/// How one kind of event compares with what was expected of it.
+void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events,
+         const char* unit, const EventTally& tally, const IntervalScale& scale) {
+  status.add(events, tally.count);
+  status.add(events + " inside their interval", tally.inside);
+  status.add(events + "' share inside [%]", shown(tally.insideShare(), 100.0));
+  status.add(events + "' mean absolute error [" + unit + "]", shown(tally.meanAbsError()));
+  status.add(events + "' interval factor", scale.factor);
 }
+
+}  // namespace
 
 NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot)
     : take_snapshot_(std::move(take_snapshot)) {
@@ -41,6 +43,7 @@ NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot)
   updater_.add("rejected samples", this, &NodeDiagnostics::reportRejected);
   updater_.add("identification", this, &NodeDiagnostics::reportIdentification);
   updater_.add("prediction error", this, &NodeDiagnostics::reportPredictionError);
+  updater_.add("response times", this, &NodeDiagnostics::reportResponseTimes);
 }
 
 void NodeDiagnostics::publish() {
@@ -97,7 +100,7 @@ void NodeDiagnostics::reportIdentification(Status& status) {
 
 void NodeDiagnostics::reportPredictionError(Status& status) {
   const BacktestScore& backtest = now_.status.backtest;
-  const CrankTally& cranks = now_.cranks;
+  const EventTallies& events = now_.events;
   if (!backtest.q_dyn_percent) {
     status.summary(Level::OK, "nothing to compare yet");
   } else if (*backtest.q_dyn_percent < 0.0) {
@@ -108,12 +111,23 @@ void NodeDiagnostics::reportPredictionError(Status& status) {
   }
   status.add("Q_dyn [%]", shown(backtest.q_dyn_percent));
   status.add("compared over [s]", backtest.duration);
-  status.add("cranks", cranks.count);
-  status.add("cranks inside their interval", cranks.inside);
-  if (cranks.count > 0) {
-    status.add("cranks' mean absolute error [V]",
-               cranks.sum_abs_error / static_cast<double>(cranks.count));
+  add(status, "cranks", "V", events.cranks, events.crank_scale);
+  add(status, "charges", "A", events.charges, events.charge_scale);
+}
+
+void NodeDiagnostics::reportResponseTimes(Status& status) {
+  const ResponseTimes& times = now_.response_times;
+  if (times.sample_longest_ms > kLateSample) {
+    status.summaryf(Level::WARN, "a sample waited %.0f ms", times.sample_longest_ms);
+  } else {
+    status.summaryf(Level::OK, "%zu queries, 99 %% of the last within %.2f ms", times.queries,
+                    times.query_p99_ms);
   }
+  status.add("queries", times.queries);
+  status.add("query work p99 [ms]", times.query_p99_ms);
+  status.add("query work longest [ms]", times.query_longest_ms);
+  status.add("sample delay p99 [ms]", times.sample_p99_ms);
+  status.add("sample delay longest since the last look [ms]", times.sample_longest_ms);
 }
 
 }  // namespace battery_sof

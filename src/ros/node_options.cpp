@@ -103,13 +103,18 @@ std::function<void(double)> into(double& target) {
   return [&target](double value) { target = value; };
 }
 
-Schema standingQuerySchema(CrankingQuery& query) {
+Schema standingQuerySchema(StandingQueries& standing) {
+  CrankingQuery& query = standing.cranking;
+  ChargeAcceptanceQuery& charge = standing.charge;
   Schema schema;
   schema.number("i_load_a", -500.0, 0.0, into(query.i_load));
   schema.number("t_stop_s", 0.0, 86400.0, into(query.t_stop));
   schema.number("i_cranking_a", -2000.0, -1.0, into(query.i_cranking));
   schema.number("t_cranking_s", 0.01, 60.0, into(query.t_cranking));
   schema.number("u_required_v", 0.0, 100.0, [&query](double value) { query.u_required = value; });
+  schema.number("u_boost_v", 1.0, 100.0, into(charge.u_boost));
+  schema.number("t_sof2_s", 0.1, 3600.0, into(charge.t_sof2));
+  schema.number("i_limit_a", 1.0, 5000.0, into(charge.i_limit));
   return schema;
 }
 
@@ -142,7 +147,7 @@ Schema schemaOf(NodeOptions& options) {
   schema.number("model_max_age_s", 60.0, 604800.0, into(session.model_max_age));
   schema.number("capacity_ah", 1.0, 1000.0, into(session.capacity));
   schema.number("crank_current_a", -2000.0, -1.0, into(session.events.crank_current));
-  schema.map("standing_query", standingQuerySchema(options.standing_query));
+  schema.map("standing_query", standingQuerySchema(options.standing));
   schema.map("fit", fitSchema(session.identify));
   schema.text("state_file", [&options](const std::string& path) -> std::string {
     options.state_file = path;
@@ -170,6 +175,16 @@ std::string joined(const Faults& faults) {
 }
 
 }  // namespace
+
+std::optional<StopTimeQuery> StandingQueries::stopTime() const {
+  if (!cranking.u_required) return std::nullopt;
+  StopTimeQuery query;
+  query.i_load = cranking.i_load;
+  query.i_cranking = cranking.i_cranking;
+  query.t_cranking = cranking.t_cranking;
+  query.u_required = *cranking.u_required;
+  return query;
+}
 
 NodeOptionsError::NodeOptionsError(const std::vector<std::string>& faults)
     : std::runtime_error(joined(faults)) {}

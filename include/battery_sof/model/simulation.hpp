@@ -25,7 +25,7 @@ struct ModelPoint {
  * it (activity of the reaction, ladder of a fractional capacitance) are stepped together by an implicit Euler step that is
  * extrapolated to second order (a step against two halves), its length chosen so that the two differ by at most 0.04 mV:
  * L-stable, positive activities stay positive, no interval is too long. Effects' own states have exact steps; where they
- * act back on others (history, warming, drift), intervals are cut to 0.1 s. Beyond |alpha beta u_c2| = 300 the reaction's
+ * act back on others (history, warming, drift), intervals are cut to 0.1 s, beyond 2 s to a twentieth of the time passed. Beyond |alpha beta u_c2| = 300 the reaction's
  * exponentials stay at that value.
  *
  * Derivatives are forward sensitivities of the very step that is taken: every number carries its derivatives along
@@ -62,7 +62,7 @@ class Simulation {
    *
    *     u(t + duration; i) = voltage,   i <= most_current
    *
-   * solved by a safeguarded Newton method to 1e-9 A; as a step in the state it is the implicit Euler step of an ideal
+   * solved by a safeguarded Newton method to 1e-8 A; as a step in the state it is the implicit Euler step of an ideal
    * voltage source, so no interval is too long for it.
    *
    * @return the current [A]; most_current where that leaves the voltage below the wanted one. Its derivatives:

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "battery_sof/predict/charge_acceptance.hpp"
@@ -31,5 +33,15 @@ CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query,
 ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query,
                                         const std::vector<double>& u_boost,
                                         const std::vector<double>& t_sof2, double capacity = 50.0);
+
+/// What maps come to as a whole.
+struct MapVerdict {
+  AnswerCode code = AnswerCode::kOk;  ///< the gravest: invalid_query, then no_model, then extrapolation
+  std::string message;                ///< one sentence: of the first answer with that code, or how many answers there are
+};
+
+/// @param cranking, charge the maps that were asked; kInvalidQuery when neither was.
+MapVerdict verdictOf(const std::optional<CrankingMap>& cranking,
+                     const std::optional<ChargeAcceptanceMap>& charge);
 
 }  // namespace battery_sof

@@ -5,16 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/predict/charge_acceptance.hpp"
 #include "battery_sof/predict/charge_watch.hpp"
 #include "battery_sof/predict/crank_watch.hpp"
-#include "battery_sof/predict/cranking.hpp"
-#include "battery_sof/predict/interval_scale.hpp"
 #include "battery_sof/predict/identification_job.hpp"
-#include "battery_sof/predict/profile.hpp"
+#include "battery_sof/predict/interval_scale.hpp"
+#include "battery_sof/predict/live_model.hpp"
 #include "battery_sof/predict/sample_stream.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
-#include "battery_sof/predict/stop_time.hpp"
 
 namespace battery_sof {
 
@@ -83,6 +80,9 @@ struct IdentificationOutcome {
  * window is at most 1.1 times that of the model in use, unless that is too old. A refused model
  * leaves the old one in use.
  *
+ * Periods count from when a job was taken, and what happened since is judged by the new model once it is accepted: how
+ * long an identification takes changes no answer after it.
+ *
  * Clock jump back (SampleStream): the past and the state are begun anew, the model stays with its
  * age, and the result of a job from before is dropped.
  */
@@ -91,7 +91,7 @@ class OnlineSession {
   /// @throws std::invalid_argument for options that are not finite or outside their domain.
   explicit OnlineSession(SessionOptions options = {});
 
-  /// Offers one sample. @return the cranks and charges it ended.
+  /// Offers one sample. @return the cranks and charges that ended; while a job is out they wait for its result.
   SessionEvents push(const RawSample& sample);
 
   /// @return a job when an identification is due and none is out.
@@ -107,19 +107,19 @@ class OnlineSession {
    */
   void restore(const FittedModel& model);
 
+  /// What may be asked, state at the newest sample, as a copy that needs no lock.
+  LiveModel live() const;
   /// SOF1 from the live state; kNoModel with the reason when there is none or it is too old.
   CrankingAnswer predictCranking(const CrankingQuery& query) const;
   /// The longest stop and SOF2 from the live state; kNoModel likewise.
   StopTimeAnswer predictStopTime(const StopTimeQuery& query) const;
   ChargeAcceptanceAnswer predictChargeAcceptance(const ChargeAcceptanceQuery& query) const;
-  /// A copy of the model a query may be put to, state at the newest sample; not usable when there is none.
-  FittedModel modelForQuery() const;
-  /// Why modelForQuery() is not usable; none when it is.
+  /// Why nothing is answered; none when queries are.
   std::optional<std::string> whyNoModel() const;
   double capacity() const { return options_.capacity; }  ///< [Ah]
   /// How wide intervals are, as past events ask for.
-  IntervalScale crankScale() const { return crank_scale_; }
-  IntervalScale chargeScale() const { return charge_scale_; }
+  IntervalScale crankScale() const { return judging_.crank_scale; }
+  IntervalScale chargeScale() const { return judging_.charge_scale; }
 
   /// A what-if profile from the live state; kNoModel likewise.
   ProfileAnswer simulateProfile(const std::vector<double>& time,
@@ -142,8 +142,17 @@ class OnlineSession {
     double time, measured, expected;
   };
 
+  /// What is in progress of setting the model beside what happens.
+  struct Judging {
+    explicit Judging(const EventLimits& limits = {}) : crank_watch(limits) {}
+    CrankWatch crank_watch;
+    ChargeWatch charge_watch;
+    IntervalScale crank_scale, charge_scale;
+  };
+
   void restartClock(double old_newest, const StreamSample& first);
-  void advance(const StreamSample& sample, SessionEvents& events);
+  void advance(const StreamSample& sample);
+  void follow(const StreamSample& sample, double max_gap);
   void judgeRestored(const StreamSample& first);
   void install(const FittedModel& model, double max_gap);
   void compare(const StreamSample& sample);
@@ -157,12 +166,12 @@ class OnlineSession {
 
   SessionOptions options_;
   SampleStream stream_;
-  CrankWatch crank_watch_;
-  ChargeWatch charge_watch_;
-  IntervalScale crank_scale_, charge_scale_;
+  Judging judging_, judging_at_job_;
+  SessionEvents events_;  // not handed out yet
   std::optional<StreamSample> newest_;
   double driving_ = 0.0;    // [s]
   double next_look_ = 0.0;  // [s] of driving
+  double job_driving_ = 0.0;  // [s], when the job that is out was taken
   int epoch_ = 0;
   bool job_is_out_ = false;
 

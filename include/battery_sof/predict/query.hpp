@@ -40,6 +40,8 @@ struct QueryRange {
  * 1 % of capacity unless the composition lets the open-circuit voltage move (ocv_soc, acid_transport); for charges beyond
  * 10 s a limit of charge acceptance (charge_acceptance) and a charge as long as 10 s in the window (PHYSICS 5.3).
  *
+ * More than the capacity is never held.
+ *
  * @return reasons, joined by "; "; empty when there is none.
  */
 std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity);

@@ -7,22 +7,27 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "battery_sof/predict/online_session.hpp"
 #include "battery_sof/ros/identification_worker.hpp"
 #include "battery_sof/ros/message_conversion.hpp"
 #include "battery_sof/ros/node_diagnostics.hpp"
 #include "battery_sof/ros/node_options.hpp"
+#include "battery_sof/ros/response_times.hpp"
 
 namespace battery_sof {
 
 /**
  * @brief The ROS face of an OnlineSession: topics, services, state file, diagnostics and log.
  *
- * Threads: samples, queries and timers come in on the global callback queue; ~identify has a queue
- * and a thread of its own, because it waits; identifications run on the worker's thread. `mutex_`
- * guards the session and all that belongs to it; it is never held while a fit runs or a file is
- * written.
+ * Threads, so that nothing waits for what takes longer:
+ *   - samples: the global callback queue, nothing else;
+ *   - questions: the three predictions, ~status and /diagnostics, one after the other;
+ *   - patient: ~identify, which waits for a fit, ~predict_map and ~simulate_profile, which may take seconds;
+ *   - identifications: the worker's.
+ * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to copy what a question
+ * needs (OnlineSession::live()); never while a question is computed, a fit runs or a file is written.
  *
  * ~status goes out once a second of the samples' time. A wall timer stands in when no samples come.
  */
@@ -33,6 +38,8 @@ class BatterySofNode {
   ~BatterySofNode();
 
  private:
+  using SampleEvent = ros::MessageEvent<const sensor_msgs::BatteryState>;
+
   /// The last crank query that got numbers.
   struct Answered {
     double time = 0.0;  // [s], newest sample when it was asked
@@ -40,50 +47,68 @@ class BatterySofNode {
     Interval u_min;
   };
 
+  /// A status whose standing answers are still to be computed.
+  struct DueStatus {
+    StatusContents contents;
+    LiveModel model;
+  };
+
   void loadStateFile();
   void saveStateFile(const FittedModel& model);
   void advertise();
+  template <typename Service>
+  ros::ServiceServer serve(const char* name, ros::CallbackQueue& queue,
+                           bool (BatterySofNode::*callback)(typename Service::Request&,
+                                                            typename Service::Response&));
 
-  void onBatteryState(const sensor_msgs::BatteryStateConstPtr& message);
+  void onBatteryState(const SampleEvent& event);
   void onWallTimer(const ros::WallTimerEvent& event);
   IdentificationOutcome onIdentified(IdentificationResult result);
 
   bool onPredictCranking(PredictCranking::Request& request, PredictCranking::Response& response);
+  bool onPredictStopTime(PredictStopTime::Request& request, PredictStopTime::Response& response);
+  bool onPredictChargeAcceptance(PredictChargeAcceptance::Request& request,
+                                 PredictChargeAcceptance::Response& response);
+  bool onPredictMap(PredictMap::Request& request, PredictMap::Response& response);
   bool onSimulateProfile(SimulateProfile::Request& request, SimulateProfile::Response& response);
   bool onIdentify(Identify::Request& request, Identify::Response& response);
 
   // These want mutex_ held.
+  void take(const RawSample& sample);
   bool isStatusDue() const;
-  void publishStatus();
+  void demandStatus();
   std::optional<double> noDataFor() const;
-  void remember(const CrankingQuery& query, const CrankingAnswer& answer);
   void logCrank(const CrankComparison& crank) const;
-
   SessionStatus statusNow() const;
+
+  LiveModel live();
+  void publishDueStatus();
   DiagnosticsSnapshot snapshot();
   std::optional<std::future<IdentificationOutcome>> postRequested();
 
   NodeOptions options_;
   ros::NodeHandle node_, private_node_;
-  ros::CallbackQueue identify_queue_;
+  ros::CallbackQueue question_queue_, patient_queue_;
   ros::Publisher status_publisher_, model_publisher_;
 
   std::mutex mutex_;
   OnlineSession session_;
   std::optional<double> last_status_time_;  // [s], newest sample at the last ~status
   ros::WallTime last_status_wall_;
+  std::optional<DueStatus> due_status_;
   std::optional<ros::Time> last_arrival_;
   std::optional<Answered> last_answer_;
-  CrankTally cranks_;
+  EventTallies events_;
   std::optional<double> fit_ms_;
   std::string state_file_fault_;
 
+  ResponseClock response_clock_;
   IdentificationWorker worker_;
   NodeDiagnostics diagnostics_;
   ros::Subscriber subscriber_;
-  ros::ServiceServer predict_cranking_, simulate_profile_, identify_;
+  std::vector<ros::ServiceServer> services_;
   ros::WallTimer wall_timer_;
-  ros::AsyncSpinner identify_spinner_;
+  ros::AsyncSpinner question_spinner_, patient_spinner_;
 };
 
 }  // namespace battery_sof

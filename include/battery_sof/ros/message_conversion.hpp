@@ -4,15 +4,25 @@
 
 #include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/ros/event_tallies.hpp"
 #include "battery_sof/ros/messages.hpp"
+#include "battery_sof/ros/node_options.hpp"
 
 namespace battery_sof {
 
-/// @return the query; an u_required of NaN is none. Nothing is judged here: see faultsOf().
+// The queries of requests. An u_required of NaN is none; a t_cranking, t_sof2 or i_limit of 0 or NaN is its default where the
+// .srv file says so. Nothing is judged here: see faultsOf().
 CrankingQuery queryOf(const PredictCranking::Request& request);
+StopTimeQuery queryOf(const PredictStopTime::Request& request);
+ChargeAcceptanceQuery queryOf(const PredictChargeAcceptance::Request& request);
 
-/// @return the response; absent numbers are NaN.
+// The responses; absent numbers are NaN.
 PredictCranking::Response responseOf(const CrankingAnswer& answer);
+PredictStopTime::Response responseOf(const StopTimeAnswer& answer);
+PredictChargeAcceptance::Response responseOf(const ChargeAcceptanceAnswer& answer);
+
+/// @return both maps of a request, those with lists, asked of a model.
+PredictMap::Response mapsOf(const LiveModel& model, const PredictMap::Request& request);
 
 /// @return the response; absent arrays are empty.
 SimulateProfile::Response responseOf(const ProfileAnswer& answer);
@@ -23,14 +33,23 @@ IdentifiedModel messageOf(const FittedModel& model);
 /// @return the response to ~identify; code REFUSED unless accepted.
 Identify::Response responseOf(const IdentificationOutcome& outcome);
 
+/// The standing answers; stop_time is none when it is not asked.
+struct StandingAnswers {
+  CrankingAnswer cranking;
+  std::optional<StopTimeAnswer> stop_time;
+  ChargeAcceptanceAnswer charge;
+};
+
+/// @return a model's answers to the standing questions.
+StandingAnswers answersTo(const StandingQueries& standing, const LiveModel& model);
+
 /// What a status message is made of.
 struct StatusContents {
   SessionStatus session;
   StreamCounts counts;
-  CrankingQuery standing_query;
-  CrankingAnswer standing_answer;
-  std::optional<CrankComparison> last_crank;
-  std::size_t cranks = 0;
+  StandingQueries standing;
+  StandingAnswers answers;
+  EventTallies events;
 };
 
 /// @return the message without its header; absent numbers are NaN.

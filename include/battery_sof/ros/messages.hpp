@@ -4,6 +4,9 @@
 // FittedModel on the wire.
 #include <battery_sof/IdentifiedModel.h>
 #include <battery_sof/Identify.h>
+#include <battery_sof/PredictChargeAcceptance.h>
 #include <battery_sof/PredictCranking.h>
+#include <battery_sof/PredictMap.h>
+#include <battery_sof/PredictStopTime.h>
 #include <battery_sof/SimulateProfile.h>
 #include <battery_sof/SofStatus.h>

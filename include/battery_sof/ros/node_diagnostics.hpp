@@ -6,19 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/ros/event_tallies.hpp"
+#include "battery_sof/ros/response_times.hpp"
 
 namespace battery_sof {
-
-/// How the cranks since the start compare with what the model expected.
-struct CrankTally {
-  std::size_t count = 0;
-  std::size_t inside = 0;      ///< inside their 90 % interval
-  double sum_abs_error = 0.0;  ///< [V]
-  std::optional<CrankComparison> last;
-
-  void add(const CrankComparison& crank);
-};
 
 /// What the diagnostics are made of, taken at one moment.
 struct DiagnosticsSnapshot {
@@ -26,12 +17,13 @@ struct DiagnosticsSnapshot {
   StreamCounts counts;
   std::optional<double> fit_ms;       ///< [ms], of the last identification
   std::optional<double> no_data_for;  ///< [s] of ROS time, when samples have stopped
-  CrankTally cranks;
+  EventTallies events;
+  ResponseTimes response_times;
   std::string state_file;        ///< its path, or "off"
   std::string state_file_fault;  ///< empty when the last access went well
 };
 
-/// Publishes data rate, rejected samples by reason, identification and prediction error on
+/// Publishes data rate, rejected samples by reason, identification, prediction error and response times on
 /// /diagnostics.
 class NodeDiagnostics {
  public:
@@ -49,6 +41,7 @@ class NodeDiagnostics {
   void reportRejected(Status& status);
   void reportIdentification(Status& status);
   void reportPredictionError(Status& status);
+  void reportResponseTimes(Status& status);
 
   TakeSnapshot take_snapshot_;
   diagnostic_updater::Updater updater_;

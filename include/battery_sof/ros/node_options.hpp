@@ -6,16 +6,23 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/predict/cranking.hpp"
 #include "battery_sof/predict/online_session.hpp"
 
 namespace battery_sof {
 
+/// The questions asked anew with every status: SOF1, the longest stop before the same crank, and SOF2.
+struct StandingQueries {
+  CrankingQuery cranking{-20.0, 30.0, -200.0, 1.0, 7.2};
+  ChargeAcceptanceQuery charge{14.2, 10.0, 5000.0};
+  /// @return none when u_required is not asked.
+  std::optional<StopTimeQuery> stopTime() const;
+};
+
 /// Everything the node is told by its private parameters; config/battery_sof.yaml explains each.
 struct NodeOptions {
   SessionOptions session;
-  CrankingQuery standing_query{-20.0, 30.0, -200.0, 1.0, 7.2};  ///< asked with every status
-  std::string state_file;                                       ///< empty: the model is not kept
+  StandingQueries standing;
+  std::string state_file;  ///< empty: the model is not kept
 };
 
 /// Parameters the node does not start with; the message has one line a fault.

@@ -73,7 +73,7 @@ class Sof : public testing::Test {
 TEST_F(Sof, PrintsItsVersionAndHelpAndSucceeds) {
   EXPECT_EQ(sof({"--version"}).code, 0);
   EXPECT_NE(sof({"--version"}).out.find("sof "), std::string::npos);
-  for (const char* command : {"check", "convert", "identify", "predict", "crank", "effects"}) {
+  for (const char* command : {"check", "convert", "identify", "predict", "crank", "stop-time", "charge", "map", "effects"}) {
     EXPECT_NE(sof({"--help"}).out.find(command), std::string::npos);
     EXPECT_EQ(sof({command, "--help"}).code, 0);
   }
@@ -200,6 +200,99 @@ TEST_F(Sof, RefusesImpossibleCranksByName) {
   refused("-20", "30", "200", "i_cranking");
   refused("-20", "-5", "-200", "t_stop");
   refused("-20", "31536000", "-200", "t_stop");
+}
+
+TEST_F(Sof, AnswersACrankOfProfilesAsOneOfTheHeldCurrentsTheyStandFor) {
+  ASSERT_EQ(identify().code, 0);
+  const std::string load = write("load.csv", "time_s,current_a\n0,-20\n30,-20\n");
+  const std::string crank = write("crank.csv", "current_a, time_s\r\n-200,0\r\n-200,0.8\r\n");
+  const Outcome held = sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200",
+                            "--t-cranking", "0.8", "--json", "-"});
+  const Outcome profiled =
+      sof({"crank", model_, "--load-profile", load, "--crank-profile", crank, "--json", "-"});
+  ASSERT_EQ(profiled.code, 0) << profiled.err;
+  EXPECT_NEAR(nlohmann::json::parse(profiled.out)["u_min"].get<double>(),
+              nlohmann::json::parse(held.out)["u_min"].get<double>(), 1e-9);
+}
+
+TEST_F(Sof, RefusesProfilesWithAFaultAndNamesFileLineAndExpectation) {
+  ASSERT_EQ(identify().code, 0);
+  const auto refused = [&](const std::string& content, const std::vector<std::string>& pieces) {
+    const Outcome outcome = sof({"crank", model_, "--i-cranking", "-200", "--load-profile",
+                                 write("load.csv", content)});
+    EXPECT_EQ(outcome.code, 2) << content;
+    EXPECT_NE(outcome.err.find("load.csv"), std::string::npos) << outcome.err;
+    for (const auto& piece : pieces)
+      EXPECT_NE(outcome.err.find(piece), std::string::npos) << outcome.err;
+  };
+  refused("", {"is empty", "time_s,current_a"});
+  refused("time_s,current_a\n", {"no row"});
+  refused("t,amps\n0,-20\n", {"line 1", "no column \"time_s\"", "time_s,current_a"});
+  refused("time_s,current_a\n0,-20\n1,lots\n", {"line 3", "current_a is \"lots\"", "expected a finite number"});
+  refused("time_s,current_a\n0,nan\n", {"line 2", "current_a is \"nan\"", "expected a finite number"});
+  refused("time_s,current_a\n0,\n", {"line 2", "current_a", "expected a finite number"});
+  refused("time_s,current_a\n0\n", {"line 2", "current_a", "expected a finite number"});
+  refused("time_s,current_a\n0,-5\n0,-5\n", {"line 3", "time_s is 0", "expected more than"});
+  refused("time_s,current_a\n-1,-5\n", {"line 2", "time_s is -1", "expected 0 or more"});
+  EXPECT_EQ(sof({"crank", model_, "--i-cranking", "-200", "--load-profile", path("none.csv")}).code, 2);
+}
+
+TEST_F(Sof, WantsEitherNumbersOrAProfile) {
+  ASSERT_EQ(identify().code, 0);
+  const Outcome missing = sof({"crank", model_, "--i-load", "-20", "--i-cranking", "-200"});
+  EXPECT_EQ(missing.code, 2);
+  EXPECT_NE(missing.err.find("--t-stop or --load-profile"), std::string::npos) << missing.err;
+  const std::string load = write("load.csv", "time_s,current_a\n0,-20\n");
+  EXPECT_EQ(sof({"crank", model_, "--i-load", "-20", "--load-profile", load, "--i-cranking", "-200"}).code, 2);
+}
+
+TEST_F(Sof, AnswersTheLongestStop) {
+  ASSERT_EQ(identify().code, 0);
+  const Outcome finite = sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200", "--u-required",
+                              "11.3", "--capacity-ah", "1000", "--rested", "--json", "-"});
+  ASSERT_EQ(finite.code, 0) << finite.err;
+  const auto json = nlohmann::json::parse(finite.out);
+  EXPECT_EQ(json["outcome"], "finite");
+  EXPECT_LT(json["lower"].get<double>(), json["t_stop"].get<double>());
+  const Outcome always =
+      sof({"stop-time", model_, "--i-load", "0", "--i-cranking", "-200", "--u-required", "7.2", "--json", "-"});
+  ASSERT_EQ(always.code, 0) << always.err;
+  EXPECT_TRUE(nlohmann::json::parse(always.out)["t_stop"].is_null());
+  EXPECT_EQ(nlohmann::json::parse(always.out)["outcome"], "always");
+  EXPECT_EQ(sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200"}).code, 2);
+  EXPECT_EQ(sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200", "--u-required", "nan"}).code, 2);
+}
+
+TEST_F(Sof, AnswersACharge) {
+  ASSERT_EQ(identify().code, 0);
+  const Outcome outcome = sof({"charge", model_, "--u-boost", "13", "--t-sof2", "5", "--json", "-"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_GT(json["i_boost"].get<double>(), 0.0);
+  EXPECT_LT(json["lower"].get<double>(), json["upper"].get<double>());
+  const Outcome beyond = sof({"charge", model_, "--u-boost", "16"});
+  EXPECT_EQ(beyond.code, 1);
+  EXPECT_NE(beyond.err.find("not to be relied on"), std::string::npos) << beyond.err;
+  const Outcome wrong = sof({"charge", model_, "--u-boost", "13", "--i-limit", "-3"});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_NE(wrong.err.find("i_limit"), std::string::npos) << wrong.err;
+}
+
+TEST_F(Sof, PrintsMaps) {
+  ASSERT_EQ(identify().code, 0);
+  const Outcome outcome = sof({"map", model_, "--i-load", "-10,-20,-30", "--t-stop", "0,10", "--i-cranking",
+                               "-200", "--u-boost", "13", "--t-sof2", "1,5", "--json", "-"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json["u_min"].size(), 6u);
+  EXPECT_EQ(json["i_boost"].size(), 2u);
+  const auto alone = nlohmann::json::parse(
+      sof({"crank", model_, "--i-load", "-20", "--t-stop", "10", "--i-cranking", "-200", "--json", "-"}).out);
+  EXPECT_EQ(json["u_min"][3], alone["u_min"]);
+  EXPECT_EQ(sof({"map", model_}).code, 2);
+  EXPECT_EQ(sof({"map", model_, "--i-load", "-10", "--t-stop", "0,x", "--i-cranking", "-200"}).code, 2);
+  EXPECT_EQ(sof({"map", model_, "--i-load", "-10", "--t-stop", "0"}).code, 2);
+  EXPECT_EQ(sof({"map", model_, "--i-load", "-10,5", "--t-stop", "0", "--i-cranking", "-200"}).code, 2);
 }
 
 TEST_F(Sof, RefusesAModelFileThatIsNone) {

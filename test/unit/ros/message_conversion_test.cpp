@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "battery_sof/report/model_yaml.hpp"
+#include "support/known_model.hpp"
 
 namespace battery_sof {
 namespace {
@@ -36,6 +37,94 @@ TEST(QueryOf, RequirementOfNanIsNone) {
   EXPECT_EQ(queryOf(request).i_load, -20.0);
 }
 
+TEST(QueryOf, ProfilesOfACrankAreKept) {
+  PredictCranking::Request request;
+  request.load_time = {0.0, 5.0};
+  request.load_current = {-20.0, -30.0};
+  request.cranking_time = {0.0};
+  const CrankingQuery query = queryOf(request);
+  EXPECT_EQ(query.load.duration(), 5.0);
+  EXPECT_EQ(query.load.current[1], -30.0);
+  EXPECT_THAT(faultsOf(query), ::testing::HasSubstr("crank has 1 times and 0 currents"));
+}
+
+TEST(QueryOf, ZeroOrNanIsTheDefaultWhereTheRequestSaysSo) {
+  for (const double left_out : {0.0, std::numeric_limits<double>::quiet_NaN()}) {
+    PredictStopTime::Request stop;
+    stop.t_cranking = left_out;
+    EXPECT_EQ(queryOf(stop).t_cranking, 1.0);
+    PredictChargeAcceptance::Request charge;
+    charge.t_sof2 = charge.i_limit = left_out;
+    EXPECT_EQ(queryOf(charge).t_sof2, 10.0);
+    EXPECT_EQ(queryOf(charge).i_limit, 5000.0);
+    PredictCranking::Request crank;
+    crank.i_cranking = -200.0;
+    crank.t_cranking = left_out;
+    EXPECT_THAT(faultsOf(queryOf(crank)), ::testing::HasSubstr("t_cranking"));
+  }
+  PredictChargeAcceptance::Request given;
+  given.t_sof2 = -1.0;
+  given.i_limit = 80.0;
+  EXPECT_EQ(queryOf(given).t_sof2, -1.0);
+  EXPECT_EQ(queryOf(given).i_limit, 80.0);
+}
+
+TEST(ResponseOf, AnEndlessStopIsInfiniteAndAnAbsentOneNan) {
+  StopTimeAnswer always;
+  always.outcome = StopTimeOutcome::kAlways;
+  const double ever = std::numeric_limits<double>::infinity();
+  always.t_stop = Interval{ever, 40.0, ever};
+  EXPECT_TRUE(std::isinf(responseOf(always).t_stop));
+  EXPECT_EQ(responseOf(always).lower, 40.0);
+  EXPECT_EQ(responseOf(always).outcome, "always");
+  StopTimeAnswer none;
+  none.code = AnswerCode::kNoModel;
+  EXPECT_TRUE(std::isnan(responseOf(none).t_stop));
+  EXPECT_EQ(responseOf(none).outcome, "");
+  EXPECT_FALSE(responseOf(none).monotone);
+}
+
+TEST(ResponseOf, AChargeKeepsItsNumbers) {
+  ChargeAcceptanceAnswer answer;
+  answer.i_boost = Interval{50.0, 40.0, 60.0};
+  answer.code = AnswerCode::kExtrapolation;
+  EXPECT_EQ(responseOf(answer).i_boost, 50.0);
+  EXPECT_EQ(responseOf(answer).lower, 40.0);
+  EXPECT_EQ(responseOf(answer).code, PredictChargeAcceptance::Response::EXTRAPOLATION);
+  EXPECT_TRUE(std::isnan(responseOf(ChargeAcceptanceAnswer{}).upper));
+}
+
+PredictMap::Request mapRequest() {
+  PredictMap::Request request;
+  request.i_load = {-10.0, -20.0};
+  request.t_stop = {0.0, 5.0, 10.0};
+  request.i_cranking = -200.0;
+  request.u_required = std::numeric_limits<double>::quiet_NaN();
+  return request;
+}
+
+TEST(MapsOf, AnswersTheMapsThatHaveLists) {
+  const LiveModel model(test::knownModel(), std::nullopt, 50.0);
+  PredictMap::Request request = mapRequest();
+  EXPECT_EQ(mapsOf(model, request).u_min.size(), 6u);
+  EXPECT_TRUE(mapsOf(model, request).i_boost.empty());
+  EXPECT_TRUE(mapsOf(model, request).valid);
+  request.u_boost = {13.0};
+  request.t_sof2 = {1.0, -1.0};
+  const PredictMap::Response both = mapsOf(model, request);
+  EXPECT_THAT(both.i_boost_code, ::testing::ElementsAre(0, 1));
+  EXPECT_TRUE(std::isnan(both.i_boost[1]));
+  EXPECT_EQ(both.code, PredictMap::Response::INVALID_QUERY);
+  EXPECT_EQ(mapsOf(model, PredictMap::Request()).code, PredictMap::Response::INVALID_QUERY);
+}
+
+TEST(MapsOf, WithoutAModelSaysTheSessionsReason) {
+  const LiveModel model({}, "nothing identified yet", 50.0);
+  const PredictMap::Response response = mapsOf(model, mapRequest());
+  EXPECT_EQ(response.code, PredictMap::Response::NO_MODEL);
+  EXPECT_EQ(response.message, "nothing identified yet");
+}
+
 TEST(ResponseOf, AbsentNumbersAreNanNeverZero) {
   CrankingAnswer answer;
   answer.code = AnswerCode::kNoModel;
@@ -53,6 +142,11 @@ TEST(ResponseOf, CodesOfTheServicesAreThoseOfTheCore) {
   EXPECT_EQ(PredictCranking::Response::INVALID_QUERY, static_cast<int>(AnswerCode::kInvalidQuery));
   EXPECT_EQ(PredictCranking::Response::NO_MODEL, static_cast<int>(AnswerCode::kNoModel));
   EXPECT_EQ(PredictCranking::Response::EXTRAPOLATION, static_cast<int>(AnswerCode::kExtrapolation));
+  EXPECT_EQ(PredictStopTime::Response::NO_MODEL, static_cast<int>(AnswerCode::kNoModel));
+  EXPECT_EQ(PredictStopTime::Response::EXTRAPOLATION, static_cast<int>(AnswerCode::kExtrapolation));
+  EXPECT_EQ(PredictChargeAcceptance::Response::NO_MODEL, static_cast<int>(AnswerCode::kNoModel));
+  EXPECT_EQ(PredictMap::Response::INVALID_QUERY, static_cast<int>(AnswerCode::kInvalidQuery));
+  EXPECT_EQ(PredictMap::Response::EXTRAPOLATION, static_cast<int>(AnswerCode::kExtrapolation));
   EXPECT_EQ(SimulateProfile::Response::INVALID_QUERY, static_cast<int>(AnswerCode::kInvalidQuery));
   EXPECT_EQ(SimulateProfile::Response::NO_MODEL, static_cast<int>(AnswerCode::kNoModel));
   EXPECT_EQ(SimulateProfile::Response::EXTRAPOLATION, static_cast<int>(AnswerCode::kExtrapolation));
@@ -74,30 +168,54 @@ TEST(MessageOf, ModelKeepsEveryParameterAndTheWholeFile) {
   EXPECT_EQ(message.model_yaml, modelYaml(model));
 }
 
-TEST(MessageOf, StatusWithoutModelAndCrankHasNanInTheirPlaces) {
+TEST(MessageOf, StatusWithoutModelAndEventsHasNanInTheirPlaces) {
   StatusContents contents;
   contents.session.reason = "no sample yet";
-  contents.standing_query = {-20.0, 30.0, -200.0, 1.0, std::nullopt};
-  contents.standing_answer.code = AnswerCode::kNoModel;
+  contents.standing.cranking.u_required.reset();
+  contents.answers = answersTo(contents.standing, LiveModel({}, "no sample yet", 50.0));
   const SofStatus message = messageOf(contents);
   EXPECT_EQ(message.state, SofStatus::NO_DATA);
   EXPECT_EQ(message.reason, "no sample yet");
   for (double value :
        {message.model_age, message.suitability, message.backtest_q_dyn_percent, message.u_required,
-        message.u_min, message.crank_time, message.crank_measured, message.crank_expected}) {
+        message.u_min, message.crank_time, message.crank_measured, message.crank_expected,
+        message.stop_time, message.stop_time_upper, message.i_boost, message.i_boost_lower,
+        message.charge_time, message.charge_measured, message.charge_expected,
+        message.cranks_inside_share, message.charges_mean_abs_error}) {
     EXPECT_TRUE(std::isnan(value));
   }
   EXPECT_EQ(message.i_cranking, -200.0);
+  EXPECT_EQ(message.code, 2);
+  EXPECT_EQ(message.i_boost_code, 2);
+  EXPECT_EQ(message.stop_time_code, 1) << "not asked without u_required";
+  EXPECT_EQ(message.crank_interval_factor, 1.0);
 }
 
-TEST(MessageOf, StatusShowsTheLastCrankAndTheCounts) {
+TEST(MessageOf, StatusHoldsTheThreeStandingAnswers) {
+  StatusContents contents;
+  contents.standing.charge = {13.5, 5.0, 200.0};
+  contents.standing.cranking.i_load = 0.0;
+  contents.answers = answersTo(contents.standing, LiveModel(test::knownModel(), std::nullopt, 50.0));
+  const SofStatus message = messageOf(contents);
+  EXPECT_TRUE(message.valid && message.capable);
+  EXPECT_EQ(message.stop_time_outcome, "always");
+  EXPECT_TRUE(std::isinf(message.stop_time) && message.stop_time_valid);
+  EXPECT_GT(message.i_boost, 10.0);
+  EXPECT_LE(message.i_boost, 200.0);
+  EXPECT_EQ(message.u_boost, 13.5);
+  EXPECT_EQ(message.t_sof2, 5.0);
+  EXPECT_EQ(message.i_limit, 200.0);
+}
+
+TEST(MessageOf, StatusShowsCranksChargesAndTheCounts) {
   StatusContents contents;
   contents.session.state = SessionState::kReady;
   contents.counts.accepted = 100;
   contents.counts.rejected.missing_value = 3;
   contents.counts.stamp_ahead = 1;
-  contents.last_crank = CrankComparison{50.0, -240.0, 9.8, {9.9, 9.7, 10.1}};
-  contents.cranks = 2;
+  contents.events.add({{{40.0, -200.0, 10.0, {9.0, 8.7, 9.3}}, {50.0, -240.0, 9.8, {9.9, 9.7, 10.1}}},
+                       {{60.0, 10.0, 14.1, 30.0, {28.0, 25.0, 31.0}}}});
+  contents.events.crank_scale.factor = 1.25;
   const SofStatus message = messageOf(contents);
   EXPECT_EQ(message.state, SofStatus::READY);
   EXPECT_EQ(message.accepted, 100u);
@@ -105,6 +223,15 @@ TEST(MessageOf, StatusShowsTheLastCrankAndTheCounts) {
   EXPECT_EQ(message.crank_measured, 9.8);
   EXPECT_EQ(message.crank_expected, 9.9);
   EXPECT_EQ(message.cranks, 2u);
+  EXPECT_EQ(message.cranks_inside_share, 0.5);
+  EXPECT_NEAR(message.cranks_mean_abs_error, 0.55, 1e-12);
+  EXPECT_EQ(message.crank_interval_factor, 1.25);
+  EXPECT_EQ(message.charges, 1u);
+  EXPECT_EQ(message.charge_voltage, 14.1);
+  EXPECT_EQ(message.charge_measured, 30.0);
+  EXPECT_EQ(message.charge_upper, 31.0);
+  EXPECT_EQ(message.charges_inside_share, 1.0);
+  EXPECT_EQ(message.charges_mean_abs_error, 2.0);
 }
 
 }  // namespace

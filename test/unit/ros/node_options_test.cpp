@@ -31,7 +31,7 @@ TEST(NodeOptions, NothingGivenIsTheDefaults) {
   const NodeOptions options = parseNodeOptions(XmlRpc::XmlRpcValue());
   EXPECT_EQ(options.session.buffer, 1800.0);
   EXPECT_FALSE(options.session.window_length);
-  EXPECT_EQ(options.standing_query.i_cranking, -200.0);
+  EXPECT_EQ(options.standing.cranking.i_cranking, -200.0);
   EXPECT_TRUE(options.state_file.empty());
 }
 
@@ -66,11 +66,14 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
   EXPECT_EQ(shipped.session.identify.crank_weight_current,
             built_in.session.identify.crank_weight_current);
   EXPECT_EQ(shipped.session.identify.max_iterations, built_in.session.identify.max_iterations);
-  EXPECT_EQ(shipped.standing_query.i_load, built_in.standing_query.i_load);
-  EXPECT_EQ(shipped.standing_query.t_stop, built_in.standing_query.t_stop);
-  EXPECT_EQ(shipped.standing_query.i_cranking, built_in.standing_query.i_cranking);
-  EXPECT_EQ(shipped.standing_query.t_cranking, built_in.standing_query.t_cranking);
-  EXPECT_EQ(shipped.standing_query.u_required, built_in.standing_query.u_required);
+  EXPECT_EQ(shipped.standing.cranking.i_load, built_in.standing.cranking.i_load);
+  EXPECT_EQ(shipped.standing.cranking.t_stop, built_in.standing.cranking.t_stop);
+  EXPECT_EQ(shipped.standing.cranking.i_cranking, built_in.standing.cranking.i_cranking);
+  EXPECT_EQ(shipped.standing.cranking.t_cranking, built_in.standing.cranking.t_cranking);
+  EXPECT_EQ(shipped.standing.cranking.u_required, built_in.standing.cranking.u_required);
+  EXPECT_EQ(shipped.standing.charge.u_boost, built_in.standing.charge.u_boost);
+  EXPECT_EQ(shipped.standing.charge.t_sof2, built_in.standing.charge.t_sof2);
+  EXPECT_EQ(shipped.standing.charge.i_limit, built_in.standing.charge.i_limit);
 }
 
 TEST(NodeOptions, IntegersAndNumbersAreBothNumbers) {
@@ -97,6 +100,29 @@ TEST(NodeOptions, OutOfRangeIsNamedWithTheRangeAndNanIsOutOfEveryRange) {
   EXPECT_THAT(refusal(with("capacity_ah", std::numeric_limits<double>::quiet_NaN())),
               HasSubstr("~capacity_ah is nan"));
   EXPECT_THAT(refusal(with("fit", with("start", "clever"))), HasSubstr("robust or paper"));
+}
+
+TEST(NodeOptions, StandingChargeIsCheckedLikeTheRest) {
+  XmlRpc::XmlRpcValue query = with("u_boost_v", 0.0);
+  query["t_sof2_s"] = 4000.0;
+  query["i_limit_a"] = "much";
+  EXPECT_THAT(refusal(with("standing_query", query)),
+              AllOf(HasSubstr("~standing_query/u_boost_v is 0, expected 1 to 100"),
+                    HasSubstr("~standing_query/t_sof2_s is 4000, expected 0.1 to 3600"),
+                    HasSubstr("~standing_query/i_limit_a is a string")));
+}
+
+TEST(NodeOptions, StandingStopTimeAsksForTheStandingCrank) {
+  XmlRpc::XmlRpcValue query = with("i_load_a", -15.0);
+  query["t_cranking_s"] = 0.5;
+  NodeOptions options = parseNodeOptions(with("standing_query", query));
+  const auto stop_time = options.standing.stopTime();
+  ASSERT_TRUE(stop_time);
+  EXPECT_EQ(stop_time->i_load, -15.0);
+  EXPECT_EQ(stop_time->t_cranking, 0.5);
+  EXPECT_EQ(stop_time->u_required, 7.2);
+  options.standing.cranking.u_required.reset();
+  EXPECT_FALSE(options.standing.stopTime());
 }
 
 TEST(NodeOptions, ContradictionIsNamed) {

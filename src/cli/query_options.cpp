@@ -1,0 +1,104 @@
+#include "query_options.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "battery_sof/report/model_yaml.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr const char* kColumns[] = {"time_s", "current_a"};
+
+std::vector<std::string> cellsOf(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream text(line);
+  for (std::string cell; std::getline(text, cell, ',');) {
+    const std::size_t first = cell.find_first_not_of(" \t\r\""), last = cell.find_last_not_of(" \t\r\"");
+    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+  }
+  return cells;
+}
+
+/// The lines of a file with their numbers, and refusals that name them.
+class ProfileFile {
+ public:
+  explicit ProfileFile(const std::string& path) : path_(path), file_(path) {
+    if (!file_) refuse("cannot be read, expected a CSV file with the columns time_s,current_a");
+  }
+
+  bool next() {
+    for (std::string text; std::getline(file_, text);) {
+      ++number_;
+      cells_ = cellsOf(text);
+      if (!cells_.empty() && !(cells_.size() == 1 && cells_[0].empty())) return true;
+    }
+    return false;
+  }
+
+  std::size_t column(const char* name) const {
+    for (std::size_t k = 0; k < cells_.size(); ++k)
+      if (cells_[k] == name) return k;
+    refuse(sentence("has no column \"%s\", expected the header time_s,current_a", name));
+  }
+
+  double number(std::size_t column, const char* name) const {
+    if (column >= cells_.size()) refuse(sentence("has no %s, expected a finite number", name));
+    const std::string& cell = cells_[column];
+    char* end = nullptr;
+    const double value = std::strtod(cell.c_str(), &end);
+    if (cell.empty() || *end != '\0' || !std::isfinite(value))
+      refuse(sentence("%s is \"%s\", expected a finite number", name, cell.c_str()));
+    return value;
+  }
+
+  [[noreturn]] void refuse(const std::string& fault) const {
+    const std::string place = number_ > 0 ? ", line " + std::to_string(number_) : "";
+    throw UsageError(path_ + place + ": " + fault);
+  }
+
+ private:
+  std::string path_;
+  std::ifstream file_;
+  std::size_t number_ = 0;
+  std::vector<std::string> cells_;
+};
+
+}  // namespace
+
+void addQueryOptions(CLI::App& command, QueryArguments& arguments) {
+  command.add_option("MODEL", arguments.model, "model file of sof identify")->required();
+  command.add_option("--capacity-ah", arguments.capacity_ah, "nominal capacity [Ah]")
+      ->capture_default_str();
+  command.add_flag("--rested", arguments.rested,
+                   "begin from a rested battery, not from the saved state");
+  addJsonOption(command, arguments.json);
+}
+
+FittedModel modelOf(const QueryArguments& arguments) {
+  if (!(arguments.capacity_ah > 0.0))
+    throw UsageError(sentence("--capacity-ah is %g, expected above 0", arguments.capacity_ah));
+  const FittedModel saved = readModelFile(arguments.model);
+  return arguments.rested ? rested(saved) : saved;
+}
+
+CurrentProfile readProfile(const std::string& path) {
+  ProfileFile file(path);
+  if (!file.next()) file.refuse("is empty, expected the header time_s,current_a");
+  const std::size_t time = file.column(kColumns[0]), current = file.column(kColumns[1]);
+  CurrentProfile profile;
+  while (file.next()) {
+    const double t = file.number(time, kColumns[0]);
+    if (t < 0.0) file.refuse(sentence("time_s is %g, expected 0 or more", t));
+    if (!profile.empty() && t <= profile.time.back())
+      file.refuse(sentence("time_s is %g, expected more than the %g before it", t, profile.time.back()));
+    profile.time.push_back(t);
+    profile.current.push_back(file.number(current, kColumns[1]));
+  }
+  if (profile.empty()) file.refuse("has a header line but no row below it");
+  return profile;
+}
+
+}  // namespace battery_sof

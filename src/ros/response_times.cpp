@@ -1,0 +1,54 @@
+#include "battery_sof/ros/response_times.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace battery_sof {
+
+void ResponseClock::Ring::add(double value) {
+  if (values.size() < kKept)
+    values.push_back(value);
+  else
+    values[next] = value;
+  next = (next + 1) % kKept;
+  ++count;
+}
+
+double ResponseClock::Ring::quantile(double share) const {
+  if (values.empty()) return 0.0;
+  std::vector<double> sorted = values;
+  const auto index = static_cast<std::ptrdiff_t>(
+      std::ceil(share * static_cast<double>(sorted.size() - 1)));
+  std::nth_element(sorted.begin(), sorted.begin() + index, sorted.end());
+  return sorted[static_cast<std::size_t>(index)];
+}
+
+void ResponseClock::addQuery(double milliseconds) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  queries_.add(milliseconds);
+}
+
+void ResponseClock::addSample(double milliseconds) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  samples_.add(milliseconds);
+  sample_longest_ = std::max(sample_longest_, milliseconds);
+}
+
+ResponseTimes ResponseClock::report() {
+  Ring queries, samples;
+  ResponseTimes times;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    queries = queries_;
+    samples = samples_;
+    times.sample_longest_ms = sample_longest_;
+    sample_longest_ = 0.0;
+  }
+  times.queries = queries.count;
+  times.query_p99_ms = queries.quantile(0.99);
+  times.query_longest_ms = queries.quantile(1.0);
+  times.sample_p99_ms = samples.quantile(0.99);
+  return times;
+}
+
+}  // namespace battery_sof

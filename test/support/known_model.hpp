@@ -1,0 +1,54 @@
+#pragma once
+
+#include "battery_sof/identify/fitted_model.hpp"
+#include "support/composed.hpp"
+
+/// Models whose parameters are known exactly and whose window excited nearly everything, for tests of queries.
+namespace battery_sof::test {
+
+inline FittedModel knownModel(const std::vector<std::string>& effects = {}, double u_c2 = 0.0) {
+  const BatteryModel composition(effects);
+  const Eigen::VectorXd p = typicalPoint(composition);
+  FittedModel model;
+  model.effects = effects;
+  model.parameters = drivenBattery();
+  for (Eigen::Index j = 0; j < p.size(); ++j) {
+    const ParameterInfo& info = composition.parameters()[static_cast<std::size_t>(j)];
+    ParameterEstimate estimate;
+    estimate.name = info.name;
+    estimate.unit = info.unit;
+    estimate.value = p[j];
+    estimate.std = 0.0;
+    model.estimates.push_back(estimate);
+  }
+  const Eigen::Index rows = p.size() + composition.stateCount();
+  model.covariance = Eigen::MatrixXd::Zero(rows, rows);
+  const Eigen::VectorXd rest = composition.restState();
+  model.state = {100.0, u_c2, 0.0, {rest.data() + 1, rest.data() + rest.size()}};
+  model.window = {0.0, 100.0, 10000};
+  model.excited.min_current = -400.0;
+  model.excited.max_current = 400.0;
+  model.excited.min_voltage = 9.0;
+  model.excited.max_voltage = 15.0;
+  model.excited.longest_charge = 60.0;
+  model.suitability = 0.8;
+  model.message = "known";
+  return model;
+}
+
+/// The same with a standard error of `share` of each base parameter.
+inline FittedModel uncertainModel(double share, const std::vector<std::string>& effects = {}) {
+  FittedModel model = knownModel(effects);
+  for (Eigen::Index j = 0; j < kBaseRows; ++j) {
+    ParameterEstimate& estimate = model.estimates[static_cast<std::size_t>(j)];
+    estimate.std = j == kBaseRows - 1 ? 0.01 : share * estimate.value;  // u_dc: 10 mV
+    model.covariance(j, j) = *estimate.std * *estimate.std;
+  }
+  return model;
+}
+
+inline bool holds(const std::string& text, const std::string& piece) {
+  return text.find(piece) != std::string::npos;
+}
+
+}  // namespace battery_sof::test

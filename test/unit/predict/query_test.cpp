@@ -1,0 +1,106 @@
+#include "battery_sof/predict/query.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "support/known_model.hpp"
+
+namespace battery_sof {
+namespace {
+
+using namespace test;
+
+constexpr double kCapacity = 50.0;
+
+std::string reasonFor(const FittedModel& model, void (*change)(QueryRange&)) {
+  QueryRange range;
+  range.least_current = -200.0;
+  range.most_current = 50.0;
+  range.most_voltage = 14.2;
+  change(range);
+  return extrapolationOf(model, range, kCapacity);
+}
+
+TEST(ExtrapolationOf, FindsNothingInWhatTheWindowExcited) {
+  EXPECT_EQ(reasonFor(knownModel(), [](QueryRange&) {}), "");
+}
+
+TEST(ExtrapolationOf, GivesEachReasonAlone) {
+  const FittedModel model = knownModel();
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.least_current = -501.0; }),
+            "it draws -501 A but the window's largest discharge was -400 A");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.most_current = 501.0; }),
+            "it charges with 501 A but the window's largest charge was 400 A");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.most_voltage = 15.4; }),
+            "it goes to 15.40 V but the window's highest voltage was 15.00 V");
+  EXPECT_TRUE(holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 0.6; }), "it moves 0.60 Ah"));
+}
+
+TEST(ExtrapolationOf, AllowsWhatIsWithinReach) {
+  const FittedModel model = knownModel();
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.least_current = -499.0; }), "");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.most_voltage = 15.2; }), "");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charge_moved = 0.5; }), "");
+}
+
+TEST(ExtrapolationOf, ChargeMayMoveWhereTheModelsOpenCircuitVoltageDoesButNotBeyondTheCapacity) {
+  for (const char* id : {"ocv_soc", "acid_transport"}) {
+    const FittedModel model = knownModel({id});
+    EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charge_moved = 20.0; }), "") << id;
+    EXPECT_TRUE(holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 51.0; }),
+                      "more than the battery's 50 Ah"))
+        << id;
+  }
+}
+
+TEST(ExtrapolationOf, TemperatureCountsWhenBothAreKnown) {
+  FittedModel model = knownModel();
+  const auto cold = [](QueryRange& r) { r.temperature = 263.15; };
+  EXPECT_EQ(reasonFor(model, cold), "");
+  model.excited.temperature = 293.15;
+  EXPECT_EQ(reasonFor(model, cold), "the battery is at -10 degC, in the window it was at 20 degC");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.temperature = 300.0; }), "");
+}
+
+TEST(ExtrapolationOf, LongChargesWantAnAcceptanceLimitAndALongChargeInTheWindow) {
+  const auto twenty_seconds = [](QueryRange& r) {
+    r.charges = true;
+    r.charge_duration = 20.0;
+  };
+  EXPECT_TRUE(holds(reasonFor(knownModel(), twenty_seconds), "effect charge_acceptance"));
+  FittedModel model = knownModel({"charge_acceptance"});
+  EXPECT_EQ(reasonFor(model, twenty_seconds), "");
+  model.excited.longest_charge = 4.0;
+  EXPECT_EQ(reasonFor(model, twenty_seconds), "the window's longest charge lasted 4.0 s, at least 10 s are needed");
+}
+
+TEST(ExtrapolationOf, NamesTheResistanceTheWindowDidNotDetermine) {
+  FittedModel model = knownModel();
+  model.estimates[0].determined = false;  // r_discharge
+  EXPECT_EQ(reasonFor(model, [](QueryRange&) {}), "the window did not determine r_discharge");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charges = true; }), "");
+  model.estimates[1].determined = false;
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charges = true; }), "the window did not determine r_charge");
+}
+
+TEST(ExtrapolationOf, JoinsSeveralReasons) {
+  const std::string reasons = reasonFor(knownModel(), [](QueryRange& r) {
+    r.least_current = -900.0;
+    r.charge_moved = 5.0;
+  });
+  EXPECT_TRUE(holds(reasons, "draws") && holds(reasons, "; ") && holds(reasons, "moves"));
+}
+
+TEST(FaultOf, NamesTheFirstFaultOfAProfileAndWhatWasExpected) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(faultOf({{0.0, 1.0}, {-5.0, -5.0}}, "load"), "");
+  EXPECT_EQ(faultOf({}, "load"), "");
+  EXPECT_EQ(faultOf({{0.0, 1.0}, {-5.0}}, "load"), "load has 2 times and 1 currents, expected as many");
+  EXPECT_TRUE(holds(faultOf({{0.0, nan}, {-5.0, -5.0}}, "load"), "load time[1] is nan s, expected 0 to 86400"));
+  EXPECT_TRUE(holds(faultOf({{1.0, 1.0}, {-5.0, -5.0}}, "load"), "expected more than the one before"));
+  EXPECT_TRUE(holds(faultOf({{0.0, 1.0}, {-5.0, nan}}, "crank"), "crank current[1] is nan A, expected -5000 to 5000"));
+}
+
+}  // namespace
+}  // namespace battery_sof

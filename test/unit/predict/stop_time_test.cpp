@@ -1,0 +1,165 @@
+#include "battery_sof/predict/stop_time.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "support/known_model.hpp"
+
+namespace battery_sof {
+namespace {
+
+using namespace test;
+
+StopTimeQuery usualQuery(double u_required) {
+  StopTimeQuery query;
+  query.i_load = -25.0;
+  query.i_cranking = -200.0;
+  query.t_cranking = 1.0;
+  query.u_required = u_required;
+  return query;
+}
+
+CrankingQuery crankAfter(const StopTimeQuery& query, double t_stop) {
+  return {query.i_load, t_stop, query.i_cranking, query.t_cranking, query.u_required};
+}
+
+/**
+ * The base model's own stop time. With x = exp(beta u_c2 / 2) a held current gives
+ *
+ *     dx/dt = -(beta I_0 / 2 C_2) (x - x_p)(x - x_m),   x_pm = (i +- R) / 2 I_0,   R = sqrt(i^2 + 4 I_0^2)
+ *
+ * so (x - x_p)/(x - x_m) decays by lambda = beta R / 2 C_2.
+ */
+struct HeldCurrent {
+  double x_p, x_m, lambda;
+  HeldCurrent(const BaseParameters& b, double i) {
+    const double root = std::sqrt(i * i + 4.0 * b.i0 * b.i0);
+    x_p = (i + root) / (2.0 * b.i0);
+    x_m = (i - root) / (2.0 * b.i0);
+    lambda = b.beta * root / (2.0 * b.c2);
+  }
+  double ratio(double x) const { return (x - x_p) / (x - x_m); }
+  double timeBetween(double from, double to) const { return std::log(ratio(from) / ratio(to)) / lambda; }
+  double before(double x, double time) const {
+    const double q = ratio(x) * std::exp(lambda * time);
+    return (x_p - q * x_m) / (1.0 - q);
+  }
+};
+
+double closedForm(const FittedModel& model, const StopTimeQuery& q) {
+  const BaseParameters& b = model.parameters;
+  const double u_end = q.u_required - b.u_dc - b.r_discharge * q.i_cranking;
+  const double x_end = std::exp(0.5 * b.beta * u_end);
+  const double x_begin = HeldCurrent(b, q.i_cranking).before(x_end, q.t_cranking);
+  return HeldCurrent(b, q.i_load).timeBetween(std::exp(0.5 * b.beta * model.state.u_c2), x_begin);
+}
+
+TEST(PredictStopTime, IsTheClosedFormOfTheBaseModel) {
+  const FittedModel model = knownModel();
+  for (const double t : {1.0, 7.0, 23.0, 60.0}) {
+    StopTimeQuery query = usualQuery(0.0);
+    query.u_required = predictCranking(model, crankAfter(query, t)).u_min->value;
+    const double expected = closedForm(model, query);
+    ASSERT_NEAR(expected, t, 1e-6 * t) << "the closed form inverts the simulation";
+    const StopTimeAnswer answer = predictStopTime(model, query);
+    ASSERT_EQ(answer.outcome, StopTimeOutcome::kFinite) << answer.message;
+    EXPECT_NEAR(answer.t_stop->value, expected, std::max(0.1, 0.01 * expected));
+    EXPECT_TRUE(answer.monotone);
+    EXPECT_TRUE(answer.valid) << answer.message;
+  }
+}
+
+TEST(PredictStopTime, InvertsTheCrankOfCompositionsToo) {
+  for (const auto& effects : {std::vector<std::string>{"acid_transport"},
+                              std::vector<std::string>{"ocv_soc", "current_dependent_resistance"},
+                              std::vector<std::string>{"self_heating", "cpe2"}}) {
+    const FittedModel model = knownModel(effects);
+    StopTimeQuery query = usualQuery(0.0);
+    query.u_required = predictCranking(model, crankAfter(query, 40.0)).u_min->value;
+    const StopTimeAnswer answer = predictStopTime(model, query);
+    ASSERT_EQ(answer.outcome, StopTimeOutcome::kFinite) << effects.front() << answer.message;
+    EXPECT_NEAR(answer.t_stop->value, 40.0, 0.5) << effects.front();
+  }
+}
+
+TEST(PredictStopTime, SaysAlwaysWhenTheSettledBatteryStillHolds) {
+  StopTimeQuery query = usualQuery(7.2);
+  query.i_load = 0.0;
+  const StopTimeAnswer answer = predictStopTime(knownModel(), query);
+  EXPECT_EQ(answer.outcome, StopTimeOutcome::kAlways);
+  EXPECT_TRUE(std::isinf(answer.t_stop->value));
+  EXPECT_TRUE(answer.valid) << answer.message;
+}
+
+TEST(PredictStopTime, SaysNeverWhenTheCrankFailsAtOnce) {
+  const StopTimeAnswer answer = predictStopTime(knownModel(), usualQuery(12.6));
+  EXPECT_EQ(answer.outcome, StopTimeOutcome::kNever);
+  EXPECT_EQ(answer.t_stop->value, 0.0);
+}
+
+TEST(PredictStopTime, IsNotMonotoneWhileTheBatteryRecoversAndTheFirstCrossingCounts) {
+  const BaseParameters battery = drivenBattery();
+  const FittedModel model = knownModel({}, settledOverpotential(battery, -300.0));
+  const double at_once = predictCranking(model, crankAfter(usualQuery(0.0), 0.0)).u_min->value;
+  const StopTimeAnswer holds_now = predictStopTime(model, usualQuery(at_once - 0.01));
+  EXPECT_FALSE(holds_now.monotone);
+  EXPECT_EQ(holds_now.outcome, StopTimeOutcome::kAlways) << holds_now.message;
+
+  const StopTimeAnswer fails_now = predictStopTime(model, usualQuery(at_once + 0.01));
+  EXPECT_EQ(fails_now.outcome, StopTimeOutcome::kNever);
+  EXPECT_EQ(fails_now.t_stop->value, 0.0);
+}
+
+TEST(PredictStopTime, IntervalEndsWhereTheCranksBoundsStopToHold) {
+  const FittedModel model = uncertainModel(0.02);
+  StopTimeQuery query = usualQuery(0.0);
+  query.u_required = predictCranking(model, crankAfter(query, 20.0)).u_min->value;
+  const Interval t = *predictStopTime(model, query).t_stop;
+  EXPECT_NEAR(t.value, 20.0, 0.2);
+  ASSERT_LT(t.lower, t.value);
+  ASSERT_GT(t.upper, t.value);
+  ASSERT_GT(t.lower, 0.0);
+  EXPECT_NEAR(predictCranking(model, crankAfter(query, t.lower)).u_min->lower, query.u_required, 2e-3);
+  ASSERT_TRUE(std::isfinite(t.upper));
+  EXPECT_NEAR(predictCranking(model, crankAfter(query, t.upper)).u_min->upper, query.u_required, 2e-3);
+}
+
+TEST(PredictStopTime, BeyondTheChargeTheModelHoldsIsNotValid) {
+  const StopTimeAnswer answer = predictStopTime(knownModel(), usualQuery(7.2));
+  EXPECT_EQ(answer.outcome, StopTimeOutcome::kAlways);
+  EXPECT_EQ(answer.code, AnswerCode::kExtrapolation);
+  EXPECT_TRUE(holds(answer.message, "1 %")) << answer.message;
+  EXPECT_TRUE(holds(predictStopTime(knownModel({"acid_transport"}), usualQuery(0.1)).message,
+                    "more than the battery's"));
+}
+
+TEST(PredictStopTime, RefusesImpossibleQueriesAndNamesWhatWasExpected) {
+  const auto refused = [](auto change, const std::string& name, const std::string& expected) {
+    StopTimeQuery query = usualQuery(7.2);
+    change(query);
+    const StopTimeAnswer answer = predictStopTime(knownModel(), query);
+    EXPECT_EQ(answer.code, AnswerCode::kInvalidQuery) << name;
+    EXPECT_FALSE(answer.t_stop || answer.valid) << name;
+    EXPECT_TRUE(holds(answer.message, name) && holds(answer.message, expected)) << answer.message;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  refused([](auto& q) { q.i_load = 5.0; }, "i_load [A] is 5", "-5000 to 0");
+  refused([&](auto& q) { q.i_load = nan; }, "i_load", "-5000 to 0");
+  refused([](auto& q) { q.i_cranking = 0.0; }, "i_cranking [A] is 0", "below 0");
+  refused([](auto& q) { q.t_cranking = 61.0; }, "t_cranking [s] is 61", "up to 60");
+  refused([&](auto& q) { q.u_required = nan; }, "u_required", "0 to 100");
+  refused([](auto& q) { q.crank = {{0.0, 1.0}, {-200.0}}; }, "2 times and 1 currents", "as many");
+}
+
+TEST(PredictStopTime, HasNoAnswerFromAModelThatCannotBeUsed) {
+  FittedModel model = knownModel();
+  model.status = FitStatus::kNotExcited;
+  const StopTimeAnswer answer = predictStopTime(model, usualQuery(7.2));
+  EXPECT_EQ(answer.code, AnswerCode::kNoModel);
+  EXPECT_FALSE(answer.t_stop);
+}
+
+}  // namespace
+}  // namespace battery_sof
