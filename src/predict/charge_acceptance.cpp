@@ -56,7 +56,7 @@ MeanCurrent meanCurrent(Simulation simulation, const std::vector<VoltageStep>& s
     if (simulation.lanes() > 0 && i < i_limit)
       mean.derivatives += simulation.currentDerivatives() * step.duration;
   }
-  mean.value /= since;
+  mean.value = std::min(mean.value / since, i_limit);  // the sum is rounded
   mean.derivatives /= since;
   return mean;
 }

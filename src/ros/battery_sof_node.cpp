@@ -1,6 +1,7 @@
 #include "battery_sof/ros/battery_sof_node.hpp"
 
 #include <boost/make_shared.hpp>
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <utility>
@@ -186,7 +187,8 @@ bool BatterySofNode::isStatusDue() const {
   const std::optional<double> newest = session_.newestTime();
   if (!newest) return false;
   if (!last_status_time_ || *newest < *last_status_time_) return true;
-  return *newest - *last_status_time_ >= kStatusPeriod;
+  // With the first sample of each period: the same stamps however fast a bag is played.
+  return std::floor(*newest / kStatusPeriod) > std::floor(*last_status_time_ / kStatusPeriod);
 }
 
 std::optional<double> BatterySofNode::noDataFor() const {

@@ -14,7 +14,8 @@ import rospy
 import rostest
 import yaml
 from battery_sof.msg import IdentifiedModel, SofStatus
-from battery_sof.srv import Identify, PredictCranking, SimulateProfile
+from battery_sof.srv import (Identify, PredictChargeAcceptance, PredictCranking, PredictMap, PredictStopTime,
+                             SimulateProfile)
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import BatteryState
 
@@ -34,7 +35,7 @@ def service(node, name, kind):
 
 
 def crank_query(proxy, i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=math.nan):
-    return proxy(i_load, t_stop, i_cranking, t_cranking, u_required)
+    return proxy(i_load=i_load, t_stop=t_stop, i_cranking=i_cranking, t_cranking=t_cranking, u_required=u_required)
 
 
 class Cranks:
@@ -161,6 +162,58 @@ class Playback(unittest.TestCase):
         for low, middle, high in zip(answer.lower, answer.voltage, answer.upper):
             self.assertTrue(low < middle < high)
 
+    def assert_profiles_of_a_crank_are_answered(self, node):
+        """Asked twice in a row, so a few samples apart."""
+        ask = service(node, "predict_cranking", PredictCranking)
+        held = crank_query(ask)
+        profiled = ask(load_time=[0.0, 10.0], load_current=[-20.0, -20.0], cranking_time=[0.0, 0.5],
+                       cranking_current=[-200.0, -200.0], u_required=math.nan)
+        self.assertEqual(profiled.code, 0, profiled.message)
+        self.assertAlmostEqual(profiled.u_min, held.u_min, delta=0.2)
+        self.assert_refused(ask(i_cranking=-200.0, t_cranking=1.0, load_time=[0.0, 0.0], load_current=[-1.0, -1.0]),
+                            "load time[1]")
+
+    def assert_stop_time_is_answered(self, node):
+        ask = service(node, "predict_stop_time", PredictStopTime)
+        rarely = ask(i_load=-25.0, i_cranking=-200.0, t_cranking=1.0, u_required=12.6)
+        self.assertEqual((rarely.outcome, rarely.t_stop), ("never", 0.0), rarely)
+        always = ask(i_load=0.0, i_cranking=-200.0, t_cranking=0.0, u_required=7.2)
+        self.assertEqual((always.outcome, always.t_stop, always.code), ("always", math.inf, 0), always)
+        self.assert_refused(ask(i_load=1.0, i_cranking=-200.0, u_required=7.2), "i_load")
+        refused = ask(i_load=-25.0, i_cranking=-200.0, u_required=math.nan)
+        self.assert_refused(refused, "u_required")
+        self.assertTrue(math.isnan(refused.t_stop) and refused.outcome == "")
+
+    def assert_charge_is_answered(self, node):
+        ask = service(node, "predict_charge_acceptance", PredictChargeAcceptance)
+        answer = ask(u_boost=13.2, t_sof2=5.0, i_limit=20.0)
+        self.assertIn(answer.code, (0, 3), answer)
+        self.assertTrue(answer.lower <= answer.i_boost <= answer.upper <= 20.0, answer)
+        self.assertGreater(ask(u_boost=14.2).i_boost, ask(u_boost=13.4).i_boost)
+        self.assert_refused(ask(u_boost=-1.0), "u_boost")
+        self.assert_refused(ask(u_boost=14.2, t_sof2=-1.0), "t_sof2")
+
+    def assert_maps_are_answered(self, node):
+        ask = service(node, "predict_map", PredictMap)
+        answer = ask(i_load=[-10.0, -30.0], t_stop=[0.0, 5.0, 10.0], i_cranking=-200.0, u_required=7.2,
+                     u_boost=[13.0, 13.4], t_sof2=[1.0])
+        self.assertEqual([len(answer.u_min), len(answer.capable), len(answer.u_min_code)], [6, 6, 6], answer)
+        self.assertEqual([len(answer.i_boost), len(answer.i_boost_code)], [2, 2], answer)
+        self.assertLess(answer.u_min[5], answer.u_min[2])
+        self.assert_refused(ask(), "nothing is asked")
+        self.assert_refused(ask(i_load=[-10.0], i_cranking=-200.0), "t_stop has 0 values")
+
+    def assert_standing_answers(self, status):
+        self.assertEqual((status.u_boost, status.t_sof2, status.i_limit), (14.2, 10.0, 5000.0))
+        self.assertTrue(status.stop_time_outcome and status.stop_time_message and status.i_boost_message)
+        self.assertTrue(status.i_boost_lower < status.i_boost < status.i_boost_upper)
+        self.assertTrue(0.0 <= status.cranks_inside_share <= 1.0)
+        self.assertLess(status.cranks_mean_abs_error, 0.1)
+        self.assertGreater(status.charges, 2)
+        self.assertLess(status.charges_mean_abs_error, 5.0)
+        self.assertAlmostEqual(status.charge_expected, status.charge_measured, delta=8.0)
+        self.assertTrue(0.1 <= status.crank_interval_factor <= 50.0)
+
     def assert_identify_on_request_delays_nothing(self, node):
         responses = []
         thread = threading.Thread(target=lambda: responses.append(service(node, "identify", Identify)()))
@@ -193,9 +246,13 @@ class Playback(unittest.TestCase):
         self.assert_identify_on_request_delays_nothing("sof_node")
         self.assert_bad_queries_are_refused("sof_node")
         self.assert_profile_is_answered("sof_node")
-        names = {s.name for s in diagnostics.wait(lambda d: len(d.status) == 4, 10, "diagnostics").status}
+        self.assert_profiles_of_a_crank_are_answered("sof_node")
+        self.assert_stop_time_is_answered("sof_node")
+        self.assert_charge_is_answered("sof_node")
+        self.assert_maps_are_answered("sof_node")
+        names = {s.name for s in diagnostics.wait(lambda d: len(d.status) == 5, 10, "diagnostics").status}
         self.assertEqual(names, {"sof_node: data rate", "sof_node: rejected samples", "sof_node: identification",
-                                 "sof_node: prediction error"})
+                                 "sof_node: prediction error", "sof_node: response times"})
         self.assertEqual(player.wait(120), 0)
 
         final = status.wait(lambda s: s.accepted == len(self.drive.rows), 20, "every sample of the bag accepted")
@@ -205,6 +262,7 @@ class Playback(unittest.TestCase):
         self.assertTrue(final.capable and final.lower < final.u_min < final.upper)
         self.assertGreater(final.cranks, 2)
         self.assertAlmostEqual(final.crank_expected, final.crank_measured, delta=0.1)
+        self.assert_standing_answers(final)
         asked = list(asker.answers.values())
         self.assertGreaterEqual(len(asked), 2)
         for answer, crank in asked:

@@ -113,11 +113,11 @@ TEST(PredictStopTime, IsNotMonotoneWhileTheBatteryRecoversAndTheFirstCrossingCou
 }
 
 TEST(PredictStopTime, IntervalEndsWhereTheCranksBoundsStopToHold) {
-  const FittedModel model = uncertainModel(0.02);
+  const FittedModel model = uncertainModel(0.002);
   StopTimeQuery query = usualQuery(0.0);
-  query.u_required = predictCranking(model, crankAfter(query, 20.0)).u_min->value;
+  query.u_required = predictCranking(model, crankAfter(query, 10.0)).u_min->value;
   const Interval t = *predictStopTime(model, query).t_stop;
-  EXPECT_NEAR(t.value, 20.0, 0.2);
+  EXPECT_NEAR(t.value, 10.0, 0.1);
   ASSERT_LT(t.lower, t.value);
   ASSERT_GT(t.upper, t.value);
   ASSERT_GT(t.lower, 0.0);
