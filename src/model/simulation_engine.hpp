@@ -174,7 +174,7 @@ class EngineOf final : public Simulation::Engine {
   friend class EngineOf;
 
   static constexpr double kFineStep = 0.1;  // [s]
-  static constexpr double kGrowing = 0.05;  // of the time passed
+  static constexpr double kGrowing = 0.005;  // of the time passed
   static constexpr unsigned kFadingLooked = 1024;  // intervals; too few to fade from kFaded to what is stuck
 
   struct Member {
@@ -291,7 +291,7 @@ class EngineOf final : public Simulation::Engine {
   /**
    * @brief How far to go at once with `done` of an interval passed.
    *
-   * Where effects act back on others an interval is cut into equal pieces of at most kFineStep. After the first 2 s of a
+   * Where effects act back on others an interval is cut into equal pieces of at most kFineStep. After the first 20 s of a
    * longer one pieces grow with the time passed: what began with it settles down to slower and slower change.
    */
   double pieceOf(double duration, double done) const {
