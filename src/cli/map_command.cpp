@@ -37,7 +37,7 @@ int runMap(const CommandLine& line, const MapArguments& arguments) {
 }
 
 void addList(CLI::App& command, const char* name, std::vector<double>& list, const char* description) {
-  command.add_option(name, list, description)->delimiter(',')->expected(1);
+  command.add_option(name, list, description)->delimiter(',')->allow_extra_args(false);
 }
 
 }  // namespace

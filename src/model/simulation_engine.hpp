@@ -76,6 +76,7 @@ class EngineOf final : public Simulation::Engine {
 
   double advanceAtVoltage(double voltage, double duration, double most_current) override {
     const double i = currentFor(voltage, duration, most_current);
+    source_trend_ = valueOf(source_current_) != 0.0 ? i - valueOf(source_current_) : 0.0;
     source_current_ = S(i);
     pass(source_current_, source_current_, duration, 0.0, time_ + duration);
     if constexpr (!std::is_same_v<S, double>)
@@ -127,7 +128,7 @@ class EngineOf final : public Simulation::Engine {
   friend class EngineOf;
 
   static constexpr double kFineStep = 0.1;  // [s]
-  static constexpr double kGrowing = 0.05;  // of the time passed
+  static constexpr double kGrowing = 0.01;  // of the time passed
 
   struct Member {
     const Effect* effect;
@@ -178,7 +179,7 @@ class EngineOf final : public Simulation::Engine {
   /**
    * @brief How far to go at once with `done` of an interval passed.
    *
-   * Where effects act back on others an interval is cut into equal pieces of at most kFineStep. After the first 2 s of a
+   * Where effects act back on others an interval is cut into equal pieces of at most kFineStep. After the first 10 s of a
    * longer one pieces grow with the time passed: what began with it settles down to slower and slower change.
    */
   double pieceOf(double duration, double done) const {
@@ -248,7 +249,7 @@ class EngineOf final : public Simulation::Engine {
     constexpr double kLastStep = 1e-5;  // [A]
     constexpr double kReach = 1e4;      // [A], below the bracket's upper end
     double low = -HUGE_VAL, high = HUGE_VAL;
-    double i = std::min(valueOf(source_current_), most_current);
+    double i = std::min(valueOf(source_current_) + source_trend_, most_current);
     for (int k = 0; k < 100; ++k) {
       const double excess = excessOf(i, voltage, duration);
       if (i >= most_current && excess <= 0.0) return most_current;
@@ -284,6 +285,7 @@ class EngineOf final : public Simulation::Engine {
   DoubleLayer<S> layer_;
   std::vector<S> p_, x_;
   S voltage_, terminal_, source_current_;
+  double source_trend_ = 0.0;  // [A], change of source_current_ with the last step
   Probe probe_;
 };
 
