@@ -14,6 +14,7 @@ constexpr std::size_t kCompressFrom = 4000;
 // Standard errors come from the full rate up to here: 13 MB of Jacobian with sixteen unknowns.
 constexpr std::size_t kFullRateErrors = 100000;
 constexpr int kWhiteningRounds = 2;
+constexpr int kLastIterations = 10;  // of the search at full rate; beyond it compression was no good start
 constexpr double kLeastWhite = 1e-5;  // [V]
 
 CompositionPoint basePoint(const BaseFit& base) {
@@ -166,10 +167,17 @@ FittedModel identifyComposition(const Series& series, IndexRange range,
   const Drive full = fullDrive(series, range, options.masked);
   const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
   const Drive& drive = range.size() > kCompressFrom ? compressed : full;
-  const Fitted fitted = search(model, drive, options, base);
+  Fitted fitted = search(model, drive, options, base);
 
   const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current, true};
   const CompositionProblem over_all(model, full, cost, fitted.fit.point);
+  if (range.size() > kCompressFrom && range.size() <= kFullRateErrors && !fitted.noise) {
+    // The compressed optimum is off by a share of a standard error; from there two passes at full rate end it.
+    CompositionSearch last;
+    last.max_iterations = kLastIterations;
+    fitted.fit = fitComposition(over_all, {fitted.fit.point}, last);
+    fitted.samples = static_cast<Eigen::Index>(full.samples.size());
+  }
   const Eigen::VectorXd residual = over_all.residual(fitted.fit.x);
   const double rho_full = std::clamp(lagOneCorrelation(residual), -0.9999, 0.9999);
 

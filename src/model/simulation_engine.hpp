@@ -104,7 +104,8 @@ class EngineOf final : public Simulation::Engine {
         present_(other.present_),
         voltage_(other.voltage_),
         terminal_(other.terminal_),
-        source_current_(other.source_current_) {}  // the probe is work space: a copy makes its own
+        source_current_(other.source_current_),
+        source_trend_(other.source_trend_) {}  // the probe is work space: a copy makes its own
   EngineOf& operator=(const EngineOf&) = delete;
   std::unique_ptr<Engine> clone() const override { return std::make_unique<EngineOf>(*this); }
 
@@ -119,6 +120,7 @@ class EngineOf final : public Simulation::Engine {
   double advanceAtVoltage(double voltage, double duration, double most_current) override {
     widen();  // the current's lanes reach the double layer
     const double i = currentFor(voltage, duration, most_current);
+    source_trend_ = valueOf(source_current_) != 0.0 ? i - valueOf(source_current_) : 0.0;
     source_current_ = S(i);
     pass(source_current_, source_current_, duration, 0.0, time_ + duration);
     if constexpr (!std::is_same_v<S, double>)
@@ -353,7 +355,7 @@ class EngineOf final : public Simulation::Engine {
     constexpr double kLastStep = 1e-5;  // [A]
     constexpr double kReach = 1e4;      // [A], below the bracket's upper end
     double low = -HUGE_VAL, high = HUGE_VAL;
-    double i = std::min(valueOf(source_current_), most_current);
+    double i = std::min(valueOf(source_current_) + source_trend_, most_current);
     for (int k = 0; k < 100; ++k) {
       const double excess = excessOf(i, voltage, duration);
       if (i >= most_current && excess <= 0.0) return most_current;
@@ -393,6 +395,7 @@ class EngineOf final : public Simulation::Engine {
   std::vector<S> p_, x_;
   Present<S> present_;
   S voltage_ = S(0.0), terminal_ = S(0.0), source_current_ = S(0.0);
+  double source_trend_ = 0.0;  // [A], change of source_current_ with the last step
   std::unique_ptr<EngineOf<Slope>> probe_;
 };
 

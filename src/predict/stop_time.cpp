@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kLongest = 86400.0;    // [s]
 constexpr double kFirst = 0.5;          // [s]
-constexpr double kGrowth = 1.25;        // from stop to stop: what relaxes within one has passed within the next
+constexpr double kGrowth = 1.5;         // from stop to stop: five of them within the decade a relaxation takes
 constexpr double kResolution = 0.1;     // [s]
 constexpr double kRelative = 0.01;      // of the stop time
 constexpr double kRise = 1e-4;          // [V], below it a rise is rounding

@@ -42,7 +42,7 @@ struct IdentifyOptions {
  * kRobust estimates r_discharge, r_charge, u_dc, c2, beta and the state at the first sample. The first three enter
  * linearly once u_c2 is known and are eliminated in every iteration (variable projection); c2 and beta are searched as
  * logarithms inside Table I's bounds. With effects or `whiten`, fitComposition() does the same for the composition, from the base model's optimum on; long
- * windows are compressed (compressedDrive), standard errors come from the full rate up to 100,000 samples. kPaper searches
+ * windows are compressed (compressedDrive); up to 100,000 samples the search ends at full rate, and standard errors come from it. kPaper searches
  * the four tunables, normalised by Table I's magnitudes, with an
  * exponential penalty beyond the bounds, eq. 4 for u_dc and eq. 5 for the state, u_dc in eq. 5 being the previous
  * iteration's.

@@ -40,7 +40,7 @@ struct StopTimeAnswer {
  *
  *     t_stop = sup { t : u_SOF1(t') >= u_required for all t' <= t }
  *
- * Looked for on stops of 0, 0.5 s and 25 % more each up to a day, then by regula falsi to 0.1 s or 1 %. u_SOF1 rises at
+ * Looked for on stops of 0, 0.5 s and half as much more each up to a day, then by regula falsi to 0.1 s or 1 %. u_SOF1 rises at
  * first when the battery recovers from a heavy discharge: the first crossing counts, and monotone says so. An answer
  * beyond what the model's equations hold (extrapolationOf()) is given with valid = false.
  */
