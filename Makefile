@@ -24,8 +24,9 @@ test: build
 
 bench: deps
 	@bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS) -DBATTERY_SOF_BENCH=ON
-	@bash scripts/with_ros cmake --build "$(BUILD)" --target bench_all -j$(JOBS)
+	@bash scripts/with_ros cmake --build "$(BUILD)" --target bench_all query_bench sof battery_sof_node -j$(JOBS)
 	@$(PYTHON) scripts/bench "$(BUILD)"
+	@bash scripts/bench_queries "$(BUILD)"
 
 reproduce: build
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target window_experiment -j$(JOBS)
