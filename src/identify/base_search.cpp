@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "battery_sof/identify/fit_description.hpp"
 #include "battery_sof/identify/levenberg_marquardt.hpp"
 
 namespace battery_sof {
@@ -19,18 +20,6 @@ constexpr std::size_t kCoarseFrom = 4000;
 constexpr std::size_t kCoarseFactor = 20;
 // Share of the cost below which a last step needs no second look, see searchWindow().
 constexpr double kTrustedGain = 1e-5;
-
-FitStatus toFitStatus(MinimizeStatus status) {
-  switch (status) {
-    case MinimizeStatus::kConverged:
-      return FitStatus::kConverged;
-    case MinimizeStatus::kIterationLimit:
-      return FitStatus::kIterationLimit;
-    case MinimizeStatus::kStalled:
-      return FitStatus::kStalled;
-  }
-  return FitStatus::kStalled;
-}
 
 /// r_discharge, r_charge, u_dc - offset at a point of the search, and which of them are free.
 struct LinearSolution {
@@ -234,7 +223,7 @@ BaseFit search(const BaseNormalEquations& equations, const IdentifyOptions& opti
   fit.parameters.beta = std::clamp(point.beta, beta.lower, beta.upper);
   fit.u_c2_first = point.u_c2_first;
   fit.cost = found.at.cost;
-  fit.status = toFitStatus(found.status);
+  fit.status = fitStatusOf(found.status);
   fit.iterations = found.iterations + (found.last_step.isZero(0.0) ? 0 : 1);
   return fit;
 }
@@ -294,7 +283,7 @@ BaseFit searchAsInPaper(const BaseNormalEquations& equations, const IdentifyOpti
     const bool u_dc_stands = std::abs(u_dc - u_dc_before) < 1e-6;
     if (step.status == MinimizeStatus::kStalled ||
         (step.status == MinimizeStatus::kConverged && u_dc_stands)) {
-      fit.status = toFitStatus(step.status);
+      fit.status = fitStatusOf(step.status);
       break;
     }
   }

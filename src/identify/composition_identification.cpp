@@ -31,6 +31,19 @@ CompositionPoint withMagnitudes(const BatteryModel& model, CompositionPoint poin
   return point;
 }
 
+bool hasInstant(const BatteryModel& model) {
+  for (const ParameterInfo& info : model.parameters())
+    if (info.instant) return true;
+  return false;
+}
+
+/// Where every instant of the recording is `time` [s] after its beginning.
+CompositionPoint withInstants(const BatteryModel& model, CompositionPoint point, double time) {
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j)
+    if (model.parameters()[static_cast<std::size_t>(j)].instant) point.parameters[j] = time;
+  return point;
+}
+
 struct Fitted {
   CompositionFit fit;
   std::optional<NoiseModel> noise;
@@ -49,6 +62,9 @@ Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptio
   const CompositionPoint nested = embedded(BatteryModel(), basePoint(base), model);
   std::vector<CompositionPoint> starts = {nested};
   if (!model.effects().empty()) starts.push_back(withMagnitudes(model, nested));
+  for (const double share : {0.125, 0.375, 0.625, 0.875})
+    if (hasInstant(model))
+      starts.push_back(withInstants(model, starts[1], share * (drive.samples.back().step.time - drive.first_time)));
   const CompositionProblem weighted(model, drive, cost, nested);
   const auto samples = static_cast<Eigen::Index>(drive.samples.size());
   Fitted fitted{fitComposition(weighted, starts, search), std::nullopt, samples};

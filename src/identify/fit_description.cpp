@@ -11,6 +11,18 @@
 
 namespace battery_sof {
 
+FitStatus fitStatusOf(MinimizeStatus status) {
+  switch (status) {
+    case MinimizeStatus::kConverged:
+      return FitStatus::kConverged;
+    case MinimizeStatus::kIterationLimit:
+      return FitStatus::kIterationLimit;
+    case MinimizeStatus::kStalled:
+      return FitStatus::kStalled;
+  }
+  return FitStatus::kStalled;
+}
+
 std::optional<double> standardError(const Eigen::MatrixXd& covariance, Eigen::Index row) {
   const double variance = covariance(row, row);
   return variance > 0.0 && std::isfinite(variance) ? std::optional(std::sqrt(variance)) : std::nullopt;

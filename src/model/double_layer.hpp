@@ -92,7 +92,9 @@ class DoubleLayer {
       const bool accepted = error <= kTolerance || h <= kShortest;
       const double wanted = h * std::clamp(0.9 * std::sqrt(kTolerance / std::max(error, 1e-12)), 0.2, 4.0);
       if (accepted) {
-        for (std::size_t k = 0; k < before_.size(); ++k) before_[k] = S(2.0 * halves_[k] - whole_[k]);
+        const double begin = valueOf(before_[0]);
+        extrapolate();
+        rate_ = (valueOf(before_[0]) - begin) / h;
         left -= h;
         // A step cut by the interval's end says nothing against the longer one that was wanted.
         suggested_ = std::max(wanted, error <= kTolerance && h < suggested_ ? suggested_ : wanted);
@@ -112,12 +114,17 @@ class DoubleLayer {
   static constexpr double kTolerance = 4e-5;  // [V] between one implicit step and its halves
   static constexpr double kShortest = 1e-7;   // [s]
   static constexpr double kMostExponent = 300.0;
+  static constexpr double kMostMoved = 0.01;   // [V], a first guess goes on at the last step's rate up to here
+  // [V], last step of Newton's method in doubles: beta / 2 of its square is left, of which the step in arithmetic S leaves
+  // nothing, and the slope it shares with that step is good to 1e-5.
+  static constexpr double kSettled = 1e-6;
 
   /// What an implicit Euler step solves, in the arithmetic of its solver.
   template <typename T>
   struct Stage {
-    T storage, offset, i0, charging_slope, discharging_slope, activity_before, current;
-    Present<T> present;
+    T storage, offset, activity_before;
+    const T &i0, &charging_slope, &discharging_slope, &current;
+    const Present<T>& present;
     double h;
   };
 
@@ -141,20 +148,34 @@ class DoubleLayer {
   }
 
   void load(const S& u, const S* log_activity, const S* ladder) {
+    using std::exp;
     before_[0] = u;
-    before_[1] = log_activity ? *log_activity : S(0.0);
+    if (log_activity) before_[1] = exp(*log_activity);
     if (has_ladder_)
       for (int k = 0; k < kLadderRungs; ++k) before_[2 + k] = ladder[k];
   }
   void store(S& u, S* log_activity, S* ladder) const {
+    using std::log;
     u = before_[0];
-    if (log_activity) *log_activity = before_[1];
+    if (log_activity) *log_activity = log(before_[1]);
     if (has_ladder_)
       for (int k = 0; k < kLadderRungs; ++k) ladder[k] = before_[2 + k];
   }
 
+  /// From a step and its halves to second order; in the activity's logarithm, so that it stays positive.
+  void extrapolate() {
+    before_[0] = S(2.0 * halves_[0] - whole_[0]);
+    if (has_activity_) before_[1] = S(halves_[1] * S(halves_[1] / whole_[1]));
+    for (std::size_t k = 2; k < before_.size(); ++k) before_[k] = S(2.0 * halves_[k] - whole_[k]);
+  }
+
   /// What stays the same over an interval.
   void prepare(const S* p, const Present<S>& present) {
+    is_symmetric_ = isHalf(present.alpha);
+    charging_slope_ = S(present.alpha * present.beta);
+    discharging_slope_ = S((1.0 - present.alpha) * present.beta);
+    charging_slope_value_ = Slope(valueOf(charging_slope_));
+    discharging_slope_value_ = Slope(valueOf(discharging_slope_));
     if (has_ladder_ && (ladder_.empty() || !sameDispersion(present.dispersion))) {
       ladder_.assign(1, Ladder<S>(present.dispersion));
       dispersion_ = valueOf(present.dispersion);
@@ -189,8 +210,10 @@ class DoubleLayer {
   T balance(const Stage<T>& s, const T& u, const SideParameters& side_parameters,
             const ActivityParameters& activity_parameters, T* activity_after) const {
     using std::exp;
-    const T charging = T(s.i0 * exp(bounded(T(s.charging_slope * u))));
-    const T discharging = T(s.i0 * exp(bounded(T(-s.discharging_slope * u))));
+    const T rising = T(exp(bounded(T(s.charging_slope * u))));
+    const T charging = T(s.i0 * rising);
+    const T discharging =
+        is_symmetric_ ? T(s.i0 / rising) : T(s.i0 * exp(bounded(T(-s.discharging_slope * u))));
     T sum = T(s.storage * u - s.offset - s.current - discharging);
     if (has_activity_) {
       const ReactionRates<T> rates{charging, discharging};
@@ -207,40 +230,36 @@ class DoubleLayer {
     return sum;
   }
 
-  /// Implicit Euler step of everything from `from` to `to`.
-  void euler(const S* p, const Present<S>& present, const S& current, double h,
+  /// Implicit Euler step of everything from `from` to `to`. @param guess [V], near u at the step's end.
+  void euler(const S* p, const Present<S>& present, const S& current, double h, double guess,
              const std::vector<S>& from, std::vector<S>& to) const {
-    using std::exp;
-    using std::log;
-    Stage<S> stage{S(present.c2 / h), S(0.0),  present.i0, S(present.alpha * present.beta),
-                   S((1.0 - present.alpha) * present.beta), S(0.0), current, present, h};
-    if (has_activity_) stage.activity_before = exp(from[1]);
+    Stage<S> stage{S(present.c2 / h), S(0.0),  from[1], present.i0, charging_slope_, discharging_slope_,
+                   current,           present, h};
     addStorage(stage, present, from);
-
-    const Stage<Slope> values{Slope(valueOf(stage.storage)), Slope(valueOf(stage.offset)),
-                              Slope(valueOf(stage.i0)), Slope(valueOf(stage.charging_slope)),
-                              Slope(valueOf(stage.discharging_slope)),
-                              Slope(valueOf(stage.activity_before)), Slope(valueOf(stage.current)),
-                              present_slope_, h};
-    const auto [u, slope] = solve(values, valueOf(from[0]));
+    const Slope held(valueOf(current));
+    const Stage<Slope> values{Slope(valueOf(stage.storage)),
+                              Slope(valueOf(stage.offset)),
+                              Slope(valueOf(stage.activity_before)),
+                              present_slope_.i0,
+                              charging_slope_value_,
+                              discharging_slope_value_,
+                              held,
+                              present_slope_,
+                              h};
+    const Root root = solve(values, guess);
     S activity(1.0);
     const S rest = balance<S>(
-        stage, S(u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
+        stage, S(root.u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
         [&] { return parametersOf(p, activity_); }, &activity);
     // One Newton step in arithmetic S: what it adds to the value is below rounding, what it adds to the derivatives is
     // the implicit function's.
-    to[0] = S(u - rest / slope);
-    if (has_activity_) {
-      const S charging = S(stage.i0 * exp(bounded(S(stage.charging_slope * to[0]))));
-      const S discharging = S(stage.i0 * exp(bounded(S(-stage.discharging_slope * to[0]))));
-      const ReactionRates<S> rates{charging, discharging};
-      to[1] = log(kernelOf(*activity_.effect, activity)
-                      .activity(parametersOf(p, activity_), stage.activity_before, rates, present, h));
-    }
+    const S moved = S(rest * (-1.0 / root.slope));
+    to[0] = S(root.u + moved);
+    if (has_activity_) to[1] = S(activity + root.activity_slope * moved);
     if (has_ladder_)
       for (int k = 0; k < kLadderRungs; ++k) {
-        const double moved = h * Ladder<S>::rate(k);
-        to[2 + k] = S((from[2 + k] + moved * to[0]) / (1.0 + moved));
+        const double share = h * Ladder<S>::rate(k);
+        to[2 + k] = S((from[2 + k] + share * to[0]) / (1.0 + share));
       }
   }
 
@@ -262,15 +281,17 @@ class DoubleLayer {
   }
 
   struct Root {
-    double u, slope;
+    double u, slope;        // of the balance
+    double activity_slope;  // d activity / du
   };
   /// Newton's method inside a bracket that grows from the start; the balance rises with u.
   Root solve(const Stage<Slope>& stage, double start) const {
+    Slope activity(1.0);
     const auto at = [&](double u) {
       return balance<Slope>(
           stage, Slope(u, Eigen::Matrix<double, 1, 1>::Ones()),
           [&](std::size_t k) { return side_slopes_[k].data(); },
-          [&] { return activity_slopes_.data(); }, nullptr);
+          [&] { return activity_slopes_.data(); }, &activity);
     };
     const double steepest = std::max(valueOf(stage.charging_slope), valueOf(stage.discharging_slope));
     double low = -HUGE_VAL, high = HUGE_VAL, u = start, slope = 1.0;
@@ -284,34 +305,43 @@ class DoubleLayer {
         step = std::copysign(reach, step);
         reach *= 2.0;
       }
-      if (std::abs(step) < 1e-13 + 1e-15 * std::abs(u)) break;
+      if (std::abs(step) < kSettled + 1e-15 * std::abs(u)) {
+        u += step;
+        break;
+      }
       double next = u + step;
       if (!(next > low && next < high)) next = 0.5 * (low + high);
       if (next == u) break;
       u = next;
     }
-    return {u, slope};
+    return {u, slope, activity.derivatives()[0]};
   }
 
   /// @return [V], how far one step and two halves part; both are left in their buffers.
   double attempt(const S* p, const Present<S>& present, const S& current, double h) {
-    euler(p, present, current, h, before_, whole_);
-    euler(p, present, current, 0.5 * h, before_, half_);
-    euler(p, present, current, 0.5 * h, half_, halves_);
+    const double begin = valueOf(before_[0]);
+    const double moved = rate_ * h;
+    const double guess = std::abs(moved) < kMostMoved ? begin + moved : begin;
+    euler(p, present, current, h, guess, before_, whole_);
+    euler(p, present, current, 0.5 * h, 0.5 * (begin + valueOf(whole_[0])), before_, half_);
+    euler(p, present, current, 0.5 * h, valueOf(whole_[0]), half_, halves_);
     double error = std::abs(valueOf(whole_[0]) - valueOf(halves_[0]));
     if (has_activity_)
-      error += std::abs(valueOf(whole_[1]) - valueOf(halves_[1])) /
-               (valueOf(present.alpha) * valueOf(present.beta));
+      error += std::abs(std::log(valueOf(whole_[1]) / valueOf(halves_[1]))) /
+               valueOf(charging_slope_);
     return error;
   }
 
   std::vector<BoundEffect> side_;
   BoundEffect activity_{nullptr, 0};
-  bool has_activity_, has_ladder_, is_prepared_ = false;
-  std::vector<S> before_, whole_, half_, halves_;  // u, ln p, ladder
+  bool has_activity_, has_ladder_, is_prepared_ = false, is_symmetric_ = false;
+  std::vector<S> before_, whole_, half_, halves_;  // u, p, ladder
   std::vector<Ladder<S>> ladder_;
   double dispersion_ = -1.0;
   double suggested_ = 1.0;  // [s]
+  double rate_ = 0.0;       // of u in the last step [V/s]
+  S charging_slope_ = S(0.0), discharging_slope_ = S(0.0);  // alpha beta, (1 - alpha) beta [1/V]
+  Slope charging_slope_value_ = Slope(0.0), discharging_slope_value_ = Slope(0.0);
   Present<Slope> present_slope_;
   std::vector<std::vector<Slope>> side_slopes_;
   std::vector<Slope> activity_slopes_;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "battery_sof/model/simulation.hpp"
-#include "double_layer.hpp"
+#include "narrow_layer.hpp"
 
 namespace battery_sof {
 
@@ -44,6 +44,28 @@ Dual<N> seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>& seeds, Eig
   return x;
 }
 
+/// Below it nothing has a meaning; further down, numbers that fade away get stuck where the processor is slow.
+inline constexpr double kFaded = 1e-200;
+
+inline void dropFaded(double& x) {
+  if (std::abs(x) < kFaded) x = 0.0;
+}
+template <int N>
+void dropFaded(Dual<N>& x) {
+  dropFaded(x.value());
+  x.derivatives() = (x.derivatives().array().abs() < kFaded).select(0.0, x.derivatives());
+}
+
+/// Derivatives that a number carries.
+template <typename S>
+struct Width {
+  static constexpr int value = 0;
+};
+template <int N>
+struct Width<Dual<N>> {
+  static constexpr int value = N;
+};
+
 template <typename S>
 class EngineOf final : public Simulation::Engine {
  public:
@@ -53,17 +75,38 @@ class EngineOf final : public Simulation::Engine {
         time_(start.time),
         reference_time_(start.reference_time),
         model_(std::make_shared<const BatteryModel>(model)),
-        members_(membersOf(model)),
-        layer_(layerOf(members_)) {
+        members_(membersOf(model)) {
     const Eigen::Index parameters = model.parameterCount();
     for (Eigen::Index j = 0; j < parameters; ++j)
       p_.push_back(seeded(start.parameters[j], seeds, j, S()));
     for (Eigen::Index j = 0; j < model.stateCount(); ++j)
       x_.push_back(seeded(start.state[j], seeds, parameters + j, S()));
-    voltage_ = S(0.0);
-    terminal_ = S(0.0);
-    source_current_ = S(0.0);
+    findHooks();
+    layer_ = layerFor(lanesOfLayer(seeds));
+    present_ = bareModel();
   }
+  EngineOf(const EngineOf& other)
+      : Engine(),
+        lanes_(other.lanes_),
+        time_(other.time_),
+        reference_time_(other.reference_time_),
+        activity_state_(other.activity_state_),
+        ladder_state_(other.ladder_state_),
+        steps_finely_(other.steps_finely_),
+        adapts_(other.adapts_),
+        is_wide_(other.is_wide_),
+        intervals_(other.intervals_),
+        model_(other.model_),
+        members_(other.members_),
+        layer_(other.layer_->clone()),
+        p_(other.p_),
+        x_(other.x_),
+        present_(other.present_),
+        voltage_(other.voltage_),
+        terminal_(other.terminal_),
+        source_current_(other.source_current_),
+        source_trend_(other.source_trend_) {}  // the probe is work space: a copy makes its own
+  EngineOf& operator=(const EngineOf&) = delete;
   std::unique_ptr<Engine> clone() const override { return std::make_unique<EngineOf>(*this); }
 
   void advance(const DriveStep& step) override {
@@ -75,6 +118,7 @@ class EngineOf final : public Simulation::Engine {
   }
 
   double advanceAtVoltage(double voltage, double duration, double most_current) override {
+    widen();  // the current's lanes reach the double layer
     const double i = currentFor(voltage, duration, most_current);
     source_trend_ = valueOf(source_current_) != 0.0 ? i - valueOf(source_current_) : 0.0;
     source_current_ = S(i);
@@ -109,10 +153,14 @@ class EngineOf final : public Simulation::Engine {
       done = done + piece < duration * (1.0 - 1e-12) ? done + piece : duration;
       passPiece(held, piece, end_time - duration + done);
     }
+    if (++intervals_ == kFadingLooked) {
+      intervals_ = 0;
+      for (S& x : x_) dropFaded(x);
+    }
     time_ = end_time;
-    const Present<S> present = presentAt(end_time);
+    const Present<S>& present = presentAt(end_time);
     const Instant<S> instant{end, slope, duration, present};
-    const S r = valueOf(end) < 0.0 ? present.r_discharge : present.r_charge;
+    const S& r = valueOf(end) < 0.0 ? present.r_discharge : present.r_charge;
     terminal_ = S(present.u_dc + x_[0] + r * end);
     for (const Member& member : members_)
       if (member.effect->hooks.voltage)
@@ -128,7 +176,8 @@ class EngineOf final : public Simulation::Engine {
   friend class EngineOf;
 
   static constexpr double kFineStep = 0.1;  // [s]
-  static constexpr double kGrowing = 0.01;  // of the time passed
+  static constexpr double kGrowing = 0.005;  // of the time passed
+  static constexpr unsigned kFadingLooked = 1024;  // intervals; too few to fade from kFaded to what is stuck
 
   struct Member {
     const Effect* effect;
@@ -145,20 +194,80 @@ class EngineOf final : public Simulation::Engine {
     return members;
   }
 
-  DoubleLayer<S> layerOf(const std::vector<Member>& members) {
-    std::vector<BoundEffect> side;
-    BoundEffect activity{nullptr, 0};
-    for (const Member& member : members) {
+  void findHooks() {
+    for (const Member& member : members_) {
       const EffectHooks& hooks = member.effect->hooks;
-      if (hooks.side_current) side.push_back({member.effect, member.parameter});
-      if (hooks.activity) {
-        activity = {member.effect, member.parameter};
-        activity_state_ = member.state;
-      }
+      if (hooks.activity) activity_state_ = member.state;
       if (hooks.is_ladder) ladder_state_ = member.state;
       if (hooks.steps_finely) steps_finely_ = true;
+      if (hooks.adapt) adapts_ = true;
     }
-    return DoubleLayer<S>(side, activity.effect ? &activity : nullptr, ladder_state_ >= 0);
+  }
+
+  /// The double layer of the composition in arithmetic T.
+  template <typename T>
+  DoubleLayer<T> layerOf() const {
+    std::vector<BoundEffect> side;
+    BoundEffect activity{nullptr, 0};
+    for (const Member& member : members_) {
+      const BoundEffect bound{member.effect, member.parameter};
+      if (member.effect->hooks.side_current) side.push_back(bound);
+      if (member.effect->hooks.activity) activity = bound;
+    }
+    return DoubleLayer<T>(side, activity.effect ? &activity : nullptr, ladder_state_ >= 0);
+  }
+
+  /// Whether what an effect owns can have a say in the double layer's movement.
+  static bool reachesLayer(const EffectHooks& hooks) {
+    return hooks.sense || hooks.adapt || hooks.side_current || hooks.activity || hooks.is_ladder ||
+           hooks.steps_finely;
+  }
+
+  /// Lanes that move something which can reach the double layer.
+  std::vector<int> lanesOfLayer(const Eigen::Ref<const Eigen::MatrixXd>& seeds) const {
+    std::vector<Eigen::Index> rows = {kRowC2, kRowBeta, model_->parameterCount()};
+    // An effect that adapts the base model may read all of it.
+    if (adapts_ || steps_finely_)
+      rows.insert(rows.end(), {kRowRDischarge, kRowRCharge, kRowUDc});
+    for (const Member& member : members_) {
+      if (!reachesLayer(member.effect->hooks)) continue;
+      const EffectInfo& info = member.effect->info;
+      for (std::size_t j = 0; j < info.parameters.size(); ++j)
+        rows.push_back(member.parameter + static_cast<Eigen::Index>(j));
+      for (std::size_t j = 0; j < info.states.size(); ++j)
+        rows.push_back(model_->parameterCount() + member.state + static_cast<Eigen::Index>(j));
+    }
+    std::vector<int> lanes;
+    for (Eigen::Index k = 0; k < seeds.cols(); ++k)
+      if ((seeds.col(k)(rows).array() != 0.0).any()) lanes.push_back(static_cast<int>(k));
+    return lanes;
+  }
+
+  std::unique_ptr<LayerOf<S>> layerFor(const std::vector<int>& lanes) const {
+    std::unique_ptr<LayerOf<S>> layer = narrowFor<8>(lanes);
+    if (!layer) layer = narrowFor<16>(lanes);
+    if (!layer) layer = narrowFor<24>(lanes);
+    if (!layer) layer = std::make_unique<WideLayer<S>>(layerOf<S>());
+    return layer;
+  }
+  /// @return nothing unless N lanes suffice and are fewer than those of S.
+  template <int N>
+  std::unique_ptr<LayerOf<S>> narrowFor(const std::vector<int>& lanes) const {
+    if constexpr (N < kWidth) {
+      if (lanes.size() <= static_cast<std::size_t>(N))
+        return std::make_unique<NarrowLayer<S, N>>(
+            layerOf<Dual<N>>(), typename NarrowLayer<S, N>::Shape{lanes, p_.size(), ladder_state_ >= 0, adapts_});
+    }
+    return nullptr;
+  }
+
+  /// From here on every lane may reach the layer: a current that follows from a voltage depends on all of them.
+  void widen() {
+    if (is_wide_) return;
+    is_wide_ = true;
+    auto wide = std::make_unique<WideLayer<S>>(layerOf<S>());
+    wide->suggestStep(layer_->suggestedStep());
+    layer_ = std::move(wide);
   }
 
   static const EffectKernel<S>& kernel(const Member& member) { return kernelOf(*member.effect, S()); }
@@ -166,20 +275,25 @@ class EngineOf final : public Simulation::Engine {
     return member.state < static_cast<int>(x_.size()) ? &x_[member.state] : nullptr;
   }
 
-  Present<S> presentAt(double time) {
-    Present<S> present{p_[kRowRDischarge], p_[kRowRCharge], p_[kRowC2], p_[kRowBeta], p_[kRowUDc],
-                       S(BaseParameters{}.i0), S(BaseParameters{}.alpha), S(1.0), S(0.0), S(0.0),
-                       time - reference_time_};
+  Present<S> bareModel() const {
+    return {p_[kRowRDischarge], p_[kRowRCharge], p_[kRowC2], p_[kRowBeta], p_[kRowUDc],
+            S(BaseParameters{}.i0), S(BaseParameters{}.alpha), S(1.0), S(0.0), S(0.0), 0.0};
+  }
+
+  /// The base model as effects leave it; until the next call.
+  const Present<S>& presentAt(double time) {
+    if (adapts_) present_ = bareModel();
+    present_.time = time - reference_time_;
     for (const Member& member : members_)
       if (member.effect->hooks.adapt)
-        kernel(member).adapt(&p_[member.parameter], stateOf(member), present);
-    return present;
+        kernel(member).adapt(&p_[member.parameter], stateOf(member), present_);
+    return present_;
   }
 
   /**
    * @brief How far to go at once with `done` of an interval passed.
    *
-   * Where effects act back on others an interval is cut into equal pieces of at most kFineStep. After the first 10 s of a
+   * Where effects act back on others an interval is cut into equal pieces of at most kFineStep. After the first 20 s of a
    * longer one pieces grow with the time passed: what began with it settles down to slower and slower change.
    */
   double pieceOf(double duration, double done) const {
@@ -191,9 +305,9 @@ class EngineOf final : public Simulation::Engine {
   void passPiece(const S& held, double duration, double end_time) {
     const double middle = end_time - 0.5 * duration;
     if (steps_finely_) advanceMembers(held, 0.5 * duration, x_[0], presentAt(middle), true);
-    const Present<S> present = presentAt(middle);
+    const Present<S>& present = presentAt(middle);
     const S before = x_[0];
-    layer_.advance(p_.data(), present, held, duration, x_[0],
+    layer_->advance(p_.data(), present, held, duration, x_[0],
                    activity_state_ >= 0 ? &x_[activity_state_] : nullptr,
                    ladder_state_ >= 0 ? &x_[ladder_state_] : nullptr);
     const S mean = S(0.5 * (before + x_[0]));
@@ -209,29 +323,21 @@ class EngineOf final : public Simulation::Engine {
         kernel(member).advance(&p_[member.parameter], stateOf(member), passage);
   }
 
-  /// Work space that a copy of the engine does without.
-  struct Probe {
-    std::unique_ptr<EngineOf<Slope>> engine;
-    Probe() = default;
-    Probe(const Probe&) {}
-    Probe& operator=(const Probe&) { return *this; }
-  };
-
   /// The same battery in the arithmetic of the solver for the current, as it stands.
   EngineOf<Slope>& probe() {
-    if (!probe_.engine) {
+    if (!probe_) {
       ModelPoint here;
       here.reference_time = reference_time_;
       here.parameters.resize(static_cast<Eigen::Index>(p_.size()));
       for (std::size_t j = 0; j < p_.size(); ++j)
         here.parameters[static_cast<Eigen::Index>(j)] = valueOf(p_[j]);
       here.state = state();
-      probe_.engine = std::make_unique<EngineOf<Slope>>(*model_, here, Eigen::MatrixXd());
+      probe_ = std::make_unique<EngineOf<Slope>>(*model_, here, Eigen::MatrixXd());
     }
-    EngineOf<Slope>& same = *probe_.engine;
+    EngineOf<Slope>& same = *probe_;
     same.time_ = time_;
     for (std::size_t j = 0; j < x_.size(); ++j) same.x_[j] = Slope(valueOf(x_[j]));
-    same.layer_.suggestStep(layer_.suggestedStep());
+    same.layer_->suggestStep(layer_->suggestedStep());
     return same;
   }
 
@@ -254,7 +360,7 @@ class EngineOf final : public Simulation::Engine {
       const double excess = excessOf(i, voltage, duration);
       if (i >= most_current && excess <= 0.0) return most_current;
       (excess > 0.0 ? high : low) = i;
-      const double step = excess / probe_.engine->terminal_.derivatives()[0];
+      const double step = excess / probe_->terminal_.derivatives()[0];
       if (std::abs(step) < kLastStep) return std::min(i - step, most_current);
       double next = std::min(i - step, most_current);
       const double top = std::min(high, most_current);
@@ -264,10 +370,12 @@ class EngineOf final : public Simulation::Engine {
     return i;
   }
 
+  static constexpr int kWidth = Width<S>::value;
+
   /// Lets the current that was solved for follow the lanes so that the terminal voltage stays: the implicit function's
   /// derivative, by the slopes that the probe has to the current.
   void letCurrentFollow() {
-    const EngineOf<Slope>& slopes = *probe_.engine;
+    const EngineOf<Slope>& slopes = *probe_;
     const auto slope = [](const Slope& x) { return x.derivatives()[0]; };
     const S follow = S((valueOf(terminal_) - terminal_) / slope(slopes.terminal_));
     source_current_ = S(source_current_ + follow);
@@ -279,14 +387,16 @@ class EngineOf final : public Simulation::Engine {
   Eigen::Index lanes_;
   double time_, reference_time_;
   int activity_state_ = -1, ladder_state_ = -1;
-  bool steps_finely_ = false;
+  bool steps_finely_ = false, adapts_ = false, is_wide_ = false;
+  unsigned intervals_ = 0;  // since fading numbers were dropped
   std::shared_ptr<const BatteryModel> model_;
   std::vector<Member> members_;
-  DoubleLayer<S> layer_;
+  std::unique_ptr<LayerOf<S>> layer_;
   std::vector<S> p_, x_;
-  S voltage_, terminal_, source_current_;
+  Present<S> present_;
+  S voltage_ = S(0.0), terminal_ = S(0.0), source_current_ = S(0.0);
   double source_trend_ = 0.0;  // [A], change of source_current_ with the last step
-  Probe probe_;
+  std::unique_ptr<EngineOf<Slope>> probe_;
 };
 
 }  // namespace battery_sof

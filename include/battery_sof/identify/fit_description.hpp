@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/identify/levenberg_marquardt.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {
@@ -24,6 +25,9 @@ FittedModel unfitted(const Series& series, IndexRange range, const std::vector<s
  */
 FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
                    double rho, double crank_current);
+
+/// @return the same end in the words of a fit.
+FitStatus fitStatusOf(MinimizeStatus status);
 
 /// @return how a fit ended and what it did not determine.
 std::string sentenceOf(const FittedModel& model);

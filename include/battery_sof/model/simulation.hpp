@@ -25,11 +25,12 @@ struct ModelPoint {
  * it (activity of the reaction, ladder of a fractional capacitance) are stepped together by an implicit Euler step that is
  * extrapolated to second order (a step against two halves), its length chosen so that the two differ by at most 0.04 mV:
  * L-stable, positive activities stay positive, no interval is too long. Effects' own states have exact steps; where they
- * act back on others (history, warming, drift), intervals are cut to 0.1 s, beyond 10 s to a hundredth of the time passed.
+ * act back on others (history, warming, drift), intervals are cut to 0.1 s, beyond 20 s to a 200th of the time passed.
  * Beyond |alpha beta u_c2| = 300 the reaction's exponentials stay at that value.
  *
  * Derivatives are forward sensitivities of the very step that is taken: every number carries its derivatives along
- * (Eigen's AutoDiffScalar, fixed-size arrays of 8, 16, 24 or 48 lanes). A lane is a direction in the space of
+ * (Eigen's AutoDiffScalar, fixed-size arrays of 8, 16, 24 or 48 lanes; the implicit steps carry only those that can reach
+ * the double layer). A lane is a direction in the space of
  * parameters and first states, a column of `seeds`: unit vectors give plain derivatives, a factor L of a covariance L L'
  * gives standard deviations.
  */

@@ -8,6 +8,7 @@ struct ContactResistance {
 
   static EffectInfo info() {
     ParameterInfo when{"contact_time", "t_c", "s", 600.0, 0.0, 1e6, "PHYSICS 1.3"};
+    when.instant = true;
     return {"contact_resistance",
             "I6",
             "a cable or contact changed its resistance",

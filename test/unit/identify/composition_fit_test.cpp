@@ -1,4 +1,5 @@
 #include "battery_sof/identify/composition_fit.hpp"
+#include "battery_sof/identify/identification.hpp"
 
 #include <gtest/gtest.h>
 
@@ -246,6 +247,8 @@ TEST(CompositionProblem, CoordinatesAndPointsAreEachOthersInverse) {
     const Drive drive = fullDrive(series, whole(series));
     CompositionPoint start{typicalPoint(model), model.restState()};
     start.state[0] = 0.1;
+    // An instant of the recording lies inside it.
+    if (const auto row = model.parameterRow("contact_time")) start.parameters[*row] = 2.0;
     const CompositionProblem problem(model, drive, {}, start);
     const Eigen::VectorXd x = problem.coordinatesOf(start);
     const CompositionPoint back = problem.pointAt(x);
@@ -495,6 +498,24 @@ TEST(TypicalStart, TakesTheRestVoltageFromTheDrivesMean) {
   EXPECT_NEAR(typicalStart(model, compressedDrive(series, whole(series))).parameters[kRowUDc],
               full.parameters[kRowUDc], 1e-9);
   EXPECT_EQ(full.parameters[kRowC2], 1000.0);
+}
+
+TEST(Identify, FindsWhenAContactChangedWhereverInTheWindowThatWas) {
+  for (const double changed : {35.0, 200.0}) {
+    Series series = baseDrive(11);
+    for (std::size_t n = 0; n < series.size(); ++n)
+      if (series.time[n] > changed) series.voltage[n] += 0.002 * series.current[n];
+    IdentifyOptions options;
+    options.effects = {"contact_resistance"};
+    const FittedModel model = identify(series, {0, series.size()}, options);
+    const auto of = [&](const char* name) {
+      for (const ParameterEstimate& estimate : model.estimates)
+        if (estimate.name == name) return estimate.value;
+      return std::nan("");
+    };
+    EXPECT_NEAR(of("contact_time"), changed, 2.0);
+    EXPECT_NEAR(of("contact_step"), 0.002, 0.0002);
+  }
 }
 
 }  // namespace battery_sof

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "battery_sof/model/driving_current.hpp"
 #include "support/composed.hpp"
 
@@ -43,6 +47,51 @@ TEST(Simulation, GivesTheSameVoltageWithAndWithoutDerivatives) {
       ASSERT_NEAR(plain.voltage(), carried.voltage(), 1e-10);
     }
   }
+}
+
+TEST(Simulation, TheSameDerivativesComeOutOfLanesThatAllReachTheDoubleLayer) {
+  const std::vector<std::vector<std::string>> compositions = {
+      {"charge_acceptance", "acid_transport", "current_dependent_resistance"},
+      {"cpe2", "gassing", "acid_transport", "ocv_soc"},
+      {"current_offset", "charge_transfer", "charge_acceptance", "acid_transport"},
+      {"self_heating", "charge_acceptance", "acid_transport", "current_dependent_resistance"}};
+  const Series series = livelyMinute(0.1);
+  const Drive drive = fullDrive(series, whole(series));
+  for (const auto& effects : compositions) {
+    const BatteryModel model(effects);
+    const ModelPoint start = pointOf(model, typicalPoint(model));
+    const Eigen::Index rows = model.parameterCount() + model.stateCount();
+    const Eigen::Index lanes = std::min<Eigen::Index>(rows, Simulation::kMaxLanes);
+    // Mirrored at (1, ..., 1): every lane holds a share of everything.
+    const Eigen::MatrixXd mirror = Eigen::MatrixXd::Identity(lanes, lanes) -
+                                   Eigen::MatrixXd::Constant(lanes, lanes, 2.0 / static_cast<double>(lanes));
+    Eigen::MatrixXd seeds = Eigen::MatrixXd::Identity(rows, lanes);
+    for (Eigen::Index j = 0; j < model.parameterCount(); ++j) seeds.row(j) *= std::abs(start.parameters[j]) + 1e-3;
+    Simulation apart(model, start, seeds), mixed(model, start, seeds * mirror);
+    for (const DriveSample& sample : drive.samples) {
+      apart.advance(sample.step);
+      mixed.advance(sample.step);
+      const Eigen::VectorXd expected = mirror * apart.voltageDerivatives();
+      ASSERT_NEAR((expected - mixed.voltageDerivatives()).cwiseAbs().maxCoeff(), 0.0,
+                  1e-9 * (1.0 + expected.cwiseAbs().maxCoeff()))
+          << effects.front();
+    }
+  }
+}
+
+TEST(Simulation, WhatFadesAwayEndsAtZeroInsteadOfSlowingTheProcessor) {
+  const BatteryModel model({"charge_acceptance", "acid_transport"});
+  const Eigen::Index rows = model.parameterCount() + model.stateCount();
+  Simulation simulation(model, pointOf(model, typicalPoint(model)), Eigen::MatrixXd::Identity(rows, rows));
+  for (int n = 1; n <= 60000; ++n) {
+    DriveStep step;
+    step.time = n;
+    step.duration = 1.0;
+    step.held = step.current = n % 2 == 0 ? 5.0 : -5.0;
+    simulation.advance(step);
+  }
+  const Eigen::ArrayXXd slopes = simulation.stateDerivatives().array().abs();
+  EXPECT_TRUE((slopes == 0.0 || slopes >= std::numeric_limits<double>::min()).all());
 }
 
 TEST(Simulation, ACopyGoesItsOwnWay) {

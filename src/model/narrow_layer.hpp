@@ -1,0 +1,124 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "double_layer.hpp"
+
+namespace battery_sof {
+
+/// A double layer that takes and returns numbers in arithmetic S, whatever it counts in itself.
+template <typename S>
+class LayerOf {
+ public:
+  virtual ~LayerOf() = default;
+  virtual std::unique_ptr<LayerOf> clone() const = 0;
+  /// As DoubleLayer::advance().
+  virtual void advance(const S* p, const Present<S>& present, const S& current, double duration,
+                       S& u, S* log_activity, S* ladder) = 0;
+  virtual double suggestedStep() const = 0;
+  virtual void suggestStep(double step) = 0;
+};
+
+/// In S itself.
+template <typename S>
+class WideLayer final : public LayerOf<S> {
+ public:
+  explicit WideLayer(DoubleLayer<S> layer) : layer_(std::move(layer)) {}
+  std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<WideLayer>(*this); }
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, S& u,
+               S* log_activity, S* ladder) override {
+    layer_.advance(p, present, current, duration, u, log_activity, ladder);
+  }
+  double suggestedStep() const override { return layer_.suggestedStep(); }
+  void suggestStep(double step) override { layer_.suggestStep(step); }
+
+ private:
+  DoubleLayer<S> layer_;
+};
+
+/**
+ * @brief In numbers of N derivatives, for a simulation that carries more: only those lanes that can
+ * reach the layer.
+ *
+ * Most parameters never do (series resistances, u_dc, acid), and the layer's implicit steps are
+ * where the time goes.
+ */
+template <typename S, int N>
+class NarrowLayer final : public LayerOf<S> {
+ public:
+  /// What of it never changes, and what the layer is given.
+  struct Shape {
+    std::vector<int>
+        lanes;  ///< those of S that may differ from zero in what the layer is given; at most N
+    std::size_t parameters;
+    bool has_ladder;
+    bool adapts;  ///< an effect changes the base model's parameters
+  };
+  NarrowLayer(DoubleLayer<Dual<N>> layer, Shape shape)
+      : layer_(std::move(layer)), shape_(std::move(shape)) {}
+  std::unique_ptr<LayerOf<S>> clone() const override {
+    return std::make_unique<NarrowLayer>(*this);
+  }
+
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, S& u,
+               S* log_activity, S* ladder) override {
+    prepare(p, present);
+    const Dual<N> held = gathered(current);
+    Dual<N> narrow_u = gathered(u);
+    Dual<N> narrow_activity = log_activity ? gathered(*log_activity) : Dual<N>(0.0);
+    std::array<Dual<N>, kLadderRungs> rungs;
+    if (shape_.has_ladder)
+      for (int k = 0; k < kLadderRungs; ++k) rungs[k] = gathered(ladder[k]);
+    layer_.advance(p_.data(), present_, held, duration, narrow_u,
+                   log_activity ? &narrow_activity : nullptr,
+                   shape_.has_ladder ? rungs.data() : nullptr);
+    scatter(narrow_u, u);
+    if (log_activity) scatter(narrow_activity, *log_activity);
+    if (shape_.has_ladder)
+      for (int k = 0; k < kLadderRungs; ++k) scatter(rungs[k], ladder[k]);
+  }
+  double suggestedStep() const override { return layer_.suggestedStep(); }
+  void suggestStep(double step) override { layer_.suggestStep(step); }
+
+ private:
+  void prepare(const S* p, const Present<S>& present) {
+    if (p_.empty()) {
+      for (std::size_t j = 0; j < shape_.parameters; ++j) p_.push_back(gathered(p[j]));
+      present_ = gathered(present);
+    }
+    if (shape_.adapts) present_ = gathered(present);
+    present_.time = present.time;
+  }
+  Dual<N> gathered(const S& x) const {
+    Dual<N> narrow(x.value());
+    for (std::size_t k = 0; k < shape_.lanes.size(); ++k)
+      narrow.derivatives()[static_cast<Eigen::Index>(k)] = x.derivatives()[shape_.lanes[k]];
+    return narrow;
+  }
+  Present<Dual<N>> gathered(const Present<S>& f) const {
+    return {gathered(f.r_discharge),
+            gathered(f.r_charge),
+            gathered(f.c2),
+            gathered(f.beta),
+            gathered(f.u_dc),
+            gathered(f.i0),
+            gathered(f.alpha),
+            gathered(f.acceptance),
+            gathered(f.warming),
+            gathered(f.dispersion),
+            f.time};
+  }
+  void scatter(const Dual<N>& narrow, S& x) const {
+    x.value() = narrow.value();
+    for (std::size_t k = 0; k < shape_.lanes.size(); ++k)
+      x.derivatives()[shape_.lanes[k]] = narrow.derivatives()[static_cast<Eigen::Index>(k)];
+  }
+
+  DoubleLayer<Dual<N>> layer_;
+  Shape shape_;
+  std::vector<Dual<N>> p_;
+  Present<Dual<N>> present_;
+};
+
+}  // namespace battery_sof
