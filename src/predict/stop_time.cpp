@@ -123,6 +123,8 @@ class StopScan {
   bool monotone_ = true;
 };
 
+std::string shown(double t_stop) { return std::isinf(t_stop) ? "no end" : sentence("%.1f s", t_stop); }
+
 std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query, const StopScan& scan) {
   std::string text;
   if (answer.outcome == StopTimeOutcome::kAlways)
@@ -130,8 +132,9 @@ std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query, 
   else if (answer.outcome == StopTimeOutcome::kNever)
     text = sentence("the crank does not hold %.2f V even at once", query.u_required);
   else
-    text = sentence("the crank holds %.2f V after stops up to %.1f s, 90 %% between %.1f and %.1f s",
-                    query.u_required, answer.t_stop->value, answer.t_stop->lower, answer.t_stop->upper);
+    text = sentence("the crank holds %.2f V after stops up to %.1f s, 90 %% between %s and %s",
+                    query.u_required, answer.t_stop->value, shown(answer.t_stop->lower).c_str(),
+                    shown(answer.t_stop->upper).c_str());
   if (scan.holdsAgainAt()) text += sentence("; it would hold again after %.1f s", *scan.holdsAgainAt());
   return text;
 }

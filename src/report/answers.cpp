@@ -27,6 +27,10 @@ std::string lastLine(const Answer& answer) {
   return describe(answer.code) + ": " + answer.message + "\n";
 }
 
+std::string seconds(double duration) {
+  return std::isinf(duration) ? "no end" : sentence("%.1f s", duration);
+}
+
 /// One map's answers as arrays, row by row.
 template <typename Map, typename Value>
 void putAnswers(Json& json, const std::string& name, const Map& map, Value&& value) {
@@ -89,9 +93,9 @@ std::string stopTimeText(const StopTimeQuery& query, const StopTimeAnswer& answe
   std::string text = sentence("question  longest stop at %.1f A, then a crank of %.2f s at %.1f A holds %.2f V\n",
                               query.i_load, query.t_cranking, query.i_cranking, query.u_required);
   if (answer.t_stop)
-    text += sentence("stop      %.1f s, 90 %% between %.1f and %.1f s: %s%s\n", answer.t_stop->value,
-                     answer.t_stop->lower, answer.t_stop->upper, describe(answer.outcome).c_str(),
-                     answer.monotone ? "" : "; the battery recovers at first");
+    text += sentence("stop      %s, 90 %% between %s and %s: %s%s\n", seconds(answer.t_stop->value).c_str(),
+                     seconds(answer.t_stop->lower).c_str(), seconds(answer.t_stop->upper).c_str(),
+                     describe(answer.outcome).c_str(), answer.monotone ? "" : "; the battery recovers at first");
   return text + lastLine(answer);
 }
 

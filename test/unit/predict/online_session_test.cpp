@@ -132,6 +132,40 @@ TEST(OnlineSession, ResultTakenBackLateGivesTheSameAnswersAsOneTakenBackAtOnce) 
   EXPECT_EQ(late.predictCranking(kQuery).u_min->value, prompt.predictCranking(kQuery).u_min->value);
 }
 
+TEST(OnlineSession, WhatHappensDuringAnIdentificationIsJudgedByTheModelItBrings) {
+  SessionOptions options;
+  options.identify_period = 60.0;
+  OnlineSession prompt(options), late(options);
+  Feeder feeder(prompt);
+  Drive drive(0.01);
+  SessionEvents of_late;
+  std::optional<IdentificationResult> pending;
+  double due = 0.0;
+  for (int n = 0; n < 42000; ++n) {
+    const RawSample sample = drive.next();
+    feeder.push(sample);
+    const SessionEvents events = late.push(sample);
+    of_late.cranks.insert(of_late.cranks.end(), events.cranks.begin(), events.cranks.end());
+    if (const auto job = late.takeDueJob()) {
+      pending = runIdentification(*job);
+      due = sample.time + 40.0;  // at least one crank later
+    }
+    if (pending && sample.time > due) {
+      late.finish(*pending);
+      pending.reset();
+    }
+  }
+  ASSERT_GT(feeder.cranks.size(), 3u);
+  ASSERT_EQ(of_late.cranks.size(), feeder.cranks.size());
+  for (std::size_t k = 0; k < of_late.cranks.size(); ++k) {
+    EXPECT_EQ(of_late.cranks[k].time, feeder.cranks[k].time);
+    EXPECT_EQ(of_late.cranks[k].expected_minimum.lower, feeder.cranks[k].expected_minimum.lower);
+  }
+  EXPECT_EQ(late.crankScale().factor, prompt.crankScale().factor);
+  EXPECT_EQ(late.chargeScale().events, prompt.chargeScale().events);
+  EXPECT_EQ(late.predictCranking(kQuery).message, prompt.predictCranking(kQuery).message);
+}
+
 TEST(OnlineSession, IdentifiesAsSoonAsAWindowIsFullAndThenEveryPeriodOfDriving) {
   SessionOptions options;
   options.identify_period = 120.0;
