@@ -1,0 +1,155 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/recording/series.hpp"
+
+namespace battery_sof {
+
+/// What a diagnosis comes to.
+enum class Verdict {
+  kNoMismatch,        ///< model and measurement agree as well as this recording can tell
+  kNamed,             ///< one effect is missing from the base model
+  kSeveral,           ///< more than one
+  kAmbiguous,         ///< one of a few that this recording cannot tell apart
+  kUnknown,           ///< something is missing that the catalogue does not explain
+  kSensorFault,       ///< the instruments explain it
+  kInsufficientData,  ///< the recording cannot answer
+};
+
+/// @return "no_mismatch", "named", "several", "ambiguous", "unknown", "sensor_fault", "insufficient_data".
+std::string describe(Verdict verdict);
+
+/// A parameter of an effect that was found.
+struct DiagnosedParameter {
+  std::string name, unit;
+  double value = 0.0;          ///< in unit
+  std::optional<double> std;   ///< standard error in unit
+  /// 95 % interval from the profile likelihood; none on a side that stays open: only a bound is known.
+  std::optional<double> lower, upper;
+  bool at_bound = false;       ///< its value lies at the catalogue's bound: not plausible as it stands
+};
+
+/// An effect that the verdict names, or one of a class that cannot be told apart.
+struct NamedEffect {
+  std::string id;
+  double confidence = 0.0;                   ///< [0, 1], share of the evidence among those tied with it
+  std::vector<std::string> absorbed_into;    ///< base parameters that had taken it up, most moved first
+  std::vector<DiagnosedParameter> parameters;
+  double evidence = 0.0;                     ///< gain of the information criterion (PHYSICS 2.3)
+  double voltage_rms = 0.0;                  ///< [V], RMS of what the effect adds to the voltage on the training part
+  std::vector<std::string> tied_with;        ///< ids of its class
+};
+
+/// An hypothesis that was weighed.
+struct Candidate {
+  std::string id;
+  double score = 0.0;                          ///< z of the projected, whitened score test [1]
+  double evidence = 0.0;                       ///< gain of the information criterion after a refit; 0 when not refitted
+  std::optional<double> holdout_gain_percent;  ///< fall of the error on blocks held out of training
+  double confidence = 0.0;                     ///< [0, 1]
+  std::string rejected_because;                ///< empty when accepted
+};
+
+/// A stretch where model and measurement part.
+struct MismatchSegment {
+  double from = 0.0, to = 0.0;  ///< [s]
+  std::string regime;           ///< see regimeName()
+  double mean_error = 0.0;      ///< [V], measured minus base model
+  double peak_error = 0.0;      ///< [V], of largest magnitude, signed
+  double p_value = 1.0;
+};
+
+/// One statistic of the base model's error in one operating regime.
+struct RegimeFinding {
+  std::string regime;
+  std::string statistic;  ///< "mean" [V], "slope" [V/s], "end" [V]
+  std::size_t episodes = 0;
+  double value = 0.0, lower = 0.0, upper = 0.0;  ///< measured minus base model, with a 95 % interval
+  double p_value = 1.0;
+  bool alarm = false;  ///< after correction for the number of statistics
+};
+
+/// How much better a parameter would fit with another value in one regime than it does with one value for all.
+struct Absorption {
+  std::string parameter;
+  std::string regime;
+  double z = 0.0;       ///< [1], signed: > 0 wants a larger value there
+  double change = 0.0;  ///< wanted change relative to the parameter's value [1]; of u_dc in V
+};
+
+/// Errors of a model over a stretch.
+struct ErrorMetrics {
+  double q_dyn_percent = 0.0;
+  double rmse = 0.0;     ///< [V]
+  double max_abs = 0.0;  ///< [V]
+  std::optional<double> crank_mae;             ///< [V], of the cranks' minima
+  std::optional<double> charge_bias;           ///< [V], mean of measured minus modelled over charges
+  std::optional<double> charge_current_error;  ///< [A], mean magnitude at the measured voltage over charges
+};
+
+/// One regime's error before and after, on the hold-out.
+struct RegimeComparison {
+  std::string regime;
+  std::size_t samples = 0;
+  double base_rmse = 0.0, extended_rmse = 0.0;              ///< [V]
+  double change = 0.0, change_lower = 0.0, change_upper = 0.0;  ///< [V], extended minus base, 95 % interval over blocks
+};
+
+struct Comparison {
+  FitWindow train, holdout;
+  ErrorMetrics base_train, base_holdout, extended_train, extended_holdout;
+  std::vector<RegimeComparison> regimes;
+};
+
+/// A time constant's share in what the residual remembers.
+struct MemoryWeight {
+  double time = 0.0;    ///< [s]; 0: instantaneous
+  double weight = 0.0;  ///< [ohm]
+};
+
+/// What is known of a residual that no effect explains (PHYSICS 2.4).
+struct ResidualForce {
+  double omnibus_z = 0.0;                      ///< z_O of PHYSICS 2.2 [1]
+  double rms = 0.0;                            ///< [V], of the part that the library explains
+  std::vector<MemoryWeight> charge, discharge;  ///< memory of charging and of discharging current
+  std::vector<std::string> terms;              ///< at most three, in words with numbers; empty when more are needed
+  std::string nearest;                         ///< id of the nearest effect
+  double cosine = 0.0;                         ///< between it and the residual
+  std::string description;                     ///< one sentence
+};
+
+/// The smallest strength of an effect that this recording would have shown.
+struct Detectable {
+  std::string id, parameter, unit;
+  double strength = 0.0;  ///< in unit, at z = 5
+  double typical = 0.0;   ///< the catalogue's order of magnitude, in unit
+  bool visible = false;   ///< strength <= typical
+};
+
+/// Everything a diagnosis found.
+struct Diagnosis {
+  Verdict verdict = Verdict::kInsufficientData;
+  std::string summary;  ///< one plain sentence
+  std::vector<NamedEffect> effects;
+  std::vector<Candidate> candidates;  ///< best first
+  std::vector<MismatchSegment> mismatch;
+  std::vector<RegimeFinding> regimes;
+  std::vector<Absorption> absorption;
+  std::vector<std::string> instrument;  ///< what the instrument screen said, a sentence each
+  std::optional<ResidualForce> force;
+  std::vector<Detectable> detectable;
+  std::vector<std::string> outside;     ///< what no recording of current and voltage can show
+  Comparison fit;
+  std::string next_experiment;
+
+  FittedModel base, extended;  ///< fitted to the training part; state at its last sample; extended equals base when nothing was added
+  /// Modelled terminal voltage of every sample of the series that was diagnosed [V]; empty with insufficient data.
+  std::vector<double> base_voltage, extended_voltage;
+};
+
+}  // namespace battery_sof

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "battery_sof/identify/composition_fit.hpp"
+
+namespace battery_sof {
+
+/**
+ * @brief A composition fitted to a drive under its own noise model, with all that tests on its residual need.
+ *
+ *     e = u_b - u_m,   v = K e   (Whitening),   Q: orthonormal basis of K J, J = d u_m / d coordinates
+ *
+ * What the parameters can take up lies in the span of Q: a hypothesis' signature s counts by (1 - Q Q') K s (PHYSICS 0.1).
+ */
+struct WhitenedFit {
+  BatteryModel model;
+  CompositionPoint point;
+  NoiseModel noise;
+  Eigen::VectorXd residual;    ///< e [V], one a sample of the drive
+  Eigen::VectorXd innovation;  ///< v [1]
+  Eigen::MatrixXd jacobian;    ///< J [V], samples x coordinates (CompositionProblem::coordinatesOf)
+  Eigen::MatrixXd absorbed;    ///< Q, samples x rank
+  Eigen::VectorXd prior_precision;  ///< of the coordinates
+  std::vector<Eigen::Index> rows;   ///< of (parameters, first states) that each coordinate moves
+  double deviance = 0.0;       ///< -2 ln likelihood with priors
+  std::size_t measured = 0;    ///< samples of the drive that count
+};
+
+struct WhitenedSearch {
+  int rounds = 2;              ///< of noise and parameters in turns
+  int max_iterations = 40;
+  int more_starts = 0;
+  double least_white = 1e-5;   ///< [V], see fitNoise()
+};
+
+/**
+ * @brief Fits parameters and noise in turns, from every start, and keeps what is most likely.
+ * @param starts at least one. @param noise of the first round; none: from a fit of unweighted squares.
+ */
+WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive,
+                        const std::vector<CompositionPoint>& starts,
+                        const std::optional<NoiseModel>& noise, const WhitenedSearch& search = {});
+
+/// @return K s for a column of the drive's samples [V].
+Eigen::VectorXd whitened(const WhitenedFit& fit, const Drive& drive, const Eigen::VectorXd& column);
+
+/// @return (1 - Q Q') v.
+Eigen::VectorXd projected(const WhitenedFit& fit, const Eigen::VectorXd& whitened_column);
+
+/// @return terminal voltage of every sample of the drive [V].
+Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoint& point, const Drive& drive);
+
+}  // namespace battery_sof
