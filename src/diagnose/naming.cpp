@@ -10,11 +10,14 @@
 namespace battery_sof {
 namespace {
 
+constexpr double kTolerance = 1e-6;        // of the deviance: far below what decides
 constexpr int kMostEffects = 7;
-constexpr std::size_t kRefitted = 5;       // hypotheses of the highest scores that are refitted in a step
-constexpr std::size_t kMostRefitted = 9;   // with their look-alikes
+constexpr std::size_t kRefitted = 4;       // hypotheses of the highest scores that are refitted in a step
+constexpr std::size_t kMostRefitted = 7;   // with their look-alikes
+constexpr double kWorthRefit = 0.05;
 constexpr double kUnconverged = 0.7;       // a refit that gains less than this share of its score is searched again
 constexpr int kBlocks = 4;
+constexpr std::size_t kJudged = 4;          // of the best whose held-out gain is looked at
 constexpr double kRival = 30.0;            // evidence behind the winner's within which a rival is refitted in its place
 
 double penaltyOf(const WhitenedFit& fit, const Drive& drive) {
@@ -44,8 +47,10 @@ void consider(std::vector<std::size_t>& list, std::size_t k) {
   if (std::find(list.begin(), list.end(), k) == list.end() && list.size() < kMostRefitted) list.push_back(k);
 }
 
-/// The best scores and their look-alikes.
-std::vector<std::size_t> shortlist(const std::vector<Signature>& screened, double least) {
+/// The best scores and their look-alikes; what scores a twentieth of the best is not worth a refit.
+std::vector<std::size_t> shortlist(const std::vector<Signature>& screened, double significant) {
+  double least = significant;
+  for (const Signature& signature : screened) least = std::max(least, kWorthRefit * signature.score);
   std::vector<std::size_t> order(screened.size()), list;
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),
@@ -62,10 +67,14 @@ std::vector<std::size_t> shortlist(const std::vector<Signature>& screened, doubl
 
 class Search {
  public:
-  Search(const Drive& drive, const WhitenedFit& base, const NamingOptions& options)
-      : drive_(drive), options_(options), naming_{base, base, {}, {}, {}, {}, false} {
+  Search(const Drive& drive, const WhitenedFit& base, const NamingOptions& options, Naming so_far)
+      : drive_(drive), options_(options), naming_(std::move(so_far)) {
+    naming_.extended = base;
+    naming_.last_screen.clear();
     search_.rounds = 2;
     search_.max_iterations = 30;
+    search_.every_start = false;
+    search_.tolerance = kTolerance;
     search_.least_white = options.least_white;
   }
 
@@ -88,12 +97,25 @@ class Search {
   }
 
   WhitenedFit weighed(const WhitenedFit& nested, const Signature& signature) const {
-    WhitenedFit fit = refit(nested, drive_, signature, search_);
-    if (nested.deviance - fit.deviance > kUnconverged * signature.score) return fit;
-    WhitenedSearch wider = search_;
-    wider.more_starts = 3;
-    WhitenedFit again = refit(nested, drive_, signature, wider);
-    return again.deviance < fit.deviance ? again : fit;
+    return refit(nested, drive_, signature, search_);
+  }
+
+  /// A refit that gains much less than its score promised did not converge: once more from more starts, if the promise
+  /// matters beside the best.
+  void searchAgain(std::vector<Weighed>& ones, double penalty) const {
+    double best = 0.0;
+    for (const Weighed& one : ones) best = std::max(best, one.evidence);
+    for (Weighed& one : ones) {
+      const double promised = kUnconverged * one.signature.score;
+      if (naming_.extended.deviance - one.fit->deviance > promised || promised < best) continue;
+      WhitenedSearch wider = search_;
+      wider.more_starts = 3;
+      wider.every_start = true;
+      WhitenedFit again = refit(naming_.extended, drive_, one.signature, wider);
+      if (again.deviance >= one.fit->deviance) continue;
+      one.fit = std::move(again);
+      one.evidence = evidenceOf(naming_.extended, *one.fit, penalty);
+    }
   }
 
   /// One effect more, if there is one to be had.
@@ -111,28 +133,39 @@ class Search {
       one.fit = weighed(naming_.extended, one.signature);
       one.evidence = evidenceOf(naming_.extended, *one.fit, penalty);
     });
+    searchAgain(weighed_ones, penalty);
     std::stable_sort(weighed_ones.begin(), weighed_ones.end(),
                      [](const Weighed& a, const Weighed& b) { return a.evidence > b.evidence; });
     return takeBest(weighed_ones);
   }
 
   bool takeBest(std::vector<Weighed>& ones) {
-    const std::vector<BlockError> before = heldOutErrors(naming_.extended, drive_, kBlocks, options_.threads);
-    std::optional<std::size_t> taken;
-    for (std::size_t k = 0; k < ones.size() && k < 3 && !taken; ++k) {
+    const HeldOut before = heldOutErrors(naming_.extended, drive_, kBlocks, options_.threads);
+    for (std::size_t k = 0; k < ones.size(); ++k) {
       Candidate candidate = candidateOf(ones, k);
-      if (ones[k].evidence <= needed(ones[k].signature.id)) {
-        candidate.rejected_because = "its evidence is below what a name needs";
-        naming_.unnamed = naming_.unnamed || ones[k].evidence > 0.0;
-      } else {
-        candidate.rejected_because = judgeHeldOut(before, *ones[k].fit, candidate);
-        if (candidate.rejected_because.empty()) taken = k;
-      }
-      if (!taken) note(candidate);
+      candidate.rejected_because = k < kJudged ? objectionTo(ones[k], before, candidate) : "others explain more of it";
+      note(candidate);
+      if (!candidate.rejected_because.empty()) continue;
+      accept(ones, k, candidate);
+      return true;
     }
-    if (!taken) return false;
-    accept(ones, *taken, before);
-    return true;
+    return false;
+  }
+
+  /// @return what speaks against naming it; empty when nothing does.
+  std::string objectionTo(const Weighed& one, const HeldOut& before, Candidate& candidate) {
+    if (one.evidence <= 0.0) return "it is not worth its parameters";
+    const HeldOut after = heldOutErrors(*one.fit, drive_, kBlocks, options_.threads);
+    const HeldOutGain gain = gainOf(before, after, drive_, one.fit->residual - naming_.extended.residual);
+    candidate.holdout_gain_percent = 100.0 * gain.rms_share;
+    if (gain.deviance <= 0.0) return "blocks held out of the fit are predicted no better with it";
+    if (gain.worse_blocks > 1) return "it makes several of the blocks held out of the fit worse";
+    naming_.unnamed = true;
+    if (one.evidence <= needed(one.signature.id)) return "its evidence is below what a name needs";
+    const double least = isStructure(one.signature.id) ? options_.thresholds.least_structure_share : options_.thresholds.least_share;
+    if (gain.rms_share < least) return "what it takes out of the error is too small for a name";
+    naming_.unnamed = false;
+    return "";
   }
 
   double needed(const std::string& id) const { return isStructure(id) ? 0.0 : options_.thresholds.name_evidence; }
@@ -154,40 +187,18 @@ class Search {
     naming_.candidates.push_back(candidate);
   }
 
-  /// @return why the held-out blocks speak against it; empty when they do not.
-  std::string judgeHeldOut(const std::vector<BlockError>& before, const WhitenedFit& fit, Candidate& candidate) const {
-    const std::vector<BlockError> after = heldOutErrors(fit, drive_, kBlocks, options_.threads);
-    double gain = 0.0, square_before = 0.0, square_after = 0.0;
-    int better = 0;
-    for (std::size_t b = 0; b < before.size(); ++b) {
-      const double by = before[b].deviance - after[b].deviance;
-      gain += by;
-      better += by > -1.0;
-      square_before += before[b].square;
-      square_after += after[b].square;
-    }
-    candidate.holdout_gain_percent = 100.0 * (1.0 - std::sqrt(square_after / std::max(square_before, 1e-300)));
-    if (gain <= 0.0) return "blocks held out of the fit are predicted no better with it";
-    if (better < kBlocks - 1) return "it helps in too few of the blocks held out of the fit";
-    return "";
-  }
-
-  void accept(std::vector<Weighed>& ones, std::size_t taken, const std::vector<BlockError>& before) {
-    (void)before;
+  void accept(std::vector<Weighed>& ones, std::size_t taken, const Candidate& candidate) {
     Accepted accepted;
     accepted.id = ones[taken].signature.id;
-    accepted.score = std::sqrt(ones[taken].signature.score);
-    accepted.evidence = ones[taken].evidence;
+    accepted.score = candidate.score;
+    accepted.evidence = candidate.evidence;
+    accepted.confidence = candidate.confidence;
     for (std::size_t k = 0; k < ones.size(); ++k) {
-      Candidate candidate = candidateOf(ones, k);
-      if (k != taken && ones[k].evidence > ones[taken].evidence - kRival) accepted.tied.push_back(candidate.id);
-      if (k != taken) candidate.rejected_because = "another effect explains more of it";
-      if (k == taken) accepted.confidence = candidate.confidence;
-      if (k == taken) {
-        const Candidate known = candidate;
-        judgeHeldOut(before, *ones[k].fit, candidate);
-      }
-      note(candidate);
+      if (k == taken) continue;
+      if (ones[k].evidence > ones[taken].evidence - kRival) accepted.tied.push_back(ones[k].signature.id);
+      Candidate other = candidateOf(ones, k);
+      other.rejected_because = "another effect explains more of it";
+      if (k > taken) note(other);
     }
     for (const std::string& needed_id : effectInfo(accepted.id).needs)
       if (!isAccepted(needed_id)) naming_.accepted.push_back({needed_id, accepted.score, 0.0, 0.0, {}, accepted.confidence});
@@ -216,7 +227,7 @@ class Search {
     const BatteryModel smaller(effects);
     WhitenedSearch search = search_;
     const CompositionPoint start = embedded(naming_.extended.model, naming_.extended.point, smaller);
-    WhitenedFit fit = fitWhitened(smaller, drive_, {start, embedded(naming_.base.model, naming_.base.point, smaller)},
+    WhitenedFit fit = fitWhitened(smaller, drive_, {start, typicalStart(smaller, drive_)},
                                   naming_.extended.noise, search);
     if (instead.empty()) return fit;
     const std::vector<Signature> one = screen(fit, drive_, {instead}, 1);
@@ -308,8 +319,8 @@ double effectiveSamples(const Eigen::VectorXd& residual, const Drive& drive) {
   return n / (1.0 + 2.0 * sum);
 }
 
-Naming nameEffects(const Drive& drive, const WhitenedFit& base, const NamingOptions& options) {
-  return Search(drive, base, options).run();
+Naming nameEffects(const Drive& drive, const WhitenedFit& start, const NamingOptions& options, Naming so_far) {
+  return Search(drive, start, options, std::move(so_far)).run();
 }
 
 }  // namespace battery_sof

@@ -22,7 +22,7 @@ struct Accepted {
 
 /// What the search through the catalogue ended with.
 struct Naming {
-  WhitenedFit base, extended;
+  WhitenedFit extended;
   std::vector<Accepted> accepted;
   std::vector<Candidate> candidates;   ///< of the first step, and those accepted or rejected later
   std::vector<Signature> first_screen; ///< beside the base model, every hypothesis
@@ -48,8 +48,10 @@ struct NamingOptions {
  *
  * is accepted if it also gains on blocks held out of the fit. At the end every accepted effect must still be worth its
  * place, and is compared with what could stand there.
+ *
+ * @param start a fit to this drive: the base model's, or that of what was accepted before on another grid (so_far).
  */
-Naming nameEffects(const Drive& drive, const WhitenedFit& base, const NamingOptions& options);
+Naming nameEffects(const Drive& drive, const WhitenedFit& start, const NamingOptions& options, Naming so_far = {});
 
 /// @return samples that count as independent: n / (1 + 2 sum of the residual's autocorrelations up to the first not above zero).
 double effectiveSamples(const Eigen::VectorXd& residual, const Drive& drive);
