@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kBuckets = 1000;       // a plot is about 1000 pixels wide
 constexpr std::size_t kWholeSamples = 4000;  // of cranks that are shown at full rate
-constexpr std::size_t kSegmentsShaded = 2000;
+constexpr std::size_t kStretchesShown = 1000;
 
 /// What a plot draws: the recording, the models' voltages, and which samples of them.
 struct Drawing {
@@ -92,20 +92,13 @@ std::string columnText(const Drawing& drawing, const Trace& trace, int decimals,
   return text + "]";
 }
 
-std::string segmentsText(const Drawing& drawing) {
+/// Stretches of time as [[from, to], ...], kStretchesShown at most.
+template <typename Stretch>
+std::string stretchesText(const Drawing& drawing, const std::vector<Stretch>& stretches) {
   std::string text = "[";
-  const auto& segments = drawing.diagnosis.mismatch;
-  for (std::size_t k = 0; k < std::min(segments.size(), kSegmentsShaded); ++k)
-    text += (k > 0 ? "," : "") + ("[" + shortNumber(segments[k].from - drawing.t0, 3)) + "," +
-            shortNumber(segments[k].to - drawing.t0, 3) + "]";
-  return text + "]";
-}
-
-std::string cranksText(const Drawing& drawing) {
-  std::string text = "[";
-  for (const Event& crank : drawing.cranks)
-    text += (text.size() > 1 ? "," : "") + ("[" + shortNumber(crank.from - drawing.t0, 3)) + "," +
-            shortNumber(crank.to - drawing.t0, 3) + "]";
+  for (std::size_t k = 0; k < std::min(stretches.size(), kStretchesShown); ++k)
+    text += (k > 0 ? ",[" : "[") + shortNumber(stretches[k].from - drawing.t0, 3) + "," +
+            shortNumber(stretches[k].to - drawing.t0, 3) + "]";
   return text + "]";
 }
 
@@ -120,7 +113,8 @@ std::string driveText(const Drawing& drawing) {
     text += ",\n\"base\":" + columnText(drawing, [&](std::size_t n) { return d.base_voltage[n]; }, 4);
   if (drawing.hasExtended())
     text += ",\n\"extended\":" + columnText(drawing, [&](std::size_t n) { return d.extended_voltage[n]; }, 4);
-  text += ",\n\"mismatch\":" + segmentsText(drawing) + ",\n\"cranks\":" + cranksText(drawing);
+  text += ",\n\"mismatch\":" + stretchesText(drawing, d.mismatch) + ",\n\"cranks\":" +
+          stretchesText(drawing, drawing.cranks);
   if (d.fit.holdout.to > d.fit.holdout.from)
     text += ",\n\"holdout\":[" + shortNumber(d.fit.holdout.from - drawing.t0, 3) + "," +
             shortNumber(d.fit.holdout.to - drawing.t0, 3) + "]";
