@@ -199,7 +199,7 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   const bool extends = acceptsExtended(result, outcome.accepted);
   if (outcome.accepted || extends) install(result, outcome.accepted, extends);
   outcome.model = outcome.accepted ? contenders_.base.now() : std::move(result.model);
-  if (extends && contenders_.extended) outcome.extended = contenders_.extended->now();
+  if (doesExtendedAnswer()) outcome.extended = inUse().now();
   last_outcome_ =
       (outcome.accepted ? "last identification accepted: " : "last identification refused: ") +
       outcome.message;

@@ -48,7 +48,7 @@ struct IdentificationOutcome {
   std::string message;  ///< one sentence
   std::optional<FittedModel>
       model;  ///< accepted: state at the newest sample; refused: the candidate, if there was one
-  std::optional<FittedModel> extended;  ///< when one was accepted: the same of the extended composition
+  std::optional<FittedModel> extended;  ///< of the extended composition, when it is the one that answers from now on
 };
 
 /**
