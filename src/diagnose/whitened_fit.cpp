@@ -3,6 +3,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 
 namespace battery_sof {
 namespace {
@@ -61,6 +63,8 @@ WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive,
   CompositionSearch plain;
   plain.max_iterations = search.max_iterations;
   plain.more_starts = search.more_starts;
+  plain.every_start = search.every_start;
+  plain.tolerance = search.tolerance;
   std::vector<CompositionPoint> from = starts;
   cost.noise = noise;
   if (!noise) {
@@ -76,6 +80,7 @@ WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive,
     fit.point = found.point;
     fit.noise = fitNoise(problem.residual(found.x), drive.samples, search.least_white);
     cost.noise = fit.noise;
+    if (std::getenv("DBG")) fprintf(stderr, "round %d passes %d it %d effects %zu coords %ld status %d\n", round, found.passes, found.iterations, model.effects().size(), (long)problem.size(), (int)found.status);
     from = {found.point};
     plain.more_starts = 0;
   }
@@ -98,6 +103,19 @@ Eigen::VectorXd whitened(const WhitenedFit& fit, const Drive& drive, const Eigen
 
 Eigen::VectorXd projected(const WhitenedFit& fit, const Eigen::VectorXd& whitened_column) {
   return whitened_column - fit.absorbed * (fit.absorbed.transpose() * whitened_column);
+}
+
+Drive withoutEdges(const Drive& drive, double edge, double before, double after) {
+  Drive quiet = drive;
+  std::size_t first = 0;
+  for (std::size_t n = 1; n < quiet.samples.size(); ++n) {
+    const double time = quiet.samples[n].step.time;
+    if (std::abs(quiet.samples[n].step.current - quiet.samples[n - 1].step.current) <= edge) continue;
+    while (quiet.samples[first].step.time < time - before) ++first;
+    for (std::size_t k = first; k < quiet.samples.size() && quiet.samples[k].step.time <= time + after; ++k)
+      quiet.samples[k].count = 0.0;
+  }
+  return quiet;
 }
 
 Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoint& point, const Drive& drive) {
