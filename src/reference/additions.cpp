@@ -21,9 +21,10 @@ double hysteresisAfter(const Additions& a, double before, double charge) {
   return goal + (before - goal) * std::exp(-std::abs(charge) / (kSecondsPerHour * a.hysteresis_ah));
 }
 
-double nucleiAfter(const Additions& a, double before, double charge) {
-  if (charge > 0.0) return before * std::exp(-charge / (kSecondsPerHour * a.coup_erasing_ah));
-  return 1.0 - (1.0 - before) * std::exp(charge / (kSecondsPerHour * a.coup_nuclei_ah));
+/// A share that discharge brings towards 1 over one charge [Ah], and charging to 0 over another.
+double builtByDischarge(double before, double charge, double building_ah, double erasing_ah) {
+  if (charge > 0.0) return before * std::exp(-charge / (kSecondsPerHour * erasing_ah));
+  return 1.0 - (1.0 - before) * std::exp(charge / (kSecondsPerHour * building_ah));
 }
 
 double sulphateAfter(const Additions& a, double before, double charge, double step) {
@@ -86,8 +87,8 @@ AddedState AddedForces::advance(const AddedState& before, double begin, double e
     s.depletion = depletion_.advance(s.depletion, std::max(0.0, -begin) / a.depletion_limit_a,
                                      std::max(0.0, -end) / a.depletion_limit_a);
   if (a.coup_de_fouet) {
-    s.nuclei = nucleiAfter(a, s.nuclei, charge);
-    s.below_highest = std::max(0.0, s.below_highest - charge);
+    s.nuclei = builtByDischarge(s.nuclei, charge, a.coup_nuclei_ah, a.coup_erasing_ah);
+    s.onset = builtByDischarge(s.onset, charge, a.coup_onset_ah, a.coup_onset_ah);
   }
   if (a.sulphate_history) s.sulphate = sulphateAfter(a, s.sulphate, charge, step_);
   if (a.memory_resistance)
@@ -104,9 +105,7 @@ double AddedForces::voltage(const AddedState& s, double time, double current) co
   if (a.ocv_hysteresis) sum += a.hysteresis_v * s.hysteresis;
   if (a.high_rate_depletion)
     sum += a.depletion_v * std::log1p(-std::min(s.depletion, kMostDepletion));
-  if (a.coup_de_fouet)
-    sum += a.coup_v * (1.0 - s.nuclei) *
-           std::expm1(-s.below_highest / (kSecondsPerHour * a.coup_onset_ah));
+  if (a.coup_de_fouet) sum -= a.coup_v * (1.0 - s.nuclei) * s.onset;
   if (a.memory_resistance) sum += a.memory_ohm_per_a * s.remembered * current;
   if (a.step_force && std::abs(current) > a.step_force_above_a)
     sum += signOf(current) * a.step_force_v;

@@ -47,8 +47,8 @@ struct Additions {
   double depletion_limit_a = 400.0;  ///< i_L [A]
   double depletion_time_s = 30.0;    ///< tau [s]
 
-  /// P8: voltage -U_cf (1 - n)(1 - exp(-q_d / Q_r)),  q_d: charge below the highest so far,
-  ///     dn/dt = (-i)+ (1 - n) / Q_n - (i)+ n / Q_e.
+  /// P8: voltage -U_cf (1 - n) y,  dn/dt = (-i)+ (1 - n) / Q_n - (i)+ n / Q_e,
+  ///     dy/dt = (-i)+ (1 - y) / Q_r - (i)+ y / Q_r.
   bool coup_de_fouet = false;
   double coup_v = 0.1;                ///< U_cf [V]
   double coup_onset_ah = 0.02;        ///< Q_r [Ah]
@@ -121,7 +121,7 @@ struct AddedState {
   double hysteresis = 0.0;       ///< h [1]
   double depletion = 0.0;        ///< x [1]
   double nuclei = 1.0;           ///< n [1]
-  double below_highest = 0.0;    ///< q_d [As]
+  double onset = 0.0;            ///< y [1]
   double sulphate = 1.0;         ///< A [1]
   double remembered = 0.0;       ///< LP[|i|] [A]
   double gate = 0.0;             ///< g [1]

@@ -109,6 +109,13 @@ TEST(CoupDeFouet, DipsAndRecoversAfterAFullCharge) {
   EXPECT_LT(dip(0.06), dip(0.6));
 }
 
+TEST(CoupDeFouet, IsGoneSoonAfterChargingBegins) {
+  Additions a;
+  a.coup_de_fouet = true;
+  a.coup_nuclei_at_start = 0.0;
+  EXPECT_NEAR(addedBy(a, -36.0, 5.0, 36.0, 10.0), 0.0, 1e-3);
+}
+
 TEST(CoupDeFouet, IsAbsentWithNucleiPresent) {
   Additions a;
   a.coup_de_fouet = true;
