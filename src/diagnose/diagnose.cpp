@@ -22,6 +22,7 @@ constexpr std::size_t kCompressFrom = 4000;  // samples
 constexpr double kSlow = 0.15;               // [s]; sampled more slowly, edges cannot be set aside
 constexpr double kEdge = 5.0;                // [A]
 constexpr double kBeforeEdge = 0.03, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid
+constexpr double kOmnibusDeviance = 10.0;     // z_O in units of -2 ln likelihood: sqrt(2 k) of some fifty columns
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
 
 /// Effects that act within a tenth of a second of an edge.
@@ -143,7 +144,7 @@ class Diagnoser {
     const std::vector<Regime> regimes = regimesOf(quiet_);
     found_.regimes = regimeFindings(quiet_, base_.residual);
     found_.mismatch = mismatchSegments(quiet_, base_, regimes);
-    found_.absorption = absorptionMap(quiet_, base_, regimes);
+    found_.absorption = absorptionMap(base_, quiet_, regimes);
   }
 
   void nameAll() {
@@ -183,14 +184,27 @@ class Diagnoser {
   }
 
   void weighRemainder() {
-    remainder_.base_omnibus = omnibus(quiet_, base_).z;
-    remainder_.extended_omnibus = omnibus(quiet_, final_).z;
+    remainder_.base_omnibus = omnibusZ(base_, quiet_);
+    remainder_.extended_omnibus = omnibusZ(final_, quiet_);
     for (const RegimeFinding& finding : found_.regimes) remainder_.regime_alarm = remainder_.regime_alarm || finding.alarm;
-    if (remainder_.extended_omnibus > options_.thresholds.omnibus || naming_.unnamed)
-      found_.force = describeResidual(quiet_, final_, naming_.last_screen);
-    const double left = std::max(0.0, remainder_.extended_omnibus), all = std::max(remainder_.base_omnibus, 1e-9);
-    remainder_.explained = std::clamp(1.0 - left / all, 0.0, 1.0);
+    const double left = std::max(0.0, remainder_.extended_omnibus) * kOmnibusDeviance;
+    const double gained = base_.deviance - final_.deviance;
+    remainder_.explained = gained > 0.0 ? gained / (gained + left) : 0.0;
+    found_.omnibus_base = remainder_.base_omnibus;
+    found_.omnibus_extended = remainder_.extended_omnibus;
+    found_.explained = remainder_.explained;
+    if (remainder_.extended_omnibus > options_.thresholds.omnibus || naming_.unnamed) describeForce();
     found_.detectable = detectableFrom(naming_.last_screen);
+  }
+
+  void describeForce() {
+    found_.force = describeResidual(final_, quiet_);
+    for (const Signature& signature : naming_.last_screen) {
+      const double cosine = std::sqrt(signature.score) / std::max(1e-9, final_.innovation.norm());
+      if (cosine <= found_.force->cosine) continue;
+      found_.force->cosine = cosine;
+      found_.force->nearest = signature.id;
+    }
   }
 
   void takeEffects() {

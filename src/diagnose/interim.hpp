@@ -4,18 +4,15 @@
 #include <cmath>
 
 #include "battery_sof/diagnose/hypotheses.hpp"
+#include "battery_sof/diagnose/absorption.hpp"
 #include "battery_sof/diagnose/diagnosis.hpp"
+#include "battery_sof/diagnose/regimes.hpp"
+#include "battery_sof/diagnose/residual_force.hpp"
 #include "battery_sof/identify/fit_quality.hpp"
 
 namespace battery_sof {
-enum class Regime { kNone };
-struct Omnibus { double z = 0.0; };
-inline std::vector<Regime> regimesOf(const Drive&) { return {}; }
 inline std::vector<RegimeFinding> regimeFindings(const Drive&, const Eigen::VectorXd&) { return {}; }
 inline std::vector<MismatchSegment> mismatchSegments(const Drive&, const WhitenedFit&, const std::vector<Regime>&) { return {}; }
-inline std::vector<Absorption> absorptionMap(const Drive&, const WhitenedFit&, const std::vector<Regime>&) { return {}; }
-inline Omnibus omnibus(const Drive&, const WhitenedFit&) { return {}; }
-inline ResidualForce describeResidual(const Drive&, const WhitenedFit&, const std::vector<Signature>&) { return {}; }
 inline std::vector<RegimeComparison> compareRegimes(const Series&, IndexRange, const std::vector<double>&, const std::vector<double>&) { return {}; }
 inline ErrorMetrics errorMetrics(const Series& series, IndexRange range, const std::vector<double>& voltage) {
   const std::vector<double> measured(series.voltage.begin() + range.first, series.voltage.begin() + range.last);

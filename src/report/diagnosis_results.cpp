@@ -313,6 +313,7 @@ nlohmann::json diagnosisJson(const Diagnosis& d) {
           {"next_experiment", d.next_experiment},
           {"regimes", listOf(d.regimes, regimeJson)},
           {"absorption", listOf(d.absorption, absorptionJson)},
+          {"omnibus", {{"base", number(d.omnibus_base)}, {"extended", number(d.omnibus_extended)}, {"explained", number(d.explained)}}},
           {"instrument", d.instrument},
           {"force", forceJson(d.force)},
           {"detectable", listOf(d.detectable, detectableJson)},
