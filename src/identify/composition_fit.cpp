@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "battery_sof/identify/fit_description.hpp"
@@ -388,7 +389,8 @@ CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::Vector
   options.max_iterations = search.max_iterations;
   options.lower = elimination.reduced(problem.lower());
   options.upper = elimination.reduced(problem.upper());
-  options.trusted_gain = kTrustedGain;
+  options.gain_tolerance = search.tolerance;
+  options.trusted_gain = std::max(kTrustedGain, search.tolerance);
   const MinimizeResult result = minimize(
       [&](const Eigen::VectorXd& y, NormalEquations& equations) {
         return elimination.evaluate(y, equations);
@@ -443,12 +445,29 @@ Eigen::VectorXd spreadStart(const CompositionProblem& problem, const Eigen::Vect
 
 }  // namespace
 
+namespace {
+
+Eigen::VectorXd leastOf(const CompositionProblem& problem, const std::vector<Eigen::VectorXd>& points) {
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    NormalEquations at;
+    if (!problem.evaluate(points[k], at) || at.cost >= least) continue;
+    least = at.cost;
+    best = k;
+  }
+  return points[best];
+}
+
+}  // namespace
+
 CompositionFit fitComposition(const CompositionProblem& problem,
                               const std::vector<CompositionPoint>& starts,
                               const CompositionSearch& search) {
   std::vector<Eigen::VectorXd> from;
   for (const CompositionPoint& start : starts) from.push_back(problem.coordinatesOf(start));
   for (int k = 1; k <= search.more_starts; ++k) from.push_back(spreadStart(problem, from.front(), k));
+  if (!search.every_start && from.size() > 1) from = {leastOf(problem, from)};
   std::vector<std::optional<CompositionFit>> fits(from.size());
   parallelFor(from.size(), search.threads, [&](std::size_t k) {
     NormalEquations probe;

@@ -27,12 +27,27 @@ double openLoopRmse(FittedModel model, const Series& series, IndexRange range, d
   return std::sqrt(sum / static_cast<double>(range.size()));
 }
 
-void compareOnRecentWindow(IdentificationResult& result, const IdentificationJob& job) {
-  const IndexRange recent = recentWindow(job.series, lengthOf(job));
-  result.recent_rmse = openLoopRmse(*result.model, job.series, recent, result.max_gap);
-  if (job.incumbent) {
-    result.incumbent_rmse = openLoopRmse(*job.incumbent, job.series, recent, result.max_gap);
-  }
+/// What all fits of one job share.
+struct JobWindow {
+  IndexRange range, recent;
+  double max_gap = 0.0;  // [s]
+  InstrumentLimits limits;
+};
+
+IdentificationTrial tryFit(const Series& series, const JobWindow& window, IdentifyOptions options,
+                           const std::optional<FittedModel>& incumbent) {
+  IdentificationTrial trial;
+  options.masked = window.limits.withoutClipped();
+  options.voltage_lsb_std = window.limits.voltage_lsb_std;
+  trial.model = identify(series, window.range, options);
+  trial.message = trial.model->message;
+  if (!isUsable(*trial.model)) return trial;
+  fitErrors(*trial.model, series, window.range);
+  carryState(*trial.model, series, series.size() - 1);
+  trial.recent_rmse = openLoopRmse(*trial.model, series, window.recent, window.max_gap);
+  if (incumbent)
+    trial.incumbent_rmse = openLoopRmse(*incumbent, series, window.recent, window.max_gap);
+  return trial;
 }
 
 }  // namespace
@@ -59,16 +74,13 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
                      " is below the required " + std::to_string(job.min_suitability);
     return result;
   }
-  IdentifyOptions options = job.options;
-  const InstrumentLimits limits = instrumentLimits(job.series);
-  options.masked = limits.withoutClipped();
-  options.voltage_lsb_std = limits.voltage_lsb_std;
-  result.model = identify(job.series, *choice.range, options);
-  result.message = result.model->message;
-  if (!isUsable(*result.model)) return result;
-  fitErrors(*result.model, job.series, *choice.range);
-  carryState(*result.model, job.series, job.series.size() - 1);
-  compareOnRecentWindow(result, job);
+  const JobWindow window{*choice.range, recentWindow(job.series, lengthOf(job)), result.max_gap,
+                         instrumentLimits(job.series)};
+  static_cast<IdentificationTrial&>(result) =
+      tryFit(job.series, window, job.options, job.incumbent);
+  if (job.extended_options)
+    result.extended =
+        tryFit(job.series, window, *job.extended_options, job.extended_incumbent);
   return result;
 }
 

@@ -6,14 +6,12 @@
 #include <utility>
 
 #include "battery_sof/identify/window.hpp"
-#include "battery_sof/predict/scores.hpp"
 
 namespace battery_sof {
 
 namespace {
 
 constexpr double kLookInterval = 10.0;   // [s] of driving, a look costs about a millisecond
-constexpr double kBacktestSpan = 900.0;  // [s]
 constexpr double kToleratedWorsening =
     1.1;  // of the recent RMSE; a tenth is within its own scatter
 // Half a step of the coarsest battery sensor known (25 mV): below it neither model is better.
@@ -42,6 +40,17 @@ bool isRequired(const ParameterEstimate& estimate) {
   return estimate.name == "r_discharge" || estimate.name == "u_dc";
 }
 
+std::vector<std::string> sorted(std::vector<std::string> effects) {
+  std::sort(effects.begin(), effects.end());
+  return effects;
+}
+
+std::string listed(const std::vector<std::string>& effects) {
+  std::string text;
+  for (const std::string& id : effects) text += (text.empty() ? "" : ", ") + id;
+  return text;
+}
+
 bool hasBothSigns(const Series& series, IndexRange range) {
   const auto [lowest, highest] =
       std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
@@ -52,7 +61,10 @@ bool hasBothSigns(const Series& series, IndexRange range) {
 }  // namespace
 
 OnlineSession::OnlineSession(SessionOptions options)
-    : options_(checked(options)), stream_(options.buffer), judging_(options.events) {}
+    : options_(checked(options)),
+      stream_(options.buffer),
+      contenders_{TrackedModel(options.events), std::nullopt, {}},
+      at_job_(contenders_) {}
 
 // ----------------------------------------------------------------------------------------------------
 // samples
@@ -68,15 +80,11 @@ SessionEvents OnlineSession::push(const RawSample& sample) {
 }
 
 void OnlineSession::restartClock(double old_newest, const StreamSample& first) {
-  judging_.crank_watch.reset();
-  judging_.charge_watch.reset();
-  compared_.clear();
   newest_.reset();
-  if (!model_) return;
-  fitted_until_ += first.time - old_newest;
-  FittedModel moved = *model_;
-  setStateFromVoltage(moved, first.time, first.current, first.voltage);
-  tracker_.emplace(moved, stream_.maxGap());
+  const double moved = first.time - old_newest;
+  contenders_.base.moveTo(first, moved, stream_.maxGap());
+  if (contenders_.extended) contenders_.extended->moveTo(first, moved, stream_.maxGap());
+  contenders_.contest.forgetPast();
 }
 
 void OnlineSession::advance(const StreamSample& sample) {
@@ -85,55 +93,53 @@ void OnlineSession::advance(const StreamSample& sample) {
   }
   newest_ = sample;
   judgeRestored(sample);
-  if (!tracker_ || sample.time <= tracker_->state().time) return;
   follow(sample, stream_.maxGap());
 }
 
 void OnlineSession::follow(const StreamSample& sample, double max_gap) {
-  if (const auto crank = judging_.crank_watch.add(sample, *tracker_, max_gap)) {
-    events_.cranks.push_back(*crank);
-    observe(judging_.crank_scale, crank->measured_minimum, crank->expected_minimum);
-  }
-  if (const auto charge = judging_.charge_watch.add(sample, *tracker_, max_gap)) {
-    events_.charges.push_back(*charge);
-    observe(judging_.charge_scale, charge->measured_current, charge->expected_current);
-  }
-  tracker_->setScales(judging_.crank_scale, judging_.charge_scale);
-  tracker_->advance(sample.time, sample.current);
-  tracker_->observe(sample.voltage);
-  compare(sample);
+  const TrackedModel& base = contenders_.base;
+  if (!base.holdsModel() || sample.time <= base.stateTime()) return;
+  const SessionEvents ended = followBoth(sample, max_gap);
+  events_.cranks.insert(events_.cranks.end(), ended.cranks.begin(), ended.cranks.end());
+  events_.charges.insert(events_.charges.end(), ended.charges.begin(), ended.charges.end());
 }
 
-void OnlineSession::compare(const StreamSample& sample) {
-  compared_.push_back({sample.time, sample.voltage, tracker_->expectedVoltage()});
-  while (compared_.front().time < sample.time - kBacktestSpan) compared_.pop_front();
+SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_gap) {
+  auto& [base, extended, contest] = contenders_;
+  const bool extended_answers = doesExtendedAnswer();
+  const SessionEvents of_base = base.follow(sample, max_gap);
+  if (!extended) return of_base;
+  const SessionEvents of_extended = extended->follow(sample, max_gap);
+  if (!std::isfinite(extended->expectedVoltage())) {
+    extended.reset();
+    contest = {};
+    extension_->outcome = "the extended model lost its state";
+    return of_base;
+  }
+  contest.add(sample, base, of_base, *extended, of_extended);
+  return extended_answers ? of_extended : of_base;
 }
 
-BacktestScore OnlineSession::backtest() const {
-  BacktestScore score;
-  if (compared_.size() < 2) return score;
-  std::vector<double> measured, expected;
-  measured.reserve(compared_.size());
-  expected.reserve(compared_.size());
-  for (const Compared& instant : compared_) {
-    measured.push_back(instant.measured);
-    expected.push_back(instant.expected);
-  }
-  score.q_dyn_percent = qDyn(measured, expected);
-  score.duration = compared_.back().time - compared_.front().time;
-  return score;
+void OnlineSession::followAgain(double after, double max_gap) {
+  const Series& series = stream_.series();
+  const auto later = std::upper_bound(series.time.begin(), series.time.end(), after);
+  for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n)
+    follow({series.time[n], series.current[n], series.voltage[n]}, max_gap);
 }
 
 // ----------------------------------------------------------------------------------------------------
 // identification
 
 std::optional<IdentificationJob> OnlineSession::takeDueJob() {
-  if (job_is_out_ || driving_ < next_look_ || !isDue()) return std::nullopt;
+  if (job_is_out_) return std::nullopt;
+  beginDueExtension();
+  if (driving_ < next_look_ || !isDue()) return std::nullopt;
   return makeJob();
 }
 
 std::optional<IdentificationJob> OnlineSession::takeJob() {
   if (job_is_out_ || stream_.series().empty()) return std::nullopt;
+  beginDueExtension();
   return makeJob();
 }
 
@@ -168,14 +174,19 @@ std::string OnlineSession::missingForFirst() const {
 IdentificationJob OnlineSession::makeJob() {
   job_is_out_ = true;
   job_driving_ = driving_;
-  judging_at_job_ = judging_;
+  at_job_ = contenders_;
   IdentificationJob job;
   job.epoch = epoch_;
   job.series = stream_.series();
   job.window_length = options_.window_length;
   job.min_suitability = options_.min_suitability;
   job.options = options_.identify;
-  job.incumbent = model_;
+  const auto& [base, extended, contest] = contenders_;
+  if (base.holdsModel()) job.incumbent = base.accepted();
+  if (!extension_) return job;
+  job.extended_options = options_.identify;
+  job.extended_options->effects = extension_->effects;
+  if (extended) job.extended_incumbent = extended->accepted();
   return job;
 }
 
@@ -185,14 +196,10 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   const std::string refusal = refusalOf(result);
   outcome.accepted = refusal.empty();
   outcome.message = outcome.accepted ? result.message : refusal;
-  if (outcome.accepted) {
-    judging_ = judging_at_job_;
-    events_ = {};
-    install(*result.model, result.max_gap);
-    outcome.model = model();
-  } else {
-    outcome.model = std::move(result.model);
-  }
+  const bool extends = acceptsExtended(result, outcome.accepted);
+  if (outcome.accepted || extends) install(result, outcome.accepted, extends);
+  outcome.model = outcome.accepted ? contenders_.base.now() : std::move(result.model);
+  if (doesExtendedAnswer()) outcome.extended = inUse().now();
   last_outcome_ =
       (outcome.accepted ? "last identification accepted: " : "last identification refused: ") +
       outcome.message;
@@ -202,8 +209,12 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
 
 std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
   if (result.epoch != epoch_) return "the clock jumped back while the identification ran";
-  if (!result.model) return result.message;
-  const FittedModel& model = *result.model;
+  return refusalOf(result, !isTooOld(contenders_.base));
+}
+
+std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_compare) const {
+  if (!trial.model) return trial.message;
+  const FittedModel& model = *trial.model;
   if (!isUsable(model)) return describe(model.status) + ": " + model.message;
   for (const ParameterEstimate& estimate : model.estimates) {
     if (isRequired(estimate) && !estimate.determined) {
@@ -213,24 +224,76 @@ std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
   if (model.state.time < stream_.series().time.front()) {
     return "the identification took longer than the buffer reaches back";
   }
-  const bool compete = result.incumbent_rmse && !isTooOld();
+  const bool compete = trial.incumbent_rmse && may_compare;
   const double allowed =
-      compete ? std::max(kToleratedWorsening * *result.incumbent_rmse, kNegligibleRmse) : 0.0;
-  if (!compete || result.recent_rmse <= allowed) return {};
+      compete ? std::max(kToleratedWorsening * *trial.incumbent_rmse, kNegligibleRmse) : 0.0;
+  if (!compete || trial.recent_rmse <= allowed) return {};
   return sentence("on the most recent window the new model's RMSE is %.4f V, the old one's %.4f V",
-                  result.recent_rmse, *result.incumbent_rmse);
+                  trial.recent_rmse, *trial.incumbent_rmse);
 }
 
-void OnlineSession::install(const FittedModel& model, double max_gap) {
-  model_ = model;
-  fitted_until_ = model.window.to;
-  compared_.clear();
-  tracker_.emplace(model, max_gap);
-  tracker_->setScales(judging_.crank_scale, judging_.charge_scale);
-  const Series& series = stream_.series();
-  const auto later = std::upper_bound(series.time.begin(), series.time.end(), model.state.time);
-  for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n)
-    follow({series.time[n], series.current[n], series.voltage[n]}, max_gap);
+bool OnlineSession::acceptsExtended(const IdentificationResult& result, bool base_accepted) {
+  if (!result.extended || !extension_ || result.epoch != epoch_) return false;
+  const auto& [base, extended, contest] = contenders_;
+  const std::string refusal = refusalOf(*result.extended, extended && !isTooOld(*extended));
+  extension_->outcome = refusal.empty() ? result.extended->message : "refused: " + refusal;
+  return refusal.empty() && (base_accepted || base.holdsModel());
+}
+
+void OnlineSession::install(const IdentificationResult& result, bool base, bool extended) {
+  contenders_ = at_job_;
+  events_ = {};
+  if (base) contenders_.base.install(*result.model, result.max_gap);
+  if (extended) {
+    if (!contenders_.extended) {
+      contenders_.extended.emplace(options_.events);
+      contenders_.extended->setScales(contenders_.base.crankScale(), contenders_.base.chargeScale());
+    }
+    contenders_.extended->install(*result.extended->model, result.max_gap);
+  }
+  followAgain((base ? result : *result.extended).model->state.time, result.max_gap);
+}
+
+// ----------------------------------------------------------------------------------------------------
+// extended composition
+
+void OnlineSession::extendWith(const std::vector<std::string>& effects, double from_driving) {
+  if (effects.empty()) throw std::invalid_argument("extendWith: no effects are given");
+  if (options_.identify.start == FitStart::kPaper)
+    throw std::invalid_argument("extendWith: effects need the robust start");
+  BatteryModel{effects};  // throws for what cannot be composed
+  const std::optional<Extension>& last = next_extension_ ? next_extension_ : extension_;
+  if (last && sorted(last->effects) == sorted(effects)) return;
+  next_extension_ = Extension{effects, from_driving, {}};
+}
+
+void OnlineSession::beginDueExtension() {
+  if (!next_extension_ || driving_ < next_extension_->from_driving || whyNoModel()) return;
+  extension_ = std::exchange(next_extension_, std::nullopt);
+  contenders_.extended.reset();
+  contenders_.contest = {};
+  next_look_ = driving_;
+}
+
+std::string OnlineSession::extensionSentence() const {
+  const std::optional<Extension>& shown = extension_ ? extension_ : next_extension_;
+  if (!shown) return {};
+  const std::string names = listed(shown->effects);
+  if (!contenders_.extended) {
+    if (shown->outcome.empty()) return names + " is to be fitted beside the base model";
+    return "the base model answers, nothing runs beside it: the fit with " + names + " was " +
+           shown->outcome;
+  }
+  const ContestScore score = contenders_.contest.score();
+  const std::string compared =
+      sentence("over %.0f s it missed %.1f mV with %s, %.1f mV without", score.duration,
+               1e3 * score.extended_rmse, names.c_str(), 1e3 * score.base_rmse);
+  return (doesExtendedAnswer() ? "the model with " + names + " answers: " : "the base model answers: ") + compared;
+}
+
+const TrackedModel& OnlineSession::inUse() const {
+  const auto& [base, extended, contest] = contenders_;
+  return extended && contest.doesExtendedAnswer() && !isTooOld(*extended) ? *extended : base;
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -254,9 +317,9 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
     last_outcome_ = "the saved model was refused: its fit is not usable";
   } else {
     last_outcome_ = sentence("the saved model is in use, %.0f s old", age);
-    judging_.crank_scale = model.crank_scale;
-    judging_.charge_scale = model.charge_scale;
-    install(model, stream_.maxGap());
+    contenders_.base.setScales(model.crank_scale, model.charge_scale);
+    contenders_.base.install(model, stream_.maxGap());
+    followAgain(model.state.time, stream_.maxGap());
     next_look_ = driving_ + options_.identify_period;
   }
 }
@@ -264,27 +327,29 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
 // ----------------------------------------------------------------------------------------------------
 // queries
 
-std::optional<double> OnlineSession::modelAge() const {
-  if (!model_ || !newest_) return std::nullopt;
-  return newest_->time - fitted_until_;
+std::optional<double> OnlineSession::ageOf(const TrackedModel& model) const {
+  if (!model.holdsModel() || !newest_) return std::nullopt;
+  return newest_->time - model.fittedUntil();
 }
 
-bool OnlineSession::isTooOld() const { return modelAge().value_or(0.0) > options_.model_max_age; }
+bool OnlineSession::isTooOld(const TrackedModel& model) const {
+  return ageOf(model).value_or(0.0) > options_.model_max_age;
+}
 
 std::optional<std::string> OnlineSession::whyNoModel() const {
-  if (!model_) {
+  if (!inUse().holdsModel()) {
     return last_outcome_.empty() ? "nothing identified yet"
                                  : "nothing identified yet: " + last_outcome_;
   }
-  if (!isTooOld()) return std::nullopt;
-  return sentence("the model is %.0f s old, allowed are %.0f s", *modelAge(),
+  if (!isTooOld(inUse())) return std::nullopt;
+  return sentence("the model is %.0f s old, allowed are %.0f s", *ageOf(inUse()),
                   options_.model_max_age);
 }
 
 LiveModel OnlineSession::live() const {
   auto reason = whyNoModel();
   if (reason) return LiveModel({}, std::move(reason), options_.capacity);
-  FittedModel now = tracker_->modelNow();
+  FittedModel now = inUse().now();
   const Series& series = stream_.series();
   if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
   return LiveModel(std::move(now), std::nullopt, options_.capacity);
@@ -312,24 +377,29 @@ std::optional<double> OnlineSession::newestTime() const {
 }
 
 std::optional<FittedModel> OnlineSession::model() const {
-  if (!tracker_) return std::nullopt;
-  return tracker_->modelNow();
+  if (!inUse().holdsModel()) return std::nullopt;
+  return inUse().now();
 }
 
 SessionStatus OnlineSession::status() const {
   SessionStatus status;
   status.reason = last_outcome_;
   status.newest_time = newestTime();
-  status.model_age = modelAge();
-  if (model_) status.suitability = model_->suitability;
-  status.backtest = backtest();
+  status.model_age = ageOf(inUse());
+  if (inUse().holdsModel()) {
+    status.suitability = inUse().accepted().suitability;
+    status.effects = inUse().accepted().effects;
+  }
+  status.backtest = inUse().backtest();
+  status.extension = extensionSentence();
+  if (contenders_.extended) status.contest = contenders_.contest.score();
   const auto reason = whyNoModel();
   if (!newest_) {
     status.state = SessionState::kNoSample;
     status.reason = "no sample yet";
   } else if (!reason) {
     status.state = SessionState::kReady;
-  } else if (model_) {
+  } else if (inUse().holdsModel()) {
     status.state = SessionState::kStale;
     status.reason = *reason;
   } else {

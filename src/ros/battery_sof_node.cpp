@@ -9,6 +9,7 @@
 #include "battery_sof/bag/bag_storage.hpp"
 #include "battery_sof/bag/battery_state_message.hpp"
 #include "battery_sof/report/model_yaml.hpp"
+#include "battery_sof/ros/background_work.hpp"
 
 namespace battery_sof {
 
@@ -19,6 +20,8 @@ constexpr double kStatusPeriod = 1.0;         // [s], SofStatus is a 1 Hz topic
 constexpr double kNoDataAfter = 5.0;          // [s], the shortest gap of a recording (gapThreshold)
 
 constexpr int kPatientThreads = 2;            // a map does not wait for a fit
+constexpr int kDiagnoseThreads = 2;           // a second request is refused while the first waits
+constexpr int kNice = 10;                     // of identifications: the other threads go first
 
 /// Calls a function once from a callback queue.
 class Errand : public ros::CallbackInterface {
@@ -54,10 +57,16 @@ BatterySofNode::BatterySofNode(ros::NodeHandle node, ros::NodeHandle private_nod
       node_(std::move(node)),
       private_node_(std::move(private_node)),
       session_(options_.session),
-      worker_([this](IdentificationResult result) { return onIdentified(std::move(result)); }),
+      worker_([this](const IdentificationJob& job) { return onIdentified(job); }, kNice),
+      diagnoses_(private_node_,
+                 {options_.diagnose_period, options_.session.identify_period, options_.adopt_diagnosis},
+                 [this](const std::vector<std::string>& effects, double from_driving) {
+                   onAdopted(effects, from_driving);
+                 }),
       diagnostics_([this] { return snapshot(); }),
       question_spinner_(1, &question_queue_),
-      patient_spinner_(kPatientThreads, &patient_queue_) {
+      patient_spinner_(kPatientThreads, &patient_queue_),
+      diagnose_spinner_(kDiagnoseThreads, &diagnose_queue_) {
   loadStateFile();
   advertise();
   {
@@ -66,12 +75,15 @@ BatterySofNode::BatterySofNode(ros::NodeHandle node, ros::NodeHandle private_nod
   }
   question_spinner_.start();
   patient_spinner_.start();
+  diagnose_spinner_.start();
 }
 
 BatterySofNode::~BatterySofNode() {
+  diagnoses_.stop();
   worker_.stop();
   question_spinner_.stop();
   patient_spinner_.stop();
+  diagnose_spinner_.stop();
 }
 
 template <typename Service>
@@ -94,7 +106,8 @@ void BatterySofNode::advertise() {
                                      &Node::onPredictChargeAcceptance),
       serve<PredictMap>("predict_map", patient_queue_, &Node::onPredictMap),
       serve<SimulateProfile>("simulate_profile", patient_queue_, &Node::onSimulateProfile),
-      serve<Identify>("identify", patient_queue_, &Node::onIdentify)};
+      serve<Identify>("identify", patient_queue_, &Node::onIdentify),
+      serve<Diagnose>("diagnose", diagnose_queue_, &Node::onDiagnose)};
   subscriber_ = node_.subscribe(kDefaultTopic, kQueueSize, &BatterySofNode::onBatteryState, this,
                                 ros::TransportHints().tcpNoDelay());
   ros::NodeHandle question_node(node_);
@@ -160,6 +173,8 @@ void BatterySofNode::take(const RawSample& sample) {
     ROS_INFO("identification begins on %zu samples", job->series.size());
     worker_.post(std::move(*job));
   }
+  diagnoses_.beginIfDue(session_.series(), subscriber_.getTopic(), session_.driving());
+  announceWhoAnswers();
   if (isStatusDue()) demandStatus();
 }
 
@@ -178,6 +193,16 @@ void BatterySofNode::logCrank(const CrankComparison& crank) const {
       "crank at %.2f s, %.0f A: measured %.2f V; expected of this current %.2f V [%.2f, %.2f]; %s",
       crank.time, crank.current, crank.measured_minimum, expected.value, expected.lower,
       expected.upper, answered.c_str());
+}
+
+void BatterySofNode::announceWhoAnswers() {
+  if (session_.doesExtendedAnswer() == extended_answered_) return;
+  extended_answered_ = session_.doesExtendedAnswer();
+  const std::optional<FittedModel> model = session_.model();
+  if (!model) return;
+  ROS_INFO("%s", session_.status().extension.c_str());
+  question_queue_.addCallback(boost::make_shared<Errand>(
+      [this, model] { model_publisher_.publish(messageOf(*model)); }));
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -248,6 +273,7 @@ void BatterySofNode::onWallTimer(const ros::WallTimerEvent&) {
 DiagnosticsSnapshot BatterySofNode::snapshot() {
   DiagnosticsSnapshot snapshot;
   snapshot.response_times = response_clock_.report();
+  snapshot.diagnosis = diagnoses_.line();
   const std::lock_guard<std::mutex> lock(mutex_);
   snapshot.status = statusNow();
   snapshot.counts = session_.counts();
@@ -313,24 +339,29 @@ bool BatterySofNode::onSimulateProfile(SimulateProfile::Request& request,
 // ----------------------------------------------------------------------------------------------------
 // identification
 
-IdentificationOutcome BatterySofNode::onIdentified(IdentificationResult result) {
-  IdentificationOutcome outcome;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (result.model) {
-      result.model->recording = subscriber_.getTopic();
-      fit_ms_ = result.model->fit_ms;
-    }
-    outcome = session_.finish(std::move(result));
-    demandStatus();
+IdentificationOutcome BatterySofNode::onIdentified(const IdentificationJob& job) {
+  const IdentificationOutcome outcome = takeBack(timedIdentification(job));
+  ROS_INFO("identification %s: %s", outcome.accepted ? "accepted" : "refused",
+           outcome.message.c_str());
+  if (outcome.accepted) {
+    model_publisher_.publish(messageOf(*outcome.model));
+    saveStateFile(*outcome.model);
   }
-  if (!outcome.accepted) {
-    ROS_INFO("identification refused: %s", outcome.message.c_str());
-    return outcome;
+  if (outcome.extended) model_publisher_.publish(messageOf(*outcome.extended));
+  return outcome;
+}
+
+IdentificationOutcome BatterySofNode::takeBack(IdentificationResult result) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (result.model) {
+    result.model->recording = subscriber_.getTopic();
+    fit_ms_ = result.model->fit_ms;
   }
-  ROS_INFO("identification accepted: %s", outcome.message.c_str());
-  model_publisher_.publish(messageOf(*outcome.model));
-  saveStateFile(*outcome.model);
+  if (result.extended && result.extended->model)
+    result.extended->model->recording = subscriber_.getTopic();
+  IdentificationOutcome outcome = session_.finish(std::move(result));
+  announceWhoAnswers();
+  demandStatus();
   return outcome;
 }
 
@@ -357,6 +388,41 @@ bool BatterySofNode::onIdentify(Identify::Request&, Identify::Response& response
     response = responseOf(outcome->get());
   } catch (const std::future_error&) {
     response.code = Identify::Response::REFUSED;
+    response.message = "the node is shutting down";
+  }
+  return true;
+}
+
+// ----------------------------------------------------------------------------------------------------
+// diagnosis
+
+void BatterySofNode::onAdopted(const std::vector<std::string>& effects, double from_driving) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  session_.extendWith(effects, from_driving);
+}
+
+std::optional<std::future<DiagnosisRunner::Outcome>> BatterySofNode::beginDiagnosis(
+    Diagnose::Response& response) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (session_.series().empty()) {
+    response.code = Diagnose::Response::NO_DATA;
+    response.message = "no samples are buffered yet";
+    return std::nullopt;
+  }
+  auto running = diagnoses_.begin(session_.series(), subscriber_.getTopic());
+  if (running) return running;
+  response.code = Diagnose::Response::BUSY;
+  response.message = "a diagnosis is running; its result will be on ~diagnosis";
+  return std::nullopt;
+}
+
+bool BatterySofNode::onDiagnose(Diagnose::Request&, Diagnose::Response& response) {
+  auto running = beginDiagnosis(response);
+  if (!running) return true;
+  try {
+    response = responseOf(running->get());
+  } catch (const std::future_error&) {
+    response.code = Diagnose::Response::FAILED;
     response.message = "the node is shutting down";
   }
   return true;

@@ -68,6 +68,14 @@ void fillStandingQuestion(SofStatus& message, const StandingQueries& standing) {
   message.i_limit = standing.charge.i_limit;
 }
 
+void fillContest(SofStatus& message, const SessionStatus& session) {
+  message.effects = session.effects;
+  message.extension = session.extension;
+  message.contest_duration = session.contest ? session.contest->duration : kNan;
+  message.base_rmse = session.contest ? session.contest->base_rmse : kNan;
+  message.extended_rmse = session.contest ? session.contest->extended_rmse : kNan;
+}
+
 void fillStopTime(SofStatus& message, const std::optional<StopTimeAnswer>& asked) {
   StopTimeAnswer not_asked;
   not_asked.code = AnswerCode::kInvalidQuery;
@@ -164,6 +172,81 @@ void fillEstimates(IdentifiedModel& message, const FittedModel& model) {
     message.at_bound.push_back(estimate.at_bound);
     message.determined.push_back(estimate.determined);
   }
+}
+
+DiagnosisMetrics metricsOf(const ErrorMetrics& metrics) {
+  DiagnosisMetrics message;
+  message.q_dyn_percent = metrics.q_dyn_percent;
+  message.rmse = metrics.rmse;
+  message.max_abs = metrics.max_abs;
+  message.crank_mae = orNan(metrics.crank_mae);
+  message.charge_bias = orNan(metrics.charge_bias);
+  message.charge_current_error = orNan(metrics.charge_current_error);
+  return message;
+}
+
+DiagnosisEffect effectOf(const NamedEffect& effect) {
+  DiagnosisEffect message;
+  message.id = effect.id;
+  message.confidence = effect.confidence;
+  message.evidence = effect.evidence;
+  message.voltage_rms = effect.voltage_rms;
+  message.absorbed_into = effect.absorbed_into;
+  message.tied_with = effect.tied_with;
+  for (const DiagnosedParameter& parameter : effect.parameters) {
+    DiagnosisParameter one;
+    one.name = parameter.name;
+    one.unit = parameter.unit;
+    one.value = parameter.value;
+    one.std = orNan(parameter.std);
+    one.lower = orNan(parameter.lower);
+    one.upper = orNan(parameter.upper);
+    one.at_bound = parameter.at_bound;
+    message.parameters.push_back(one);
+  }
+  return message;
+}
+
+DiagnosisCandidate candidateOf(const Candidate& candidate) {
+  DiagnosisCandidate message;
+  message.id = candidate.id;
+  message.score = candidate.score;
+  message.evidence = candidate.evidence;
+  message.holdout_gain_percent = orNan(candidate.holdout_gain_percent);
+  message.confidence = candidate.confidence;
+  message.rejected_because = candidate.rejected_because;
+  return message;
+}
+
+DiagnosisSegment segmentOf(const MismatchSegment& segment) {
+  DiagnosisSegment message;
+  message.from = segment.from;
+  message.to = segment.to;
+  message.regime = segment.regime;
+  message.mean_error = segment.mean_error;
+  message.peak_error = segment.peak_error;
+  message.p_value = segment.p_value;
+  return message;
+}
+
+void fillComparison(DiagnosisMessage& message, const Comparison& fit) {
+  message.train_from = fit.train.from;
+  message.train_to = fit.train.to;
+  message.holdout_from = fit.holdout.from;
+  message.holdout_to = fit.holdout.to;
+  message.base_train = metricsOf(fit.base_train);
+  message.base_holdout = metricsOf(fit.base_holdout);
+  message.extended_train = metricsOf(fit.extended_train);
+  message.extended_holdout = metricsOf(fit.extended_holdout);
+}
+
+/// What a diagnosis that compared nothing has: no numbers.
+void clearComparison(DiagnosisMessage& message) {
+  Comparison none;
+  for (ErrorMetrics* metrics : {&none.base_train, &none.base_holdout, &none.extended_train, &none.extended_holdout})
+    metrics->q_dyn_percent = metrics->rmse = metrics->max_abs = kNan;
+  fillComparison(message, none);
+  message.train_from = message.train_to = message.holdout_from = message.holdout_to = kNan;
 }
 
 }  // namespace
@@ -283,6 +366,42 @@ Identify::Response responseOf(const IdentificationOutcome& outcome) {
   return response;
 }
 
+DiagnosisMessage messageOf(const DiagnosisReport& report, const Adoption& adoption) {
+  const Diagnosis& diagnosis = *report.diagnosis;
+  DiagnosisMessage message;
+  message.header.stamp = rosTime(report.to);
+  message.from = report.from;
+  message.samples = static_cast<std::uint32_t>(report.samples);
+  message.duration_ms = report.duration_ms;
+  message.verdict = describe(diagnosis.verdict);
+  message.summary = diagnosis.summary;
+  for (const NamedEffect& effect : diagnosis.effects) message.effects.push_back(effectOf(effect));
+  for (const Candidate& candidate : diagnosis.candidates)
+    message.candidates.push_back(candidateOf(candidate));
+  for (const MismatchSegment& segment : diagnosis.mismatch)
+    message.mismatch.push_back(segmentOf(segment));
+  message.instrument = diagnosis.instrument;
+  message.outside = diagnosis.outside;
+  if (diagnosis.fit.train.samples > 0) {
+    fillComparison(message, diagnosis.fit);
+  } else {
+    clearComparison(message);
+  }
+  message.next_experiment = diagnosis.next_experiment;
+  message.adopted = !adoption.effects.empty();
+  message.adoption = adoption.sentence;
+  return message;
+}
+
+Diagnose::Response responseOf(const DiagnosisOutcome& outcome) {
+  Diagnose::Response response;
+  response.success = outcome.message.has_value();
+  response.code = response.success ? Diagnose::Response::OK : Diagnose::Response::FAILED;
+  response.message = response.success ? outcome.message->summary : outcome.fault;
+  if (response.success) response.diagnosis = *outcome.message;
+  return response;
+}
+
 StandingAnswers answersTo(const StandingQueries& standing, const LiveModel& model) {
   StandingAnswers answers;
   answers.cranking = model.predictCranking(standing.cranking);
@@ -299,6 +418,7 @@ SofStatus messageOf(const StatusContents& contents) {
   message.suitability = orNan(contents.session.suitability);
   message.backtest_q_dyn_percent = orNan(contents.session.backtest.q_dyn_percent);
   message.backtest_duration = contents.session.backtest.duration;
+  fillContest(message, contents.session);
   fillStandingQuestion(message, contents.standing);
   fillAnswer(message, contents.answers.cranking);
   fillStopTime(message, contents.answers.stop_time);

@@ -44,6 +44,7 @@ NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot)
   updater_.add("identification", this, &NodeDiagnostics::reportIdentification);
   updater_.add("prediction error", this, &NodeDiagnostics::reportPredictionError);
   updater_.add("response times", this, &NodeDiagnostics::reportResponseTimes);
+  updater_.add("diagnosis", this, &NodeDiagnostics::reportDiagnosis);
 }
 
 void NodeDiagnostics::publish() {
@@ -96,6 +97,7 @@ void NodeDiagnostics::reportIdentification(Status& status) {
   status.add("suitability", shown(session.suitability));
   status.add("last fit [ms]", shown(now_.fit_ms));
   status.add("state file", now_.state_file);
+  status.add("extension", session.extension.empty() ? "none" : session.extension);
 }
 
 void NodeDiagnostics::reportPredictionError(Status& status) {
@@ -128,6 +130,23 @@ void NodeDiagnostics::reportResponseTimes(Status& status) {
   status.add("query work longest [ms]", times.query_longest_ms);
   status.add("sample delay p99 [ms]", times.sample_p99_ms);
   status.add("sample delay longest since the last look [ms]", times.sample_longest_ms);
+}
+
+void NodeDiagnostics::reportDiagnosis(Status& status) {
+  const DiagnosisLine& line = now_.diagnosis;
+  if (!line.fault.empty()) {
+    status.summary(Level::WARN, line.fault);
+  } else if (line.verdict.empty()) {
+    status.summary(Level::OK, line.runs ? "the first diagnosis runs" : "no diagnosis yet");
+  } else {
+    status.summary(Level::OK, line.verdict + ": " + line.summary);
+  }
+  status.add("verdict", line.verdict.empty() ? "none" : line.verdict);
+  status.add("runs", line.runs);
+  status.add("finished", line.finished);
+  status.add("left out", line.skipped);
+  status.add("last diagnosis [ms]", shown(line.duration_ms));
+  status.add("adoption", line.adoption.empty() ? "none" : line.adoption);
 }
 
 }  // namespace battery_sof

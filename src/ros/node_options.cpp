@@ -56,6 +56,16 @@ class Schema {
     };
   }
 
+  void flag(const std::string& key, bool& target) {
+    readers_[key] = [&target](Value& value, const std::string& name, Faults& faults) {
+      if (value.getType() == Value::TypeBoolean) {
+        target = static_cast<bool&>(value);
+      } else {
+        faults.push_back(name + " is " + typeName(value) + ", expected true or false");
+      }
+    };
+  }
+
   void text(const std::string& key, std::function<std::string(const std::string&)> store) {
     readers_[key] = [=](Value& value, const std::string& name, Faults& faults) {
       if (value.getType() != Value::TypeString) {
@@ -149,6 +159,8 @@ Schema schemaOf(NodeOptions& options) {
   schema.number("crank_current_a", -2000.0, -1.0, into(session.events.crank_current));
   schema.map("standing_query", standingQuerySchema(options.standing));
   schema.map("fit", fitSchema(session.identify));
+  schema.number("diagnose_period_s", 0.0, 86400.0, into(options.diagnose_period));
+  schema.flag("adopt_diagnosis", options.adopt_diagnosis);
   schema.text("state_file", [&options](const std::string& path) -> std::string {
     options.state_file = path;
     return {};
@@ -161,6 +173,13 @@ void findContradictions(const NodeOptions& options, Faults& faults) {
   if (session.window_length && *session.window_length < 60.0) {
     faults.push_back("~window_s is " + shown(*session.window_length) +
                      ", expected 0 (automatic) or 60 to 14400");
+  }
+  if (options.diagnose_period > 0.0 && options.diagnose_period < 60.0) {
+    faults.push_back("~diagnose_period_s is " + shown(options.diagnose_period) +
+                     ", expected 0 (only on request) or 60 to 86400");
+  }
+  if (options.adopt_diagnosis && session.identify.start == FitStart::kPaper) {
+    faults.push_back("~adopt_diagnosis is true and ~fit/start paper, expected robust: effects are not fitted otherwise");
   }
   if (session.window_length && *session.window_length > session.buffer) {
     faults.push_back("~window_s is " + shown(*session.window_length) +

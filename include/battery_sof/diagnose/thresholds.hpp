@@ -7,8 +7,8 @@ struct DiagnosisThresholds {
   double score = 12.0;             ///< T1: z^2 of the best hypothesis above it is a mismatch
   double omnibus = 4.0;            ///< z_O above it: the library finds what the model lacks
   double name_evidence = 20.0;     ///< T2: gain of the criterion that a name of tier P or I needs
-  double least_rms = 0.001;        ///< [V], what an effect must take out of the held-out error
-  double least_share = 0.10;       ///< [1], the same relative to that error
+  double least_share = 0.10;       ///< [1], of the held-out RMS error that an effect of tier P or I must take out
+  double least_structure_share = 0.05;  ///< [1], the same of tier S
   double tie_evidence = 6.0;       ///< hypotheses closer than this in the criterion are tied
   double tie_cosine = 0.9;         ///< so are those of signatures more alike than this, if less than 9 in z^2 tells them apart
 };

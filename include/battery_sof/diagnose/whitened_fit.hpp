@@ -16,7 +16,7 @@ namespace battery_sof {
  * What the parameters can take up lies in the span of Q: a hypothesis' signature s counts by (1 - Q Q') K s (PHYSICS 0.1).
  */
 struct WhitenedFit {
-  BatteryModel model;
+  BatteryModel model = BatteryModel();
   CompositionPoint point;
   NoiseModel noise;
   Eigen::VectorXd residual;    ///< e [V], one a sample of the drive
@@ -33,6 +33,8 @@ struct WhitenedSearch {
   int rounds = 2;              ///< of noise and parameters in turns
   int max_iterations = 40;
   int more_starts = 0;
+  bool every_start = true;     ///< see CompositionSearch
+  double tolerance = 1e-8;     ///< see CompositionSearch
   double least_white = 1e-5;   ///< [V], see fitNoise()
 };
 
@@ -49,6 +51,16 @@ Eigen::VectorXd whitened(const WhitenedFit& fit, const Drive& drive, const Eigen
 
 /// @return (1 - Q Q') v.
 Eigen::VectorXd projected(const WhitenedFit& fit, const Eigen::VectorXd& whitened_column);
+
+/**
+ * @brief The same drive without the samples around edges of the current: they drive the model and do not count.
+ *
+ * What happens within a tenth of a second of an edge is the instruments' and the fastest processes' and says nothing of
+ * slower physics; for those this hides it.
+ *
+ * @param edge [A], a change between neighbouring samples above it is an edge.  @param before, after [s] around it.
+ */
+Drive withoutEdges(const Drive& drive, double edge, double before, double after);
 
 /// @return terminal voltage of every sample of the drive [V].
 Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoint& point, const Drive& drive);

@@ -104,6 +104,8 @@ struct CompositionSearch {
   int max_iterations = 60;
   int more_starts = 0;  ///< beside the given ones, spread over the bounds of what is not linear
   int threads = 1;      ///< 0: as many as the machine has; the result is the same
+  bool every_start = true;  ///< false: only from the start of least cost
+  double tolerance = 1e-8;  ///< stop when a step promises less than this share of the cost, see MinimizeOptions
   bool eliminate = true;  ///< solve for the linear coordinates in every pass
 };
 

@@ -17,25 +17,32 @@ struct IdentificationJob {
   double min_suitability = 0.0;         ///< [0, 1], a window below it is not fitted
   IdentifyOptions options;
   std::optional<FittedModel> incumbent;  ///< the model in use, to be compared with
+  std::optional<IdentifyOptions> extended_options;  ///< of a second fit to the same window; none: not asked
+  std::optional<FittedModel> extended_incumbent;    ///< what that one is compared with
 };
 
-/// What a job came to.
-struct IdentificationResult {
-  int epoch = 0;
+/// A fit, and how it compares with the model before it.
+struct IdentificationTrial {
   std::optional<FittedModel>
       model;             ///< state at the series' last sample; none when no window could be fitted
   std::string message;   ///< one sentence
-  double max_gap = 0.0;  ///< [s], gapThreshold() of the series
   double recent_rmse = 0.0;              ///< [V], of the model over the most recent window
   std::optional<double> incumbent_rmse;  ///< [V], of the incumbent over the same samples
+};
+
+/// What a job came to.
+struct IdentificationResult : IdentificationTrial {
+  int epoch = 0;
+  double max_gap = 0.0;  ///< [s], gapThreshold() of the series
+  std::optional<IdentificationTrial> extended;  ///< of job.extended_options
 };
 
 /// The most recent stretch without a gap, at most `length` [s] long; empty for an empty series.
 IndexRange recentWindow(const Series& series, double length);
 
 /**
- * @brief Chooses a window, fits it and carries the state to the series' last sample. Reads and
- * changes nothing else.
+ * @brief Chooses a window, fits it (with the extended composition too, if asked) and carries the state to the series' last
+ * sample. Reads and changes nothing else.
  *
  * Both models' errors over recentWindow() are open-loop runs that start from the measured voltage
  * of its first samples, so neither profits from having been there.

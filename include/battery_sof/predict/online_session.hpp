@@ -1,17 +1,14 @@
 #pragma once
 
-#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "battery_sof/predict/charge_watch.hpp"
-#include "battery_sof/predict/crank_watch.hpp"
+#include "battery_sof/predict/contest.hpp"
 #include "battery_sof/predict/identification_job.hpp"
-#include "battery_sof/predict/interval_scale.hpp"
 #include "battery_sof/predict/live_model.hpp"
 #include "battery_sof/predict/sample_stream.hpp"
-#include "battery_sof/predict/state_tracker.hpp"
+#include "battery_sof/predict/tracked_model.hpp"
 
 namespace battery_sof {
 
@@ -32,19 +29,6 @@ struct SessionOptions {
 /// What the session can do at present.
 enum class SessionState { kNoSample, kCollecting, kIdentifying, kReady, kStale };
 
-/// How the model in use has done since it was accepted.
-struct BacktestScore {
-  std::optional<double>
-      q_dyn_percent;      ///< paper, eq. 6, open loop; none until the voltage has varied
-  double duration = 0.0;  ///< [s], from the first to the last sample compared
-};
-
-/// What ended with a sample and was set beside the model's expectation.
-struct SessionEvents {
-  std::vector<CrankComparison> cranks;
-  std::vector<ChargeComparison> charges;
-};
-
 /// A summary for a status message.
 struct SessionStatus {
   SessionState state = SessionState::kNoSample;
@@ -53,6 +37,9 @@ struct SessionStatus {
   std::optional<double> model_age;    ///< [s] from the window's end to the newest sample
   std::optional<double> suitability;  ///< [0, 1], of the model's window
   BacktestScore backtest;
+  std::vector<std::string> effects;   ///< physics beyond the base model in the model that answers
+  std::string extension;              ///< one sentence on the composition offered by extendWith(); empty when there is none
+  std::optional<ContestScore> contest;  ///< none while no extended model runs
 };
 
 /// What came of a finished identification.
@@ -61,6 +48,7 @@ struct IdentificationOutcome {
   std::string message;  ///< one sentence
   std::optional<FittedModel>
       model;  ///< accepted: state at the newest sample; refused: the candidate, if there was one
+  std::optional<FittedModel> extended;  ///< of the extended composition, when it is the one that answers from now on
 };
 
 /**
@@ -85,6 +73,9 @@ struct IdentificationOutcome {
  *
  * Clock jump back (SampleStream): the past and the state are begun anew, the model stays with its
  * age, and the result of a job from before is dropped.
+ *
+ * extendWith() sets a second, extended composition beside the session's own: both are fitted to the same windows and follow
+ * every sample; which one answers is the Contest's to say, and the base model answers whenever it says nothing.
  */
 class OnlineSession {
  public:
@@ -107,6 +98,24 @@ class OnlineSession {
    */
   void restore(const FittedModel& model);
 
+  /**
+   * @brief Offers physics that the session's own composition may lack.
+   *
+   * The same composition again changes nothing. Another one takes the place of the one before: an identification is due at
+   * once, and the base model answers until the contest has an answer.
+   * @param effects the whole composition, as in IdentifyOptions.
+   * @param from_driving [s] of driving(), not before: what comes from a computation of unknown length takes effect at one
+   *   moment of the drive, however fast that is played.
+   * @throws std::invalid_argument for an empty composition, one that cannot be, or FitStart::kPaper.
+   */
+  void extendWith(const std::vector<std::string>& effects, double from_driving = 0.0);
+  /// @return true while questions are answered by the extended model.
+  bool doesExtendedAnswer() const { return &inUse() != &contenders_.base; }
+  /// [s], sum of sampling intervals without the gaps.
+  double driving() const { return driving_; }
+  /// The past that is kept.
+  const Series& series() const { return stream_.series(); }
+
   /// What may be asked, state at the newest sample, as a copy that needs no lock.
   LiveModel live() const;
   /// SOF1 from the live state; kNoModel with the reason when there is none or it is too old.
@@ -118,8 +127,8 @@ class OnlineSession {
   std::optional<std::string> whyNoModel() const;
   double capacity() const { return options_.capacity; }  ///< [Ah]
   /// How wide intervals are, as past events ask for.
-  IntervalScale crankScale() const { return judging_.crank_scale; }
-  IntervalScale chargeScale() const { return judging_.charge_scale; }
+  IntervalScale crankScale() const { return inUse().crankScale(); }
+  IntervalScale chargeScale() const { return inUse().chargeScale(); }
 
   /// A what-if profile from the live state; kNoModel likewise.
   ProfileAnswer simulateProfile(const std::vector<double>& time,
@@ -137,36 +146,42 @@ class OnlineSession {
   std::optional<FittedModel> model() const;
 
  private:
-  /// One compared instant of the back-test.
-  struct Compared {
-    double time, measured, expected;
+  /// What follows the samples.
+  struct Contenders {
+    TrackedModel base;
+    std::optional<TrackedModel> extended;
+    Contest contest;
   };
 
-  /// What is in progress of setting the model beside what happens.
-  struct Judging {
-    explicit Judging(const EventLimits& limits = {}) : crank_watch(limits) {}
-    CrankWatch crank_watch;
-    ChargeWatch charge_watch;
-    IntervalScale crank_scale, charge_scale;
+  /// A composition that was offered.
+  struct Extension {
+    std::vector<std::string> effects;
+    double from_driving = 0.0;  // [s]
+    std::string outcome;        // of its last fit, one sentence
   };
 
   void restartClock(double old_newest, const StreamSample& first);
   void advance(const StreamSample& sample);
   void follow(const StreamSample& sample, double max_gap);
+  SessionEvents followBoth(const StreamSample& sample, double max_gap);
+  void followAgain(double after, double max_gap);
   void judgeRestored(const StreamSample& first);
-  void install(const FittedModel& model, double max_gap);
-  void compare(const StreamSample& sample);
+  void beginDueExtension();
   bool isDue();
   std::string missingForFirst() const;
   IdentificationJob makeJob();
   std::string refusalOf(const IdentificationResult& result) const;
-  std::optional<double> modelAge() const;
-  bool isTooOld() const;
-  BacktestScore backtest() const;
+  std::string refusalOf(const IdentificationTrial& trial, bool may_compare) const;
+  bool acceptsExtended(const IdentificationResult& result, bool base_accepted);
+  void install(const IdentificationResult& result, bool base, bool extended);
+  const TrackedModel& inUse() const;
+  std::optional<double> ageOf(const TrackedModel& model) const;
+  bool isTooOld(const TrackedModel& model) const;
+  std::string extensionSentence() const;
 
   SessionOptions options_;
   SampleStream stream_;
-  Judging judging_, judging_at_job_;
+  Contenders contenders_, at_job_;
   SessionEvents events_;  // not handed out yet
   std::optional<StreamSample> newest_;
   double driving_ = 0.0;    // [s]
@@ -175,11 +190,8 @@ class OnlineSession {
   int epoch_ = 0;
   bool job_is_out_ = false;
 
-  std::optional<FittedModel> model_;     // as accepted
   std::optional<FittedModel> restored_;  // waits for the first sample
-  std::optional<StateTracker> tracker_;
-  double fitted_until_ = 0.0;  // [s], end of the model's window on the present clock
-  std::deque<Compared> compared_;
+  std::optional<Extension> extension_, next_extension_;
   std::string last_outcome_;
 };
 

@@ -10,7 +10,8 @@
 #include <vector>
 
 #include "battery_sof/predict/online_session.hpp"
-#include "battery_sof/ros/identification_worker.hpp"
+#include "battery_sof/ros/background_worker.hpp"
+#include "battery_sof/ros/diagnosis_runner.hpp"
 #include "battery_sof/ros/message_conversion.hpp"
 #include "battery_sof/ros/node_diagnostics.hpp"
 #include "battery_sof/ros/node_options.hpp"
@@ -25,7 +26,8 @@ namespace battery_sof {
  *   - samples: the global callback queue, nothing else;
  *   - questions: the three predictions, ~status and /diagnostics, one after the other;
  *   - patient: ~identify, which waits for a fit, ~predict_map and ~simulate_profile, which may take seconds;
- *   - identifications: the worker's.
+ *   - diagnoses: ~diagnose, which waits for one, and refuses a second request meanwhile;
+ *   - identifications and diagnoses themselves: a worker's each.
  * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to copy what a question
  * needs (OnlineSession::live()); never while a question is computed, a fit runs or a file is written.
  *
@@ -63,7 +65,8 @@ class BatterySofNode {
 
   void onBatteryState(const SampleEvent& event);
   void onWallTimer(const ros::WallTimerEvent& event);
-  IdentificationOutcome onIdentified(IdentificationResult result);
+  IdentificationOutcome onIdentified(const IdentificationJob& job);
+  IdentificationOutcome takeBack(IdentificationResult result);
 
   bool onPredictCranking(PredictCranking::Request& request, PredictCranking::Response& response);
   bool onPredictStopTime(PredictStopTime::Request& request, PredictStopTime::Response& response);
@@ -72,6 +75,9 @@ class BatterySofNode {
   bool onPredictMap(PredictMap::Request& request, PredictMap::Response& response);
   bool onSimulateProfile(SimulateProfile::Request& request, SimulateProfile::Response& response);
   bool onIdentify(Identify::Request& request, Identify::Response& response);
+  std::optional<std::future<DiagnosisRunner::Outcome>> beginDiagnosis(Diagnose::Response& response);
+  bool onDiagnose(Diagnose::Request& request, Diagnose::Response& response);
+  void onAdopted(const std::vector<std::string>& effects, double from_driving);
 
   // These want mutex_ held.
   void take(const RawSample& sample);
@@ -80,6 +86,7 @@ class BatterySofNode {
   std::optional<double> noDataFor() const;
   void logCrank(const CrankComparison& crank) const;
   SessionStatus statusNow() const;
+  void announceWhoAnswers();
 
   LiveModel live();
   void publishDueStatus();
@@ -88,7 +95,7 @@ class BatterySofNode {
 
   NodeOptions options_;
   ros::NodeHandle node_, private_node_;
-  ros::CallbackQueue question_queue_, patient_queue_;
+  ros::CallbackQueue question_queue_, patient_queue_, diagnose_queue_;
   ros::Publisher status_publisher_, model_publisher_;
 
   std::mutex mutex_;
@@ -101,14 +108,16 @@ class BatterySofNode {
   EventTallies events_;
   std::optional<double> fit_ms_;
   std::string state_file_fault_;
+  bool extended_answered_ = false;  // when it was last announced
 
   ResponseClock response_clock_;
-  IdentificationWorker worker_;
+  BackgroundWorker<IdentificationJob, IdentificationOutcome> worker_;
+  DiagnosisRunner diagnoses_;
   NodeDiagnostics diagnostics_;
   ros::Subscriber subscriber_;
   std::vector<ros::ServiceServer> services_;
   ros::WallTimer wall_timer_;
-  ros::AsyncSpinner question_spinner_, patient_spinner_;
+  ros::AsyncSpinner question_spinner_, patient_spinner_, diagnose_spinner_;
 };
 
 }  // namespace battery_sof

@@ -4,6 +4,8 @@
 
 #include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/ros/adoption.hpp"
+#include "battery_sof/ros/background_work.hpp"
 #include "battery_sof/ros/event_tallies.hpp"
 #include "battery_sof/ros/messages.hpp"
 #include "battery_sof/ros/node_options.hpp"
@@ -32,6 +34,18 @@ IdentifiedModel messageOf(const FittedModel& model);
 
 /// @return the response to ~identify; code REFUSED unless accepted.
 Identify::Response responseOf(const IdentificationOutcome& outcome);
+
+/// @return the message of a finished diagnosis with header.stamp at the recording's end; absent numbers are NaN.
+DiagnosisMessage messageOf(const DiagnosisReport& report, const Adoption& adoption);
+
+/// What came of a diagnosis.
+struct DiagnosisOutcome {
+  std::optional<DiagnosisMessage> message;  ///< none when it broke off
+  std::string fault;                        ///< why, one sentence
+};
+
+/// @return the response to ~diagnose; code OK or FAILED.
+Diagnose::Response responseOf(const DiagnosisOutcome& outcome);
 
 /// The standing answers; stop_time is none when it is not asked.
 struct StandingAnswers {

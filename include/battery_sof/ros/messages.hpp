@@ -1,7 +1,11 @@
 #pragma once
 
 // The package's messages and services. ROS puts them into the core's namespace: the message IdentifiedModel is the core's
-// FittedModel on the wire.
+// FittedModel on the wire. A Diagnosis is both, so the message goes by the name DiagnosisMessage here.
+#define Diagnosis DiagnosisMessage
+#include <battery_sof/Diagnose.h>
+#include <battery_sof/Diagnosis.h>
+#undef Diagnosis
 #include <battery_sof/IdentifiedModel.h>
 #include <battery_sof/Identify.h>
 #include <battery_sof/PredictChargeAcceptance.h>

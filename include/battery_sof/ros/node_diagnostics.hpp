@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "battery_sof/ros/diagnosis_runner.hpp"
 #include "battery_sof/ros/event_tallies.hpp"
 #include "battery_sof/ros/response_times.hpp"
 
@@ -19,11 +20,12 @@ struct DiagnosticsSnapshot {
   std::optional<double> no_data_for;  ///< [s] of ROS time, when samples have stopped
   EventTallies events;
   ResponseTimes response_times;
+  DiagnosisLine diagnosis;
   std::string state_file;        ///< its path, or "off"
   std::string state_file_fault;  ///< empty when the last access went well
 };
 
-/// Publishes data rate, rejected samples by reason, identification, prediction error and response times on
+/// Publishes data rate, rejected samples by reason, identification, prediction error, response times and diagnosis on
 /// /diagnostics.
 class NodeDiagnostics {
  public:
@@ -42,6 +44,7 @@ class NodeDiagnostics {
   void reportIdentification(Status& status);
   void reportPredictionError(Status& status);
   void reportResponseTimes(Status& status);
+  void reportDiagnosis(Status& status);
 
   TakeSnapshot take_snapshot_;
   diagnostic_updater::Updater updater_;

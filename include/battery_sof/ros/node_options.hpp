@@ -22,6 +22,8 @@ struct StandingQueries {
 struct NodeOptions {
   SessionOptions session;
   StandingQueries standing;
+  double diagnose_period = 0.0;  ///< [s] of driving; 0: only on request
+  bool adopt_diagnosis = false;  ///< what is diagnosed goes on trial beside the base model
   std::string state_file;  ///< empty: the model is not kept
 };
 

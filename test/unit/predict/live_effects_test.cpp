@@ -33,21 +33,6 @@ FittedModel standingAt(const std::vector<std::string>& effects, const Series& se
   return model;
 }
 
-/// Minutes of a composition at 20 Hz with 2 mV of noise.
-Series recordingOf(const std::vector<std::string>& effects, double duration) {
-  const BatteryModel model(effects);
-  Series series;
-  series.current = dataSetOneCurrent(duration, 0.05, 6);
-  for (std::size_t n = 0; n < series.current.size(); ++n)
-    series.time.push_back(0.05 * static_cast<double>(n));
-  series.voltage.assign(series.time.size(), 0.0);
-  series.voltage =
-      voltages(model, pointOf(model, typicalPoint(model)), fullDrive(series, whole(series)));
-  Random random(66);
-  for (double& u : series.voltage) u += 0.002 * random.normal();
-  return series;
-}
-
 class LiveEffect : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(LiveEffect, TrackedSampleBySampleIsWhereCarryingTheStateOfflinePutsIt) {

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "battery_sof/diagnose/diagnosis.hpp"
+#include "battery_sof/diagnose/hypotheses.hpp"
+#include "battery_sof/diagnose/thresholds.hpp"
+
+namespace battery_sof {
+
+/// An effect that was accepted, with what it was weighed against.
+struct Accepted {
+  std::string id;
+  double score = 0.0;            ///< when it was found
+  double evidence = 0.0;         ///< fall of the criterion it brings to the final model
+  double rms = 0.0;              ///< [V], what it adds to the voltage that the others cannot
+  std::vector<std::string> tied; ///< ids that could stand in its place
+  double confidence = 0.0;
+};
+
+/// What the search through the catalogue ended with.
+struct Naming {
+  WhitenedFit extended;
+  std::vector<Accepted> accepted;
+  std::vector<Candidate> candidates;   ///< of the first step, and those accepted or rejected later
+  std::vector<Signature> first_screen; ///< beside the base model, every hypothesis
+  std::vector<Signature> last_screen;  ///< beside the extended model
+  bool unnamed = false;                ///< the best hypothesis was significant but below what a name needs
+};
+
+struct NamingOptions {
+  DiagnosisThresholds thresholds;
+  std::vector<std::string> hypotheses;
+  int threads = 1;
+  double least_white = 1e-5;  ///< [V]
+  std::function<void(const std::string&)> progress;
+};
+
+/**
+ * @brief Forward selection over the catalogue with a backward check (PHYSICS 2.3).
+ *
+ * In every step all hypotheses are scored, the best and their look-alikes refitted jointly with what was accepted, noise
+ * included; the one of most evidence
+ *
+ *     evidence = D_nested - D - c_n k,   D: -2 ln likelihood with priors,  c_n = max(ln n_eff, 6),  k: free strengths and shapes
+ *
+ * is accepted if it also gains on blocks held out of the fit. At the end every accepted effect must still be worth its
+ * place, and is compared with what could stand there.
+ *
+ * @param start a fit to this drive: the base model's, or that of what was accepted before on another grid (so_far).
+ */
+Naming nameEffects(const Drive& drive, const WhitenedFit& start, const NamingOptions& options, Naming so_far = {});
+
+/// @return samples that count as independent: n / (1 + 2 sum of the residual's autocorrelations up to the first not above zero).
+double effectiveSamples(const Eigen::VectorXd& residual, const Drive& drive);
+
+}  // namespace battery_sof

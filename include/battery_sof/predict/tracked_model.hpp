@@ -1,0 +1,83 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "battery_sof/predict/charge_watch.hpp"
+#include "battery_sof/predict/crank_watch.hpp"
+#include "battery_sof/predict/interval_scale.hpp"
+#include "battery_sof/predict/sample_stream.hpp"
+#include "battery_sof/predict/state_tracker.hpp"
+
+namespace battery_sof {
+
+/// How a model has done since it was accepted.
+struct BacktestScore {
+  std::optional<double>
+      q_dyn_percent;      ///< paper, eq. 6, open loop; none until the voltage has varied
+  double duration = 0.0;  ///< [s], from the first to the last sample compared
+};
+
+/// What ended with a sample and was set beside the model's expectation.
+struct SessionEvents {
+  std::vector<CrankComparison> cranks;
+  std::vector<ChargeComparison> charges;
+};
+
+/**
+ * @brief A model that follows the samples: its state, its rolling back-test, and the cranks and charges that it was set beside.
+ *
+ * Watches and interval scales outlive a model: they are the composition's past. Copyable; a copy goes on by itself.
+ */
+class TrackedModel {
+ public:
+  static constexpr double kBacktestSpan = 900.0;  ///< [s] of the past that a back-test looks at
+
+  explicit TrackedModel(const EventLimits& limits);
+
+  /// Takes a model in the place of the one before; the back-test begins anew. @param max_gap [s], longest interval joined.
+  void install(const FittedModel& model, double max_gap);
+  bool holdsModel() const { return tracker_.has_value(); }
+
+  /// Moves on to a sample; nothing happens without a model, or at or before its state. @return what ended with it.
+  SessionEvents follow(const StreamSample& sample, double max_gap);
+
+  /// Drops what is in progress and compared.
+  void forgetPast();
+  /// Puts the state onto the first sample of a clock that jumped back. @param moved [s], by how much.
+  void moveTo(const StreamSample& first, double moved, double max_gap);
+
+  /// As the intervals of earlier models asked for.
+  void setScales(const IntervalScale& crank, const IntervalScale& charge);
+  const IntervalScale& crankScale() const { return crank_scale_; }
+  const IntervalScale& chargeScale() const { return charge_scale_; }
+
+  // These want a model.
+  const FittedModel& accepted() const { return *model_; }  ///< as it was installed
+  FittedModel now() const { return tracker_->modelNow(); }
+  double expectedVoltage() const { return tracker_->expectedVoltage(); }  ///< [V], at the last sample
+  double stateTime() const { return tracker_->state().time; }             ///< [s]
+  /// [s], end of the model's window on the present clock.
+  double fittedUntil() const { return fitted_until_; }
+
+  BacktestScore backtest() const;
+
+ private:
+  /// One compared instant of the back-test.
+  struct Compared {
+    double time, measured, expected;
+  };
+
+  SessionEvents watch(const StreamSample& sample, double max_gap);
+
+  CrankWatch crank_watch_;
+  ChargeWatch charge_watch_;
+  IntervalScale crank_scale_, charge_scale_;
+  std::optional<FittedModel> model_;
+  std::optional<StateTracker> tracker_;
+  double fitted_until_ = 0.0;
+  std::deque<Compared> compared_;
+};
+
+}  // namespace battery_sof

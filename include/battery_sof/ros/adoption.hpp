@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "battery_sof/diagnose/diagnosis.hpp"
+
+namespace battery_sof {
+
+/// What a session is to try of a diagnosis, and why.
+struct Adoption {
+  std::vector<std::string> effects;  ///< the extended composition; empty: nothing
+  std::string sentence;
+};
+
+/**
+ * @brief Whether a diagnosis' extended composition goes on trial beside the base model.
+ *
+ * It does when the verdict is named or several and the composition holds structure or physics (tiers S and P). Instrument
+ * effects (tier I) come along with those, and the sentence names them all; alone they do not: a faulty instrument wants
+ * repair, and a question's currents are true ones, not what that instrument would have read.
+ * @param allowed parameter adopt_diagnosis.
+ */
+Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed);
+
+}  // namespace battery_sof

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <atomic>
+#include <optional>
+#include <string>
+
+#include "battery_sof/diagnose/diagnosis.hpp"
+#include "battery_sof/predict/identification_job.hpp"
+#include "battery_sof/recording/series.hpp"
+
+namespace battery_sof {
+
+// What the node's workers do, with the clock that the core does not have. Nothing is thrown.
+
+/// runIdentification() with fit_ms filled in; an exception becomes a result without a model.
+IdentificationResult timedIdentification(const IdentificationJob& job);
+
+/// What a diagnosis came to.
+struct DiagnosisReport {
+  std::optional<Diagnosis> diagnosis;  ///< none when it broke off
+  std::string fault;                   ///< why, one sentence
+  double from = 0.0, to = 0.0;         ///< [s], of the recording
+  std::size_t samples = 0;
+  double duration_ms = 0.0;            ///< [ms], wall time
+};
+
+/// diagnose() on one thread, looking at `cancelled` whenever a stage begins.
+DiagnosisReport timedDiagnosis(const Recording& recording, const std::atomic<bool>& cancelled);
+
+}  // namespace battery_sof

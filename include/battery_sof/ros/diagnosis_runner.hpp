@@ -1,0 +1,80 @@
+#pragma once
+
+#include <ros/ros.h>
+
+#include <atomic>
+#include <functional>
+#include <future>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "battery_sof/ros/background_worker.hpp"
+#include "battery_sof/ros/message_conversion.hpp"
+
+namespace battery_sof {
+
+/// What the diagnostics say of diagnoses.
+struct DiagnosisLine {
+  bool runs = false;
+  std::size_t finished = 0;    ///< since the start
+  std::size_t skipped = 0;     ///< due while another one ran
+  std::string verdict;         ///< of the last one; empty before the first
+  std::string summary, adoption;
+  std::string fault;           ///< of the last one, when it broke off
+  std::optional<double> duration_ms;  ///< [ms], of the last one
+};
+
+/**
+ * @brief Runs diagnoses beside everything else, one at a time, and publishes each on ~diagnosis (latched).
+ *
+ * One is begun by a request or, with a period, when a multiple of it has been driven: a bag played faster is diagnosed at the
+ * same samples. May be called from any thread. What is adopted of a periodic diagnosis takes effect `settle` [s] of driving
+ * after its last sample, or when it is finished, if that is later; of a requested one at once.
+ */
+class DiagnosisRunner {
+ public:
+  struct Options {
+    double period = 0.0;  ///< [s] of driving; 0: only on request
+    double settle = 600.0;
+    bool adopt = false;
+  };
+  using Outcome = DiagnosisOutcome;
+  /// Called on the runner's thread with what goes on trial.
+  using Adopt = std::function<void(const std::vector<std::string>& effects, double from_driving)>;
+
+  DiagnosisRunner(ros::NodeHandle private_node, Options options, Adopt adopt);
+  /// Breaks a running diagnosis off at its next stage.
+  ~DiagnosisRunner() { stop(); }
+
+  /// @param series not empty. @return the outcome to come; none when another one runs.
+  std::optional<std::future<Outcome>> begin(const Series& series, const std::string& name);
+  /// Begins one when it is due. @param driving [s].
+  void beginIfDue(const Series& series, const std::string& name, double driving);
+
+  DiagnosisLine line();
+  void stop();
+
+ private:
+  struct Job {
+    Recording recording;
+    double from_driving = 0.0;  // [s]
+  };
+
+  std::optional<std::future<Outcome>> post(const Series& series, const std::string& name,
+                                           double from_driving);
+  Outcome run(const Job& job);
+  Adoption adopt(const Diagnosis& diagnosis, double from_driving);
+  void note(const DiagnosisReport& report, const Adoption& adoption);
+
+  Options options_;
+  Adopt adopt_;
+  ros::Publisher publisher_;
+  std::mutex mutex_;  // guards the next two
+  DiagnosisLine line_;
+  double next_due_;  // [s] of driving
+  std::atomic<bool> cancelled_{false};
+  BackgroundWorker<Job, Outcome> worker_;
+};
+
+}  // namespace battery_sof

@@ -1,0 +1,328 @@
+#include "battery_sof/diagnose/naming.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "battery_sof/diagnose/held_out_blocks.hpp"
+#include "battery_sof/identify/parallel.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kTolerance = 1e-6;        // of the deviance: far below what decides
+constexpr int kMostEffects = 7;
+constexpr std::size_t kRefitted = 4;       // hypotheses of the highest scores that are refitted in a step
+constexpr std::size_t kMostRefitted = 7;   // with their look-alikes
+constexpr double kWorthRefit = 0.05;
+constexpr double kUnconverged = 0.7;       // a refit that gains less than this share of its score is searched again
+constexpr int kBlocks = 4;
+constexpr std::size_t kJudged = 4;          // of the best whose held-out gain is looked at
+constexpr double kRival = 30.0;            // evidence behind the winner's within which a rival is refitted in its place
+
+double penaltyOf(const WhitenedFit& fit, const Drive& drive) {
+  return std::max(std::log(effectiveSamples(fit.residual, drive)), 6.0);
+}
+
+/// Free parameters of a composition beyond the base model's.
+double freedomOf(const WhitenedFit& fit) {
+  return static_cast<double>(std::count_if(fit.rows.begin(), fit.rows.end(), [&](Eigen::Index row) {
+    return row >= kBaseRows && row < fit.model.parameterCount();
+  }));
+}
+
+double evidenceOf(const WhitenedFit& nested, const WhitenedFit& larger, double penalty) {
+  return nested.deviance - larger.deviance - penalty * (freedomOf(larger) - freedomOf(nested));
+}
+
+bool isStructure(const std::string& id) { return effectInfo(id).tier() == 'S'; }
+
+struct Weighed {
+  Signature signature;
+  std::optional<WhitenedFit> fit;
+  double evidence = 0.0;
+};
+
+void consider(std::vector<std::size_t>& list, std::size_t k) {
+  if (std::find(list.begin(), list.end(), k) == list.end() && list.size() < kMostRefitted) list.push_back(k);
+}
+
+/// The best scores and their look-alikes; what scores a twentieth of the best is not worth a refit.
+std::vector<std::size_t> shortlist(const std::vector<Signature>& screened, double significant) {
+  double least = significant;
+  for (const Signature& signature : screened) least = std::max(least, kWorthRefit * signature.score);
+  std::vector<std::size_t> order(screened.size()), list;
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return screened[a].score > screened[b].score; });
+  for (const std::size_t k : order)
+    if (list.size() < kRefitted && screened[k].score > least) list.push_back(k);
+  const std::vector<std::size_t> best = list;
+  for (const std::size_t at : best)
+    for (const std::string& id : effectInfo(screened[at].id).look_alikes)
+      for (std::size_t k = 0; k < screened.size(); ++k)
+        if (screened[k].id == id && screened[k].score > 0.5 * least) consider(list, k);
+  return list;
+}
+
+class Search {
+ public:
+  Search(const Drive& drive, const WhitenedFit& base, const NamingOptions& options, Naming so_far)
+      : drive_(drive), options_(options), naming_(std::move(so_far)) {
+    naming_.extended = base;
+    naming_.last_screen.clear();
+    search_.rounds = 2;
+    search_.max_iterations = 30;
+    search_.every_start = false;
+    search_.tolerance = kTolerance;
+    search_.least_white = options.least_white;
+  }
+
+  Naming run() {
+    while (static_cast<int>(naming_.accepted.size()) < kMostEffects && step()) {
+    }
+    if (naming_.last_screen.empty()) naming_.last_screen = screenNow();
+    dropSuperfluous();
+    compareRivals();
+    return std::move(naming_);
+  }
+
+ private:
+  void tell(const std::string& stage) const {
+    if (options_.progress) options_.progress(stage);
+  }
+
+  std::vector<Signature> screenNow() const {
+    return screen(naming_.extended, drive_, addable(naming_.extended.model, options_.hypotheses), options_.threads);
+  }
+
+  WhitenedFit weighed(const WhitenedFit& nested, const Signature& signature) const {
+    return refit(nested, drive_, signature, search_);
+  }
+
+  /// A refit that gains much less than its score promised did not converge: once more from more starts, if the promise
+  /// matters beside the best.
+  void searchAgain(std::vector<Weighed>& ones, double penalty) const {
+    double best = 0.0;
+    for (const Weighed& one : ones) best = std::max(best, one.evidence);
+    for (Weighed& one : ones) {
+      const double promised = kUnconverged * one.signature.score;
+      if (naming_.extended.deviance - one.fit->deviance > promised || promised < best) continue;
+      WhitenedSearch wider = search_;
+      wider.more_starts = 3;
+      wider.every_start = true;
+      WhitenedFit again = refit(naming_.extended, drive_, one.signature, wider);
+      if (again.deviance >= one.fit->deviance) continue;
+      one.fit = std::move(again);
+      one.evidence = evidenceOf(naming_.extended, *one.fit, penalty);
+    }
+  }
+
+  /// One effect more, if there is one to be had.
+  bool step() {
+    tell("weighing what is missing beside " + std::to_string(naming_.accepted.size()) + " effects");
+    naming_.last_screen = screenNow();
+    if (naming_.first_screen.empty()) naming_.first_screen = naming_.last_screen;
+    const std::vector<std::size_t> list = shortlist(naming_.last_screen, options_.thresholds.score);
+    if (list.empty()) return false;
+    std::vector<Weighed> weighed_ones(list.size());
+    const double penalty = penaltyOf(naming_.extended, drive_);
+    parallelFor(list.size(), options_.threads, [&](std::size_t k) {
+      Weighed& one = weighed_ones[k];
+      one.signature = naming_.last_screen[list[k]];
+      one.fit = weighed(naming_.extended, one.signature);
+      one.evidence = evidenceOf(naming_.extended, *one.fit, penalty);
+    });
+    searchAgain(weighed_ones, penalty);
+    std::stable_sort(weighed_ones.begin(), weighed_ones.end(),
+                     [](const Weighed& a, const Weighed& b) { return a.evidence > b.evidence; });
+    return takeBest(weighed_ones);
+  }
+
+  bool takeBest(std::vector<Weighed>& ones) {
+    const HeldOut before = heldOutErrors(naming_.extended, drive_, kBlocks, options_.threads);
+    for (std::size_t k = 0; k < ones.size(); ++k) {
+      Candidate candidate = candidateOf(ones, k);
+      candidate.rejected_because = k < kJudged ? objectionTo(ones[k], before, candidate) : "others explain more of it";
+      note(candidate);
+      if (!candidate.rejected_because.empty()) continue;
+      accept(ones, k, candidate);
+      return true;
+    }
+    return false;
+  }
+
+  /// @return what speaks against naming it; empty when nothing does.
+  std::string objectionTo(const Weighed& one, const HeldOut& before, Candidate& candidate) {
+    if (one.evidence <= 0.0) return "it is not worth its parameters";
+    const HeldOut after = heldOutErrors(*one.fit, drive_, kBlocks, options_.threads);
+    const HeldOutGain gain = gainOf(before, after, drive_, one.fit->residual - naming_.extended.residual);
+    candidate.holdout_gain_percent = 100.0 * gain.rms_share;
+    if (gain.deviance <= 0.0) return "blocks held out of the fit are predicted no better with it";
+    if (gain.worse_blocks > 1) return "it makes several of the blocks held out of the fit worse";
+    naming_.unnamed = true;
+    if (one.evidence <= needed(one.signature.id)) return "its evidence is below what a name needs";
+    const double least = isStructure(one.signature.id) ? options_.thresholds.least_structure_share : options_.thresholds.least_share;
+    if (gain.rms_share < least) return "what it takes out of the error is too small for a name";
+    naming_.unnamed = false;
+    return "";
+  }
+
+  double needed(const std::string& id) const { return isStructure(id) ? 0.0 : options_.thresholds.name_evidence; }
+
+  Candidate candidateOf(const std::vector<Weighed>& ones, std::size_t k) const {
+    double sum = 0.0;
+    for (const Weighed& one : ones) sum += std::exp(0.5 * (one.evidence - ones[0].evidence));
+    Candidate candidate{ones[k].signature.id, std::sqrt(ones[k].signature.score), ones[k].evidence, std::nullopt,
+                        std::exp(0.5 * (ones[k].evidence - ones[0].evidence)) / sum, ""};
+    return candidate;
+  }
+
+  void note(const Candidate& candidate) {
+    for (Candidate& known : naming_.candidates)
+      if (known.id == candidate.id) {
+        known = candidate;
+        return;
+      }
+    naming_.candidates.push_back(candidate);
+  }
+
+  void accept(std::vector<Weighed>& ones, std::size_t taken, const Candidate& candidate) {
+    Accepted accepted;
+    accepted.id = ones[taken].signature.id;
+    accepted.score = candidate.score;
+    accepted.evidence = candidate.evidence;
+    accepted.confidence = candidate.confidence;
+    for (std::size_t k = 0; k < ones.size(); ++k) {
+      if (k == taken) continue;
+      if (ones[k].evidence > ones[taken].evidence - kRival) accepted.tied.push_back(ones[k].signature.id);
+      Candidate other = candidateOf(ones, k);
+      other.rejected_because = "another effect explains more of it";
+      if (k > taken) note(other);
+    }
+    for (const std::string& needed_id : effectInfo(accepted.id).needs)
+      if (!isAccepted(needed_id)) naming_.accepted.push_back({needed_id, accepted.score, 0.0, 0.0, {}, accepted.confidence});
+    naming_.accepted.push_back(accepted);
+    naming_.extended = std::move(*ones[taken].fit);
+  }
+
+  bool isAccepted(const std::string& id) const {
+    return std::any_of(naming_.accepted.begin(), naming_.accepted.end(),
+                       [&](const Accepted& accepted) { return accepted.id == id; });
+  }
+
+  bool isNeeded(const std::string& id) const {
+    for (const Accepted& accepted : naming_.accepted) {
+      const std::vector<std::string>& needs = effectInfo(accepted.id).needs;
+      if (std::find(needs.begin(), needs.end(), id) != needs.end()) return true;
+    }
+    return false;
+  }
+
+  /// The extended model with `without` taken out and `instead` put in its place, fitted anew.
+  WhitenedFit exchanged(const std::string& without, const std::string& instead) const {
+    std::vector<std::string> effects;
+    for (const std::string& id : naming_.extended.model.effects())
+      if (id != without) effects.push_back(id);
+    const BatteryModel smaller(effects);
+    WhitenedSearch search = search_;
+    const CompositionPoint start = embedded(naming_.extended.model, naming_.extended.point, smaller);
+    WhitenedFit fit = fitWhitened(smaller, drive_, {start, typicalStart(smaller, drive_)},
+                                  naming_.extended.noise, search);
+    if (instead.empty()) return fit;
+    const std::vector<Signature> one = screen(fit, drive_, {instead}, 1);
+    return weighed(fit, one.front());
+  }
+
+  /// Backward check: the least worthy effect goes, again and again.
+  void dropSuperfluous() {
+    while (!naming_.accepted.empty()) {
+      tell("checking that every effect is worth its place");
+      std::vector<std::optional<WhitenedFit>> without(naming_.accepted.size());
+      parallelFor(without.size(), options_.threads, [&](std::size_t k) {
+        if (!isNeeded(naming_.accepted[k].id)) without[k] = exchanged(naming_.accepted[k].id, "");
+      });
+      std::optional<std::size_t> worst;
+      double least = 0.0;
+      for (std::size_t k = 0; k < without.size(); ++k) {
+        if (!without[k]) continue;
+        Accepted& one = naming_.accepted[k];
+        one.evidence = evidenceOf(*without[k], naming_.extended, penaltyOf(*without[k], drive_));
+        const Eigen::VectorXd adds = without[k]->residual - naming_.extended.residual;
+        one.rms = std::sqrt(adds.squaredNorm() / static_cast<double>(adds.size()));
+        const double margin = one.evidence - needed(one.id);
+        if (margin <= least) {
+          least = margin;
+          worst = k;
+        }
+      }
+      if (!worst) return;
+      Candidate gone{naming_.accepted[*worst].id, naming_.accepted[*worst].score, naming_.accepted[*worst].evidence,
+                     std::nullopt, 0.0, "the others explain it once they are in"};
+      note(gone);
+      naming_.extended = std::move(*without[*worst]);
+      naming_.accepted.erase(naming_.accepted.begin() + static_cast<std::ptrdiff_t>(*worst));
+      naming_.last_screen = screenNow();
+    }
+  }
+
+  /// Keeps of every effect's rivals those that do as well in its place in the final model.
+  void compareRivals() {
+    tell("comparing what could stand in each effect's place");
+    for (std::size_t k = 0; k < naming_.accepted.size(); ++k) {
+      Accepted& one = naming_.accepted[k];
+      std::vector<std::string> rivals;
+      for (const std::string& id : one.tied)
+        if (!isAccepted(id) && effectInfo(id).needs.empty()) rivals.push_back(id);
+      std::vector<double> behind(rivals.size());
+      parallelFor(rivals.size(), options_.threads, [&](std::size_t r) {
+        const WhitenedFit fit = exchanged(one.id, rivals[r]);
+        const double penalty = penaltyOf(naming_.extended, drive_);
+        behind[r] = fit.deviance - naming_.extended.deviance +
+                    penalty * (freedomOf(fit) - freedomOf(naming_.extended));
+      });
+      one.tied.clear();
+      double sum = 1.0;
+      for (std::size_t r = 0; r < rivals.size(); ++r) {
+        sum += std::exp(-0.5 * behind[r]);
+        if (behind[r] < options_.thresholds.tie_evidence) one.tied.push_back(rivals[r]);
+      }
+      one.confidence = 1.0 / sum;
+    }
+  }
+
+  const Drive& drive_;
+  const NamingOptions& options_;
+  WhitenedSearch search_;
+  Naming naming_;
+};
+
+}  // namespace
+
+double effectiveSamples(const Eigen::VectorXd& residual, const Drive& drive) {
+  std::vector<double> e;
+  for (std::size_t n = 0; n < drive.samples.size(); ++n)
+    if (drive.samples[n].count > 0.0) e.push_back(residual[static_cast<Eigen::Index>(n)]);
+  const double n = static_cast<double>(e.size());
+  if (e.size() < 3) return n;
+  const double mean = std::accumulate(e.begin(), e.end(), 0.0) / n;
+  double variance = 0.0;
+  for (double& value : e) {
+    value -= mean;
+    variance += value * value;
+  }
+  double sum = 0.0;
+  for (std::size_t lag = 1; lag < e.size() / 2 && variance > 0.0; ++lag) {
+    double product = 0.0;
+    for (std::size_t k = lag; k < e.size(); ++k) product += e[k] * e[k - lag];
+    if (product <= 0.0) break;
+    sum += product / variance;
+  }
+  return n / (1.0 + 2.0 * sum);
+}
+
+Naming nameEffects(const Drive& drive, const WhitenedFit& start, const NamingOptions& options, Naming so_far) {
+  return Search(drive, start, options, std::move(so_far)).run();
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,128 @@
+#include "battery_sof/diagnose/whitened_fit.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+namespace battery_sof {
+namespace {
+
+// A column that the others explain but for this share of its length adds nothing (condition of J in double precision).
+constexpr double kDependent = 1e-7;
+
+std::size_t measuredSamples(const Drive& drive) {
+  return static_cast<std::size_t>(
+      std::count_if(drive.samples.begin(), drive.samples.end(),
+                    [](const DriveSample& sample) { return sample.count > 0.0; }));
+}
+
+Eigen::MatrixXd orthonormalColumns(Eigen::MatrixXd columns) {
+  for (Eigen::Index k = 0; k < columns.cols(); ++k) {
+    const double length = columns.col(k).norm();
+    if (length > 0.0) columns.col(k) /= length;
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
+  qr.setThreshold(kDependent);
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(columns.rows(), qr.rank());
+  basis.applyOnTheLeft(qr.householderQ());
+  return basis;
+}
+
+/// One pass with derivatives over the drive.
+void takePass(WhitenedFit& fit, const Drive& drive, const Eigen::MatrixXd& seeds) {
+  Simulation simulation(fit.model,
+                        {fit.point.parameters, fit.point.state, drive.first_time, drive.first_time}, seeds);
+  const auto count = static_cast<Eigen::Index>(drive.samples.size());
+  fit.jacobian.resize(count, seeds.cols());
+  fit.residual.resize(count);
+  for (Eigen::Index n = 0; n < count; ++n) {
+    const DriveSample& sample = drive.samples[static_cast<std::size_t>(n)];
+    simulation.advance(sample.step);
+    fit.jacobian.row(n) = simulation.voltageDerivatives().transpose();
+    fit.residual[n] = sample.count > 0.0 ? sample.voltage - simulation.voltage() : 0.0;
+  }
+}
+
+void takeWhitened(WhitenedFit& fit, const Drive& drive) {
+  const Whitening whitening(fit.noise, drive.samples);
+  fit.innovation = whitening.whitened(fit.residual);
+  Eigen::MatrixXd columns(fit.jacobian.rows(), fit.jacobian.cols());
+  for (Eigen::Index k = 0; k < columns.cols(); ++k) columns.col(k) = whitening.whitened(fit.jacobian.col(k));
+  fit.absorbed = orthonormalColumns(std::move(columns));
+}
+
+}  // namespace
+
+WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive,
+                        const std::vector<CompositionPoint>& starts,
+                        const std::optional<NoiseModel>& noise, const WhitenedSearch& search) {
+  FitCost cost;
+  cost.crank_weight = 1.0;
+  CompositionSearch plain;
+  plain.max_iterations = search.max_iterations;
+  plain.more_starts = search.more_starts;
+  plain.every_start = search.every_start;
+  plain.tolerance = search.tolerance;
+  std::vector<CompositionPoint> from = starts;
+  cost.noise = noise;
+  if (!noise) {
+    const CompositionProblem squares(model, drive, cost, starts.front());
+    from = {fitComposition(squares, starts, plain).point};
+    cost.noise = fitNoise(squares.residual(squares.coordinatesOf(from.front())), drive.samples, search.least_white);
+    plain.more_starts = 0;
+  }
+  WhitenedFit fit{model, {}, {}, {}, {}, {}, {}, {}, {}, 0.0, measuredSamples(drive)};
+  for (int round = 0; round < search.rounds; ++round) {
+    const CompositionProblem problem(model, drive, cost, starts.front());
+    const CompositionFit found = fitComposition(problem, from, plain);
+    fit.point = found.point;
+    fit.noise = fitNoise(problem.residual(found.x), drive.samples, search.least_white);
+    cost.noise = fit.noise;
+    from = {found.point};
+    plain.more_starts = 0;
+  }
+  const CompositionProblem problem(model, drive, cost, fit.point);
+  const Eigen::VectorXd x = problem.coordinatesOf(fit.point);
+  takePass(fit, drive, problem.seedsAt(x));
+  takeWhitened(fit, drive);
+  fit.prior_precision = problem.priorPrecision();
+  for (Eigen::Index k = 0; k < problem.size(); ++k) fit.rows.push_back(problem.rowOf(k));
+  NormalEquations at;
+  problem.evaluate(x, at);
+  const double priors = std::max(0.0, at.cost - fit.innovation.squaredNorm());
+  fit.deviance = deviance(fit.noise, fit.residual, drive.samples) + priors;
+  return fit;
+}
+
+Eigen::VectorXd whitened(const WhitenedFit& fit, const Drive& drive, const Eigen::VectorXd& column) {
+  return Whitening(fit.noise, drive.samples).whitened(column);
+}
+
+Eigen::VectorXd projected(const WhitenedFit& fit, const Eigen::VectorXd& whitened_column) {
+  return whitened_column - fit.absorbed * (fit.absorbed.transpose() * whitened_column);
+}
+
+Drive withoutEdges(const Drive& drive, double edge, double before, double after) {
+  Drive quiet = drive;
+  std::size_t first = 0;
+  for (std::size_t n = 1; n < quiet.samples.size(); ++n) {
+    const double time = quiet.samples[n].step.time;
+    if (std::abs(quiet.samples[n].step.current - quiet.samples[n - 1].step.current) <= edge) continue;
+    while (quiet.samples[first].step.time < time - before) ++first;
+    for (std::size_t k = first; k < quiet.samples.size() && quiet.samples[k].step.time <= time + after; ++k)
+      quiet.samples[k].count = 0.0;
+  }
+  return quiet;
+}
+
+Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoint& point, const Drive& drive) {
+  Simulation simulation(model, {point.parameters, point.state, drive.first_time, drive.first_time});
+  Eigen::VectorXd voltage(static_cast<Eigen::Index>(drive.samples.size()));
+  for (Eigen::Index n = 0; n < voltage.size(); ++n) {
+    simulation.advance(drive.samples[static_cast<std::size_t>(n)].step);
+    voltage[n] = simulation.voltage();
+  }
+  return voltage;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,31 @@
+#include "battery_sof/ros/adoption.hpp"
+
+#include <algorithm>
+
+#include "battery_sof/model/effect.hpp"
+
+namespace battery_sof {
+namespace {
+
+bool isInstrument(const std::string& id) { return effectInfo(id).tier() == 'I'; }
+
+std::string listed(const std::vector<std::string>& ids) {
+  std::string text;
+  for (const std::string& id : ids)
+    text += (text.empty() ? "" : ", ") + id + (isInstrument(id) ? " (instrument)" : "");
+  return text;
+}
+
+}  // namespace
+
+Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
+  const bool names = diagnosis.verdict == Verdict::kNamed || diagnosis.verdict == Verdict::kSeveral;
+  const std::vector<std::string>& effects = diagnosis.extended.effects;
+  if (!allowed) return {{}, "not asked for: parameter adopt_diagnosis is false"};
+  if (!names) return {{}, "nothing to adopt: the verdict is " + describe(diagnosis.verdict)};
+  if (std::all_of(effects.begin(), effects.end(), isInstrument))
+    return {{}, "nothing to adopt: instruments are to be repaired, not modelled (" + listed(effects) + ")"};
+  return {effects, "runs beside the base model and answers while it errs less: " + listed(effects)};
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,57 @@
+#include "battery_sof/ros/background_work.hpp"
+
+#include <chrono>
+#include <stdexcept>
+
+#include "battery_sof/diagnose/diagnose.hpp"
+
+namespace battery_sof {
+namespace {
+
+class StopWatch {
+ public:
+  double milliseconds() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun_)
+        .count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+IdentificationResult timedIdentification(const IdentificationJob& job) {
+  const StopWatch watch;
+  IdentificationResult result;
+  try {
+    result = runIdentification(job);
+  } catch (const std::exception& error) {
+    result.epoch = job.epoch;
+    result.message = std::string("the identification failed: ") + error.what();
+  }
+  if (result.model) result.model->fit_ms = watch.milliseconds();
+  if (result.extended && result.extended->model) result.extended->model->fit_ms = watch.milliseconds();
+  return result;
+}
+
+DiagnosisReport timedDiagnosis(const Recording& recording, const std::atomic<bool>& cancelled) {
+  const StopWatch watch;
+  DiagnosisReport report;
+  report.from = recording.series.time.front();
+  report.to = recording.series.time.back();
+  report.samples = recording.series.size();
+  DiagnoseOptions options;
+  options.progress = [&cancelled](const std::string&) {
+    if (cancelled) throw std::runtime_error("the node is shutting down");
+  };
+  try {
+    report.diagnosis = diagnose(recording, options);
+  } catch (const std::exception& error) {
+    report.fault = std::string("the diagnosis broke off: ") + error.what();
+  }
+  report.duration_ms = watch.milliseconds();
+  return report;
+}
+
+}  // namespace battery_sof
