@@ -177,7 +177,7 @@ std::string candidateHtml(const Candidate& c, double end, double threshold) {
   std::string numbers = sentence("z %.1f", c.score);
   if (c.evidence != 0.0) numbers += sentence(" \xc2\xb7 evidence %.0f", c.evidence);
   if (c.holdout_gain_percent) numbers += sentence(" \xc2\xb7 held-out blocks %+.0f %%", *c.holdout_gain_percent);
-  if (c.confidence > 0.0) numbers += sentence(" \xc2\xb7 confidence %.0f %%", 100.0 * c.confidence);
+  if (c.confidence > 0.0) numbers += " \xc2\xb7 confidence " + escaped(confidenceText(c.confidence));
   const bool is_accepted = c.rejected_because.empty();
   const std::string name = element("div", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id), "class=\"name\"");
   const std::string track = element("div", barHtml("before", onAxis(bars.before, end)) + barHtml("after", onAxis(bars.after, end)) +
@@ -218,8 +218,8 @@ std::string effectHtml(const NamedEffect& effect) {
   for (const DiagnosedParameter& p : effect.parameters)
     rows.push_back({{code(p.name)}, numberCell(withError(p.value, p.std, p.unit)),
                     numberCell(intervalHtml(p)), {plausibility(effect.id, p)}});
-  std::string facts = sentence("Confidence %.0f %%; it moves the voltage by %s mV RMS.", 100.0 * effect.confidence,
-                               millivolts(effect.voltage_rms).c_str());
+  std::string facts = "Confidence " + confidenceText(effect.confidence) + "; it moves the voltage by " +
+                      millivolts(effect.voltage_rms) + " mV RMS.";
   if (!effect.absorbed_into.empty())
     facts += " Without it, " + escaped(joined(effect.absorbed_into, ", ")) + " had taken it up.";
   if (!effect.tied_with.empty())
@@ -252,11 +252,16 @@ std::string told(const std::optional<double>& value, double scale) {
 }
 
 std::string metricTable(const Diagnosis& d) {
+  const bool is_extended = !d.effects.empty();
   std::vector<std::vector<Cell>> rows;
-  for (const MetricRow& row : metricRows(d.fit))
-    rows.push_back({{escaped(row.title + " [" + row.unit + "]")}, numberCell(told(row.base_holdout, row.scale)),
-                    {element("strong", told(row.extended_holdout, row.scale)), "class=\"number\""},
-                    numberCell(told(row.base_train, row.scale)), numberCell(told(row.extended_train, row.scale))});
+  for (const MetricRow& row : metricRows(d.fit)) {
+    rows.push_back({{escaped(row.title + " [" + row.unit + "]")}, numberCell(told(row.base_holdout, row.scale))});
+    const Cell after = {element("strong", withMinusSigns(told(row.extended_holdout, row.scale))), "class=\"number\""};
+    if (is_extended) rows.back().push_back(after);
+    rows.back().push_back(numberCell(told(row.base_train, row.scale)));
+    if (is_extended) rows.back().push_back(numberCell(told(row.extended_train, row.scale)));
+  }
+  if (!is_extended) return table({"", "hold-out", "training"}, rows);
   return table({"", "hold-out, base", "hold-out, extended", "training, base", "training, extended"}, rows);
 }
 
@@ -266,6 +271,7 @@ std::string changeHtml(const RegimeComparison& r) {
 }
 
 std::string regimeComparisonTable(const Diagnosis& d) {
+  if (d.effects.empty()) return "";
   std::vector<std::vector<Cell>> rows;
   for (const RegimeComparison& r : d.fit.regimes) {
     const Change change = changeOf(r);
@@ -359,7 +365,7 @@ std::string effectsSection(const Diagnosis& d) {
 
 std::string comparisonSection(const Diagnosis& d) {
   if (!(d.fit.holdout.to > d.fit.holdout.from)) return "";
-  const std::string note = d.effects.empty() ? "Nothing was added, so the two models are one. " : "";
+  const std::string note = d.effects.empty() ? "Nothing was added: these are the base model\xe2\x80\x99s errors. " : "";
   return section("comparison", "Before and after",
                  paragraph(note + "The hold-out is the end of the drive: no fit and no choice has seen it. Better is a higher "
                                   "Q_dyn and less of everything else.", "class=\"note\"") +
@@ -380,7 +386,7 @@ std::string hiddenSection(const Diagnosis& d) {
 }
 
 std::string unexplainedSection(const Diagnosis& d) {
-  if (!d.force) return "";
+  if (!d.force || d.force->description.empty()) return "";
   const ResidualForce& force = *d.force;
   std::string html = paragraph(escaped(force.description));
   if (!force.terms.empty()) html += listHtml(force.terms);
