@@ -177,7 +177,7 @@ std::string candidateHtml(const Candidate& c, double end, double threshold) {
   std::string numbers = sentence("z %.1f", c.score);
   if (c.evidence != 0.0) numbers += sentence(" \xc2\xb7 evidence %.0f", c.evidence);
   if (c.holdout_gain_percent) numbers += sentence(" \xc2\xb7 held-out blocks %+.0f %%", *c.holdout_gain_percent);
-  if (c.confidence > 0.0) numbers += " \xc2\xb7 confidence " + escaped(confidenceText(c.confidence));
+  if (c.rejected_because.empty()) numbers += " \xc2\xb7 confidence " + escaped(confidenceText(c.confidence));
   const bool is_accepted = c.rejected_because.empty();
   const std::string name = element("div", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id), "class=\"name\"");
   const std::string track = element("div", barHtml("before", onAxis(bars.before, end)) + barHtml("after", onAxis(bars.after, end)) +
@@ -290,7 +290,7 @@ std::string regimeComparisonTable(const Diagnosis& d) {
 // hidden
 
 std::string detectableTable(std::vector<Detectable> list) {
-  const auto ratio = [](const Detectable& x) { return x.typical > 0.0 ? x.strength / x.typical : 0.0; };
+  const auto ratio = [](const Detectable& x) { return x.typical != 0.0 ? std::abs(x.strength / x.typical) : 0.0; };
   std::stable_sort(list.begin(), list.end(), [&](const Detectable& a, const Detectable& b) { return ratio(a) > ratio(b); });
   std::vector<std::vector<Cell>> rows;
   for (const Detectable& x : list)
@@ -342,9 +342,11 @@ std::string evidenceSection(const Diagnosis& d) {
   const double threshold = std::sqrt(DiagnosisThresholds{}.score);
   double end = 2.0 * threshold;
   for (const Candidate& c : d.candidates) end = std::max({end, barsOf(c).before, barsOf(c).after});
+  std::vector<Candidate> candidates = d.candidates;
+  std::stable_partition(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.rejected_because.empty(); });
   std::string items, further;
-  for (std::size_t k = 0; k < d.candidates.size(); ++k)
-    (k < kCandidatesListed ? items : further) += candidateHtml(d.candidates[k], end, threshold) + "\n";
+  for (std::size_t k = 0; k < candidates.size(); ++k)
+    (k < kCandidatesListed ? items : further) += candidateHtml(candidates[k], end, threshold) + "\n";
   const std::string list = "class=\"evidence\"";
   if (!further.empty())
     further = element("details", element("summary", sentence("And %zu more", d.candidates.size() - kCandidatesListed)) +

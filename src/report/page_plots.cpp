@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kBuckets = 1000;       // a plot is about 1000 pixels wide
 constexpr std::size_t kWholeSamples = 4000;  // of cranks that are shown at full rate
+constexpr double kCrankMargin = 0.5;         // [s], before and after a crank that is shown at full rate
 constexpr std::size_t kStretchesShown = 1000;
 
 /// What a plot draws: the recording, the models' voltages, and which samples of them.
@@ -48,14 +49,15 @@ std::vector<Trace> tracesOf(const Recording& recording, const Diagnosis& d) {
   return traces;
 }
 
-/// Cranks at full rate, as many of the first ones as there is room for.
-std::vector<IndexRange> wholeRanges(const std::vector<Event>& cranks) {
+/// Cranks with their edges at full rate, as many of the first ones as there is room for.
+std::vector<IndexRange> wholeRanges(const Series& series, const std::vector<Event>& cranks) {
   std::vector<IndexRange> ranges;
   std::size_t samples = 0;
   for (const Event& crank : cranks) {
-    samples += crank.range.size();
+    const IndexRange range = indexRange(series, crank.from - kCrankMargin, crank.to + kCrankMargin);
+    samples += range.size();
     if (samples > kWholeSamples) break;
-    ranges.push_back(crank.range);
+    ranges.push_back(range);
   }
   return ranges;
 }
@@ -63,7 +65,7 @@ std::vector<IndexRange> wholeRanges(const std::vector<Event>& cranks) {
 Drawing drawingOf(const Recording& recording, const Diagnosis& diagnosis) {
   const Series& series = recording.series;
   Drawing drawing{recording, diagnosis, cranksIn(series), {}, 0.0};
-  drawing.shown = displaySamples(series, tracesOf(recording, diagnosis), kBuckets, wholeRanges(drawing.cranks));
+  drawing.shown = displaySamples(series, tracesOf(recording, diagnosis), kBuckets, wholeRanges(series, drawing.cranks));
   drawing.t0 = clockOrigin(series);
   return drawing;
 }
