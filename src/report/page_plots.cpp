@@ -161,12 +161,20 @@ std::string polyline(const Drawing& drawing, const Line& line, const Scale& valu
 }
 
 std::string drawingHtml(const Drawing& drawing, const std::string& title, const std::vector<Line>& lines) {
+  const Series& series = drawing.recording.series;
   const Scale value = scaleOf(drawing, lines);
-  std::string paths;
-  for (const Line& line : lines) paths += polyline(drawing, line, value);
+  std::string paths, key;
+  for (const Line& line : lines) {
+    paths += polyline(drawing, line, value);
+    key += element("span", element("i", "", "style=\"border-color:var(--" + line.css_class + ")\"") + line.name);
+  }
   const std::string svg =
       element("svg", paths, "viewBox=\"0 0 1000 245\" preserveAspectRatio=\"none\" role=\"img\" aria-label=\"" + title + "\"");
-  return element("figure", element("figcaption", title + sentence(", %.4g to %.4g", value.low, value.high)) + svg,
+  const std::string range = withMinusSigns(sentence(", %.4g to %.4g, over %.1f to %.1f s", value.low, value.high,
+                                                    series.time.front() - drawing.t0, series.time.back() - drawing.t0));
+  return element("figure",
+                 element("figcaption", element("span", element("span", title, "class=\"what\"") + range) +
+                                           element("span", key, "class=\"legend\"")) + svg,
                  "class=\"drawing\"");
 }
 

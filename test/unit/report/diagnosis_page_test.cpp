@@ -101,6 +101,16 @@ TEST_F(PlottedPage, HoldsTheLowestVoltageOfALongDrive) {
   EXPECT_NE(pageOf(made).find("," + text + ","), std::string::npos) << text;
 }
 
+TEST_F(PlottedPage, CountsTimeFromTheFirstSampleOfAClockThatCountsFrom1970) {
+  test::MadeDiagnosis made = test::madeNamed();
+  EXPECT_NE(pageOf(made).find("the recording\xe2\x80\x99s own clock"), std::string::npos);
+  for (double& t : made.recording.series.time) t += 1.6e9;
+  for (MismatchSegment& segment : made.diagnosis.mismatch) segment.from += 1.6e9, segment.to += 1.6e9;
+  const std::string page = pageOf(made);
+  EXPECT_NE(page.find("\"time\":[0,"), std::string::npos);
+  EXPECT_NE(page.find("37.0 to 75.0 s"), std::string::npos);
+}
+
 TEST_F(PlottedPage, StaysSmallForADayOfDriving) {
   test::MadeDiagnosis made = test::madeNamed();
   Series& series = made.recording.series;
