@@ -237,8 +237,8 @@ std::string effectsText(const Diagnosis& d) {
   std::string text;
   for (const NamedEffect& effect : d.effects) {
     text += "\n" + wrapped("effect       ", effect.id + ": " + titleOf(effect.id) +
-                                           sentence("; confidence %.0f %%, adds %s mV RMS", 100.0 * effect.confidence,
-                                                    millivolts(effect.voltage_rms).c_str()));
+                                           "; confidence " + confidenceText(effect.confidence) + ", adds " +
+                                           millivolts(effect.voltage_rms) + " mV RMS");
     if (!effect.absorbed_into.empty())
       text += wrapped(kIndent, "hidden before in " + joined(effect.absorbed_into, ", "));
     if (!effect.tied_with.empty())
@@ -290,7 +290,7 @@ std::string hiddenText(const Diagnosis& d) {
 std::string restText(const Diagnosis& d) {
   std::string text;
   for (const std::string& what : d.instrument) text += wrapped("instrument   ", what);
-  if (d.force) {
+  if (d.force && !d.force->description.empty()) {
     text += wrapped("unexplained  ", d.force->description);
     for (const std::string& term : d.force->terms) text += wrapped(kIndent, term);
   }

@@ -17,6 +17,9 @@ struct Cell {
   std::string attributes = "";
 };
 
+/// @return the text with a minus sign for every hyphen that stands before a number.
+std::string withMinusSigns(std::string text);
+
 /// A number's cell, aligned right.
 Cell numberCell(const std::string& text);
 

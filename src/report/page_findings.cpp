@@ -14,6 +14,8 @@ namespace {
 constexpr double kFullColorZ = 15.0;   // |z| from which the map's colour no longer deepens
 constexpr double kNotableZ = 4.0;      // |z| from which a cell is set in bold: 1 in 16,000 by chance alone
 constexpr std::size_t kSegmentsListed = 60;
+constexpr std::size_t kCandidatesListed = 8;
+constexpr char kNone[] = "\xe2\x80\x93";
 
 std::string paragraph(const std::string& html, const std::string& attributes = "") {
   return element("p", html, attributes);
@@ -21,13 +23,43 @@ std::string paragraph(const std::string& html, const std::string& attributes = "
 
 std::string code(const std::string& text) { return element("code", escaped(text)); }
 
-/// A number with its unit as one would say it: milliohms and millivolts below one.
-std::string spoken(double value, const std::string& unit) {
-  if (!std::isfinite(value)) return "\xe2\x80\x93";
+/// A unit as one would say it: milliohms and millivolts below one.
+struct SpokenUnit {
+  double factor;
+  std::string name;
+};
+
+SpokenUnit spokenUnit(double value, const std::string& unit) {
   const bool is_small = std::abs(value) < 1.0 && value != 0.0;
-  if (unit == "ohm") return threeDigits(is_small ? 1e3 * value : value) + (is_small ? " m\xce\xa9" : " \xce\xa9");
-  if (unit == "V" && is_small) return threeDigits(1e3 * value) + " mV";
-  return unit == "1" ? threeDigits(value) : threeDigits(value) + " " + unit;
+  if (unit == "ohm") return is_small ? SpokenUnit{1e3, " m\xce\xa9"} : SpokenUnit{1.0, " \xce\xa9"};
+  if (unit == "V" && is_small) return {1e3, " mV"};
+  return {1.0, unit == "1" ? "" : " " + unit};
+}
+
+/// Three significant digits, four from 1000 on; no exponent where it can be helped.
+std::string plainNumber(double value) {
+  return std::abs(value) >= 1000.0 && std::abs(value) < 1e6 ? sentence("%.0f", value) : threeDigits(value);
+}
+
+std::string spoken(double value, const std::string& unit) {
+  if (!std::isfinite(value)) return kNone;
+  const SpokenUnit spoken_unit = spokenUnit(value, unit);
+  return plainNumber(spoken_unit.factor * value) + spoken_unit.name;
+}
+
+/// "8.50 ± 0.17 mΩ": as many decimals as the standard error's second digit.
+std::string withError(double value, const std::optional<double>& std, const std::string& unit) {
+  if (!std || !(*std > 0.0) || !std::isfinite(*std) || !std::isfinite(value)) return spoken(value, unit);
+  const SpokenUnit spoken_unit = spokenUnit(value, unit);
+  const double error = spoken_unit.factor * *std;
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(error))), 0, 6);
+  return sentence("%.*f \xc2\xb1 %.*f", decimals, spoken_unit.factor * value, decimals, error) + spoken_unit.name;
+}
+
+/// Begins with a capital.
+std::string headline(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
+  return text;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -45,10 +77,10 @@ std::vector<std::string> namesOf(const std::vector<Item>& items, Name&& name) {
 Cell findingCell(const std::vector<RegimeFinding>& findings, const std::string& regime, const std::string& statistic) {
   for (const RegimeFinding& f : findings)
     if (f.regime == regime && f.statistic == statistic)
-      return {element(f.alarm ? "strong" : "span", escaped(millivolts(f.value))) +
-                  element("small", escaped(millivolts(f.lower) + " to " + millivolts(f.upper))),
+      return {element(f.alarm ? "strong" : "span", withMinusSigns(millivolts(f.value))) +
+                  element("small", withMinusSigns(millivolts(f.lower) + " to " + millivolts(f.upper))),
               f.alarm ? "class=\"number alarm\"" : "class=\"number\""};
-  return numberCell("\xe2\x80\x93");
+  return numberCell(kNone);
 }
 
 std::string regimeTable(const Diagnosis& d) {
@@ -75,9 +107,9 @@ Cell absorptionCell(const std::vector<Absorption>& map, const std::string& param
       const std::string wish = parameter == "u_dc" ? sentence("%+.0f mV", 1e3 * a.change) : sentence("%+.0f %%", 100.0 * a.change);
       const std::string kind = sentence("class=\"heat %s%s\" style=\"--strength:%.2f\"", a.z > 0.0 ? "more" : "less",
                                         std::abs(a.z) >= kNotableZ ? " notable" : "", strength);
-      return {sentence("%+.1f", a.z) + element("small", wish), kind};
+      return {withMinusSigns(sentence("%+.1f", a.z)) + element("small", withMinusSigns(wish)), kind};
     }
-  return {"\xe2\x80\x93", "class=\"heat\""};
+  return {kNone, "class=\"heat\""};
 }
 
 std::string absorptionTable(const Diagnosis& d) {
@@ -145,14 +177,14 @@ std::string candidateHtml(const Candidate& c, double end, double threshold) {
   std::string numbers = sentence("z %.1f", c.score);
   if (c.evidence != 0.0) numbers += sentence(" \xc2\xb7 evidence %.0f", c.evidence);
   if (c.holdout_gain_percent) numbers += sentence(" \xc2\xb7 held-out blocks %+.0f %%", *c.holdout_gain_percent);
-  if (c.confidence > 0.0) numbers += sentence(" \xc2\xb7 confidence %.0f %%", 100.0 * c.confidence);
+  if (c.rejected_because.empty()) numbers += " \xc2\xb7 confidence " + escaped(confidenceText(c.confidence));
   const bool is_accepted = c.rejected_because.empty();
-  const std::string name = element("div", element("strong", escaped(titleOf(c.id))) + " " + code(c.id), "class=\"name\"");
+  const std::string name = element("div", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id), "class=\"name\"");
   const std::string track = element("div", barHtml("before", onAxis(bars.before, end)) + barHtml("after", onAxis(bars.after, end)) +
                                                element("span", "", sentence("class=\"threshold\" style=\"left:%.1f%%\"", 100.0 * onAxis(threshold, end))),
                                     "class=\"track\"");
   const std::string why = element("div", is_accepted ? "accepted" : "rejected: " + escaped(c.rejected_because), "class=\"why\"");
-  return element("li", name + track + element("div", numbers, "class=\"numbers\"") + why,
+  return element("li", name + track + element("div", withMinusSigns(numbers), "class=\"numbers\"") + why,
                  is_accepted ? "class=\"accepted\"" : "");
 }
 
@@ -162,7 +194,7 @@ std::string candidateHtml(const Candidate& c, double end, double threshold) {
 std::string intervalHtml(const DiagnosedParameter& p) {
   if (p.lower && p.upper) return spoken(*p.lower, p.unit) + " to " + spoken(*p.upper, p.unit);
   if (p.lower) return "at least " + spoken(*p.lower, p.unit);
-  return p.upper ? "at most " + spoken(*p.upper, p.unit) : "\xe2\x80\x93";
+  return p.upper ? "at most " + spoken(*p.upper, p.unit) : kNone;
 }
 
 /// Where a value lies between the catalogue's bounds, in [0, 1].
@@ -175,7 +207,7 @@ double shareOfBounds(const ParameterInfo& info, double value) {
 std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
   if (p.at_bound) return element("strong", "at the catalogue\xe2\x80\x99s bound: not plausible as it stands");
   const ParameterInfo* info = parameterInfo(id, p.name);
-  if (info == nullptr) return "\xe2\x80\x93";
+  if (info == nullptr) return kNone;
   const std::string gauge = element("span", element("i", "", sentence("style=\"left:%.0f%%\"", 100.0 * shareOfBounds(*info, p.value))),
                                     "class=\"gauge\"");
   return gauge + element("small", escaped(spoken(info->lower, p.unit) + " to " + spoken(info->upper, p.unit)));
@@ -184,19 +216,18 @@ std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
 std::string effectHtml(const NamedEffect& effect) {
   std::vector<std::vector<Cell>> rows;
   for (const DiagnosedParameter& p : effect.parameters)
-    rows.push_back({{code(p.name)}, numberCell(spoken(p.value, p.unit)),
-                    numberCell(p.std ? "\xc2\xb1 " + spoken(*p.std, p.unit) : "\xe2\x80\x93"),
+    rows.push_back({{code(p.name)}, numberCell(withError(p.value, p.std, p.unit)),
                     numberCell(intervalHtml(p)), {plausibility(effect.id, p)}});
-  std::string facts = sentence("Confidence %.0f %%; it moves the voltage by %s mV RMS.", 100.0 * effect.confidence,
-                               millivolts(effect.voltage_rms).c_str());
+  std::string facts = "Confidence " + confidenceText(effect.confidence) + "; it moves the voltage by " +
+                      millivolts(effect.voltage_rms) + " mV RMS.";
   if (!effect.absorbed_into.empty())
     facts += " Without it, " + escaped(joined(effect.absorbed_into, ", ")) + " had taken it up.";
   if (!effect.tied_with.empty())
     facts += " This recording cannot tell it from " + escaped(joined(effect.tied_with, ", ")) + ".";
-  std::string html = element("h3", escaped(titleOf(effect.id)) + " " + code(effect.id)) + paragraph(facts);
+  std::string html = element("h3", escaped(headline(titleOf(effect.id))) + " " + code(effect.id)) + paragraph(facts);
   if (const EffectInfo* info = catalogued(effect.id))
     html += element("pre", escaped(info->equations));
-  return html + table({"parameter", "value", "std. error", "95 % interval", "inside the catalogue\xe2\x80\x99s bounds"}, rows);
+  return html + table({"parameter", "value", "95 % interval", "inside the catalogue\xe2\x80\x99s bounds"}, rows);
 }
 
 std::string baseParameterTable(const Diagnosis& d) {
@@ -204,10 +235,8 @@ std::string baseParameterTable(const Diagnosis& d) {
   for (const ParameterEstimate& before : d.base.estimates)
     for (const ParameterEstimate& after : d.extended.estimates) {
       if (after.name != before.name || before.value == 0.0) continue;
-      const auto told = [](const ParameterEstimate& e) {
-        return spoken(e.value, e.unit) + (e.std && *e.std > 0.0 ? " \xc2\xb1 " + spoken(*e.std, e.unit) : "");
-      };
-      rows.push_back({{code(before.name)}, numberCell(told(before)), numberCell(told(after)),
+      rows.push_back({{code(before.name)}, numberCell(withError(before.value, before.std, before.unit)),
+                      numberCell(withError(after.value, after.std, after.unit)),
                       numberCell(sentence("%+.1f %%", 100.0 * (after.value / before.value - 1.0)))});
     }
   if (rows.empty()) return "";
@@ -219,24 +248,30 @@ std::string baseParameterTable(const Diagnosis& d) {
 // comparison
 
 std::string told(const std::optional<double>& value, double scale) {
-  return value && std::isfinite(*value) ? sentence("%.1f", scale * *value) : "\xe2\x80\x93";
+  return value && std::isfinite(*value) ? sentence("%.1f", scale * *value) : kNone;
 }
 
 std::string metricTable(const Diagnosis& d) {
+  const bool is_extended = !d.effects.empty();
   std::vector<std::vector<Cell>> rows;
-  for (const MetricRow& row : metricRows(d.fit))
-    rows.push_back({{escaped(row.title + " [" + row.unit + "]")}, numberCell(told(row.base_holdout, row.scale)),
-                    {element("strong", told(row.extended_holdout, row.scale)), "class=\"number\""},
-                    numberCell(told(row.base_train, row.scale)), numberCell(told(row.extended_train, row.scale))});
+  for (const MetricRow& row : metricRows(d.fit)) {
+    rows.push_back({{escaped(row.title + " [" + row.unit + "]")}, numberCell(told(row.base_holdout, row.scale))});
+    const Cell after = {element("strong", withMinusSigns(told(row.extended_holdout, row.scale))), "class=\"number\""};
+    if (is_extended) rows.back().push_back(after);
+    rows.back().push_back(numberCell(told(row.base_train, row.scale)));
+    if (is_extended) rows.back().push_back(numberCell(told(row.extended_train, row.scale)));
+  }
+  if (!is_extended) return table({"", "hold-out", "training"}, rows);
   return table({"", "hold-out, base", "hold-out, extended", "training, base", "training, extended"}, rows);
 }
 
 std::string changeHtml(const RegimeComparison& r) {
-  return sentence("%s mV ", (r.change > 0.0 ? "+" + millivolts(r.change) : millivolts(r.change)).c_str()) +
-         element("small", millivolts(r.change_lower) + " to " + millivolts(r.change_upper));
+  return withMinusSigns((r.change > 0.0 ? "+" : "") + millivolts(r.change) + " mV") +
+         element("small", withMinusSigns(millivolts(r.change_lower) + " to " + millivolts(r.change_upper)));
 }
 
 std::string regimeComparisonTable(const Diagnosis& d) {
+  if (d.effects.empty()) return "";
   std::vector<std::vector<Cell>> rows;
   for (const RegimeComparison& r : d.fit.regimes) {
     const Change change = changeOf(r);
@@ -255,14 +290,14 @@ std::string regimeComparisonTable(const Diagnosis& d) {
 // hidden
 
 std::string detectableTable(std::vector<Detectable> list) {
-  const auto ratio = [](const Detectable& x) { return x.typical > 0.0 ? x.strength / x.typical : 0.0; };
+  const auto ratio = [](const Detectable& x) { return x.typical != 0.0 ? std::abs(x.strength / x.typical) : 0.0; };
   std::stable_sort(list.begin(), list.end(), [&](const Detectable& a, const Detectable& b) { return ratio(a) > ratio(b); });
   std::vector<std::vector<Cell>> rows;
   for (const Detectable& x : list)
-    rows.push_back({{escaped(titleOf(x.id)) + " " + code(x.id)}, numberCell(spoken(x.strength, x.unit)),
-                    numberCell(spoken(x.typical, x.unit)), {code(x.parameter)},
-                    numberCell(ratio(x) > 0.0 ? threeDigits(ratio(x)) + " \xc3\x97" : "\xe2\x80\x93")});
-  return table({"effect", "shows from", "typical", "parameter", "of the typical"}, rows);
+    rows.push_back({{escaped(headline(titleOf(x.id))) + " " + code(x.id)}, {code(x.parameter)},
+                    numberCell(spoken(x.strength, x.unit)), numberCell(spoken(x.typical, x.unit)),
+                    numberCell(ratio(x) > 0.0 ? threeDigits(ratio(x)) + " \xc3\x97" : kNone)});
+  return table({"effect", "its parameter", "shows from", "typical", "ratio"}, rows);
 }
 
 std::string listHtml(const std::vector<std::string>& sentences) {
@@ -276,9 +311,9 @@ std::string memoryTable(const ResidualForce& force) {
   for (const auto* memory : {&force.charge, &force.discharge})
     for (const MemoryWeight& w : *memory) largest = std::max(largest, std::abs(w.weight));
   const auto cell = [&](const std::vector<MemoryWeight>& memory, std::size_t k) -> Cell {
-    if (k >= memory.size()) return {"\xe2\x80\x93", "class=\"heat\""};
+    if (k >= memory.size()) return {kNone, "class=\"heat\""};
     const double weight = memory[k].weight;
-    return {escaped(sentence("%+.2f", 1e3 * weight)),
+    return {withMinusSigns(sentence("%+.2f", 1e3 * weight)),
             sentence("class=\"heat %s\" style=\"--strength:%.2f\"", weight > 0.0 ? "more" : "less", std::abs(weight) / largest)};
   };
   std::vector<std::vector<Cell>> rows;
@@ -307,14 +342,21 @@ std::string evidenceSection(const Diagnosis& d) {
   const double threshold = std::sqrt(DiagnosisThresholds{}.score);
   double end = 2.0 * threshold;
   for (const Candidate& c : d.candidates) end = std::max({end, barsOf(c).before, barsOf(c).after});
-  std::string items;
-  for (const Candidate& c : d.candidates) items += candidateHtml(c, end, threshold) + "\n";
+  std::vector<Candidate> candidates = d.candidates;
+  std::stable_partition(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.rejected_because.empty(); });
+  std::string items, further;
+  for (std::size_t k = 0; k < candidates.size(); ++k)
+    (k < kCandidatesListed ? items : further) += candidateHtml(candidates[k], end, threshold) + "\n";
+  const std::string list = "class=\"evidence\"";
+  if (!further.empty())
+    further = element("details", element("summary", sentence("And %zu more", d.candidates.size() - kCandidatesListed)) +
+                                     element("ol", further, list));
   return section("evidence", "What was weighed",
                  paragraph(element("span", "", "class=\"swatch before\"") + " strength of its signature in the error (z) " +
                                element("span", "", "class=\"swatch after\"") +
                                " what a fit with it keeps (root of the evidence); logarithmic. The line marks what chance "
                                "alone hardly ever reaches.", "class=\"note\"") +
-                     element("ol", items, "class=\"evidence\""));
+                     element("ol", items, list) + further);
 }
 
 std::string effectsSection(const Diagnosis& d) {
@@ -325,7 +367,7 @@ std::string effectsSection(const Diagnosis& d) {
 
 std::string comparisonSection(const Diagnosis& d) {
   if (!(d.fit.holdout.to > d.fit.holdout.from)) return "";
-  const std::string note = d.effects.empty() ? "Nothing was added, so the two models are one. " : "";
+  const std::string note = d.effects.empty() ? "Nothing was added: these are the base model\xe2\x80\x99s errors. " : "";
   return section("comparison", "Before and after",
                  paragraph(note + "The hold-out is the end of the drive: no fit and no choice has seen it. Better is a higher "
                                   "Q_dyn and less of everything else.", "class=\"note\"") +
@@ -346,7 +388,7 @@ std::string hiddenSection(const Diagnosis& d) {
 }
 
 std::string unexplainedSection(const Diagnosis& d) {
-  if (!d.force) return "";
+  if (!d.force || d.force->description.empty()) return "";
   const ResidualForce& force = *d.force;
   std::string html = paragraph(escaped(force.description));
   if (!force.terms.empty()) html += listHtml(force.terms);

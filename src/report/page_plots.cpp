@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kBuckets = 1000;       // a plot is about 1000 pixels wide
 constexpr std::size_t kWholeSamples = 4000;  // of cranks that are shown at full rate
+constexpr double kCrankMargin = 0.5;         // [s], before and after a crank that is shown at full rate
 constexpr std::size_t kStretchesShown = 1000;
 
 /// What a plot draws: the recording, the models' voltages, and which samples of them.
@@ -48,14 +49,15 @@ std::vector<Trace> tracesOf(const Recording& recording, const Diagnosis& d) {
   return traces;
 }
 
-/// Cranks at full rate, as many of the first ones as there is room for.
-std::vector<IndexRange> wholeRanges(const std::vector<Event>& cranks) {
+/// Cranks with their edges at full rate, as many of the first ones as there is room for.
+std::vector<IndexRange> wholeRanges(const Series& series, const std::vector<Event>& cranks) {
   std::vector<IndexRange> ranges;
   std::size_t samples = 0;
   for (const Event& crank : cranks) {
-    samples += crank.range.size();
+    const IndexRange range = indexRange(series, crank.from - kCrankMargin, crank.to + kCrankMargin);
+    samples += range.size();
     if (samples > kWholeSamples) break;
-    ranges.push_back(crank.range);
+    ranges.push_back(range);
   }
   return ranges;
 }
@@ -63,7 +65,7 @@ std::vector<IndexRange> wholeRanges(const std::vector<Event>& cranks) {
 Drawing drawingOf(const Recording& recording, const Diagnosis& diagnosis) {
   const Series& series = recording.series;
   Drawing drawing{recording, diagnosis, cranksIn(series), {}, 0.0};
-  drawing.shown = displaySamples(series, tracesOf(recording, diagnosis), kBuckets, wholeRanges(drawing.cranks));
+  drawing.shown = displaySamples(series, tracesOf(recording, diagnosis), kBuckets, wholeRanges(series, drawing.cranks));
   drawing.t0 = clockOrigin(series);
   return drawing;
 }
@@ -159,12 +161,20 @@ std::string polyline(const Drawing& drawing, const Line& line, const Scale& valu
 }
 
 std::string drawingHtml(const Drawing& drawing, const std::string& title, const std::vector<Line>& lines) {
+  const Series& series = drawing.recording.series;
   const Scale value = scaleOf(drawing, lines);
-  std::string paths;
-  for (const Line& line : lines) paths += polyline(drawing, line, value);
+  std::string paths, key;
+  for (const Line& line : lines) {
+    paths += polyline(drawing, line, value);
+    key += element("span", element("i", "", "style=\"border-color:var(--" + line.css_class + ")\"") + line.name);
+  }
   const std::string svg =
       element("svg", paths, "viewBox=\"0 0 1000 245\" preserveAspectRatio=\"none\" role=\"img\" aria-label=\"" + title + "\"");
-  return element("figure", element("figcaption", title + sentence(", %.4g to %.4g", value.low, value.high)) + svg,
+  const std::string range = withMinusSigns(sentence(", %.4g to %.4g, over %.1f to %.1f s", value.low, value.high,
+                                                    series.time.front() - drawing.t0, series.time.back() - drawing.t0));
+  return element("figure",
+                 element("figcaption", element("span", element("span", title, "class=\"what\"") + range) +
+                                           element("span", key, "class=\"legend\"")) + svg,
                  "class=\"drawing\"");
 }
 

@@ -44,6 +44,10 @@ std::string millivolts(const std::optional<double>& volts) {
   return volts ? millivolts(*volts) : "-";
 }
 
+std::string confidenceText(double confidence) {
+  return confidence > 0.99 ? "above 99 %" : formatted("%.0f %%", 100.0 * confidence);
+}
+
 std::string joined(const std::vector<std::string>& parts, const std::string& between) {
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : between) + part;

@@ -22,6 +22,9 @@ std::string threeDigits(double value);
 std::string millivolts(double volts);
 std::string millivolts(const std::optional<double>& volts);
 
+/// @return "97 %"; never 100 %, as no confidence counts what is in no catalogue.
+std::string confidenceText(double confidence);
+
 /// @return the parts with `between` between them.
 std::string joined(const std::vector<std::string>& parts, const std::string& between);
 

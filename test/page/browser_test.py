@@ -146,11 +146,10 @@ class DiagnosisPage(unittest.TestCase):
 
     def test_nothing_sticks_out_on_a_phone_or_on_a_desk(self):
         for page in ('named', 'no_mismatch', 'unknown', 'without_library'):
-            for width in (400, 1400):
-                for dark in (False, True):
-                    self.open(page + '.html', width, dark=dark)
-                    self.assertLessEqual(self.run_js('document.documentElement.scrollWidth'), width, page)
-                    self.shot('%s_%d_%s.png' % (page, width, 'dark' if dark else 'light'))
+            for width, dark in ((400, True), (1400, False)) + (((400, False), (1400, True)) if page == 'named' else ()):
+                self.open(page + '.html', width, dark=dark)
+                self.assertLessEqual(self.run_js('document.documentElement.scrollWidth'), width, page)
+                self.shot('%s_%d_%s.png' % (page, width, 'dark' if dark else 'light'))
 
 
 if __name__ == '__main__':
@@ -160,4 +159,6 @@ if __name__ == '__main__':
     os.makedirs(DiagnosisPage.folder, exist_ok=True)
     tool('chromium')
     tool('chromedriver')
+    if NOETIC:
+        skip_or_fail('the plot library is no package here')
     unittest.main(argv=sys.argv[:1], verbosity=2)

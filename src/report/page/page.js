@@ -21,6 +21,7 @@
       canvas.fillStyle = color(name);
       canvas.fillRect(left, area.y, Math.max(right - left, 1), area.h);
     };
+    canvas.lineJoin = 'round';
     if (drive.holdout) band(drive.holdout[0], drive.holdout[1], 'shade-holdout');
     drive.mismatch.forEach((stretch) => band(stretch[0], stretch[1], 'shade-mismatch'));
   }
@@ -90,7 +91,7 @@
   }
 
   const column = (name) => (n) => drive[name][n];
-  plot('plot-voltage', [{ name: 'measured', at: column('measured'), width: 1.8 }].concat(
+  plot('plot-voltage', [{ name: 'measured', at: column('measured'), width: 2.6 }].concat(
     models.map((name) => ({ name: name, at: column(name) }))), 3, {});
   plot('plot-error', models.map((name) => ({ name: name, at: error(name) })), 1, {});
   plot('plot-current', [{ name: 'current', at: column('current') }], 1,

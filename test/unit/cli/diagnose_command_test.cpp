@@ -8,7 +8,7 @@
 
 #include "battery_sof/cli/sof.hpp"
 #include "battery_sof/recording/csv.hpp"
-#include "support/base_drive.hpp"
+#include "support/composed.hpp"
 
 namespace battery_sof {
 namespace {
@@ -74,6 +74,34 @@ TEST_F(SofDiagnose, WritesJsonAloneToStandardOutput) {
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["schema"], "battery_sof/diagnosis/1");
   EXPECT_EQ(json["recording"], "stub.csv");
+}
+
+TEST_F(SofDiagnose, NamesWhatADriveHasAndWritesModelsThatPredict) {
+  Series series;
+  const BatteryModel truth({"current_dependent_resistance"});
+  series.current = test::dataSetOneCurrent(600.0, 0.1, 5);
+  for (std::size_t n = 0; n < series.current.size(); ++n) series.time.push_back(0.1 * static_cast<double>(n));
+  series.voltage.assign(series.size(), 12.0);
+  series.voltage = test::voltages(truth, test::pointOf(truth, test::typicalPoint(truth)), fullDrive(series, {0, series.size()}));
+  test::Random random(3);
+  for (double& u : series.voltage) u += 0.002 * random.normal();
+  writeCsv(path("drive.csv"), series);
+  const Outcome outcome = sof({"diagnose", path("drive.csv"), "--json", path("d.json"), "--report", path("page.html"), "--out",
+                               path("m.yaml"), "--base-out", path("b.yaml"), "--hypotheses",
+                               "current_dependent_resistance,gassing,time_skew"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("named"), std::string::npos) << outcome.out;
+  std::ifstream file(path("d.json"));
+  const auto json = nlohmann::json::parse(file);
+  EXPECT_EQ(json["effects"].at(0)["id"], "current_dependent_resistance") << json["summary"];
+  EXPECT_LT(json["fit"]["extended"]["holdout"]["rmse_v"], json["fit"]["base"]["holdout"]["rmse_v"]);
+  EXPECT_GT(fs::file_size(path("page.html")), 50000u);
+  for (const char* model : {"m.yaml", "b.yaml"}) EXPECT_EQ(sof({"predict", path(model), path("drive.csv")}).code, 0);
+  std::ifstream extended(path("m.yaml"));
+  std::stringstream yaml;
+  yaml << extended.rdbuf();
+  EXPECT_NE(yaml.str().find("current_dependent_resistance"), std::string::npos);
+  EXPECT_NE(yaml.str().find("sha256:"), std::string::npos);
 }
 
 }  // namespace
