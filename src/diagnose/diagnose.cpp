@@ -4,14 +4,18 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "battery_sof/diagnose/absorption.hpp"
+#include "battery_sof/diagnose/comparison.hpp"
+#include "battery_sof/diagnose/locate.hpp"
 #include "battery_sof/diagnose/naming.hpp"
+#include "battery_sof/diagnose/regimes.hpp"
+#include "battery_sof/diagnose/residual_force.hpp"
 #include "battery_sof/diagnose/verdict.hpp"
 #include "battery_sof/identify/composition_identification.hpp"
 #include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/recording/checks.hpp"
 #include "battery_sof/recording/current_flicker.hpp"
 #include "battery_sof/recording/fit_mask.hpp"
-#include "interim.hpp"
 
 namespace battery_sof {
 namespace {
@@ -22,7 +26,7 @@ constexpr double kLeastCharge = 20.0;        // [As] that must flow in either di
 constexpr std::size_t kCompressFrom = 4000;  // samples
 constexpr double kSlow = 0.15;               // [s]; sampled more slowly, edges cannot be set aside
 constexpr double kEdge = 5.0;                // [A]
-constexpr double kBeforeEdge = 0.03, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid
+constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid; before it as much as a channel may be late
 constexpr double kOmnibusDeviance = 10.0;     // z_O in units of -2 ln likelihood: sqrt(2 k) of some fifty columns
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
 
@@ -143,10 +147,9 @@ class Diagnoser {
   }
 
   void locate() {
-    const std::vector<Regime> regimes = regimesOf(quiet_);
-    found_.regimes = regimeFindings(quiet_, base_.residual);
-    found_.mismatch = mismatchSegments(quiet_, base_, regimes);
-    found_.absorption = absorptionMap(base_, quiet_, regimes);
+    regimes_ = regimesOf(quiet_);
+    found_.regimes = regimeFindings(base_, quiet_, regimes_);
+    found_.absorption = absorptionMap(base_, quiet_, regimes_);
   }
 
   void nameAll() {
@@ -160,11 +163,21 @@ class Diagnoser {
           (slow_ || !contains(fastEffects(), info.id)))
         options.hypotheses.push_back(info.id);
     naming_ = nameEffects(quiet_, base_, options);
-    final_ = naming_.extended;
+    const std::size_t slow_ones = naming_.accepted.size();
     if (!slow_) nameFast(options);
+    if (naming_.accepted.size() != slow_ones) {
+      // What the edges had bent may now be named or withdrawn.
+      const WhitenedFit start = fitWhitened(naming_.extended.model, quiet_, {naming_.extended.point}, std::nullopt, search_);
+      naming_ = nameEffects(quiet_, start, options, naming_);
+    }
+    final_ = fitWhitened(naming_.extended.model, quiet_, {naming_.extended.point}, std::nullopt, search_);
+    if (!slow_ && !naming_.accepted.empty())
+      naming_.extended = fitWhitened(naming_.extended.model, drive_, {naming_.extended.point}, std::nullopt, search_);
     for (Accepted& accepted : naming_.accepted)
       for (const std::string& id : alwaysTiedWith(accepted.id))
         if (!contains(accepted.tied, id) && !isAccepted(id)) accepted.tied.push_back(id);
+    std::stable_sort(naming_.accepted.begin(), naming_.accepted.end(),
+                     [](const Accepted& one, const Accepted& other) { return one.evidence > other.evidence; });
   }
 
   bool isAccepted(const std::string& id) const {
@@ -178,6 +191,7 @@ class Diagnoser {
     for (const std::string& id : fastEffects())
       if (options_.hypotheses.empty() || contains(options_.hypotheses, id)) options.hypotheses.push_back(id);
     if (options.hypotheses.empty()) return;
+    options.thresholds.least_share = options.thresholds.least_structure_share = options.thresholds.least_fast_share;
     const WhitenedFit start = fitWhitened(naming_.extended.model, drive_, {naming_.extended.point}, std::nullopt, search_);
     const std::vector<Signature> screened = naming_.last_screen;
     naming_ = nameEffects(drive_, start, options, naming_);
@@ -186,6 +200,8 @@ class Diagnoser {
   }
 
   void weighRemainder() {
+    // The noise of the best model there is: beside the base model it is inflated by what is looked for.
+    found_.mismatch = mismatchSegments(base_, quiet_, regimes_, final_.noise);
     remainder_.base_omnibus = omnibusZ(base_, quiet_);
     remainder_.extended_omnibus = omnibusZ(final_, quiet_);
     for (const RegimeFinding& finding : found_.regimes) remainder_.regime_alarm = remainder_.regime_alarm || finding.alarm;
@@ -287,7 +303,7 @@ class Diagnoser {
     fit.base_holdout = metrics(holdout_, found_.base_voltage, found_.base);
     fit.extended_train = metrics(train_, found_.extended_voltage, found_.extended);
     fit.extended_holdout = metrics(holdout_, found_.extended_voltage, found_.extended);
-    fit.regimes = compareRegimes(series_, holdout_, found_.base_voltage, found_.extended_voltage);
+    fit.regimes = compareRegimes(series_, holdout_, found_.base_voltage, found_.extended_voltage, limits_.masked);
   }
 
   FitWindow windowOf(IndexRange range) const {
@@ -295,8 +311,7 @@ class Diagnoser {
   }
 
   ErrorMetrics metrics(IndexRange range, const std::vector<double>& voltage, const FittedModel& model) const {
-    (void)model;
-    return errorMetrics(series_, range, voltage);
+    return errorMetrics(series_, range, voltage, chargeCurrentError(model, series_, range, limits_.masked), limits_.masked);
   }
 
   /// The whole recording from the training part's first state on.
@@ -313,6 +328,7 @@ class Diagnoser {
   const DiagnoseOptions& options_;
   const Series quiet_current_;  // what the battery saw of the measured current
   IndexRange train_, holdout_;
+  std::vector<Regime> regimes_;
   InstrumentLimits limits_;
   InstrumentScreen instruments_;
   Remainder remainder_;

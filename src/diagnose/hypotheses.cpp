@@ -181,7 +181,9 @@ WhitenedFit refit(const WhitenedFit& nested, const Drive& drive, const Signature
                   const WhitenedSearch& search) {
   const BatteryModel larger = enlarged(nested.model, signature.id);
   const CompositionPoint vanished = withoutStrength(nested, larger, newParts(nested.model, larger));
-  return fitWhitened(larger, drive, {vanished, signature.start}, nested.noise, search);
+  CompositionPoint typical = vanished;
+  for (const Eigen::Index j : newParts(nested.model, larger).strengths) typical.parameters[j] = triedStrength(infoOf(larger, j));
+  return fitWhitened(larger, drive, {vanished, signature.start, typical}, nested.noise, search);
 }
 
 }  // namespace battery_sof

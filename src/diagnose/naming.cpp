@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "battery_sof/diagnose/held_out_blocks.hpp"
+#include "battery_sof/diagnose/verdict.hpp"
 #include "battery_sof/identify/parallel.hpp"
 
 namespace battery_sof {
@@ -17,6 +18,7 @@ constexpr std::size_t kMostRefitted = 7;   // with their look-alikes
 constexpr double kWorthRefit = 0.05;
 constexpr double kUnconverged = 0.7;       // a refit that gains less than this share of its score is searched again
 constexpr int kBlocks = 4;
+constexpr const char* kSecondElectrode = "second_electrode";  // two electrodes can change places: many local optima
 constexpr std::size_t kJudged = 4;          // of the best whose held-out gain is looked at
 constexpr double kRival = 30.0;            // evidence behind the winner's within which a rival is refitted in its place
 
@@ -43,6 +45,13 @@ struct Weighed {
   double evidence = 0.0;
 };
 
+bool lists(const std::string& id, const std::string& other) {
+  const std::vector<std::string>& alike = effectInfo(id).look_alikes;
+  return std::find(alike.begin(), alike.end(), other) != alike.end();
+}
+
+bool lookAlike(const std::string& a, const std::string& b) { return lists(a, b) || lists(b, a); }
+
 void consider(std::vector<std::size_t>& list, std::size_t k) {
   if (std::find(list.begin(), list.end(), k) == list.end() && list.size() < kMostRefitted) list.push_back(k);
 }
@@ -59,9 +68,8 @@ std::vector<std::size_t> shortlist(const std::vector<Signature>& screened, doubl
     if (list.size() < kRefitted && screened[k].score > least) list.push_back(k);
   const std::vector<std::size_t> best = list;
   for (const std::size_t at : best)
-    for (const std::string& id : effectInfo(screened[at].id).look_alikes)
-      for (std::size_t k = 0; k < screened.size(); ++k)
-        if (screened[k].id == id && screened[k].score > 0.5 * least) consider(list, k);
+    for (std::size_t k = 0; k < screened.size(); ++k)
+      if (lookAlike(screened[at].id, screened[k].id) && screened[k].score > 0.5 * significant) consider(list, k);
   return list;
 }
 
@@ -93,7 +101,12 @@ class Search {
   }
 
   std::vector<Signature> screenNow() const {
-    return screen(naming_.extended, drive_, addable(naming_.extended.model, options_.hypotheses), options_.threads);
+    std::vector<std::string> ids;
+    for (const std::string& id : addable(naming_.extended.model, options_.hypotheses)) {
+      const std::vector<std::string> twins = alwaysTiedWith(id);
+      if (std::none_of(twins.begin(), twins.end(), [&](const std::string& twin) { return isAccepted(twin); })) ids.push_back(id);
+    }
+    return screen(naming_.extended, drive_, ids, options_.threads);
   }
 
   WhitenedFit weighed(const WhitenedFit& nested, const Signature& signature) const {
@@ -134,9 +147,35 @@ class Search {
       one.evidence = evidenceOf(naming_.extended, *one.fit, penalty);
     });
     searchAgain(weighed_ones, penalty);
+    weighStructure(weighed_ones, penalty);
     std::stable_sort(weighed_ones.begin(), weighed_ones.end(),
                      [](const Weighed& a, const Weighed& b) { return a.evidence > b.evidence; });
     return takeBest(weighed_ones);
+  }
+
+  /// Before physics is named, every piece of structure is refitted, whatever it scored: a signature of finite strength is a
+  /// poor guide to one that is far from linear.
+  void weighStructure(std::vector<Weighed>& ones, double penalty) const {
+    const auto best = std::max_element(ones.begin(), ones.end(), [](const Weighed& a, const Weighed& b) { return a.evidence < b.evidence; });
+    if (isStructure(best->signature.id)) return;
+    std::vector<Signature> structure;
+    for (const Signature& signature : naming_.last_screen)
+      if (isStructure(signature.id)) structure.push_back(signature);
+    std::vector<WhitenedFit> fits(structure.size());
+    parallelFor(structure.size(), options_.threads, [&](std::size_t k) {
+      WhitenedSearch wider = search_;
+      wider.more_starts = structure[k].id == kSecondElectrode ? 5 : 0;
+      wider.every_start = true;
+      fits[k] = refit(naming_.extended, drive_, structure[k], wider);
+    });
+    for (std::size_t k = 0; k < structure.size(); ++k) {
+      const double evidence = evidenceOf(naming_.extended, fits[k], penalty);
+      const auto known = std::find_if(ones.begin(), ones.end(), [&](const Weighed& one) { return one.signature.id == structure[k].id; });
+      if (known == ones.end())
+        ones.push_back({structure[k], std::move(fits[k]), evidence});
+      else if (evidence > known->evidence)
+        *known = {structure[k], std::move(fits[k]), evidence};
+    }
   }
 
   bool takeBest(std::vector<Weighed>& ones) {
@@ -274,6 +313,10 @@ class Search {
       std::vector<std::string> rivals;
       for (const std::string& id : one.tied)
         if (!isAccepted(id) && effectInfo(id).needs.empty()) rivals.push_back(id);
+      for (const std::string& id : addable(naming_.extended.model, options_.hypotheses))
+        if (!isStructure(one.id) && (isStructure(id) || lookAlike(one.id, id)) && effectInfo(id).needs.empty() &&
+            std::find(rivals.begin(), rivals.end(), id) == rivals.end())
+          rivals.push_back(id);
       std::vector<double> behind(rivals.size());
       parallelFor(rivals.size(), options_.threads, [&](std::size_t r) {
         const WhitenedFit fit = exchanged(one.id, rivals[r]);

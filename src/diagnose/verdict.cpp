@@ -81,7 +81,7 @@ Verdict judge(const Naming& naming, const InstrumentScreen& instruments, const R
   const bool remains = remainder.extended_omnibus > thresholds.omnibus;
   if (naming.accepted.empty()) {
     if (!instruments.faults.empty()) return Verdict::kSensorFault;
-    return naming.unnamed || remains ? Verdict::kUnknown : Verdict::kNoMismatch;
+    return remains ? Verdict::kUnknown : Verdict::kNoMismatch;
   }
   if (remains && remainder.explained < kExplained) return Verdict::kUnknown;
   bool tied = false, instrumental = true;

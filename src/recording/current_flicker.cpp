@@ -3,24 +3,32 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace battery_sof {
 namespace {
 
 constexpr double kSlowest = 0.105;            // [s] between samples
 constexpr double kLongest = 0.5;              // [s] to either side
-constexpr double kQuiet = 1.5;                // of the noise's variance: what a window may depart from its quadratic
+constexpr double kKept = 0.75;                // of the second differences; the others may be edges
+constexpr double kKeptVariance = 0.3684;     // mean square of the smaller three quarters of a standard normal
+constexpr double kQuiet = 1.6;                // of the noise's variance: what a window may depart from its quadratic
 constexpr double kStep = 10.0;                // [A], over three samples: a step that shows r
 constexpr std::size_t kStepSamples = 3;
 
-/// Standard deviation of white noise on a course that is smooth over three samples: by the median of second differences.
+/// Standard deviation of white noise on a course that is smooth over three samples: from the smaller three quarters of
+/// its second differences. Their mean square, not their median: values may be coarse.
 double noiseOf(const std::vector<double>& x) {
-  if (x.size() < 3) return 0.0;
-  std::vector<double> differences;
-  for (std::size_t k = 1; k + 1 < x.size(); ++k) differences.push_back(std::abs(x[k - 1] - 2.0 * x[k] + x[k + 1]));
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
-  return *middle / (0.6745 * std::sqrt(6.0));
+  if (x.size() < 12) return 0.0;
+  std::vector<double> squares;
+  for (std::size_t k = 1; k + 1 < x.size(); ++k) {
+    const double difference = x[k - 1] - 2.0 * x[k] + x[k + 1];
+    squares.push_back(difference * difference);
+  }
+  const auto end = squares.begin() + static_cast<std::ptrdiff_t>(kKept * static_cast<double>(squares.size()));
+  std::nth_element(squares.begin(), end, squares.end());
+  const double mean = std::accumulate(squares.begin(), end, 0.0) / static_cast<double>(end - squares.begin());
+  return std::sqrt(mean / (kKeptVariance * 6.0));
 }
 
 /// Samples -before to after around one.

@@ -9,6 +9,7 @@ struct DiagnosisThresholds {
   double name_evidence = 20.0;     ///< T2: gain of the criterion that a name of tier P or I needs
   double least_share = 0.10;       ///< [1], of the held-out RMS error that an effect of tier P or I must take out
   double least_structure_share = 0.05;  ///< [1], the same of tier S
+  double least_fast_share = 0.03;  ///< [1], the same of what acts at edges alone, on all samples
   double tie_evidence = 6.0;       ///< hypotheses closer than this in the criterion are tied
   double tie_cosine = 0.9;         ///< so are those of signatures more alike than this, if less than 9 in z^2 tells them apart
 };
