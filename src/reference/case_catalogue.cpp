@@ -51,7 +51,7 @@ Names tiesOf(const Names& effects) {
 
 Names verdictsOf(const CaseKind& kind) {
   if (kind.family == "null") return {"no_mismatch"};
-  if (kind.family == "structural_null")
+  if (kind.family == "structural_null" || kind.family == "porous_null")
     return {"no_mismatch", "named", "several", "ambiguous", "unknown"};
   if (kind.family == "unknown") return {"unknown"};
   if (kind.family != "decoy") return {"named", "several", "ambiguous"};
@@ -64,12 +64,13 @@ Names verdictsOf(const CaseKind& kind) {
 
 const std::vector<CaseKind>& caseKinds() {
   static const std::vector<CaseKind> kinds = [] {
-    std::vector<CaseKind> all{{"null", "-"}, {"structural_null", "-"}};
+    std::vector<CaseKind> all{{"null", "-"}, {"structural_null", "-"}, {"porous_null", "-"}};
     for (const Names* tier : {&kStructure, &kChemistry, &kOtherPhysics})
       append(all, "effect", *tier);
     append(all, "decoy", kInstrument);
     append(all, "unknown", kUnlisted);
     append(all, "structural_effect", kChemistry);
+    append(all, "porous_effect", {"charge_acceptance", "acid_transport", "gassing"});
     return all;
   }();
   return kinds;

@@ -16,7 +16,8 @@ struct CaseKind {
  *
  * null: the base circuit. structural_null: another structure, no tier-P effect. effect: one effect
  * on the base circuit. decoy: one instrument fault on it. unknown: a force outside the catalogue.
- * structural_effect: a tier-P effect on another structure.
+ * structural_effect: a tier-P effect on another structure. porous_null, porous_effect: the same
+ * with a porous-electrode model, in which acid transport and u_0 over charge are always there.
  */
 const std::vector<CaseKind>& caseKinds();
 

@@ -111,6 +111,24 @@ void drawStructure(CaseDraft& draft, Dice& dice) {
   draft.effects.insert(draft.effects.end(), one.effects.begin(), one.effects.end());
 }
 
+void drawPorous(CaseDraft& draft, Dice& dice) {
+  PorousParameters p;
+  const double thickness = dice.between({0.9, 1.1});
+  p.negative_m *= thickness;
+  p.separator_m *= dice.between({0.85, 1.0}) * thickness;
+  p.positive_m *= thickness;
+  p.area_m2 *= dice.between({1.1, 1.2});
+  p.grid_ohm = dice.between({2.5e-3, 5e-3});
+  p.negative_exchange_a_per_m2 = logBetween(dice, {0.03, 0.12});
+  p.positive_exchange_a_per_m2 = logBetween(dice, {0.002, 0.008});
+  p.negative_layer_f_per_m2 = logBetween(dice, {0.2, 2.0});
+  p.positive_layer_f_per_m2 = logBetween(dice, {0.75, 2.5});
+  p.diffusion_factor = dice.between({0.8, 1.25});
+  draft.porous = p;
+  draft.structure = "porous";
+  draft.effects = {"second_electrode", "charge_transfer", "cpe2", "acid_transport", "ocv_soc"};
+}
+
 CaseDraft drawCase(const CaseKind& kind, std::uint64_t seed, double duration, double rate) {
   requireKnown(kind);
   if (!(duration >= kShortest && duration <= kLongest))
@@ -124,10 +142,13 @@ CaseDraft drawCase(const CaseKind& kind, std::uint64_t seed, double duration, do
   draft.scenario.acquisition.sample_rate_hz = rate;
   draft.scenario.acquisition.cutoff_hz = kCutoffShare * rate;
   drawBase(draft, battery);
+  const bool porous = kind.family.rfind("porous", 0) == 0;
+  if (porous) drawPorous(draft, battery);
   if (kind.family.rfind("structural", 0) == 0) drawStructure(draft, battery);
   drawDrive(draft, drive);
+  if (kind.family == "porous_null") keepChargeNear(draft);
   if (kind.id == "-") return draft;
-  addEffect(draft, kind.id, effect);
+  (porous ? addPorousEffect : addEffect)(draft, kind.id, effect);
   exercise(draft, kind.id, drive);
   return draft;
 }

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "reference/case_catalogue.hpp"
+#include "reference/porous_block.hpp"
 #include "reference/simulation.hpp"
 
 namespace battery_sof_reference {
@@ -12,7 +14,8 @@ namespace battery_sof_reference {
 /// A case while it is being drawn, and what is known about it.
 struct CaseDraft {
   Scenario scenario;
-  std::string structure = "base";  ///< of the truth: base, or a structure of drawStructure()
+  std::optional<PorousParameters> porous;  ///< stands in for the scenario's battery
+  std::string structure = "base";          ///< of the truth: base, porous, or of drawStructure()
   std::map<std::string, double> strength;  ///< of what was added, by key of the scenario
   std::vector<std::string> effects;        ///< true effects, ids of PHYSICS
 };
@@ -24,16 +27,25 @@ void drawBase(CaseDraft& draft, Dice& dice);
 /// full_circuit (Fig. 4 without gassing, u_0 constant), porous_line or kinetics.
 void drawStructure(CaseDraft& draft, Dice& dice);
 
+/// A porous block in place of the circuit, with dissolved Pb2+ and gassing left out.
+void drawPorous(CaseDraft& draft, Dice& dice);
+
 /// A random drive with rests and cranks in its duration, voltage-limited at 13.5 to 14.6 V.
 void drawDrive(CaseDraft& draft, Dice& dice);
 
 /// Adds what is needed to see an effect, e.g. rests for acid transport. @param id of PHYSICS.
 void exercise(CaseDraft& draft, const std::string& id, Dice& dice);
 
+/// Keeps a drawn drive's charge within about 0.5 Ah.
+void keepChargeNear(CaseDraft& draft);
+
 /// Switches an effect, fault or unlisted force on, at a strength in the upper half of its typical
 /// range (PHYSICS 1.1 to 1.3).
 /// @throws std::invalid_argument for an id that is not one of caseKinds().
 void addEffect(CaseDraft& draft, const std::string& id, Dice& dice);
+
+/// addEffect() of a porous block: charge_acceptance, acid_transport or gassing.
+void addPorousEffect(CaseDraft& draft, const std::string& id, Dice& dice);
 
 /**
  * @brief A case of a kind.

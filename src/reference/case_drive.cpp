@@ -139,6 +139,14 @@ void exerciseHeat(Scenario& s, Dice& dice) {
   s.voltage_limit = 14.6;
 }
 
+/// Currents on both sides of 60 A.
+void exerciseThreshold(Scenario& s, Dice& dice) {
+  for (double share : {0.1, 0.3, 0.5, 0.7, 0.9})
+    insertAt(s, share,
+             {steady(4.0, -dice.between({45.0, 58.0})), steady(4.0, -dice.between({62.0, 80.0})),
+              steady(4.0, -dice.between({90.0, 140.0})), steady(8.0, dice.between({65.0, 90.0}))});
+}
+
 }  // namespace
 
 void drawDrive(CaseDraft& draft, Dice& dice) {
@@ -159,6 +167,12 @@ void drawDrive(CaseDraft& draft, Dice& dice) {
   }
 }
 
+void keepChargeNear(CaseDraft& draft) {
+  if (auto* charges = std::get_if<LongChargesOptions>(&draft.scenario.profile))
+    charges->highest_charge_ah = std::min(charges->highest_charge_ah, 0.45);
+  if (auto* city = std::get_if<CityOptions>(&draft.scenario.profile)) city->net_charge_ah = 0.1;
+}
+
 void exercise(CaseDraft& draft, const std::string& id, Dice& dice) {
   const std::map<std::string, void (*)(Scenario&, Dice&)> needs{
       {"gassing", exerciseGassing},
@@ -169,7 +183,8 @@ void exercise(CaseDraft& draft, const std::string& id, Dice& dice) {
       {"ocv_hysteresis", exerciseChargeSwings},
       {"high_rate_depletion", exerciseHeavyDischarge},
       {"coup_de_fouet", exerciseFullCharge},
-      {"self_heating", exerciseHeat}};
+      {"self_heating", exerciseHeat},
+      {"step_force", exerciseThreshold}};
   const auto need = needs.find(id);
   if (need != needs.end()) need->second(draft.scenario, dice);
 }

@@ -230,11 +230,16 @@ void addContactStep(Strength& s) {
   s.set("contact_from_s", a.contact_from_s, s.between({0.3, 0.7}) * s.scenario().duration);
 }
 
+/// Within what every crank reaches.
 void addClipping(Strength& s) {
   AcquisitionOptions& a = s.scenario().acquisition;
+  const BatteryParameters& b = s.scenario().battery;
+  const double u0 = openCircuitVoltage(b, s.scenario().start.soc).value;
   const double which = s.share();
   if (which < 0.67) s.draw("current_limit_a", a.current_limit_a, {80.0, 130.0});
-  if (which > 0.33) s.draw("voltage_floor_v", a.voltage_floor_v, {10.9, 11.3});
+  if (which > 0.33)
+    s.set("voltage_floor_v", a.voltage_floor_v,
+          u0 - 0.2 - s.between({60.0, 110.0}) * (b.r_ohmic_ohm + b.r1_discharge_ohm));
 }
 
 void addDropouts(Strength& s) {
@@ -348,6 +353,31 @@ void addEffect(CaseDraft& draft, const std::string& id, Dice& dice) {
   if (!isUnlisted(id)) draft.effects.push_back(id);
   Strength strength(draft, dice);
   found->second(strength);
+}
+
+void addPorousEffect(CaseDraft& draft, const std::string& id, Dice& dice) {
+  if (!draft.porous) throw std::invalid_argument("the case has no porous block");
+  PorousParameters& p = *draft.porous;
+  Strength s(draft, dice);
+  if (id == "acid_transport") {
+    s.draw("diffusion_factor", p.diffusion_factor, {0.3, 0.5});
+    return;
+  }
+  if (id != "charge_acceptance" && id != "gassing")
+    throw std::invalid_argument("a porous block has no effect \"" + id + "\"");
+  s.alsoTrue("charge_acceptance");
+  p.lead_ion = true;
+  if (id == "charge_acceptance") {
+    s.drawLog("lead_ion_limit_a", p.lead_ion_limit_a, {20.0, 70.0});
+    s.drawLog("lead_ion_time_s", p.lead_ion_time_s, {3.0, 40.0});
+    return;
+  }
+  s.alsoTrue("gassing");
+  p.gassing = true;
+  s.draw("lead_ion_limit_a", p.lead_ion_limit_a, {12.0, 25.0});
+  s.draw("lead_ion_time_s", p.lead_ion_time_s, {3.0, 15.0});
+  s.draw("gas_current_a", p.gas_current_a, {0.3, 1.0});
+  s.draw("gas_slope_per_v", p.gas_slope_per_v, {15.0, 22.0});
 }
 
 }  // namespace battery_sof_reference

@@ -60,11 +60,8 @@ Json insertsOf(const std::vector<Insert>& inserts) {
   return json;
 }
 
-Json truthOf(const Scenario& s, const Simulation& simulation) {
-  return {{"battery", jsonOf(s.battery)},
-          {"effects", jsonOf(s.effects)},
-          {"additions", jsonOf(s.additions)},
-          {"acquisition", jsonOf(s.acquisition)},
+Json drivingTruthOf(const Scenario& s, const Simulation& simulation) {
+  return {{"acquisition", jsonOf(s.acquisition)},
           {"profile", profileOf(s.profile)},
           {"inserts", insertsOf(s.inserts)},
           {"voltage_limit_v", s.voltage_limit},
@@ -72,6 +69,18 @@ Json truthOf(const Scenario& s, const Simulation& simulation) {
           {"soc_at_start", simulation.soc_at_start},
           {"soc_at_end", simulation.soc_at_end},
           {"gassing_ah", simulation.balance.gas_charge / kSecondsPerHour}};
+}
+
+Json truthOf(const CaseDraft& draft, const Simulation& simulation) {
+  Json json = drivingTruthOf(draft.scenario, simulation);
+  if (draft.porous) {
+    json["porous"] = jsonOf(*draft.porous);
+    return json;
+  }
+  json["battery"] = jsonOf(draft.scenario.battery);
+  json["effects"] = jsonOf(draft.scenario.effects);
+  json["additions"] = jsonOf(draft.scenario.additions);
+  return json;
 }
 
 }  // namespace
@@ -89,7 +98,7 @@ std::string labelOf(const CaseKind& kind, const CaseDraft& draft, const Simulati
       {"strength", draft.strength},
       {"expected",
        {{"verdicts", expected.verdicts}, {"effects", expected.effects}, {"ties", expected.ties}}},
-      {"truth", truthOf(draft.scenario, simulation)}};
+      {"truth", truthOf(draft, simulation)}};
   return label.dump(2) + "\n";
 }
 

@@ -13,6 +13,7 @@ namespace battery_sof_reference {
  *      "strength":{..},"expected":{"verdicts":[..],"effects":[..],"ties":[..]},
  *      "truth":{"battery","effects","additions","acquisition","profile","voltage_limit_v",...}}
  *
+ * A porous block's truth has "porous" in place of battery, effects and additions.
  * Keys and units of truth are those of scenario files; a limit that is not there is null.
  */
 std::string labelOf(const CaseKind& kind, const CaseDraft& draft, const Simulation& simulation);

@@ -5,6 +5,7 @@
 
 #include "reference/case_label.hpp"
 #include "reference/increasing_root.hpp"
+#include "reference/porous_simulation.hpp"
 #include "reference/recording_output.hpp"
 
 namespace battery_sof_reference {
@@ -43,7 +44,8 @@ int run(const Arguments& arguments, std::ostream& out) {
     throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
   const CaseDraft draft =
       drawCase(arguments.kind, arguments.seed, arguments.duration, arguments.rate);
-  const Simulation simulation = simulate(draft.scenario);
+  const Simulation simulation =
+      draft.porous ? simulatePorous(draft.scenario, *draft.porous) : simulate(draft.scenario);
   writeRecording(arguments.out, simulation, false);
   writeText(arguments.label, labelOf(arguments.kind, draft, simulation));
   return kDone;

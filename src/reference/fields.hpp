@@ -10,6 +10,7 @@
 #include "reference/additions.hpp"
 #include "reference/battery_parameters.hpp"
 #include "reference/drive_plan.hpp"
+#include "reference/porous_block.hpp"
 
 namespace battery_sof_reference {
 
@@ -138,6 +139,36 @@ void visitFields(Visitor& visitor, Additions& a) {
   visitor.flag("hysteretic_r", a.hysteretic_r);
   visitor.number("hysteretic_ohm", a.hysteretic_ohm, 0.0, 1.0);
   visitor.number("hysteretic_from_a", a.hysteretic_from_a, 0.0, 2000.0);
+}
+
+template <typename Visitor>
+void visitFields(Visitor& visitor, PorousParameters& p) {
+  visitor.number("capacity_ah", p.capacity_ah, 1.0, 1000.0);
+  visitor.number("area_m2", p.area_m2, 1e-3, 10.0);
+  visitor.number("negative_m", p.negative_m, 1e-4, 1e-2);
+  visitor.number("separator_m", p.separator_m, 1e-4, 1e-2);
+  visitor.number("positive_m", p.positive_m, 1e-4, 1e-2);
+  visitor.number("negative_porosity", p.negative_porosity, 0.3, 0.95);
+  visitor.number("separator_porosity", p.separator_porosity, 0.3, 1.0);
+  visitor.number("positive_porosity", p.positive_porosity, 0.3, 0.95);
+  visitor.number("grid_ohm", p.grid_ohm, 0.0, 1.0);
+  visitor.number("full_acid_mol_per_m3", p.full_acid_mol_per_m3, 1000.0, 8000.0);
+  visitor.number("negative_surface_per_m", p.negative_surface_per_m, 1e4, 1e9);
+  visitor.number("positive_surface_per_m", p.positive_surface_per_m, 1e4, 1e9);
+  visitor.number("negative_exchange_a_per_m2", p.negative_exchange_a_per_m2, 1e-6, 100.0);
+  visitor.number("positive_exchange_a_per_m2", p.positive_exchange_a_per_m2, 1e-6, 100.0);
+  visitor.number("negative_layer_f_per_m2", p.negative_layer_f_per_m2, 1e-3, 100.0);
+  visitor.number("positive_layer_f_per_m2", p.positive_layer_f_per_m2, 1e-3, 100.0);
+  visitor.number("diffusion_factor", p.diffusion_factor, 0.01, 100.0);
+  visitor.flag("gassing", p.gassing);
+  visitor.number("gas_current_a", p.gas_current_a, 0.0, 100.0);
+  visitor.number("oxygen_potential_v", p.oxygen_potential_v, 1.0, 3.0);
+  visitor.number("hydrogen_potential_v", p.hydrogen_potential_v, -2.0, 0.0);
+  visitor.number("gas_slope_per_v", p.gas_slope_per_v, 0.0, 60.0);
+  visitor.flag("lead_ion", p.lead_ion);
+  visitor.number("lead_ion_limit_a", p.lead_ion_limit_a, 0.1, 1e6);
+  visitor.number("lead_ion_time_s", p.lead_ion_time_s, 0.1, 1e4);
+  visitor.count("cells_per_region", p.cells_per_region, 3, 30);
 }
 
 template <typename Visitor>

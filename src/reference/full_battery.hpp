@@ -68,6 +68,8 @@ struct StoredEnergy {
  */
 class FullBattery {
  public:
+  using State = BatteryState;
+
   /// How the battery stands before the first step: rested, at this state of charge and temperature.
   struct Start {
     double soc = 0.8;           ///< [1], 0 to 1

@@ -2,57 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <stdexcept>
 
-#include "reference/power_source.hpp"
+#include "reference/drive_follower.hpp"
 
 namespace battery_sof_reference {
 namespace {
 
-constexpr double kStep = FullBattery::kStep;  // [s]; phases count in it
+constexpr double kStep = FullBattery::kStep;  // [s]
 constexpr double kSecondsPerHour = 3600.0;
 constexpr double kProgressInterval = 60.0;  // [s], simulated
-
-/// Follows a plan in whole steps.
-class Driver {
- public:
-  Driver(const Scenario& scenario, double duration)
-      : plan_(planDrive(scenario.profile, std::max(duration, scenario.duration), scenario.seed)),
-        inserts_(scenario.inserts.begin(), scenario.inserts.end()),
-        voltage_limit_(scenario.voltage_limit) {}
-
-  /// What is wanted at the end of the next step.
-  Demand next(double charge_ah) {
-    while (inside_ >= length_) begin(charge_ah);
-    ++inside_;
-    ++steps_;
-    const double share = static_cast<double>(inside_) / static_cast<double>(length_);
-    const bool own_limit = std::isfinite(phase_.voltage_limit);
-    return {phase_.begin + share * (phase_.end - phase_.begin),
-            own_limit ? phase_.voltage_limit : voltage_limit_};
-  }
-
- private:
-  void begin(double charge_ah) {
-    const double time = static_cast<double>(steps_) * kStep;
-    if (waiting_.empty() && !inserts_.empty() && time >= inserts_.front().at) {
-      waiting_.assign(inserts_.front().phases.begin(), inserts_.front().phases.end());
-      inserts_.pop_front();
-    }
-    phase_ = waiting_.empty() ? plan_->next({time, charge_ah}) : waiting_.front();
-    if (!waiting_.empty()) waiting_.pop_front();
-    length_ = std::max(1L, std::lround(phase_.duration / kStep));
-    inside_ = 0;
-  }
-
-  std::unique_ptr<DrivePlan> plan_;
-  std::deque<Insert> inserts_;
-  std::deque<Phase> waiting_;
-  double voltage_limit_;
-  Phase phase_{};
-  long length_ = 0, inside_ = 0, steps_ = 0;
-};
 
 /// Battery, books and acquisition, moved on together.
 class Bench {
@@ -194,7 +153,7 @@ Simulation simulate(const Scenario& scenario, const SimulationOptions& options) 
   requireValid(scenario, options);
   const double duration = options.cut_after.value_or(scenario.duration);
   Bench bench(scenario, options);
-  Driver driver(scenario, duration);
+  DriveFollower driver(scenario, duration);
   const PowerSource source(scenario.slew);
   return run(bench, duration, [&](long) {
     return source.step(bench.battery(), bench.state(), driver.next(bench.chargeAh()));

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "reference/full_battery.hpp"
+
 namespace battery_sof_reference {
 namespace {
 

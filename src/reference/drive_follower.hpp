@@ -1,0 +1,31 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+
+#include "reference/power_source.hpp"
+#include "reference/simulation.hpp"
+
+namespace battery_sof_reference {
+
+/// Follows a scenario's profile and inserts in whole steps of FullBattery::kStep.
+class DriveFollower {
+ public:
+  /// @param duration of what is simulated [s]; shorter than the scenario's: the same drive, cut.
+  DriveFollower(const Scenario& scenario, double duration);
+
+  /// What is wanted at the end of the next step. @param charge_ah taken up so far [Ah].
+  Demand next(double charge_ah);
+
+ private:
+  void begin(double charge_ah);
+
+  std::unique_ptr<DrivePlan> plan_;
+  std::deque<Insert> inserts_;
+  std::deque<Phase> waiting_;
+  double voltage_limit_;
+  Phase phase_{};
+  long length_ = 0, inside_ = 0, steps_ = 0;
+};
+
+}  // namespace battery_sof_reference
