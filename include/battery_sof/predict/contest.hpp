@@ -52,6 +52,7 @@ class Contest {
   /// Sums over 10 s.
   struct Block {
     double from = 0.0, to = 0.0;  // [s], first and last sample
+    double duration = 0.0;        // [s], of sampling intervals, longer ones than a block left out
     Errors squares, cranks, charges;
   };
 
