@@ -89,6 +89,7 @@ void addCrankCommand(CLI::App& app, CommandLine& line);
 void addStopTimeCommand(CLI::App& app, CommandLine& line);
 void addChargeCommand(CLI::App& app, CommandLine& line);
 void addMapCommand(CLI::App& app, CommandLine& line);
+void addDiagnoseCommand(CLI::App& app, CommandLine& line);
 void addEffectsCommand(CLI::App& app, CommandLine& line);
 
 }  // namespace battery_sof

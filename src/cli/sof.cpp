@@ -43,6 +43,7 @@ int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::os
   addStopTimeCommand(app, line);
   addChargeCommand(app, line);
   addMapCommand(app, line);
+  addDiagnoseCommand(app, line);
   addEffectsCommand(app, line);
   for (const auto& command : external) app.add_subcommand(command.name, command.description);
   try {

@@ -248,6 +248,8 @@ class Search {
         if (!without[k]) continue;
         Accepted& one = naming_.accepted[k];
         one.evidence = evidenceOf(*without[k], naming_.extended, penaltyOf(*without[k], drive_));
+        const Eigen::VectorXd adds = without[k]->residual - naming_.extended.residual;
+        one.rms = std::sqrt(adds.squaredNorm() / static_cast<double>(adds.size()));
         const double margin = one.evidence - needed(one.id);
         if (margin <= least) {
           least = margin;

@@ -3,8 +3,6 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 namespace battery_sof {
 namespace {
@@ -80,7 +78,6 @@ WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive,
     fit.point = found.point;
     fit.noise = fitNoise(problem.residual(found.x), drive.samples, search.least_white);
     cost.noise = fit.noise;
-    if (std::getenv("DBG")) fprintf(stderr, "round %d passes %d it %d effects %zu coords %ld status %d\n", round, found.passes, found.iterations, model.effects().size(), (long)problem.size(), (int)found.status);
     from = {found.point};
     plain.more_starts = 0;
   }

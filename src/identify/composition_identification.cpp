@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "battery_sof/identify/covariance.hpp"
 #include "battery_sof/identify/fit_description.hpp"
@@ -159,25 +160,19 @@ std::vector<ParameterEstimate> estimatesOf(const BatteryModel& model,
   return estimates;
 }
 
-}  // namespace
+/// What was fitted: the window and its drives; compressed is empty for short ones.
+struct Window {
+  const Series& series;
+  IndexRange range;
+  const Drive& full;
+  const Drive& compressed;
+};
 
-FittedModel identifyComposition(const Series& series, IndexRange range,
-                                const IdentifyOptions& options, const BaseFit& base) {
-  const BatteryModel model(options.effects);
-  const Drive full = fullDrive(series, range, options.masked);
-  const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
-  const Drive& drive = range.size() > kCompressFrom ? compressed : full;
-  Fitted fitted = search(model, drive, options, base);
-
+FittedModel completed(const BatteryModel& model, const Window& on, const IdentifyOptions& options,
+                      const Fitted& fitted) {
   const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current, true};
+  const auto& [series, range, full, compressed] = on;
   const CompositionProblem over_all(model, full, cost, fitted.fit.point);
-  if (range.size() > kCompressFrom && range.size() <= kFullRateErrors && !fitted.noise) {
-    // The compressed optimum is off by a share of a standard error; from there two passes at full rate end it.
-    CompositionSearch last;
-    last.max_iterations = kLastIterations;
-    fitted.fit = fitComposition(over_all, {fitted.fit.point}, last);
-    fitted.samples = static_cast<Eigen::Index>(full.samples.size());
-  }
   const Eigen::VectorXd residual = over_all.residual(fitted.fit.x);
   const double rho_full = std::clamp(lagOneCorrelation(residual), -0.9999, 0.9999);
 
@@ -205,6 +200,43 @@ FittedModel identifyComposition(const Series& series, IndexRange range,
   const Eigen::VectorXd& first = fitted.fit.point.state;
   found.first_state.assign(first.data(), first.data() + first.size());
   return found;
+}
+
+}  // namespace
+
+FittedModel identifyComposition(const Series& series, IndexRange range,
+                                const IdentifyOptions& options, const BaseFit& base) {
+  const BatteryModel model(options.effects);
+  const Drive full = fullDrive(series, range, options.masked);
+  const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
+  const Drive& drive = range.size() > kCompressFrom ? compressed : full;
+  Fitted fitted = search(model, drive, options, base);
+  if (range.size() > kCompressFrom && range.size() <= kFullRateErrors && !fitted.noise) {
+    // The compressed optimum is off by a share of a standard error; from there two passes at full rate end it.
+    const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current, true};
+    const CompositionProblem over_all(model, full, cost, fitted.fit.point);
+    CompositionSearch last;
+    last.max_iterations = kLastIterations;
+    fitted.fit = fitComposition(over_all, {fitted.fit.point}, last);
+    fitted.samples = static_cast<Eigen::Index>(full.samples.size());
+  }
+  return completed(model, {series, range, full, compressed}, options, fitted);
+}
+
+FittedModel completedModel(const Series& series, IndexRange range, const IdentifyOptions& options,
+                           const CompositionPoint& optimum, const NoiseModel& noise) {
+  const BatteryModel model(options.effects);
+  const Drive full = fullDrive(series, range, options.masked);
+  const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
+  const Drive& drive = range.size() > kCompressFrom ? compressed : full;
+  const FitCost cost{noise, options.crank_weight, options.crank_weight_current, true};
+  const CompositionProblem problem(model, drive, cost, optimum);
+  Fitted fitted{{}, noise, static_cast<Eigen::Index>(drive.samples.size())};
+  fitted.fit.point = optimum;
+  fitted.fit.x = problem.coordinatesOf(optimum);
+  if (!problem.evaluate(fitted.fit.x, fitted.fit.at))
+    throw std::invalid_argument("completedModel: the model has no finite voltage at the optimum");
+  return completed(model, {series, range, full, compressed}, options, fitted);
 }
 
 }  // namespace battery_sof

@@ -9,7 +9,9 @@
 namespace battery_sof_reference {
 namespace {
 
-constexpr std::uint32_t kVoltageStream = 2, kCurrentStream = 3;
+constexpr std::uint32_t kVoltageStream = 2, kCurrentStream = 3, kDropoutStream = 5;
+constexpr double kTwoPi = 6.28318530717958647692;
+constexpr double kSecondsPerHour = 3600.0;
 constexpr double kInterpolationReach =
     1.0;  // inputs after a point, which then lies in the cubic's middle
 constexpr double kSecondsPerMinute = 60.0;
@@ -45,6 +47,12 @@ double quantised(double value, double step) {
   return step > 0.0 ? step * std::round(value / step) : value;
 }
 
+/// Drift and tone of the voltage channel [V].
+double voltageFault(const AcquisitionOptions& options, double time) {
+  return options.voltage_drift_v_per_h * time / kSecondsPerHour +
+         options.tone_v * std::sin(kTwoPi * options.tone_hz * time);
+}
+
 const AcquisitionOptions& valid(const AcquisitionOptions& options) {
   std::string text;
   for (const auto& fault : faultsOf(options)) text += (text.empty() ? "" : "; ") + fault;
@@ -60,6 +68,8 @@ std::vector<std::string> faultsOf(const AcquisitionOptions& options) {
   if (std::abs(ratio - std::round(ratio)) > 1e-9)
     faults.push_back("sample_rate_hz is " + std::to_string(options.sample_rate_hz) +
                      ", expected 1000 divided by a whole number");
+  if (options.voltage_floor_v >= options.voltage_ceiling_v)
+    faults.push_back("voltage_floor_v is not below voltage_ceiling_v");
   if (options.current_gain == 0.0) faults.push_back("current_gain is 0, expected another number");
   return faults;
 }
@@ -101,15 +111,33 @@ double SampledChannel::outputAt(double position) const {
          y[2] * x * (x - 1) * (x - 3) / 2 + y[3] * x * (x - 1) * (x - 2) / 6;
 }
 
+Acquisition::Lag::Lag(double tau, double interval)
+    : delay_(tau / interval), decay_(tau > 0.0 ? std::exp(-interval / tau) : 0.0) {}
+
+double Acquisition::Lag::push(double input) {
+  if (delay_ == 0.0) return input;
+  if (!begun_) input_ = output_ = input;
+  begun_ = true;
+  const double behind = delay_ * (input - input_);
+  output_ = input - behind + (output_ - (input_ - behind)) * decay_;
+  input_ = input;
+  return output_;
+}
+
 Acquisition::Acquisition(const AcquisitionOptions& options, double input_rate, std::uint64_t seed)
     : options_(valid(options)),
       seed_(seed),
+      current_lag_(options.current_lag_s, 1.0 / input_rate),
+      voltage_lag_(options.voltage_lag_s, 1.0 / input_rate),
       current_(options, input_rate, options.current_delay_s),
       voltage_(options, input_rate, 0.0) {}
 
 void Acquisition::push(double current, double voltage) {
-  current_.push(options_.current_gain * current + options_.current_offset_a);
-  voltage_.push(voltage);
+  const double gain =
+      current < 0.0 ? options_.current_gain_discharge : options_.current_gain_charge;
+  const double sensed = options_.current_gain * gain * current + options_.current_offset_a;
+  current_.push(current_lag_.push(sensed));
+  voltage_.push(voltage_lag_.push(voltage));
 }
 
 double Acquisition::lookAhead() const {
@@ -127,12 +155,37 @@ std::vector<RecordedSample> Acquisition::recording(double duration) const {
       std::min({wanted, current_.samples().size(), voltage_.samples().size()});
   std::vector<RecordedSample> samples;
   samples.reserve(count);
-  for (std::size_t n = 0; n < count; ++n)
+  for (std::size_t n = 0; n < count; ++n) {
+    const double time = static_cast<double>(n) / options_.sample_rate_hz;
+    const double current = current_.samples()[n] + current_noise.next();
+    const double voltage =
+        voltage_.samples()[n] + voltageFault(options_, time) + voltage_noise.next();
     samples.push_back(
-        {static_cast<double>(n) / options_.sample_rate_hz,
-         quantised(current_.samples()[n] + current_noise.next(), options_.current_step_a),
-         quantised(voltage_.samples()[n] + voltage_noise.next(), options_.voltage_step_v)});
-  return samples;
+        {time,
+         quantised(std::clamp(current, -options_.current_limit_a, options_.current_limit_a),
+                   options_.current_step_a),
+         quantised(std::clamp(voltage, options_.voltage_floor_v, options_.voltage_ceiling_v),
+                   options_.voltage_step_v)});
+  }
+  return withDropouts(samples);
+}
+
+std::vector<RecordedSample> Acquisition::withDropouts(
+    const std::vector<RecordedSample>& samples) const {
+  if (options_.lost_share == 0.0 && options_.frozen_per_min == 0.0) return samples;
+  Dice dice(seed_, kDropoutStream);
+  const double starts = options_.frozen_per_min / (kSecondsPerMinute * options_.sample_rate_hz);
+  std::vector<RecordedSample> kept;
+  RecordedSample last = samples.empty() ? RecordedSample{} : samples.front();
+  double frozen_until = -1.0;
+  for (const RecordedSample& sample : samples) {
+    const bool lost = dice.share() < options_.lost_share;
+    if (dice.share() < starts && sample.time >= frozen_until)
+      frozen_until = sample.time + dice.between(options_.frozen_s);
+    if (sample.time >= frozen_until) last = sample;
+    if (!lost) kept.push_back({sample.time, last.current, last.voltage});
+  }
+  return kept;
 }
 
 }  // namespace battery_sof_reference

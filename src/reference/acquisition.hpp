@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,17 +21,32 @@ struct NoiseOptions {
   double walk_per_sqrt_min = 0.0;  ///< standard deviation of the walk after one minute [V or A]
 };
 
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
 /// What lies between the battery's terminals and the recording.
 struct AcquisitionOptions {
   double sample_rate_hz = 100.0;  ///< of the recording; the simulation's rate is a whole multiple
   double cutoff_hz = 20.0;  ///< of the anti-aliasing Bessel filter (PHYSICS 4.3); 0: no filter
   NoiseOptions voltage_noise{0.001, 0.0, 2.0, 0.0};
   NoiseOptions current_noise{0.05, 0.0, 2.0, 0.0};
-  double voltage_step_v = 0.001;  ///< quantisation; 0 for none
-  double current_step_a = 0.01;   ///< quantisation; 0 for none
-  double current_offset_a = 0.0;  ///< added to the current
-  double current_gain = 1.0;      ///< the current is multiplied with it
-  double current_delay_s = 0.0;   ///< by which the current is reported later than the voltage
+  double voltage_step_v = 0.001;        ///< quantisation; 0 for none
+  double current_step_a = 0.01;         ///< quantisation; 0 for none
+  double current_offset_a = 0.0;        ///< added to the current
+  double current_gain = 1.0;            ///< the current is multiplied with it
+  double current_delay_s = 0.0;         ///< by which the current is reported later than the voltage
+  double current_gain_charge = 1.0;     ///< on top of current_gain while charging
+  double current_gain_discharge = 1.0;  ///< on top of current_gain while discharging
+  double current_lag_s = 0.0;           ///< time constant of a one-pole lag; 0 for none
+  double voltage_lag_s = 0.0;           ///< time constant of a one-pole lag; 0 for none
+  double voltage_drift_v_per_h = 0.0;   ///< of the recorded voltage
+  double current_limit_a = kNoLimit;    ///< |current| is clipped there
+  double voltage_floor_v = -kNoLimit;   ///< the voltage is clipped there
+  double voltage_ceiling_v = kNoLimit;  ///< the voltage is clipped there
+  double lost_share = 0.0;              ///< of the samples, at random
+  double frozen_per_min = 0.0;  ///< stretches in which both channels repeat their last value
+  Range frozen_s{0.1, 1.0};     ///< their length
+  double tone_v = 0.0;          ///< amplitude of a tone behind the anti-aliasing filter
+  double tone_hz = 0.0;         ///< its frequency; above half the sample rate it is aliased
 };
 
 /// One recorded sample, current positive into the battery.
@@ -68,8 +84,9 @@ class SampledChannel {
 /**
  * @brief The recording of a simulated battery (paper, section V; PHYSICS 4.3).
  *
- * Gain and offset of the current, the same Bessel filter on both channels at the simulation's rate,
- * decimation with the filter's delay taken out of the stamps, noise, quantisation, in this order.
+ * Gain and offset of the current, lags, the same Bessel filter on both channels at the simulation's
+ * rate, decimation with the filter's delay taken out of the stamps, tone and drift of the voltage,
+ * noise, clipping, quantisation, frozen stretches, lost samples, in this order.
  */
 class Acquisition {
  public:
@@ -86,8 +103,23 @@ class Acquisition {
   std::vector<RecordedSample> recording(double duration) const;
 
  private:
+  /// One-pole lag of a channel, exact for an input that is linear between pushes.
+  class Lag {
+   public:
+    Lag(double tau, double interval);
+    double push(double input);
+
+   private:
+    double delay_, decay_;  // delay: tau / interval
+    double input_ = 0.0, output_ = 0.0;
+    bool begun_ = false;
+  };
+
+  std::vector<RecordedSample> withDropouts(const std::vector<RecordedSample>& samples) const;
+
   AcquisitionOptions options_;
   std::uint64_t seed_;
+  Lag current_lag_, voltage_lag_;
   SampledChannel current_, voltage_;
 };
 

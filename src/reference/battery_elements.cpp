@@ -22,7 +22,7 @@ Linearised chargingShare(const BatteryParameters& p, const BatteryEffects& effec
 
 }  // namespace
 
-AtTemperature atTemperature(const BatteryParameters& p, double temperature) {
+Conditions atTemperature(const BatteryParameters& p, double temperature) {
   const double warmer = temperature - kReferenceCelsius;
   const double resistance = 1.0 + p.r_per_k * warmer;
   const double inverse =
@@ -53,8 +53,7 @@ Linearised chargeTransfer(const BatteryParameters& p, double i0, double u2, doub
           p.beta_per_v * (p.alpha * lead_ion * rates.forward + (1.0 - p.alpha) * rates.backward)};
 }
 
-Linearised gassing(const BatteryParameters& p, GassingLaw law, const AtTemperature& at,
-                   double u_x) {
+Linearised gassing(const BatteryParameters& p, GassingLaw law, const Conditions& at, double u_x) {
   if (law == GassingLaw::kTafel) {
     const double current = at.gas_current * std::exp(p.gas_slope_per_v * (u_x - kTafelVoltage));
     return {current, p.gas_slope_per_v * current};

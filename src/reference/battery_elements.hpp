@@ -9,13 +9,15 @@ struct Linearised {
   double value, slope;
 };
 
-/// Parameters that depend on temperature, at one temperature.
-struct AtTemperature {
-  double r_ohmic;         ///< r_i [Ohm]
-  double r1_factor;       ///< of r_1 [1]
-  double i0;              ///< I_0 [A]
-  double lead_ion_limit;  ///< i_lim [A]
-  double gas_current;     ///< I_g at 14.4 V [A]
+/// Parameters that do not stay what they are, at one instant.
+struct Conditions {
+  double r_ohmic;            ///< r_i [Ohm]
+  double r1_factor;          ///< of r_1 [1]
+  double i0;                 ///< I_0 [A]
+  double lead_ion_limit;     ///< i_lim [A]
+  double gas_current;        ///< I_g at 14.4 V [A]
+  double cpe2_factor = 1.0;  ///< of CPE2's scale [1]
+  double u0_factor = 1.0;    ///< of u_0 [1]
 };
 
 /**
@@ -27,7 +29,7 @@ struct AtTemperature {
  * @param temperature [degC], -40 to 80. L, both CPEs, u_0 and the gassing threshold are taken as
  * constant.
  */
-AtTemperature atTemperature(const BatteryParameters& parameters, double temperature);
+Conditions atTemperature(const BatteryParameters& parameters, double temperature);
 
 /**
  * @brief Voltage across r_1 and dv/di (paper, III-B; PHYSICS 4.1).
@@ -60,7 +62,7 @@ Linearised chargeTransfer(const BatteryParameters& parameters, double i0, double
                           double lead_ion);
 
 /// Current of the gassing branch across U_x = u_0 + u_2 [V]: [A], [1/Ohm]; both >= 0.
-Linearised gassing(const BatteryParameters& parameters, GassingLaw law, const AtTemperature& at,
+Linearised gassing(const BatteryParameters& parameters, GassingLaw law, const Conditions& at,
                    double u_x);
 
 /// Open-circuit voltage u_0 = u0_v + u0_slope_v (SOC - 0.8) [V] and its slope [V per unit of SOC].

@@ -51,6 +51,10 @@ CpeLadder::CpeLadder(const Cpe& cpe) {
 
 LadderState CpeLadder::rested() const { return {0.0, LadderState::Branches::Zero(rate_.size())}; }
 
+LadderState CpeLadder::settled(double voltage) const {
+  return {voltage, LadderState::Branches::Constant(rate_.size(), voltage)};
+}
+
 std::complex<double> CpeLadder::admittance(double omega) const {
   const std::complex<double> s(0.0, omega);
   std::complex<double> sum = capacitance_ * s;

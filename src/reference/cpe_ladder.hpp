@@ -44,6 +44,7 @@ class CpeLadder {
   explicit CpeLadder(const Cpe& cpe);
 
   LadderState rested() const;
+  LadderState settled(double voltage) const;            ///< after a long time at a voltage [V]
   std::complex<double> admittance(double omega) const;  ///< [1/Ohm], omega > 0 [rad/s]
   double storedEnergy(const LadderState& state) const;  ///< [J], >= 0
   double dissipation(const LadderState& state) const;   ///< [W], >= 0

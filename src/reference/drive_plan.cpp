@@ -205,8 +205,9 @@ class CityPlan : public DrivePlan {
     waiting_.push_back(steady(dice_.between(options_.crank_s), -dice_.between(options_.crank_a)));
     const double wanted = options_.net_charge_ah * std::min(now.time / duration_, 1.0);
     const double lean = kCityLean * (now.charge_ah - wanted);
-    if (early)
-      fillUntil(cycles_ * options_.early_s / options_.early_cranks - now.time, lean);
+    const double left = early ? cycles_ * options_.early_s / options_.early_cranks - now.time : 0.0;
+    if (left > plannedTime())
+      fillUntil(left, lean);
     else
       appendRounds(lean);
   }

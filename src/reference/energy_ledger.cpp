@@ -13,11 +13,12 @@ void addScaled(Losses& sum, const Losses& a, const Losses& b, double factor) {
   sum.lead_ion += factor * (a.lead_ion + b.lead_ion);
   sum.cpe2 += factor * (a.cpe2 + b.cpe2);
   sum.gassing += factor * (a.gassing + b.gassing);
+  sum.added += factor * (a.added + b.added);
 }
 
 /// u i without the inductance, whose energy is known exactly.
 double terminalPower(const FullBattery& battery, const BatteryState& state) {
-  return battery.voltageWithoutInductance(state) * state.current;
+  return battery.voltageWithoutInductance(state) * battery.batteryCurrent(state);
 }
 
 }  // namespace
@@ -25,7 +26,7 @@ double terminalPower(const FullBattery& battery, const BatteryState& state) {
 EnergyLedger::EnergyLedger(const FullBattery& battery, const BatteryState& start)
     : battery_(&battery),
       last_power_(battery.losses(start)),
-      last_current_(start.current),
+      last_current_(battery.batteryCurrent(start)),
       last_terminal_power_(terminalPower(battery, start)),
       last_inductance_(battery.stored(start).inductance),
       stored_at_start_(battery.stored(start).total()) {}
@@ -35,7 +36,8 @@ void EnergyLedger::enter(const BatteryState& after) {
   const Losses power = battery_->losses(after);
   const StoredEnergy stored = battery_->stored(after);
   const double terminal_power = terminalPower(*battery_, after);
-  balance_.charge_in += half * (last_current_ + after.current);
+  const double current = battery_->batteryCurrent(after);
+  balance_.charge_in += half * (last_current_ + current);
   balance_.main_charge = after.main_charge;
   balance_.gas_charge = after.gas_charge;
   balance_.energy_in +=
@@ -44,7 +46,7 @@ void EnergyLedger::enter(const BatteryState& after) {
   balance_.stored = stored.total() - stored_at_start_;
   addScaled(balance_.lost, last_power_, power, half);
   last_power_ = power;
-  last_current_ = after.current;
+  last_current_ = current;
   last_terminal_power_ = terminal_power;
   last_inductance_ = stored.inductance;
 }

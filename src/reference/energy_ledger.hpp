@@ -23,9 +23,10 @@ struct Balance {
  *
  *     int i dt = 3600 C_20 dSOC + gassing charge,      int u i dt = d(stored) + int losses dt
  *
- * Integrated by the trapezoidal rule over the steps' ends, separately from the battery's own
- * integration, so that the balances test the latter. The voltage across L changes within a step's
- * current ramp and is taken exactly.
+ * Current and power are those entering the block, behind a parasitic load. Integrated by the
+ * trapezoidal rule over the steps' ends, separately from the battery's own integration, so that the
+ * balances test the latter. The voltage across L changes within a step's current ramp and is taken
+ * exactly.
  */
 class EnergyLedger {
  public:

@@ -1,20 +1,37 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "reference/acquisition.hpp"
+#include "reference/additions.hpp"
 #include "reference/battery_parameters.hpp"
 #include "reference/drive_plan.hpp"
 
 namespace battery_sof_reference {
 
+/// A value of an enumeration and its name in files.
+template <typename Enum>
+struct Choice {
+  const char* name;
+  Enum value;
+};
+constexpr std::array<Choice<GassingLaw>, 3> kGassingLaws{{{"none", GassingLaw::kNone},
+                                                          {"threshold", GassingLaw::kThreshold},
+                                                          {"tafel", GassingLaw::kTafel}}};
+constexpr std::array<Choice<DriftingParameter>, 4> kDriftingParameters{
+    {{"r_ohmic", DriftingParameter::kROhmic},
+     {"r1", DriftingParameter::kR1},
+     {"cpe2_capacitance", DriftingParameter::kCpe2Capacitance},
+     {"u0", DriftingParameter::kU0}}};
+
 /**
  * Every option of a scenario with its key and its bounds, said once: the reader of scenario files
  * and the check of values both visit them. A visitor has number(), count(), range() (key, value,
- * lowest, highest), flag() and law().
+ * lowest, highest), flag() and choice().
  */
 template <typename Visitor>
 void visitFields(Visitor& visitor, BatteryParameters& p) {
@@ -60,9 +77,67 @@ void visitFields(Visitor& visitor, BatteryEffects& e) {
   visitor.flag("cpe1_fractional", e.cpe1_fractional);
   visitor.flag("cpe2_fractional", e.cpe2_fractional);
   visitor.flag("ocv_slope", e.ocv_slope);
-  visitor.law("gassing", e.gassing);
+  visitor.choice("gassing", e.gassing, kGassingLaws);
   visitor.flag("charge_acceptance", e.charge_acceptance);
   visitor.flag("self_heating", e.self_heating);
+}
+
+template <typename Visitor>
+void visitFields(Visitor& visitor, Additions& a) {
+  visitor.flag("second_electrode", a.second_electrode);
+  visitor.number("electrode3_capacitance_f", a.electrode3_capacitance_f, 1.0, 1e6);
+  visitor.number("electrode3_exponent", a.electrode3_exponent, 0.1, 1.0);
+  visitor.number("electrode3_i0_a", a.electrode3_i0_a, 1e-3, 1000.0);
+  visitor.number("electrode3_beta_per_v", a.electrode3_beta_per_v, 1.0, 1000.0);
+  visitor.flag("fast_arc", a.fast_arc);
+  visitor.number("fast_arc_ohm", a.fast_arc_ohm, 0.0, 1.0);
+  visitor.number("fast_arc_time_s", a.fast_arc_time_s, 1e-4, 100.0);
+  visitor.flag("acid_transport", a.acid_transport);
+  visitor.number("acid_1_ohm", a.acid_1_ohm, 0.0, 1.0);
+  visitor.number("acid_1_time_s", a.acid_1_time_s, 0.1, 1e6);
+  visitor.number("acid_2_ohm", a.acid_2_ohm, 0.0, 1.0);
+  visitor.number("acid_2_time_s", a.acid_2_time_s, 0.1, 1e6);
+  visitor.flag("ocv_hysteresis", a.ocv_hysteresis);
+  visitor.number("hysteresis_v", a.hysteresis_v, 0.0, 10.0);
+  visitor.number("hysteresis_ah", a.hysteresis_ah, 1e-3, 1000.0);
+  visitor.flag("high_rate_depletion", a.high_rate_depletion);
+  visitor.number("depletion_v", a.depletion_v, 0.0, 10.0);
+  visitor.number("depletion_limit_a", a.depletion_limit_a, 1.0, 1e6);
+  visitor.number("depletion_time_s", a.depletion_time_s, 0.01, 1e5);
+  visitor.flag("coup_de_fouet", a.coup_de_fouet);
+  visitor.number("coup_v", a.coup_v, 0.0, 10.0);
+  visitor.number("coup_onset_ah", a.coup_onset_ah, 1e-4, 100.0);
+  visitor.number("coup_nuclei_ah", a.coup_nuclei_ah, 1e-3, 1000.0);
+  visitor.number("coup_erasing_ah", a.coup_erasing_ah, 1e-3, 1000.0);
+  visitor.number("coup_nuclei_at_start", a.coup_nuclei_at_start, 0.0, 1.0);
+  visitor.flag("sulphate_history", a.sulphate_history);
+  visitor.number("sulphate_ah", a.sulphate_ah, 1e-3, 1000.0);
+  visitor.number("sulphate_time_s", a.sulphate_time_s, 0.1, 1e6);
+  visitor.number("sulphate_charge_share", a.sulphate_charge_share, 0.0, 10.0);
+  visitor.number("sulphate_least", a.sulphate_least, 1e-3, 1.0);
+  visitor.flag("parameter_drift", a.parameter_drift);
+  visitor.choice("drifting", a.drifting, kDriftingParameters);
+  visitor.number("drift_per_h", a.drift_per_h, -10.0, 10.0);
+  visitor.number("parasitic_load_a", a.parasitic_load_a, 0.0, 100.0);
+  visitor.flag("contact_step", a.contact_step);
+  visitor.number("contact_ohm", a.contact_ohm, 0.0, 1.0);
+  visitor.number("contact_from_s", a.contact_from_s, 0.0, 1e6);
+  visitor.flag("memory_resistance", a.memory_resistance);
+  visitor.number("memory_ohm_per_a", a.memory_ohm_per_a, 0.0, 1.0);
+  visitor.number("memory_time_s", a.memory_time_s, 0.01, 1e5);
+  visitor.flag("step_force", a.step_force);
+  visitor.number("step_force_v", a.step_force_v, 0.0, 10.0);
+  visitor.number("step_force_above_a", a.step_force_above_a, 0.0, 2000.0);
+  visitor.flag("gated_tone", a.gated_tone);
+  visitor.number("gated_tone_v", a.gated_tone_v, 0.0, 10.0);
+  visitor.number("gated_tone_period_s", a.gated_tone_period_s, 0.1, 1e5);
+  visitor.flag("capacitance_fall", a.capacitance_fall);
+  visitor.number("capacitance_fall_share", a.capacitance_fall_share, 0.0, 0.99);
+  visitor.flag("dead_zone", a.dead_zone);
+  visitor.number("dead_zone_v", a.dead_zone_v, 0.0, 1.0);
+  visitor.flag("hysteretic_r", a.hysteretic_r);
+  visitor.number("hysteretic_ohm", a.hysteretic_ohm, 0.0, 1.0);
+  visitor.number("hysteretic_from_a", a.hysteretic_from_a, 0.0, 2000.0);
 }
 
 template <typename Visitor>
@@ -82,6 +157,19 @@ void visitFields(Visitor& visitor, AcquisitionOptions& a) {
   visitor.number("current_offset_a", a.current_offset_a, -100.0, 100.0);
   visitor.number("current_gain", a.current_gain, -10.0, 10.0);
   visitor.number("current_delay_s", a.current_delay_s, -1.0, 1.0);
+  visitor.number("current_gain_charge", a.current_gain_charge, 0.01, 10.0);
+  visitor.number("current_gain_discharge", a.current_gain_discharge, 0.01, 10.0);
+  visitor.number("current_lag_s", a.current_lag_s, 0.0, 10.0);
+  visitor.number("voltage_lag_s", a.voltage_lag_s, 0.0, 10.0);
+  visitor.number("voltage_drift_v_per_h", a.voltage_drift_v_per_h, -10.0, 10.0);
+  visitor.number("current_limit_a", a.current_limit_a, 0.1, kNoLimit);
+  visitor.number("voltage_floor_v", a.voltage_floor_v, -kNoLimit, kNoLimit);
+  visitor.number("voltage_ceiling_v", a.voltage_ceiling_v, -kNoLimit, kNoLimit);
+  visitor.number("lost_share", a.lost_share, 0.0, 0.9);
+  visitor.number("frozen_per_min", a.frozen_per_min, 0.0, 60.0);
+  visitor.range("frozen_s", a.frozen_s, 0.0, 1e4);
+  visitor.number("tone_v", a.tone_v, 0.0, 10.0);
+  visitor.number("tone_hz", a.tone_hz, 0.0, 1e6);
 }
 
 template <typename Visitor>
@@ -162,7 +250,8 @@ class FieldJudge {
     if (range.low > range.high) faults_.push_back(prefix_ + key + " begins above its end");
   }
   void flag(const std::string&, bool) {}
-  void law(const std::string&, GassingLaw) {}
+  template <typename Enum, std::size_t count>
+  void choice(const std::string&, Enum, const std::array<Choice<Enum>, count>&) {}
 
   const std::vector<std::string>& faults() const { return faults_; }
 

@@ -30,7 +30,7 @@ double u0At(const BatteryParameters& parameters, const OperatingPoint& point) {
 }
 
 /// Steady i_r2 with p = 1 - i_r2 / i_lim put in: i = (forward - backward) / (1 + forward / i_lim).
-Linearised steadyTransfer(const BatteryParameters& parameters, const AtTemperature& at,
+Linearised steadyTransfer(const BatteryParameters& parameters, const Conditions& at,
                           bool limited, double u2) {
   const ReactionRates rates = reactionRates(parameters, at.i0, u2);
   const Linearised free = chargeTransfer(parameters, at.i0, u2, 1.0);
@@ -43,7 +43,7 @@ Linearised steadyTransfer(const BatteryParameters& parameters, const AtTemperatu
 }
 
 double steadyOverpotential(const BatteryParameters& parameters, const BatteryEffects& effects,
-                           const AtTemperature& at, const OperatingPoint& point) {
+                           const Conditions& at, const OperatingPoint& point) {
   const auto excess = [&](double u2) {
     const Linearised main = steadyTransfer(parameters, at, effects.charge_acceptance, u2);
     const Linearised gas = gassing(parameters, effects.gassing, at, u0At(parameters, point) + u2);
@@ -55,7 +55,7 @@ double steadyOverpotential(const BatteryParameters& parameters, const BatteryEff
 
 SmallSignal linearised(const BatteryParameters& parameters, const BatteryEffects& effects,
                        const OperatingPoint& point) {
-  const AtTemperature at = atTemperature(parameters, point.temperature);
+  const Conditions at = atTemperature(parameters, point.temperature);
   const double u2 = steadyOverpotential(parameters, effects, at, point);
   const double main = steadyTransfer(parameters, at, effects.charge_acceptance, u2).value;
   const double lead_ion = effects.charge_acceptance ? 1.0 - main / at.lead_ion_limit : 1.0;

@@ -56,18 +56,19 @@ class MapReader {
         !convert(node[1], range.high))
       refuse(key, "something else", "two numbers [low, high]");
   }
-  void law(const std::string& key, GassingLaw& law) {
+  template <typename Enum, std::size_t size>
+  void choice(const std::string& key, Enum& value, const std::array<Choice<Enum>, size>& choices) {
     const YAML::Node node = find(key);
     if (!node.IsDefined()) return;
-    const std::string name = node.IsScalar() ? node.Scalar() : "";
-    if (name == "none")
-      law = GassingLaw::kNone;
-    else if (name == "threshold")
-      law = GassingLaw::kThreshold;
-    else if (name == "tafel")
-      law = GassingLaw::kTafel;
-    else
-      refuse(key, shown(node), "none, threshold or tafel");
+    std::string names;
+    for (std::size_t k = 0; k < size; ++k) {
+      if (node.IsScalar() && node.Scalar() == choices[k].name) {
+        value = choices[k].value;
+        return;
+      }
+      names += (k == 0 ? "" : k + 1 < size ? ", " : " or ") + std::string(choices[k].name);
+    }
+    refuse(key, shown(node), names);
   }
 
   /// @return the node of a key, undefined when it is left out.
@@ -125,7 +126,7 @@ Phase readPhase(const YAML::Node& node, const std::string& prefix, Faults& fault
   return phase;
 }
 
-ProfileOptions readListedPhases(MapReader& reader, Faults& faults) {
+ListedPhases readListedPhases(MapReader& reader, Faults& faults) {
   ListedPhases listed;
   const YAML::Node node = reader.find("phases");
   if (!node.IsDefined() || !node.IsSequence()) {
@@ -160,6 +161,22 @@ ProfileOptions readProfile(const YAML::Node& node, Faults& faults) {
   return profile;
 }
 
+std::vector<Insert> readInserts(MapReader& root, Faults& faults) {
+  std::vector<Insert> inserts;
+  const YAML::Node node = root.find("inserts");
+  if (!node.IsDefined()) return inserts;
+  if (!node.IsSequence()) root.refuse("inserts", shown(node), "a list of {at_s, phases}");
+  for (std::size_t k = 0; node.IsSequence() && k < node.size(); ++k) {
+    MapReader reader(node[k], "inserts[" + std::to_string(k) + "]", faults);
+    Insert insert;
+    reader.value("at_s", insert.at, "a number");
+    insert.phases = readListedPhases(reader, faults).phases;
+    reader.refuseUnknownKeys();
+    inserts.push_back(insert);
+  }
+  return inserts;
+}
+
 Scenario readScenario(const YAML::Node& root, Faults& faults) {
   Scenario scenario;
   MapReader reader(root, "", faults);
@@ -173,8 +190,10 @@ Scenario readScenario(const YAML::Node& root, Faults& faults) {
   reader.value("impedance_current_a", scenario.impedance_current, "a number");
   readMap(reader.find("battery"), "battery", faults, scenario.battery);
   readMap(reader.find("effects"), "effects", faults, scenario.effects);
+  readMap(reader.find("additions"), "additions", faults, scenario.additions);
   readMap(reader.find("acquisition"), "acquisition", faults, scenario.acquisition);
   scenario.profile = readProfile(reader.find("profile"), faults);
+  scenario.inserts = readInserts(reader, faults);
   reader.refuseUnknownKeys();
   const Faults values = faultsOf(scenario);
   faults.insert(faults.end(), values.begin(), values.end());

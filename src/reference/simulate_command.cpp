@@ -134,6 +134,10 @@ int run(const Arguments& arguments, std::ostream& out, std::ostream& err) {
   if (!arguments.out.empty() && !isRecordingName(arguments.out))
     throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
   Scenario scenario = loadScenario(arguments.scenario);
+  if (!arguments.impedance.empty() && anyOn(scenario.additions))
+    throw std::invalid_argument(
+        "--impedance: the spectrum is that of Fig. 4 without additions, but " + arguments.scenario +
+        " has some");
   scenario.seed = arguments.seed.value_or(scenario.seed);
   // With --json - standard output holds nothing but the document.
   std::ostream silent(nullptr);

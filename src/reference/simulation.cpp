@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <stdexcept>
 
 #include "reference/power_source.hpp"
@@ -18,6 +19,7 @@ class Driver {
  public:
   Driver(const Scenario& scenario, double duration)
       : plan_(planDrive(scenario.profile, std::max(duration, scenario.duration), scenario.seed)),
+        inserts_(scenario.inserts.begin(), scenario.inserts.end()),
         voltage_limit_(scenario.voltage_limit) {}
 
   /// What is wanted at the end of the next step.
@@ -33,12 +35,20 @@ class Driver {
 
  private:
   void begin(double charge_ah) {
-    phase_ = plan_->next({static_cast<double>(steps_) * kStep, charge_ah});
+    const double time = static_cast<double>(steps_) * kStep;
+    if (waiting_.empty() && !inserts_.empty() && time >= inserts_.front().at) {
+      waiting_.assign(inserts_.front().phases.begin(), inserts_.front().phases.end());
+      inserts_.pop_front();
+    }
+    phase_ = waiting_.empty() ? plan_->next({time, charge_ah}) : waiting_.front();
+    if (!waiting_.empty()) waiting_.pop_front();
     length_ = std::max(1L, std::lround(phase_.duration / kStep));
     inside_ = 0;
   }
 
   std::unique_ptr<DrivePlan> plan_;
+  std::deque<Insert> inserts_;
+  std::deque<Phase> waiting_;
   double voltage_limit_;
   Phase phase_{};
   long length_ = 0, inside_ = 0, steps_ = 0;
@@ -49,7 +59,8 @@ class Bench {
  public:
   Bench(const Scenario& scenario, const SimulationOptions& options)
       : options_(options),
-        battery_(scenario.battery, scenario.effects, scenario.start, options.substeps),
+        battery_(scenario.battery, scenario.effects, scenario.start, options.substeps,
+                 scenario.additions),
         state_(battery_.rested()),
         ledger_(battery_, state_),
         acquisition_(scenario.acquisition, 1.0 / kStep, scenario.seed),
@@ -81,7 +92,7 @@ class Bench {
 
   Simulation result(double duration) {
     result_.samples = acquisition_.recording(duration);
-    result_.temperature.resize(result_.samples.size(), state_.temperature);
+    result_.temperature = temperatureOf(result_.samples);
     result_.duration = duration;
     result_.balance = ledger_.balance();
     return std::move(result_);
@@ -90,6 +101,17 @@ class Bench {
  private:
   double time() const { return static_cast<double>(steps_) * kStep; }
 
+  /// The temperature at each sample's time; what lies after the end takes the last one.
+  std::vector<double> temperatureOf(const std::vector<RecordedSample>& samples) const {
+    std::vector<double> temperature;
+    temperature.reserve(samples.size());
+    for (const RecordedSample& sample : samples) {
+      const auto n = static_cast<std::size_t>(std::lround(sample.time / temperature_interval_));
+      temperature.push_back(n < result_.temperature.size() ? result_.temperature[n]
+                                                           : state_.temperature);
+    }
+    return temperature;
+  }
   void observe() {
     acquisition_.push(state_.current, battery_.voltage(state_));
     const double due = static_cast<double>(result_.temperature.size()) * temperature_interval_;
@@ -138,6 +160,19 @@ void append(std::vector<std::string>& faults, const std::string& where,
   for (const auto& fault : more) faults.push_back(where + fault);
 }
 
+std::vector<std::string> faultsOf(const std::vector<Insert>& inserts) {
+  std::vector<std::string> faults;
+  for (std::size_t k = 0; k < inserts.size(); ++k) {
+    const std::string name = "inserts[" + std::to_string(k) + "].";
+    append(faults, name, faultsOf(ProfileOptions{ListedPhases{inserts[k].phases}}));
+    const double earliest = k == 0 ? 0.0 : inserts[k - 1].at;
+    if (!(inserts[k].at >= earliest))
+      faults.push_back(name + "at_s is " + std::to_string(inserts[k].at) + ", expected " +
+                       std::to_string(earliest) + " or more");
+  }
+  return faults;
+}
+
 void requirePositive(std::vector<std::string>& faults, const char* name, double value) {
   if (!(value > 0.0) || !std::isfinite(value))
     faults.push_back(std::string(name) + " is " + std::to_string(value) + ", expected above 0");
@@ -184,8 +219,10 @@ std::vector<std::string> faultsOf(const Scenario& scenario) {
   requirePositive(faults, "voltage_limit_v", scenario.voltage_limit);
   requirePositive(faults, "slew_a_per_s", scenario.slew);
   append(faults, "battery.", faultsOf(scenario.battery));
+  append(faults, "additions.", faultsOf(scenario.additions));
   append(faults, "acquisition.", faultsOf(scenario.acquisition));
   append(faults, "profile.", faultsOf(scenario.profile));
+  append(faults, "", faultsOf(scenario.inserts));
   if (!(scenario.start.soc >= 0.0 && scenario.start.soc <= 1.0))
     faults.push_back("soc is " + std::to_string(scenario.start.soc) + ", expected 0 to 1");
   if (!(scenario.start.temperature >= -40.0 && scenario.start.temperature <= 80.0))

@@ -7,11 +7,18 @@
 #include <vector>
 
 #include "reference/acquisition.hpp"
+#include "reference/additions.hpp"
 #include "reference/drive_plan.hpp"
 #include "reference/energy_ledger.hpp"
 #include "reference/full_battery.hpp"
 
 namespace battery_sof_reference {
+
+/// Phases that come between those of a profile, as soon as one of its phases ends after `at`.
+struct Insert {
+  double at = 0.0;  ///< [s], >= 0
+  std::vector<Phase> phases;
+};
 
 /// All that a simulated recording follows from.
 struct Scenario {
@@ -23,9 +30,11 @@ struct Scenario {
   double impedance_current = 0.0;  ///< direct current of the printed spectrum [A]
   BatteryParameters battery;
   BatteryEffects effects;
+  Additions additions;
   FullBattery::Start start;
   AcquisitionOptions acquisition;
   ProfileOptions profile;
+  std::vector<Insert> inserts;  ///< in order of time
 };
 
 /// What the sensors do not see, one entry every FullBattery::kStep; entry 0 stands at the start.
@@ -60,7 +69,7 @@ struct Simulation {
 };
 
 /**
- * @brief Drives the battery of Fig. 4 through a scenario and records it.
+ * @brief Drives the battery of Fig. 4 and its additions through a scenario and records it.
  * @throws std::invalid_argument naming every fault of the scenario; std::runtime_error when the
  * equations have no solution.
  */

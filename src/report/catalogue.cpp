@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <sstream>
 
+#include "wording.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -17,12 +19,6 @@ std::string number(double value) {
 std::string padded(std::string text, std::size_t width) {
   if (text.size() < width) text.append(width - text.size(), ' ');
   return text + "  ";
-}
-
-std::string joined(const std::vector<std::string>& parts, const std::string& between) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : between) + part;
-  return text;
 }
 
 std::vector<std::string> linesOf(const std::string& text) {

@@ -3,17 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <sstream>
 #include <vector>
 
 #include "battery_sof/recording/events.hpp"
+#include "wording.hpp"
 
 namespace battery_sof {
 namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kWidth = 100;
 constexpr double kZeroCelsius = 273.15;  // [K]
 constexpr double kCoulombsPerAmpereHour = 3600.0;
 constexpr EventKind kKinds[] = {EventKind::kCrank, EventKind::kDischarge, EventKind::kCharge,
@@ -44,12 +43,6 @@ std::string number(double value) {
   return text;
 }
 
-std::string threeDigits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
-
 /// "6 h 16 min 43 s"; below a minute with fractions.
 std::string duration(double seconds) {
   if (seconds < 60.0) return number(seconds) + " s";
@@ -60,23 +53,6 @@ std::string duration(double seconds) {
   if (days > 0 || hours > 0) text += std::to_string(hours) + " h ";
   text += std::to_string(minutes) + " min";
   return days > 0 ? text : text + " " + std::to_string(whole % 60) + " s";
-}
-
-/// Text in lines of at most kWidth columns, the first behind lead, the others indented as far.
-std::string wrapped(const std::string& lead, const std::string& text) {
-  const std::string indent(lead.size(), ' ');
-  std::string result, line = lead;
-  std::istringstream words(text);
-  bool is_first = true;
-  for (std::string word; words >> word; is_first = false) {
-    if (!is_first && line.size() + 1 + word.size() > kWidth) {
-      result += line + "\n";
-      line = indent + word;
-    } else {
-      line += (is_first ? "" : " ") + word;
-    }
-  }
-  return result + line + "\n";
 }
 
 std::string entry(const std::string& label, const std::string& text) {

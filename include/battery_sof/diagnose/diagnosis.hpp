@@ -141,6 +141,9 @@ struct Diagnosis {
   std::vector<RegimeFinding> regimes;
   std::vector<Absorption> absorption;
   std::vector<std::string> instrument;  ///< what the instrument screen said, a sentence each
+  double omnibus_base = 0.0;      ///< z_O beside the base model (PHYSICS 2.2, L1) [1]
+  double omnibus_extended = 0.0;  ///< beside the extended one
+  double explained = 0.0;         ///< share of the likelihood that the library could gain, gained by the extended model [0, 1]
   std::optional<ResidualForce> force;
   std::vector<Detectable> detectable;
   std::vector<std::string> outside;     ///< what no recording of current and voltage can show

@@ -73,7 +73,7 @@ class Sof : public testing::Test {
 TEST_F(Sof, PrintsItsVersionAndHelpAndSucceeds) {
   EXPECT_EQ(sof({"--version"}).code, 0);
   EXPECT_NE(sof({"--version"}).out.find("sof "), std::string::npos);
-  for (const char* command : {"check", "convert", "identify", "predict", "crank", "stop-time", "charge", "map", "effects"}) {
+  for (const char* command : {"check", "convert", "identify", "predict", "crank", "stop-time", "charge", "map", "effects", "diagnose"}) {
     EXPECT_NE(sof({"--help"}).out.find(command), std::string::npos);
     EXPECT_EQ(sof({command, "--help"}).code, 0);
   }

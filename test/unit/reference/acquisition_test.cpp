@@ -147,6 +147,76 @@ TEST(Acquisition, WithoutAFilterTheSamplesAreTheValuesThemselves) {
     ASSERT_NEAR(s.voltage, std::sin(s.time), 1e-12);
 }
 
+TEST(Acquisition, GainMayDifferBetweenChargeAndDischarge) {
+  AcquisitionOptions options = noiseless();
+  options.cutoff_hz = 0.0;
+  options.current_gain_charge = 1.03;
+  options.current_gain_discharge = 0.98;
+  EXPECT_NEAR(recorded(options, 1.0, [](double) { return 10.0; }).back().current, 10.3, 1e-12);
+  EXPECT_NEAR(recorded(options, 1.0, [](double) { return -10.0; }).back().current, -9.8, 1e-12);
+}
+
+TEST(Acquisition, ALagDelaysARampByItsTimeConstantOnItsChannelAlone) {
+  AcquisitionOptions options = noiseless();
+  options.voltage_lag_s = 0.05;
+  const auto sample = recorded(options, 5.0, [](double t) { return 3.0 * t; }).back();
+  EXPECT_NEAR(sample.voltage, 3.0 * (sample.time - 0.05), 1e-9);
+  EXPECT_NEAR(sample.current, 3.0 * sample.time, 1e-9);
+}
+
+TEST(Acquisition, TheVoltageDriftsByItsRate) {
+  AcquisitionOptions options = noiseless();
+  options.voltage_drift_v_per_h = 0.36;
+  const auto sample = recorded(options, 10.0, [](double) { return 12.0; }).back();
+  EXPECT_NEAR(sample.voltage, 12.0 + 1e-4 * sample.time, 1e-9);
+  EXPECT_NEAR(sample.current, 12.0, 1e-9);
+}
+
+TEST(Acquisition, ClippedChannelsHaveFlatTops) {
+  AcquisitionOptions options = noiseless();
+  options.current_limit_a = 2.0;
+  options.voltage_floor_v = -1.0;
+  options.voltage_ceiling_v = 3.0;
+  for (const auto& s : recorded(options, 10.0, [](double t) { return 4.0 * std::sin(t); })) {
+    ASSERT_LE(std::abs(s.current), 2.0);
+    ASSERT_GE(s.voltage, -1.0);
+    ASSERT_LE(s.voltage, 3.0);
+  }
+}
+
+TEST(Acquisition, LosesTheStatedShareOfSamples) {
+  AcquisitionOptions options = noiseless();
+  options.lost_share = 0.1;
+  const auto samples = recorded(options, 100.0, [](double t) { return t; });
+  EXPECT_NEAR(static_cast<double>(samples.size()), 9000.0, 100.0);
+  for (const auto& s : samples) {
+    if (s.time > 0.5) {
+      ASSERT_NEAR(s.voltage, s.time, 1e-9);
+    }
+  }
+}
+
+TEST(Acquisition, FrozenStretchesRepeatTheLastValue) {
+  AcquisitionOptions options = noiseless();
+  options.frozen_per_min = 6.0;
+  options.frozen_s = {0.5, 0.5};
+  const auto samples = recorded(options, 600.0, [](double t) { return t; });
+  ASSERT_EQ(samples.size(), 60000u);
+  int repeated = 0;
+  for (std::size_t n = 1; n < samples.size(); ++n)
+    repeated += samples[n].voltage == samples[n - 1].voltage ? 1 : 0;
+  EXPECT_NEAR(repeated, 60 * 50, 1000);
+}
+
+TEST(Acquisition, AToneAboveHalfTheRateAppearsAtItsAlias) {
+  AcquisitionOptions options = noiseless();
+  options.tone_v = 0.01;
+  options.tone_hz = 312.0;
+  for (const auto& s : recorded(options, 5.0, [](double) { return 12.0; })) {
+    ASSERT_NEAR(s.voltage - 12.0, 0.01 * std::sin(2.0 * M_PI * 12.0 * s.time), 1e-9);
+  }
+}
+
 TEST(Acquisition, RefusesWrongOptionsNamingAllOfThem) {
   AcquisitionOptions options;
   options.cutoff_hz = -1.0;

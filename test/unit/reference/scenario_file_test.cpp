@@ -58,6 +58,22 @@ TEST(ScenarioFile, GivenValuesArriveWhereTheyBelong) {
   EXPECT_EQ(charges.final_peak_a, 99.0);
 }
 
+TEST(ScenarioFile, AdditionsAndInsertsArriveWhereTheyBelong) {
+  const Scenario s = parseScenario(
+      "{additions: {parameter_drift: true, drifting: u0, acid_1_ohm: 0.001},\n"
+      " acquisition: {current_limit_a: 200},\n"
+      " inserts: [{at_s: 30, phases: [{duration_s: 60, current_a: 0}]}],\n"
+      " profile: {kind: city_drive}}",
+      "test");
+  EXPECT_TRUE(s.additions.parameter_drift);
+  EXPECT_EQ(s.additions.drifting, DriftingParameter::kU0);
+  EXPECT_EQ(s.additions.acid_1_ohm, 0.001);
+  EXPECT_EQ(s.acquisition.current_limit_a, 200.0);
+  ASSERT_EQ(s.inserts.size(), 1u);
+  EXPECT_EQ(s.inserts[0].at, 30.0);
+  EXPECT_EQ(s.inserts[0].phases.at(0).duration, 60.0);
+}
+
 TEST(ScenarioFile, AllFaultsAreListedAtOnce) {
   const std::string message = refusalOf(
       "{durations_s: 5, duration_s: -1, soc: 80, seed: -3, battery: {beta: 20, alpha: 2, i0_a: "
@@ -96,6 +112,15 @@ TEST(ScenarioFile, EachOfTheseIsRefusedWithItsReason) {
        "1000 divided by a whole number"},
       {"{profile: {kind: alternating}, battery: {r1_charge_ohm: 0.05, r1_transition_a: 1}}",
        "falls while its current"},
+      {"{profile: {kind: alternating}, additions: {drifting: soc}}",
+       "additions.drifting is \"soc\", expected r_ohmic, r1, cpe2_capacitance or u0"},
+      {"{profile: {kind: alternating}, additions: {acid_1_time_s: 0}}",
+       "additions.acid_1_time_s is 0"},
+      {"{profile: {kind: alternating}, inserts: 3}", "inserts is \"3\", expected a list"},
+      {"{profile: {kind: alternating}, inserts: [{at_s: -1, phases: []}]}",
+       "inserts[0].at_s is -1"},
+      {"{profile: {kind: alternating}, acquisition: {voltage_floor_v: 15, voltage_ceiling_v: 9}}",
+       "voltage_floor_v is not below voltage_ceiling_v"},
   };
   for (const auto& [text, reason] : wrong)
     EXPECT_NE(refusalOf(text).find(reason), std::string::npos)

@@ -214,5 +214,21 @@ TEST(Simulation, ReportsProgressOnceASimulatedMinute) {
   EXPECT_NEAR(times[2], 180.0, 0.01);
 }
 
+TEST(Simulation, AnInsertPlaysItsPhasesAndTheProfileGoesOn) {
+  Scenario scenario = shipped("data_set_1");
+  scenario.duration = 120.0;
+  scenario.inserts = {{30.0, {{40.0, 0.0, 0.0}}}};
+  const auto currents = withTruth(scenario).truth.current;
+  const auto longest = [&](double from, double to) {
+    std::size_t run = 0, most = 0;
+    for (auto n = static_cast<std::size_t>(from * 1e3); n < static_cast<std::size_t>(to * 1e3); ++n)
+      most = std::max(most, run = currents[n] == 0.0 ? run + 1 : 0);
+    return static_cast<double>(most) * FullBattery::kStep;
+  };
+  EXPECT_LT(longest(0.0, 30.0), 10.0);
+  EXPECT_NEAR(longest(30.0, 90.0), 40.0, 4.5);
+  EXPECT_LT(longest(90.0, 120.0), 10.0);
+}
+
 }  // namespace
 }  // namespace battery_sof_reference

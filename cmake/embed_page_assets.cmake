@@ -1,0 +1,25 @@
+# Writes OUTPUT, a C++ file that defines the texts of src/report/page_assets.hpp from files; a file that is not there gives an
+# empty text. Run by cmake -P with OUTPUT, PAGE_CSS, PAGE_JS, DYGRAPHS_JS, DYGRAPHS_CSS, DYGRAPHS_NOTICE.
+set(delimiter "page_asset")
+
+function(append_text name file)
+  set(text "")
+  if(EXISTS "${file}")
+    file(READ "${file}" text)
+    string(REGEX REPLACE "//# sourceMappingURL=[^\r\n]*|/\\*# sourceMappingURL=[^*]*\\*/" "" text "${text}")
+  endif()
+  string(FIND "${text}" ")${delimiter}\"" end)
+  if(NOT end EQUAL -1)
+    message(FATAL_ERROR "${file} holds )${delimiter}\", which ends a C++ string")
+  endif()
+  file(APPEND "${OUTPUT}.part" "const char ${name}[] = R\"${delimiter}(${text})${delimiter}\";\n")
+endfunction()
+
+file(WRITE "${OUTPUT}.part" "#include \"${HEADER}\"\n\nnamespace battery_sof {\n\n")
+append_text(kPageCss "${PAGE_CSS}")
+append_text(kPageJs "${PAGE_JS}")
+append_text(kDygraphsJs "${DYGRAPHS_JS}")
+append_text(kDygraphsCss "${DYGRAPHS_CSS}")
+append_text(kDygraphsNotice "${DYGRAPHS_NOTICE}")
+file(APPEND "${OUTPUT}.part" "\n}  // namespace battery_sof\n")
+file(RENAME "${OUTPUT}.part" "${OUTPUT}")

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "battery_sof/diagnose/diagnosis.hpp"
+#include "battery_sof/diagnose/naming.hpp"
+
+namespace battery_sof {
+
+/// What the instrument screen found, in the words of the catalogue.
+struct InstrumentScreen {
+  std::vector<std::string> faults;     ///< ids of tier I: clipping, dropouts, quantisation, aliasing
+  std::vector<std::string> sentences;  ///< all findings worth telling
+};
+
+/// What speaks for something beyond the catalogue.
+struct Remainder {
+  double base_omnibus = 0.0;      ///< z_O beside the base model
+  double extended_omnibus = 0.0;  ///< z_O beside the extended one
+  double explained = 1.0;         ///< share of what base model and noise leave that the extended one explains [0, 1]
+  bool regime_alarm = false;      ///< of the base model's errors by regime
+};
+
+/// @return ids that no recording of this kind tells from `id`, whatever a fit says (PHYSICS 1.4).
+std::vector<std::string> alwaysTiedWith(const std::string& id);
+
+/// @return verdict by PHYSICS 2.3's table.
+Verdict judge(const Naming& naming, const InstrumentScreen& instruments, const Remainder& remainder,
+              const DiagnosisThresholds& thresholds);
+
+/// @return what no current and voltage can show (PHYSICS 0.7).
+std::vector<std::string> outsideWhatSignalsShow();
+
+/// @return smallest strengths that a recording would have shown, from scores beside its final model.
+std::vector<Detectable> detectableFrom(const std::vector<Signature>& screened);
+
+/// @return what to record next, in one or two sentences.
+std::string nextExperiment(const Diagnosis& diagnosis);
+
+/// @return the verdict in one plain sentence with numbers.
+std::string summaryOf(const Diagnosis& diagnosis);
+
+}  // namespace battery_sof

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "battery_sof/diagnose/diagnosis.hpp"
+
+namespace battery_sof {
+
+/**
+ * @brief JSON of `sof diagnose`, schema battery_sof/diagnosis/1. Absent and not finite numbers are null.
+ *
+ * Beside the contract's fields: program, recording; effects: title, evidence, voltage_rms_v, tied_with, and parameters'
+ * lower, upper (of the 95 % interval), at_bound; candidates: title, score_z; fit.regimes; regimes; absorption; instrument;
+ * force; detectable; outside.
+ */
+nlohmann::json diagnosisJson(const Diagnosis& diagnosis);
+
+/// The same to read or to paste into a mail: plain text of at most 100 columns, verdict first.
+std::string diagnosisText(const Diagnosis& diagnosis);
+
+}  // namespace battery_sof

@@ -1,0 +1,97 @@
+#include <filesystem>
+#include <ostream>
+
+#include "battery_sof/diagnose/diagnose.hpp"
+#include "battery_sof/recording/atomic_file.hpp"
+#include "battery_sof/report/diagnosis_page.hpp"
+#include "battery_sof/report/diagnosis_results.hpp"
+#include "battery_sof/report/model_yaml.hpp"
+#include "command.hpp"
+
+namespace battery_sof {
+namespace {
+
+struct DiagnoseArguments {
+  RecordingArguments recording;
+  WindowArguments window;
+  std::string report, out, base_out, json;
+  DiagnoseOptions options;
+};
+
+/// The stretch that is diagnosed, at the rate the models are fitted at.
+Recording stretchOf(const DiagnoseArguments& arguments) {
+  Recording recording = loadRecording(arguments.recording);
+  recording.series = atDesignRate(recording.series);
+  if (!recording.series.empty())
+    recording.series = slice(recording.series, rangeOf(arguments.window, recording.series));
+  return recording;
+}
+
+/// A page that could not be written is found out before the minutes of work, not after.
+void requireFolders(const DiagnoseArguments& arguments) {
+  for (const std::string& file : {arguments.report, arguments.out, arguments.base_out, arguments.json}) {
+    if (file.empty() || file == "-") continue;
+    const auto folder = std::filesystem::absolute(file).parent_path();
+    if (!std::filesystem::is_directory(folder))
+      throw UsageError("cannot write " + file + ": there is no folder " + folder.string());
+  }
+}
+
+void nameOrigin(FittedModel& model, const Recording& recording, const std::string& hash) {
+  model.recording = recording.name;
+  model.recording_hash = hash;
+}
+
+void writeFiles(const DiagnoseArguments& arguments, const Recording& recording, const Diagnosis& diagnosis) {
+  if (!arguments.report.empty())
+    writeFileAtomically(arguments.report, diagnosisPage(recording, diagnosis));
+  if (diagnosis.verdict == Verdict::kInsufficientData) return;
+  if (!arguments.out.empty()) writeModelFile(arguments.out, diagnosis.extended);
+  if (!arguments.base_out.empty()) writeModelFile(arguments.base_out, diagnosis.base);
+}
+
+int runDiagnose(const CommandLine& line, DiagnoseArguments arguments) {
+  requireFolders(arguments);
+  Progress progress(line.err);
+  const Recording recording = stretchOf(arguments);
+  arguments.options.progress = [&](const std::string& stage) { progress.stage(stage); };
+  Diagnosis diagnosis = diagnose(recording, arguments.options);
+  const std::string hash = fileHash(arguments.recording.path);
+  nameOrigin(diagnosis.base, recording, hash);
+  nameOrigin(diagnosis.extended, recording, hash);
+  progress.stage("writing");
+  writeFiles(arguments, recording, diagnosis);
+  emit(line, diagnosisText(diagnosis), diagnosisJson(diagnosis), arguments.json);
+  if (diagnosis.verdict != Verdict::kInsufficientData) return kExitDone;
+  line.err << "sof: no diagnosis: " << diagnosis.summary << "\n";
+  return kExitNegative;
+}
+
+}  // namespace
+
+void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand(
+      "diagnose", "find where the base model and a recording part, and which physics is missing");
+  auto arguments = std::make_shared<DiagnoseArguments>();
+  addRecordingOptions(*command, arguments->recording);
+  addWindowOptions(*command, arguments->window);
+  command->add_option("--report", arguments->report, "page to write: one HTML file that needs no network");
+  command->add_option("--out", arguments->out, "model file to write: the base model with what was found");
+  command->add_option("--base-out", arguments->base_out, "model file to write: the base model alone");
+  command
+      ->add_option("--holdout", arguments->options.holdout_share,
+                   "share of the samples, the last ones, kept for the comparison alone")
+      ->capture_default_str();
+  command
+      ->add_option("--hypotheses", arguments->options.hypotheses,
+                   "ids to weigh, comma-separated; all of sof effects by default")
+      ->delimiter(',');
+  command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")
+      ->capture_default_str();
+  addJsonOption(*command, arguments->json);
+  command->callback([&line, arguments] {
+    line.run = [&line, arguments] { return runDiagnose(line, *arguments); };
+  });
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,119 @@
+#include "battery_sof/diagnose/absorption.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "battery_sof/diagnose/signatures.hpp"
+#include "battery_sof/diagnose/thresholds.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kLeastShare = 0.01;
+constexpr double kMostRelative = 1.0;  // standard error of a change that is still worth telling
+constexpr double kMostLevel = 0.5;     // [V], the same of u_dc
+constexpr std::array<const char*, 3> kThirds{"first third", "middle third", "last third"};
+constexpr std::size_t kParts = kRegimes + kThirds.size();
+
+std::string partName(std::size_t part) {
+  return part < kRegimes ? regimeName(static_cast<Regime>(part)) : kThirds[part - kRegimes];
+}
+
+std::size_t thirdOf(const Drive& drive, double time) {
+  const double first = drive.samples.front().step.time, span = drive.samples.back().step.time - first;
+  return span > 0.0 ? std::min<std::size_t>(2, static_cast<std::size_t>(3.0 * (time - first) / span)) : 0;
+}
+
+/// Coordinates that move base parameters.
+std::vector<Eigen::Index> baseCoordinates(const WhitenedFit& fit) {
+  std::vector<Eigen::Index> coordinates;
+  for (std::size_t k = 0; k < fit.rows.size(); ++k)
+    if (fit.rows[k] < kBaseRows) coordinates.push_back(static_cast<Eigen::Index>(k));
+  return coordinates;
+}
+
+/// A coordinate's change of one as a change of its parameter: relative, of u_dc in V.
+double unitOf(const WhitenedFit& fit, Eigen::Index coordinate) {
+  const Eigen::Index row = fit.rows[static_cast<std::size_t>(coordinate)];
+  const ParameterInfo& info = fit.model.parameters()[static_cast<std::size_t>(row)];
+  if (info.logarithmic) return 1.0;
+  return row == kRowUDc ? std::abs(info.magnitude) : std::abs(info.magnitude) / fit.point.parameters[row];
+}
+
+/// The Jacobian's columns of some coordinates, a copy for every part with zeros outside it; parts run fastest.
+Eigen::MatrixXd cutColumns(const WhitenedFit& fit, const Drive& drive, const std::vector<Regime>& regimes,
+                           const std::vector<Eigen::Index>& coordinates) {
+  const auto parts = static_cast<Eigen::Index>(kParts);
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(fit.jacobian.rows(),
+                                                  parts * static_cast<Eigen::Index>(coordinates.size()));
+  for (std::size_t j = 0; j < coordinates.size(); ++j)
+    for (Eigen::Index n = 0; n < fit.jacobian.rows(); ++n) {
+      const auto sample = static_cast<std::size_t>(n);
+      const Eigen::Index first = parts * static_cast<Eigen::Index>(j);
+      const auto third = static_cast<Eigen::Index>(kRegimes + thirdOf(drive, drive.samples[sample].step.time));
+      const double value = fit.jacobian(n, coordinates[j]);
+      columns(n, first + static_cast<Eigen::Index>(regimes[sample])) = value;
+      columns(n, first + third) = value;
+    }
+  return columns;
+}
+
+double costOf(const WhitenedFit& fit, const CompositionPoint& point, const Drive& drive) {
+  Eigen::VectorXd error = -simulatedVoltage(fit.model, point, drive);
+  for (Eigen::Index n = 0; n < error.size(); ++n) error[n] += drive.samples[static_cast<std::size_t>(n)].voltage;
+  return whitened(fit, drive, error).squaredNorm();
+}
+
+}  // namespace
+
+std::vector<Absorption> absorptionMap(const WhitenedFit& fit, const Drive& drive,
+                                      const std::vector<Regime>& regimes) {
+  if (regimes.size() != drive.samples.size() || fit.residual.size() != fit.jacobian.rows() ||
+      drive.samples.size() != static_cast<std::size_t>(fit.residual.size()))
+    throw std::invalid_argument("absorptionMap: fit, drive and regimes have " + std::to_string(fit.residual.size()) +
+                                ", " + std::to_string(drive.samples.size()) + " and " +
+                                std::to_string(regimes.size()) + " samples");
+  const std::vector<Eigen::Index> coordinates = baseCoordinates(fit);
+  const Signatures signatures = signaturesOf(fit, drive, cutColumns(fit, drive, regimes, coordinates));
+  const double std = std::sqrt(innovationVariance(fit));
+  std::vector<Absorption> map;
+  for (std::size_t j = 0; j < coordinates.size(); ++j) {
+    const double unit = unitOf(fit, coordinates[j]);
+    const Eigen::Index row = fit.rows[static_cast<std::size_t>(coordinates[j])];
+    for (std::size_t part = 0; part < kParts; ++part) {
+      const auto column = static_cast<Eigen::Index>(j * kParts + part);
+      const double length = signatures.columns.col(column).norm();
+      if (signatures.freeShare(column) <= kLeastShare) continue;
+      if (unit * std / length > (row == kRowUDc ? kMostLevel : kMostRelative)) continue;
+      const double along = signatures.columns.col(column).dot(fit.innovation) / length;
+      map.push_back({fit.model.parameters()[static_cast<std::size_t>(row)].name, partName(part), along / std,
+                     unit * along / length});
+    }
+  }
+  return map;
+}
+
+Exchange exchangeOf(const std::vector<const Drive*>& parts, const std::vector<const WhitenedFit*>& fits) {
+  if (parts.size() != fits.size())
+    throw std::invalid_argument("exchangeOf: " + std::to_string(fits.size()) + " fits for " +
+                                std::to_string(parts.size()) + " parts");
+  const auto count = static_cast<Eigen::Index>(parts.size());
+  Exchange exchange{Eigen::MatrixXd(count, count)};
+  for (Eigen::Index k = 0; k < count; ++k)
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const WhitenedFit& own = *fits[static_cast<std::size_t>(k)];
+      const WhitenedFit& other = *fits[static_cast<std::size_t>(j)];
+      exchange.cost(k, j) =
+          costOf(own, {other.point.parameters, own.point.state}, *parts[static_cast<std::size_t>(k)]);
+    }
+  return exchange;
+}
+
+bool optimiserFailed(const Exchange& exchange) {
+  const Eigen::VectorXd gain = exchange.cost.diagonal() - exchange.cost.rowwise().minCoeff();
+  return (gain.array() > DiagnosisThresholds{}.score).any();
+}
+
+}  // namespace battery_sof

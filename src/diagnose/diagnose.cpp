@@ -1,0 +1,331 @@
+#include "battery_sof/diagnose/diagnose.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "battery_sof/diagnose/naming.hpp"
+#include "battery_sof/diagnose/verdict.hpp"
+#include "battery_sof/identify/composition_identification.hpp"
+#include "battery_sof/identify/error_tracker.hpp"
+#include "battery_sof/recording/checks.hpp"
+#include "battery_sof/recording/fit_mask.hpp"
+#include "interim.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr std::size_t kLeastSamples = 120;   // of the training part: ten for every unknown of base model and noise
+constexpr double kLeastDuration = 120.0;     // [s], two time constants of the double layer at rest
+constexpr double kLeastCharge = 20.0;        // [As] that must flow in either direction
+constexpr std::size_t kCompressFrom = 4000;  // samples
+constexpr double kSlow = 0.15;               // [s]; sampled more slowly, edges cannot be set aside
+constexpr double kEdge = 5.0;                // [A]
+constexpr double kBeforeEdge = 0.03, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid
+constexpr double kOmnibusDeviance = 10.0;     // z_O in units of -2 ln likelihood: sqrt(2 k) of some fifty columns
+constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
+
+/// Effects that act within a tenth of a second of an edge.
+const std::vector<std::string>& fastEffects() {
+  static const std::vector<std::string> ids = {"fast_arc", "inductance", "time_skew", "sensor_lag"};
+  return ids;
+}
+
+bool contains(const std::vector<std::string>& list, const std::string& id) {
+  return std::find(list.begin(), list.end(), id) != list.end();
+}
+
+void requireValid(const DiagnoseOptions& options) {
+  if (!(options.holdout_share > 0.0) || !(options.holdout_share <= 0.5))
+    throw std::invalid_argument("holdout_share is " + std::to_string(options.holdout_share) +
+                                ", expected above 0 and at most 0.5");
+  if (options.threads < 0)
+    throw std::invalid_argument("threads is " + std::to_string(options.threads) + ", expected at least 0");
+  for (const std::string& id : options.hypotheses) effectInfo(id);
+}
+
+/// @return why a training part cannot be diagnosed; empty when it can.
+std::string lackOf(const Series& series, IndexRange train) {
+  if (train.size() < kLeastSamples)
+    return "the training part has " + std::to_string(train.size()) + " samples, at least " +
+           std::to_string(kLeastSamples) + " are needed";
+  const double duration = series.time[train.last - 1] - series.time[train.first];
+  if (duration < kLeastDuration)
+    return "the training part lasts " + std::to_string(static_cast<int>(duration)) + " s, at least " +
+           std::to_string(static_cast<int>(kLeastDuration)) + " s are needed";
+  double charge = 0.0, discharge = 0.0;
+  const double gap = gapThreshold(series);
+  for (std::size_t k = train.first + 1; k < train.last; ++k) {
+    const double dt = series.time[k] - series.time[k - 1];
+    if (dt > gap) continue;
+    charge += std::max(0.0, series.current[k]) * dt;
+    discharge += std::max(0.0, -series.current[k]) * dt;
+  }
+  if (discharge < kLeastCharge) return "the training part hardly discharges the battery";
+  if (charge + discharge < 2.0 * kLeastCharge) return "the training part hardly moves any charge";
+  return "";
+}
+
+class Diagnoser {
+ public:
+  Diagnoser(const Recording& recording, const DiagnoseOptions& options)
+      : recording_(recording), series_(recording.series), options_(options) {
+    const auto held = static_cast<std::size_t>(std::ceil(options.holdout_share * static_cast<double>(series_.size())));
+    train_ = {0, series_.size() - std::min(series_.size(), held)};
+    holdout_ = {train_.last, series_.size()};
+  }
+
+  Diagnosis run() {
+    const std::string lack = lackOf(series_, train_);
+    if (!lack.empty()) return insufficient(lack);
+    tell("checking the instruments");
+    screenInstruments();
+    tell("fitting the base model");
+    fitBase();
+    tell("locating where model and measurement part");
+    locate();
+    nameAll();
+    tell("describing what remains");
+    weighRemainder();
+    found_.verdict = judge(naming_, instruments_, remainder_, options_.thresholds);
+    takeEffects();
+    tell("opening the part that was held out");
+    compare();
+    found_.summary = summaryOf(found_);
+    found_.next_experiment = nextExperiment(found_);
+    return std::move(found_);
+  }
+
+ private:
+  void tell(const std::string& stage) const {
+    if (options_.progress) options_.progress(stage);
+  }
+
+  Diagnosis insufficient(const std::string& lack) {
+    found_.verdict = Verdict::kInsufficientData;
+    found_.summary = "The recording cannot answer: " + lack + ".";
+    found_.next_experiment = nextExperiment(found_);
+    found_.outside = outsideWhatSignalsShow();
+    return std::move(found_);
+  }
+
+  void screenInstruments() {
+    const Series train = slice(series_, train_);
+    limits_ = instrumentLimits(series_);
+    Recording part = recording_;
+    part.series = train;
+    for (const Finding& finding : checkRecording(part).findings) {
+      if (finding.severity == Severity::kNote) continue;
+      instruments_.sentences.push_back(finding.what + ": " + finding.meaning);
+      if (finding.id == "clipping") instruments_.faults.push_back("clipping");
+      if (finding.id == "stuck" || finding.id == "missing" || finding.id == "gaps") instruments_.faults.push_back("dropouts");
+      if (finding.id == "aliasing") instruments_.faults.push_back("aliasing");
+    }
+    std::sort(instruments_.faults.begin(), instruments_.faults.end());
+    instruments_.faults.erase(std::unique(instruments_.faults.begin(), instruments_.faults.end()), instruments_.faults.end());
+    found_.instrument = instruments_.sentences;
+    found_.outside = outsideWhatSignalsShow();
+  }
+
+  void fitBase() {
+    const bool slow = medianInterval(series_) > kSlow;
+    drive_ = train_.size() > kCompressFrom && !slow ? compressedDrive(series_, train_, {}, limits_.masked)
+                                                    : fullDrive(series_, train_, limits_.masked);
+    slow_ = slow;
+    quiet_ = slow ? drive_ : withoutEdges(drive_, kEdge, kBeforeEdge, kAfterEdge);
+    search_.least_white = std::max(1e-5, limits_.voltage_lsb_std);
+    const BatteryModel model;
+    base_ = fitWhitened(model, quiet_, {typicalStart(model, quiet_)}, std::nullopt, search_);
+    if (limits_.voltage_lsb_std > kCoarse * 0.001 && limits_.voltage_lsb_std > 0.5 * base_.noise.white_std)
+      instruments_.faults.push_back("quantisation");
+  }
+
+  void locate() {
+    const std::vector<Regime> regimes = regimesOf(quiet_);
+    found_.regimes = regimeFindings(quiet_, base_.residual);
+    found_.mismatch = mismatchSegments(quiet_, base_, regimes);
+    found_.absorption = absorptionMap(base_, quiet_, regimes);
+  }
+
+  void nameAll() {
+    NamingOptions options;
+    options.thresholds = options_.thresholds;
+    options.threads = options_.threads;
+    options.least_white = search_.least_white;
+    options.progress = options_.progress;
+    for (const EffectInfo& info : effectCatalogue())
+      if ((options_.hypotheses.empty() || contains(options_.hypotheses, info.id)) &&
+          (slow_ || info.id == "fast_arc" || !contains(fastEffects(), info.id)))
+        options.hypotheses.push_back(info.id);
+    naming_ = nameEffects(quiet_, base_, options);
+    final_ = naming_.extended;
+    if (!slow_) nameFast(options);
+    for (Accepted& accepted : naming_.accepted)
+      for (const std::string& id : alwaysTiedWith(accepted.id))
+        if (!contains(accepted.tied, id) && !isAccepted(id)) accepted.tied.push_back(id);
+  }
+
+  bool isAccepted(const std::string& id) const {
+    return std::any_of(naming_.accepted.begin(), naming_.accepted.end(),
+                       [&](const Accepted& accepted) { return accepted.id == id; });
+  }
+
+  /// What acts at edges alone, once slower physics is in: with every sample.
+  void nameFast(NamingOptions options) {
+    options.hypotheses.clear();
+    for (const std::string& id : fastEffects())
+      if (options_.hypotheses.empty() || contains(options_.hypotheses, id)) options.hypotheses.push_back(id);
+    if (options.hypotheses.empty()) return;
+    const WhitenedFit start = fitWhitened(naming_.extended.model, drive_, {naming_.extended.point}, std::nullopt, search_);
+    const std::vector<Signature> screened = naming_.last_screen;
+    naming_ = nameEffects(drive_, start, options, naming_);
+    for (const Signature& signature : screened)
+      if (!contains(fastEffects(), signature.id)) naming_.last_screen.push_back(signature);
+  }
+
+  void weighRemainder() {
+    remainder_.base_omnibus = omnibusZ(base_, quiet_);
+    remainder_.extended_omnibus = omnibusZ(final_, quiet_);
+    for (const RegimeFinding& finding : found_.regimes) remainder_.regime_alarm = remainder_.regime_alarm || finding.alarm;
+    const double left = std::max(0.0, remainder_.extended_omnibus) * kOmnibusDeviance;
+    const double gained = base_.deviance - final_.deviance;
+    remainder_.explained = gained > 0.0 ? gained / (gained + left) : 0.0;
+    found_.omnibus_base = remainder_.base_omnibus;
+    found_.omnibus_extended = remainder_.extended_omnibus;
+    found_.explained = remainder_.explained;
+    if (remainder_.extended_omnibus > options_.thresholds.omnibus || naming_.unnamed) describeForce();
+    found_.detectable = detectableFrom(naming_.last_screen);
+  }
+
+  void describeForce() {
+    found_.force = describeResidual(final_, quiet_);
+    for (const Signature& signature : naming_.last_screen) {
+      const double cosine = std::sqrt(signature.score) / std::max(1e-9, final_.innovation.norm());
+      if (cosine <= found_.force->cosine) continue;
+      found_.force->cosine = cosine;
+      found_.force->nearest = signature.id;
+    }
+  }
+
+  void takeEffects() {
+    found_.candidates = naming_.candidates;
+    const auto completed = [&](const WhitenedFit& fit) {
+      IdentifyOptions options;
+      options.effects = fit.model.effects();
+      options.masked = limits_.masked;
+      options.voltage_lsb_std = limits_.voltage_lsb_std;
+      FittedModel model = completedModel(series_, train_, options, fit.point, fit.noise);
+      fitErrors(model, series_, train_);
+      model.recording = recording_.name;
+      return model;
+    };
+    found_.base = completed(base_);
+    const bool named = found_.verdict != Verdict::kUnknown && !naming_.accepted.empty();
+    found_.extended = naming_.accepted.empty() ? found_.base : completed(naming_.extended);
+    if (named)
+      for (const Accepted& accepted : naming_.accepted) takeEffect(accepted);
+    if (found_.verdict == Verdict::kSensorFault)
+      for (const std::string& id : instruments_.faults) found_.effects.push_back({id, 0.95, {}, {}, 0.0, 0.0, {}});
+  }
+
+  void takeEffect(const Accepted& accepted) {
+    NamedEffect effect{accepted.id, accepted.confidence, absorbedInto(), {}, accepted.evidence, accepted.rms, accepted.tied};
+    for (const ParameterInfo& info : effectInfo(accepted.id).parameters)
+      for (const ParameterEstimate& estimate : found_.extended.estimates)
+        if (estimate.name == info.name && !estimate.held) effect.parameters.push_back(described(estimate, info));
+    found_.effects.push_back(effect);
+    for (const std::string& id : accepted.tied) {
+      NamedEffect rival{id, std::max(0.0, 1.0 - accepted.confidence) / static_cast<double>(accepted.tied.size()), {}, {},
+                        accepted.evidence, accepted.rms, {accepted.id}};
+      for (const std::string& other : accepted.tied)
+        if (other != id) rival.tied_with.push_back(other);
+      found_.effects.push_back(rival);
+    }
+  }
+
+  static DiagnosedParameter described(const ParameterEstimate& estimate, const ParameterInfo& info) {
+    DiagnosedParameter parameter{estimate.name, estimate.unit, estimate.value, estimate.std, std::nullopt, std::nullopt,
+                                 estimate.at_bound};
+    if (!estimate.std) return parameter;
+    const double spread = 1.96 * *estimate.std;
+    if (info.logarithmic) {
+      const double factor = std::exp(spread / estimate.value);
+      parameter.lower = std::max(info.lower, estimate.value / factor);
+      parameter.upper = std::min(info.upper, estimate.value * factor);
+    } else {
+      parameter.lower = std::max(info.lower, estimate.value - spread);
+      parameter.upper = std::min(info.upper, estimate.value + spread);
+    }
+    return parameter;
+  }
+
+  /// Base parameters that moved by more than a tenth, or two standard errors, once the effects were in.
+  std::vector<std::string> absorbedInto() const {
+    std::vector<std::pair<double, std::string>> moved;
+    for (std::size_t j = 0; j < static_cast<std::size_t>(kRowUDc); ++j) {
+      const ParameterEstimate& before = found_.base.estimates[j];
+      const ParameterEstimate& after = found_.extended.estimates[j];
+      const double by = std::abs(before.value - after.value);
+      const double noise = std::hypot(before.std.value_or(0.0), after.std.value_or(0.0));
+      if (by > 0.1 * std::abs(before.value) && by > 2.0 * noise) moved.push_back({by / std::abs(before.value), before.name});
+    }
+    std::stable_sort(moved.begin(), moved.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::vector<std::string> names;
+    for (const auto& one : moved) names.push_back(one.second);
+    return names;
+  }
+
+  void compare() {
+    found_.base_voltage = voltageOf(found_.base);
+    found_.extended_voltage = naming_.accepted.empty() ? found_.base_voltage : voltageOf(found_.extended);
+    Comparison& fit = found_.fit;
+    fit.train = windowOf(train_);
+    fit.holdout = windowOf(holdout_);
+    fit.base_train = metrics(train_, found_.base_voltage, found_.base);
+    fit.base_holdout = metrics(holdout_, found_.base_voltage, found_.base);
+    fit.extended_train = metrics(train_, found_.extended_voltage, found_.extended);
+    fit.extended_holdout = metrics(holdout_, found_.extended_voltage, found_.extended);
+    fit.regimes = compareRegimes(series_, holdout_, found_.base_voltage, found_.extended_voltage);
+  }
+
+  FitWindow windowOf(IndexRange range) const {
+    return {series_.time[range.first], series_.time[range.last - 1], range.size()};
+  }
+
+  ErrorMetrics metrics(IndexRange range, const std::vector<double>& voltage, const FittedModel& model) const {
+    (void)model;
+    return errorMetrics(series_, range, voltage);
+  }
+
+  /// The whole recording from the training part's first state on.
+  std::vector<double> voltageOf(const FittedModel& model) const {
+    const Drive whole = fullDrive(series_, {0, series_.size()});
+    CompositionPoint point{pointOf(model).parameters, Eigen::VectorXd()};
+    point.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
+    const Eigen::VectorXd voltage = simulatedVoltage(compositionOf(model), point, whole);
+    return {voltage.data(), voltage.data() + voltage.size()};
+  }
+
+  const Recording& recording_;
+  const Series& series_;
+  const DiagnoseOptions& options_;
+  IndexRange train_, holdout_;
+  InstrumentLimits limits_;
+  InstrumentScreen instruments_;
+  Remainder remainder_;
+  bool slow_ = false;
+  Drive drive_, quiet_;
+  WhitenedSearch search_;
+  WhitenedFit base_, final_;
+  Naming naming_;
+  Diagnosis found_;
+};
+
+}  // namespace
+
+Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
+  requireValid(options);
+  return Diagnoser(recording, options).run();
+}
+
+}  // namespace battery_sof

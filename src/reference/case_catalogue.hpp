@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace battery_sof_reference {
+
+/// A kind of case: "null -", "effect gassing", ...
+struct CaseKind {
+  std::string family;
+  std::string id;  ///< "-" in families that have no ids
+};
+
+/**
+ * @brief All kinds of cases a diagnosis can be tried on (PHYSICS 3.2).
+ *
+ * null: the base circuit. structural_null: another structure, no tier-P effect. effect: one effect
+ * on the base circuit. decoy: one instrument fault on it. unknown: a force outside the catalogue.
+ * structural_effect: a tier-P effect on another structure.
+ */
+const std::vector<CaseKind>& caseKinds();
+
+/// What a good diagnosis may say to a case.
+struct Expectation {
+  std::vector<std::string> verdicts;  ///< any of them
+  std::vector<std::string> effects;   ///< those that are true
+  std::vector<std::string> ties;      ///< those that cannot be told from them (PHYSICS 1.4)
+};
+
+/// @param kind one of caseKinds().  @param effects true ones, ids of PHYSICS.
+Expectation expectationOf(const CaseKind& kind, const std::vector<std::string>& effects);
+
+}  // namespace battery_sof_reference

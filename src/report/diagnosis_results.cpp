@@ -1,0 +1,328 @@
+#include "battery_sof/report/diagnosis_results.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "battery_sof/predict/query.hpp"
+#include "battery_sof/report/version.hpp"
+#include "wording.hpp"
+
+namespace battery_sof {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::size_t kSegmentsTold = 8;    // of the text's list; JSON has all
+constexpr std::size_t kCandidatesTold = 6;  // of the text's list
+constexpr double kNotableZ = 4.0;           // of an absorption: 1 in 16,000 by chance alone
+
+// ---------------------------------------------------------------------------------------------
+// JSON
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json number(const std::optional<double>& value) { return value ? number(*value) : Json(nullptr); }
+
+/// One array entry for each item.
+template <typename Item, typename Entry>
+Json listOf(const std::vector<Item>& items, Entry&& entry) {
+  Json list = Json::array();
+  for (const Item& item : items) list.push_back(entry(item));
+  return list;
+}
+
+Json parameterJson(const DiagnosedParameter& parameter) {
+  return {{"name", parameter.name},           {"value", number(parameter.value)},
+          {"std", number(parameter.std)},     {"unit", parameter.unit},
+          {"lower", number(parameter.lower)}, {"upper", number(parameter.upper)},
+          {"at_bound", parameter.at_bound}};
+}
+
+Json effectJson(const NamedEffect& effect) {
+  return {{"id", effect.id},
+          {"title", titleOf(effect.id)},
+          {"confidence", number(effect.confidence)},
+          {"absorbed_into", effect.absorbed_into},
+          {"parameters", listOf(effect.parameters, parameterJson)},
+          {"evidence", number(effect.evidence)},
+          {"voltage_rms_v", number(effect.voltage_rms)},
+          {"tied_with", effect.tied_with}};
+}
+
+Json candidateJson(const Candidate& candidate) {
+  return {{"id", candidate.id},
+          {"title", titleOf(candidate.id)},
+          {"score_z", number(candidate.score)},
+          {"holdout_gain_percent", number(candidate.holdout_gain_percent)},
+          {"evidence", number(candidate.evidence)},
+          {"confidence", number(candidate.confidence)},
+          {"rejected_because", candidate.rejected_because}};
+}
+
+Json segmentJson(const MismatchSegment& segment) {
+  return {{"from_s", number(segment.from)},
+          {"to_s", number(segment.to)},
+          {"regime", segment.regime},
+          {"mean_error_v", number(segment.mean_error)},
+          {"peak_error_v", number(segment.peak_error)},
+          {"p_value", number(segment.p_value)}};
+}
+
+Json regimeJson(const RegimeFinding& finding) {
+  return {{"regime", finding.regime},
+          {"statistic", finding.statistic},
+          {"unit", finding.statistic == "slope" ? "V/s" : "V"},
+          {"episodes", finding.episodes},
+          {"value", number(finding.value)},
+          {"lower", number(finding.lower)},
+          {"upper", number(finding.upper)},
+          {"p_value", number(finding.p_value)},
+          {"alarm", finding.alarm}};
+}
+
+Json absorptionJson(const Absorption& absorption) {
+  return {{"parameter", absorption.parameter},
+          {"regime", absorption.regime},
+          {"z", number(absorption.z)},
+          {"change", number(absorption.change)}};
+}
+
+Json comparedJson(const RegimeComparison& regime) {
+  return {{"regime", regime.regime},
+          {"samples", regime.samples},
+          {"base_rmse_v", number(regime.base_rmse)},
+          {"extended_rmse_v", number(regime.extended_rmse)},
+          {"change_v", number(regime.change)},
+          {"change_lower_v", number(regime.change_lower)},
+          {"change_upper_v", number(regime.change_upper)}};
+}
+
+Json metricsJson(const ErrorMetrics& metrics) {
+  return {{"q_dyn_percent", number(metrics.q_dyn_percent)},
+          {"rmse_v", number(metrics.rmse)},
+          {"max_abs_v", number(metrics.max_abs)},
+          {"crank_mae_v", number(metrics.crank_mae)},
+          {"charge_bias_v", number(metrics.charge_bias)},
+          {"charge_current_error_a", number(metrics.charge_current_error)}};
+}
+
+Json windowJson(const FitWindow& window) {
+  return {{"from_s", number(window.from)}, {"to_s", number(window.to)}};
+}
+
+Json fitJson(const Comparison& fit) {
+  return {{"train", windowJson(fit.train)},
+          {"holdout", windowJson(fit.holdout)},
+          {"base",
+           {{"train", metricsJson(fit.base_train)}, {"holdout", metricsJson(fit.base_holdout)}}},
+          {"extended",
+           {{"train", metricsJson(fit.extended_train)},
+            {"holdout", metricsJson(fit.extended_holdout)}}},
+          {"regimes", listOf(fit.regimes, comparedJson)}};
+}
+
+Json memoryJson(const MemoryWeight& memory) {
+  return {{"time_s", number(memory.time)}, {"weight_ohm", number(memory.weight)}};
+}
+
+Json forceJson(const std::optional<ResidualForce>& force) {
+  if (!force) return nullptr;
+  return {{"omnibus_z", number(force->omnibus_z)},
+          {"rms_v", number(force->rms)},
+          {"charge", listOf(force->charge, memoryJson)},
+          {"discharge", listOf(force->discharge, memoryJson)},
+          {"terms", force->terms},
+          {"nearest", force->nearest},
+          {"cosine", number(force->cosine)},
+          {"description", force->description}};
+}
+
+Json detectableJson(const Detectable& detectable) {
+  return {{"id", detectable.id},
+          {"parameter", detectable.parameter},
+          {"unit", detectable.unit},
+          {"strength", number(detectable.strength)},
+          {"typical", number(detectable.typical)},
+          {"visible", detectable.visible}};
+}
+
+/// File names may hold any bytes; JSON may not.
+Json validText(const std::string& text) {
+  return Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+// ---------------------------------------------------------------------------------------------
+// text
+
+constexpr char kIndent[] = "             ";
+
+std::string timesText(const FitWindow& window) {
+  return sentence("%.1f to %.1f s", window.from, window.to);
+}
+
+std::string verdictText(const Diagnosis& d) {
+  std::string text = wrapped("verdict      ", describe(d.verdict) + ": " + d.summary);
+  if (!d.base.recording.empty()) text += "recording    " + d.base.recording + "\n";
+  if (d.fit.train.to > d.fit.train.from)
+    text += "             trained on " + timesText(d.fit.train) + ", compared on " +
+            timesText(d.fit.holdout) + " that no fit has seen\n";
+  return text;
+}
+
+/// The segments with the largest peaks, in order of time.
+std::vector<MismatchSegment> largest(std::vector<MismatchSegment> segments) {
+  const auto is_larger = [](const MismatchSegment& a, const MismatchSegment& b) {
+    return std::abs(a.peak_error) > std::abs(b.peak_error);
+  };
+  std::stable_sort(segments.begin(), segments.end(), is_larger);
+  if (segments.size() > kSegmentsTold) segments.resize(kSegmentsTold);
+  std::sort(segments.begin(), segments.end(),
+            [](const MismatchSegment& a, const MismatchSegment& b) { return a.from < b.from; });
+  return segments;
+}
+
+std::string mismatchText(const Diagnosis& d) {
+  if (d.mismatch.empty()) return "";
+  std::string text = sentence("\nwhere measurement and base model part (%zu stretches%s), measured minus model\n",
+                              d.mismatch.size(),
+                              d.mismatch.size() > kSegmentsTold ? "; the largest" : "");
+  text += sentence("%s%10s %10s  %-22s %10s %10s %9s\n", kIndent, "from [s]", "to [s]", "regime",
+                   "mean [mV]", "peak [mV]", "p");
+  for (const MismatchSegment& s : largest(d.mismatch))
+    text += sentence("%s%10.1f %10.1f  %-22s %10s %10s %9.2g\n", kIndent, s.from, s.to,
+                     plainName(s.regime).c_str(), millivolts(s.mean_error).c_str(),
+                     millivolts(s.peak_error).c_str(), s.p_value);
+  return text;
+}
+
+std::string regimesText(const Diagnosis& d) {
+  std::string text;
+  for (const RegimeFinding& f : d.regimes) {
+    if (!f.alarm) continue;
+    const std::string unit = f.statistic == "slope" ? "mV/s" : "mV";
+    text += wrapped(kIndent, plainName(f.regime) + ": " + f.statistic + " " + millivolts(f.value) + " " + unit +
+                                 ", 95 % between " + millivolts(f.lower) + " and " + millivolts(f.upper) + " " +
+                                 unit + sentence(" (%zu episodes)", f.episodes));
+  }
+  return text.empty() ? text : "\nregimes in which the base model errs\n" + text;
+}
+
+std::string wantedChange(const Absorption& a) {
+  return a.parameter == "u_dc" ? millivolts(a.change) + " mV" : sentence("%+.0f %%", 100.0 * a.change);
+}
+
+std::string absorptionText(const Diagnosis& d) {
+  std::string text;
+  for (const Absorption& a : d.absorption)
+    if (std::abs(a.z) >= kNotableZ)
+      text += sentence("%s%-12s wants %8s in %-22s (z %+.1f)\n", kIndent, a.parameter.c_str(),
+                       wantedChange(a).c_str(), plainName(a.regime).c_str(), a.z);
+  return text.empty() ? text : "\nwhat the base model's parameters have taken up\n" + text;
+}
+
+std::string intervalText(const DiagnosedParameter& p) {
+  if (p.lower && p.upper) return "95 % " + threeDigits(*p.lower) + " to " + threeDigits(*p.upper);
+  if (p.lower) return "at least " + threeDigits(*p.lower);
+  return p.upper ? "at most " + threeDigits(*p.upper) : "";
+}
+
+std::string parameterText(const DiagnosedParameter& p) {
+  const std::string error = p.std ? "+- " + threeDigits(*p.std) : "";
+  return sentence("%s%-24s %10s %-10s %-6s %s%s\n", kIndent, p.name.c_str(),
+                  threeDigits(p.value).c_str(), error.c_str(), p.unit.c_str(),
+                  intervalText(p).c_str(), p.at_bound ? " (at a bound)" : "");
+}
+
+std::string effectsText(const Diagnosis& d) {
+  std::string text;
+  for (const NamedEffect& effect : d.effects) {
+    text += "\n" + wrapped("effect       ", effect.id + ": " + titleOf(effect.id) +
+                                           "; confidence " + confidenceText(effect.confidence) + ", adds " +
+                                           millivolts(effect.voltage_rms) + " mV RMS");
+    if (!effect.absorbed_into.empty())
+      text += wrapped(kIndent, "hidden before in " + joined(effect.absorbed_into, ", "));
+    if (!effect.tied_with.empty())
+      text += wrapped(kIndent, "not to be told apart here from " + joined(effect.tied_with, ", "));
+    for (const DiagnosedParameter& p : effect.parameters) text += parameterText(p);
+  }
+  return text;
+}
+
+std::string rejectedText(const Diagnosis& d) {
+  std::string text;
+  std::size_t told = 0;
+  for (const Candidate& c : d.candidates)
+    if (!c.rejected_because.empty() && told++ < kCandidatesTold)
+      text += wrapped(sentence("%s%-26s z %7.1f  ", kIndent, c.id.c_str(), c.score), c.rejected_because);
+  return text.empty() ? text : "\nweighed and rejected\n" + text;
+}
+
+std::string cell(const std::optional<double>& value, double scale) {
+  return value ? sentence("%.1f", scale * *value) : "-";
+}
+
+std::string comparisonText(const Diagnosis& d) {
+  if (!(d.fit.train.to > d.fit.train.from)) return "";
+  std::string text = sentence("\n%-26s %10s %10s   %10s %10s\n", "", "training", "", "hold-out", "");
+  text += sentence("%-26s %10s %10s   %10s %10s\n", "before and after", "base", "extended", "base", "extended");
+  for (const MetricRow& row : metricRows(d.fit))
+    text += sentence("%-26s %10s %10s   %10s %10s\n", ("  " + row.title + " [" + row.unit + "]").c_str(),
+                     cell(row.base_train, row.scale).c_str(), cell(row.extended_train, row.scale).c_str(),
+                     cell(row.base_holdout, row.scale).c_str(), cell(row.extended_holdout, row.scale).c_str());
+  for (const RegimeComparison& r : d.fit.regimes)
+    if (changeOf(r) == Change::kWorse)
+      text += wrapped("  ", "became worse in " + plainName(r.regime) + ": " + millivolts(r.base_rmse) + " to " +
+                                 millivolts(r.extended_rmse) + " mV");
+  return text;
+}
+
+std::string hiddenText(const Diagnosis& d) {
+  std::vector<std::string> hidden;
+  for (const Detectable& x : d.detectable)
+    if (!x.visible)
+      hidden.push_back(x.id + " (" + x.parameter + " below " + threeDigits(x.strength) + " " + x.unit + ")");
+  std::string text;
+  if (!hidden.empty()) text += "\n" + wrapped("hidden       ", "could be here unseen: " + joined(hidden, "; "));
+  for (const std::string& what : d.outside) text += wrapped("outside      ", what);
+  return text;
+}
+
+std::string restText(const Diagnosis& d) {
+  std::string text;
+  for (const std::string& what : d.instrument) text += wrapped("instrument   ", what);
+  if (d.force && !d.force->description.empty()) {
+    text += wrapped("unexplained  ", d.force->description);
+    for (const std::string& term : d.force->terms) text += wrapped(kIndent, term);
+  }
+  if (!d.next_experiment.empty()) text += wrapped("next         ", d.next_experiment);
+  return text.empty() ? text : "\n" + text;
+}
+
+}  // namespace
+
+nlohmann::json diagnosisJson(const Diagnosis& d) {
+  return {{"schema", "battery_sof/diagnosis/1"},
+          {"program", "battery_sof " + version()},
+          {"recording", validText(d.base.recording)},
+          {"verdict", describe(d.verdict)},
+          {"summary", d.summary},
+          {"effects", listOf(d.effects, effectJson)},
+          {"candidates", listOf(d.candidates, candidateJson)},
+          {"mismatch", listOf(d.mismatch, segmentJson)},
+          {"fit", fitJson(d.fit)},
+          {"next_experiment", d.next_experiment},
+          {"regimes", listOf(d.regimes, regimeJson)},
+          {"absorption", listOf(d.absorption, absorptionJson)},
+          {"omnibus", {{"base", number(d.omnibus_base)}, {"extended", number(d.omnibus_extended)}, {"explained", number(d.explained)}}},
+          {"instrument", d.instrument},
+          {"force", forceJson(d.force)},
+          {"detectable", listOf(d.detectable, detectableJson)},
+          {"outside", d.outside}};
+}
+
+std::string diagnosisText(const Diagnosis& d) {
+  return verdictText(d) + mismatchText(d) + regimesText(d) + absorptionText(d) + effectsText(d) +
+         rejectedText(d) + comparisonText(d) + hiddenText(d) + restText(d);
+}
+
+}  // namespace battery_sof

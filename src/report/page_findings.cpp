@@ -1,0 +1,425 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "battery_sof/diagnose/thresholds.hpp"
+#include "battery_sof/predict/query.hpp"
+#include "html.hpp"
+#include "page_sections.hpp"
+#include "wording.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kFullColorZ = 15.0;   // |z| from which the map's colour no longer deepens
+constexpr double kNotableZ = 4.0;      // |z| from which a cell is set in bold: 1 in 16,000 by chance alone
+constexpr std::size_t kSegmentsListed = 60;
+constexpr std::size_t kCandidatesListed = 8;
+constexpr char kNone[] = "\xe2\x80\x93";
+
+std::string paragraph(const std::string& html, const std::string& attributes = "") {
+  return element("p", html, attributes);
+}
+
+std::string code(const std::string& text) { return element("code", escaped(text)); }
+
+/// A unit as one would say it: milliohms and millivolts below one.
+struct SpokenUnit {
+  double factor;
+  std::string name;
+};
+
+SpokenUnit spokenUnit(double value, const std::string& unit) {
+  const bool is_small = std::abs(value) < 1.0 && value != 0.0;
+  if (unit == "ohm") return is_small ? SpokenUnit{1e3, " m\xce\xa9"} : SpokenUnit{1.0, " \xce\xa9"};
+  if (unit == "V" && is_small) return {1e3, " mV"};
+  return {1.0, unit == "1" ? "" : " " + unit};
+}
+
+/// Three significant digits, four from 1000 on; no exponent where it can be helped.
+std::string plainNumber(double value) {
+  return std::abs(value) >= 1000.0 && std::abs(value) < 1e6 ? sentence("%.0f", value) : threeDigits(value);
+}
+
+std::string spoken(double value, const std::string& unit) {
+  if (!std::isfinite(value)) return kNone;
+  const SpokenUnit spoken_unit = spokenUnit(value, unit);
+  return plainNumber(spoken_unit.factor * value) + spoken_unit.name;
+}
+
+/// "8.50 ± 0.17 mΩ": as many decimals as the standard error's second digit.
+std::string withError(double value, const std::optional<double>& std, const std::string& unit) {
+  if (!std || !(*std > 0.0) || !std::isfinite(*std) || !std::isfinite(value)) return spoken(value, unit);
+  const SpokenUnit spoken_unit = spokenUnit(value, unit);
+  const double error = spoken_unit.factor * *std;
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(error))), 0, 6);
+  return sentence("%.*f \xc2\xb1 %.*f", decimals, spoken_unit.factor * value, decimals, error) + spoken_unit.name;
+}
+
+/// Begins with a capital.
+std::string headline(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
+  return text;
+}
+
+// ---------------------------------------------------------------------------------------------
+// where
+
+/// The regimes or parameters of a list, each once, in order of appearance.
+template <typename Item, typename Name>
+std::vector<std::string> namesOf(const std::vector<Item>& items, Name&& name) {
+  std::vector<std::string> names;
+  for (const Item& item : items)
+    if (std::find(names.begin(), names.end(), name(item)) == names.end()) names.push_back(name(item));
+  return names;
+}
+
+Cell findingCell(const std::vector<RegimeFinding>& findings, const std::string& regime, const std::string& statistic) {
+  for (const RegimeFinding& f : findings)
+    if (f.regime == regime && f.statistic == statistic)
+      return {element(f.alarm ? "strong" : "span", withMinusSigns(millivolts(f.value))) +
+                  element("small", withMinusSigns(millivolts(f.lower) + " to " + millivolts(f.upper))),
+              f.alarm ? "class=\"number alarm\"" : "class=\"number\""};
+  return numberCell(kNone);
+}
+
+std::string regimeTable(const Diagnosis& d) {
+  std::vector<std::vector<Cell>> rows;
+  for (const std::string& regime : namesOf(d.regimes, [](const RegimeFinding& f) { return f.regime; })) {
+    std::size_t episodes = 0;
+    for (const RegimeFinding& f : d.regimes)
+      if (f.regime == regime) episodes = std::max(episodes, f.episodes);
+    rows.push_back({{escaped(plainName(regime))}, numberCell(std::to_string(episodes)),
+                    findingCell(d.regimes, regime, "mean"), findingCell(d.regimes, regime, "slope"),
+                    findingCell(d.regimes, regime, "end")});
+  }
+  if (rows.empty()) return "";
+  return element("h3", "By operating regime") +
+         paragraph("Measured minus base model, with 95 % intervals. Marked: more than chance would give, counting how many "
+                   "numbers were looked at.", "class=\"note\"") +
+         table({"regime", "episodes", "mean [mV]", "slope [mV/s]", "at its end [mV]"}, rows);
+}
+
+Cell absorptionCell(const std::vector<Absorption>& map, const std::string& parameter, const std::string& regime) {
+  for (const Absorption& a : map)
+    if (a.parameter == parameter && a.regime == regime) {
+      const double strength = std::min(std::abs(a.z) / kFullColorZ, 1.0);
+      const std::string wish = parameter == "u_dc" ? sentence("%+.0f mV", 1e3 * a.change) : sentence("%+.0f %%", 100.0 * a.change);
+      const std::string kind = sentence("class=\"heat %s%s\" style=\"--strength:%.2f\"", a.z > 0.0 ? "more" : "less",
+                                        std::abs(a.z) >= kNotableZ ? " notable" : "", strength);
+      return {withMinusSigns(sentence("%+.1f", a.z)) + element("small", withMinusSigns(wish)), kind};
+    }
+  return {kNone, "class=\"heat\""};
+}
+
+std::string absorptionTable(const Diagnosis& d) {
+  if (d.absorption.empty()) return "";
+  const auto regimes = namesOf(d.absorption, [](const Absorption& a) { return a.regime; });
+  std::vector<std::string> head = {"parameter"};
+  for (const std::string& regime : regimes) head.push_back(escaped(plainName(regime)));
+  std::vector<std::vector<Cell>> rows;
+  for (const std::string& parameter : namesOf(d.absorption, [](const Absorption& a) { return a.parameter; })) {
+    rows.push_back({{code(parameter)}});
+    for (const std::string& regime : regimes) rows.back().push_back(absorptionCell(d.absorption, parameter, regime));
+  }
+  return element("h3", "Which parameter wants another value where") +
+         paragraph("One value of a parameter has to serve all regimes. Each cell says how strongly a regime asks for another "
+                   "one (z, in standard errors) and for which: " +
+                       element("span", "more", "class=\"chip more\"") + " or " +
+                       element("span", "less", "class=\"chip less\"") +
+                       ". A right model leaves this map pale.", "class=\"note\"") +
+         table(head, rows, "class=\"map\"");
+}
+
+std::string zoomButton(double from, double to) {
+  return element("button", "show", sentence("type=\"button\" class=\"show\" data-from=\"%.3f\" data-to=\"%.3f\"", from, to));
+}
+
+std::string segmentTable(const Diagnosis& d, double clock_origin) {
+  if (d.mismatch.empty()) return "";
+  std::vector<std::vector<Cell>> rows;
+  for (const MismatchSegment& s : d.mismatch) {
+    if (rows.size() == kSegmentsListed) break;
+    const double from = s.from - clock_origin, to = s.to - clock_origin;
+    rows.push_back({{sentence("%.1f to %.1f s", from, to) + zoomButton(from, to)}, {escaped(plainName(s.regime))},
+                    numberCell(millivolts(s.mean_error)), numberCell(millivolts(s.peak_error)),
+                    numberCell(sentence("%.1g", s.p_value))});
+  }
+  const std::string more = d.mismatch.size() > kSegmentsListed
+                               ? paragraph(sentence("The first %zu of %zu; the JSON holds all.", kSegmentsListed, d.mismatch.size()),
+                                           "class=\"note\"")
+                               : "";
+  return element("details", element("summary", sentence("Stretch by stretch (%zu)", d.mismatch.size())) +
+                                table({"stretch", "regime", "mean [mV]", "peak [mV]", "p"}, rows) + more);
+}
+
+// ---------------------------------------------------------------------------------------------
+// evidence
+
+/// What a bar shows: |z| of the score test, and the gain after a refit on the same footing (its root).
+struct Bars {
+  double before = 0.0, after = 0.0;
+};
+
+Bars barsOf(const Candidate& c) {
+  return {std::max(c.score, 0.0), std::sqrt(std::max(c.evidence, 0.0))};
+}
+
+/// Share of the full width on a logarithmic axis that begins at 1.
+double onAxis(double value, double end) { return value <= 1.0 ? 0.0 : std::min(std::log(value) / std::log(end), 1.0); }
+
+std::string barHtml(const char* kind, double share) {
+  return element("span", "", sentence("class=\"bar %s\" style=\"width:%.1f%%\"", kind, 100.0 * share));
+}
+
+std::string candidateHtml(const Candidate& c, double end, double threshold) {
+  const Bars bars = barsOf(c);
+  std::string numbers = sentence("z %.1f", c.score);
+  if (c.evidence != 0.0) numbers += sentence(" \xc2\xb7 evidence %.0f", c.evidence);
+  if (c.holdout_gain_percent) numbers += sentence(" \xc2\xb7 held-out blocks %+.0f %%", *c.holdout_gain_percent);
+  if (c.rejected_because.empty()) numbers += " \xc2\xb7 confidence " + escaped(confidenceText(c.confidence));
+  const bool is_accepted = c.rejected_because.empty();
+  const std::string name = element("div", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id), "class=\"name\"");
+  const std::string track = element("div", barHtml("before", onAxis(bars.before, end)) + barHtml("after", onAxis(bars.after, end)) +
+                                               element("span", "", sentence("class=\"threshold\" style=\"left:%.1f%%\"", 100.0 * onAxis(threshold, end))),
+                                    "class=\"track\"");
+  const std::string why = element("div", is_accepted ? "accepted" : "rejected: " + escaped(c.rejected_because), "class=\"why\"");
+  return element("li", name + track + element("div", withMinusSigns(numbers), "class=\"numbers\"") + why,
+                 is_accepted ? "class=\"accepted\"" : "");
+}
+
+// ---------------------------------------------------------------------------------------------
+// effects
+
+std::string intervalHtml(const DiagnosedParameter& p) {
+  if (p.lower && p.upper) return spoken(*p.lower, p.unit) + " to " + spoken(*p.upper, p.unit);
+  if (p.lower) return "at least " + spoken(*p.lower, p.unit);
+  return p.upper ? "at most " + spoken(*p.upper, p.unit) : kNone;
+}
+
+/// Where a value lies between the catalogue's bounds, in [0, 1].
+double shareOfBounds(const ParameterInfo& info, double value) {
+  const bool log = info.logarithmic && info.lower > 0.0 && value > 0.0;
+  const auto at = [&](double x) { return log ? std::log(x) : x; };
+  return std::clamp((at(value) - at(info.lower)) / (at(info.upper) - at(info.lower)), 0.0, 1.0);
+}
+
+std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
+  if (p.at_bound) return element("strong", "at the catalogue\xe2\x80\x99s bound: not plausible as it stands");
+  const ParameterInfo* info = parameterInfo(id, p.name);
+  if (info == nullptr) return kNone;
+  const std::string gauge = element("span", element("i", "", sentence("style=\"left:%.0f%%\"", 100.0 * shareOfBounds(*info, p.value))),
+                                    "class=\"gauge\"");
+  return gauge + element("small", escaped(spoken(info->lower, p.unit) + " to " + spoken(info->upper, p.unit)));
+}
+
+std::string effectHtml(const NamedEffect& effect) {
+  std::vector<std::vector<Cell>> rows;
+  for (const DiagnosedParameter& p : effect.parameters)
+    rows.push_back({{code(p.name)}, numberCell(withError(p.value, p.std, p.unit)),
+                    numberCell(intervalHtml(p)), {plausibility(effect.id, p)}});
+  std::string facts = "Confidence " + confidenceText(effect.confidence) + "; it moves the voltage by " +
+                      millivolts(effect.voltage_rms) + " mV RMS.";
+  if (!effect.absorbed_into.empty())
+    facts += " Without it, " + escaped(joined(effect.absorbed_into, ", ")) + " had taken it up.";
+  if (!effect.tied_with.empty())
+    facts += " This recording cannot tell it from " + escaped(joined(effect.tied_with, ", ")) + ".";
+  std::string html = element("h3", escaped(headline(titleOf(effect.id))) + " " + code(effect.id)) + paragraph(facts);
+  if (const EffectInfo* info = catalogued(effect.id))
+    html += element("pre", escaped(info->equations));
+  return html + table({"parameter", "value", "95 % interval", "inside the catalogue\xe2\x80\x99s bounds"}, rows);
+}
+
+std::string baseParameterTable(const Diagnosis& d) {
+  std::vector<std::vector<Cell>> rows;
+  for (const ParameterEstimate& before : d.base.estimates)
+    for (const ParameterEstimate& after : d.extended.estimates) {
+      if (after.name != before.name || before.value == 0.0) continue;
+      rows.push_back({{code(before.name)}, numberCell(withError(before.value, before.std, before.unit)),
+                      numberCell(withError(after.value, after.std, after.unit)),
+                      numberCell(sentence("%+.1f %%", 100.0 * (after.value / before.value - 1.0)))});
+    }
+  if (rows.empty()) return "";
+  return element("h3", "What became of the base parameters") +
+         table({"parameter", "base model", "extended model", "change"}, rows);
+}
+
+// ---------------------------------------------------------------------------------------------
+// comparison
+
+std::string told(const std::optional<double>& value, double scale) {
+  return value && std::isfinite(*value) ? sentence("%.1f", scale * *value) : kNone;
+}
+
+std::string metricTable(const Diagnosis& d) {
+  const bool is_extended = !d.effects.empty();
+  std::vector<std::vector<Cell>> rows;
+  for (const MetricRow& row : metricRows(d.fit)) {
+    rows.push_back({{escaped(row.title + " [" + row.unit + "]")}, numberCell(told(row.base_holdout, row.scale))});
+    const Cell after = {element("strong", withMinusSigns(told(row.extended_holdout, row.scale))), "class=\"number\""};
+    if (is_extended) rows.back().push_back(after);
+    rows.back().push_back(numberCell(told(row.base_train, row.scale)));
+    if (is_extended) rows.back().push_back(numberCell(told(row.extended_train, row.scale)));
+  }
+  if (!is_extended) return table({"", "hold-out", "training"}, rows);
+  return table({"", "hold-out, base", "hold-out, extended", "training, base", "training, extended"}, rows);
+}
+
+std::string changeHtml(const RegimeComparison& r) {
+  return withMinusSigns((r.change > 0.0 ? "+" : "") + millivolts(r.change) + " mV") +
+         element("small", withMinusSigns(millivolts(r.change_lower) + " to " + millivolts(r.change_upper)));
+}
+
+std::string regimeComparisonTable(const Diagnosis& d) {
+  if (d.effects.empty()) return "";
+  std::vector<std::vector<Cell>> rows;
+  for (const RegimeComparison& r : d.fit.regimes) {
+    const Change change = changeOf(r);
+    const char* kind = change == Change::kBetter ? "better" : change == Change::kWorse ? "worse" : "open";
+    rows.push_back({{escaped(plainName(r.regime))}, numberCell(std::to_string(r.samples)),
+                    numberCell(millivolts(r.base_rmse)), numberCell(millivolts(r.extended_rmse)),
+                    {changeHtml(r), "class=\"number\""},
+                    {element("span", describe(change), sentence("class=\"verdict-chip %s\"", kind))}});
+  }
+  if (rows.empty()) return "";
+  return element("h3", "Regime by regime, on the hold-out") +
+         table({"regime", "samples", "base, RMS [mV]", "extended, RMS [mV]", "change, 95 %", ""}, rows);
+}
+
+// ---------------------------------------------------------------------------------------------
+// hidden
+
+std::string detectableTable(std::vector<Detectable> list) {
+  const auto ratio = [](const Detectable& x) { return x.typical != 0.0 ? std::abs(x.strength / x.typical) : 0.0; };
+  std::stable_sort(list.begin(), list.end(), [&](const Detectable& a, const Detectable& b) { return ratio(a) > ratio(b); });
+  std::vector<std::vector<Cell>> rows;
+  for (const Detectable& x : list)
+    rows.push_back({{escaped(headline(titleOf(x.id))) + " " + code(x.id)}, {code(x.parameter)},
+                    numberCell(spoken(x.strength, x.unit)), numberCell(spoken(x.typical, x.unit)),
+                    numberCell(ratio(x) > 0.0 ? threeDigits(ratio(x)) + " \xc3\x97" : kNone)});
+  return table({"effect", "its parameter", "shows from", "typical", "ratio"}, rows);
+}
+
+std::string listHtml(const std::vector<std::string>& sentences) {
+  std::string items;
+  for (const std::string& text : sentences) items += element("li", escaped(text));
+  return element("ul", items);
+}
+
+std::string memoryTable(const ResidualForce& force) {
+  double largest = std::numeric_limits<double>::min();
+  for (const auto* memory : {&force.charge, &force.discharge})
+    for (const MemoryWeight& w : *memory) largest = std::max(largest, std::abs(w.weight));
+  const auto cell = [&](const std::vector<MemoryWeight>& memory, std::size_t k) -> Cell {
+    if (k >= memory.size()) return {kNone, "class=\"heat\""};
+    const double weight = memory[k].weight;
+    return {withMinusSigns(sentence("%+.2f", 1e3 * weight)),
+            sentence("class=\"heat %s\" style=\"--strength:%.2f\"", weight > 0.0 ? "more" : "less", std::abs(weight) / largest)};
+  };
+  std::vector<std::vector<Cell>> rows;
+  for (std::size_t k = 0; k < std::max(force.charge.size(), force.discharge.size()); ++k) {
+    const double time = k < force.charge.size() ? force.charge[k].time : force.discharge[k].time;
+    rows.push_back({{time > 0.0 ? threeDigits(time) + " s" : "at once"}, cell(force.charge, k), cell(force.discharge, k)});
+  }
+  return rows.empty() ? "" : element("h3", "What the voltage remembers of the current [m\xce\xa9]") +
+                                 table({"remembered for", "charging", "discharging"}, rows, "class=\"map\"");
+}
+
+}  // namespace
+
+std::string section(const std::string& id, const std::string& title, const std::string& body) {
+  if (body.empty()) return "";
+  return element("section", element("h2", title) + "\n" + body, "id=\"" + id + "\"") + "\n";
+}
+
+std::string whereSection(const Diagnosis& d, double clock_origin) {
+  return section("where", "Where model and measurement part",
+                 regimeTable(d) + segmentTable(d, clock_origin) + absorptionTable(d));
+}
+
+std::string evidenceSection(const Diagnosis& d) {
+  if (d.candidates.empty()) return "";
+  const double threshold = std::sqrt(DiagnosisThresholds{}.score);
+  double end = 2.0 * threshold;
+  for (const Candidate& c : d.candidates) end = std::max({end, barsOf(c).before, barsOf(c).after});
+  std::vector<Candidate> candidates = d.candidates;
+  std::stable_partition(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.rejected_because.empty(); });
+  std::string items, further;
+  for (std::size_t k = 0; k < candidates.size(); ++k)
+    (k < kCandidatesListed ? items : further) += candidateHtml(candidates[k], end, threshold) + "\n";
+  const std::string list = "class=\"evidence\"";
+  if (!further.empty())
+    further = element("details", element("summary", sentence("And %zu more", d.candidates.size() - kCandidatesListed)) +
+                                     element("ol", further, list));
+  return section("evidence", "What was weighed",
+                 paragraph(element("span", "", "class=\"swatch before\"") + " strength of its signature in the error (z) " +
+                               element("span", "", "class=\"swatch after\"") +
+                               " what a fit with it keeps (root of the evidence); logarithmic. The line marks what chance "
+                               "alone hardly ever reaches.", "class=\"note\"") +
+                     element("ol", items, list) + further);
+}
+
+std::string effectsSection(const Diagnosis& d) {
+  std::string html;
+  for (const NamedEffect& effect : d.effects) html += effectHtml(effect);
+  return html.empty() ? "" : section("effects", "What is missing, with numbers", html + baseParameterTable(d));
+}
+
+std::string comparisonSection(const Diagnosis& d) {
+  if (!(d.fit.holdout.to > d.fit.holdout.from)) return "";
+  const std::string note = d.effects.empty() ? "Nothing was added: these are the base model\xe2\x80\x99s errors. " : "";
+  return section("comparison", "Before and after",
+                 paragraph(note + "The hold-out is the end of the drive: no fit and no choice has seen it. Better is a higher "
+                                  "Q_dyn and less of everything else.", "class=\"note\"") +
+                     metricTable(d) + regimeComparisonTable(d));
+}
+
+std::string hiddenSection(const Diagnosis& d) {
+  std::vector<Detectable> hidden, visible;
+  for (const Detectable& x : d.detectable) (x.visible ? visible : hidden).push_back(x);
+  std::string html;
+  if (!hidden.empty())
+    html += paragraph("These may be present at their usual strength without this recording showing it.") + detectableTable(hidden);
+  if (!visible.empty())
+    html += element("details", element("summary", sentence("What would have shown (%zu)", visible.size())) + detectableTable(visible));
+  if (!d.outside.empty()) html += element("h3", "Beyond any recording of current and voltage") + listHtml(d.outside);
+  if (!d.instrument.empty()) html += element("h3", "The instruments") + listHtml(d.instrument);
+  return section("hidden", "What could hide here", html);
+}
+
+std::string unexplainedSection(const Diagnosis& d) {
+  if (!d.force || d.force->description.empty()) return "";
+  const ResidualForce& force = *d.force;
+  std::string html = paragraph(escaped(force.description));
+  if (!force.terms.empty()) html += listHtml(force.terms);
+  if (!force.nearest.empty())
+    html += paragraph(sentence("Nearest in the catalogue: %s (cosine %.2f). It comes to %s mV RMS, %.0f standard errors above "
+                               "chance.", escaped(titleOf(force.nearest)).c_str(), force.cosine,
+                               millivolts(force.rms).c_str(), force.omnibus_z));
+  return section("unexplained", "What no effect explains", html + memoryTable(force));
+}
+
+std::string nextSection(const Diagnosis& d) {
+  if (d.next_experiment.empty()) return "";
+  return section("next", "What to record next", paragraph(escaped(d.next_experiment), "class=\"next\""));
+}
+
+std::string readingSection() {
+  const char* const items[][2] = {
+      {"Base model", "the small circuit of the paper: two resistances, a double layer with its charge transfer, a constant "
+                     "open-circuit voltage. It is fitted to the training part."},
+      {"Extended model", "the base model with the effects found here, everything fitted together."},
+      {"z", "how many standard errors an effect\xe2\x80\x99s signature stands out of the error, after taking away all that the "
+            "base parameters could have absorbed."},
+      {"Evidence", "gain of the likelihood after a refit, less a price for every parameter. Twenty is needed for a name."},
+      {"Held-out blocks", "the fall of the error on stretches of the training part that the fit had not seen."},
+      {"Confidence", "share of the evidence among effects that could stand for one another. It does not count effects that are "
+                     "in no catalogue."},
+      {"Q_dyn", "share of the voltage\xe2\x80\x99s variation that the model reproduces (paper, eq. 6)."},
+      {"Sign", "current is positive into the battery; errors are measured minus model."}};
+  std::string list;
+  for (const auto& item : items) list += element("dt", item[0]) + element("dd", item[1]);
+  return section("reading", "How to read this", element("dl", list));
+}
+
+}  // namespace battery_sof

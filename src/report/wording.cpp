@@ -1,0 +1,114 @@
+#include "wording.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
+namespace battery_sof {
+namespace {
+
+std::string formatted(const char* pattern, double value) {
+  char text[48];
+  std::snprintf(text, sizeof text, pattern, value);
+  return text;
+}
+
+}  // namespace
+
+std::string wrapped(const std::string& lead, const std::string& text) {
+  const std::string indent(lead.size(), ' ');
+  std::string result, line = lead;
+  std::istringstream words(text);
+  bool is_first = true;
+  for (std::string word; words >> word; is_first = false) {
+    if (!is_first && line.size() + 1 + word.size() > kTextWidth) {
+      result += line + "\n";
+      line = indent + word;
+    } else {
+      line += (is_first ? "" : " ") + word;
+    }
+  }
+  return result + line + "\n";
+}
+
+std::string threeDigits(double value) { return formatted("%.3g", value); }
+
+std::string millivolts(double volts) {
+  if (!std::isfinite(volts)) return "-";
+  const double mv = 1e3 * volts;
+  return formatted(std::abs(mv) < 99.95 ? "%.1f" : "%.0f", mv);
+}
+
+std::string millivolts(const std::optional<double>& volts) {
+  return volts ? millivolts(*volts) : "-";
+}
+
+std::string confidenceText(double confidence) {
+  return confidence > 0.99 ? "above 99 %" : formatted("%.0f %%", 100.0 * confidence);
+}
+
+std::string joined(const std::vector<std::string>& parts, const std::string& between) {
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : between) + part;
+  return text;
+}
+
+std::string plainName(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+const EffectInfo* catalogued(const std::string& id) {
+  const auto& catalogue = effectCatalogue();
+  const auto found = std::find_if(catalogue.begin(), catalogue.end(),
+                                  [&](const EffectInfo& effect) { return effect.id == id; });
+  return found == catalogue.end() ? nullptr : &*found;
+}
+
+std::string titleOf(const std::string& id) {
+  const EffectInfo* effect = catalogued(id);
+  return effect != nullptr ? effect->title : plainName(id);
+}
+
+const ParameterInfo* parameterInfo(const std::string& id, const std::string& parameter) {
+  const EffectInfo* effect = catalogued(id);
+  if (effect == nullptr) return nullptr;
+  for (const ParameterInfo& info : effect->parameters)
+    if (info.name == parameter) return &info;
+  return nullptr;
+}
+
+std::vector<MetricRow> metricRows(const Comparison& fit) {
+  const auto row = [&](const char* title, const char* unit, bool more_is_better, double scale,
+                       auto&& value) -> MetricRow {
+    return {title, unit, more_is_better, scale, value(fit.base_train), value(fit.extended_train),
+            value(fit.base_holdout), value(fit.extended_holdout)};
+  };
+  using Value = std::optional<double>;
+  std::vector<MetricRow> rows = {
+      row("Q_dyn", "%", true, 1.0, [](const ErrorMetrics& m) { return Value(m.q_dyn_percent); }),
+      row("RMS error", "mV", false, 1e3, [](const ErrorMetrics& m) { return Value(m.rmse); }),
+      row("largest error", "mV", false, 1e3, [](const ErrorMetrics& m) { return Value(m.max_abs); }),
+      row("cranks' minima", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.crank_mae; }),
+      row("bias in charges", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.charge_bias; }),
+      row("charge current", "A", false, 1.0,
+          [](const ErrorMetrics& m) { return m.charge_current_error; })};
+  const auto is_empty = [](const MetricRow& r) {
+    return !r.base_train && !r.extended_train && !r.base_holdout && !r.extended_holdout;
+  };
+  rows.erase(std::remove_if(rows.begin(), rows.end(), is_empty), rows.end());
+  return rows;
+}
+
+Change changeOf(const RegimeComparison& regime) {
+  if (regime.change_upper < 0.0) return Change::kBetter;
+  return regime.change_lower > 0.0 ? Change::kWorse : Change::kOpen;
+}
+
+std::string describe(Change change) {
+  if (change == Change::kOpen) return "not decided";
+  return change == Change::kBetter ? "better" : "worse";
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "battery_sof/diagnose/diagnosis.hpp"
+#include "battery_sof/model/effect.hpp"
+
+/// Words and numbers that several reports share.
+namespace battery_sof {
+
+constexpr std::size_t kTextWidth = 100;  ///< columns of a text report
+
+/// Text in lines of at most kTextWidth columns, the first behind lead, the others indented as far.
+std::string wrapped(const std::string& lead, const std::string& text);
+
+/// @return three significant digits.
+std::string threeDigits(double value);
+
+/// @return a voltage given in [V] as millivolts without unit: a tenth below 100 mV, whole ones above; "-" for none.
+std::string millivolts(double volts);
+std::string millivolts(const std::optional<double>& volts);
+
+/// @return "97 %"; never 100 %, as no confidence counts what is in no catalogue.
+std::string confidenceText(double confidence);
+
+/// @return the parts with `between` between them.
+std::string joined(const std::vector<std::string>& parts, const std::string& between);
+
+/// @return a code name as words: "long_charge" reads "long charge".
+std::string plainName(std::string name);
+
+/// @return the effect of the catalogue; null for ids that cannot be composed (clipping, dropouts).
+const EffectInfo* catalogued(const std::string& id);
+
+/// @return the catalogue's title; the id as words where there is none.
+std::string titleOf(const std::string& id);
+
+/// @return what the catalogue knows of an effect's parameter; null when it does not.
+const ParameterInfo* parameterInfo(const std::string& id, const std::string& parameter);
+
+/// A number of ErrorMetrics with its words, for tables.
+struct MetricRow {
+  std::string title, unit;
+  bool more_is_better;
+  double scale;  ///< from the field's unit to `unit`
+  std::optional<double> base_train, extended_train, base_holdout, extended_holdout;
+};
+
+/// @return the rows of the table before and after; those that no stretch has are left out.
+std::vector<MetricRow> metricRows(const Comparison& fit);
+
+/// How a regime's error changed, judged by the interval of the change.
+enum class Change { kBetter, kWorse, kOpen };
+Change changeOf(const RegimeComparison& regime);
+
+/// @return "better", "worse", "not decided".
+std::string describe(Change change);
+
+}  // namespace battery_sof

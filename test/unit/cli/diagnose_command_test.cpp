@@ -1,0 +1,108 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "battery_sof/cli/sof.hpp"
+#include "battery_sof/recording/csv.hpp"
+#include "support/composed.hpp"
+
+namespace battery_sof {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code;
+  std::string out, err;
+};
+
+Outcome sof(const std::vector<std::string>& arguments) {
+  std::ostringstream out, err;
+  const int code = runSof(arguments, out, err);
+  return {code, out.str(), err.str()};
+}
+
+class SofDiagnose : public testing::Test {
+ protected:
+  SofDiagnose() : folder_(fs::temp_directory_path() / ("battery_sof diagnose " + std::to_string(getpid()))) {
+    fs::create_directories(folder_);
+    stub_ = path("stub.csv");
+    writeCsv(stub_, test::baseDrive(1, 2.0));
+  }
+  ~SofDiagnose() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  fs::path folder_;
+  std::string stub_;  ///< two seconds: too short for any diagnosis
+};
+
+TEST_F(SofDiagnose, ExitsWithTwoOnWrongUsage) {
+  EXPECT_EQ(sof({"diagnose"}).code, 2);
+  EXPECT_EQ(sof({"diagnose", path("none.bag")}).code, 2);
+  EXPECT_EQ(sof({"diagnose", stub_, "--from", "soon"}).code, 2);
+  EXPECT_EQ(sof({"diagnose", stub_, "--from", "5000"}).code, 2);
+  EXPECT_EQ(sof({"diagnose", stub_, "--holdout", "most"}).code, 2);
+  EXPECT_EQ(sof({"diagnose", stub_, "--voltage-column", "u"}).code, 2);
+}
+
+TEST_F(SofDiagnose, FindsAnUnwritableResultBeforeTheWork) {
+  const Outcome outcome = sof({"diagnose", stub_, "--report", path("nowhere/page.html")});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("nowhere"), std::string::npos) << outcome.err;
+}
+
+TEST_F(SofDiagnose, ExitsWithOneOnTooLittleDataAndTellsWhy) {
+  const Outcome outcome = sof({"diagnose", stub_, "--json", path("d.json"), "--report", path("page.html"), "--out",
+                               path("m.yaml"), "--base-out", path("b.yaml")});
+  EXPECT_EQ(outcome.code, 1) << outcome.err;
+  EXPECT_NE(outcome.err.find("no diagnosis"), std::string::npos);
+  EXPECT_NE(outcome.out.find("insufficient_data"), std::string::npos);
+  std::ifstream file(path("d.json"));
+  EXPECT_EQ(nlohmann::json::parse(file)["verdict"], "insufficient_data");
+  EXPECT_TRUE(fs::exists(path("page.html")));
+  EXPECT_FALSE(fs::exists(path("m.yaml")));
+  EXPECT_FALSE(fs::exists(path("b.yaml")));
+}
+
+TEST_F(SofDiagnose, WritesJsonAloneToStandardOutput) {
+  const Outcome outcome = sof({"diagnose", stub_, "--json", "-"});
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json["schema"], "battery_sof/diagnosis/1");
+  EXPECT_EQ(json["recording"], "stub.csv");
+}
+
+TEST_F(SofDiagnose, NamesWhatADriveHasAndWritesModelsThatPredict) {
+  Series series;
+  const BatteryModel truth({"current_dependent_resistance"});
+  series.current = test::dataSetOneCurrent(600.0, 0.1, 5);
+  for (std::size_t n = 0; n < series.current.size(); ++n) series.time.push_back(0.1 * static_cast<double>(n));
+  series.voltage.assign(series.size(), 12.0);
+  series.voltage = test::voltages(truth, test::pointOf(truth, test::typicalPoint(truth)), fullDrive(series, {0, series.size()}));
+  test::Random random(3);
+  for (double& u : series.voltage) u += 0.002 * random.normal();
+  writeCsv(path("drive.csv"), series);
+  const Outcome outcome = sof({"diagnose", path("drive.csv"), "--json", path("d.json"), "--report", path("page.html"), "--out",
+                               path("m.yaml"), "--base-out", path("b.yaml"), "--hypotheses",
+                               "current_dependent_resistance,gassing,time_skew"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("named"), std::string::npos) << outcome.out;
+  std::ifstream file(path("d.json"));
+  const auto json = nlohmann::json::parse(file);
+  EXPECT_EQ(json["effects"].at(0)["id"], "current_dependent_resistance") << json["summary"];
+  EXPECT_LT(json["fit"]["extended"]["holdout"]["rmse_v"], json["fit"]["base"]["holdout"]["rmse_v"]);
+  EXPECT_GT(fs::file_size(path("page.html")), 50000u);
+  for (const char* model : {"m.yaml", "b.yaml"}) EXPECT_EQ(sof({"predict", path(model), path("drive.csv")}).code, 0);
+  std::ifstream extended(path("m.yaml"));
+  std::stringstream yaml;
+  yaml << extended.rdbuf();
+  EXPECT_NE(yaml.str().find("current_dependent_resistance"), std::string::npos);
+  EXPECT_NE(yaml.str().find("sha256:"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace battery_sof
