@@ -9,6 +9,7 @@
 #include "battery_sof/identify/composition_identification.hpp"
 #include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/recording/checks.hpp"
+#include "battery_sof/recording/current_flicker.hpp"
 #include "battery_sof/recording/fit_mask.hpp"
 #include "interim.hpp"
 
@@ -69,7 +70,8 @@ std::string lackOf(const Series& series, IndexRange train) {
 class Diagnoser {
  public:
   Diagnoser(const Recording& recording, const DiagnoseOptions& options)
-      : recording_(recording), series_(recording.series), options_(options) {
+      : recording_(recording), series_(recording.series), options_(options),
+        quiet_current_(withoutSensorNoise(recording.series, currentFlicker(recording.series))) {
     const auto held = static_cast<std::size_t>(std::ceil(options.holdout_share * static_cast<double>(series_.size())));
     train_ = {0, series_.size() - std::min(series_.size(), held)};
     holdout_ = {train_.last, series_.size()};
@@ -129,8 +131,8 @@ class Diagnoser {
 
   void fitBase() {
     const bool slow = medianInterval(series_) > kSlow;
-    drive_ = train_.size() > kCompressFrom && !slow ? compressedDrive(series_, train_, {}, limits_.masked)
-                                                    : fullDrive(series_, train_, limits_.masked);
+    drive_ = train_.size() > kCompressFrom && !slow ? compressedDrive(quiet_current_, train_, {}, limits_.masked)
+                                                    : fullDrive(quiet_current_, train_, limits_.masked);
     slow_ = slow;
     quiet_ = slow ? drive_ : withoutEdges(drive_, kEdge, kBeforeEdge, kAfterEdge);
     search_.least_white = std::max(1e-5, limits_.voltage_lsb_std);
@@ -155,7 +157,7 @@ class Diagnoser {
     options.progress = options_.progress;
     for (const EffectInfo& info : effectCatalogue())
       if ((options_.hypotheses.empty() || contains(options_.hypotheses, info.id)) &&
-          (slow_ || info.id == "fast_arc" || !contains(fastEffects(), info.id)))
+          (slow_ || !contains(fastEffects(), info.id)))
         options.hypotheses.push_back(info.id);
     naming_ = nameEffects(quiet_, base_, options);
     final_ = naming_.extended;
@@ -214,8 +216,8 @@ class Diagnoser {
       options.effects = fit.model.effects();
       options.masked = limits_.masked;
       options.voltage_lsb_std = limits_.voltage_lsb_std;
-      FittedModel model = completedModel(series_, train_, options, fit.point, fit.noise);
-      fitErrors(model, series_, train_);
+      FittedModel model = completedModel(quiet_current_, train_, options, fit.point, fit.noise);
+      fitErrors(model, quiet_current_, train_);
       model.recording = recording_.name;
       return model;
     };
@@ -309,6 +311,7 @@ class Diagnoser {
   const Recording& recording_;
   const Series& series_;
   const DiagnoseOptions& options_;
+  const Series quiet_current_;  // what the battery saw of the measured current
   IndexRange train_, holdout_;
   InstrumentLimits limits_;
   InstrumentScreen instruments_;
