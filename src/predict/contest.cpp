@@ -9,7 +9,8 @@ constexpr double kBlock = 10.0;              // [s]
 constexpr double kClearlyBetter = 0.95;      // of the RMSE
 constexpr double kToleratedWorsening = 1.1;  // as OnlineSession tolerates of a new model
 constexpr int kLeastEvents = 3;
-// Half a step of the coarsest battery sensor known (25 mV), and what it drives through r_charge's magnitude of 10 mOhm.
+// Half a step of the coarsest battery sensor known (25 mV), and what it drives through r_charge's
+// magnitude of 10 mOhm.
 constexpr double kNegligibleVoltage = 0.0125;  // [V]
 constexpr double kNegligibleCurrent = 1.25;    // [A]
 
@@ -47,13 +48,15 @@ double Contest::blockOf(double time) { return std::floor(time / kBlock); }
 void Contest::add(const StreamSample& sample, const TrackedModel& base,
                   const SessionEvents& base_events, const TrackedModel& extended,
                   const SessionEvents& extended_events) {
+  const double interval = blocks_.empty() ? 0.0 : sample.time - blocks_.back().to;
   if (blocks_.empty() || blockOf(sample.time) != blockOf(blocks_.back().from)) {
     if (score().duration >= kLeastDuration) extended_answers_ = isExtendedBetter();
-    blocks_.push_back({sample.time, sample.time, {}, {}, {}});
+    blocks_.push_back({sample.time, sample.time, 0.0, {}, {}, {}});
     while (blocks_.front().to < sample.time - TrackedModel::kBacktestSpan) blocks_.pop_front();
   }
   Block& block = blocks_.back();
   block.to = sample.time;
+  if (interval <= kBlock) block.duration += interval;
   block.squares.add(std::pow(sample.voltage - base.expectedVoltage(), 2),
                     std::pow(sample.voltage - extended.expectedVoltage(), 2));
   if (!base_events.cranks.empty() && !extended_events.cranks.empty())
@@ -65,7 +68,7 @@ void Contest::add(const StreamSample& sample, const TrackedModel& base,
 Contest::Block Contest::total() const {
   Block sum;
   for (const Block& block : blocks_) {
-    sum.to += block.to - block.from;
+    sum.duration += block.duration;
     sum.squares.add(block.squares);
     sum.cranks.add(block.cranks);
     sum.charges.add(block.charges);
@@ -76,7 +79,7 @@ Contest::Block Contest::total() const {
 ContestScore Contest::score() const {
   const Block sum = total();
   ContestScore score;
-  score.duration = sum.to;
+  score.duration = sum.duration;
   score.base_rmse = std::sqrt(meanOf(sum.squares.base, sum.squares.count));
   score.extended_rmse = std::sqrt(meanOf(sum.squares.extended, sum.squares.count));
   score.cranks = sum.cranks.count;

@@ -113,7 +113,7 @@ SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_g
   if (!std::isfinite(extended->expectedVoltage())) {
     extended.reset();
     contest = {};
-    extension_->outcome = "the extended model lost its state";
+    extension_->outcome = "lost: its state was not finite";
     return of_base;
   }
   contest.add(sample, base, of_base, *extended, of_extended);
@@ -270,25 +270,28 @@ void OnlineSession::extendWith(const std::vector<std::string>& effects, double f
 void OnlineSession::beginDueExtension() {
   if (!next_extension_ || driving_ < next_extension_->from_driving || whyNoModel()) return;
   extension_ = std::exchange(next_extension_, std::nullopt);
-  contenders_.extended.reset();
-  contenders_.contest = {};
   next_look_ = driving_;
 }
 
 std::string OnlineSession::extensionSentence() const {
-  const std::optional<Extension>& shown = extension_ ? extension_ : next_extension_;
-  if (!shown) return {};
-  const std::string names = listed(shown->effects);
-  if (!contenders_.extended) {
-    if (shown->outcome.empty()) return names + " is to be fitted beside the base model";
-    return "the base model answers, nothing runs beside it: the fit with " + names + " was " +
-           shown->outcome;
-  }
+  const std::optional<Extension>& newest = next_extension_ ? next_extension_ : extension_;
+  if (!newest) return {};
+  const std::vector<std::string> running =
+      contenders_.extended ? contenders_.extended->accepted().effects : std::vector<std::string>();
+  std::string text = running.empty() ? "the base model answers" : contestSentence();
+  if (running == newest->effects) return text;
+  const std::string names = listed(newest->effects);
+  if (newest->outcome.empty()) return text + "; " + names + " is to be fitted beside it";
+  return text + "; the fit with " + names + " was " + newest->outcome;
+}
+
+std::string OnlineSession::contestSentence() const {
   const ContestScore score = contenders_.contest.score();
-  const std::string compared =
-      sentence("over %.0f s it missed %.1f mV with %s, %.1f mV without", score.duration,
-               1e3 * score.extended_rmse, names.c_str(), 1e3 * score.base_rmse);
-  return (doesExtendedAnswer() ? "the model with " + names + " answers: " : "the base model answers: ") + compared;
+  const std::string names = listed(contenders_.extended->accepted().effects);
+  const std::string who = doesExtendedAnswer() ? "the model with " + names : "the base model";
+  return who + sentence(" answers: over %.0f s it missed %.1f mV with %s, %.1f mV without",
+                        score.duration, 1e3 * score.extended_rmse, names.c_str(),
+                        1e3 * score.base_rmse);
 }
 
 const TrackedModel& OnlineSession::inUse() const {

@@ -24,7 +24,9 @@ Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
   if (!allowed) return {{}, "not asked for: parameter adopt_diagnosis is false"};
   if (!names) return {{}, "nothing to adopt: the verdict is " + describe(diagnosis.verdict)};
   if (std::all_of(effects.begin(), effects.end(), isInstrument))
-    return {{}, "nothing to adopt: instruments are to be repaired, not modelled (" + listed(effects) + ")"};
+    return {
+        {},
+        "nothing to adopt: instruments are to be repaired, not modelled (" + listed(effects) + ")"};
   return {effects, "runs beside the base model and answers while it errs less: " + listed(effects)};
 }
 

@@ -31,7 +31,8 @@ IdentificationResult timedIdentification(const IdentificationJob& job) {
     result.message = std::string("the identification failed: ") + error.what();
   }
   if (result.model) result.model->fit_ms = watch.milliseconds();
-  if (result.extended && result.extended->model) result.extended->model->fit_ms = watch.milliseconds();
+  if (result.extended && result.extended->model)
+    result.extended->model->fit_ms = watch.milliseconds();
   return result;
 }
 

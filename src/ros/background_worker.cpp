@@ -6,8 +6,6 @@
 
 namespace battery_sof {
 
-void giveWay(int nice) {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice);
-}
+void giveWay(int nice) { setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice); }
 
 }  // namespace battery_sof

@@ -29,8 +29,9 @@ void DiagnosisRunner::beginIfDue(const Series& series, const std::string& name, 
   if (!post(series, name, driving + options_.settle)) ++line_.skipped;
 }
 
-std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::post(
-    const Series& series, const std::string& name, double from_driving) {
+std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::post(const Series& series,
+                                                                           const std::string& name,
+                                                                           double from_driving) {
   if (line_.runs) return std::nullopt;
   line_.runs = true;
   ROS_INFO("diagnosis begins on %zu samples", series.size());

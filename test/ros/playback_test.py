@@ -250,9 +250,9 @@ class Playback(unittest.TestCase):
         self.assert_stop_time_is_answered("sof_node")
         self.assert_charge_is_answered("sof_node")
         self.assert_maps_are_answered("sof_node")
-        names = {s.name for s in diagnostics.wait(lambda d: len(d.status) == 5, 10, "diagnostics").status}
+        names = {s.name for s in diagnostics.wait(lambda d: len(d.status) == 6, 10, "diagnostics").status}
         self.assertEqual(names, {"sof_node: data rate", "sof_node: rejected samples", "sof_node: identification",
-                                 "sof_node: prediction error", "sof_node: response times"})
+                                 "sof_node: prediction error", "sof_node: response times", "sof_node: diagnosis"})
         self.assertEqual(player.wait(120), 0)
 
         final = status.wait(lambda s: s.accepted == len(self.drive.rows), 20, "every sample of the bag accepted")

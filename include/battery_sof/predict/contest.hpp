@@ -8,24 +8,28 @@ namespace battery_sof {
 
 /// Errors of the base model and of an extended one over the same samples and events.
 struct ContestScore {
-  double duration = 0.0;  ///< [s] of samples compared
+  double duration = 0.0;                        ///< [s] of samples compared
   double base_rmse = 0.0, extended_rmse = 0.0;  ///< [V], open loop
   int cranks = 0;
-  double base_crank_error = 0.0, extended_crank_error = 0.0;  ///< [V], mean magnitude, of the minima
+  double base_crank_error = 0.0,
+         extended_crank_error = 0.0;  ///< [V], mean magnitude, of the minima
   int charges = 0;
-  double base_charge_error = 0.0, extended_charge_error = 0.0;  ///< [A], mean magnitude, of the mean currents
+  double base_charge_error = 0.0,
+         extended_charge_error = 0.0;  ///< [A], mean magnitude, of the mean currents
 };
 
 /**
  * @brief Two models beside each other over the last 15 min: which one answers.
  *
- * Every sample is predicted by both before it is compared, and identifications do not begin the contest anew, so the scores
- * are those of predictions that were really made (prequential; Dawid 1984). Decided every 10 s, by their samples' stamps.
+ * Every sample is predicted by both before it is compared, and identifications do not begin the
+ * contest anew, so the scores are those of predictions that were really made (prequential; Dawid
+ * 1984). Decided every 10 s, by their samples' stamps.
  *
- * The extended model answers from when it has been compared for 2 min, its RMSE is below 0.95 of the base model's (a
- * twentieth stands between a change and chatter) and neither its cranks nor its charges are worse. It stops when its RMSE is
- * no longer below the base model's, or cranks or charges are worse: three or more of them, by more than a tenth and by more
- * than 12.5 mV or 1.25 A on average.
+ * The extended model answers from when it has been compared for 2 min, its RMSE is below 0.95 of
+ * the base model's (a twentieth stands between a change and chatter) and neither its cranks nor its
+ * charges are worse. It stops when its RMSE is no longer below the base model's, or cranks or
+ * charges are worse: three or more of them, by more than a tenth and by more than 12.5 mV or 1.25 A
+ * on average.
  */
 class Contest {
  public:
@@ -52,6 +56,7 @@ class Contest {
   /// Sums over 10 s.
   struct Block {
     double from = 0.0, to = 0.0;  // [s], first and last sample
+    double duration = 0.0;        // [s], of sampling intervals, longer ones than a block left out
     Errors squares, cranks, charges;
   };
 

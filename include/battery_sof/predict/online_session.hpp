@@ -101,8 +101,8 @@ class OnlineSession {
   /**
    * @brief Offers physics that the session's own composition may lack.
    *
-   * The same composition again changes nothing. Another one takes the place of the one before: an identification is due at
-   * once, and the base model answers until the contest has an answer.
+   * The same composition again changes nothing. With another one an identification is due at once; its fit takes the place of
+   * the extended model before it under the same rule as any new fit, and the contest goes on.
    * @param effects the whole composition, as in IdentifyOptions.
    * @param from_driving [s] of driving(), not before: what comes from a computation of unknown length takes effect at one
    *   moment of the drive, however fast that is played.
@@ -178,6 +178,7 @@ class OnlineSession {
   std::optional<double> ageOf(const TrackedModel& model) const;
   bool isTooOld(const TrackedModel& model) const;
   std::string extensionSentence() const;
+  std::string contestSentence() const;
 
   SessionOptions options_;
   SampleStream stream_;

@@ -26,9 +26,11 @@ struct SessionEvents {
 };
 
 /**
- * @brief A model that follows the samples: its state, its rolling back-test, and the cranks and charges that it was set beside.
+ * @brief A model that follows the samples: its state, its rolling back-test, and the cranks and
+ * charges that it was set beside.
  *
- * Watches and interval scales outlive a model: they are the composition's past. Copyable; a copy goes on by itself.
+ * Watches and interval scales outlive a model: they are the composition's past. Copyable; a copy
+ * goes on by itself.
  */
 class TrackedModel {
  public:
@@ -36,16 +38,19 @@ class TrackedModel {
 
   explicit TrackedModel(const EventLimits& limits);
 
-  /// Takes a model in the place of the one before; the back-test begins anew. @param max_gap [s], longest interval joined.
+  /// Takes a model in the place of the one before; the back-test begins anew. @param max_gap [s],
+  /// longest interval joined.
   void install(const FittedModel& model, double max_gap);
   bool holdsModel() const { return tracker_.has_value(); }
 
-  /// Moves on to a sample; nothing happens without a model, or at or before its state. @return what ended with it.
+  /// Moves on to a sample; nothing happens without a model, or at or before its state. @return what
+  /// ended with it.
   SessionEvents follow(const StreamSample& sample, double max_gap);
 
   /// Drops what is in progress and compared.
   void forgetPast();
-  /// Puts the state onto the first sample of a clock that jumped back. @param moved [s], by how much.
+  /// Puts the state onto the first sample of a clock that jumped back. @param moved [s], by how
+  /// much.
   void moveTo(const StreamSample& first, double moved, double max_gap);
 
   /// As the intervals of earlier models asked for.
@@ -56,8 +61,10 @@ class TrackedModel {
   // These want a model.
   const FittedModel& accepted() const { return *model_; }  ///< as it was installed
   FittedModel now() const { return tracker_->modelNow(); }
-  double expectedVoltage() const { return tracker_->expectedVoltage(); }  ///< [V], at the last sample
-  double stateTime() const { return tracker_->state().time; }             ///< [s]
+  double expectedVoltage() const {
+    return tracker_->expectedVoltage();
+  }                                                            ///< [V], at the last sample
+  double stateTime() const { return tracker_->state().time; }  ///< [s]
   /// [s], end of the model's window on the present clock.
   double fittedUntil() const { return fitted_until_; }
 

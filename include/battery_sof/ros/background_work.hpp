@@ -21,7 +21,7 @@ struct DiagnosisReport {
   std::string fault;                   ///< why, one sentence
   double from = 0.0, to = 0.0;         ///< [s], of the recording
   std::size_t samples = 0;
-  double duration_ms = 0.0;            ///< [ms], wall time
+  double duration_ms = 0.0;  ///< [ms], wall time
 };
 
 /// diagnose() on one thread, looking at `cancelled` whenever a stage begins.

@@ -10,7 +10,8 @@
 
 namespace battery_sof {
 
-/// Lets other threads go first: on Linux a nice value is a thread's own; threads it starts inherit it.
+/// Lets other threads go first: on Linux a nice value is a thread's own; threads it starts inherit
+/// it.
 void giveWay(int nice);
 
 /**
@@ -32,7 +33,8 @@ class BackgroundWorker {
   BackgroundWorker(const BackgroundWorker&) = delete;
   BackgroundWorker& operator=(const BackgroundWorker&) = delete;
 
-  /// Hands over a job; the worker must be idle. @return its outcome to come; a broken promise when the worker ends first.
+  /// Hands over a job; the worker must be idle. @return its outcome to come; a broken promise when
+  /// the worker ends first.
   std::future<Outcome> post(Job job) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (stopping_) return std::promise<Outcome>().get_future();
@@ -42,7 +44,8 @@ class BackgroundWorker {
     return posted_->outcome.get_future();
   }
 
-  /// Returns when no job is posted or running, at once when it is so already or the worker has been told to end.
+  /// Returns when no job is posted or running, at once when it is so already or the worker has been
+  /// told to end.
   void waitUntilIdle() {
     std::unique_lock<std::mutex> lock(mutex_);
     changed_.wait(lock, [this] { return stopping_ || !busy_; });

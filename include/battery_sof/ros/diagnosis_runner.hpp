@@ -17,20 +17,22 @@ namespace battery_sof {
 /// What the diagnostics say of diagnoses.
 struct DiagnosisLine {
   bool runs = false;
-  std::size_t finished = 0;    ///< since the start
-  std::size_t skipped = 0;     ///< due while another one ran
-  std::string verdict;         ///< of the last one; empty before the first
+  std::size_t finished = 0;  ///< since the start
+  std::size_t skipped = 0;   ///< due while another one ran
+  std::string verdict;       ///< of the last one; empty before the first
   std::string summary, adoption;
-  std::string fault;           ///< of the last one, when it broke off
+  std::string fault;                  ///< of the last one, when it broke off
   std::optional<double> duration_ms;  ///< [ms], of the last one
 };
 
 /**
- * @brief Runs diagnoses beside everything else, one at a time, and publishes each on ~diagnosis (latched).
+ * @brief Runs diagnoses beside everything else, one at a time, and publishes each on ~diagnosis
+ * (latched).
  *
- * One is begun by a request or, with a period, when a multiple of it has been driven: a bag played faster is diagnosed at the
- * same samples. May be called from any thread. What is adopted of a periodic diagnosis takes effect `settle` [s] of driving
- * after its last sample, or when it is finished, if that is later; of a requested one at once.
+ * One is begun by a request or, with a period, when a multiple of it has been driven: a bag played
+ * faster is diagnosed at the same samples. May be called from any thread. What is adopted of a
+ * periodic diagnosis takes effect `settle` [s] of driving after its last sample, or when it is
+ * finished, if that is later; of a requested one at once.
  */
 class DiagnosisRunner {
  public:

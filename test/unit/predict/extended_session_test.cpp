@@ -110,17 +110,30 @@ TEST(ExtendedSession, HowLongIdentificationsTakeChangesNoAnswer) {
   EXPECT_EQ(prompt.predictCranking(kQuery).message, late.predictCranking(kQuery).message);
 }
 
-TEST(ExtendedSession, AnotherCompositionTakesThePlaceAndBeginsAnew) {
+TEST(ExtendedSession, AnotherCompositionTakesThePlaceWhenItFitsAsWell) {
   const Series series = recordingOf(kMissing, 700.0);
   OnlineSession session(options());
   Player player{session};
   session.extendWith(kMissing);
   player.play(series, 0, 11000);
   ASSERT_TRUE(session.doesExtendedAnswer());
-  session.extendWith({"acid_transport"});
+  session.extendWith({"current_dependent_resistance", "acid_transport"});
   player.play(series, 11000, 11100);
-  EXPECT_FALSE(session.doesExtendedAnswer());
-  EXPECT_THAT(session.status().extension, HasSubstr("acid_transport"));
+  EXPECT_THAT(session.status().effects,
+              ElementsAre("current_dependent_resistance", "acid_transport"));
+}
+
+TEST(ExtendedSession, AnotherCompositionThatFitsWorseLeavesTheOneBeforeInUse) {
+  const Series series = recordingOf(kMissing, 700.0);
+  OnlineSession session(options());
+  Player player{session};
+  session.extendWith(kMissing);
+  player.play(series, 0, 11000);
+  ASSERT_TRUE(session.doesExtendedAnswer());
+  session.extendWith({"gassing"});
+  player.play(series, 11000, 11100);
+  EXPECT_THAT(session.status().effects, ElementsAre(kMissing[0]));
+  EXPECT_THAT(session.status().extension, HasSubstr("the fit with gassing was refused: on the most recent"));
 }
 
 TEST(ExtendedSession, ClockThatJumpsBackKeepsWhoAnswers) {

@@ -234,5 +234,111 @@ TEST(MessageOf, StatusShowsCranksChargesAndTheCounts) {
   EXPECT_EQ(message.charges_mean_abs_error, 2.0);
 }
 
+DiagnosisReport someReport() {
+  DiagnosisReport report;
+  report.from = 100.0;
+  report.to = 1900.5;
+  report.samples = 180000;
+  report.duration_ms = 4200.0;
+  Diagnosis diagnosis;
+  diagnosis.verdict = Verdict::kNamed;
+  diagnosis.summary = "gassing is missing";
+  NamedEffect gassing;
+  gassing.id = "gassing";
+  gassing.confidence = 0.97;
+  gassing.absorbed_into = {"r_charge"};
+  DiagnosedParameter current;
+  current.name = "i_gas";
+  current.unit = "A";
+  current.value = 0.02;
+  current.upper = 0.03;
+  gassing.parameters = {current};
+  diagnosis.effects = {gassing};
+  Candidate other;
+  other.id = "ocv_soc";
+  other.rejected_because = "no gain on held-out blocks";
+  diagnosis.candidates = {other};
+  MismatchSegment segment;
+  segment.from = 200.0;
+  segment.regime = "long_charge";
+  segment.mean_error = -0.2;
+  diagnosis.mismatch = {segment};
+  diagnosis.fit.train = {100.0, 1450.0, 135000};
+  diagnosis.fit.base_holdout.rmse = 0.05;
+  diagnosis.fit.extended_holdout.rmse = 0.02;
+  diagnosis.fit.extended_holdout.charge_bias = 0.001;
+  report.diagnosis = diagnosis;
+  return report;
+}
+
+TEST(MessageOf, DiagnosisSaysEverythingAndNanForWhatIsMissing) {
+  const DiagnosisMessage message = messageOf(someReport(), {{"gassing"}, "runs beside"});
+  EXPECT_EQ(message.header.stamp.toSec(), 1900.5);
+  EXPECT_EQ(message.from, 100.0);
+  EXPECT_EQ(message.samples, 180000u);
+  EXPECT_EQ(message.verdict, DiagnosisMessage::NAMED);
+  EXPECT_EQ(message.summary, "gassing is missing");
+  ASSERT_EQ(message.effects.size(), 1u);
+  EXPECT_EQ(message.effects[0].absorbed_into[0], "r_charge");
+  EXPECT_EQ(message.effects[0].parameters[0].upper, 0.03);
+  EXPECT_TRUE(std::isnan(message.effects[0].parameters[0].lower));
+  EXPECT_TRUE(std::isnan(message.effects[0].parameters[0].std));
+  EXPECT_TRUE(std::isnan(message.candidates[0].holdout_gain_percent));
+  EXPECT_EQ(message.candidates[0].rejected_because, "no gain on held-out blocks");
+  EXPECT_EQ(message.mismatch[0].mean_error, -0.2);
+  EXPECT_EQ(message.base_holdout.rmse, 0.05);
+  EXPECT_EQ(message.extended_holdout.charge_bias, 0.001);
+  EXPECT_TRUE(std::isnan(message.base_holdout.crank_mae));
+  EXPECT_TRUE(message.adopted);
+  EXPECT_EQ(message.adoption, "runs beside");
+}
+
+TEST(MessageOf, DiagnosisThatComparedNothingHasNoMetrics) {
+  DiagnosisReport report = someReport();
+  report.diagnosis = Diagnosis();
+  const DiagnosisMessage message = messageOf(report, {});
+  EXPECT_EQ(message.verdict, DiagnosisMessage::INSUFFICIENT_DATA);
+  EXPECT_TRUE(message.effects.empty());
+  EXPECT_TRUE(std::isnan(message.base_holdout.rmse) && std::isnan(message.holdout_from));
+  EXPECT_FALSE(message.adopted);
+}
+
+TEST(MessageOf, EveryVerdictIsOneOfTheMessagesConstants) {
+  const std::vector<std::string> constants = {
+      DiagnosisMessage::NO_MISMATCH,  DiagnosisMessage::NAMED,   DiagnosisMessage::SEVERAL,
+      DiagnosisMessage::AMBIGUOUS,    DiagnosisMessage::UNKNOWN, DiagnosisMessage::SENSOR_FAULT,
+      DiagnosisMessage::INSUFFICIENT_DATA};
+  DiagnosisReport report = someReport();
+  for (int verdict = 0; verdict < 7; ++verdict) {
+    report.diagnosis->verdict = static_cast<Verdict>(verdict);
+    EXPECT_EQ(messageOf(report, {}).verdict, constants[static_cast<std::size_t>(verdict)]);
+  }
+}
+
+TEST(ResponseOf, DiagnosisIsAnsweredWithItsMessageOrItsFault) {
+  const Diagnose::Response good = responseOf(DiagnosisOutcome{messageOf(someReport(), {}), ""});
+  EXPECT_TRUE(good.success);
+  EXPECT_EQ(good.code, Diagnose::Response::OK);
+  EXPECT_EQ(good.message, "gassing is missing");
+  EXPECT_EQ(good.diagnosis.verdict, "named");
+  const Diagnose::Response bad = responseOf(DiagnosisOutcome{std::nullopt, "it broke off"});
+  EXPECT_FALSE(bad.success);
+  EXPECT_EQ(bad.code, Diagnose::Response::FAILED);
+  EXPECT_EQ(bad.message, "it broke off");
+}
+
+TEST(MessageOf, StatusSaysWhichModelAnswersAndHowBothDid) {
+  StatusContents contents;
+  EXPECT_TRUE(messageOf(contents).effects.empty());
+  EXPECT_TRUE(std::isnan(messageOf(contents).contest_duration));
+  contents.session.effects = {"gassing"};
+  contents.session.extension = "the model with gassing answers";
+  contents.session.contest = ContestScore{300.0, 0.05, 0.02};
+  EXPECT_EQ(messageOf(contents).effects[0], "gassing");
+  EXPECT_EQ(messageOf(contents).extension, "the model with gassing answers");
+  EXPECT_EQ(messageOf(contents).base_rmse, 0.05);
+  EXPECT_EQ(messageOf(contents).extended_rmse, 0.02);
+}
+
 }  // namespace
 }  // namespace battery_sof

@@ -44,9 +44,11 @@ XmlRpc::XmlRpcValue asParameters(const YAML::Node& node) {
       value[entry.first.as<std::string>()] = asParameters(entry.second);
     return value;
   }
+  const std::string text = node.as<std::string>();
+  if (text == "true" || text == "false") return XmlRpc::XmlRpcValue(text == "true");
   double number = 0.0;
   if (YAML::convert<double>::decode(node, number)) return XmlRpc::XmlRpcValue(number);
-  return XmlRpc::XmlRpcValue(node.as<std::string>());
+  return XmlRpc::XmlRpcValue(text);
 }
 
 TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
@@ -66,6 +68,8 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
   EXPECT_EQ(shipped.session.identify.crank_weight_current,
             built_in.session.identify.crank_weight_current);
   EXPECT_EQ(shipped.session.identify.max_iterations, built_in.session.identify.max_iterations);
+  EXPECT_EQ(shipped.diagnose_period, built_in.diagnose_period);
+  EXPECT_EQ(shipped.adopt_diagnosis, built_in.adopt_diagnosis);
   EXPECT_EQ(shipped.standing.cranking.i_load, built_in.standing.cranking.i_load);
   EXPECT_EQ(shipped.standing.cranking.t_stop, built_in.standing.cranking.t_stop);
   EXPECT_EQ(shipped.standing.cranking.i_cranking, built_in.standing.cranking.i_cranking);
@@ -79,6 +83,25 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
 TEST(NodeOptions, IntegersAndNumbersAreBothNumbers) {
   EXPECT_EQ(parseNodeOptions(with("buffer_s", 600)).session.buffer, 600.0);
   EXPECT_EQ(parseNodeOptions(with("buffer_s", 600.5)).session.buffer, 600.5);
+}
+
+TEST(NodeOptions, DiagnosisIsOnRequestAndNotAdoptedUnlessAskedFor) {
+  const NodeOptions standard = parseNodeOptions(XmlRpc::XmlRpcValue());
+  EXPECT_EQ(standard.diagnose_period, 0.0);
+  EXPECT_FALSE(standard.adopt_diagnosis);
+  EXPECT_EQ(parseNodeOptions(with("diagnose_period_s", 900)).diagnose_period, 900.0);
+  EXPECT_TRUE(parseNodeOptions(with("adopt_diagnosis", true)).adopt_diagnosis);
+}
+
+TEST(NodeOptions, DiagnosisOptionsThatCannotBeAreNamedTogether) {
+  XmlRpc::XmlRpcValue parameters = with("diagnose_period_s", 20.0);
+  parameters["adopt_diagnosis"] = true;
+  parameters["fit"] = with("start", std::string("paper"));
+  EXPECT_THAT(refusal(parameters),
+              AllOf(HasSubstr("~diagnose_period_s is 20, expected 0 (only on request) or 60 to 86400"),
+                    HasSubstr("~adopt_diagnosis is true and ~fit/start paper")));
+  EXPECT_THAT(refusal(with("adopt_diagnosis", 1)),
+              HasSubstr("~adopt_diagnosis is an integer, expected true or false"));
 }
 
 TEST(NodeOptions, UnknownKeyIsNamedWithTheKnownOnes) {

@@ -1,0 +1,161 @@
+#!/usr/bin/python3
+"""A diagnosis asked of the real node while a recorded drive plays; nothing else waits for it."""
+
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+import rospy
+import rostest
+from battery_sof.msg import Diagnosis, SofStatus
+from battery_sof.srv import Diagnose, DiagnoseResponse, PredictCranking, PredictCrankingResponse
+from diagnostic_msgs.msg import DiagnosticArray
+
+from processes import Folder, Latest, play, program, start_node, wait_until, whole_arguments
+
+DURATION = 900  # [s]
+RATE = 30
+DIAGNOSED_WITHIN = 120.0  # [s] of wall time, on a slow machine
+ANSWERED_WITHIN = 1.0  # [s] of wall time, a prediction beside a diagnosis on one busy core
+QUESTION = dict(i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=7.2)
+VERDICTS = {Diagnosis.NO_MISMATCH, Diagnosis.NAMED, Diagnosis.SEVERAL, Diagnosis.AMBIGUOUS, Diagnosis.UNKNOWN,
+            Diagnosis.SENSOR_FAULT, Diagnosis.INSUFFICIENT_DATA}
+
+
+def service(node, name, kind):
+    full = "/{}/{}".format(node, name)
+    rospy.wait_for_service(full, timeout=20.0)
+    return rospy.ServiceProxy(full, kind)
+
+
+class Request(threading.Thread):
+    """A call of ~diagnose on a thread of its own."""
+
+    def __init__(self, node):
+        super().__init__(daemon=True)
+        self.ask = service(node, "diagnose", Diagnose)
+        self.response = None
+
+    def run(self):
+        try:
+            self.response = self.ask()
+        except rospy.ServiceException:  # the node ended
+            pass
+
+
+def diagnosis_part(array, node):
+    """The values of the node's diagnosis in /diagnostics."""
+    for status in array.status:
+        if status.name == node + ": diagnosis":
+            return dict({pair.key: pair.value for pair in status.values}, message=status.message)
+    return {}
+
+
+class DiagnosisWhileDriving(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = Folder()
+        cls.csv, cls.bag = cls.folder.file("drive.csv"), cls.folder.file("drive.bag")
+        subprocess.check_call([program("simulate_city_drive"), cls.csv, "--seed", "1", "--duration", str(DURATION)])
+        subprocess.check_call([program("sof"), "convert", cls.csv, cls.bag])
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.remove()
+
+    def start(self, name, **parameters):
+        node = start_node(name, parameters)
+        self.addCleanup(node.stop)
+        return node
+
+    def latest(self, topic, kind):
+        latest = Latest(topic, kind)
+        self.addCleanup(latest.close)
+        return latest
+
+    def play(self, *arguments):
+        player = play(*arguments)
+        self.addCleanup(player.stop)
+        return player
+
+    def assert_others_are_served(self, ask, requests):
+        """Asks while the diagnosis runs, at most twenty times; at least one answer comes before it ends."""
+        asked = 0
+        while any(request.is_alive() for request in requests) and asked < 20:
+            begun = time.monotonic()
+            answer = ask(**QUESTION)
+            self.assertLess(time.monotonic() - begun, ANSWERED_WITHIN)
+            self.assertIn(answer.code, (PredictCrankingResponse.OK, PredictCrankingResponse.EXTRAPOLATION))
+            asked += any(request.is_alive() for request in requests)
+        self.assertGreater(asked, 0, "the diagnosis ended before anything was asked")
+
+    def test_1_diagnosis_is_answered_published_and_delays_nothing(self):
+        node = self.start("sof_node")
+        self.assertEqual(service("sof_node", "diagnose", Diagnose)().code, DiagnoseResponse.NO_DATA)
+        status = self.latest("/sof_node/status", SofStatus)
+        diagnostics = self.latest("/diagnostics", DiagnosticArray)
+        self.play(self.bag, RATE)
+        status.wait(lambda s: s.state == SofStatus.READY and s.header.stamp.to_sec() > 400.0, 60, "a model")
+
+        ask = rospy.ServiceProxy("/sof_node/predict_cranking", PredictCranking, persistent=True)
+        ask(**QUESTION)
+        accepted = status.newest().accepted
+        requests = [Request("sof_node"), Request("sof_node")]
+        for request in requests:
+            request.start()
+        self.assert_others_are_served(ask, requests)
+        status.wait(lambda s: s.accepted > accepted, 10, "samples taken in meanwhile")
+        for request in requests:
+            request.join(timeout=DIAGNOSED_WITHIN)
+            self.assertIsNotNone(request.response, "no diagnosis within {} s".format(DIAGNOSED_WITHIN))
+        response, second = sorted((request.response for request in requests), key=lambda r: r.code)
+        self.assertEqual((second.success, second.code), (False, DiagnoseResponse.BUSY), second)
+        self.assertIn("running", second.message)
+
+        self.assertEqual((response.success, response.code), (True, DiagnoseResponse.OK), response.message)
+        self.assertIn(response.diagnosis.verdict, VERDICTS)
+        self.assertEqual(response.message, response.diagnosis.summary)
+        self.assertTrue(response.diagnosis.summary)
+        self.assertGreater(response.diagnosis.header.stamp.to_sec(), 400.0)
+        self.assertFalse(response.diagnosis.adopted)
+        self.assertIn("adopt_diagnosis", response.diagnosis.adoption)
+        latched = self.latest("/sof_node/diagnosis", Diagnosis).wait(lambda d: True, 10, "the latched diagnosis")
+        self.assertEqual(repr(latched.header.stamp), repr(response.diagnosis.header.stamp))
+        self.assertEqual((latched.verdict, latched.summary, latched.duration_ms),
+                         (response.diagnosis.verdict, response.diagnosis.summary, response.diagnosis.duration_ms))
+        diagnostics.wait(lambda d: diagnosis_part(d, "sof_node").get("verdict") == latched.verdict, 10,
+                         "the verdict in /diagnostics")
+        self.assertTrue(node.is_alive())
+
+    def test_2_periodic_diagnosis_begins_at_the_same_sample_at_every_rate(self):
+        first = []
+        for rate in (20, 40):
+            name = "periodic_{}".format(rate)
+            node = self.start(name, diagnose_period_s=120.0)
+            diagnoses = self.latest("/{}/diagnosis".format(name), Diagnosis)
+            player = self.play(self.bag, rate, "--duration", 130)
+            first.append(diagnoses.wait(lambda d: True, DIAGNOSED_WITHIN, "a periodic diagnosis"))
+            player.wait(60)
+            self.assertEqual(node.stop(), 0)
+        self.assertEqual(first[0].header.stamp, first[1].header.stamp)
+        self.assertAlmostEqual(first[0].header.stamp.to_sec() - first[0].header.stamp.to_sec() % 1, 120.0, delta=1.0)
+        self.assertEqual((first[0].verdict, first[0].summary, first[0].samples),
+                         (first[1].verdict, first[1].summary, first[1].samples))
+
+    def test_3_node_ends_while_a_diagnosis_runs(self):
+        node = self.start("ending")
+        status = self.latest("/ending/status", SofStatus)
+        player = self.play(self.bag, RATE, "--duration", 300)
+        status.wait(lambda s: s.header.stamp.to_sec() > 250.0, 60, "250 s of drive")
+        request = Request("ending")
+        request.start()
+        self.assertEqual(node.stop(), 0, node.text())
+        player.stop()
+        wait_until(lambda: not request.is_alive(), 20, "the caller is told")
+
+
+if __name__ == "__main__":
+    rospy.init_node("diagnosis_test")
+    rostest.rosrun("battery_sof", "diagnosis", DiagnosisWhileDriving, whole_arguments(sys.argv))
