@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "battery_sof/diagnose/absorption.hpp"
@@ -138,6 +139,7 @@ class Diagnoser {
     drive_ = train_.size() > kCompressFrom && !slow ? compressedDrive(quiet_current_, train_, {}, limits_.masked)
                                                     : fullDrive(quiet_current_, train_, limits_.masked);
     slow_ = slow;
+    if (!slow) drive_ = withoutEdges(drive_, std::numeric_limits<double>::infinity(), 0.0, kAfterEdge);
     quiet_ = slow ? drive_ : withoutEdges(drive_, kEdge, kBeforeEdge, kAfterEdge);
     search_.least_white = std::max(1e-5, limits_.voltage_lsb_std);
     const BatteryModel model;

@@ -20,6 +20,7 @@ constexpr double kUnconverged = 0.7;       // a refit that gains less than this 
 constexpr int kBlocks = 4;
 constexpr const char* kSecondElectrode = "second_electrode";  // two electrodes can change places: many local optima
 constexpr std::size_t kJudged = 4;          // of the best whose held-out gain is looked at
+constexpr double kLargeShare = 0.3;          // of the held-out RMS error
 constexpr double kRival = 30.0;            // evidence behind the winner's within which a rival is refitted in its place
 
 double penaltyOf(const WhitenedFit& fit, const Drive& drive) {
@@ -197,8 +198,9 @@ class Search {
     const HeldOut after = heldOutErrors(*one.fit, drive_, kBlocks, options_.threads);
     const HeldOutGain gain = gainOf(before, after, drive_, one.fit->residual - naming_.extended.residual);
     candidate.holdout_gain_percent = 100.0 * gain.rms_share;
-    if (gain.deviance <= 0.0) return "blocks held out of the fit are predicted no better with it";
     if (gain.worse_blocks > 1) return "it makes several of the blocks held out of the fit worse";
+    // One block in which alone an effect shows cannot be predicted without it; a large fall of the error elsewhere still counts.
+    if (gain.deviance <= 0.0 && gain.rms_share < kLargeShare) return "blocks held out of the fit are predicted no better with it";
     naming_.unnamed = true;
     if (one.evidence <= needed(one.signature.id)) return "its evidence is below what a name needs";
     const double least = isStructure(one.signature.id) ? options_.thresholds.least_structure_share : options_.thresholds.least_share;

@@ -105,9 +105,10 @@ Eigen::VectorXd projected(const WhitenedFit& fit, const Eigen::VectorXd& whitene
 Drive withoutEdges(const Drive& drive, double edge, double before, double after) {
   Drive quiet = drive;
   std::size_t first = 0;
-  for (std::size_t n = 1; n < quiet.samples.size(); ++n) {
+  for (std::size_t n = 0; n < quiet.samples.size(); ++n) {
     const double time = quiet.samples[n].step.time;
-    if (std::abs(quiet.samples[n].step.current - quiet.samples[n - 1].step.current) <= edge) continue;
+    const bool begins = n == 0 || quiet.samples[n].step.gap;
+    if (!begins && std::abs(quiet.samples[n].step.current - quiet.samples[n - 1].step.current) <= edge) continue;
     while (quiet.samples[first].step.time < time - before) ++first;
     for (std::size_t k = first; k < quiet.samples.size() && quiet.samples[k].step.time <= time + after; ++k)
       quiet.samples[k].count = 0.0;

@@ -58,7 +58,9 @@ Eigen::VectorXd projected(const WhitenedFit& fit, const Eigen::VectorXd& whitene
  * What happens within a tenth of a second of an edge is the instruments' and the fastest processes' and says nothing of
  * slower physics; for those this hides it.
  *
- * @param edge [A], a change between neighbouring samples above it is an edge.  @param before, after [s] around it.
+ * The drive's beginning, and what follows a gap, is an edge: the current before is not known.
+ *
+ * @param edge [A], a change between neighbouring samples above it is an edge; infinite: only beginnings.  @param before, after [s] around it.
  */
 Drive withoutEdges(const Drive& drive, double edge, double before, double after);
 
