@@ -239,7 +239,7 @@ void addClipping(Strength& s) {
   if (which < 0.67) s.draw("current_limit_a", a.current_limit_a, {80.0, 130.0});
   if (which > 0.33)
     s.set("voltage_floor_v", a.voltage_floor_v,
-          u0 - 0.2 - s.between({60.0, 110.0}) * (b.r_ohmic_ohm + b.r1_discharge_ohm));
+          u0 - 0.2 - s.between({90.0, 130.0}) * (b.r_ohmic_ohm + b.r1_discharge_ohm));
 }
 
 void addDropouts(Strength& s) {

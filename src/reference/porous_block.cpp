@@ -120,16 +120,16 @@ double PorousBlock::width(Index cell) const {
 PorousState PorousBlock::rested() const {
   const PorousParameters& p = parameters_;
   const double used = (1.0 - soc_at_start_) * p.capacity_ah * kSecondsPerHour / kFaraday;
-  const auto porosityAfter = [&](double full, double expansion, double thickness) {
+  const auto porosity_after = [&](double full, double expansion, double thickness) {
     return full - expansion * used / (p.area_m2 * thickness);
   };
   PorousState state;
   state.porosity.resize(3 * per_region_);
   state.porosity << Field::Constant(
-      per_region_, porosityAfter(p.negative_porosity, kNegativeExpansion, p.negative_m)),
+      per_region_, porosity_after(p.negative_porosity, kNegativeExpansion, p.negative_m)),
       Field::Constant(per_region_, p.separator_porosity),
       Field::Constant(per_region_,
-                      porosityAfter(p.positive_porosity, kPositiveExpansion, p.positive_m));
+                      porosity_after(p.positive_porosity, kPositiveExpansion, p.positive_m));
   const double full = p.full_acid_mol_per_m3 * p.area_m2 *
                       (p.negative_porosity * p.negative_m + p.separator_porosity * p.separator_m +
                        p.positive_porosity * p.positive_m);
