@@ -25,6 +25,7 @@ constexpr std::size_t kLeastSamples = 120;   // of the training part: ten for ev
 constexpr double kLeastDuration = 120.0;     // [s], two time constants of the double layer at rest
 constexpr double kLeastCharge = 20.0;        // [As] that must flow in either direction
 constexpr std::size_t kCompressFrom = 4000;  // samples
+constexpr double kSlowLength = 10.0;         // sampling intervals that may be averaged where the current is held
 constexpr double kSlow = 0.15;               // [s]; sampled more slowly, edges cannot be set aside
 constexpr double kEdge = 5.0;                // [A]
 constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid; before it as much as a channel may be late
@@ -136,8 +137,10 @@ class Diagnoser {
 
   void fitBase() {
     const bool slow = medianInterval(series_) > kSlow;
-    drive_ = train_.size() > kCompressFrom && !slow ? compressedDrive(quiet_current_, train_, {}, limits_.masked)
-                                                    : fullDrive(quiet_current_, train_, limits_.masked);
+    Compression compression;
+    compression.max_length = std::max(compression.max_length, kSlowLength * medianInterval(series_));
+    drive_ = train_.size() > kCompressFrom ? compressedDrive(quiet_current_, train_, compression, limits_.masked)
+                                           : fullDrive(quiet_current_, train_, limits_.masked);
     slow_ = slow;
     if (!slow) drive_ = withoutEdges(drive_, std::numeric_limits<double>::infinity(), 0.0, kAfterEdge);
     quiet_ = slow ? drive_ : withoutEdges(drive_, kEdge, kBeforeEdge, kAfterEdge);

@@ -38,6 +38,12 @@ double evidenceOf(const WhitenedFit& nested, const WhitenedFit& larger, double p
   return nested.deviance - larger.deviance - penalty * (freedomOf(larger) - freedomOf(nested));
 }
 
+/// Whether it happens once: the block in which it does cannot be predicted from the others.
+bool hasInstant(const std::string& id) {
+  const std::vector<ParameterInfo>& parameters = effectInfo(id).parameters;
+  return std::any_of(parameters.begin(), parameters.end(), [](const ParameterInfo& info) { return info.instant; });
+}
+
 bool isStructure(const std::string& id) { return effectInfo(id).tier() == 'S'; }
 
 struct Weighed {
@@ -200,7 +206,8 @@ class Search {
     candidate.holdout_gain_percent = 100.0 * gain.rms_share;
     if (gain.worse_blocks > 1) return "it makes several of the blocks held out of the fit worse";
     // One block in which alone an effect shows cannot be predicted without it; a large fall of the error elsewhere still counts.
-    if (gain.deviance <= 0.0 && gain.rms_share < kLargeShare) return "blocks held out of the fit are predicted no better with it";
+    const double large = hasInstant(one.signature.id) ? options_.thresholds.least_share : kLargeShare;
+    if (gain.deviance <= 0.0 && gain.rms_share < large) return "blocks held out of the fit are predicted no better with it";
     naming_.unnamed = true;
     if (one.evidence <= needed(one.signature.id)) return "its evidence is below what a name needs";
     const double least = isStructure(one.signature.id) ? options_.thresholds.least_structure_share : options_.thresholds.least_share;
@@ -219,7 +226,8 @@ class Search {
     return candidate;
   }
 
-  void note(const Candidate& candidate) {
+  void note(Candidate candidate) {
+    if (!candidate.rejected_because.empty()) candidate.confidence = 0.0;
     for (Candidate& known : naming_.candidates)
       if (known.id == candidate.id) {
         known = candidate;
@@ -252,6 +260,12 @@ class Search {
                        [&](const Accepted& accepted) { return accepted.id == id; });
   }
 
+  /// Whether this search may judge it: what another grid shows is judged there.
+  bool isOpen(const std::string& id) const {
+    return options_.hypotheses.empty() ||
+           std::find(options_.hypotheses.begin(), options_.hypotheses.end(), id) != options_.hypotheses.end();
+  }
+
   bool isNeeded(const std::string& id) const {
     for (const Accepted& accepted : naming_.accepted) {
       const std::vector<std::string>& needs = effectInfo(accepted.id).needs;
@@ -281,7 +295,7 @@ class Search {
       tell("checking that every effect is worth its place");
       std::vector<std::optional<WhitenedFit>> without(naming_.accepted.size());
       parallelFor(without.size(), options_.threads, [&](std::size_t k) {
-        if (!isNeeded(naming_.accepted[k].id)) without[k] = exchanged(naming_.accepted[k].id, "");
+        if (isOpen(naming_.accepted[k].id) && !isNeeded(naming_.accepted[k].id)) without[k] = exchanged(naming_.accepted[k].id, "");
       });
       std::optional<std::size_t> worst;
       double least = 0.0;
@@ -312,6 +326,7 @@ class Search {
     tell("comparing what could stand in each effect's place");
     for (std::size_t k = 0; k < naming_.accepted.size(); ++k) {
       Accepted& one = naming_.accepted[k];
+      if (!isOpen(one.id) || isNeeded(one.id)) continue;
       std::vector<std::string> rivals;
       for (const std::string& id : one.tied)
         if (!isAccepted(id) && effectInfo(id).needs.empty()) rivals.push_back(id);

@@ -23,6 +23,12 @@ std::string joined(const std::vector<std::string>& parts, const std::string& las
   return text;
 }
 
+std::string withoutStop(std::string sentence) {
+  while (!sentence.empty() && (sentence.back() == '.' || sentence.back() == ' ')) sentence.pop_back();
+  if (!sentence.empty() && sentence[0] >= 'A' && sentence[0] <= 'Z') sentence[0] = static_cast<char>(sentence[0] - 'A' + 'a');
+  return sentence;
+}
+
 std::string named(const std::string& id) {
   for (const EffectInfo& info : effectCatalogue())
     if (info.id == id) return id + " (" + info.title + ")";
@@ -161,7 +167,7 @@ std::string summaryOf(const Diagnosis& diagnosis) {
              gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kUnknown:
       return "Model and measurement part in a way that the catalogue does not explain" +
-             (diagnosis.force ? ": " + diagnosis.force->description : std::string()) + whereSentence(diagnosis) + ".";
+             (diagnosis.force ? ": " + withoutStop(diagnosis.force->description) : std::string()) + whereSentence(diagnosis) + ".";
     case Verdict::kSensorFault:
       return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";
     case Verdict::kInsufficientData: break;
