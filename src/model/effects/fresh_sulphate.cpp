@@ -29,7 +29,7 @@ struct FreshSulphate {
                    "start-stop recordings: 0.001 to 0.1")},
             // 0 to what two seconds of a crank leave.
             {{"fresh_sulphate", "As", 0.0, 100.0, 0.0, 2000.0}},
-            {"charge_acceptance", "sulphate_history", "ocv_hysteresis", "coup_de_fouet"},
+            {"charge_acceptance", "sulphate_history", "ocv_hysteresis", "ocv_soc", "acid_transport"},
             "charge at a low held voltage, once right after a discharge and once 2 min after it",
             {}};
   }
