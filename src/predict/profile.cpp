@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <optional>
 
 #include "battery_sof/predict/prediction_interval.hpp"
 #include "battery_sof/predict/query.hpp"
@@ -16,6 +17,8 @@ namespace {
 constexpr double kMostCurrent = IntakeLimits{}.max_abs_current;  // [A]
 constexpr double kLongestProfile = 86400.0;                      // [s]
 constexpr double kExtrapolation = 1.25;  // of the largest currents the window held
+constexpr double kSameTime = 1e-6;                               // [s]
+constexpr double kSameCurrent = 1e-6;                            // [A]
 constexpr double kStartSpan = 1.0;       // [s], samples that the first state is taken from
 
 std::string describeSample(const char* name, std::size_t index, double value,
@@ -92,6 +95,15 @@ FittedModel modelAtFirstSample(const FittedModel& model, const Series& series) {
   return start;
 }
 
+/// Index of the sample that the model's state belongs to, when the series is the recording it was fitted to.
+std::optional<std::size_t> indexOfState(const FittedModel& model, const Series& series) {
+  const auto at = std::lower_bound(series.time.begin(), series.time.end(), model.state.time - kSameTime);
+  if (at == series.time.end() || *at > model.state.time + kSameTime) return std::nullopt;
+  const auto index = static_cast<std::size_t>(at - series.time.begin());
+  if (std::abs(series.current[index] - model.state.current) > kSameCurrent) return std::nullopt;
+  return index;
+}
+
 }  // namespace
 
 ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
@@ -130,12 +142,14 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
 
 PredictedVoltage predictSeries(const FittedModel& model, const Series& series, IndexRange range) {
   if (range.empty()) return {};
-  const FittedModel start = modelAtFirstSample(model, series);
-  const Drive drive = fullDrive(series, {0, range.last});
+  const std::optional<std::size_t> known = indexOfState(model, series);
+  const std::size_t first = known && *known < range.first ? *known : 0;
+  const FittedModel start = first > 0 ? model : modelAtFirstSample(model, series);
+  const Drive drive = fullDrive(series, {first, range.last});
   Simulation simulation = uncertainSimulationOf(start);
   PredictedVoltage predicted;
-  for (std::size_t n = 0; n < range.last; ++n) {
-    simulation.advance(drive.samples[n].step);
+  for (std::size_t n = first; n < range.last; ++n) {
+    simulation.advance(drive.samples[n - first].step);
     if (n >= range.first) append(predicted, voltageInterval(simulation, start.scores.rmse));
   }
   return predicted;

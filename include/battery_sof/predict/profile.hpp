@@ -37,7 +37,8 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
 /**
  * @brief Runs a model over the current of a recording and returns what it expects in a range of it.
  *
- * The model runs from the recording's first sample, whose state is taken from the first second's voltage (paper, eq. 5,
+ * In the recording it was fitted to (same time and current at the end of its window), the model runs on from the state it ended
+ * with. Otherwise, or for a range before that, it runs from the first sample, whose state is taken from the first second's voltage (paper, eq. 5,
  * median), so inside a later range only the current is used. Across gaps the battery is taken to rest.
  *
  * @return one voltage a sample of the range [V], with 90 % intervals.

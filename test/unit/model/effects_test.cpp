@@ -78,7 +78,7 @@ TEST(EffectCatalogue, HoldsEveryEquationOfTheThreeTiersUnderItsOwnName) {
   for (const char* id :
        {"cpe2", "fast_arc", "current_dependent_resistance", "charge_transfer", "second_electrode", "inductance",
         "gassing", "charge_acceptance", "sulphate_history", "acid_transport", "ocv_soc", "ocv_hysteresis",
-        "high_rate_depletion", "coup_de_fouet", "self_heating", "parameter_drift", "parasitic_load",
+        "high_rate_depletion", "coup_de_fouet", "fresh_sulphate", "self_heating", "parameter_drift", "parasitic_load",
         "current_offset", "current_gain", "time_skew", "sensor_lag", "contact_resistance", "voltage_drift"})
     EXPECT_EQ(std::count(ids.begin(), ids.end(), id), 1) << id;
 }
