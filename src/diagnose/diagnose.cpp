@@ -181,8 +181,20 @@ class Diagnoser {
     for (Accepted& accepted : naming_.accepted)
       for (const std::string& id : alwaysTiedWith(accepted.id))
         if (!contains(accepted.tied, id) && !isAccepted(id)) accepted.tied.push_back(id);
+    tieSmallSkew();
     std::stable_sort(naming_.accepted.begin(), naming_.accepted.end(),
                      [](const Accepted& one, const Accepted& other) { return one.evidence > other.evidence; });
+  }
+
+  /// A skew so small that an inductance within its bounds would show the same.
+  void tieSmallSkew() {
+    const auto row = naming_.extended.model.parameterRow("channel_skew");
+    if (!row) return;
+    const double alike = std::abs(naming_.extended.point.parameters[*row]) * naming_.extended.point.parameters[kRowRDischarge];
+    for (Accepted& accepted : naming_.accepted)
+      if (accepted.id == "time_skew" && alike <= effectInfo("inductance").parameters.front().upper &&
+          !contains(accepted.tied, "inductance") && !isAccepted("inductance"))
+        accepted.tied.push_back("inductance");
   }
 
   bool isAccepted(const std::string& id) const {

@@ -120,22 +120,25 @@ class Search {
     return refit(nested, drive_, signature, search_);
   }
 
-  /// A refit that gains much less than its score promised did not converge: once more from more starts, if the promise
-  /// matters beside the best.
+  /// A refit that gains much less than its score promised did not converge: the one that promised most is searched once
+  /// more from more starts, if its promise matters beside the best.
   void searchAgain(std::vector<Weighed>& ones, double penalty) const {
     double best = 0.0;
     for (const Weighed& one : ones) best = std::max(best, one.evidence);
+    Weighed* most = nullptr;
     for (Weighed& one : ones) {
       const double promised = kUnconverged * one.signature.score;
       if (naming_.extended.deviance - one.fit->deviance > promised || promised < best) continue;
-      WhitenedSearch wider = search_;
-      wider.more_starts = 3;
-      wider.every_start = true;
-      WhitenedFit again = refit(naming_.extended, drive_, one.signature, wider);
-      if (again.deviance >= one.fit->deviance) continue;
-      one.fit = std::move(again);
-      one.evidence = evidenceOf(naming_.extended, *one.fit, penalty);
+      if (!most || one.signature.score > most->signature.score) most = &one;
     }
+    if (!most) return;
+    WhitenedSearch wider = search_;
+    wider.more_starts = 2;
+    wider.every_start = true;
+    WhitenedFit again = refit(naming_.extended, drive_, most->signature, wider);
+    if (again.deviance >= most->fit->deviance) return;
+    most->fit = std::move(again);
+    most->evidence = evidenceOf(naming_.extended, *most->fit, penalty);
   }
 
   /// One effect more, if there is one to be had.
@@ -204,8 +207,8 @@ class Search {
     const HeldOut after = heldOutErrors(*one.fit, drive_, kBlocks, options_.threads);
     const HeldOutGain gain = gainOf(before, after, drive_, one.fit->residual - naming_.extended.residual);
     candidate.holdout_gain_percent = 100.0 * gain.rms_share;
-    if (gain.worse_blocks > 1) return "it makes several of the blocks held out of the fit worse";
-    // One block in which alone an effect shows cannot be predicted without it; a large fall of the error elsewhere still counts.
+    // A block in which alone an effect shows cannot be predicted without it; a large fall of the error still counts.
+    if (gain.worse_blocks > 1 && gain.rms_share < kLargeShare) return "it makes several of the blocks held out of the fit worse";
     const double large = hasInstant(one.signature.id) ? options_.thresholds.least_share : kLargeShare;
     if (gain.deviance <= 0.0 && gain.rms_share < large) return "blocks held out of the fit are predicted no better with it";
     naming_.unnamed = true;
