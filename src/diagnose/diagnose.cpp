@@ -30,11 +30,20 @@ constexpr double kSlow = 0.15;               // [s]; sampled more slowly, edges 
 constexpr double kEdge = 5.0;                // [A]
 constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid; before it as much as a channel may be late
 constexpr double kOmnibusDeviance = 10.0;     // z_O in units of -2 ln likelihood: sqrt(2 k) of some fifty columns
+// [s] of recording beyond which effects that act back on others within an interval are not weighed: their steps of 0.1 s
+// would take minutes.
+constexpr double kFineSteps = 20000.0;
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
 
 /// Effects that act within a tenth of a second of an edge.
 const std::vector<std::string>& fastEffects() {
   static const std::vector<std::string> ids = {"fast_arc", "inductance", "time_skew", "sensor_lag"};
+  return ids;
+}
+
+/// Effects whose intervals are cut to 0.1 s (EffectHooks::steps_finely).
+const std::vector<std::string>& fineEffects() {
+  static const std::vector<std::string> ids = {"self_heating", "parameter_drift", "sulphate_history"};
   return ids;
 }
 
@@ -128,11 +137,26 @@ class Diagnoser {
       if (finding.id == "clipping") instruments_.faults.push_back("clipping");
       if (finding.id == "stuck" || finding.id == "missing" || finding.id == "gaps") instruments_.faults.push_back("dropouts");
       if (finding.id == "aliasing") instruments_.faults.push_back("aliasing");
+      if (finding.id == "skew" && finding.value) alignWholeSamples(*finding.value);
     }
     std::sort(instruments_.faults.begin(), instruments_.faults.end());
     instruments_.faults.erase(std::unique(instruments_.faults.begin(), instruments_.faults.end()), instruments_.faults.end());
     found_.instrument = instruments_.sentences;
     found_.outside = outsideWhatSignalsShow();
+  }
+
+  /// A channel that is whole samples late cannot be told from physics by a fit: the current is moved to where the voltage
+  /// answers to it. @param lag [s], > 0 when the voltage comes later.
+  void alignWholeSamples(double lag) {
+    const auto by = std::lround(lag / medianInterval(series_));
+    if (medianInterval(series_) <= kSlow || by == 0) return;
+    const std::vector<double> current = quiet_current_.current;
+    const auto count = static_cast<std::ptrdiff_t>(current.size());
+    for (std::ptrdiff_t n = 0; n < count; ++n)
+      quiet_current_.current[static_cast<std::size_t>(n)] =
+          current[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(n - by, 0, count - 1))];
+    instruments_.faults.push_back("time_skew");
+    instruments_.sentences.push_back("the current was moved by " + std::to_string(by) + " samples to meet the voltage");
   }
 
   void fitBase() {
@@ -163,8 +187,11 @@ class Diagnoser {
     options.threads = options_.threads;
     options.least_white = search_.least_white;
     options.progress = options_.progress;
+    const bool too_long = series_.time[train_.last - 1] - series_.time[train_.first] > kFineSteps;
+    if (too_long && options_.hypotheses.empty())
+      found_.instrument.push_back("a recording of this length: self_heating, parameter_drift and sulphate_history are not weighed; give a part of it, or name them as hypotheses");
     for (const EffectInfo& info : effectCatalogue())
-      if ((options_.hypotheses.empty() || contains(options_.hypotheses, info.id)) &&
+      if (!(too_long && options_.hypotheses.empty() && contains(fineEffects(), info.id)) && (options_.hypotheses.empty() || contains(options_.hypotheses, info.id)) &&
           (slow_ || !contains(fastEffects(), info.id)))
         options.hypotheses.push_back(info.id);
     naming_ = nameEffects(quiet_, base_, options);
@@ -256,7 +283,8 @@ class Diagnoser {
     };
     found_.base = completed(base_);
     const bool named = found_.verdict != Verdict::kUnknown && !naming_.accepted.empty();
-    found_.extended = naming_.accepted.empty() ? found_.base : completed(naming_.extended);
+    found_.extended = named ? completed(naming_.extended) : found_.base;
+    is_extended_ = named;
     if (named)
       for (const Accepted& accepted : naming_.accepted) takeEffect(accepted);
     if (found_.verdict == Verdict::kSensorFault)
@@ -312,7 +340,7 @@ class Diagnoser {
 
   void compare() {
     found_.base_voltage = voltageOf(found_.base);
-    found_.extended_voltage = naming_.accepted.empty() ? found_.base_voltage : voltageOf(found_.extended);
+    found_.extended_voltage = is_extended_ ? voltageOf(found_.extended) : found_.base_voltage;
     Comparison& fit = found_.fit;
     fit.train = windowOf(train_);
     fit.holdout = windowOf(holdout_);
@@ -320,7 +348,7 @@ class Diagnoser {
     fit.base_holdout = metrics(holdout_, found_.base_voltage, found_.base);
     fit.extended_train = metrics(train_, found_.extended_voltage, found_.extended);
     fit.extended_holdout = metrics(holdout_, found_.extended_voltage, found_.extended);
-    fit.regimes = compareRegimes(series_, holdout_, found_.base_voltage, found_.extended_voltage, limits_.masked);
+    fit.regimes = compareRegimes(quiet_current_, holdout_, found_.base_voltage, found_.extended_voltage, limits_.masked);
   }
 
   FitWindow windowOf(IndexRange range) const {
@@ -328,12 +356,12 @@ class Diagnoser {
   }
 
   ErrorMetrics metrics(IndexRange range, const std::vector<double>& voltage, const FittedModel& model) const {
-    return errorMetrics(series_, range, voltage, chargeCurrentError(model, series_, range, limits_.masked), limits_.masked);
+    return errorMetrics(quiet_current_, range, voltage, chargeCurrentError(model, quiet_current_, range, limits_.masked), limits_.masked);
   }
 
   /// The whole recording from the training part's first state on.
   std::vector<double> voltageOf(const FittedModel& model) const {
-    const Drive whole = fullDrive(series_, {0, series_.size()});
+    const Drive whole = fullDrive(quiet_current_, {0, series_.size()});
     CompositionPoint point{pointOf(model).parameters, Eigen::VectorXd()};
     point.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
     const Eigen::VectorXd voltage = simulatedVoltage(compositionOf(model), point, whole);
@@ -343,13 +371,13 @@ class Diagnoser {
   const Recording& recording_;
   const Series& series_;
   const DiagnoseOptions& options_;
-  const Series quiet_current_;  // what the battery saw of the measured current
+  Series quiet_current_;  // what the battery saw of the measured current
   IndexRange train_, holdout_;
   std::vector<Regime> regimes_;
   InstrumentLimits limits_;
   InstrumentScreen instruments_;
   Remainder remainder_;
-  bool slow_ = false;
+  bool slow_ = false, is_extended_ = false;
   Drive drive_, quiet_;
   WhitenedSearch search_;
   WhitenedFit base_, final_;

@@ -219,7 +219,7 @@ class Search {
     return "";
   }
 
-  double needed(const std::string& id) const { return isStructure(id) ? 0.0 : options_.thresholds.name_evidence; }
+  double needed(const std::string& id) const { return isStructure(id) ? options_.thresholds.structure_evidence : options_.thresholds.name_evidence; }
 
   Candidate candidateOf(const std::vector<Weighed>& ones, std::size_t k) const {
     double sum = 0.0;
