@@ -32,7 +32,7 @@ constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's ed
 constexpr double kOmnibusDeviance = 10.0;     // z_O in units of -2 ln likelihood: sqrt(2 k) of some fifty columns
 // [s] of recording beyond which effects that act back on others within an interval are not weighed: their steps of 0.1 s
 // would take minutes.
-constexpr double kFineSteps = 20000.0;
+constexpr double kFineSteps = 6000.0;
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
 
 /// Effects that act within a tenth of a second of an edge.
