@@ -40,15 +40,17 @@ std::size_t totalSamples(const std::vector<IndexRange>& runs);
 /**
  * @brief Where the channel is cut off at its lowest or highest value.
  *
- * The extreme repeats while the other channel turns round, so the true peak lies beyond; or, for
- * the current at slow rates, separate samples share one extreme though those below it are scattered
+ * The extreme repeats while the other channel turns round, so the true peak lies beyond; or it
+ * repeats for longer than the channel's own noise would leave it unmoved, at most for 5 s at a
+ * time, in several places or between steep flanks; or, for the current at slow rates, separate samples share one extreme though those below it are scattered
  * and the voltages differ. A value that a source or a regulator holds is not found.
  * @param extreme the channel's lowest or highest value.
  */
 std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& channel,
                                     double extreme);
 
-/// Where the channel repeats one value while the other moves up and down three times or more.
+/// Where the channel repeats one value while the other moves up and down three times or more, and
+/// is not clipped.
 std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& channel);
 
 /**

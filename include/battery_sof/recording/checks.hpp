@@ -49,7 +49,8 @@ std::string describe(Severity severity);
  *
  * Methods (PHYSICS 1.3, tier I). A fault is named on its own evidence only:
  * - clipping: an extreme value repeats while the other channel moves both ways, as it does through a crank whose peak is
- *   cut off; or, for single samples at slow rates, the extreme stands out from scattered values below it. A current that
+ *   cut off; or it repeats, where the channel flickers elsewhere, for longer than its own noise would leave it unmoved (chance
+ *   below 0.001 in the whole recording, faster than 5 Hz); or, for single samples at slow rates, the extreme stands out from scattered values below it. A current that
  *   a source holds at its limit, and a voltage that a regulator holds, are not clipped.
  * - quantisation: the greatest step of which nearly all changes are multiples.
  * - sign: that of the correlation of voltage with current changes at edges.

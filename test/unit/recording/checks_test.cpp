@@ -169,6 +169,53 @@ TEST(ClippingCheck, FindsCranksCutOffByTheVoltageSensor) {
   EXPECT_EQ(found[0].unit, "V");
 }
 
+TEST(ClippingCheck, FindsBothLimitsWhereBothChannelsAreCutOffAtOnce) {
+  Series series = cleanDrive();
+  for (double& current : series.current) current = std::max(current, -100.0);
+  for (double& voltage : series.voltage) voltage = std::max(voltage, 12.0);
+  const auto found = findingsOf(series, "clipping");
+  ASSERT_EQ(found.size(), 2U) << idsOf(series);
+  EXPECT_DOUBLE_EQ(*found[0].value, -100.0);
+  EXPECT_DOUBLE_EQ(*found[1].value, 12.0);
+  EXPECT_TRUE(findingsOf(series, "stuck").empty()) << idsOf(series);
+}
+
+TEST(ClippingCheck, FindsBothLimitsWhereTheNoiseIsLessThanAStep) {
+  Series series = cleanDrive(3);
+  addNoise(series, 0.03, 0.001, 3);
+  for (double& current : series.current) current = std::max(current, -100.0);
+  for (double& voltage : series.voltage) voltage = std::max(voltage, 12.0);
+  test::quantise(series.current, 0.05);
+  test::quantise(series.voltage, 0.001);
+  EXPECT_EQ(findingsOf(series, "clipping").size(), 2U) << idsOf(series);
+}
+
+TEST(ClippingCheck, NoLimitIsFoundInANoisyDriveAtAnyStep) {
+  for (const double coarse : {0.2, 1.0, 10.0}) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      Series series = cleanDrive(seed);
+      addNoise(series, 0.05, 0.001, seed);
+      test::quantise(series.current, 0.1 * coarse);
+      test::quantise(series.voltage, 0.002 * coarse);
+      EXPECT_TRUE(findingsOf(series, "clipping").empty()) << idsOf(series);
+    }
+  }
+}
+
+TEST(ClippingCheck, CurrentsThatSomebodyEnteredAmongMeasuredOnesAreNotClipped) {
+  test::Random random(7);
+  std::vector<double> profile(120000, 0.0);
+  for (int k = 0; k < 60; ++k) {
+    profile.insert(profile.end(), 5000, random.uniform(-60.0, 60.0));
+    if (k % 20 == 0) profile.insert(profile.end(), 15000, -100.0);
+  }
+  Series series = everyNth(driveSeries(profile), 10);
+  addNoise(series, 0.05, 0.001, 2);
+  for (double& current : series.current)
+    if (current < -90.0) current = -100.0;
+  EXPECT_TRUE(findingsOf(series, "clipping").empty()) << idsOf(series);
+}
+
 TEST(ClippingCheck, FindsSingleSamplesAtOneHertzThatAllReadTheSameLimit) {
   Series series = slowCarDrive(7200.0, 6);
   test::Random random(9);
