@@ -29,6 +29,8 @@ constexpr double kSlow = 0.15;               // [s]; sampled more slowly, edges 
 constexpr double kEdge = 5.0;                // [A]
 constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid; before it as much as a channel may be late
 constexpr double kOmnibusDeviance = 10.0;     // z_O in units of -2 ln likelihood: sqrt(2 k) of some fifty columns
+constexpr double kLostShare = 0.005;         // of the samples; a second in three minutes
+constexpr std::size_t kFewestFreezes = 3;
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
 
 /// Effects that act within a tenth of a second of an edge.
@@ -70,6 +72,16 @@ std::string lackOf(const Series& series, IndexRange train) {
   if (discharge < kLeastCharge) return "the training part hardly discharges the battery";
   if (charge + discharge < 2.0 * kLeastCharge) return "the training part hardly moves any charge";
   return "";
+}
+
+/// The catalogue's id of a finding of the checks; empty for what is not a fault of an instrument that spoils a diagnosis.
+/// One sleep of the car is not a bus that drops messages, and a gap is no fault.
+std::string faultOf(const Finding& finding, std::size_t samples) {
+  if (finding.severity == Severity::kNote) return "";
+  if (finding.id == "clipping" || finding.id == "aliasing") return finding.id;
+  const bool is_lost = finding.id == "stuck" || finding.id == "missing";
+  const bool is_single = finding.id == "stuck" && finding.at.size() < kFewestFreezes;
+  return is_lost && !is_single && static_cast<double>(finding.samples) >= kLostShare * static_cast<double>(samples) ? "dropouts" : "";
 }
 
 class Diagnoser {
@@ -124,9 +136,8 @@ class Diagnoser {
     for (const Finding& finding : checkRecording(part).findings) {
       if (finding.severity == Severity::kNote) continue;
       instruments_.sentences.push_back(finding.what + ": " + finding.meaning);
-      if (finding.id == "clipping") instruments_.faults.push_back("clipping");
-      if (finding.id == "stuck" || finding.id == "missing" || finding.id == "gaps") instruments_.faults.push_back("dropouts");
-      if (finding.id == "aliasing") instruments_.faults.push_back("aliasing");
+      const std::string fault = faultOf(finding, train.size());
+      if (!fault.empty()) instruments_.faults.push_back(fault);
     }
     std::sort(instruments_.faults.begin(), instruments_.faults.end());
     instruments_.faults.erase(std::unique(instruments_.faults.begin(), instruments_.faults.end()), instruments_.faults.end());

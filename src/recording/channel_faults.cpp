@@ -22,6 +22,7 @@ constexpr double kPileUpInterval = 0.2;  // [s], slower sampling shows cranks as
 constexpr double kTurning = 0.4;         // white noise turns at 2/3 of its moves, curves hardly ever
 constexpr double kVoltageSpread = 0.1;   // of the drop at the extreme current
 constexpr double kLoad = 0.05;           // of the largest current
+constexpr double kMostlyStill = 0.8;     // channels that mostly stand still do so together when the battery does
 constexpr double kFlickerShare = 0.1;    // of the recording
 constexpr double kChance = 1e-3;         // of one false claim in the whole recording
 
@@ -42,6 +43,10 @@ std::size_t reversalsDuring(const Evidence& evidence, const Channel& other, Inde
 
 bool isUnderLoad(const Evidence& evidence, std::size_t k) {
   return std::abs(evidence.current.values[k]) > kLoad * evidence.largest_current;
+}
+
+bool holds(const std::vector<double>& values, double value) {
+  return std::find(values.begin(), values.end(), value) != values.end();
 }
 
 bool isAtExtreme(const Channel& channel, IndexRange run, double extreme) {
@@ -173,17 +178,23 @@ std::vector<IndexRange> pairRuns(const Evidence& evidence) {
   return pairs;
 }
 
-/// Share of the samples under load at which the channel repeats its value and the other does not;
-/// never 0, because no repetition in n samples does not prove less than 1/n.
-double shareOfRepeats(const Evidence& evidence, const Channel& channel) {
+/// Share of a channel's repetitions under load that another one follows while the other channel moves, by Laplace's rule
+/// of succession: what a repeated message is, is not counted.
+double shareThatGoesOnAlone(const Evidence& evidence, const Channel& channel) {
   const Channel& other = otherThan(evidence, channel);
-  std::size_t samples = 0, repeats = 0;
-  for (std::size_t k = 1; k < channel.values.size(); ++k) {
-    if (!isUnderLoad(evidence, k) || other.values[k] == other.values[k - 1]) continue;
+  std::size_t begun = 0, gone_on = 0, samples = 0, repeated = 0;
+  for (std::size_t k = 2; k < channel.values.size(); ++k) {
+    if (!isUnderLoad(evidence, k) || repeats(other, k)) continue;
     ++samples;
-    if (channel.values[k] == channel.values[k - 1]) ++repeats;
+    if (repeats(channel, k)) ++repeated;
+    if (!repeats(channel, k - 1) || repeats(other, k - 1)) continue;
+    ++begun;
+    if (repeats(channel, k)) ++gone_on;
   }
-  return static_cast<double>(repeats + 1) / static_cast<double>(samples + 1);
+  // Of rare repetitions too few begin to tell how they go on.
+  constexpr std::size_t kEnough = 30;
+  return begun >= kEnough ? static_cast<double>(gone_on + 1) / static_cast<double>(begun + 2)
+                          : static_cast<double>(repeated + 1) / static_cast<double>(samples + 2);
 }
 
 }  // namespace
@@ -238,27 +249,43 @@ std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& cha
 
 std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& channel) {
   const Channel& other = otherThan(evidence, channel);
-  const auto isClipped = [&](double value) {
-    return (value == channel.lowest || value == channel.highest) && !clippedRuns(evidence, channel, value).empty();
-  };
+  const std::vector<double> limits = provenLimits(evidence, channel);
   std::vector<IndexRange> frozen =
       runsOf(evidence, channel, std::max(kStuckSamples, 4 * evidence.hold));
   frozen.erase(std::remove_if(frozen.begin(), frozen.end(),
                               [&](const IndexRange& run) {
                                 return reversalsDuring(evidence, other, run) < kStuckReversals ||
-                                       isClipped(channel.values[run.first]);
+                                       holds(limits, channel.values[run.first]);
                               }),
                frozen.end());
   return frozen;
 }
 
+std::vector<double> provenLimits(const Evidence& evidence, const Channel& channel) {
+  std::vector<double> limits;
+  for (const double extreme : {channel.lowest, channel.highest})
+    if (!clippedRuns(evidence, channel, extreme).empty()) limits.push_back(extreme);
+  return limits;
+}
+
 std::vector<IndexRange> repeatedRuns(const Evidence& evidence) {
-  const std::vector<IndexRange> pairs = pairRuns(evidence);
+  std::vector<IndexRange> pairs = pairRuns(evidence);
   for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
-    if (!isNoisyOutside(*channel, flickerOutside(*channel, pairs))) return {};
+    const std::vector<double> limits = provenLimits(evidence, *channel);
+    pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                               [&](const IndexRange& pair) { return holds(limits, channel->values[pair.first]); }),
+                pairs.end());
   }
-  const double chance =
-      shareOfRepeats(evidence, evidence.current) * shareOfRepeats(evidence, evidence.voltage);
+  const bool is_fast = evidence.interval < kPileUpInterval;
+  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
+    const bool flickers = is_fast ? flickersUnderLoad(evidence, *channel)
+                                  : isNoisyOutside(*channel, flickerOutside(*channel, pairs));
+    if (!flickers) return {};
+  }
+  const double current_share = shareThatGoesOnAlone(evidence, evidence.current);
+  const double voltage_share = shareThatGoesOnAlone(evidence, evidence.voltage);
+  if (std::max(current_share, voltage_share) > kMostlyStill) return {};
+  const double chance = current_share * voltage_share;
   const auto samples = static_cast<double>(evidence.series.size());
   std::vector<IndexRange> repeated;
   for (const IndexRange& pair : pairs) {

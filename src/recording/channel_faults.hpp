@@ -49,6 +49,9 @@ std::size_t totalSamples(const std::vector<IndexRange>& runs);
 std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& channel,
                                     double extreme);
 
+/// @return those of the channel's lowest and highest value at which it is cut off.
+std::vector<double> provenLimits(const Evidence& evidence, const Channel& channel);
+
 /// Where the channel repeats one value while the other moves up and down three times or more, and
 /// is not clipped.
 std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& channel);
@@ -59,7 +62,8 @@ std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& chan
  *
  * Under load is above 5 % of the largest current; at rest a battery and its sensor may stand still.
  * Claimed when independent channels would repeat so often together, anywhere in the recording, with
- * a probability of less than 0.001; needs noise of more than the quantisation on both.
+ * a probability of less than 0.001; needs noise on both, below 5 Hz of more than the quantisation.
+ * What is clipped is not repeated.
  * @return ranges without the one sample that is a measurement, the first.
  */
 std::vector<IndexRange> repeatedRuns(const Evidence& evidence);

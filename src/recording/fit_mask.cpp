@@ -31,10 +31,9 @@ std::size_t mask(std::vector<char>& masked, const std::vector<IndexRange>& range
 /// Every sample at a limit of the channel that is proven in some of them.
 std::vector<IndexRange> samplesAtLimits(const Evidence& evidence, const Channel& channel) {
   std::vector<IndexRange> samples;
-  for (const double extreme : {channel.lowest, channel.highest}) {
-    if (clippedRuns(evidence, channel, extreme).empty()) continue;
+  for (const double limit : provenLimits(evidence, channel)) {
     for (std::size_t k = 0; k < channel.values.size(); ++k) {
-      if (channel.values[k] == extreme) samples.push_back({k, k + 1});
+      if (channel.values[k] == limit) samples.push_back({k, k + 1});
     }
   }
   return samples;

@@ -58,7 +58,9 @@ std::string describe(Severity severity);
  * - skew: the sub-sample shift between voltage and current changes at edges, alike in both halves of the recording; whole
  *   samples only below 20 Hz.
  * - stuck: one value repeats while the other channel moves up and down, or repeats for long where the channel is noisy
- *   elsewhere.
+ *   elsewhere; or both channels repeat the sample before under load where both flicker.
+ * - missing: samples that the intake refused, and samples that a regular grid lacks in 20 places or more. A gap in which
+ *   the logger was off is not missing.
  * - aliasing: a steady tone (findSpectralLines) in the voltage less its regression on the changes of current, of more than
  *   1 mV and half the noise, and of more than twice what the resistance at edges makes of the current at its frequency. It
  *   can also be a real load that is not in the measured current. What the regression leaves hides weak tones: at 100 Hz
