@@ -15,6 +15,7 @@
 #include "battery_sof/identify/composition_identification.hpp"
 #include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/recording/checks.hpp"
+#include "battery_sof/recording/clipped_current.hpp"
 #include "battery_sof/recording/current_flicker.hpp"
 #include "battery_sof/recording/fit_mask.hpp"
 
@@ -33,6 +34,11 @@ constexpr double kOmnibusDeviance = 10.0;     // z_O in units of -2 ln likelihoo
 // [s] of recording beyond which effects that act back on others within an interval are not weighed: their steps of 0.1 s
 // would take minutes.
 constexpr double kFineSteps = 6000.0;
+constexpr double kLostShare = 0.005;         // of the samples; a second in three minutes
+constexpr std::size_t kFewestFreezes = 3;
+constexpr double kCoarseVoltage = 0.0099;    // [V], 10 mV but for printed digits; most effects leave less than 20 mV (PHYSICS 1.1, 1.2)
+constexpr double kCoarseCurrent = 0.495;     // [A], 0.5 A: PHYSICS 1.3's offset
+constexpr double kStillShare = 0.25;         // of the samples repeat the one before: noise of less than a step
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
 
 /// Effects that act within a tenth of a second of an edge.
@@ -82,6 +88,28 @@ std::string lackOf(const Series& series, IndexRange train) {
   return "";
 }
 
+/// Whether a step is large in itself and the channel's noise is less, so that rounding is most of the error.
+bool isCoarse(const Finding& quantisation, const Series& series) {
+  const bool is_voltage = quantisation.unit == "V";
+  if (*quantisation.value < (is_voltage ? kCoarseVoltage : kCoarseCurrent)) return false;
+  const std::vector<double>& values = is_voltage ? series.voltage : series.current;
+  std::size_t repeats = 0;
+  for (std::size_t k = 1; k < values.size(); ++k)
+    if (values[k] == values[k - 1]) ++repeats;
+  return medianInterval(series) <= kSlow && static_cast<double>(repeats) > kStillShare * static_cast<double>(values.size());
+}
+
+/// The catalogue's id of a finding of the checks; empty for what is not a fault of an instrument that spoils a diagnosis.
+/// One sleep of the car is not a bus that drops messages, and a gap is no fault.
+std::string faultOf(const Finding& finding, const Series& series) {
+  if (finding.id == "quantisation") return isCoarse(finding, series) ? finding.id : "";
+  if (finding.severity == Severity::kNote) return "";
+  if (finding.id == "clipping" || finding.id == "aliasing") return finding.id;
+  const bool is_lost = finding.id == "stuck" || finding.id == "missing";
+  const bool is_single = finding.id == "stuck" && finding.at.size() < kFewestFreezes;
+  return is_lost && !is_single && static_cast<double>(finding.samples) >= kLostShare * static_cast<double>(series.size()) ? "dropouts" : "";
+}
+
 class Diagnoser {
  public:
   Diagnoser(const Recording& recording, const DiagnoseOptions& options)
@@ -129,14 +157,18 @@ class Diagnoser {
   void screenInstruments() {
     const Series train = slice(series_, train_);
     limits_ = instrumentLimits(series_);
+    maskBehindUnknownCharge(series_, limits_);
+    if (!limits_.current_limits.empty()) {
+      const Series estimated = withEstimatedCurrent(series_, limits_);
+      quiet_current_ = withoutSensorNoise(estimated, currentFlicker(estimated));
+    }
     Recording part = recording_;
     part.series = train;
     for (const Finding& finding : checkRecording(part).findings) {
-      if (finding.severity == Severity::kNote) continue;
+      const std::string fault = faultOf(finding, train);
+      if (finding.severity == Severity::kNote && fault.empty()) continue;
       instruments_.sentences.push_back(finding.what + ": " + finding.meaning);
-      if (finding.id == "clipping") instruments_.faults.push_back("clipping");
-      if (finding.id == "stuck" || finding.id == "missing" || finding.id == "gaps") instruments_.faults.push_back("dropouts");
-      if (finding.id == "aliasing") instruments_.faults.push_back("aliasing");
+      if (!fault.empty()) instruments_.faults.push_back(fault);
       if (finding.id == "skew" && finding.value) alignWholeSamples(*finding.value);
     }
     std::sort(instruments_.faults.begin(), instruments_.faults.end());
@@ -171,7 +203,8 @@ class Diagnoser {
     search_.least_white = std::max(1e-5, limits_.voltage_lsb_std);
     const BatteryModel model;
     base_ = fitWhitened(model, quiet_, {typicalStart(model, quiet_)}, std::nullopt, search_);
-    if (limits_.voltage_lsb_std > kCoarse * 0.001 && limits_.voltage_lsb_std > 0.5 * base_.noise.white_std)
+    if (limits_.voltage_lsb_std > kCoarse * 0.001 && limits_.voltage_lsb_std > 0.5 * base_.noise.white_std &&
+        !contains(instruments_.faults, "quantisation"))
       instruments_.faults.push_back("quantisation");
   }
 

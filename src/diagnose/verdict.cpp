@@ -8,6 +8,7 @@ namespace battery_sof {
 namespace {
 
 constexpr double kVisible = 5.0;     // z at which a strength would have been seen
+constexpr double kBeyondInstruments = 50.0;  // z_O that no fault of the instruments leaves once it is masked
 constexpr double kExplained = 0.7;   // share of the mismatch below which the catalogue does not explain it (PHYSICS 2.3)
 
 std::string withUnit(double value, const char* format, const char* unit) {
@@ -86,7 +87,8 @@ Verdict judge(const Naming& naming, const InstrumentScreen& instruments, const R
               const DiagnosisThresholds& thresholds) {
   const bool remains = remainder.extended_omnibus > thresholds.omnibus;
   if (naming.accepted.empty()) {
-    if (!instruments.faults.empty()) return Verdict::kSensorFault;
+    // Coarse steps and cut-off peaks do not make currents and their memory explain what is left.
+    if (!instruments.faults.empty() && remainder.extended_omnibus <= kBeyondInstruments) return Verdict::kSensorFault;
     return remains ? Verdict::kUnknown : Verdict::kNoMismatch;
   }
   if (remains && remainder.explained < kExplained) return Verdict::kUnknown;

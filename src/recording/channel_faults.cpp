@@ -19,8 +19,11 @@ constexpr std::size_t kStuckReversals =
     3;  // one dip and recovery can be the battery's own; three cannot
 constexpr std::size_t kPileUpSamples = 5;
 constexpr double kPileUpInterval = 0.2;  // [s], slower sampling shows cranks as single samples
+constexpr double kTurning = 0.4;         // white noise turns at 2/3 of its moves, curves hardly ever
 constexpr double kVoltageSpread = 0.1;   // of the drop at the extreme current
 constexpr double kLoad = 0.05;           // of the largest current
+constexpr double kMostlyStill = 0.8;     // channels that mostly stand still do so together when the battery does
+constexpr double kFlickerShare = 0.1;    // of the recording
 constexpr double kChance = 1e-3;         // of one false claim in the whole recording
 
 /// The run without the samples at its ends in which a shift between the channels shows the
@@ -38,6 +41,14 @@ std::size_t reversalsDuring(const Evidence& evidence, const Channel& other, Inde
   return countReversals(other.values, withoutSkew(evidence, run), move.stride, move.threshold);
 }
 
+bool isUnderLoad(const Evidence& evidence, std::size_t k) {
+  return std::abs(evidence.current.values[k]) > kLoad * evidence.largest_current;
+}
+
+bool holds(const std::vector<double>& values, double value) {
+  return std::find(values.begin(), values.end(), value) != values.end();
+}
+
 bool isAtExtreme(const Channel& channel, IndexRange run, double extreme) {
   return channel.values[run.first] == extreme;
 }
@@ -53,6 +64,59 @@ std::vector<IndexRange> flatTops(const Evidence& evidence, const Channel& channe
     const std::size_t needed = is_brief ? 1 : kStuckReversals;
     if (reversalsDuring(evidence, other, run) >= needed) tops.push_back(run);
   }
+  return tops;
+}
+
+/// Whether two samples are of one reading, as far as the values tell.
+bool repeats(const Channel& channel, std::size_t k) { return channel.values[k] == channel.values[k - 1]; }
+
+/// Share of a channel's repetitions under load, away from its limits, that another one follows, by Laplace's rule of
+/// succession. Of white noise it is the chance of a repetition, of values that somebody holds it is nearly 1.
+double shareThatGoesOn(const Evidence& evidence, const Channel& channel) {
+  std::size_t begun = 0, gone_on = 0;
+  for (std::size_t k = 2; k < channel.values.size(); ++k) {
+    const bool is_limit = channel.values[k - 1] == channel.lowest || channel.values[k - 1] == channel.highest;
+    if (is_limit || !isUnderLoad(evidence, k) || !repeats(channel, k - 1)) continue;
+    ++begun;
+    if (repeats(channel, k)) ++gone_on;
+  }
+  return static_cast<double>(gone_on + 1) / static_cast<double>(begun + 2);
+}
+
+/// Whether the channel turns round at most of its moves under load, as noise does, be it of less than a step.
+bool flickersUnderLoad(const Evidence& evidence, const Channel& channel) {
+  std::size_t moves = 0, turns = 0;
+  double before = 0.0;
+  for (std::size_t k = 1; k < channel.values.size(); ++k) {
+    const double move = channel.values[k] - channel.values[k - 1];
+    if (move == 0.0 || !isUnderLoad(evidence, k)) continue;
+    ++moves;
+    if (move * before < 0.0) ++turns;
+    before = move;
+  }
+  return moves > kFlickerShare * static_cast<double>(channel.values.size()) && turns > kTurning * static_cast<double>(moves);
+}
+
+bool isApproachedSteeply(const Evidence& evidence, const Channel& channel, IndexRange run) {
+  const Move move = realMove(evidence, channel);
+  if (run.first < move.stride || run.last + move.stride > channel.values.size()) return false;
+  const double extreme = channel.values[run.first];
+  return std::abs(channel.values[run.first - move.stride] - extreme) >= move.threshold &&
+         std::abs(channel.values[run.last + move.stride - 1] - extreme) >= move.threshold;
+}
+
+/// Flat tops of a channel that flickers elsewhere, too long for its own noise to leave them out: in several places, or in
+/// one that lies between two steep flanks. They need nothing of the other channel, which may be cut off too.
+std::vector<IndexRange> silentTops(const Evidence& evidence, const Channel& channel, double extreme) {
+  if (evidence.interval >= kPileUpInterval || !flickersUnderLoad(evidence, channel)) return {};
+  const double share = shareThatGoesOn(evidence, channel);
+  std::vector<IndexRange> tops;
+  for (const IndexRange& run : runsOf(evidence, channel, kFlatSamples)) {
+    if (!isAtExtreme(channel, run, extreme) || durationOf(evidence, run) > kFlatDuration) continue;
+    const double chance = std::pow(share, static_cast<double>(run.size() - 2));
+    if (static_cast<double>(channel.values.size()) * chance < kChance) tops.push_back(run);
+  }
+  if (tops.size() == 1 && !isApproachedSteeply(evidence, channel, tops.front())) tops.clear();
   return tops;
 }
 
@@ -103,10 +167,6 @@ std::vector<IndexRange> pileUp(const Evidence& evidence, double extreme) {
   return stands_out && is_scattered && voltages_differ ? runs : std::vector<IndexRange>{};
 }
 
-bool isUnderLoad(const Evidence& evidence, std::size_t k) {
-  return std::abs(evidence.current.values[k]) > kLoad * evidence.largest_current;
-}
-
 /// Ranges of one value pair under load, of two samples or more.
 std::vector<IndexRange> pairRuns(const Evidence& evidence) {
   std::vector<IndexRange> pairs;
@@ -118,17 +178,23 @@ std::vector<IndexRange> pairRuns(const Evidence& evidence) {
   return pairs;
 }
 
-/// Share of the samples under load at which the channel repeats its value and the other does not;
-/// never 0, because no repetition in n samples does not prove less than 1/n.
-double shareOfRepeats(const Evidence& evidence, const Channel& channel) {
+/// Share of a channel's repetitions under load that another one follows while the other channel moves, by Laplace's rule
+/// of succession: what a repeated message is, is not counted.
+double shareThatGoesOnAlone(const Evidence& evidence, const Channel& channel) {
   const Channel& other = otherThan(evidence, channel);
-  std::size_t samples = 0, repeats = 0;
-  for (std::size_t k = 1; k < channel.values.size(); ++k) {
-    if (!isUnderLoad(evidence, k) || other.values[k] == other.values[k - 1]) continue;
+  std::size_t begun = 0, gone_on = 0, samples = 0, repeated = 0;
+  for (std::size_t k = 2; k < channel.values.size(); ++k) {
+    if (!isUnderLoad(evidence, k) || repeats(other, k)) continue;
     ++samples;
-    if (channel.values[k] == channel.values[k - 1]) ++repeats;
+    if (repeats(channel, k)) ++repeated;
+    if (!repeats(channel, k - 1) || repeats(other, k - 1)) continue;
+    ++begun;
+    if (repeats(channel, k)) ++gone_on;
   }
-  return static_cast<double>(repeats + 1) / static_cast<double>(samples + 1);
+  // Of rare repetitions too few begin to tell how they go on.
+  constexpr std::size_t kEnough = 30;
+  return begun >= kEnough ? static_cast<double>(gone_on + 1) / static_cast<double>(begun + 2)
+                          : static_cast<double>(repeated + 1) / static_cast<double>(samples + 2);
 }
 
 }  // namespace
@@ -174,6 +240,8 @@ std::size_t totalSamples(const std::vector<IndexRange>& runs) {
 std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& channel,
                                     double extreme) {
   std::vector<IndexRange> runs = flatTops(evidence, channel, extreme);
+  std::vector<IndexRange> silent = silentTops(evidence, channel, extreme);
+  if (silent.size() > runs.size()) runs = std::move(silent);
   if (&channel != &evidence.current) return runs;
   std::vector<IndexRange> piled = pileUp(evidence, extreme);
   return piled.size() > runs.size() ? piled : runs;
@@ -181,23 +249,43 @@ std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& cha
 
 std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& channel) {
   const Channel& other = otherThan(evidence, channel);
+  const std::vector<double> limits = provenLimits(evidence, channel);
   std::vector<IndexRange> frozen =
       runsOf(evidence, channel, std::max(kStuckSamples, 4 * evidence.hold));
   frozen.erase(std::remove_if(frozen.begin(), frozen.end(),
                               [&](const IndexRange& run) {
-                                return reversalsDuring(evidence, other, run) < kStuckReversals;
+                                return reversalsDuring(evidence, other, run) < kStuckReversals ||
+                                       holds(limits, channel.values[run.first]);
                               }),
                frozen.end());
   return frozen;
 }
 
+std::vector<double> provenLimits(const Evidence& evidence, const Channel& channel) {
+  std::vector<double> limits;
+  for (const double extreme : {channel.lowest, channel.highest})
+    if (!clippedRuns(evidence, channel, extreme).empty()) limits.push_back(extreme);
+  return limits;
+}
+
 std::vector<IndexRange> repeatedRuns(const Evidence& evidence) {
-  const std::vector<IndexRange> pairs = pairRuns(evidence);
+  std::vector<IndexRange> pairs = pairRuns(evidence);
   for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
-    if (!isNoisyOutside(*channel, flickerOutside(*channel, pairs))) return {};
+    const std::vector<double> limits = provenLimits(evidence, *channel);
+    pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                               [&](const IndexRange& pair) { return holds(limits, channel->values[pair.first]); }),
+                pairs.end());
   }
-  const double chance =
-      shareOfRepeats(evidence, evidence.current) * shareOfRepeats(evidence, evidence.voltage);
+  const bool is_fast = evidence.interval < kPileUpInterval;
+  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
+    const bool flickers = is_fast ? flickersUnderLoad(evidence, *channel)
+                                  : isNoisyOutside(*channel, flickerOutside(*channel, pairs));
+    if (!flickers) return {};
+  }
+  const double current_share = shareThatGoesOnAlone(evidence, evidence.current);
+  const double voltage_share = shareThatGoesOnAlone(evidence, evidence.voltage);
+  if (std::max(current_share, voltage_share) > kMostlyStill) return {};
+  const double chance = current_share * voltage_share;
   const auto samples = static_cast<double>(evidence.series.size());
   std::vector<IndexRange> repeated;
   for (const IndexRange& pair : pairs) {
@@ -224,8 +312,6 @@ Flicker flickerOutside(const Channel& channel, const std::vector<IndexRange>& ru
 }
 
 bool isNoisyOutside(const Channel& channel, const Flicker& flicker) {
-  constexpr double kFlickerShare = 0.1;   // of the recording
-  constexpr double kTurning = 0.4;        // white noise turns at 2/3 of its samples
   constexpr double kLeastFlicker = 1e-5;  // of the largest value; less is rounding of computed data
   const double largest = std::max(std::abs(channel.lowest), std::abs(channel.highest));
   return flicker.samples > kFlickerShare * channel.values.size() && flicker.turning > kTurning &&

@@ -40,15 +40,20 @@ std::size_t totalSamples(const std::vector<IndexRange>& runs);
 /**
  * @brief Where the channel is cut off at its lowest or highest value.
  *
- * The extreme repeats while the other channel turns round, so the true peak lies beyond; or, for
- * the current at slow rates, separate samples share one extreme though those below it are scattered
+ * The extreme repeats while the other channel turns round, so the true peak lies beyond; or it
+ * repeats for longer than the channel's own noise would leave it unmoved, at most for 5 s at a
+ * time, in several places or between steep flanks; or, for the current at slow rates, separate samples share one extreme though those below it are scattered
  * and the voltages differ. A value that a source or a regulator holds is not found.
  * @param extreme the channel's lowest or highest value.
  */
 std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& channel,
                                     double extreme);
 
-/// Where the channel repeats one value while the other moves up and down three times or more.
+/// @return those of the channel's lowest and highest value at which it is cut off.
+std::vector<double> provenLimits(const Evidence& evidence, const Channel& channel);
+
+/// Where the channel repeats one value while the other moves up and down three times or more, and
+/// is not clipped.
 std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& channel);
 
 /**
@@ -57,7 +62,8 @@ std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& chan
  *
  * Under load is above 5 % of the largest current; at rest a battery and its sensor may stand still.
  * Claimed when independent channels would repeat so often together, anywhere in the recording, with
- * a probability of less than 0.001; needs noise of more than the quantisation on both.
+ * a probability of less than 0.001; needs noise on both, below 5 Hz of more than the quantisation.
+ * What is clipped is not repeated.
  * @return ranges without the one sample that is a measurement, the first.
  */
 std::vector<IndexRange> repeatedRuns(const Evidence& evidence);

@@ -91,6 +91,28 @@ std::vector<Finding> findFrozen(const Evidence& evidence, const Channel& channel
   return {finding};
 }
 
+std::vector<Finding> findRepeated(const Evidence& evidence) {
+  constexpr double kManyPercent = 0.5;
+  const std::vector<IndexRange> repeated = repeatedRuns(evidence);
+  if (repeated.empty()) return {};
+  const double percent = 100.0 * static_cast<double>(totalSamples(repeated)) / static_cast<double>(evidence.series.size());
+  double longest = 0.0;
+  for (const IndexRange& run : repeated)
+    longest = std::max(longest, evidence.series.time[run.last - 1] - evidence.series.time[run.first - 1]);
+  Finding finding;
+  finding.id = "stuck";
+  finding.severity = percent >= kManyPercent ? Severity::kWarning : Severity::kNote;
+  finding.what = "current and voltage both repeat the sample before under load, though both flicker: " +
+                 counted(repeated.size(), "time") + ", " + counted(totalSamples(repeated), "sample") + " (" +
+                 twoDigits(percent) + " %), the longest " + number(longest) + " s";
+  finding.meaning = "nothing is measured there (the last message repeated); leave these samples out of fits and of scores";
+  finding.value = longest;
+  finding.unit = "s";
+  finding.samples = totalSamples(repeated);
+  finding.at = startsOf(evidence, repeated);
+  return {finding};
+}
+
 Finding enteredAt(const Evidence& evidence, const Channel& channel, const Flicker& flicker,
                   const std::vector<IndexRange>& runs) {
   const IndexRange longest = *std::max_element(
@@ -197,6 +219,8 @@ std::vector<Finding> findStuck(const Evidence& evidence) {
     if (found.empty()) found = findEntered(evidence, *channel);
     findings.insert(findings.end(), found.begin(), found.end());
   }
+  const std::vector<Finding> repeated = findRepeated(evidence);
+  findings.insert(findings.end(), repeated.begin(), repeated.end());
   return findings;
 }
 

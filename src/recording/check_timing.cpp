@@ -143,6 +143,79 @@ std::string describeRefusals(const RejectedCounts& rejected) {
   return text;
 }
 
+struct Losses {
+  std::size_t samples = 0;
+  std::vector<double> from;
+};
+
+/// Samples that a regular grid lacks between those there are; none where the intervals are of other lengths than whole
+/// multiples, as those of a logger that writes on change are. Where many are missing in a row, the logger was off or slow.
+Losses lossesOf(const Evidence& evidence) {
+  constexpr double kOnGrid = 0.1;     // of an interval
+  constexpr double kRegular = 0.95;   // of the intervals; what is left is a clock that was set
+  constexpr double kMostInARow = 4.0; // of one in ten lost at random, five in a row are one in 1e5
+  constexpr double kUnbroken = 0.8;   // of the intervals; below, the rate is another
+  Losses losses;
+  std::size_t intervals = 0, single = 0, regular = 0;
+  const std::vector<double>& time = evidence.series.time;
+  for (const IndexRange& stretch : evidence.stretches) {
+    for (std::size_t k = stretch.first + 1; k < stretch.last; ++k) {
+      const double multiple = (time[k] - time[k - 1]) / evidence.interval;
+      const double whole = std::round(multiple);
+      ++intervals;
+      if (whole < 1.0 || std::abs(multiple - whole) > kOnGrid) continue;
+      ++regular;
+      if (whole == 1.0) {
+        ++single;
+        continue;
+      }
+      if (whole - 1.0 > kMostInARow) continue;
+      losses.samples += static_cast<std::size_t>(whole) - 1;
+      losses.from.push_back(time[k - 1]);
+    }
+  }
+  const auto all = static_cast<double>(intervals);
+  return regular >= kRegular * all && single >= kUnbroken * all ? losses : Losses{};
+}
+
+std::vector<Finding> findLost(const Evidence& evidence) {
+  constexpr std::size_t kFewestPlaces = 20;  // fewer are single events, told as gaps if they are long
+  constexpr double kManyPercent = 0.5;       // a loss in every crank and a few seconds of each drive
+  const Losses losses = lossesOf(evidence);
+  if (losses.from.size() < kFewestPlaces) return {};
+  const auto lost = static_cast<double>(losses.samples);
+  const double percent = 100.0 * lost / (lost + static_cast<double>(evidence.series.size()));
+  Finding finding;
+  finding.id = "missing";
+  finding.severity = percent >= kManyPercent ? Severity::kWarning : Severity::kNote;
+  finding.what = counted(losses.samples, "sample") + " (" + twoDigits(percent) + " %) lost from a regular grid of " +
+                 number(evidence.interval) + " s, in " + counted(losses.from.size(), "place");
+  finding.meaning = "the logger or the bus drops messages; a crank may have lost its peak, nothing is put in their place";
+  finding.value = percent;
+  finding.unit = "%";
+  finding.samples = losses.samples;
+  finding.at = someTimes(losses.from);
+  return {finding};
+}
+
+std::vector<Finding> findRefused(const Evidence& evidence) {
+  const RejectedCounts& rejected = evidence.recording.rejected;
+  const std::size_t count = rejected.missing_value + rejected.not_finite + rejected.out_of_range;
+  if (count == 0) return {};
+  const double percent =
+      100.0 * static_cast<double>(count) / static_cast<double>(evidence.recording.offered);
+  Finding finding;
+  finding.id = "missing";
+  finding.severity = percent > 1.0 ? Severity::kWarning : Severity::kNote;
+  finding.what = counted(count, "sample") + " of " + std::to_string(evidence.recording.offered) +
+                 " refused: " + describeRefusals(rejected);
+  finding.meaning = "they are left out, nothing is put in their place";
+  finding.value = percent;
+  finding.unit = "%";
+  finding.samples = count;
+  return {finding};
+}
+
 }  // namespace
 
 std::vector<Finding> findRate(const Evidence& evidence) {
@@ -195,21 +268,10 @@ std::vector<Finding> findClock(const Evidence& evidence) {
 }
 
 std::vector<Finding> findMissing(const Evidence& evidence) {
-  const RejectedCounts& rejected = evidence.recording.rejected;
-  const std::size_t count = rejected.missing_value + rejected.not_finite + rejected.out_of_range;
-  if (count == 0) return {};
-  const double percent =
-      100.0 * static_cast<double>(count) / static_cast<double>(evidence.recording.offered);
-  Finding finding;
-  finding.id = "missing";
-  finding.severity = percent > 1.0 ? Severity::kWarning : Severity::kNote;
-  finding.what = counted(count, "sample") + " of " + std::to_string(evidence.recording.offered) +
-                 " refused: " + describeRefusals(rejected);
-  finding.meaning = "they are left out, nothing is put in their place";
-  finding.value = percent;
-  finding.unit = "%";
-  finding.samples = count;
-  return {finding};
+  std::vector<Finding> findings = findRefused(evidence);
+  const std::vector<Finding> lost = findLost(evidence);
+  findings.insert(findings.end(), lost.begin(), lost.end());
+  return findings;
 }
 
 }  // namespace battery_sof::check_parts

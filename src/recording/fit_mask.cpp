@@ -29,12 +29,11 @@ std::size_t mask(std::vector<char>& masked, const std::vector<IndexRange>& range
 }
 
 /// Every sample at a limit of the channel that is proven in some of them.
-std::vector<IndexRange> samplesAtLimits(const Evidence& evidence, const Channel& channel) {
+std::vector<IndexRange> samplesAt(const std::vector<double>& limits, const Channel& channel) {
   std::vector<IndexRange> samples;
-  for (const double extreme : {channel.lowest, channel.highest}) {
-    if (clippedRuns(evidence, channel, extreme).empty()) continue;
+  for (const double limit : limits) {
     for (std::size_t k = 0; k < channel.values.size(); ++k) {
-      if (channel.values[k] == extreme) samples.push_back({k, k + 1});
+      if (channel.values[k] == limit) samples.push_back({k, k + 1});
     }
   }
   return samples;
@@ -66,10 +65,10 @@ InstrumentLimits instrumentLimits(const Series& series) {
   recording.series = series;
   const Evidence evidence(recording);
   limits.masked.assign(series.size(), 0);
-  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
-    limits.clipped += mask(limits.masked, samplesAtLimits(evidence, *channel),
-                           SampleFault::kClipped);
-  }
+  limits.current_limits = provenLimits(evidence, evidence.current);
+  limits.voltage_limits = provenLimits(evidence, evidence.voltage);
+  limits.clipped = mask(limits.masked, samplesAt(limits.current_limits, evidence.current), SampleFault::kClipped) +
+                   mask(limits.masked, samplesAt(limits.voltage_limits, evidence.voltage), SampleFault::kClipped);
   for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
     limits.stuck += mask(limits.masked, frozenRuns(evidence, *channel), SampleFault::kStuck);
   }

@@ -9,7 +9,7 @@
 namespace battery_sof {
 
 /// Why a sample is no measurement; zero is none.
-enum class SampleFault : char { kClipped = 1, kStuck = 2, kRepeated = 3 };
+enum class SampleFault : char { kClipped = 1, kStuck = 2, kRepeated = 3, kBehindClipped = 4 };
 
 /// What a fit must know of the instrument: samples that are no measurement, and how finely the
 /// others are known.
@@ -20,12 +20,14 @@ struct InstrumentLimits {
   std::size_t clipped = 0;       ///< samples masked because a channel reads exactly its limit
   std::size_t stuck = 0;         ///< because a channel repeats one value while the other moves
   std::size_t repeated = 0;      ///< because both channels repeat the sample before
+  std::size_t behind_clipped = 0;  ///< because the charge before is unknown (maskBehindUnknownCharge)
+  std::vector<double> current_limits, voltage_limits;  ///< [A], [V], at which the channels are cut off
   double voltage_lsb_std = 0.0;  ///< [V], step / sqrt(12) when quantised, else 0: white noise
   double current_lsb_std = 0.0;  ///< [A], the same of the current
   std::string message;           ///< one sentence with the counts; empty when nothing is masked
 
   /// A sample is counted under its first reason, in the order of the members.
-  std::size_t maskedSamples() const { return clipped + stuck + repeated; }
+  std::size_t maskedSamples() const { return clipped + stuck + repeated + behind_clipped; }
 
   /// masked, with clipped samples let in.
   std::vector<char> withoutClipped() const;
@@ -48,7 +50,8 @@ struct InstrumentLimits {
  * @param series any sampling; needs no temperature.
  * @return masked is empty for an empty series.
  * @note Behind a clipped or stuck current the simulated state is off by the charge that was not
- * seen, for as long as the battery remembers it; those samples are measured and not masked.
+ * seen, for as long as the battery remembers it; those samples are measured and not masked
+ * (withEstimatedCurrent, maskBehindUnknownCharge).
  */
 InstrumentLimits instrumentLimits(const Series& series);
 

@@ -169,6 +169,53 @@ TEST(ClippingCheck, FindsCranksCutOffByTheVoltageSensor) {
   EXPECT_EQ(found[0].unit, "V");
 }
 
+TEST(ClippingCheck, FindsBothLimitsWhereBothChannelsAreCutOffAtOnce) {
+  Series series = cleanDrive();
+  for (double& current : series.current) current = std::max(current, -100.0);
+  for (double& voltage : series.voltage) voltage = std::max(voltage, 12.0);
+  const auto found = findingsOf(series, "clipping");
+  ASSERT_EQ(found.size(), 2U) << idsOf(series);
+  EXPECT_DOUBLE_EQ(*found[0].value, -100.0);
+  EXPECT_DOUBLE_EQ(*found[1].value, 12.0);
+  EXPECT_TRUE(findingsOf(series, "stuck").empty()) << idsOf(series);
+}
+
+TEST(ClippingCheck, FindsBothLimitsWhereTheNoiseIsLessThanAStep) {
+  Series series = cleanDrive(3);
+  addNoise(series, 0.03, 0.001, 3);
+  for (double& current : series.current) current = std::max(current, -100.0);
+  for (double& voltage : series.voltage) voltage = std::max(voltage, 12.0);
+  test::quantise(series.current, 0.05);
+  test::quantise(series.voltage, 0.001);
+  EXPECT_EQ(findingsOf(series, "clipping").size(), 2U) << idsOf(series);
+}
+
+TEST(ClippingCheck, NoLimitIsFoundInANoisyDriveAtAnyStep) {
+  for (const double coarse : {0.2, 1.0, 10.0}) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      Series series = cleanDrive(seed);
+      addNoise(series, 0.05, 0.001, seed);
+      test::quantise(series.current, 0.1 * coarse);
+      test::quantise(series.voltage, 0.002 * coarse);
+      EXPECT_TRUE(findingsOf(series, "clipping").empty()) << idsOf(series);
+    }
+  }
+}
+
+TEST(ClippingCheck, CurrentsThatSomebodyEnteredAmongMeasuredOnesAreNotClipped) {
+  test::Random random(7);
+  std::vector<double> profile(120000, 0.0);
+  for (int k = 0; k < 60; ++k) {
+    profile.insert(profile.end(), 5000, random.uniform(-60.0, 60.0));
+    if (k % 20 == 0) profile.insert(profile.end(), 15000, -100.0);
+  }
+  Series series = everyNth(driveSeries(profile), 10);
+  addNoise(series, 0.05, 0.001, 2);
+  for (double& current : series.current)
+    if (current < -90.0) current = -100.0;
+  EXPECT_TRUE(findingsOf(series, "clipping").empty()) << idsOf(series);
+}
+
 TEST(ClippingCheck, FindsSingleSamplesAtOneHertzThatAllReadTheSameLimit) {
   Series series = slowCarDrive(7200.0, 6);
   test::Random random(9);
@@ -319,6 +366,40 @@ TEST(StuckCheck, FindsACurrentThatWasEnteredAmongMeasuredOnes) {
   ASSERT_EQ(found.size(), 1U) << idsOf(series);
   EXPECT_TRUE(says(found[0].what, "exactly -10 A"));
   EXPECT_EQ(found[0].severity, Severity::kNote);
+}
+
+/// Repeats samples in both channels, `length` of them from every `spacing`-th on.
+void repeatMessages(Series& series, std::size_t spacing, std::size_t length) {
+  for (std::size_t first = 13000; first + spacing < series.size(); first += spacing) {
+    freeze(series.current, first, first + length);
+    freeze(series.voltage, first, first + length);
+  }
+}
+
+TEST(StuckCheck, FindsRepeatedMessagesThoughTheNoiseIsLessThanAStepAndWarnsOfMany) {
+  Series noisy = cleanDrive(4);
+  addNoise(noisy, 0.03, 0.001, 4);
+  test::quantise(noisy.current, 0.05);
+  test::quantise(noisy.voltage, 0.001);
+  EXPECT_TRUE(findingsOf(noisy, "stuck").empty()) << idsOf(noisy);
+  for (const std::size_t length : {15U, 150U}) {
+    Series series = noisy;
+    repeatMessages(series, 3000, length);
+    const auto found = findingsOf(series, "stuck");
+    ASSERT_EQ(found.size(), 1U) << idsOf(series);
+    EXPECT_TRUE(says(found[0].what, "both repeat"));
+    EXPECT_EQ(found[0].severity, length == 150U ? Severity::kWarning : Severity::kNote);
+  }
+}
+
+TEST(StuckCheck, ValuesThatStandStillInCoarseStepsAreNotRepeatedMessages) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    Series series = cleanDrive(seed);
+    addNoise(series, 0.05, 0.001, seed);
+    test::quantise(series.current, 0.8);
+    test::quantise(series.voltage, 0.015);
+    EXPECT_TRUE(findingsOf(series, "stuck").empty()) << idsOf(series);
+  }
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -500,6 +581,38 @@ TEST(MissingCheck, RepeatsWhatTheIntakeRefused) {
   EXPECT_EQ(findings[0].id, "missing");
   EXPECT_EQ(findings[0].samples, 7U);
   EXPECT_TRUE(says(findings[0].what, "4 without current or voltage, 1 infinite, 2 beyond"));
+}
+
+/// Without every sample of which the test is true.
+template <typename Test>
+Series without(const Series& series, Test test) {
+  Series kept;
+  for (std::size_t k = 0; k < series.size(); ++k) {
+    if (test(k)) continue;
+    kept.time.push_back(series.time[k]);
+    kept.current.push_back(series.current[k]);
+    kept.voltage.push_back(series.voltage[k]);
+  }
+  return kept;
+}
+
+TEST(MissingCheck, CountsTheSamplesThatARegularGridLacksAndWarnsOfMany) {
+  for (const double share : {0.002, 0.02, 0.1}) {
+    test::Random random(5);
+    const Series series = without(cleanDrive(), [&](std::size_t) { return random.uniform(0.0, 1.0) < share; });
+    const auto found = findingsOf(series, "missing");
+    ASSERT_EQ(found.size(), 1U) << idsOf(series);
+    EXPECT_NEAR(*found[0].value, 100.0 * share, 10.0 * share + 0.02);
+    EXPECT_EQ(found[0].severity, share < 0.005 ? Severity::kNote : Severity::kWarning);
+  }
+}
+
+TEST(MissingCheck, GapsAndSlowerRatesAreNotLostSamples) {
+  const Series clean = cleanDrive();
+  EXPECT_TRUE(findingsOf(without(clean, [](std::size_t k) { return k % 1000 < 300; }), "missing").empty());
+  EXPECT_TRUE(findingsOf(without(clean, [](std::size_t k) { return k > 30000 && k % 4 != 0; }), "missing").empty());
+  const Series slow = without(slowCarDrive(3600.0, 3), [](std::size_t k) { return k % 300 < 40; });
+  EXPECT_TRUE(findingsOf(slow, "missing").empty()) << idsOf(slow);
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -155,6 +155,19 @@ TEST(FitMask, MasksRepeatedMessagesButNotTheMeasurementTheyRepeat) {
   }
 }
 
+TEST(FitMask, MasksRepeatedMessagesThoughTheNoiseIsLessThanAStep) {
+  Series series = cleanDrive(5);
+  addNoise(series, 0.03, 0.001, 5);
+  test::quantise(series.current, 0.05);
+  test::quantise(series.voltage, 0.001);
+  const std::size_t first = firstLoad(series, 30000);
+  std::fill_n(series.current.begin() + first, 40, series.current[first]);
+  std::fill_n(series.voltage.begin() + first, 40, series.voltage[first]);
+  const InstrumentLimits limits = instrumentLimits(series);
+  EXPECT_GE(limits.repeated, 39U);
+  EXPECT_LE(limits.repeated, 41U);
+}
+
 TEST(FitMask, CountsEachSampleOnce) {
   Series series = cleanDrive();
   for (double& current : series.current) current = std::max(current, -150.0);
