@@ -31,8 +31,8 @@ constexpr double kSlow = 0.15;               // [s]; sampled more slowly, edges 
 constexpr double kEdge = 5.0;                // [A]
 constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid; before it as much as a channel may be late
 constexpr double kOmnibusDeviance = 10.0;     // z_O in units of -2 ln likelihood: sqrt(2 k) of some fifty columns
-// [s] of recording beyond which effects that act back on others within an interval are not weighed: their steps of 0.1 s
-// would take minutes.
+// [s] of a slow recording beyond which effects that act back on others within an interval are not weighed: their short
+// steps would take minutes.
 constexpr double kFineSteps = 6000.0;
 constexpr double kLostShare = 0.005;         // of the samples; a second in three minutes
 constexpr std::size_t kFewestFreezes = 3;
@@ -47,9 +47,9 @@ const std::vector<std::string>& fastEffects() {
   return ids;
 }
 
-/// Effects whose intervals are cut to 0.1 s (EffectHooks::steps_finely).
+/// Effects whose intervals are cut to 0.1 s (EffectHooks::steps_finely) or stepped as a ladder.
 const std::vector<std::string>& fineEffects() {
-  static const std::vector<std::string> ids = {"self_heating", "parameter_drift", "sulphate_history"};
+  static const std::vector<std::string> ids = {"self_heating", "parameter_drift", "sulphate_history", "cpe2"};
   return ids;
 }
 
@@ -220,9 +220,10 @@ class Diagnoser {
     options.threads = options_.threads;
     options.least_white = search_.least_white;
     options.progress = options_.progress;
-    const bool too_long = series_.time[train_.last - 1] - series_.time[train_.first] > kFineSteps;
+    const bool too_long = slow_ && series_.time[train_.last - 1] - series_.time[train_.first] > kFineSteps;
     if (too_long && options_.hypotheses.empty())
-      found_.instrument.push_back("a recording of this length: self_heating, parameter_drift and sulphate_history are not weighed; give a part of it, or name them as hypotheses");
+      found_.instrument.push_back("long and slowly sampled: self_heating, parameter_drift, sulphate_history and cpe2 are not weighed; give a part of the "
+          "recording, or name them as hypotheses");
     for (const EffectInfo& info : effectCatalogue())
       if (!(too_long && options_.hypotheses.empty() && contains(fineEffects(), info.id)) && (options_.hypotheses.empty() || contains(options_.hypotheses, info.id)) &&
           (slow_ || !contains(fastEffects(), info.id)))

@@ -133,8 +133,7 @@ class Search {
     }
     if (!most) return;
     WhitenedSearch wider = search_;
-    wider.more_starts = 2;
-    wider.every_start = true;
+    wider.more_starts = 4;
     WhitenedFit again = refit(naming_.extended, drive_, most->signature, wider);
     if (again.deviance >= most->fit->deviance) return;
     most->fit = std::move(again);
@@ -175,7 +174,7 @@ class Search {
     parallelFor(structure.size(), options_.threads, [&](std::size_t k) {
       WhitenedSearch wider = search_;
       wider.more_starts = structure[k].id == kSecondElectrode ? 5 : 0;
-      wider.every_start = true;
+      wider.every_start = structure[k].id == kSecondElectrode;
       fits[k] = refit(naming_.extended, drive_, structure[k], wider);
     });
     for (std::size_t k = 0; k < structure.size(); ++k) {
