@@ -1,0 +1,95 @@
+#include "battery_sof/diagnose/diagnose.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "battery_sof/report/diagnosis_results.hpp"
+#include "support/base_drive.hpp"
+
+namespace battery_sof {
+namespace {
+
+using namespace test;
+
+Recording recordingOfDrive(double duration) {
+  Recording recording;
+  recording.name = "drive";
+  recording.series = baseDrive(3, duration);
+  recording.offered = recording.series.size();
+  return recording;
+}
+
+/// The same drive, its open-circuit voltage rising with the charge by a slope [V/Ah].
+Recording withSlope(double slope, double offset_current) {
+  Recording recording = recordingOfDrive(900.0);
+  Series& series = recording.series;
+  double charge = 0.0;
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    charge += (series.current[k] + offset_current) * (series.time[k] - series.time[k - 1]) / 3600.0;
+    series.voltage[k] += slope * charge;
+  }
+  return recording;
+}
+
+TEST(Diagnose, ADriveOfTheBaseModelShowsNoMismatch) {
+  const Diagnosis diagnosis = diagnose(recordingOfDrive(600.0));
+  EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
+  EXPECT_TRUE(diagnosis.effects.empty());
+  EXPECT_EQ(diagnosis.base_voltage, diagnosis.extended_voltage);
+}
+
+TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {
+  const Diagnosis diagnosis = diagnose(withSlope(0.1, 2.0));
+  ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
+  EXPECT_LT(diagnosis.fit.extended_holdout.rmse, 0.5 * diagnosis.fit.base_holdout.rmse);
+}
+
+TEST(Diagnose, OneThreadAndTwoGiveTheSameAnswerByteForByte) {
+  DiagnoseOptions one, two;
+  one.threads = 1;
+  two.threads = 2;
+  const Recording recording = withSlope(0.1, 2.0);
+  EXPECT_EQ(diagnosisJson(diagnose(recording, one)).dump(), diagnosisJson(diagnose(recording, two)).dump());
+}
+
+TEST(Diagnose, AMinuteIsTooShort) {
+  const Diagnosis diagnosis = diagnose(recordingOfDrive(60.0));
+  EXPECT_EQ(Verdict::kInsufficientData, diagnosis.verdict);
+  EXPECT_NE(std::string::npos, diagnosis.summary.find("120")) << diagnosis.summary;
+  EXPECT_FALSE(diagnosis.next_experiment.empty());
+}
+
+TEST(Diagnose, ABatteryAtRestIsInsufficientData) {
+  Recording recording = recordingOfDrive(600.0);
+  for (double& current : recording.series.current) current = 0.0;
+  EXPECT_EQ(Verdict::kInsufficientData, diagnose(recording).verdict);
+}
+
+TEST(Diagnose, AnEmptyRecordingIsInsufficientData) {
+  EXPECT_EQ(Verdict::kInsufficientData, diagnose(Recording()).verdict);
+}
+
+TEST(Diagnose, UnknownHypothesesAreRefusedByName) {
+  DiagnoseOptions options;
+  options.hypotheses = {"phlogiston"};
+  EXPECT_THROW(
+      {
+        try {
+          diagnose(recordingOfDrive(600.0), options);
+        } catch (const std::invalid_argument& error) {
+          EXPECT_NE(std::string::npos, std::string(error.what()).find("phlogiston"));
+          throw;
+        }
+      },
+      std::invalid_argument);
+}
+
+TEST(Diagnose, AHoldoutOfEverythingIsRefused) {
+  DiagnoseOptions options;
+  options.holdout_share = 1.0;
+  EXPECT_THROW(diagnose(recordingOfDrive(600.0), options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace battery_sof

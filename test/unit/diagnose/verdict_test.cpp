@@ -1,0 +1,76 @@
+#include "battery_sof/diagnose/verdict.hpp"
+
+#include <gtest/gtest.h>
+
+namespace battery_sof {
+namespace {
+
+Naming named(const std::vector<Accepted>& accepted) {
+  Naming naming;
+  naming.accepted = accepted;
+  return naming;
+}
+
+Accepted effect(const std::string& id, const std::vector<std::string>& tied = {}) {
+  Accepted accepted;
+  accepted.id = id;
+  accepted.tied = tied;
+  return accepted;
+}
+
+const DiagnosisThresholds kThresholds;
+
+TEST(Verdict, NothingAcceptedAndNothingLeftIsNoMismatch) {
+  EXPECT_EQ(Verdict::kNoMismatch, judge(named({}), {}, {1.0, 1.0, 0.0, false}, kThresholds));
+}
+
+TEST(Verdict, NothingAcceptedButSomethingLeftIsUnknown) {
+  EXPECT_EQ(Verdict::kUnknown, judge(named({}), {}, {20.0, 20.0, 0.0, false}, kThresholds));
+}
+
+TEST(Verdict, FaultsOfTheInstrumentsAreNamedWhenNothingElseIs) {
+  EXPECT_EQ(Verdict::kSensorFault, judge(named({}), {{"clipping"}, {}}, {1.0, 1.0, 0.0, false}, kThresholds));
+  EXPECT_EQ(Verdict::kNamed, judge(named({effect("cpe2")}), {{"clipping"}, {}}, {90.0, 1.0, 1.0, false}, kThresholds));
+}
+
+TEST(Verdict, FaultsOfTheInstrumentsDoNotHideWhatTheyCannotLeave) {
+  EXPECT_EQ(Verdict::kUnknown, judge(named({}), {{"quantisation"}, {}}, {200.0, 200.0, 0.0, false}, kThresholds));
+}
+
+TEST(Verdict, OneEffectIsNamedAndTwoAreSeveral) {
+  const Remainder well_explained{90.0, 1.0, 1.0, false};
+  EXPECT_EQ(Verdict::kNamed, judge(named({effect("ocv_soc")}), {}, well_explained, kThresholds));
+  EXPECT_EQ(Verdict::kSeveral, judge(named({effect("ocv_soc"), effect("cpe2")}), {}, well_explained, kThresholds));
+}
+
+TEST(Verdict, AnEffectThatAnotherCouldReplaceIsAmbiguous) {
+  EXPECT_EQ(Verdict::kAmbiguous,
+            judge(named({effect("fast_arc", {"sensor_lag"})}), {}, {90.0, 1.0, 1.0, false}, kThresholds));
+}
+
+TEST(Verdict, AnEffectOfTheInstrumentsAloneIsASensorFault) {
+  EXPECT_EQ(Verdict::kSensorFault, judge(named({effect("time_skew")}), {}, {90.0, 1.0, 1.0, false}, kThresholds));
+}
+
+TEST(Verdict, ANameThatExplainsLittleOfWhatIsThereIsUnknown) {
+  EXPECT_EQ(Verdict::kUnknown, judge(named({effect("contact_resistance")}), {}, {90.0, 60.0, 0.4, false}, kThresholds));
+}
+
+TEST(Verdict, AnOffsetOfTheCurrentIsAlwaysTiedWithAParasiticLoad) {
+  EXPECT_EQ(std::vector<std::string>{"parasitic_load"}, alwaysTiedWith("current_offset"));
+  EXPECT_EQ(std::vector<std::string>{"current_offset"}, alwaysTiedWith("parasitic_load"));
+}
+
+TEST(NextExperiment, TellsTheTiedApart) {
+  Diagnosis diagnosis;
+  diagnosis.verdict = Verdict::kAmbiguous;
+  NamedEffect acid;
+  acid.id = "acid_transport";
+  acid.tied_with = {"ocv_soc"};
+  diagnosis.effects = {acid};
+  EXPECT_NE(std::string::npos, nextExperiment(diagnosis).find("ocv_soc"));
+  EXPECT_NE(std::string::npos, nextExperiment(diagnosis).find(effectInfo("acid_transport").tells_apart));
+}
+
+}  // namespace
+}  // namespace battery_sof
