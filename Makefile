@@ -1,10 +1,10 @@
-# make demo | test | build | bench | reproduce | study | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | build | bench | reproduce | study | calibrate | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 JOBS ?= $(shell nproc)
 PYTHON := /usr/bin/python3
 CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBATTERY_SOF_WERROR=ON
 
-.PHONY: build demo test bench reproduce study deps clean
+.PHONY: build demo test bench reproduce study calibrate deps clean
 
 deps:
 	@bash scripts/install_dependencies
@@ -37,6 +37,10 @@ reproduce: build
 study: build
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target suitability_experiment session_experiment -j$(JOBS)
 	@$(PYTHON) scripts/study "$(BUILD)" $(if $(DATA),--data "$(DATA)")
+
+# The sets behind the diagnosis' thresholds: some 40 minutes on two cores, goes on where it was cut off.
+calibrate: build
+	@$(PYTHON) scripts/calibrate_diagnosis "$(BUILD)" --first-seed 1001 --set null=200 structural_null=60 effect=10 decoy=3 unknown=4
 
 clean:
 	rm -rf "$(BUILD)"
