@@ -27,8 +27,8 @@ struct FreshSulphate {
              // What a charging current that flows says of the electrode: it is not blocked yet. Seen: 0.001 to 0.1.
              shape("fresh_charging_share", "k_f", "1", 0.01, 1e-4, 0.5, 1.5,
                    "start-stop recordings: 0.001 to 0.1")},
-            // 0 to what two seconds of a crank leave.
-            {{"fresh_sulphate", "As", 0.0, 100.0, 0.0, 2000.0}},
+            // 0 to what several cranks leave. After a long rest nothing is blocked: as much as that.
+            {{"fresh_sulphate", "As", 2000.0, 1000.0, 0.0, 2000.0}},
             {"charge_acceptance", "sulphate_history", "ocv_hysteresis", "ocv_soc", "acid_transport"},
             "charge at a low held voltage, once right after a discharge and once 2 min after it",
             {}};
