@@ -9,6 +9,7 @@
 #include "battery_sof/diagnose/comparison.hpp"
 #include "battery_sof/diagnose/locate.hpp"
 #include "battery_sof/diagnose/naming.hpp"
+#include "battery_sof/diagnose/profile_interval.hpp"
 #include "battery_sof/diagnose/regimes.hpp"
 #include "battery_sof/diagnose/residual_force.hpp"
 #include "battery_sof/diagnose/verdict.hpp"
@@ -127,6 +128,7 @@ class Diagnoser {
     screenInstruments();
     tell("fitting the base model");
     fitBase();
+    exchangeHalves();
     tell("locating where model and measurement part");
     locate();
     nameAll();
@@ -206,6 +208,33 @@ class Diagnoser {
     if (limits_.voltage_lsb_std > kCoarse * 0.001 && limits_.voltage_lsb_std > 0.5 * base_.noise.white_std &&
         !contains(instruments_.faults, "quantisation"))
       instruments_.faults.push_back("quantisation");
+  }
+
+  /// Exchange test on the halves of the training part: a half that fits better with the other's parameters than with its own
+  /// tells that a search stopped early, not of physics. The base model is then searched from more starts.
+  void exchangeHalves() {
+    const std::size_t middle = quiet_.samples.size() / 2;
+    const Drive first = partOf(quiet_, 0, middle), second = partOf(quiet_, middle, quiet_.samples.size());
+    const BatteryModel model;
+    WhitenedSearch once = search_;
+    once.rounds = 1;
+    const auto fitOf = [&](const Drive& part) { return fitWhitened(model, part, {base_.point, typicalStart(model, part)}, base_.noise, once); };
+    const WhitenedFit one = fitOf(first), other = fitOf(second);
+    if (!optimiserFailed(exchangeOf({&first, &second}, {&one, &other}))) return;
+    found_.instrument.push_back("the base model's search stopped early in a half of the recording and was begun anew from more starts");
+    WhitenedSearch wider = search_;
+    wider.more_starts = 6;
+    const WhitenedFit again = fitWhitened(model, quiet_, {base_.point, one.point, other.point}, base_.noise, wider);
+    if (again.deviance < base_.deviance) base_ = again;
+  }
+
+  static Drive partOf(const Drive& drive, std::size_t begin, std::size_t end) {
+    Drive part = drive;
+    part.samples.assign(drive.samples.begin() + static_cast<std::ptrdiff_t>(begin),
+                        drive.samples.begin() + static_cast<std::ptrdiff_t>(end));
+    part.samples.front().step.duration = 0.0;
+    part.first_time = part.samples.front().step.time;
+    return part;
   }
 
   void locate() {
@@ -329,7 +358,7 @@ class Diagnoser {
     NamedEffect effect{accepted.id, accepted.confidence, absorbedInto(), {}, accepted.evidence, accepted.rms, accepted.tied};
     for (const ParameterInfo& info : effectInfo(accepted.id).parameters)
       for (const ParameterEstimate& estimate : found_.extended.estimates)
-        if (estimate.name == info.name && !estimate.held) effect.parameters.push_back(described(estimate, info));
+        if (estimate.name == info.name && !estimate.held) effect.parameters.push_back(profiled(estimate, info));
     found_.effects.push_back(effect);
     for (const std::string& id : accepted.tied) {
       NamedEffect rival{id, std::max(0.0, 1.0 - accepted.confidence) / static_cast<double>(accepted.tied.size()), {}, {},
@@ -340,19 +369,21 @@ class Diagnoser {
     }
   }
 
-  static DiagnosedParameter described(const ParameterEstimate& estimate, const ParameterInfo& info) {
+  /// Interval by profile likelihood on the final fit to the quiet grid; what acts at edges alone on all samples.
+  DiagnosedParameter profiled(const ParameterEstimate& estimate, const ParameterInfo& info) const {
     DiagnosedParameter parameter{estimate.name, estimate.unit, estimate.value, estimate.std, std::nullopt, std::nullopt,
                                  estimate.at_bound};
-    if (!estimate.std) return parameter;
-    const double spread = 1.96 * *estimate.std;
-    if (info.logarithmic) {
-      const double factor = std::exp(spread / estimate.value);
-      parameter.lower = std::max(info.lower, estimate.value / factor);
-      parameter.upper = std::min(info.upper, estimate.value * factor);
-    } else {
-      parameter.lower = std::max(info.lower, estimate.value - spread);
-      parameter.upper = std::min(info.upper, estimate.value + spread);
-    }
+    const bool at_edges = !slow_ && (estimate.name == "channel_skew" || estimate.name == "channel_lag" ||
+                                     estimate.name == "inductance" || estimate.name.rfind("arc_", 0) == 0);
+    const double first = estimate.std ? 1.96 * *estimate.std : 0.2 * std::abs(estimate.value);
+    if (!(first > 0.0)) return parameter;
+    const ProfileInterval interval =
+        at_edges ? profileInterval(naming_.extended, drive_, estimate.name, first)
+                 : profileInterval(final_, quiet_, estimate.name, first);
+    // Ends are carried over as distances: the other grid's optimum differs by a share of a standard error.
+    const double center = (at_edges ? naming_.extended : final_).point.parameters[*final_.model.parameterRow(info.name)];
+    if (interval.lower) parameter.lower = std::max(info.lower, estimate.value - (center - *interval.lower));
+    if (interval.upper) parameter.upper = std::min(info.upper, estimate.value + (*interval.upper - center));
     return parameter;
   }
 
