@@ -53,6 +53,27 @@ TEST(Diagnose, OneThreadAndTwoGiveTheSameAnswerByteForByte) {
   EXPECT_EQ(diagnosisJson(diagnose(recording, one)).dump(), diagnosisJson(diagnose(recording, two)).dump());
 }
 
+/// What a diagnosis says before it opens the part that was held out.
+nlohmann::json beforeTheHoldOut(const Recording& recording) {
+  nlohmann::json said = diagnosisJson(diagnose(recording));
+  for (const char* opened : {"fit", "summary"}) said.erase(opened);
+  return said;
+}
+
+TEST(Diagnose, WhatTheHoldOutHoldsChangesNothingButTheComparison) {
+  Recording recording = withSlope(0.1, 2.0), other;
+  std::mt19937_64 generator(5);
+  std::normal_distribution<double> normal;
+  std::vector<double> flicker(recording.series.size());
+  for (std::size_t k = 0; k < flicker.size(); ++k) {
+    flicker[k] = 0.1 * normal(generator);
+    recording.series.current[k] = std::max(-200.0, recording.series.current[k] + flicker[k]);  // a sensor that cuts off
+  }
+  other = recording;
+  for (std::size_t k = 3 * flicker.size() / 4; k < flicker.size(); ++k) other.series.voltage[k] += 0.2 + 0.1 * flicker[k];
+  EXPECT_EQ(beforeTheHoldOut(recording), beforeTheHoldOut(other));
+}
+
 TEST(Diagnose, AMinuteIsTooShort) {
   const Diagnosis diagnosis = diagnose(recordingOfDrive(60.0));
   EXPECT_EQ(Verdict::kInsufficientData, diagnosis.verdict);
