@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <stdexcept>
 
@@ -12,6 +13,7 @@
 #include "battery_sof/diagnose/profile_interval.hpp"
 #include "battery_sof/diagnose/regimes.hpp"
 #include "battery_sof/diagnose/residual_force.hpp"
+#include "battery_sof/diagnose/slow_tone.hpp"
 #include "battery_sof/diagnose/verdict.hpp"
 #include "battery_sof/identify/composition_identification.hpp"
 #include "battery_sof/identify/error_tracker.hpp"
@@ -334,18 +336,27 @@ class Diagnoser {
     found_.mismatch = mismatchSegments(base_, quiet_, regimes_, final_.noise);
     remainder_.base_omnibus = omnibusZ(base_, quiet_);
     remainder_.extended_omnibus = omnibusZ(final_, quiet_);
-    const double left = std::max(0.0, remainder_.extended_omnibus) * kOmnibusDeviance;
+    const std::optional<SlowTone> tone = slowTone(final_, quiet_);
+    remainder_.has_tone = tone.has_value();
+    // A line of power P takes 2 P from the deviance.
+    const double left = std::max(0.0, remainder_.extended_omnibus) * kOmnibusDeviance + (tone ? 2.0 * tone->power : 0.0);
     const double gained = base_.deviance - final_.deviance;
     remainder_.explained = gained > 0.0 ? gained / (gained + left) : 0.0;
     found_.omnibus_base = remainder_.base_omnibus;
     found_.omnibus_extended = remainder_.extended_omnibus;
     found_.explained = remainder_.explained;
-    if (remainder_.extended_omnibus > options_.thresholds.omnibus || naming_.unnamed) describeForce();
+    if (remainder_.extended_omnibus > options_.thresholds.omnibus || naming_.unnamed || tone) describeForce(tone);
     found_.detectable = detectableFrom(naming_.last_screen);
   }
 
-  void describeForce() {
+  void describeForce(const std::optional<SlowTone>& tone) {
     found_.force = describeResidual(final_, quiet_);
+    if (tone) {
+      char text[96];
+      std::snprintf(text, sizeof text, "a tone of %.1f mV with a period of %.3g s", 1e3 * tone->amplitude, tone->period);
+      found_.force->terms = {text};
+      found_.force->description = std::string("The residual holds ") + text + ", which follows no current. " + found_.force->description;
+    }
     for (const Signature& signature : naming_.last_screen) {
       const double cosine = std::sqrt(signature.score) / std::max(1e-9, final_.innovation.norm());
       if (cosine <= found_.force->cosine) continue;

@@ -8,7 +8,7 @@ namespace battery_sof {
 namespace {
 
 constexpr double kVisible = 5.0;     // z at which a strength would have been seen
-constexpr double kBeyondInstruments = 50.0;  // z_O that no fault of the instruments leaves once it is masked
+constexpr double kBeyondInstruments = 12.0;  // z_O beyond what a fault leaves once it is masked: at most 6.5 on 24 decoys of seeds 3001 to 3006
 constexpr double kExplained = 0.7;   // share of the mismatch below which the catalogue does not explain it (PHYSICS 2.3)
 
 std::string withUnit(double value, const char* format, const char* unit) {
@@ -76,10 +76,11 @@ std::string describe(Verdict verdict) {
 
 Verdict judge(const Naming& naming, const InstrumentScreen& instruments, const Remainder& remainder,
               const DiagnosisThresholds& thresholds) {
-  const bool remains = remainder.extended_omnibus > thresholds.omnibus;
+  const bool remains = remainder.extended_omnibus > thresholds.omnibus || remainder.has_tone;
   if (naming.accepted.empty()) {
     // Coarse steps and cut-off peaks do not make currents and their memory explain what is left.
-    if (!instruments.faults.empty() && remainder.extended_omnibus <= kBeyondInstruments) return Verdict::kSensorFault;
+    if (!instruments.faults.empty() && remainder.extended_omnibus <= kBeyondInstruments && !remainder.has_tone)
+      return Verdict::kSensorFault;
     return remains ? Verdict::kUnknown : Verdict::kNoMismatch;
   }
   if (remains && remainder.explained < kExplained) return Verdict::kUnknown;

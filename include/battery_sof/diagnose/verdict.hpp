@@ -19,6 +19,7 @@ struct Remainder {
   double base_omnibus = 0.0;      ///< z_O beside the base model
   double extended_omnibus = 0.0;  ///< z_O beside the extended one
   double explained = 1.0;         ///< share of what base model and noise leave that the extended one explains [0, 1]
+  bool has_tone = false;          ///< slowTone() beside the extended model
 };
 
 /// @return verdict by PHYSICS 2.3's table.
