@@ -27,7 +27,7 @@ bench: deps
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target bench_all query_bench sof battery_sof_node -j$(JOBS)
 	@$(PYTHON) scripts/bench "$(BUILD)"
 	@$(PYTHON) scripts/bench_composed "$(BUILD)"
-	@bash scripts/with_ros bash -c '. "$$0/devel/setup.sh" && exec $(PYTHON) scripts/bench_queries "$$0"' "$(BUILD)"
+	@bash scripts/with_ros bash -c '. "$$0/devel/setup.sh" && exec $(PYTHON) scripts/bench_queries "$$0" 60' "$(BUILD)"
 
 reproduce: build
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target window_experiment -j$(JOBS)

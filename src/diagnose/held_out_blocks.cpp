@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/identify/noise_filter.hpp"
 #include "battery_sof/identify/parallel.hpp"
 
 namespace battery_sof {
@@ -14,30 +13,11 @@ constexpr double kBlockNoise = 4.0;  // of -2 ln density: two standard deviation
 constexpr double kRegion = 0.7;      // share of the samples on which an addition acts least
 constexpr int kIterations = 6;  // from the optimum over all blocks, the one left out moves it by a fraction of itself
 
-/// ln of the innovations' variances, one a sample.
-std::vector<double> logVariances(const NoiseModel& noise, const Drive& drive) {
-  NoiseFilter<double> filter(noise.white_std * noise.white_std, noise.ar_std * noise.ar_std, noise.ar_time,
-                             noise.walk_std * noise.walk_std);
-  std::vector<double> logs;
-  bool first = true;
-  for (const DriveSample& sample : drive.samples) {
-    if (sample.count > 0.0) {
-      logs.push_back(std::log(filter.step(sample.step.duration, sample.count, first).variance));
-    } else {
-      if (!first) filter.wait(sample.step.duration);
-      logs.push_back(0.0);
-    }
-    first = false;
-  }
-  return logs;
-}
-
 }  // namespace
 
 HeldOut heldOutErrors(const WhitenedFit& fit, const Drive& drive, int blocks, int threads) {
   HeldOut held_out{Eigen::VectorXd::Zero(fit.residual.size()), std::vector<double>(static_cast<std::size_t>(blocks))};
   const Whitening whitening(fit.noise, drive.samples);
-  const std::vector<double> logs = logVariances(fit.noise, drive);
   // Without its beginning the state there would be anyone's guess.
   std::size_t begin = 0;
   while (begin < drive.samples.size() / 10 && drive.samples[begin].step.time < drive.first_time + kBeginning) ++begin;
@@ -57,7 +37,7 @@ HeldOut heldOutErrors(const WhitenedFit& fit, const Drive& drive, int blocks, in
     for (std::size_t n = first; n < last; ++n) {
       if (!(drive.samples[n].count > 0.0)) continue;
       const auto k = static_cast<Eigen::Index>(n);
-      held_out.deviance[b] += logs[n] + innovation[k] * innovation[k];
+      held_out.deviance[b] += whitening.logVariance(n) + innovation[k] * innovation[k];
       held_out.error[k] = error[k];
     }
   });
@@ -76,20 +56,16 @@ HeldOutGain gainOf(const HeldOut& before, const HeldOut& after, const Drive& dri
   const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(kRegion * static_cast<double>(sizes.size() - 1));
   std::nth_element(sizes.begin(), at, sizes.end());
   for (const double least : {0.0, *at}) {
-    double square_before = 0.0, square_after = 0.0, samples = 0.0;
+    double square_before = 0.0, square_after = 0.0;
     for (Eigen::Index n = 0; n < acts.size(); ++n) {
       const double count = drive.samples[static_cast<std::size_t>(n)].count;
       if (!(count > 0.0) || std::abs(acts[n]) < least) continue;
       square_before += count * before.error[n] * before.error[n];
       square_after += count * after.error[n] * after.error[n];
-      samples += count;
     }
     if (!(square_before > 0.0)) continue;
-    const double fall = std::sqrt(square_before / samples) - std::sqrt(square_after / samples);
-    const double share = fall / std::sqrt(square_before / samples);
-    if (least > 0.0 && share <= gain.rms_share) continue;
-    gain.rms_share = share;
-    gain.rms = fall;
+    const double share = 1.0 - std::sqrt(square_after / square_before);
+    if (least == 0.0 || share > gain.rms_share) gain.rms_share = share;
   }
   return gain;
 }

@@ -71,7 +71,7 @@ WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive,
     cost.noise = fitNoise(squares.residual(squares.coordinatesOf(from.front())), drive.samples, search.least_white);
     plain.more_starts = 0;
   }
-  WhitenedFit fit{model, {}, {}, {}, {}, {}, {}, {}, {}, 0.0, measuredSamples(drive)};
+  WhitenedFit fit{model, {}, {}, {}, {}, {}, {}, {}, 0.0, measuredSamples(drive)};
   for (int round = 0; round < search.rounds; ++round) {
     const CompositionProblem problem(model, drive, cost, starts.front());
     const CompositionFit found = fitComposition(problem, from, plain);
@@ -85,7 +85,6 @@ WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive,
   const Eigen::VectorXd x = problem.coordinatesOf(fit.point);
   takePass(fit, drive, problem.seedsAt(x));
   takeWhitened(fit, drive);
-  fit.prior_precision = problem.priorPrecision();
   for (Eigen::Index k = 0; k < problem.size(); ++k) fit.rows.push_back(problem.rowOf(k));
   NormalEquations at;
   problem.evaluate(x, at);

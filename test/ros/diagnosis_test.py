@@ -5,7 +5,6 @@ import subprocess
 import sys
 import threading
 import time
-import unittest
 
 import rospy
 import rostest
@@ -13,7 +12,7 @@ from battery_sof.msg import Diagnosis, SofStatus
 from battery_sof.srv import Diagnose, DiagnoseResponse, PredictCranking, PredictCrankingResponse
 from diagnostic_msgs.msg import DiagnosticArray
 
-from processes import Folder, Latest, play, program, start_node, wait_until, whole_arguments
+from processes import Folder, NodeTest, program, service, wait_until, whole_arguments
 
 DURATION = 900  # [s]
 RATE = 30
@@ -22,12 +21,6 @@ ANSWERED_WITHIN = 1.0  # [s] of wall time, a prediction beside a diagnosis on on
 QUESTION = dict(i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=7.2)
 VERDICTS = {Diagnosis.NO_MISMATCH, Diagnosis.NAMED, Diagnosis.SEVERAL, Diagnosis.AMBIGUOUS, Diagnosis.UNKNOWN,
             Diagnosis.SENSOR_FAULT, Diagnosis.INSUFFICIENT_DATA}
-
-
-def service(node, name, kind):
-    full = "/{}/{}".format(node, name)
-    rospy.wait_for_service(full, timeout=20.0)
-    return rospy.ServiceProxy(full, kind)
 
 
 class Request(threading.Thread):
@@ -53,7 +46,7 @@ def diagnosis_part(array, node):
     return {}
 
 
-class DiagnosisWhileDriving(unittest.TestCase):
+class DiagnosisWhileDriving(NodeTest):
     @classmethod
     def setUpClass(cls):
         cls.folder = Folder()
@@ -64,21 +57,6 @@ class DiagnosisWhileDriving(unittest.TestCase):
     @classmethod
     def tearDownClass(cls):
         cls.folder.remove()
-
-    def start(self, name, **parameters):
-        node = start_node(name, parameters)
-        self.addCleanup(node.stop)
-        return node
-
-    def latest(self, topic, kind):
-        latest = Latest(topic, kind)
-        self.addCleanup(latest.close)
-        return latest
-
-    def play(self, *arguments):
-        player = play(*arguments)
-        self.addCleanup(player.stop)
-        return player
 
     def assert_others_are_served(self, ask, requests):
         """Asks while the diagnosis runs, at most twenty times; at least one answer comes before it ends."""

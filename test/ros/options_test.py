@@ -5,7 +5,6 @@ import glob
 import os
 import shlex
 import sys
-import unittest
 
 import roslaunch.config
 import rospkg
@@ -14,7 +13,7 @@ import rostest
 import yaml
 from battery_sof.msg import SofStatus
 
-from processes import Latest, start_node, whole_arguments
+from processes import NodeTest, whole_arguments
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 PACKAGE = rospkg.RosPack().get_path("battery_sof")
@@ -30,18 +29,12 @@ def node_of(config, name):
     return next(node for node in config.nodes if node.name == name)
 
 
-class Options(unittest.TestCase):
-    def start(self, name, parameters):
-        node = start_node(name, parameters)
-        self.addCleanup(node.stop)
-        return node
-
+class Options(NodeTest):
     def test_shipped_parameters_are_accepted(self):
         for path in glob.glob(os.path.join(PACKAGE, "config", "*.yaml")):
             with open(path) as shipped:
-                node = self.start("shipped", yaml.safe_load(shipped))
-            status = Latest("/shipped/status", SofStatus)
-            self.addCleanup(status.close)
+                node = self.start("shipped", **yaml.safe_load(shipped))
+            status = self.latest("/shipped/status", SofStatus)
             status.wait(lambda s: s.state == SofStatus.NO_DATA, 20, "a status")
             self.assertTrue(node.is_alive())
             self.assertEqual(node.stop(), 0)
@@ -52,7 +45,7 @@ class Options(unittest.TestCase):
         for path in paths:
             with open(path) as wrong:
                 text = wrong.read()
-            node = self.start("wrong", yaml.safe_load(text))
+            node = self.start("wrong", **yaml.safe_load(text))
             self.assertNotEqual(node.wait(20), 0, path)
             expected = [line[len("# expect: "):] for line in text.splitlines() if line.startswith("# expect: ")]
             self.assertTrue(expected, path)

@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 import threading
-import unittest
 
 import rosbag
 import rospy
@@ -19,19 +18,13 @@ from battery_sof.srv import (Identify, PredictChargeAcceptance, PredictCranking,
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import BatteryState
 
-from processes import Folder, Latest, play, program, start_node, whole_arguments
+from processes import Folder, NodeTest, program, service, start_node, whole_arguments
 
 RATE = 30
 DURATION = 900  # [s]
 YEAR = 365.0 * 86400.0
 TRUTH = {"r_discharge": 0.006, "r_charge": 0.0085, "c2": 1100.0, "beta": 22.0, "u_dc": 12.7}  # of simulate_city_drive
 TOLERANCE = {"r_discharge": 0.05, "r_charge": 0.1, "c2": 0.2, "beta": 0.2, "u_dc": 0.01}  # relative
-
-
-def service(node, name, kind):
-    full = "/{}/{}".format(node, name)
-    rospy.wait_for_service(full, timeout=20.0)
-    return rospy.ServiceProxy(full, kind)
 
 
 def crank_query(proxy, i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=math.nan):
@@ -89,7 +82,7 @@ class AskBeforeCranks:
         self.subscriber.unregister()
 
 
-class Playback(unittest.TestCase):
+class Playback(NodeTest):
     @classmethod
     def setUpClass(cls):
         cls.folder = Folder()
@@ -105,21 +98,6 @@ class Playback(unittest.TestCase):
         if cls.node:
             cls.node.stop()
         cls.folder.remove()
-
-    def start(self, name, **parameters):
-        node = start_node(name, parameters)
-        self.addCleanup(node.stop)
-        return node
-
-    def latest(self, topic, kind):
-        latest = Latest(topic, kind)
-        self.addCleanup(latest.close)
-        return latest
-
-    def play(self, *arguments):
-        player = play(*arguments)
-        self.addCleanup(player.stop)
-        return player
 
     def assert_model_is_the_drives(self, model):
         self.assertEqual(model.names, list(TRUTH))

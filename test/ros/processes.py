@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 import threading
 import time
+import unittest
 
 import roslib.packages
 import rosparam
@@ -89,6 +90,12 @@ def play(bag, rate, *arguments):
                    "100000", "--rate", str(rate), *map(str, arguments), bag)
 
 
+def service(node, name, kind):
+    full = "/{}/{}".format(node, name)
+    rospy.wait_for_service(full, timeout=20.0)
+    return rospy.ServiceProxy(full, kind)
+
+
 class Latest:
     """Messages of a topic: the newest, and all of them."""
 
@@ -129,3 +136,22 @@ class Folder:
 
     def remove(self):
         shutil.rmtree(self.path)
+
+
+class NodeTest(unittest.TestCase):
+    """Whatever a test starts ends with it."""
+
+    def start(self, name, **parameters):
+        node = start_node(name, parameters)
+        self.addCleanup(node.stop)
+        return node
+
+    def latest(self, topic, kind):
+        latest = Latest(topic, kind)
+        self.addCleanup(latest.close)
+        return latest
+
+    def play(self, *arguments):
+        player = play(*arguments)
+        self.addCleanup(player.stop)
+        return player

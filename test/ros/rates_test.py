@@ -4,14 +4,13 @@
 import math
 import subprocess
 import sys
-import unittest
 
 import rospy
 import rostest
 from battery_sof.msg import SofStatus
 from battery_sof.srv import PredictChargeAcceptance, PredictCranking, PredictMap, PredictStopTime
 
-from processes import Folder, Latest, play, program, start_node, whole_arguments
+from processes import Folder, NodeTest, program, service, whole_arguments
 
 DURATION = 100  # [s]: the first model comes after 60, a second identification is due at 80
 PARAMETERS = {"window_s": 60.0, "buffer_s": 90.0, "min_suitability": 0.0, "identify_period_s": 18.0, "retry_period_s": 10.0}
@@ -23,9 +22,7 @@ ANSWERS = ("u_min", "lower", "upper", "stop_time", "stop_time_lower", "stop_time
 def asked(node):
     """What the services answer once the bag has ended."""
     def ask(name, kind, **request):
-        full = "/{}/{}".format(node, name)
-        rospy.wait_for_service(full, timeout=20.0)
-        return str(rospy.ServiceProxy(full, kind)(**request))
+        return str(service(node, name, kind)(**request))
     return [ask("predict_cranking", PredictCranking, i_load=-25.0, t_stop=20.0, i_cranking=-200.0, t_cranking=0.5,
                 u_required=7.2),
             ask("predict_stop_time", PredictStopTime, i_load=-25.0, i_cranking=-200.0, u_required=11.0),
@@ -39,13 +36,10 @@ class Played:
 
     def __init__(self, case, bag, rate, samples):
         name = "at_{}".format(rate)
-        node = start_node(name, PARAMETERS)
-        case.addCleanup(node.stop)
-        status = Latest("/{}/status".format(name), SofStatus)
-        case.addCleanup(status.close)
+        node = case.start(name, **PARAMETERS)
+        status = case.latest("/{}/status".format(name), SofStatus)
         status.wait(lambda s: s.state == SofStatus.NO_DATA, 20, "a status without data")
-        player = play(bag, rate)
-        case.addCleanup(player.stop)
+        player = case.play(bag, rate)
         case.assertEqual(player.wait(DURATION / rate + 40), 0)
         self.final = status.wait(lambda s: s.accepted == samples and s.reason.startswith("last identification"), 20,
                                  "every sample of the bag accepted")
@@ -59,7 +53,7 @@ def answers(status):
     return [str(getattr(status, field)) for field in ANSWERS]
 
 
-class Rates(unittest.TestCase):
+class Rates(NodeTest):
     def setUp(self):
         self.folder = Folder()
         self.addCleanup(self.folder.remove)

@@ -26,6 +26,15 @@ inline Eigen::VectorXd drawnNoise(const NoiseModel& noise, const Drive& drive, s
   return error;
 }
 
+/// A memory of ten seconds and a walk of 1 mV a minute.
+inline const NoiseModel kDrawnNoise{0.002, 0.002, 10.0, 0.001 / std::sqrt(60.0)};
+
+/// The compressed drive whose base model answers it exactly. @param duration [s].
+inline Drive exactDrive(double duration) {
+  const Series series = baseDrive(5, duration, 0.0);
+  return compressedDrive(series, {0, series.size()});
+}
+
 class NullFits {
  public:
   /// @param drive kept by reference.
@@ -46,7 +55,6 @@ class NullFits {
       if (sample.count > 0.0) ++fit_.measured;
     }
     for (Eigen::Index k = 0; k < problem.size(); ++k) fit_.rows.push_back(problem.rowOf(k));
-    fit_.prior_precision = Eigen::VectorXd::Zero(problem.size());
   }
 
   /// As fitWhitened() would: parameters by squares, noise of what is left, parameters again, noise again.
@@ -87,7 +95,22 @@ class NullFits {
   }
 
   const Drive& drive_;
-  WhitenedFit fit_{BatteryModel(), {}, {}, {}, {}, {}, {}, {}, {}, 0.0, 0};
+  WhitenedFit fit_{BatteryModel(), {}, {}, {}, {}, {}, {}, {}, 0.0, 0};
 };
+
+inline const Drive& tenMinutes() {
+  static const Drive drive = exactDrive(600.0);
+  return drive;
+}
+
+/// Ten minutes fitted with an error [V] added to kDrawnNoise.
+inline WhitenedFit fitOf(const Eigen::VectorXd& error, std::uint64_t seed = 1) {
+  static const NullFits fits(tenMinutes());
+  return fits.of(drawnNoise(kDrawnNoise, tenMinutes(), seed) + error);
+}
+
+inline WhitenedFit nullFit(std::uint64_t seed) {
+  return fitOf(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(tenMinutes().samples.size())), seed);
+}
 
 }  // namespace battery_sof::test

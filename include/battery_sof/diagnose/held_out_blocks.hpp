@@ -25,7 +25,6 @@ struct HeldOutGain {
   double deviance = 0.0;   ///< fall over all blocks
   int worse_blocks = 0;    ///< blocks whose deviance rises by more than chance
   double rms_share = 0.0;  ///< [1], fall of the RMS error relative to what it was: over all samples, or where the addition acts, whichever is larger
-  double rms = 0.0;        ///< [V], that fall
 };
 
 /// @param acts how much the addition changes the modelled voltage at each sample [V].

@@ -12,7 +12,6 @@ struct DiagnosisThresholds {
   double least_structure_share = 0.05;  ///< [1], the same of tier S
   double least_fast_share = 0.03;  ///< [1], the same of what acts at edges alone, on all samples
   double tie_evidence = 6.0;       ///< hypotheses closer than this in the criterion are tied
-  double tie_cosine = 0.9;         ///< so are those of signatures more alike than this, if less than 9 in z^2 tells them apart
 };
 
 }  // namespace battery_sof

@@ -23,7 +23,6 @@ struct WhitenedFit {
   Eigen::VectorXd innovation;  ///< v [1]
   Eigen::MatrixXd jacobian;    ///< J [V], samples x coordinates (CompositionProblem::coordinatesOf)
   Eigen::MatrixXd absorbed;    ///< Q, samples x rank
-  Eigen::VectorXd prior_precision;  ///< of the coordinates
   std::vector<Eigen::Index> rows;   ///< of (parameters, first states) that each coordinate moves
   double deviance = 0.0;       ///< -2 ln likelihood with priors
   std::size_t measured = 0;    ///< samples of the drive that count

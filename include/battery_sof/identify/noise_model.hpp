@@ -34,6 +34,8 @@ class Whitening {
   Whitening(const NoiseModel& noise, const std::vector<DriveSample>& samples);
 
   std::size_t size() const { return gains_.size(); }
+  /// ln S_n, S_n in V^2; 0 for a sample with count 0.
+  double logVariance(std::size_t n) const;
   /// sum_n ln S_n: with the squares of v_n this is -2 ln likelihood up to a constant.
   double logDeterminant() const { return log_determinant_; }
 

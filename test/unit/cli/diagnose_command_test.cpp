@@ -1,43 +1,29 @@
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "battery_sof/cli/sof.hpp"
 #include "battery_sof/recording/csv.hpp"
 #include "support/composed.hpp"
+#include "support/sof_command.hpp"
 
 namespace battery_sof {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-  int code;
-  std::string out, err;
-};
+using test::Outcome;
+using test::sof;
 
-Outcome sof(const std::vector<std::string>& arguments) {
-  std::ostringstream out, err;
-  const int code = runSof(arguments, out, err);
-  return {code, out.str(), err.str()};
-}
-
-class SofDiagnose : public testing::Test {
+class SofDiagnose : public test::InFolder {
  protected:
-  SofDiagnose() : folder_(fs::temp_directory_path() / ("battery_sof diagnose " + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
+  SofDiagnose() : InFolder("diagnose") {
     stub_ = path("stub.csv");
     writeCsv(stub_, test::baseDrive(1, 2.0));
   }
-  ~SofDiagnose() override { fs::remove_all(folder_); }
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  fs::path folder_;
   std::string stub_;  ///< two seconds: too short for any diagnosis
 };
 

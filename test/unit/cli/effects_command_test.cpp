@@ -4,24 +4,18 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
-#include "battery_sof/cli/sof.hpp"
 #include "battery_sof/model/effect.hpp"
+#include "support/sof_command.hpp"
 
 namespace battery_sof {
 namespace {
 
-struct Outcome {
-  int code;
-  std::string out, err;
-};
+using test::Outcome;
 
 Outcome effects(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "effects");
-  std::ostringstream out, err;
-  const int code = runSof(arguments, out, err);
-  return {code, out.str(), err.str()};
+  return test::sof(arguments);
 }
 
 bool contains(const std::string& text, const std::string& piece) {

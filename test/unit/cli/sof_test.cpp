@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 #include <std_msgs/Float64.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -14,39 +13,25 @@
 #include "battery_sof/bag/bag_storage.hpp"
 #include "battery_sof/recording/csv.hpp"
 #include "support/base_drive.hpp"
+#include "support/sof_command.hpp"
 
 namespace battery_sof {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-  int code;
-  std::string out, err;
-};
+using test::Outcome;
+using test::sof;
 
-Outcome sof(const std::vector<std::string>& arguments) {
-  std::ostringstream out, err;
-  const int code = runSof(arguments, out, err);
-  return {code, out.str(), err.str()};
-}
-
-/// A folder with a space in its name that goes away with the test, and a five-minute drive in it.
-class Sof : public testing::Test {
+/// A five-minute drive in a folder.
+class Sof : public test::InFolder {
  protected:
-  Sof() : folder_(fs::temp_directory_path() / ("battery_sof cli " + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
+  Sof() : InFolder("cli") {
     drive_ = path("drive.csv");
     writeCsv(drive_, test::baseDrive(1, 300.0));
     model_ = path("model.yaml");
   }
-  ~Sof() override { fs::remove_all(folder_); }
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  std::string write(const std::string& name, const std::string& content) const {
-    std::ofstream(path(name), std::ios::binary) << content;
-    return path(name);
-  }
   Outcome identify() const {
     return sof({"identify", drive_, "--from", "0", "--to", "240", "--out", model_});
   }
@@ -66,7 +51,6 @@ class Sof : public testing::Test {
     EXPECT_FALSE(fs::exists(path("converted.csv")));
   }
 
-  fs::path folder_;
   std::string drive_, model_;
 };
 

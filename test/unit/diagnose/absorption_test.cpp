@@ -10,20 +10,9 @@
 namespace battery_sof {
 namespace {
 
-const NoiseModel kNoise{0.002, 0.002, 10.0, 0.001 / std::sqrt(60.0)};
-
-const Drive& tenMinutes() {
-  static const Drive drive = [] {
-    const Series series = test::baseDrive(5, 600.0, 0.0);
-    return compressedDrive(series, {0, series.size()});
-  }();
-  return drive;
-}
-
-const test::NullFits& fits() {
-  static const test::NullFits fits(tenMinutes());
-  return fits;
-}
+using test::fitOf;
+using test::nullFit;
+using test::tenMinutes;
 
 double largest(const std::vector<Absorption>& map) {
   double most = 0.0;
@@ -41,7 +30,7 @@ const Absorption* entryOf(const std::vector<Absorption>& map, const std::string&
 /// A parameter's own signature in one part alone [V].
 template <typename InPart>
 Eigen::VectorXd changedWhere(Eigen::Index column, double by, InPart&& in_part) {
-  Eigen::VectorXd effect = by * fits().of(test::drawnNoise(kNoise, tenMinutes(), 1)).jacobian.col(column);
+  Eigen::VectorXd effect = by * nullFit(1).jacobian.col(column);
   for (Eigen::Index n = 0; n < effect.size(); ++n)
     if (!in_part(static_cast<std::size_t>(n))) effect[n] = 0.0;
   return effect;
@@ -52,7 +41,7 @@ TEST(AbsorptionMap, NoParameterWantsAnotherValueAnywhereWhenTheModelIsRight) {
   int above = 0;
   double squares = 0.0, entries = 0.0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const auto map = absorptionMap(fits().of(test::drawnNoise(kNoise, tenMinutes(), seed)), tenMinutes(), regimes);
+    const auto map = absorptionMap(nullFit(seed), tenMinutes(), regimes);
     if (largest(map) > 4.0) ++above;
     for (const Absorption& entry : map) squares += entry.z * entry.z;
     entries += static_cast<double>(map.size());
@@ -65,7 +54,7 @@ TEST(AbsorptionMap, NoParameterWantsAnotherValueAnywhereWhenTheModelIsRight) {
 TEST(AbsorptionMap, ChargingResistanceThatRisesInLongChargesIsSeenThereByAsMuchAsItRises) {
   const auto regimes = regimesOf(tenMinutes());
   const Eigen::VectorXd effect = changedWhere(kRowRCharge, 0.1, [&](std::size_t n) { return regimes[n] == Regime::kLongCharge; });
-  const auto map = absorptionMap(fits().of(test::drawnNoise(kNoise, tenMinutes(), 2) + effect), tenMinutes(), regimes);
+  const auto map = absorptionMap(fitOf(effect, 2), tenMinutes(), regimes);
   const Absorption* entry = entryOf(map, "r_charge", "long charge");
   ASSERT_NE(entry, nullptr);
   EXPECT_GT(entry->z, 5.0);
@@ -77,15 +66,14 @@ TEST(AbsorptionMap, ACapacityThatFallsOverTheDriveIsSeenInItsThirds) {
   const double middle = 0.5 * tenMinutes().samples.back().step.time;
   const Eigen::VectorXd effect =
       changedWhere(kRowC2, -0.15, [&](std::size_t n) { return tenMinutes().samples[n].step.time > middle; });
-  const auto map = absorptionMap(fits().of(test::drawnNoise(kNoise, tenMinutes(), 3) + effect), tenMinutes(),
-                                 regimesOf(tenMinutes()));
+  const auto map = absorptionMap(fitOf(effect, 3), tenMinutes(), regimesOf(tenMinutes()));
   ASSERT_NE(entryOf(map, "c2", "last third"), nullptr);
   EXPECT_LT(entryOf(map, "c2", "last third")->z, -4.0);
   EXPECT_GT(entryOf(map, "c2", "first third")->z, 4.0);
 }
 
 TEST(AbsorptionMap, AParameterHasNoEntryWhereItDoesNothing) {
-  const auto map = absorptionMap(fits().of(test::drawnNoise(kNoise, tenMinutes(), 1)), tenMinutes(), regimesOf(tenMinutes()));
+  const auto map = absorptionMap(nullFit(1), tenMinutes(), regimesOf(tenMinutes()));
   EXPECT_EQ(entryOf(map, "r_charge", "crank"), nullptr);
   EXPECT_EQ(entryOf(map, "r_charge", "long discharge"), nullptr);
   std::set<std::string> parameters;

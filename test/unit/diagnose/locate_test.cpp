@@ -20,18 +20,12 @@ struct Ground {
 };
 
 const Ground& tenMinutes() {
-  static const Ground ground([] {
-    const Series series = test::baseDrive(5, 600.0, 0.0);
-    return compressedDrive(series, {0, series.size()});
-  }());
+  static const Ground ground(test::exactDrive(600.0));
   return ground;
 }
 
 const Ground& halfAnHour() {
-  static const Ground ground([] {
-    const Series series = test::baseDrive(5, 1800.0, 0.0);
-    return compressedDrive(series, {0, series.size()});
-  }());
+  static const Ground ground(test::exactDrive(1800.0));
   return ground;
 }
 

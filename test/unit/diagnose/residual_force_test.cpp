@@ -9,24 +9,9 @@
 namespace battery_sof {
 namespace {
 
-const NoiseModel kNoise{0.002, 0.002, 10.0, 0.001 / std::sqrt(60.0)};
-
-const Drive& tenMinutes() {
-  static const Drive drive = [] {
-    const Series series = test::baseDrive(5, 600.0, 0.0);
-    return compressedDrive(series, {0, series.size()});
-  }();
-  return drive;
-}
-
-WhitenedFit fitOf(const Eigen::VectorXd& effect, std::uint64_t seed = 1) {
-  static const test::NullFits fits(tenMinutes());
-  return fits.of(test::drawnNoise(kNoise, tenMinutes(), seed) + effect);
-}
-
-WhitenedFit nullFit(std::uint64_t seed) {
-  return fitOf(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(tenMinutes().samples.size())), seed);
-}
+using test::fitOf;
+using test::nullFit;
+using test::tenMinutes;
 
 Eigen::VectorXd columnOf(const ForceTerm& term) {
   return forceColumns(nullFit(1), tenMinutes(), {term}).col(0);
@@ -84,7 +69,7 @@ TEST(ResidualForce, WhatAMaskedSampleReadsDoesNotMatter) {
   Drive drive = tenMinutes();
   for (std::size_t n = 200; n < 400; ++n) drive.samples[n].count = 0.0;
   const test::NullFits fits(drive);
-  Eigen::VectorXd error = test::drawnNoise(kNoise, drive, 3);
+  Eigen::VectorXd error = test::drawnNoise(test::kDrawnNoise, drive, 3);
   const double clean = omnibusZ(fits.of(error), drive);
   error.segment(200, 200).setConstant(5.0);
   EXPECT_NEAR(omnibusZ(fits.of(error), drive), clean, 1e-9);

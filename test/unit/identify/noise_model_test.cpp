@@ -73,6 +73,21 @@ TEST(Whitening, IsTheInverseCholeskyFactorOfTheNoisesCovariance) {
   EXPECT_NEAR(whitening.logDeterminant(), 2.0 * L.diagonal().array().log().sum(), 1e-9);
 }
 
+TEST(Whitening, TellsTheVarianceOfEveryInnovationAndNoneOfASampleItDoesNotTakeIn) {
+  auto samples = unevenSamples(60, 0.2);
+  const Eigen::MatrixXd L = Eigen::LLT<Eigen::MatrixXd>(covarianceOf(kTruth, samples)).matrixL();
+  const Whitening whole(kTruth, samples);
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    const auto k = static_cast<Eigen::Index>(n);
+    ASSERT_NEAR(whole.logVariance(n), 2.0 * std::log(L(k, k)), 1e-9) << n;
+  }
+  samples[0].count = samples[30].count = 0.0;
+  const Whitening without(kTruth, samples);
+  EXPECT_EQ(without.logVariance(0), 0.0);
+  EXPECT_EQ(without.logVariance(30), 0.0);
+  EXPECT_GT(without.logVariance(31), whole.logVariance(31)) << "what the sample would have told is missing";
+}
+
 TEST(Whitening, TurnsItsNoiseIntoIndependentNumbersOfUnitVariance) {
   const auto samples = unevenSamples(20000, 0.1);
   const Eigen::VectorXd v = Whitening(kTruth, samples).whitened(simulated(kTruth, samples, 11));

@@ -4,7 +4,6 @@
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/BatteryState.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -12,47 +11,35 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "support/commands.hpp"
+
 namespace battery_sof_reference {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-  int code;
-  std::string out, err;
-};
+using battery_sof::test::Outcome;
 
-/// A folder with a space in its name that goes away with the test, and a short scenario in it.
-class SimulateCommand : public testing::Test {
+/// A short scenario in a folder.
+class SimulateCommand : public battery_sof::test::InFolder {
  protected:
-  SimulateCommand()
-      : folder_(fs::temp_directory_path() / ("battery_sof simulate " + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
+  SimulateCommand() : InFolder("simulate") {
     scenario_ =
         write("drive.yaml", "{name: drive, seed: 3, duration_s: 20, profile: {kind: city_drive}}");
   }
-  ~SimulateCommand() override { fs::remove_all(folder_); }
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  std::string write(const std::string& name, const std::string& content) const {
-    std::ofstream(path(name), std::ios::binary) << content;
-    return path(name);
-  }
   static std::string read(const std::string& file) {
     std::ostringstream text;
     text << std::ifstream(file).rdbuf();
     return text.str();
   }
   static Outcome simulate(const std::vector<std::string>& arguments) {
-    std::ostringstream out, err;
-    const int code = runSimulate(arguments, out, err);
-    return {code, out.str(), err.str()};
+    return battery_sof::test::outcomeOf(runSimulate, arguments);
   }
   std::size_t files() const {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
   }
 
-  fs::path folder_;
   std::string scenario_;
 };
 

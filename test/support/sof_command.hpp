@@ -1,0 +1,12 @@
+#pragma once
+
+#include "battery_sof/cli/sof.hpp"
+#include "support/commands.hpp"
+
+namespace battery_sof::test {
+
+inline Outcome sof(const std::vector<std::string>& arguments) {
+  return outcomeOf([](auto&... all) { return runSof(all...); }, arguments);
+}
+
+}  // namespace battery_sof::test
