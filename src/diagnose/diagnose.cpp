@@ -8,6 +8,7 @@
 
 #include "battery_sof/diagnose/absorption.hpp"
 #include "battery_sof/diagnose/comparison.hpp"
+#include "battery_sof/diagnose/detectable.hpp"
 #include "battery_sof/diagnose/locate.hpp"
 #include "battery_sof/diagnose/naming.hpp"
 #include "battery_sof/diagnose/profile_interval.hpp"
@@ -323,7 +324,7 @@ class Diagnoser {
       if (info.acts_at_edges && (options_.hypotheses.empty() || contains(options_.hypotheses, info.id)))
         options.hypotheses.push_back(info.id);
     if (options.hypotheses.empty()) return;
-    options.thresholds.least_share = options.thresholds.least_structure_share = options.thresholds.least_fast_share;
+    options.thresholds = fastThresholds();
     const WhitenedFit start = fitWhitened(naming_.extended.model, drive_, {naming_.extended.point}, std::nullopt, search_);
     const std::vector<Signature> screened = naming_.last_screen;
     naming_ = nameEffects(drive_, start, options, naming_);
@@ -346,7 +347,24 @@ class Diagnoser {
     found_.omnibus_extended = remainder_.extended_omnibus;
     found_.explained = remainder_.explained;
     if (remainder_.extended_omnibus > options_.thresholds.omnibus || naming_.unnamed || tone) describeForce(tone);
-    found_.detectable = detectableFrom(naming_.last_screen);
+    detect();
+  }
+
+  void detect() {
+    std::vector<Signature> slow_ones, fast_ones;
+    for (const Signature& signature : naming_.last_screen)
+      (!slow_ && effectInfo(signature.id).acts_at_edges ? fast_ones : slow_ones).push_back(signature);
+    found_.detectable = detectableBeside(final_, quiet_, slow_ones, options_.thresholds);
+    if (fast_ones.empty()) return;
+    const WhitenedFit& at_edges = naming_.extended;
+    for (const Detectable& one : detectableBeside(at_edges, drive_, fast_ones, fastThresholds())) found_.detectable.push_back(one);
+  }
+
+  /// Those of a search on all samples: what acts at edges alone changes little of the whole.
+  DiagnosisThresholds fastThresholds() const {
+    DiagnosisThresholds thresholds = options_.thresholds;
+    thresholds.least_share = thresholds.least_structure_share = thresholds.least_fast_share;
+    return thresholds;
   }
 
   void describeForce(const std::optional<SlowTone>& tone) {
@@ -447,6 +465,11 @@ class Diagnoser {
     InstrumentLimits limits = instrumentLimits(series_);
     maskBehindUnknownCharge(series_, limits);
     std::copy(limits_.masked.begin(), limits_.masked.end(), limits.masked.begin());
+    const auto begin = limits.masked.begin() + static_cast<std::ptrdiff_t>(holdout_.first);
+    if (std::all_of(begin, limits.masked.end(), [](char fault) { return fault != 0; })) {
+      std::fill(begin, limits.masked.end(), 0);
+      found_.instrument.push_back("no sample of the part that was held out is a measurement beyond doubt; it is compared as it stands");
+    }
     limits_ = std::move(limits);
   }
 

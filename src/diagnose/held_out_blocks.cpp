@@ -44,6 +44,14 @@ HeldOut heldOutErrors(const WhitenedFit& fit, const Drive& drive, int blocks, in
   return held_out;
 }
 
+double leastActing(const Eigen::VectorXd& acts) {
+  std::vector<double> sizes(acts.data(), acts.data() + acts.size());
+  for (double& size : sizes) size = std::abs(size);
+  const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(kRegion * static_cast<double>(sizes.size() - 1));
+  std::nth_element(sizes.begin(), at, sizes.end());
+  return *at;
+}
+
 HeldOutGain gainOf(const HeldOut& before, const HeldOut& after, const Drive& drive, const Eigen::VectorXd& acts) {
   HeldOutGain gain;
   for (std::size_t b = 0; b < before.deviance.size(); ++b) {
@@ -51,11 +59,7 @@ HeldOutGain gainOf(const HeldOut& before, const HeldOut& after, const Drive& dri
     gain.deviance += by;
     gain.worse_blocks += by < -kBlockNoise;
   }
-  std::vector<double> sizes(acts.data(), acts.data() + acts.size());
-  for (double& size : sizes) size = std::abs(size);
-  const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(kRegion * static_cast<double>(sizes.size() - 1));
-  std::nth_element(sizes.begin(), at, sizes.end());
-  for (const double least : {0.0, *at}) {
+  for (const double least : {0.0, leastActing(acts)}) {
     double square_before = 0.0, square_after = 0.0;
     for (Eigen::Index n = 0; n < acts.size(); ++n) {
       const double count = drive.samples[static_cast<std::size_t>(n)].count;

@@ -86,7 +86,6 @@ class Search {
   Search(const Drive& drive, const WhitenedFit& base, const NamingOptions& options, Naming so_far)
       : drive_(drive), options_(options), naming_(std::move(so_far)) {
     naming_.extended = base;
-    naming_.last_screen.clear();
     search_.rounds = 2;
     search_.max_iterations = 30;
     search_.every_start = false;
@@ -95,9 +94,8 @@ class Search {
   }
 
   Naming run() {
-    while (static_cast<int>(naming_.accepted.size()) < kMostEffects && step()) {
+    while (step()) {
     }
-    if (naming_.last_screen.empty()) naming_.last_screen = screenNow();
     dropSuperfluous();
     compareRivals();
     return std::move(naming_);
@@ -141,6 +139,7 @@ class Search {
   bool step() {
     tell("weighing what is missing beside " + std::to_string(naming_.accepted.size()) + " effects");
     naming_.last_screen = screenNow();
+    if (static_cast<int>(naming_.accepted.size()) >= kMostEffects) return false;
     const std::vector<std::size_t> list = shortlist(naming_.last_screen, options_.thresholds.score);
     if (list.empty()) return false;
     std::vector<Weighed> weighed_ones(list.size());

@@ -7,7 +7,6 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kVisible = 5.0;     // z at which a strength would have been seen
 constexpr double kBeyondInstruments = 12.0;  // z_O beyond what a fault leaves once it is masked: at most 6.5 on 24 decoys of seeds 3001 to 3006
 constexpr double kExplained = 0.7;   // share of the mismatch below which the catalogue does not explain it (PHYSICS 2.3)
 
@@ -102,23 +101,6 @@ std::vector<std::string> outsideWhatSignalsShow() {
           "gain and offset of the voltage channel",
           "a constant resistance of cables and contacts",
           "whether a constant small current is the sensor's offset or a load behind it"};
-}
-
-std::vector<Detectable> detectableFrom(const std::vector<Signature>& screened) {
-  std::vector<Detectable> list;
-  for (const Signature& signature : screened) {
-    const EffectInfo& info = effectInfo(signature.id);
-    for (const ParameterInfo& parameter : info.parameters) {
-      if (parameter.held || !parameter.vanishes_at || parameter.magnitude == *parameter.vanishes_at) continue;
-      Detectable one{info.id, parameter.name, parameter.unit, 0.0, parameter.magnitude, false};
-      const double from_nothing = std::abs(parameter.magnitude - *parameter.vanishes_at);
-      one.strength = signature.sensitivity > 0.0 ? from_nothing * kVisible / signature.sensitivity : parameter.upper;
-      one.visible = one.strength <= from_nothing;
-      list.push_back(one);
-      break;
-    }
-  }
-  return list;
 }
 
 std::string nextExperiment(const Diagnosis& diagnosis) {

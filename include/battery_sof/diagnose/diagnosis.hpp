@@ -123,10 +123,10 @@ struct ResidualForce {
   std::string description;                     ///< one sentence
 };
 
-/// The smallest strength of an effect that this recording would have shown.
+/// The smallest strength at which this recording would have led to an effect's name (detectableBeside()).
 struct Detectable {
   std::string id, parameter, unit;
-  double strength = 0.0;  ///< in unit, at z = 5
+  double strength = 0.0;  ///< in unit
   double typical = 0.0;   ///< the catalogue's order of magnitude, in unit
   bool visible = false;   ///< strength <= typical
 };

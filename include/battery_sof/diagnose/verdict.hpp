@@ -29,9 +29,6 @@ Verdict judge(const Naming& naming, const InstrumentScreen& instruments, const R
 /// @return what no current and voltage can show (PHYSICS 0.7).
 std::vector<std::string> outsideWhatSignalsShow();
 
-/// @return smallest strengths that a recording would have shown, from scores beside its final model.
-std::vector<Detectable> detectableFrom(const std::vector<Signature>& screened);
-
 /// @return what to record next, in one or two sentences.
 std::string nextExperiment(const Diagnosis& diagnosis);
 
