@@ -117,8 +117,10 @@ def strength_found(case):
         return None
     parameter, expected = STRENGTHS[name]
     found = [p for p in named[0]["parameters"] if p["name"] == parameter]
+    if not found:
+        return None
     truth = expected(case.label["strength"])
-    if not found or not truth:
+    if not truth:
         return None
     low, high = found[0]["lower"], found[0]["upper"]
     inside = (low is None or low <= truth) and (high is None or truth <= high)
