@@ -86,6 +86,10 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       ->add_option("--hypotheses", arguments->options.hypotheses,
                    "ids to weigh, comma-separated; all of sof effects by default")
       ->delimiter(',');
+  command
+      ->add_option("--given", arguments->options.given,
+                   "ids that are known to be there, comma-separated: they are modelled and nothing is searched for")
+      ->delimiter(',');
   command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")
       ->capture_default_str();
   addJsonOption(*command, arguments->json);

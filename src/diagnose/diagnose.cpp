@@ -32,27 +32,13 @@ constexpr double kSlow = 0.15;               // [s]; sampled more slowly, edges 
 constexpr double kEdge = 5.0;                // [A]
 constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid; before it as much as a channel may be late
 constexpr double kOmnibusDeviance = 10.0;     // z_O in units of -2 ln likelihood: sqrt(2 k) of some fifty columns
-// [s] of a slow recording beyond which effects that act back on others within an interval are not weighed: their short
-// steps would take minutes.
-constexpr double kFineSteps = 6000.0;
+constexpr double kShortSteps = 6000.0;        // [s] of a slow recording beyond which short steps would take minutes
 constexpr double kLostShare = 0.005;         // of the samples; a second in three minutes
 constexpr std::size_t kFewestFreezes = 3;
 constexpr double kCoarseVoltage = 0.0099;    // [V], 10 mV but for printed digits; most effects leave less than 20 mV (PHYSICS 1.1, 1.2)
 constexpr double kCoarseCurrent = 0.495;     // [A], 0.5 A: PHYSICS 1.3's offset
 constexpr double kStillShare = 0.25;         // of the samples repeat the one before: noise of less than a step
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
-
-/// Effects that act within a tenth of a second of an edge.
-const std::vector<std::string>& fastEffects() {
-  static const std::vector<std::string> ids = {"fast_arc", "inductance", "time_skew", "sensor_lag"};
-  return ids;
-}
-
-/// Effects whose intervals are cut to 0.1 s (EffectHooks::steps_finely) or stepped as a ladder.
-const std::vector<std::string>& fineEffects() {
-  static const std::vector<std::string> ids = {"self_heating", "parameter_drift", "sulphate_history", "cpe2"};
-  return ids;
-}
 
 bool contains(const std::vector<std::string>& list, const std::string& id) {
   return std::find(list.begin(), list.end(), id) != list.end();
@@ -64,25 +50,26 @@ void requireValid(const DiagnoseOptions& options) {
                                 ", expected above 0 and at most 0.5");
   if (options.threads < 0)
     throw std::invalid_argument("threads is " + std::to_string(options.threads) + ", expected at least 0");
-  for (const std::string& id : options.hypotheses) effectInfo(id);
+  for (const std::vector<std::string>* list : {&options.hypotheses, &options.given})
+    for (const std::string& id : *list) effectInfo(id);
 }
 
 /// @return why a training part cannot be diagnosed; empty when it can.
-std::string lackOf(const Series& series, IndexRange train) {
+std::string lackOf(const Series& train) {
   if (train.size() < kLeastSamples)
     return "the training part has " + std::to_string(train.size()) + " samples, at least " +
            std::to_string(kLeastSamples) + " are needed";
-  const double duration = series.time[train.last - 1] - series.time[train.first];
+  const double duration = train.time.back() - train.time.front();
   if (duration < kLeastDuration)
     return "the training part lasts " + std::to_string(static_cast<int>(duration)) + " s, at least " +
            std::to_string(static_cast<int>(kLeastDuration)) + " s are needed";
   double charge = 0.0, discharge = 0.0;
-  const double gap = gapThreshold(series);
-  for (std::size_t k = train.first + 1; k < train.last; ++k) {
-    const double dt = series.time[k] - series.time[k - 1];
+  const double gap = gapThreshold(train);
+  for (std::size_t k = 1; k < train.size(); ++k) {
+    const double dt = train.time[k] - train.time[k - 1];
     if (dt > gap) continue;
-    charge += std::max(0.0, series.current[k]) * dt;
-    discharge += std::max(0.0, -series.current[k]) * dt;
+    charge += std::max(0.0, train.current[k]) * dt;
+    discharge += std::max(0.0, -train.current[k]) * dt;
   }
   if (discharge < kLeastCharge) return "the training part hardly discharges the battery";
   if (charge + discharge < 2.0 * kLeastCharge) return "the training part hardly moves any charge";
@@ -114,15 +101,15 @@ std::string faultOf(const Finding& finding, const Series& series) {
 class Diagnoser {
  public:
   Diagnoser(const Recording& recording, const DiagnoseOptions& options)
-      : recording_(recording), series_(recording.series), options_(options),
-        quiet_current_(withoutSensorNoise(recording.series, currentFlicker(recording.series))) {
+      : recording_(recording), series_(recording.series), options_(options) {
     const auto held = static_cast<std::size_t>(std::ceil(options.holdout_share * static_cast<double>(series_.size())));
     train_ = {0, series_.size() - std::min(series_.size(), held)};
     holdout_ = {train_.last, series_.size()};
   }
 
   Diagnosis run() {
-    const std::string lack = lackOf(series_, train_);
+    quiet_current_ = slice(series_, train_);
+    const std::string lack = lackOf(quiet_current_);
     if (!lack.empty()) return insufficient(lack);
     tell("checking the instruments");
     screenInstruments();
@@ -131,7 +118,7 @@ class Diagnoser {
     exchangeHalves();
     tell("locating where model and measurement part");
     locate();
-    nameAll();
+    options_.given.empty() ? nameAll() : takeGiven();
     tell("describing what remains");
     weighRemainder();
     found_.verdict = judge(naming_, instruments_, remainder_, options_.thresholds);
@@ -157,17 +144,17 @@ class Diagnoser {
   }
 
   void screenInstruments() {
-    const Series train = slice(series_, train_);
-    limits_ = instrumentLimits(series_);
-    maskBehindUnknownCharge(series_, limits_);
-    if (!limits_.current_limits.empty()) {
-      const Series estimated = withEstimatedCurrent(series_, limits_);
-      quiet_current_ = withoutSensorNoise(estimated, currentFlicker(estimated));
-    }
     Recording part = recording_;
-    part.series = train;
+    part.series = quiet_current_;
+    limits_ = instrumentLimits(part.series);
+    maskBehindUnknownCharge(part.series, limits_);
+    quiet_current_ = withEstimatedCurrent(part.series, limits_);
+    const CurrentFlicker flicker = currentFlicker(quiet_current_);
+    flicker_share_ = flicker.share;
+    quiet_current_ = withoutSensorNoise(quiet_current_, flicker);
+    slow_ = medianInterval(quiet_current_) > kSlow;
     for (const Finding& finding : checkRecording(part).findings) {
-      const std::string fault = faultOf(finding, train);
+      const std::string fault = faultOf(finding, part.series);
       if (finding.severity == Severity::kNote && fault.empty()) continue;
       instruments_.sentences.push_back(finding.what + ": " + finding.meaning);
       if (!fault.empty()) instruments_.faults.push_back(fault);
@@ -182,26 +169,30 @@ class Diagnoser {
   /// A channel that is whole samples late cannot be told from physics by a fit: the current is moved to where the voltage
   /// answers to it. @param lag [s], > 0 when the voltage comes later.
   void alignWholeSamples(double lag) {
-    const auto by = std::lround(lag / medianInterval(series_));
-    if (medianInterval(series_) <= kSlow || by == 0) return;
-    const std::vector<double> current = quiet_current_.current;
-    const auto count = static_cast<std::ptrdiff_t>(current.size());
-    for (std::ptrdiff_t n = 0; n < count; ++n)
-      quiet_current_.current[static_cast<std::size_t>(n)] =
-          current[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(n - by, 0, count - 1))];
+    const auto by = std::lround(lag / medianInterval(quiet_current_));
+    if (!slow_ || by == 0) return;
+    late_samples_ = by;
+    quiet_current_.current = moved(quiet_current_.current, by);
     instruments_.faults.push_back("time_skew");
     instruments_.sentences.push_back("the current was moved by " + std::to_string(by) + " samples to meet the voltage");
   }
 
+  /// @return values shifted to `by` samples later; what comes in at an end is its neighbour.
+  static std::vector<double> moved(const std::vector<double>& values, std::ptrdiff_t by) {
+    const auto last = static_cast<std::ptrdiff_t>(values.size()) - 1;
+    std::vector<double> shifted(values.size());
+    for (std::ptrdiff_t n = 0; n <= last; ++n)
+      shifted[static_cast<std::size_t>(n)] = values[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(n - by, 0, last))];
+    return shifted;
+  }
+
   void fitBase() {
-    const bool slow = medianInterval(series_) > kSlow;
     Compression compression;
-    compression.max_length = std::max(compression.max_length, kSlowLength * medianInterval(series_));
+    compression.max_length = std::max(compression.max_length, kSlowLength * medianInterval(quiet_current_));
     drive_ = train_.size() > kCompressFrom ? compressedDrive(quiet_current_, train_, compression, limits_.masked)
                                            : fullDrive(quiet_current_, train_, limits_.masked);
-    slow_ = slow;
-    if (!slow) drive_ = withoutEdges(drive_, std::numeric_limits<double>::infinity(), 0.0, kAfterEdge);
-    quiet_ = slow ? drive_ : withoutEdges(drive_, kEdge, kBeforeEdge, kAfterEdge);
+    if (!slow_) drive_ = withoutEdges(drive_, std::numeric_limits<double>::infinity(), 0.0, kAfterEdge);
+    quiet_ = slow_ ? drive_ : withoutEdges(drive_, kEdge, kBeforeEdge, kAfterEdge);
     search_.least_white = std::max(1e-5, limits_.voltage_lsb_std);
     const BatteryModel model;
     base_ = fitWhitened(model, quiet_, {typicalStart(model, quiet_)}, std::nullopt, search_);
@@ -249,14 +240,7 @@ class Diagnoser {
     options.threads = options_.threads;
     options.least_white = search_.least_white;
     options.progress = options_.progress;
-    const bool too_long = slow_ && series_.time[train_.last - 1] - series_.time[train_.first] > kFineSteps;
-    if (too_long && options_.hypotheses.empty())
-      found_.instrument.push_back("long and slowly sampled: self_heating, parameter_drift, sulphate_history and cpe2 are not weighed; give a part of the "
-          "recording, or name them as hypotheses");
-    for (const EffectInfo& info : effectCatalogue())
-      if (!(too_long && options_.hypotheses.empty() && contains(fineEffects(), info.id)) && (options_.hypotheses.empty() || contains(options_.hypotheses, info.id)) &&
-          (slow_ || !contains(fastEffects(), info.id)))
-        options.hypotheses.push_back(info.id);
+    options.hypotheses = slowHypotheses();
     naming_ = nameEffects(quiet_, base_, options);
     const std::size_t slow_ones = naming_.accepted.size();
     if (!slow_) nameFast(options);
@@ -269,11 +253,49 @@ class Diagnoser {
     if (!slow_ && !naming_.accepted.empty())
       naming_.extended = fitWhitened(naming_.extended.model, drive_, {naming_.extended.point}, std::nullopt, search_);
     for (Accepted& accepted : naming_.accepted)
-      for (const std::string& id : alwaysTiedWith(accepted.id))
+      for (const std::string& id : effectInfo(accepted.id).same_as)
         if (!contains(accepted.tied, id) && !isAccepted(id)) accepted.tied.push_back(id);
     tieSmallSkew();
     std::stable_sort(naming_.accepted.begin(), naming_.accepted.end(),
                      [](const Accepted& one, const Accepted& other) { return one.evidence > other.evidence; });
+  }
+
+  /// What is weighed on the quiet grid: what was asked for, or all that can be weighed in time.
+  std::vector<std::string> slowHypotheses() {
+    const bool all = options_.hypotheses.empty();
+    const bool too_long = all && slow_ && quiet_current_.time.back() - quiet_current_.time.front() > kShortSteps;
+    std::vector<std::string> ids;
+    std::string left_out;
+    for (const EffectInfo& info : effectCatalogue()) {
+      if (!all && !contains(options_.hypotheses, info.id)) continue;
+      if (!slow_ && info.acts_at_edges) continue;
+      if (too_long && info.takes_short_steps)
+        left_out += (left_out.empty() ? "" : ", ") + info.id;
+      else
+        ids.push_back(info.id);
+    }
+    if (too_long)
+      found_.instrument.push_back("long and slowly sampled: " + left_out +
+                                  " are not weighed; give a part of the recording, or name them as hypotheses");
+    return ids;
+  }
+
+  /// The extended model is what was given, fitted as it would be had it been found.
+  void takeGiven() {
+    naming_ = withEffects(quiet_, base_, idsOf(options_.given, false), search_);
+    final_ = naming_.extended;
+    if (slow_) return;
+    const WhitenedFit start = fitWhitened(final_.model, drive_, {final_.point}, std::nullopt, search_);
+    naming_ = withEffects(drive_, start, idsOf(options_.given, true), search_, std::move(naming_));
+    final_ = fitWhitened(naming_.extended.model, quiet_, {naming_.extended.point}, std::nullopt, search_);
+  }
+
+  /// @return those of the ids that act at edges alone, where there are edges; or the others.
+  std::vector<std::string> idsOf(const std::vector<std::string>& ids, bool at_edges) const {
+    std::vector<std::string> some;
+    for (const std::string& id : ids)
+      if ((!slow_ && effectInfo(id).acts_at_edges) == at_edges) some.push_back(id);
+    return some;
   }
 
   /// A skew so small that an inductance within its bounds would show the same.
@@ -295,15 +317,16 @@ class Diagnoser {
   /// What acts at edges alone, once slower physics is in: with every sample.
   void nameFast(NamingOptions options) {
     options.hypotheses.clear();
-    for (const std::string& id : fastEffects())
-      if (options_.hypotheses.empty() || contains(options_.hypotheses, id)) options.hypotheses.push_back(id);
+    for (const EffectInfo& info : effectCatalogue())
+      if (info.acts_at_edges && (options_.hypotheses.empty() || contains(options_.hypotheses, info.id)))
+        options.hypotheses.push_back(info.id);
     if (options.hypotheses.empty()) return;
     options.thresholds.least_share = options.thresholds.least_structure_share = options.thresholds.least_fast_share;
     const WhitenedFit start = fitWhitened(naming_.extended.model, drive_, {naming_.extended.point}, std::nullopt, search_);
     const std::vector<Signature> screened = naming_.last_screen;
     naming_ = nameEffects(drive_, start, options, naming_);
     for (const Signature& signature : screened)
-      if (!contains(fastEffects(), signature.id)) naming_.last_screen.push_back(signature);
+      if (!effectInfo(signature.id).acts_at_edges) naming_.last_screen.push_back(signature);
   }
 
   void weighRemainder() {
@@ -311,7 +334,6 @@ class Diagnoser {
     found_.mismatch = mismatchSegments(base_, quiet_, regimes_, final_.noise);
     remainder_.base_omnibus = omnibusZ(base_, quiet_);
     remainder_.extended_omnibus = omnibusZ(final_, quiet_);
-    for (const RegimeFinding& finding : found_.regimes) remainder_.regime_alarm = remainder_.regime_alarm || finding.alarm;
     const double left = std::max(0.0, remainder_.extended_omnibus) * kOmnibusDeviance;
     const double gained = base_.deviance - final_.deviance;
     remainder_.explained = gained > 0.0 ? gained / (gained + left) : 0.0;
@@ -346,8 +368,8 @@ class Diagnoser {
     };
     found_.base = completed(base_);
     const bool named = found_.verdict != Verdict::kUnknown && !naming_.accepted.empty();
-    found_.extended = named ? completed(naming_.extended) : found_.base;
-    is_extended_ = named;
+    is_extended_ = named || !options_.given.empty();
+    found_.extended = is_extended_ ? completed(naming_.extended) : found_.base;
     if (named)
       for (const Accepted& accepted : naming_.accepted) takeEffect(accepted);
     if (found_.verdict == Verdict::kSensorFault)
@@ -358,7 +380,8 @@ class Diagnoser {
     NamedEffect effect{accepted.id, accepted.confidence, absorbedInto(), {}, accepted.evidence, accepted.rms, accepted.tied};
     for (const ParameterInfo& info : effectInfo(accepted.id).parameters)
       for (const ParameterEstimate& estimate : found_.extended.estimates)
-        if (estimate.name == info.name && !estimate.held) effect.parameters.push_back(profiled(estimate, info));
+        if (estimate.name == info.name && !estimate.held)
+          effect.parameters.push_back(profiled(estimate, info, !slow_ && effectInfo(accepted.id).acts_at_edges));
     found_.effects.push_back(effect);
     for (const std::string& id : accepted.tied) {
       NamedEffect rival{id, std::max(0.0, 1.0 - accepted.confidence) / static_cast<double>(accepted.tied.size()), {}, {},
@@ -370,11 +393,9 @@ class Diagnoser {
   }
 
   /// Interval by profile likelihood on the final fit to the quiet grid; what acts at edges alone on all samples.
-  DiagnosedParameter profiled(const ParameterEstimate& estimate, const ParameterInfo& info) const {
+  DiagnosedParameter profiled(const ParameterEstimate& estimate, const ParameterInfo& info, bool at_edges) const {
     DiagnosedParameter parameter{estimate.name, estimate.unit, estimate.value, estimate.std, std::nullopt, std::nullopt,
                                  estimate.at_bound};
-    const bool at_edges = !slow_ && (estimate.name == "channel_skew" || estimate.name == "channel_lag" ||
-                                     estimate.name == "inductance" || estimate.name.rfind("arc_", 0) == 0);
     const double first = estimate.std ? 1.96 * *estimate.std : 0.2 * std::abs(estimate.value);
     if (!(first > 0.0)) return parameter;
     const ProfileInterval interval =
@@ -403,7 +424,23 @@ class Diagnoser {
     return names;
   }
 
+  /// The whole recording: the training part as it was fitted, then what was held out, its current treated as training
+  /// taught and not by what its own voltage says. Where the current is cut off it stays so.
+  void openHoldOut() {
+    CurrentFlicker flicker = currentFlicker(series_);
+    flicker.share = flicker_share_;
+    Series whole = withoutSensorNoise(series_, flicker);
+    whole.current = moved(whole.current, late_samples_);
+    std::copy(quiet_current_.current.begin(), quiet_current_.current.end(), whole.current.begin());
+    quiet_current_ = std::move(whole);
+    InstrumentLimits limits = instrumentLimits(series_);
+    maskBehindUnknownCharge(series_, limits);
+    std::copy(limits_.masked.begin(), limits_.masked.end(), limits.masked.begin());
+    limits_ = std::move(limits);
+  }
+
   void compare() {
+    openHoldOut();
     found_.base_voltage = voltageOf(found_.base);
     found_.extended_voltage = is_extended_ ? voltageOf(found_.extended) : found_.base_voltage;
     Comparison& fit = found_.fit;
@@ -436,7 +473,9 @@ class Diagnoser {
   const Recording& recording_;
   const Series& series_;
   const DiagnoseOptions& options_;
-  Series quiet_current_;  // what the battery saw of the measured current
+  Series quiet_current_;  // what the battery saw of the measured current; of the training part until the hold-out is opened
+  double flicker_share_ = 1.0;
+  std::ptrdiff_t late_samples_ = 0;  // that the current was moved by
   IndexRange train_, holdout_;
   std::vector<Regime> regimes_;
   InstrumentLimits limits_;

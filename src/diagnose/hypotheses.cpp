@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/diagnose/signatures.hpp"
 #include "battery_sof/identify/parallel.hpp"
 
 namespace battery_sof {
@@ -109,23 +110,22 @@ Signature signatureOf(const WhitenedFit& fit, const Drive& drive, const std::str
   const BatteryModel larger = enlarged(fit.model, id);
   const Parts parts = newParts(fit.model, larger);
   const CompositionPoint nested = withoutStrength(fit, larger, parts);
-  const Whitening whitening(fit.noise, drive.samples);
   const double length = drive.samples.back().step.time - drive.first_time;
   std::vector<bool> one_sided;
   for (const Eigen::Index j : parts.strengths) {
     const ParameterInfo& info = infoOf(larger, j);
     one_sided.push_back(info.lower >= *info.vanishes_at);
   }
-  Signature best{id, -1.0, {}, 0.0, nested};
+  Signature best{id, -1.0, 0.0, nested};
   for (const CompositionPoint& at : grid(larger, nested, parts, length)) {
     Eigen::MatrixXd columns(fit.innovation.size(), static_cast<Eigen::Index>(parts.strengths.size()));
     for (std::size_t k = 0; k < parts.strengths.size(); ++k) {
       CompositionPoint tried = at;
       tried.parameters[parts.strengths[k]] = triedStrength(infoOf(larger, parts.strengths[k]));
       const Eigen::VectorXd added = simulatedVoltage(larger, tried, drive) - modelled;
-      columns.col(static_cast<Eigen::Index>(k)) =
-          added.allFinite() ? projected(fit, whitening.whitened(added)) : Eigen::VectorXd::Zero(added.size());
+      columns.col(static_cast<Eigen::Index>(k)) = added.allFinite() ? added : Eigen::VectorXd::Zero(added.size());
     }
+    columns = signaturesOf(fit, drive, std::move(columns)).columns;
     const Eigen::VectorXd c = boundedCoefficients(columns, fit.innovation, one_sided);
     const Eigen::VectorXd explained = columns * c;
     const double score = std::max(0.0, explained.squaredNorm() - static_cast<double>(columns.cols() - 1));
@@ -133,7 +133,6 @@ Signature signatureOf(const WhitenedFit& fit, const Drive& drive, const std::str
     if (score <= best.score) continue;
     best.score = score;
     best.sensitivity = sensitivity;
-    best.direction = explained.norm() > 0.0 ? explained.normalized() : columns.rowwise().sum().normalized();
     best.start = at;
     for (std::size_t k = 0; k < parts.strengths.size(); ++k) {
       const ParameterInfo& info = infoOf(larger, parts.strengths[k]);

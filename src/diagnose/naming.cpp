@@ -19,6 +19,7 @@ constexpr double kWorthRefit = 0.05;
 constexpr double kUnconverged = 0.7;       // a refit that gains less than this share of its score is searched again
 constexpr int kBlocks = 4;
 constexpr const char* kSecondElectrode = "second_electrode";  // two electrodes can change places: many local optima
+constexpr int kGivenStarts = 4;             // what is certain to be there is worth a wider search
 constexpr std::size_t kJudged = 4;          // of the best whose held-out gain is looked at
 constexpr double kLargeShare = 0.3;          // of the held-out RMS error
 constexpr double kRival = 30.0;            // evidence behind the winner's within which a rival is refitted in its place
@@ -110,14 +111,10 @@ class Search {
   std::vector<Signature> screenNow() const {
     std::vector<std::string> ids;
     for (const std::string& id : addable(naming_.extended.model, options_.hypotheses)) {
-      const std::vector<std::string> twins = alwaysTiedWith(id);
+      const std::vector<std::string>& twins = effectInfo(id).same_as;
       if (std::none_of(twins.begin(), twins.end(), [&](const std::string& twin) { return isAccepted(twin); })) ids.push_back(id);
     }
     return screen(naming_.extended, drive_, ids, options_.threads);
-  }
-
-  WhitenedFit weighed(const WhitenedFit& nested, const Signature& signature) const {
-    return refit(nested, drive_, signature, search_);
   }
 
   /// A refit that gains much less than its score promised did not converge: the one that promised most is searched once
@@ -144,7 +141,6 @@ class Search {
   bool step() {
     tell("weighing what is missing beside " + std::to_string(naming_.accepted.size()) + " effects");
     naming_.last_screen = screenNow();
-    if (naming_.first_screen.empty()) naming_.first_screen = naming_.last_screen;
     const std::vector<std::size_t> list = shortlist(naming_.last_screen, options_.thresholds.score);
     if (list.empty()) return false;
     std::vector<Weighed> weighed_ones(list.size());
@@ -152,7 +148,7 @@ class Search {
     parallelFor(list.size(), options_.threads, [&](std::size_t k) {
       Weighed& one = weighed_ones[k];
       one.signature = naming_.last_screen[list[k]];
-      one.fit = weighed(naming_.extended, one.signature);
+      one.fit = refit(naming_.extended, drive_, one.signature, search_);
       one.evidence = evidenceOf(naming_.extended, *one.fit, penalty);
     });
     searchAgain(weighed_ones, penalty);
@@ -282,13 +278,10 @@ class Search {
     for (const std::string& id : naming_.extended.model.effects())
       if (id != without) effects.push_back(id);
     const BatteryModel smaller(effects);
-    WhitenedSearch search = search_;
     const CompositionPoint start = embedded(naming_.extended.model, naming_.extended.point, smaller);
-    WhitenedFit fit = fitWhitened(smaller, drive_, {start, typicalStart(smaller, drive_)},
-                                  naming_.extended.noise, search);
+    WhitenedFit fit = fitWhitened(smaller, drive_, {start, typicalStart(smaller, drive_)}, naming_.extended.noise, search_);
     if (instead.empty()) return fit;
-    const std::vector<Signature> one = screen(fit, drive_, {instead}, 1);
-    return weighed(fit, one.front());
+    return refit(fit, drive_, screen(fit, drive_, {instead}, 1).front(), search_);
   }
 
   /// Backward check: the least worthy effect goes, again and again.
@@ -338,10 +331,7 @@ class Search {
           rivals.push_back(id);
       std::vector<double> behind(rivals.size());
       parallelFor(rivals.size(), options_.threads, [&](std::size_t r) {
-        const WhitenedFit fit = exchanged(one.id, rivals[r]);
-        const double penalty = penaltyOf(naming_.extended, drive_);
-        behind[r] = fit.deviance - naming_.extended.deviance +
-                    penalty * (freedomOf(fit) - freedomOf(naming_.extended));
+        behind[r] = evidenceOf(exchanged(one.id, rivals[r]), naming_.extended, penaltyOf(naming_.extended, drive_));
       });
       one.tied.clear();
       double sum = 1.0;
@@ -385,6 +375,30 @@ double effectiveSamples(const Eigen::VectorXd& residual, const Drive& drive) {
 
 Naming nameEffects(const Drive& drive, const WhitenedFit& start, const NamingOptions& options, Naming so_far) {
   return Search(drive, start, options, std::move(so_far)).run();
+}
+
+Naming withEffects(const Drive& drive, const WhitenedFit& start, const std::vector<std::string>& ids,
+                   const WhitenedSearch& search, Naming so_far) {
+  so_far.extended = start;
+  for (const std::string& id : ids) {
+    const std::vector<std::string>& there = so_far.extended.model.effects();
+    if (std::find(there.begin(), there.end(), id) != there.end()) continue;
+    const Signature signature = screen(so_far.extended, drive, {id}, 1).front();
+    WhitenedSearch wider = search;
+    wider.more_starts = kGivenStarts;
+    WhitenedFit larger = refit(so_far.extended, drive, signature, wider);
+    Accepted accepted;
+    accepted.id = id;
+    accepted.score = std::sqrt(signature.score);
+    accepted.evidence = evidenceOf(so_far.extended, larger, penaltyOf(so_far.extended, drive));
+    const Eigen::VectorXd adds = so_far.extended.residual - larger.residual;
+    accepted.rms = std::sqrt(adds.squaredNorm() / static_cast<double>(adds.size()));
+    accepted.confidence = 1.0;
+    so_far.accepted.push_back(accepted);
+    so_far.extended = std::move(larger);
+  }
+  so_far.last_screen = screen(so_far.extended, drive, addable(so_far.extended.model, {}), 1);
+  return so_far;
 }
 
 }  // namespace battery_sof

@@ -74,15 +74,6 @@ std::string describe(Verdict verdict) {
   return "insufficient_data";
 }
 
-std::vector<std::string> alwaysTiedWith(const std::string& id) {
-  if (id == "fast_arc") return {"sensor_lag"};
-  if (id == "sensor_lag") return {"fast_arc"};
-  if (id == "inductance") return {"time_skew"};
-  if (id == "current_offset") return {"parasitic_load"};
-  if (id == "parasitic_load") return {"current_offset"};
-  return {};
-}
-
 Verdict judge(const Naming& naming, const InstrumentScreen& instruments, const Remainder& remainder,
               const DiagnosisThresholds& thresholds) {
   const bool remains = remainder.extended_omnibus > thresholds.omnibus;

@@ -98,10 +98,6 @@ Eigen::VectorXd whitened(const WhitenedFit& fit, const Drive& drive, const Eigen
   return Whitening(fit.noise, drive.samples).whitened(column);
 }
 
-Eigen::VectorXd projected(const WhitenedFit& fit, const Eigen::VectorXd& whitened_column) {
-  return whitened_column - fit.absorbed * (fit.absorbed.transpose() * whitened_column);
-}
-
 Drive withoutEdges(const Drive& drive, double edge, double before, double after) {
   Drive quiet = drive;
   std::size_t first = 0;

@@ -85,23 +85,19 @@ class DoubleLayer {
     load(u, log_activity, ladder);
     prepare(p, present);
     double left = duration;
-    int attempts = 0;
     while (left > 0.0) {
-      // Parameters far off can ask for millions of steps; nothing is predicted from those.
-      const double hurry = std::max(1.0, static_cast<double>(++attempts) / kUnhurried);
-      const double tolerance = kTolerance * hurry * hurry;
       double h = std::min(left, suggested_);
       if (h > 0.999 * left) h = left;
       const double error = attempt(p, present, current, h);
-      const bool accepted = error <= tolerance || h <= kShortest;
-      const double wanted = h * std::clamp(0.9 * std::sqrt(tolerance / std::max(error, 1e-12)), 0.2, 4.0);
+      const bool accepted = error <= kTolerance || h <= kShortest;
+      const double wanted = h * std::clamp(0.9 * std::sqrt(kTolerance / std::max(error, 1e-12)), 0.2, 4.0);
       if (accepted) {
         const double begin = valueOf(before_[0]);
         extrapolate();
         rate_ = (valueOf(before_[0]) - begin) / h;
         left -= h;
         // A step cut by the interval's end says nothing against the longer one that was wanted.
-        suggested_ = std::max(wanted, error <= tolerance && h < suggested_ ? suggested_ : wanted);
+        suggested_ = std::max(wanted, error <= kTolerance && h < suggested_ ? suggested_ : wanted);
       } else {
         suggested_ = wanted;
       }
@@ -117,7 +113,6 @@ class DoubleLayer {
  private:
   static constexpr double kTolerance = 4e-5;  // [V] between one implicit step and its halves
   static constexpr double kShortest = 1e-7;   // [s]
-  static constexpr double kUnhurried = 40.0; // attempts in an interval; the largest edges of drives take some thirty
   static constexpr double kMostExponent = 300.0;
   static constexpr double kMostMoved = 0.01;   // [V], a first guess goes on at the last step's rate up to here
   // [V], last step of Newton's method in doubles: beta / 2 of its square is left, of which the step in arithmetic S leaves

@@ -14,6 +14,8 @@ struct DiagnoseOptions {
   double holdout_share = 0.25;  ///< of the samples, the last ones: opened once, at the end
   DiagnosisThresholds thresholds;
   std::vector<std::string> hypotheses = {};  ///< ids to weigh; empty for the whole catalogue
+  /// Ids that are known to be there: the extended model is the base model with these, and nothing is searched for.
+  std::vector<std::string> given = {};
   /// Told what begins; called from the calling thread.
   std::function<void(const std::string& stage)> progress = nullptr;
 };
@@ -28,7 +30,7 @@ struct DiagnoseOptions {
  *
  * @param recording any sampling; its last holdout_share is used for the comparison alone.
  * @return a verdict, also for poor data: insufficient_data and the reason. Same input, same answer, for any number of threads.
- * @throws std::invalid_argument for options outside their ranges and unknown hypotheses.
+ * @throws std::invalid_argument for options outside their ranges and unknown ids.
  */
 Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options = {});
 

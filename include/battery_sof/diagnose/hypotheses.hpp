@@ -20,7 +20,6 @@ namespace battery_sof {
 struct Signature {
   std::string id;
   double score = 0.0;
-  Eigen::VectorXd direction;  ///< P_S v / |P_S v|; of a unit strength when nothing is explained
   double sensitivity = 0.0;   ///< |S| at the magnitudes: the z that a typical strength would have [1]
   CompositionPoint start;     ///< of the larger composition, strengths as the projection estimates them
 };

@@ -25,7 +25,6 @@ struct Naming {
   WhitenedFit extended;
   std::vector<Accepted> accepted;
   std::vector<Candidate> candidates;   ///< of the first step, and those accepted or rejected later
-  std::vector<Signature> first_screen; ///< beside the base model, every hypothesis
   std::vector<Signature> last_screen;  ///< beside the extended model
   bool unnamed = false;                ///< the best hypothesis was significant but below what a name needs
 };
@@ -52,6 +51,15 @@ struct NamingOptions {
  * @param start a fit to this drive: the base model's, or that of what was accepted before on another grid (so_far).
  */
 Naming nameEffects(const Drive& drive, const WhitenedFit& start, const NamingOptions& options, Naming so_far = {});
+
+/**
+ * @brief The start with these effects added one after the other, and what they need: no test, no objection.
+ *
+ * For what is known to be there. Each is found where its signature fits best, as a hypothesis would be; its evidence is
+ * what it brought when it came.
+ */
+Naming withEffects(const Drive& drive, const WhitenedFit& start, const std::vector<std::string>& ids,
+                   const WhitenedSearch& search, Naming so_far = {});
 
 /// @return samples that count as independent: n / (1 + 2 sum of the residual's autocorrelations up to the first not above zero).
 double effectiveSamples(const Eigen::VectorXd& residual, const Drive& drive);

@@ -19,11 +19,7 @@ struct Remainder {
   double base_omnibus = 0.0;      ///< z_O beside the base model
   double extended_omnibus = 0.0;  ///< z_O beside the extended one
   double explained = 1.0;         ///< share of what base model and noise leave that the extended one explains [0, 1]
-  bool regime_alarm = false;      ///< of the base model's errors by regime
 };
-
-/// @return ids that no recording of this kind tells from `id`, whatever a fit says (PHYSICS 1.4).
-std::vector<std::string> alwaysTiedWith(const std::string& id);
 
 /// @return verdict by PHYSICS 2.3's table.
 Verdict judge(const Naming& naming, const InstrumentScreen& instruments, const Remainder& remainder,

@@ -49,9 +49,6 @@ WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive,
 /// @return K s for a column of the drive's samples [V].
 Eigen::VectorXd whitened(const WhitenedFit& fit, const Drive& drive, const Eigen::VectorXd& column);
 
-/// @return (1 - Q Q') v.
-Eigen::VectorXd projected(const WhitenedFit& fit, const Eigen::VectorXd& whitened_column);
-
 /**
  * @brief The same drive without the samples around edges of the current: they drive the model and do not count.
  *

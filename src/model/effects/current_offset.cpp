@@ -13,7 +13,9 @@ struct CurrentOffset {
             {},
             {"gassing", "charge_transfer", "parasitic_load"},
             "the reading with the battery disconnected",
-            {}};
+            {},
+            {},
+            {"parasitic_load"}};
   }
   template <typename S>
   static void sense(const S* p, const DriveStep& step, S& mean, S& end) {

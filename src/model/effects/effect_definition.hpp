@@ -121,6 +121,11 @@ struct IsLadder : std::false_type {};
 template <typename D>
 struct IsLadder<D, std::void_t<decltype(D::kIsLadder)>> : std::true_type {};
 
+template <typename D, typename = void>
+struct ActsAtEdges : std::false_type {};
+template <typename D>
+struct ActsAtEdges<D, std::void_t<decltype(D::kActsAtEdges)>> : std::true_type {};
+
 /// An effect's hooks in arithmetic S; those it does not have change nothing.
 template <typename D, typename S>
 class KernelOf final : public EffectKernel<S> {
@@ -168,6 +173,8 @@ template <typename D>
 Effect effectOf() {
   Effect effect;
   effect.info = D::info();
+  effect.info.acts_at_edges = ActsAtEdges<D>::value;
+  effect.info.takes_short_steps = IsLadder<D>::value || StepsFinely<D>::value;
   effect.hooks = {HasSense<D>::value,   HasAdapt<D>::value,   HasSideCurrent<D>::value,
                   HasActivity<D>::value, HasAdvance<D>::value, HasVoltage<D>::value,
                   HasShow<D>::value,     IsLadder<D>::value,   StepsFinely<D>::value};

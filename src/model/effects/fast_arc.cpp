@@ -4,6 +4,8 @@ namespace battery_sof {
 namespace {
 
 struct FastArc {
+  static constexpr bool kActsAtEdges = true;
+
   static EffectInfo info() {
     return {"fast_arc",
             "S2",
@@ -14,7 +16,9 @@ struct FastArc {
             {{"arc_current", "A"}},
             {"sensor_lag", "time_skew", "inductance"},
             "sampling at 1 kHz, or a resistor on the same channels",
-            {}};
+            {},
+            {},
+            {"sensor_lag"}};
   }
   // The state is v / R_h, so that a vanishing R_h leaves it well defined.
   template <typename S>

@@ -4,6 +4,8 @@ namespace battery_sof {
 namespace {
 
 struct Inductance {
+  static constexpr bool kActsAtEdges = true;
+
   static EffectInfo info() {
     return {"inductance",
             "S6",
@@ -13,7 +15,9 @@ struct Inductance {
             {},
             {"time_skew"},
             "nothing at 100 Hz: its trace is that of a shift between the channels",
-            {}};
+            {},
+            {},
+            {"time_skew"}};
   }
   template <typename S>
   static S voltage(const S* p, const S*, const Instant<S>& instant) {

@@ -13,7 +13,9 @@ struct ParasiticLoad {
             {},
             {"current_offset", "gassing"},
             "nothing in current and voltage: it is an offset of the current",
-            {}};
+            {},
+            {},
+            {"current_offset"}};
   }
   template <typename S>
   static void sense(const S* p, const DriveStep& step, S& mean, S& end) {

@@ -4,6 +4,8 @@ namespace battery_sof {
 namespace {
 
 struct SensorLag {
+  static constexpr bool kActsAtEdges = true;
+
   static EffectInfo info() {
     return {"sensor_lag",
             "I4",
@@ -14,7 +16,9 @@ struct SensorLag {
             {{"lagged_voltage", "V"}, {"voltage_before", "V"}},
             {"fast_arc", "time_skew"},
             "a resistor on the same channels: a lag slows all of r i, an arc only its own share",
-            {}};
+            {},
+            {},
+            {"fast_arc"}};
   }
   template <typename S>
   static void sense(const S* p, const DriveStep& step, S& held, S& end) {

@@ -4,6 +4,8 @@ namespace battery_sof {
 namespace {
 
 struct TimeSkew {
+  static constexpr bool kActsAtEdges = true;
+
   static EffectInfo info() {
     return {"time_skew",
             "I3",

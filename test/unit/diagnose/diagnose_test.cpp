@@ -74,6 +74,16 @@ TEST(Diagnose, WhatTheHoldOutHoldsChangesNothingButTheComparison) {
   EXPECT_EQ(beforeTheHoldOut(recording), beforeTheHoldOut(other));
 }
 
+TEST(Diagnose, WhatIsGivenIsModelledAndNothingElseIsNamed) {
+  DiagnoseOptions options;
+  options.given = {"ocv_soc", "acid_transport"};
+  const Diagnosis given = diagnose(withSlope(0.1, 2.0), options), searched = diagnose(withSlope(0.1, 2.0));
+  EXPECT_EQ((std::vector<std::string>{"acid_transport", "ocv_soc"}), given.extended.effects);
+  EXPECT_LT(given.fit.extended_holdout.rmse, 1.1 * searched.fit.extended_holdout.rmse);
+  options.given = {"no_such_effect"};
+  EXPECT_THROW(diagnose(recordingOfDrive(600.0), options), std::invalid_argument);
+}
+
 TEST(Diagnose, AMinuteIsTooShort) {
   const Diagnosis diagnosis = diagnose(recordingOfDrive(60.0));
   EXPECT_EQ(Verdict::kInsufficientData, diagnosis.verdict);

@@ -21,44 +21,39 @@ Accepted effect(const std::string& id, const std::vector<std::string>& tied = {}
 const DiagnosisThresholds kThresholds;
 
 TEST(Verdict, NothingAcceptedAndNothingLeftIsNoMismatch) {
-  EXPECT_EQ(Verdict::kNoMismatch, judge(named({}), {}, {1.0, 1.0, 0.0, false}, kThresholds));
+  EXPECT_EQ(Verdict::kNoMismatch, judge(named({}), {}, {1.0, 1.0, 0.0}, kThresholds));
 }
 
 TEST(Verdict, NothingAcceptedButSomethingLeftIsUnknown) {
-  EXPECT_EQ(Verdict::kUnknown, judge(named({}), {}, {20.0, 20.0, 0.0, false}, kThresholds));
+  EXPECT_EQ(Verdict::kUnknown, judge(named({}), {}, {20.0, 20.0, 0.0}, kThresholds));
 }
 
 TEST(Verdict, FaultsOfTheInstrumentsAreNamedWhenNothingElseIs) {
-  EXPECT_EQ(Verdict::kSensorFault, judge(named({}), {{"clipping"}, {}}, {1.0, 1.0, 0.0, false}, kThresholds));
-  EXPECT_EQ(Verdict::kNamed, judge(named({effect("cpe2")}), {{"clipping"}, {}}, {90.0, 1.0, 1.0, false}, kThresholds));
+  EXPECT_EQ(Verdict::kSensorFault, judge(named({}), {{"clipping"}, {}}, {1.0, 1.0, 0.0}, kThresholds));
+  EXPECT_EQ(Verdict::kNamed, judge(named({effect("cpe2")}), {{"clipping"}, {}}, {90.0, 1.0, 1.0}, kThresholds));
 }
 
 TEST(Verdict, FaultsOfTheInstrumentsDoNotHideWhatTheyCannotLeave) {
-  EXPECT_EQ(Verdict::kUnknown, judge(named({}), {{"quantisation"}, {}}, {200.0, 200.0, 0.0, false}, kThresholds));
+  EXPECT_EQ(Verdict::kUnknown, judge(named({}), {{"quantisation"}, {}}, {200.0, 200.0, 0.0}, kThresholds));
 }
 
 TEST(Verdict, OneEffectIsNamedAndTwoAreSeveral) {
-  const Remainder well_explained{90.0, 1.0, 1.0, false};
+  const Remainder well_explained{90.0, 1.0, 1.0};
   EXPECT_EQ(Verdict::kNamed, judge(named({effect("ocv_soc")}), {}, well_explained, kThresholds));
   EXPECT_EQ(Verdict::kSeveral, judge(named({effect("ocv_soc"), effect("cpe2")}), {}, well_explained, kThresholds));
 }
 
 TEST(Verdict, AnEffectThatAnotherCouldReplaceIsAmbiguous) {
   EXPECT_EQ(Verdict::kAmbiguous,
-            judge(named({effect("fast_arc", {"sensor_lag"})}), {}, {90.0, 1.0, 1.0, false}, kThresholds));
+            judge(named({effect("fast_arc", {"sensor_lag"})}), {}, {90.0, 1.0, 1.0}, kThresholds));
 }
 
 TEST(Verdict, AnEffectOfTheInstrumentsAloneIsASensorFault) {
-  EXPECT_EQ(Verdict::kSensorFault, judge(named({effect("time_skew")}), {}, {90.0, 1.0, 1.0, false}, kThresholds));
+  EXPECT_EQ(Verdict::kSensorFault, judge(named({effect("time_skew")}), {}, {90.0, 1.0, 1.0}, kThresholds));
 }
 
 TEST(Verdict, ANameThatExplainsLittleOfWhatIsThereIsUnknown) {
-  EXPECT_EQ(Verdict::kUnknown, judge(named({effect("contact_resistance")}), {}, {90.0, 60.0, 0.4, false}, kThresholds));
-}
-
-TEST(Verdict, AnOffsetOfTheCurrentIsAlwaysTiedWithAParasiticLoad) {
-  EXPECT_EQ(std::vector<std::string>{"parasitic_load"}, alwaysTiedWith("current_offset"));
-  EXPECT_EQ(std::vector<std::string>{"current_offset"}, alwaysTiedWith("parasitic_load"));
+  EXPECT_EQ(Verdict::kUnknown, judge(named({effect("contact_resistance")}), {}, {90.0, 60.0, 0.4}, kThresholds));
 }
 
 TEST(NextExperiment, TellsTheTiedApart) {
