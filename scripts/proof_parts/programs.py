@@ -1,5 +1,7 @@
 """The two programs the benchmark calls: `draw_case` makes a case, `sof diagnose` is asked about its recording."""
 
+import glob
+import hashlib
 import json
 import os
 import shutil
@@ -22,6 +24,15 @@ class Programs:
         for program in (self.draw_case, self.sof):
             if not os.access(program, os.X_OK):
                 raise SystemExit(f"{program} is missing: build it first (make build)")
+
+    def product(self):
+        """SHA-256 over `sof` and the product's libraries."""
+        libraries = glob.glob(os.path.join(os.path.dirname(os.path.dirname(self.sof)), "libbattery_sof*.so"))
+        total = hashlib.sha256()
+        for path in [self.sof] + sorted(path for path in libraries if "reference" not in path):
+            with open(path, "rb") as f:
+                total.update(f.read())
+        return total.hexdigest()
 
     def knows_given(self):
         told = subprocess.run([self.sof, "diagnose", "--help"], capture_output=True, text=True)

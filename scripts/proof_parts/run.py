@@ -22,7 +22,7 @@ def run(build, sealed, out, jobs=2, with_truth=True):
     os.makedirs(out, exist_ok=True)
     said, labels = opened(sealed)
     labels = [label for label in labels if "failed" not in label]
-    require_same(out, {"seal": said, "sof_sha256": digest(Programs(build).sof)})
+    require_same(out, {"seal": said, "product_sha256": Programs(build).product()})
     complete(build, labels, out, ANSWERS, answered, jobs, "diagnosed")
     written = digest(os.path.join(out, ANSWERS))
     with open(os.path.join(out, "answers.sha256"), "w") as f:
