@@ -37,9 +37,11 @@ Linearised r1Voltage(const BatteryParameters& p, const BatteryEffects& effects, 
   const Linearised share = chargingShare(p, effects, current);
   const double step = p.r1_charge_ohm - p.r1_discharge_ohm;
   const double r = p.r1_discharge_ohm + step * share.value;
-  const double knee =
-      effects.r1_current_dependence ? 1.0 / (1.0 + std::abs(current) / p.r1_knee_current_a) : 1.0;
-  return {r * knee * current, step * share.slope * knee * current + r * knee * knee};
+  const double falling = effects.r1_current_dependence ? p.r1_knee_share : 0.0;
+  const double knee = 1.0 / (1.0 + std::abs(current) / p.r1_knee_current_a);
+  const double factor = 1.0 - falling + falling * knee;
+  return {r * factor * current,
+          step * share.slope * factor * current + r * (1.0 - falling + falling * knee * knee)};
 }
 
 ReactionRates reactionRates(const BatteryParameters& p, double i0, double u2) {

@@ -22,7 +22,8 @@ struct BatteryParameters {
 
   double r1_charge_ohm = 5.0e-3;     ///< r_1 at small charging currents [Ohm]
   double r1_discharge_ohm = 3.5e-3;  ///< r_1 at small discharging currents [Ohm]
-  double r1_knee_current_a = 30.0;   ///< i_x [A], current that halves r_1
+  double r1_knee_current_a = 30.0;   ///< i_x [A], current that halves the share that falls
+  double r1_knee_share = 1.0;        ///< of r_1 that falls with current [1]; 0 to 1
   double r1_transition_a = 4.0;      ///< i_w [A], width of the change from discharge to charge
   double r1_transition_at_a = 0.5;   ///< i_s [A], its centre: slightly beside zero current
   double cpe1_exponent = 0.65;       ///< p_1 [1]; 0.55 to 0.8

@@ -19,6 +19,11 @@ const Names kInstrument{
     "contact_resistance", "clipping",     "dropouts",  "voltage_drift", "aliasing"};
 const Names kUnlisted{"memory_resistance", "step_force", "gated_tone",
                       "capacitance_fall",  "dead_zone",  "hysteretic_r"};
+const Names kMasked{"charge_acceptance+gassing", "charge_acceptance+current_gain",
+                    "ocv_soc+voltage_drift", "current_dependent_resistance+time_skew"};
+const Names kAbsent{"charge_acceptance", "gassing", "high_rate_depletion", "acid_transport"};
+
+constexpr double kUsualDuration = 1200.0, kUsualAbsentDuration = 2400.0;  // [s]
 
 /// Classes of effects that voltage and current of a drive may not separate (PHYSICS 1.4).
 const std::vector<Names> kTieClasses{
@@ -71,9 +76,30 @@ const std::vector<CaseKind>& caseKinds() {
     append(all, "unknown", kUnlisted);
     append(all, "structural_effect", kChemistry);
     append(all, "porous_effect", {"charge_acceptance", "acid_transport", "gassing"});
+    append(all, "masked", kMasked);
+    append(all, "absent", kAbsent);
     return all;
   }();
   return kinds;
+}
+
+std::vector<std::string> additionsOf(const CaseKind& kind) {
+  if (kind.id == "-") return {};
+  const auto plus = kind.id.find('+');
+  if (plus == std::string::npos) return {kind.id};
+  return {kind.id.substr(0, plus), kind.id.substr(plus + 1)};
+}
+
+double usualDuration(const CaseKind& kind) {
+  return kind.family == "absent" ? kUsualAbsentDuration : kUsualDuration;
+}
+
+CaseKind nestedKind(const CaseKind& kind, const std::vector<std::string>& effects) {
+  const bool companion = std::count(effects.begin(), effects.end(), "charge_acceptance") > 0;
+  if (companion) return kind;
+  if (kind.family == "structural_effect") return {"structural_null", "-"};
+  if (kind.family == "porous_effect") return {"porous_null", "-"};
+  return {"null", "-"};
 }
 
 Expectation expectationOf(const CaseKind& kind, const std::vector<std::string>& effects) {

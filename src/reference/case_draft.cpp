@@ -23,6 +23,20 @@ void requireKnown(const CaseKind& kind) {
                                 "\"; --list names them all");
 }
 
+std::vector<double> scalesOf(const CaseKind& kind, const std::vector<double>& asked) {
+  const std::size_t additions = additionsOf(kind).size();
+  for (double scale : asked)
+    if (!std::isfinite(scale) || scale < 0.0)
+      throw std::invalid_argument("scale is " + std::to_string(scale) + ", expected 0 or more");
+  if (asked.size() == 1 && (additions > 0 || asked.front() == 1.0))
+    return std::vector<double>(additions, asked.front());
+  if (asked.size() != additions)
+    throw std::invalid_argument("scale has " + std::to_string(asked.size()) + " numbers, but \"" +
+                                kind.family + " " + kind.id + "\" adds " +
+                                std::to_string(additions));
+  return asked;
+}
+
 double logBetween(Dice& dice, const Range& range) {
   return range.low * std::pow(range.high / range.low, dice.share());
 }
@@ -72,6 +86,19 @@ void makePorousLine(Scenario& s, Dice& dice) {
 void makeKinetics(Scenario& s, Dice& dice) {
   s.battery.i0_a = logBetween(dice, {0.3, 3.0});
   s.battery.alpha = dice.share() < 0.5 ? dice.between({0.35, 0.45}) : dice.between({0.55, 0.65});
+}
+
+void makeAdded(CaseDraft& draft, const std::vector<std::string>& ids, Dice& effect, Dice& drive) {
+  (draft.porous ? addPorousEffect : addEffect)(draft, ids.front(), effect, draft.scale.front());
+  exercise(draft, ids.front(), drive);
+  if (ids.size() < 2) return;
+  exerciseMask(draft, ids.back(), drive);
+  addMask(draft, ids.back(), effect, draft.scale.back());
+}
+
+void makeAbsent(CaseDraft& draft, const std::string& id, Dice& effect, Dice& drive) {
+  addAbsent(draft, id, effect, draft.scale.front());
+  drawAbsentDrive(draft, id, drive);
 }
 
 }  // namespace
@@ -129,7 +156,17 @@ void drawPorous(CaseDraft& draft, Dice& dice) {
   draft.effects = {"second_electrode", "charge_transfer", "cpe2", "acid_transport", "ocv_soc"};
 }
 
-CaseDraft drawCase(const CaseKind& kind, std::uint64_t seed, double duration, double rate) {
+Scenario recordedScenario(const CaseDraft& draft) {
+  Scenario scenario = draft.scenario;
+  if (!draft.quiet) return scenario;
+  AcquisitionOptions& a = scenario.acquisition;
+  a.voltage_noise = a.current_noise = NoiseOptions{};
+  a.voltage_step_v = a.current_step_a = 0.0;
+  return scenario;
+}
+
+CaseDraft drawCase(const CaseKind& kind, std::uint64_t seed, double duration, double rate,
+                   const std::vector<double>& scale) {
   requireKnown(kind);
   if (!(duration >= kShortest && duration <= kLongest))
     throw std::invalid_argument("duration is " + std::to_string(duration) +
@@ -141,15 +178,17 @@ CaseDraft drawCase(const CaseKind& kind, std::uint64_t seed, double duration, do
   draft.scenario.duration = duration;
   draft.scenario.acquisition.sample_rate_hz = rate;
   draft.scenario.acquisition.cutoff_hz = kCutoffShare * rate;
+  draft.scale = scalesOf(kind, scale);
   drawBase(draft, battery);
-  const bool porous = kind.family.rfind("porous", 0) == 0;
-  if (porous) drawPorous(draft, battery);
+  if (kind.family.rfind("porous", 0) == 0) drawPorous(draft, battery);
   if (kind.family.rfind("structural", 0) == 0) drawStructure(draft, battery);
   drawDrive(draft, drive);
   if (kind.family == "porous_null") keepChargeNear(draft);
   if (kind.id == "-") return draft;
-  (porous ? addPorousEffect : addEffect)(draft, kind.id, effect);
-  exercise(draft, kind.id, drive);
+  if (kind.family == "absent")
+    makeAbsent(draft, kind.id, effect, drive);
+  else
+    makeAdded(draft, additionsOf(kind), effect, drive);
   return draft;
 }
 

@@ -8,7 +8,8 @@ namespace battery_sof_reference {
 namespace {
 
 constexpr double kSecondsPerHour = 3600.0;
-constexpr double kInrush = 0.12;  // [s] (PHYSICS 4.4)
+constexpr double kInrush = 0.12;     // [s] (PHYSICS 4.4)
+constexpr double kNoGassing = 13.4;  // [V], below which a side reaction is not to be seen
 
 Phase steady(double duration, double current) { return {duration, current, current}; }
 Phase rest(double duration) { return steady(duration, 0.0); }
@@ -147,6 +148,31 @@ void exerciseThreshold(Scenario& s, Dice& dice) {
               steady(4.0, -dice.between({90.0, 140.0})), steady(8.0, dice.between({65.0, 90.0}))});
 }
 
+/// Short turns at small current, so that nothing slow or limited shows; pulses show the resistance.
+AlternatingOptions drawTameTurns(double duration, Dice& dice) {
+  AlternatingOptions o;
+  o.charge_a = {dice.between({2.0, 4.0}), dice.between({6.0, 9.0})};
+  o.discharge_a = {dice.between({3.0, 5.0}), dice.between({8.0, 12.0})};
+  o.turn_s = {dice.between({1.5, 2.5}), dice.between({5.0, 7.0})};
+  o.rest_share = dice.between({0.05, 0.25});
+  o.pulses.count = std::max(1, static_cast<int>(duration / dice.between({240.0, 330.0})));
+  o.pulses.current_a = {150.0, 250.0};
+  o.pulses.duration_s = 0.5;
+  return o;
+}
+
+/// What exercise() gives an effect, from the drive's start on.
+Scenario exercisedFromTheStart(Scenario s, const std::string& id, Dice& dice) {
+  CaseDraft draft;
+  draft.scenario = std::move(s);
+  draft.scenario.inserts.clear();
+  exercise(draft, id, dice);
+  if (draft.scenario.inserts.empty())
+    insertAt(draft.scenario, 0.0, {steady(dice.between({40.0, 60.0}), dice.between({30.0, 50.0}))});
+  draft.scenario.inserts.front().at = 0.0;
+  return draft.scenario;
+}
+
 }  // namespace
 
 void drawDrive(CaseDraft& draft, Dice& dice) {
@@ -165,6 +191,31 @@ void drawDrive(CaseDraft& draft, Dice& dice) {
     if (dice.share() < 0.5) appendCrank(phases, dice);
     insertAt(s, (k + dice.between({0.2, 0.9})) / rests, phases);
   }
+}
+
+void drawAbsentDrive(CaseDraft& draft, const std::string& id, Dice& dice) {
+  Scenario& s = draft.scenario;
+  const double half = std::round(0.5 * s.duration);
+  Scenario second = s;
+  second.duration = s.duration - half;
+  second = exercisedFromTheStart(second, id, dice);
+  s.profile = drawTameTurns(half, dice);
+  if (id == "gassing") s.voltage_limit = kNoGassing;
+  s.inserts.clear();
+  if (id != "acid_transport")
+    for (double share : {0.15, 0.35}) insertAt(s, share, {rest(dice.between({30.0, 60.0}))});
+  for (const Insert& insert : second.inserts)
+    s.inserts.push_back({half + insert.at, insert.phases});
+  s.later = LaterPart{half, second.voltage_limit, second.profile};
+  draft.regime_from = half;
+}
+
+void exerciseMask(CaseDraft& draft, const std::string& id, Dice& dice) {
+  if (id != "voltage_drift") return;
+  CityOptions city;
+  const double sign = dice.share() < 0.5 ? -1.0 : 1.0;
+  city.net_charge_ah = sign * dice.between({2.0, 3.5}) * draft.scenario.duration / 1200.0;
+  draft.scenario.profile = city;
 }
 
 void keepChargeNear(CaseDraft& draft) {

@@ -1,5 +1,6 @@
 #include "reference/case_label.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "reference/fields.hpp"
@@ -61,14 +62,32 @@ Json insertsOf(const std::vector<Insert>& inserts) {
 }
 
 Json drivingTruthOf(const Scenario& s, const Simulation& simulation) {
-  return {{"acquisition", jsonOf(s.acquisition)},
-          {"profile", profileOf(s.profile)},
-          {"inserts", insertsOf(s.inserts)},
-          {"voltage_limit_v", s.voltage_limit},
-          {"temperature_degc", s.start.temperature},
-          {"soc_at_start", simulation.soc_at_start},
-          {"soc_at_end", simulation.soc_at_end},
-          {"gassing_ah", simulation.balance.gas_charge / kSecondsPerHour}};
+  Json json = {{"acquisition", jsonOf(s.acquisition)},
+               {"profile", profileOf(s.profile)},
+               {"inserts", insertsOf(s.inserts)},
+               {"voltage_limit_v", s.voltage_limit},
+               {"temperature_degc", s.start.temperature},
+               {"soc_at_start", simulation.soc_at_start},
+               {"soc_at_end", simulation.soc_at_end},
+               {"gassing_ah", simulation.balance.gas_charge / kSecondsPerHour}};
+  if (s.later)
+    json["later"] = {{"from_s", s.later->from},
+                     {"voltage_limit_v", s.later->voltage_limit},
+                     {"profile", profileOf(s.later->profile)}};
+  return json;
+}
+
+Json strengthOf(const CaseDraft& draft) {
+  Json json = draft.strength;
+  json["scale"] = draft.scale;
+  return json;
+}
+
+/// What may be said, also when nothing is left of what the kind adds.
+Expectation expectationOf(const CaseKind& kind, const CaseDraft& draft) {
+  const bool gone =
+      !draft.scale.empty() && *std::max_element(draft.scale.begin(), draft.scale.end()) == 0.0;
+  return expectationOf(gone ? nestedKind(kind, draft.effects) : kind, draft.effects);
 }
 
 Json truthOf(const CaseDraft& draft, const Simulation& simulation) {
@@ -86,19 +105,21 @@ Json truthOf(const CaseDraft& draft, const Simulation& simulation) {
 }  // namespace
 
 std::string labelOf(const CaseKind& kind, const CaseDraft& draft, const Simulation& simulation) {
-  const Expectation expected = expectationOf(kind, draft.effects);
-  const Json label = {
+  const Expectation expected = expectationOf(kind, draft);
+  Json label = {
       {"schema", "battery_sof/case/1"},
       {"family", kind.family},
       {"id", kind.id},
       {"seed", draft.scenario.seed},
       {"duration_s", draft.scenario.duration},
       {"sample_rate_hz", draft.scenario.acquisition.sample_rate_hz},
+      {"quiet", draft.quiet},
       {"structure", draft.structure},
-      {"strength", draft.strength},
+      {"strength", strengthOf(draft)},
       {"expected",
        {{"verdicts", expected.verdicts}, {"effects", expected.effects}, {"ties", expected.ties}}},
       {"truth", truthOf(draft, simulation)}};
+  if (draft.regime_from) label["regime_from_s"] = *draft.regime_from;
   return label.dump(2) + "\n";
 }
 

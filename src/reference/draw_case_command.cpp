@@ -1,24 +1,25 @@
 #include "reference/draw_case_command.hpp"
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <ostream>
 
 #include "reference/case_label.hpp"
-#include "reference/increasing_root.hpp"
 #include "reference/porous_simulation.hpp"
+#include "reference/program_frame.hpp"
 #include "reference/recording_output.hpp"
 
 namespace battery_sof_reference {
 namespace {
 
-constexpr int kDone = 0, kNegative = 1, kUsage = 2;
-
 struct Arguments {
   CaseKind kind{"", "-"};
   std::uint64_t seed = 1;
-  double duration = 1200.0, rate = 100.0;
+  std::optional<double> duration;
+  double rate = 100.0;
+  std::vector<double> scale{1.0};
   std::string out, label;
-  bool list = false;
+  bool list = false, quiet = false;
 };
 
 void addOptions(CLI::App& app, Arguments& arguments) {
@@ -29,38 +30,38 @@ void addOptions(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_option("--out", arguments.out, "recording to write: .csv or .bag");
   app.add_option("--label", arguments.label, "what it was made from, and what may be said: .json");
-  app.add_option("--duration", arguments.duration, "[s]")->capture_default_str();
+  app.add_option("--duration", arguments.duration, "[s]; 1200, of absent 2400");
   app.add_option("--rate", arguments.rate, "of the recording [Hz]")->capture_default_str();
+  app.add_option("--scale", arguments.scale,
+                 "times the strength of what is added, 0: gone; of masked X,Y, one for each")
+      ->delimiter(',')
+      ->expected(1, 2)
+      ->capture_default_str();
+  app.add_flag("--quiet", arguments.quiet, "without noise and quantisation");
 }
 
-int run(const Arguments& arguments, std::ostream& out) {
+void writeCase(const Arguments& arguments) {
+  const double duration = arguments.duration.value_or(usualDuration(arguments.kind));
+  CaseDraft draft =
+      drawCase(arguments.kind, arguments.seed, duration, arguments.rate, arguments.scale);
+  draft.quiet = arguments.quiet;
+  const Scenario scenario = recordedScenario(draft);
+  const Simulation simulation =
+      draft.porous ? simulatePorous(scenario, *draft.porous) : simulate(scenario);
+  writeRecording(arguments.out, simulation, false, draft.quiet ? Digits::kMany : Digits::kSensor);
+  writeText(arguments.label, labelOf(arguments.kind, draft, simulation));
+}
+
+void run(const Arguments& arguments, std::ostream& out) {
   if (arguments.list) {
     for (const CaseKind& kind : caseKinds()) out << kind.family << " " << kind.id << "\n";
-    return kDone;
+    return;
   }
   if (arguments.out.empty() || arguments.label.empty())
     throw std::invalid_argument("--out and --label are required");
   if (!isRecordingName(arguments.out))
     throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
-  const CaseDraft draft =
-      drawCase(arguments.kind, arguments.seed, arguments.duration, arguments.rate);
-  const Simulation simulation =
-      draft.porous ? simulatePorous(draft.scenario, *draft.porous) : simulate(draft.scenario);
-  writeRecording(arguments.out, simulation, false);
-  writeText(arguments.label, labelOf(arguments.kind, draft, simulation));
-  return kDone;
-}
-
-int answer(const Arguments& arguments, std::ostream& out, std::ostream& err) {
-  try {
-    return run(arguments, out);
-  } catch (const NoSolution& error) {
-    err << "draw_case: " << error.what() << "\n";
-    return kNegative;
-  } catch (const std::exception& error) {
-    err << "draw_case: " << error.what() << "\n";
-    return kUsage;
-  }
+  writeCase(arguments);
 }
 
 }  // namespace
@@ -72,14 +73,8 @@ int runDrawCase(const std::vector<std::string>& arguments, std::ostream& out, st
       "draw_case");
   Arguments parsed;
   addOptions(app, parsed);
-  // CLI11 takes its arguments from the back.
-  std::vector<std::string> backwards(arguments.rbegin(), arguments.rend());
-  try {
-    app.parse(backwards);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error, out, err) == 0 ? kDone : kUsage;
-  }
-  return answer(parsed, out, err);
+  return runProgram(
+      app, arguments, "draw_case", [&] { run(parsed, out); }, out, err);
 }
 
 }  // namespace battery_sof_reference

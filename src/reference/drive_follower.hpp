@@ -8,7 +8,7 @@
 
 namespace battery_sof_reference {
 
-/// Follows a scenario's profile and inserts in whole steps of FullBattery::kStep.
+/// Follows a scenario's profile, its later part and inserts in whole steps of FullBattery::kStep.
 class DriveFollower {
  public:
   /// @param duration of what is simulated [s]; shorter than the scenario's: the same drive, cut.
@@ -19,8 +19,13 @@ class DriveFollower {
 
  private:
   void begin(double charge_ah);
+  /// Takes up the later part when its time has come.
+  void changePlan(double charge_ah);
 
-  std::unique_ptr<DrivePlan> plan_;
+  std::unique_ptr<DrivePlan> plan_, later_plan_;
+  double later_voltage_limit_ = 0.0;
+  long change_at_;                  // in steps; the largest number: never
+  Situation plan_began_{0.0, 0.0};  // what a plan is told counts from there
   std::deque<Insert> inserts_;
   std::deque<Phase> waiting_;
   double voltage_limit_;

@@ -42,6 +42,7 @@ void visitFields(Visitor& visitor, BatteryParameters& p) {
   visitor.number("r1_charge_ohm", p.r1_charge_ohm, 1e-5, 1.0);
   visitor.number("r1_discharge_ohm", p.r1_discharge_ohm, 1e-5, 1.0);
   visitor.number("r1_knee_current_a", p.r1_knee_current_a, 0.1, 1e6);
+  visitor.number("r1_knee_share", p.r1_knee_share, 0.0, 1.0);
   visitor.number("r1_transition_a", p.r1_transition_a, 0.01, 1000.0);
   visitor.number("r1_transition_at_a", p.r1_transition_at_a, -100.0, 100.0);
   visitor.number("cpe1_exponent", p.cpe1_exponent, 0.1, 1.0);
@@ -59,13 +60,13 @@ void visitFields(Visitor& visitor, BatteryParameters& p) {
   visitor.number("gas_current_a", p.gas_current_a, 0.0, 100.0);
   visitor.number("gas_slope_per_v", p.gas_slope_per_v, 0.0, 20.0);
   visitor.number("gas_slope_per_k", p.gas_slope_per_k, 0.0, 1.0);
-  visitor.number("lead_ion_limit_a", p.lead_ion_limit_a, 0.1, 1e6);
+  visitor.number("lead_ion_limit_a", p.lead_ion_limit_a, 0.1, 1e9);
   visitor.number("lead_ion_time_s", p.lead_ion_time_s, 0.1, 1e4);
   visitor.number("lead_ion_halving_k", p.lead_ion_halving_k, 1.0, 1e3);
   visitor.number("r_per_k", p.r_per_k, -0.015, 0.015);
   visitor.number("activation_j_per_mol", p.activation_j_per_mol, 0.0, 2e5);
-  visitor.number("heat_capacity_j_per_k", p.heat_capacity_j_per_k, 10.0, 1e7);
-  visitor.number("thermal_resistance_k_per_w", p.thermal_resistance_k_per_w, 1e-3, 1e3);
+  visitor.number("heat_capacity_j_per_k", p.heat_capacity_j_per_k, 10.0, 1e9);
+  visitor.number("thermal_resistance_k_per_w", p.thermal_resistance_k_per_w, 1e-6, 1e3);
 }
 
 template <typename Visitor>
@@ -86,10 +87,10 @@ void visitFields(Visitor& visitor, BatteryEffects& e) {
 template <typename Visitor>
 void visitFields(Visitor& visitor, Additions& a) {
   visitor.flag("second_electrode", a.second_electrode);
-  visitor.number("electrode3_capacitance_f", a.electrode3_capacitance_f, 1.0, 1e6);
+  visitor.number("electrode3_capacitance_f", a.electrode3_capacitance_f, 1.0, 1e9);
   visitor.number("electrode3_exponent", a.electrode3_exponent, 0.1, 1.0);
   visitor.number("electrode3_i0_a", a.electrode3_i0_a, 1e-3, 1000.0);
-  visitor.number("electrode3_beta_per_v", a.electrode3_beta_per_v, 1.0, 1000.0);
+  visitor.number("electrode3_beta_per_v", a.electrode3_beta_per_v, 1.0, 1e6);
   visitor.flag("fast_arc", a.fast_arc);
   visitor.number("fast_arc_ohm", a.fast_arc_ohm, 0.0, 1.0);
   visitor.number("fast_arc_time_s", a.fast_arc_time_s, 1e-4, 100.0);
@@ -103,7 +104,7 @@ void visitFields(Visitor& visitor, Additions& a) {
   visitor.number("hysteresis_ah", a.hysteresis_ah, 1e-3, 1000.0);
   visitor.flag("high_rate_depletion", a.high_rate_depletion);
   visitor.number("depletion_v", a.depletion_v, 0.0, 10.0);
-  visitor.number("depletion_limit_a", a.depletion_limit_a, 1.0, 1e6);
+  visitor.number("depletion_limit_a", a.depletion_limit_a, 1.0, 1e9);
   visitor.number("depletion_time_s", a.depletion_time_s, 0.01, 1e5);
   visitor.flag("coup_de_fouet", a.coup_de_fouet);
   visitor.number("coup_v", a.coup_v, 0.0, 10.0);
@@ -112,7 +113,7 @@ void visitFields(Visitor& visitor, Additions& a) {
   visitor.number("coup_erasing_ah", a.coup_erasing_ah, 1e-3, 1000.0);
   visitor.number("coup_nuclei_at_start", a.coup_nuclei_at_start, 0.0, 1.0);
   visitor.flag("sulphate_history", a.sulphate_history);
-  visitor.number("sulphate_ah", a.sulphate_ah, 1e-3, 1000.0);
+  visitor.number("sulphate_ah", a.sulphate_ah, 1e-3, 1e6);
   visitor.number("sulphate_time_s", a.sulphate_time_s, 0.1, 1e6);
   visitor.number("sulphate_charge_share", a.sulphate_charge_share, 0.0, 10.0);
   visitor.number("sulphate_least", a.sulphate_least, 1e-3, 1.0);
@@ -166,7 +167,7 @@ void visitFields(Visitor& visitor, PorousParameters& p) {
   visitor.number("hydrogen_potential_v", p.hydrogen_potential_v, -2.0, 0.0);
   visitor.number("gas_slope_per_v", p.gas_slope_per_v, 0.0, 60.0);
   visitor.flag("lead_ion", p.lead_ion);
-  visitor.number("lead_ion_limit_a", p.lead_ion_limit_a, 0.1, 1e6);
+  visitor.number("lead_ion_limit_a", p.lead_ion_limit_a, 0.1, 1e9);
   visitor.number("lead_ion_time_s", p.lead_ion_time_s, 0.1, 1e4);
   visitor.count("cells_per_region", p.cells_per_region, 3, 30);
 }

@@ -41,14 +41,15 @@ void writeRows(const fs::path& path, const std::string& text) {
   if (!file) throw std::runtime_error("no such folder, no permission, or no space");
 }
 
-std::string csvOf(const Simulation& simulation, bool with_temperature) {
+std::string csvOf(const Simulation& simulation, bool with_temperature, Digits digits) {
   std::string text = "time_s,current_a,voltage_v";
   text += with_temperature ? ",temperature_c\n" : "\n";
   char cells[120];
   for (std::size_t n = 0; n < simulation.samples.size(); ++n) {
     const RecordedSample& sample = simulation.samples[n];
-    std::snprintf(cells, sizeof cells, "%.10g,%.7g,%.8g", sample.time, sample.current,
-                  sample.voltage);
+    const int more = digits == Digits::kMany ? 3 : 0;
+    std::snprintf(cells, sizeof cells, "%.10g,%.*g,%.*g", sample.time, 7 + more, sample.current,
+                  8 + more, sample.voltage);
     text += cells;
     std::snprintf(cells, sizeof cells, ",%.6g", simulation.temperature[n]);
     text += with_temperature ? std::string(cells) + "\n" : "\n";
@@ -84,10 +85,12 @@ bool isRecordingName(const fs::path& path) {
   return path.extension() == ".csv" || path.extension() == ".bag";
 }
 
-void writeRecording(const fs::path& path, const Simulation& simulation, bool with_temperature) {
+void writeRecording(const fs::path& path, const Simulation& simulation, bool with_temperature,
+                    Digits digits) {
   if (!isRecordingName(path))
     throw std::invalid_argument(path.string() + ": expected a name ending in .csv or .bag");
-  if (path.extension() == ".csv") return writeText(path, csvOf(simulation, with_temperature));
+  if (path.extension() == ".csv")
+    return writeText(path, csvOf(simulation, with_temperature, digits));
   writeWhole(path, [&](const fs::path& beside) { writeBag(beside, simulation, with_temperature); });
 }
 

@@ -9,6 +9,10 @@
 
 namespace battery_sof_reference {
 
+/// How finely a CSV is written: as a sensor's resolution needs, 0.1 mA and 1 uV; or so that small
+/// differences of recordings without noise are kept, 0.1 uA and 1 nV.
+enum class Digits { kSensor, kMany };
+
 /**
  * @brief Writes a simulated recording; the file appears whole or not at all.
  *
@@ -21,7 +25,7 @@ namespace battery_sof_reference {
  * written.
  */
 void writeRecording(const std::filesystem::path& path, const Simulation& simulation,
-                    bool with_temperature);
+                    bool with_temperature, Digits digits = Digits::kSensor);
 
 /// Writes frequency_hz,real_ohm,imag_ohm,analytic_real_ohm,analytic_imag_ohm, whole or not at all.
 /// @throws std::runtime_error.

@@ -11,13 +11,13 @@
 #include <ostream>
 
 #include "reference/increasing_root.hpp"
+#include "reference/program_frame.hpp"
 #include "reference/recording_output.hpp"
 #include "reference/scenario_file.hpp"
 
 namespace battery_sof_reference {
 namespace {
 
-constexpr int kDone = 0, kNegative = 1, kUsage = 2;
 constexpr double kSecondsPerHour = 3600.0;
 constexpr double kSecondsPerMinute = 60.0;
 constexpr double kProgressAfter = 2.0;     // [s]
@@ -115,20 +115,30 @@ void printSpectrum(const Scenario& scenario, const std::string& path, std::ostre
       << "\n";
 }
 
+/// simulate(); what it says when there is no solution begins with the scenario's file.
+Simulation solved(const Scenario& scenario, const SimulationOptions& options,
+                  const std::string& file) {
+  try {
+    return simulate(scenario, options);
+  } catch (const NoSolution& error) {
+    throw NoSolution(file + ": " + error.what());
+  }
+}
+
 void record(const Scenario& scenario, const Arguments& arguments, std::ostream& out,
             std::ostream& err) {
   SimulationOptions options;
   options.cut_after = arguments.duration;
   Progress progress(err, arguments.duration.value_or(scenario.duration));
   options.progress = [&](double time) { progress.at(time); };
-  const Simulation simulation = simulate(scenario, options);
+  const Simulation simulation = solved(scenario, options, arguments.scenario);
   writeRecording(arguments.out, simulation, scenario.effects.self_heating);
   const std::string json = jsonOf(scenario, simulation, arguments.out).dump(2) + "\n";
   if (!arguments.json.empty() && arguments.json != "-") writeText(arguments.json, json);
   out << (arguments.json == "-" ? json : textOf(simulation, arguments.out));
 }
 
-int run(const Arguments& arguments, std::ostream& out, std::ostream& err) {
+void run(const Arguments& arguments, std::ostream& out, std::ostream& err) {
   if (arguments.out.empty() && arguments.impedance.empty())
     throw std::invalid_argument("OUT is missing, and no --impedance asked for");
   if (!arguments.out.empty() && !isRecordingName(arguments.out))
@@ -144,19 +154,6 @@ int run(const Arguments& arguments, std::ostream& out, std::ostream& err) {
   std::ostream& said = arguments.json == "-" ? silent : out;
   if (!arguments.impedance.empty()) printSpectrum(scenario, arguments.impedance, said);
   if (!arguments.out.empty()) record(scenario, arguments, out, err);
-  return kDone;
-}
-
-int answer(const Arguments& arguments, std::ostream& out, std::ostream& err) {
-  try {
-    return run(arguments, out, err);
-  } catch (const NoSolution& error) {
-    err << "sof: " << arguments.scenario << ": " << error.what() << "\n";
-    return kNegative;
-  } catch (const std::exception& error) {
-    err << "sof: " << error.what() << "\n";
-    return kUsage;
-  }
 }
 
 }  // namespace
@@ -168,14 +165,8 @@ int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, st
       "sof simulate");
   Arguments parsed;
   addOptions(app, parsed);
-  // CLI11 takes its arguments from the back.
-  std::vector<std::string> backwards(arguments.rbegin(), arguments.rend());
-  try {
-    app.parse(backwards);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error, out, err) == 0 ? kDone : kUsage;
-  }
-  return answer(parsed, out, err);
+  return runProgram(
+      app, arguments, "sof", [&] { run(parsed, out, err); }, out, err);
 }
 
 }  // namespace battery_sof_reference

@@ -137,6 +137,14 @@ void requirePositive(std::vector<std::string>& faults, const char* name, double 
     faults.push_back(std::string(name) + " is " + std::to_string(value) + ", expected above 0");
 }
 
+std::vector<std::string> faultsOf(const LaterPart& later, double duration) {
+  std::vector<std::string> faults = faultsOf(later.profile);
+  requirePositive(faults, "from_s", later.from);
+  requirePositive(faults, "voltage_limit_v", later.voltage_limit);
+  if (later.from >= duration) faults.push_back("from_s is not below duration_s");
+  return faults;
+}
+
 void requireValid(const Scenario& scenario, const SimulationOptions& options) {
   std::vector<std::string> faults = faultsOf(scenario);
   if (options.substeps < 1)
@@ -182,6 +190,7 @@ std::vector<std::string> faultsOf(const Scenario& scenario) {
   append(faults, "acquisition.", faultsOf(scenario.acquisition));
   append(faults, "profile.", faultsOf(scenario.profile));
   append(faults, "", faultsOf(scenario.inserts));
+  if (scenario.later) append(faults, "later.", faultsOf(*scenario.later, scenario.duration));
   if (!(scenario.start.soc >= 0.0 && scenario.start.soc <= 1.0))
     faults.push_back("soc is " + std::to_string(scenario.start.soc) + ", expected 0 to 1");
   if (!(scenario.start.temperature >= -40.0 && scenario.start.temperature <= 80.0))

@@ -20,6 +20,14 @@ struct Insert {
   std::vector<Phase> phases;
 };
 
+/// From an instant on another profile and set point; a phase that plays then is cut short, and
+/// what waits of an insert is dropped.
+struct LaterPart {
+  double from = 0.0;            ///< [s], > 0
+  double voltage_limit = 14.2;  ///< [V], > 0
+  ProfileOptions profile;       ///< of a drive of its own, from there to the scenario's duration
+};
+
 /// All that a simulated recording follows from.
 struct Scenario {
   std::string name = "scenario";
@@ -35,6 +43,7 @@ struct Scenario {
   AcquisitionOptions acquisition;
   ProfileOptions profile;
   std::vector<Insert> inserts;  ///< in order of time
+  std::optional<LaterPart> later;
 };
 
 /// What the sensors do not see, one entry every FullBattery::kStep; entry 0 stands at the start.

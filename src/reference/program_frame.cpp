@@ -1,0 +1,29 @@
+#include "reference/program_frame.hpp"
+
+#include <CLI/CLI.hpp>
+#include <ostream>
+
+#include "reference/increasing_root.hpp"
+
+namespace battery_sof_reference {
+
+int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name,
+               const std::function<void()>& work, std::ostream& out, std::ostream& err) {
+  // CLI11 takes its arguments from the back.
+  std::vector<std::string> backwards(arguments.rbegin(), arguments.rend());
+  try {
+    app.parse(backwards);
+    work();
+    return kDone;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error, out, err) == 0 ? kDone : kUsage;
+  } catch (const NoSolution& error) {
+    err << name << ": " << error.what() << "\n";
+    return kNegative;
+  } catch (const std::exception& error) {
+    err << name << ": " << error.what() << "\n";
+    return kUsage;
+  }
+}
+
+}  // namespace battery_sof_reference
