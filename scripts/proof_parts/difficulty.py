@@ -26,6 +26,7 @@ class Fit:
     residual: np.ndarray   # [V], cells
     kept: np.ndarray       # cells away from edges
     z: float
+    z_start: float         # with the true parameters, before anything is absorbed
 
 
 def read_recording(path):
@@ -96,12 +97,13 @@ def fitted(label, recording):
     interval, current, voltage = recording
     noise, kept = noise_of(label, current, interval)
     steps = np.array([RESISTANCE_STEP] * 2 + [OTHER_STEP] * 4)
-    now, damping, best = base.true_parameters(label), 1e-6, None
+    now, damping, best, z_start = base.true_parameters(label), 1e-6, None, None
     for _ in range(TRIES):
         around = np.concatenate([now[:, None], now[:, None] + np.diag(steps)], axis=1)
         model = cells(base.simulate(around, current, interval) - voltage[:, None])
         columns = np.column_stack([model[:, 0], (model[:, 1:] - model[:, :1]) / steps])
         products = columns.T @ noise.weighted(columns)
+        z_start = float(np.sqrt(max(products[0, 0], 0.0))) if z_start is None else z_start
         if best is not None and not products[0, 0] < best[0]:
             damping = max(10.0 * damping, 1e-4)
             if damping > 1e6 or abs(products[0, 0] - best[0]) < SETTLED * best[0]:
@@ -114,7 +116,7 @@ def fitted(label, recording):
         normal = best[3][1:, 1:]
         move = -np.linalg.solve(normal + damping * np.diag(np.diag(normal)), best[3][1:, 0])
         now = best[1] + np.clip(move, -1.0, 1.0)
-    return Fit(best[1], best[2], kept, float(np.sqrt(max(best[0], 0.0))))
+    return Fit(best[1], best[2], kept, float(np.sqrt(max(best[0], 0.0))), z_start)
 
 
 def difference(label, recording, one, other):
@@ -126,10 +128,11 @@ def difference(label, recording, one, other):
     return float(np.sqrt(max((apart.T @ noise.weighted(apart)).item(), 0.0)))
 
 
-def largest_bias(label, fit):
-    """Largest relative error of r_discharge, r_charge, C_2 and beta, and whose it is."""
-    ratio = (fit.parameters - base.true_parameters(label))[:4]
-    relative = np.append(ratio[:2] / base.true_parameters(label)[:2], np.expm1(ratio[2:]))
+def largest_bias(label, fit, start=None):
+    """Largest relative error of r_discharge, r_charge, C_2 and beta, and whose it is; start: from these parameters, not the true ones."""
+    start = base.true_parameters(label) if start is None else start
+    apart = (fit.parameters - start)[:4]
+    relative = np.append(apart[:2] / start[:2], np.expm1(apart[2:]))
     worst = int(np.argmax(np.abs(relative)))
     return float(relative[worst]), ["r_discharge", "r_charge", "c2", "beta"][worst]
 

@@ -11,7 +11,7 @@ from . import levels, strength
 from .programs import Failure, Programs, Workplace
 
 KEPT = ("name", "level", "family", "id", "seed", "scale", "duration_s", "z", "z_whole", "z_wanted", "z_short", "bias", "biased",
-        "ratio", "as_wanted")
+        "absorbed", "ratio", "as_wanted")
 
 
 def lines_of(path):

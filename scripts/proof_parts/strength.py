@@ -102,72 +102,88 @@ def next_scale(tried, wanted):
 
 
 def for_absorbed(programs, case):
-    """Hidden in the first minutes: the base circuit takes the effect up in a biased parameter and leaves z < 5."""
-    best, best_rank = None, None
+    """Hidden in the first minutes: the base circuit takes the effect up in biased parameters and leaves z < 5.
+
+    Bias and z both go about in proportion to the scale: of some drives the one with the most bias for its z is taken.
+    """
+    best = None
     for attempt in range(SEEDS_TRIED):
         one = dict(case, seed=derived(str(case["seed"]), "drive", attempt))
-        scale = 1.0
-        for _ in range(3):
-            try:
-                candidate, rank = absorbed_at(programs, one, scale)
-            except Failure:
-                scale *= 0.6
-                continue
-            if best_rank is None or rank > best_rank:
-                best, best_rank = candidate, rank
-            if rank[0] >= 2:
-                return best
-            aim = min(0.9 * HIDDEN_Z / max(candidate["z_short"], 1e-3), 3.0)
-            scale = rounded(min(max(scale * aim, 0.01), LARGEST_SCALE))
-            if scale == candidate["scale"][0]:
-                break
+        try:
+            seen = absorbed_at(programs, one, 1.0)
+        except Failure:
+            continue
+        gain = abs(seen["bias"]) / max(seen["z_short"], 1e-3)
+        if best is None or gain > best[0]:
+            best = gain, seen
+        if gain * HIDDEN_Z > 1.5 * BIASED:
+            break
     if best is None:
-        raise Failure("no strength of this case could be drawn")
-    return best
+        raise Failure("no drive of this case could be drawn")
+    seen = best[1]
+    for _ in range(3):
+        scale = rounded(min(max(0.9 * HIDDEN_Z / max(seen["z_short"], 1e-3) * seen["scale"][0], 0.01), LARGEST_SCALE))
+        if scale == seen["scale"][0]:
+            break
+        seen = absorbed_at(programs, seen, scale)
+        if 0.7 * HIDDEN_Z < seen["z_short"] < HIDDEN_Z:
+            break
+    return dict(seen, as_wanted=bool(seen["z_short"] < HIDDEN_Z and abs(seen["bias"]) >= BIASED))
 
 
 def absorbed_at(programs, case, scale):
-    """The case at a scale, and its rank: hidden and biased and seen on the whole, then hidden and biased, then by bias."""
-    label, recording = Drawings(programs, case).drawn(scale)
-    short = difficulty.fitted(label, cut(recording, SHORT_S))
-    bias, parameter = difficulty.largest_bias(label, short)
-    whole = difficulty.fitted(label, recording).z
-    hidden, biased = short.z < HIDDEN_Z, abs(bias) >= BIASED
-    rank = (hidden + (hidden and biased), hidden and biased and whole >= HIDDEN_Z, abs(bias) if hidden else -short.z)
-    return dict(case, scale=[scale], z_short=rounded(short.z), z_whole=rounded(whole), bias=rounded(bias), biased=parameter,
-                as_wanted=bool(hidden and biased)), rank
+    """The case at a scale. Beside a companion z is that of the difference to a drawing without the effect, bias that between the two fits."""
+    drawings = Drawings(programs, case)
+    label, recording = drawings.drawn(scale)
+    first = cut(recording, SHORT_S)
+    short = difficulty.fitted(label, first)
+    z, start = short.z, None
+    if case["id"] in WITH_COMPANION:
+        without = drawings.whole(0.0, to_s=SHORT_S)[2]
+        z, start = difficulty.difference(label, first, short, without), without.parameters
+    bias, parameter = difficulty.largest_bias(label, short, start)
+    return dict(case, scale=[scale], z_short=rounded(z), z_whole=rounded(difficulty.fitted(label, recording).z), bias=rounded(bias),
+                biased=parameter, absorbed=rounded(1.0 - short.z / max(short.z_start, short.z, 1e-9)))
 
 
 def for_masked(programs, case):
-    """The second addition as strong as hides the first best: least RMS of what the true base circuit leaves unfitted."""
+    """The second addition as strong as hides the first best: least RMS of what the true base circuit leaves unfitted.
+
+    What the two leave nearly adds up: the drive is chosen, and the strengths begun, by that of each alone.
+    """
     best = None
     for attempt in range(SEEDS_TRIED):
-        one = masked(programs, dict(case, seed=derived(str(case["seed"]), "drive", attempt)))
-        if best is None or one["ratio"] < best["ratio"]:
-            best = one
-        if best["ratio"] < MASKED_RATIO:
+        one = dict(case, seed=derived(str(case["seed"]), "drive", attempt))
+        alone, other = (raw(programs, one, scales) for scales in ((1.0, 0.0), (0.0, 1.0)))
+        count = min(len(alone), len(other))
+        alone, other = alone[:count], other[:count]
+        second = max(-(alone @ other) / max(other @ other, 1e-30), 0.05)
+        ratio = rms(alone + second * other) / max(rms(alone), second * rms(other))
+        if best is None or ratio < best[0]:
+            best = ratio, one, second
+        if ratio < 0.8 * MASKED_RATIO:
             break
-    return dict(best, as_wanted=best["ratio"] < MASKED_RATIO)
+    _, one, second = best
+    first = rounded(min(1.0, LARGEST_SCALE / second))  # what would need too strong a second masks a weaker first
+    return masked(programs, one, first, rounded(first * second))
 
 
-def masked(programs, case):
-    drawings = Drawings(programs, case)
-
-    def raw(first, second):
-        return difficulty.raw_error(*drawings.drawn(first, second))
-
-    alone, other = raw(1.0, 0.0), raw(0.0, 1.0)
-    second = rounded(min(max(-(alone @ other) / max(other @ other, 1e-30), 0.05), LARGEST_SCALE))
-    tried = {0.0: rms(alone)}
+def masked(programs, case, first, second):
+    tried = {0.0: rms(raw(programs, case, (first, 0.0)))}
+    alone = tried[0.0]
     for _ in range(3):
-        tried[second] = rms(raw(1.0, second))
+        tried[second] = rms(raw(programs, case, (first, second)))
         second = rounded(min(max(bottom(tried, second), 0.05), LARGEST_SCALE))
-        if second in tried:
+        if any(abs(second - scale) < 0.05 * scale for scale in tried):
             break
     second = min((scale for scale in tried if scale), key=lambda scale: tried[scale])
-    part = max(rms(alone), rms(raw(0.0, second)))
-    whole = drawings.whole(1.0, second)[2].z
-    return dict(case, scale=[1.0, second], ratio=rounded(tried[second] / part), z_whole=rounded(whole))
+    ratio = tried[second] / max(alone, rms(raw(programs, case, (0.0, second))))
+    whole = Drawings(programs, case).whole(first, second)[2].z
+    return dict(case, scale=[first, second], ratio=rounded(ratio), z_whole=rounded(whole), as_wanted=bool(ratio < MASKED_RATIO))
+
+
+def raw(programs, case, scales):
+    return difficulty.raw_error(*Drawings(programs, case).drawn(*scales))
 
 
 def rms(values):

@@ -45,7 +45,7 @@ def case(level, family, name, effects, whole, short=None, told=None):
 
 class BaseCircuit(unittest.TestCase):
     def test_steps_follow_the_differential_equation(self):
-        current = drive(60)
+        current = drive(15)
         u2 = [TRUE[base.U2_START]]
         for i in 0.5 * (current[1:] + current[:-1]):
             law = lambda _, u, i=i: (i - 2.0 * np.sinh(11.0 * u)) / 900.0
