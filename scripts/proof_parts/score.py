@@ -64,6 +64,10 @@ def figures(cases):
     count("c3_short_wrong", "C3", "first five minutes: a wrong name", lambda c: judged.wrong_names(c, c.short), "<= 3 %")
     count("c3_short_silent", "C3", "first five minutes: nothing said", lambda c: c.short["verdict"] in judged.SAYS_NOTHING, "")
     count("c3_short_right", "C3", "first five minutes: truth in the first class", lambda c: judged.class_true(c, c.short), "")
+    count("c3_hidden", "C3", "cases whose first five minutes leave z < 5", lambda c: c.label.get("z_short", 9.0) < 5.0, "")
+    count("c3_biased", "C3", "of these with a base parameter biased by 10 % or more there", lambda c: c.label.get("as_wanted"), "")
+    middle("c3_bias", "C3", "largest bias of a base parameter there, median", [abs(c.label["bias"]) for c in at["C3"] if "bias" in c.label], "")
+    middle("c4_ratio", "C4", "RMS together over that of the larger part, median", [c.label.get("ratio") for c in at["C4"]], "< 0.4")
     count("c4_both", "C4", "both effects named",
           lambda c: all(any(holds(judged.class_of(e), [one]) for e in c.whole["effects"]) for one in c.label["id"].split("+")), "")
     count("c5_warned", "C5", "warned before", judged.warned, ">= 95 %")
