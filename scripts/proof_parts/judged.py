@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from .names import INSTRUMENT, LARGEST_CLASS, PHYSICS, alike, holds
+from .names import INSTRUMENT, LARGEST_CLASS, PHYSICS, STRUCTURE, alike, holds
 
 SAYS_NOTHING = ("no_mismatch", "insufficient_data")
 # Strength in the label -> parameter of the product, and how one follows from the other.
@@ -79,6 +79,12 @@ def wrong_names(case, answer=None, tiers=PHYSICS | INSTRUMENT):
     """Names of these tiers whose class holds nothing that is true."""
     effects = (answer or case.whole)["effects"]
     return [e["id"] for e in effects if e["id"] in tiers and not holds(class_of(e), case.truths)]
+
+
+def names_without_structure(case):
+    """Wrong names whose class offers no piece of structure either."""
+    wrong = wrong_names(case)
+    return [e["id"] for e in case.whole["effects"] if e["id"] in wrong and not set(class_of(e)) & STRUCTURE]
 
 
 def warned(case):

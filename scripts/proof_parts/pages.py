@@ -58,7 +58,7 @@ def draw_matrix(report, path):
     for y, row in enumerate(rows):
         for x, column in enumerate(columns):
             if counts[row, column]:
-                right = column == row.split()[1]
+                right = column in row.split()[1].split("+")
                 axes.text(x, y, counts[row, column], ha="center", va="center", fontsize=8, weight="bold" if right else "normal")
     axes.set_xticks(range(len(columns)))
     axes.set_xticklabels(columns, rotation=60, ha="left", rotation_mode="anchor", fontsize=8)
@@ -72,8 +72,7 @@ def draw_matrix(report, path):
         if columns[x].startswith("(") and not columns[x - 1].startswith("("):
             axes.axvline(x - 0.5, color="0.4", linewidth=0.8)
     axes.tick_params(length=0)
-    figure.text(0.01, 0.005, "Rows: level, what is true, (cases). Columns: first name, or verdict without a name. Bold: the id itself.",
-                fontsize=7.5)
+    axes.set_xlabel("Rows: level, what is true, (cases). Columns: first name, or verdict without a name. Bold: the id itself.", fontsize=7.5)
     figure.savefig(path, dpi=130, bbox_inches="tight")
     pyplot.close(figure)
 

@@ -106,6 +106,8 @@ def drawn_again(programs, label, folder):
         same = math.isclose(value, other, rel_tol=SAME) if isinstance(value, float) and isinstance(other, (int, float)) else value == other
         if not same:
             raise Failure(f"the generator draws {key} = {other}, sealed was {value}")
+    if not math.isclose(label["soc_at_end"], now["truth"]["soc_at_end"], rel_tol=SAME):
+        raise Failure("the generator draws another drive than was sealed")
     if now["expected"] != label["expected"]:
         raise Failure("the generator expects something else of this case than was sealed")
     return recording

@@ -51,7 +51,8 @@ def figures(cases):
 
     count("false_alarm", "N1", "false alarm: any verdict but no_mismatch", lambda c: c.whole["verdict"] != "no_mismatch", "<= 1/60")
     count("false_name", "N2", "false name: tier P or I, no true id in its class", judged.wrong_names, "<= 5 %")
-    count("false_physics", "N2", "of these tier P", lambda c: judged.wrong_names(c, tiers=PHYSICS), "")
+    count("false_alone", "N2", "of these with no piece of structure in the class", judged.names_without_structure, "")
+    count("false_physics", "N2", "a name of tier P, no true id in its class", lambda c: judged.wrong_names(c, tiers=PHYSICS), "")
     for level, target in (("C1", ">= 97 %"), ("C2", ">= 85 %"), ("C3", ""), ("C4", ">= 75 %"), ("C5", ">= 95 %")):
         count(f"first_{level}", level, "first name true", judged.first_true, ">= 90 %" if level == "C1" else "")
         count(f"class_{level}", level, "truth in the first class, at most three names", judged.class_true, target)

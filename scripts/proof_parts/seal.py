@@ -67,7 +67,8 @@ def labelled(build, case):
     except Failure as failure:
         return dict({key: case[key] for key in KEPT if key in case}, failed=str(failure))
     kept = {key: case[key] for key in KEPT if key in case}
-    kept.update(structure=label["structure"], strength=six_digits(label["strength"]), expected=label["expected"])
+    kept.update(structure=label["structure"], strength=six_digits(label["strength"]), expected=label["expected"],
+                soc_at_end=strength.rounded(label["truth"]["soc_at_end"], 6))
     if "regime_from_s" in label:
         kept["regime_from_s"] = label["regime_from_s"]
     return kept
