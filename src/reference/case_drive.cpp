@@ -8,8 +8,11 @@ namespace battery_sof_reference {
 namespace {
 
 constexpr double kSecondsPerHour = 3600.0;
-constexpr double kInrush = 0.12;     // [s] (PHYSICS 4.4)
-constexpr double kNoGassing = 13.4;  // [V], below which a side reaction is not to be seen
+constexpr double kInrush = 0.12;             // [s] (PHYSICS 4.4)
+constexpr double kTrendTime = 1200.0;        // [s], in which a trend moves what is drawn for it
+constexpr double kLongestCrank = 1.0;        // [s]
+constexpr double kSwingAgainstTrend = 0.25;  // of its length
+constexpr double kNoGassing = 13.4;          // [V], below which a side reaction is not to be seen
 
 Phase steady(double duration, double current) { return {duration, current, current}; }
 Phase rest(double duration) { return steady(duration, 0.0); }
@@ -212,10 +215,15 @@ void drawAbsentDrive(CaseDraft& draft, const std::string& id, Dice& dice) {
 
 void exerciseMask(CaseDraft& draft, const std::string& id, Dice& dice) {
   if (id != "voltage_drift") return;
+  Scenario& s = draft.scenario;
   CityOptions city;
   const double sign = dice.share() < 0.5 ? -1.0 : 1.0;
-  city.net_charge_ah = sign * dice.between({2.0, 3.5}) * draft.scenario.duration / 1200.0;
-  draft.scenario.profile = city;
+  city.net_charge_ah = sign * dice.between({2.0, 3.5}) * s.duration / kTrendTime;
+  s.profile = city;
+  for (Insert& insert : s.inserts)
+    for (Phase& phase : insert.phases)
+      if (sign * phase.begin < 0.0 && phase.duration > kLongestCrank)
+        phase.duration *= kSwingAgainstTrend;
 }
 
 void keepChargeNear(CaseDraft& draft) {

@@ -6,6 +6,8 @@
 namespace battery_sof_reference {
 namespace {
 
+constexpr double kRoom = 0.2;  // of the state of charge
+
 /// Whether a drive takes the charge up (1) or down (-1).
 double trendOf(const Scenario& scenario) {
   const auto* city = std::get_if<CityOptions>(&scenario.profile);
@@ -39,6 +41,9 @@ void addAbsent(CaseDraft& draft, const std::string& id, Dice& dice, double scale
   if (id != "gassing") return addEffect(draft, id, dice, scale);
   Strength s(draft, dice, scale);
   if (s.present()) s.alsoTrue(id);
+  // Room for what two plateaus put in; u_0 at the start stays.
+  s.scenario().start.soc -= kRoom;
+  s.scenario().battery.u0_v += kRoom * s.scenario().battery.u0_slope_v;
   // Far above the first half's currents, below those of a plateau; slow against its turns.
   addCompanion(s, {40.0, 60.0}, {20.0, 40.0});
   addSideReaction(s);

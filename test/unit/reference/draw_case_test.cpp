@@ -34,7 +34,7 @@ class DrawCase : public ::testing::Test {
     err_.str("");
     return runDrawCase(arguments, out_, err_);
   }
-  int draw(const std::string& family, const std::string& id, int seed) {
+  int draw(const std::string& family, const std::string& id, std::uint64_t seed) {
     return run({"--family", family, "--id", id, "--seed", std::to_string(seed), "--duration", "60",
                 "--out", recording().string(), "--label", label().string()});
   }
@@ -58,6 +58,8 @@ TEST_F(DrawCase, ListsEveryFamilyWithItsIds) {
   EXPECT_EQ(families.count("structural_effect"), 7u);
   EXPECT_EQ(families.count("porous_null"), 1u);
   EXPECT_EQ(families.count("porous_effect"), 3u);
+  EXPECT_EQ(families.count("masked"), 4u);
+  EXPECT_EQ(families.count("absent"), 4u);
 }
 
 TEST_F(DrawCase, EveryKindListedCanBeDrawnAndSaysWhatIsTrue) {
@@ -68,8 +70,10 @@ TEST_F(DrawCase, EveryKindListedCanBeDrawnAndSaysWhatIsTrue) {
     EXPECT_EQ(json["id"], kind.id);
     EXPECT_FALSE(json["expected"]["verdicts"].empty());
     const auto effects = json["expected"]["effects"].get<std::vector<std::string>>();
-    const bool listed = std::count(effects.begin(), effects.end(), kind.id) > 0;
-    EXPECT_EQ(listed, kind.id != "-" && kind.family != "unknown") << kind.family << " " << kind.id;
+    for (const std::string& id : additionsOf(kind))
+      EXPECT_EQ(std::count(effects.begin(), effects.end(), id) > 0, kind.family != "unknown")
+          << kind.family << " " << id;
+    EXPECT_EQ(json.count("regime_from_s"), kind.family == "absent" ? 1u : 0u);
     EXPECT_EQ(contentOf(recording()).find("time_s,current_a,voltage_v\n"), 0u);
   }
 }
@@ -84,6 +88,38 @@ TEST_F(DrawCase, TheSameSeedGivesTheSameBytesAndAnotherSeedOthers) {
   EXPECT_NE(contentOf(recording()), recording_once);
 }
 
+TEST_F(DrawCase, SeedsMayHaveAll64Bits) {
+  const std::uint64_t large = std::uint64_t{1} << 63;
+  ASSERT_EQ(draw("masked", "charge_acceptance+gassing", large), 0) << err_.str();
+  EXPECT_EQ(nlohmann::json::parse(contentOf(label()))["seed"].get<std::uint64_t>(), large);
+  const std::string once = contentOf(recording());
+  ASSERT_EQ(draw("masked", "charge_acceptance+gassing", large + 1), 0);
+  EXPECT_NE(contentOf(recording()), once);
+  ASSERT_EQ(draw("masked", "charge_acceptance+gassing", 0), 0);
+  EXPECT_NE(contentOf(recording()), once);
+}
+
+TEST_F(DrawCase, AQuietRecordingIsWrittenWithManyDigits) {
+  ASSERT_EQ(run({"--family", "masked", "--id", "current_dependent_resistance+time_skew", "--quiet",
+                 "--scale", "0.5,2", "--duration", "60", "--out", recording().string(), "--label",
+                 label().string()}),
+            0)
+      << err_.str();
+  std::istringstream rows(contentOf(recording()));
+  std::string row;
+  std::size_t most = 0;
+  for (std::getline(rows, row); std::getline(rows, row);)
+    most = std::max(most, row.size() - row.rfind('.'));
+  EXPECT_GE(most, 9u);  // point and eight digits
+  const auto json = nlohmann::json::parse(contentOf(label()));
+  EXPECT_EQ(json["strength"]["scale"], nlohmann::json({0.5, 2.0}));
+}
+
+TEST_F(DrawCase, AbsentTakesFortyMinutesUnlessAskedOtherwise) {
+  EXPECT_EQ(usualDuration({"absent", "gassing"}), 2400.0);
+  EXPECT_EQ(usualDuration({"effect", "gassing"}), 1200.0);
+}
+
 TEST_F(DrawCase, RefusesWrongUsageInWordsAndWritesNothing) {
   const std::vector<std::string> files{"--out", recording().string(), "--label", label().string()};
   const auto with = [&](std::vector<std::string> arguments) {
@@ -96,6 +132,9 @@ TEST_F(DrawCase, RefusesWrongUsageInWordsAndWritesNothing) {
   EXPECT_NE(err_.str().find("\"effect rust\""), std::string::npos) << err_.str();
   EXPECT_EQ(run(with({"--family", "null", "--duration", "1"})), 2);
   EXPECT_EQ(run(with({"--family", "null", "--rate", "300"})), 2);
+  EXPECT_EQ(run(with({"--family", "null", "--scale", "2"})), 2);
+  EXPECT_EQ(run(with({"--family", "effect", "--id", "gassing", "--scale", "-1"})), 2);
+  EXPECT_NE(err_.str().find("expected 0 or more"), std::string::npos) << err_.str();
   EXPECT_TRUE(fs::is_empty(folder_));
 }
 
