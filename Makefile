@@ -1,10 +1,10 @@
-# make demo | test | build | bench | reproduce | study | calibrate | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 JOBS ?= $(shell nproc)
 PYTHON := /usr/bin/python3
 CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBATTERY_SOF_WERROR=ON
 
-.PHONY: build demo test bench reproduce study calibrate deps clean
+.PHONY: build demo test bench reproduce study calibrate proof proof-quick deps clean
 
 deps:
 	@bash scripts/install_dependencies
@@ -41,6 +41,14 @@ study: build
 # The sets behind the diagnosis' thresholds: some 40 minutes on two cores, goes on where it was cut off.
 calibrate: build
 	@$(PYTHON) scripts/calibrate_diagnosis "$(BUILD)" --first-seed 1001 --set null=200 structural_null=60 effect=10 decoy=3 unknown=4
+
+# The sealed benchmark: the committed seal drawn again and its digest compared, then run and scored into docs/proof; goes on where it was cut off.
+proof: build
+	@$(PYTHON) scripts/proof sealed --build "$(BUILD)" --docs docs/proof --frozen docs/proof/frozen --out "$(BUILD)/proof/sealed"
+
+# A tenth of it (own fixed seal) with bounds.
+proof-quick: build
+	@$(PYTHON) scripts/proof quick --build "$(BUILD)" --seal test/proof/quick --out "$(BUILD)/proof/quick"
 
 clean:
 	rm -rf "$(BUILD)"

@@ -1,0 +1,1 @@
+"""The sealed benchmark of `sof diagnose`: seal, run, score (docs/proof.md)."""

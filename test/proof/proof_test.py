@@ -1,0 +1,196 @@
+"""The benchmark's own arithmetic: its base circuit, its measure of difficulty, its seal, its counting."""
+
+import json
+import os
+import sys
+import tempfile
+import unittest
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from proof_parts import base_circuit as base, difficulty, judged, levels, names, pages, quick, score, seal, strength
+
+TRUE = np.array([5e-3, 7e-3, np.log(900.0), np.log(22.0), 12.7, 0.01])
+ACQUISITION = {"voltage_white_v": 2e-3, "voltage_step_v": 1e-3, "voltage_correlated_v": 1e-3, "voltage_correlation_time_s": 3.0,
+               "voltage_walk_v_per_sqrt_min": 5e-4, "current_white_a": 0.05, "current_step_a": 0.02}
+LABEL = {"truth": {"acquisition": ACQUISITION, "soc_at_start": 0.8,
+                   "battery": {"r_ohmic_ohm": 2e-3, "r1_discharge_ohm": 3e-3, "r1_charge_ohm": 5e-3, "cpe2_capacitance_f": 900.0,
+                               "beta_per_v": 22.0, "u0_slope_v": 1.35, "u0_v": 12.7}}}
+
+
+def drive(seconds, seed=1):
+    """Held currents of 2 to 8 s [A] at 100 Hz."""
+    dice, out = np.random.default_rng(seed), []
+    while len(out) < 100 * seconds:
+        out += [dice.uniform(-60.0, 40.0)] * int(100 * dice.uniform(2.0, 8.0))
+    return np.array(out[:100 * seconds])
+
+
+def answer(verdict, *classes, **more):
+    effects = [{"id": one[0], "tied_with": list(one[1:]), "evidence": 50.0, "parameters": []} for one in classes]
+    side = {"rmse_v": 0.01, "charge_current_error_a": 1.0, "crank_mae_v": 0.01}
+    return dict({"verdict": verdict, "effects": effects, "candidates": [], "hidden": [], "next_experiment": "", "instrument": [],
+                 "holdout": {"base": side, "extended": dict(side, rmse_v=0.004)}}, **more)
+
+
+def case(level, family, name, effects, whole, short=None, told=None):
+    label = {"name": "case_0001", "level": level, "family": family, "id": name, "scale": [1.0], "expected": {"effects": effects},
+             "strength": {}}
+    return judged.Case(label, {"whole": whole, **({"short": short} if short else {})}, told)
+
+
+class BaseCircuit(unittest.TestCase):
+    def test_steps_follow_the_differential_equation(self):
+        current = drive(15)
+        u2 = [TRUE[base.U2_START]]
+        for i in 0.5 * (current[1:] + current[:-1]):
+            law = lambda _, u, i=i: (i - 2.0 * np.sinh(11.0 * u)) / 900.0
+            u2.append(solve_ivp(law, (0.0, 0.01), [u2[-1]], rtol=1e-10, atol=1e-12).y[0, -1])
+        expected = 12.7 + np.array(u2) + np.where(current < 0.0, 5e-3, 7e-3) * current
+        np.testing.assert_allclose(base.simulate(TRUE[:, None], current, 0.01)[:, 0], expected, atol=1e-8)
+
+    def test_columns_do_not_touch_each_other(self):
+        other = TRUE + np.array([1e-3, 0, 0.3, 0.2, 0.1, 0])
+        together = base.simulate(np.column_stack([TRUE, other]), drive(30), 0.01)
+        np.testing.assert_allclose(together[:, 1], base.simulate(other[:, None], drive(30), 0.01)[:, 0], atol=1e-12)
+
+
+class Difficulty(unittest.TestCase):
+    def test_weighing_is_the_inverse_covariance(self):
+        kept = np.ones(40, dtype=bool)
+        noise = difficulty.Noise(ACQUISITION, 6e-3, kept, 0.1)
+        at = np.arange(40)
+        white = (4e-6 + 1e-6 / 12 + 36e-6 * (0.05 ** 2 + 0.02 ** 2 / 12)) / difficulty.CELL
+        covariance = white * np.eye(40) + 1e-6 * np.exp(-0.1 * np.abs(at[:, None] - at) / 3.0)
+        covariance += 25e-8 * 0.1 / 60.0 * np.minimum(at[:, None], at)
+        inverse = np.linalg.inv(covariance)
+        free = inverse - np.outer(inverse.sum(1), inverse.sum(1)) / inverse.sum()  # the walk's start is anybody's guess
+        np.testing.assert_allclose(noise.weighted(np.eye(40)), free, rtol=1e-5, atol=1e-4 * free.max())
+
+    def test_the_base_circuit_alone_has_no_z(self):
+        current = drive(300)
+        voltage = base.simulate(TRUE[:, None], current, 0.01)[:, 0]
+        fit = difficulty.fitted(LABEL, (0.01, current, voltage))
+        self.assertLess(fit.z, 0.05)
+        np.testing.assert_allclose(fit.parameters, TRUE, rtol=1e-4, atol=1e-4)
+
+    def test_z_goes_with_the_strength_of_what_is_missing(self):
+        current = drive(300)
+        voltage = base.simulate(TRUE[:, None], current, 0.01)[:, 0]
+        charge = np.cumsum(current) * 0.01 / 3600.0
+        z = [difficulty.fitted(LABEL, (0.01, current, voltage + slope * charge)).z for slope in (0.01, 0.02)]
+        self.assertGreater(z[0], 0.5)
+        self.assertAlmostEqual(z[1] / z[0], 2.0, delta=0.05)
+
+    def test_cells_around_edges_are_left_out(self):
+        current = np.where(np.arange(300) < 150, 0.0, 20.0)
+        self.assertEqual(list(np.flatnonzero(~difficulty.away_from_edges(current))), [13, 14, 15, 16])
+
+    def test_the_secant_hits_a_power_law(self):
+        tried, scale = [], 1.0
+        for _ in range(4):
+            tried.append((scale, 120.0 * scale ** 0.8, 0.0))
+            scale = strength.next_scale(tried, 20.0)
+        self.assertAlmostEqual(tried[-1][1], 20.0, delta=0.5)
+
+
+class Seal(unittest.TestCase):
+    def test_names_and_seeds_follow_from_the_hash_alone(self):
+        self.assertEqual(levels.plan("a", 1.0), levels.plan("a", 1.0))
+        self.assertNotEqual([one["seed"] for one in levels.plan("a", 1.0)], [one["seed"] for one in levels.plan("b", 1.0)])
+
+    def test_the_full_set_has_340_cases_of_distinct_seeds(self):
+        cases = levels.plan("a", 1.0)
+        self.assertGreaterEqual(len(cases), 340)
+        self.assertEqual(len({one["seed"] for one in cases}), len(cases))
+
+    def test_a_share_keeps_every_stratum(self):
+        self.assertEqual({(one["level"], one["family"]) for one in levels.plan("a", 0.02)},
+                         {(one.level, one.family) for one in levels.STRATA})
+
+    def test_changed_labels_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "labels.jsonl")
+            with open(path, "w") as f:
+                f.write('{"name": "case_0001"}\n')
+            with open(os.path.join(folder, "seal.json"), "w") as f:
+                json.dump({"labels_sha256": seal.digest(path)}, f)
+            self.assertEqual(len(seal.opened(folder)[1]), 1)
+            with open(path, "a") as f:
+                f.write('{"name": "case_0002"}\n')
+            self.assertRaises(SystemExit, seal.opened, folder)
+
+
+class Counting(unittest.TestCase):
+    def test_intervals_are_those_of_clopper_and_pearson(self):
+        self.assertAlmostEqual(names.interval(0, 60)[1], 1.0 - 0.025 ** (1.0 / 60.0))
+        self.assertAlmostEqual(names.interval(1, 60)[1], 0.0894, places=4)
+
+    def test_a_class_of_four_names_is_no_hit(self):
+        four = answer("ambiguous", ("ocv_soc", "cpe2", "acid_transport", "ocv_hysteresis"))
+        three = answer("ambiguous", ("ocv_soc", "cpe2", "acid_transport"))
+        self.assertFalse(judged.class_true(case("C1", "effect", "acid_transport", ["acid_transport"], four)))
+        self.assertTrue(judged.class_true(case("C1", "effect", "acid_transport", ["acid_transport"], three)))
+
+    def test_a_companion_is_true_and_its_name_not_wrong(self):
+        one = case("C1", "effect", "gassing", ["gassing", "charge_acceptance"], answer("named", ("charge_acceptance",)))
+        self.assertTrue(judged.first_true(one))
+        self.assertEqual(judged.wrong_names(one), [])
+
+    def test_structure_is_not_what_was_added_to_it(self):
+        truths = ["cpe2", "second_electrode", "acid_transport"]
+        one = case("X1", "structural_effect", "acid_transport", truths, answer("several", ("cpe2",), ("ocv_soc",)))
+        self.assertFalse(judged.any_class_true(one))
+        self.assertEqual(judged.wrong_names(one), ["ocv_soc"])
+        self.assertTrue(judged.any_class_true(case("X1", "structural_effect", "acid_transport", truths,
+                                                   answer("several", ("cpe2",), ("ocv_soc", "acid_transport")))))
+
+    def test_a_decoy_taken_for_physics_counts_unless_its_class_has_the_fault(self):
+        alone = case("D1", "decoy", "voltage_drift", ["voltage_drift"], answer("named", ("ocv_soc",)))
+        tied = case("D1", "decoy", "voltage_drift", ["voltage_drift"], answer("ambiguous", ("ocv_soc", "voltage_drift")))
+        by_key = {one.key: one for one in score.figures([alone, tied])}
+        self.assertEqual((by_key["decoy_physics"].k, by_key["decoy_physics"].n, by_key["decoy_found"].k), (1, 2, 1))
+
+    def test_a_warning_is_a_hidden_effect_or_the_next_experiment_of_silence(self):
+        for short, expected in ((answer("no_mismatch", hidden=["gassing"]), True),
+                                (answer("no_mismatch", next_experiment="could not have shown gassing (side reactions)"), True),
+                                (answer("named", ("cpe2",), next_experiment="To confirm gassing"), False),
+                                (answer("no_mismatch"), False)):
+            self.assertEqual(judged.warned(case("C5", "absent", "gassing", ["gassing"], answer("no_mismatch"), short)), expected)
+
+    def test_the_recovered_fraction_compares_with_the_truth_told(self):
+        told = answer("named", ("cpe2",))
+        told["holdout"]["extended"]["rmse_v"] = 0.002
+        one = case("C1", "effect", "cpe2", ["cpe2"], answer("named", ("cpe2",)), told=told)
+        self.assertAlmostEqual(judged.recovered(one), 0.75)
+        self.assertIsNone(judged.recovered(case("C1", "effect", "cpe2", ["cpe2"], answer("named", ("cpe2",)))))
+
+    def test_a_quick_set_with_wrong_clear_names_is_broken(self):
+        def report(right):
+            cases = [case("C1", "effect", "cpe2", ["cpe2"], answer("named", ("cpe2" if k < right else "ocv_soc",))) for k in range(4)]
+            return {"figures": score.figures(cases), "failed": []}
+        self.assertEqual(quick.broken(report(3)), [])
+        self.assertEqual(len(quick.broken(report(2))), 1)
+        self.assertEqual(len(quick.broken(dict(report(4), failed=["case_0009"]))), 1)
+
+    def test_pages_hold_every_figure(self):
+        cases = [case("C1", "effect", "cpe2", ["cpe2"], answer("named", ("ocv_soc",))), case("N1", "null", "-", [], answer("no_mismatch"))]
+        report = {"seal": {"cases": 2, "frozen_commit": "x", "labels_sha256": "y"}, "figures": score.figures(cases), "failed": [],
+                  "confusion": score.confusion(cases), "wrong": [score.told_of(cases[0])]}
+        with tempfile.TemporaryDirectory() as folder:
+            page = os.path.join(folder, "score.md")
+            pages.write(report, page, os.path.join(folder, "pictures"))
+            with open(page) as f:
+                text = f.read()
+            self.assertIn("0 of 1 = 0.0 %", text)
+            self.assertIn("(pictures/proof_confusion.png)", text)
+            self.assertTrue(os.path.getsize(os.path.join(folder, "pictures", "proof_confusion.png")) > 10000)
+        self.assertIn("cpe2", pages.as_text(report))
+
+
+if __name__ == "__main__":
+    unittest.main()
