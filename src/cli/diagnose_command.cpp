@@ -84,7 +84,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       ->capture_default_str();
   command
       ->add_option("--hypotheses", arguments->options.hypotheses,
-                   "ids to weigh, comma-separated; all of sof effects by default")
+                   "ids to weigh, comma-separated; by default all of sof effects but source_delay")
       ->delimiter(',');
   command
       ->add_option("--given", arguments->options.given,

@@ -270,7 +270,7 @@ class Diagnoser {
     std::vector<std::string> ids;
     std::string left_out;
     for (const EffectInfo& info : effectCatalogue()) {
-      if (!all && !contains(options_.hypotheses, info.id)) continue;
+      if (all ? info.on_request : !contains(options_.hypotheses, info.id)) continue;
       if (!slow_ && info.acts_at_edges) continue;
       if (too_long && info.takes_short_steps)
         left_out += (left_out.empty() ? "" : ", ") + info.id;

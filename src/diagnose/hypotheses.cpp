@@ -159,7 +159,7 @@ BatteryModel enlarged(const BatteryModel& model, const std::string& id) {
 std::vector<std::string> addable(const BatteryModel& model, const std::vector<std::string>& hypotheses) {
   std::vector<std::string> ids;
   for (const EffectInfo& info : effectCatalogue()) {
-    const bool wanted = hypotheses.empty() ||
+    const bool wanted = (hypotheses.empty() && !info.on_request) ||
                         std::find(hypotheses.begin(), hypotheses.end(), info.id) != hypotheses.end();
     const auto& there = model.effects();
     if (wanted && std::find(there.begin(), there.end(), info.id) == there.end()) ids.push_back(info.id);

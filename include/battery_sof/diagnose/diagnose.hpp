@@ -13,7 +13,7 @@ struct DiagnoseOptions {
   int threads = 1;              ///< 0: as many as the machine has; the result is the same
   double holdout_share = 0.25;  ///< of the samples, the last ones: opened once, at the end
   DiagnosisThresholds thresholds;
-  std::vector<std::string> hypotheses = {};  ///< ids to weigh; empty for the whole catalogue
+  std::vector<std::string> hypotheses = {};  ///< ids to weigh; empty for all that need no request
   /// Ids that are known to be there: the extended model is the base model with these, and nothing is searched for.
   std::vector<std::string> given = {};
   /// Told what begins; called from the calling thread.

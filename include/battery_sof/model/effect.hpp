@@ -28,7 +28,7 @@ struct StateInfo {
  */
 struct EffectInfo {
   std::string id;         ///< as in JSON, YAML and messages
-  std::string code;       ///< S1 to S6, P1 to P12, I1 to I9; the letter is the tier
+  std::string code;       ///< S1 to S6, P1 to P12, I1 to I9, I11; the letter is the tier
   std::string title;      ///< a few words
   std::string equations;  ///< plain text, one equation a line
   std::vector<ParameterInfo> parameters;
@@ -40,6 +40,7 @@ struct EffectInfo {
   std::vector<std::string> same_as = {};  ///< ids that current and voltage at 100 Hz do not tell it from, whatever a fit says
   bool acts_at_edges = false;  ///< within a tenth of a second of a change of the current, and nowhere else
   bool takes_short_steps = false;  ///< long intervals cost as many short ones: the effect acts back on others within them
+  bool on_request = false;  ///< a diagnosis weighs it only where it is named among the hypotheses
   char tier() const { return code.front(); }
 };
 

@@ -126,6 +126,11 @@ struct ActsAtEdges : std::false_type {};
 template <typename D>
 struct ActsAtEdges<D, std::void_t<decltype(D::kActsAtEdges)>> : std::true_type {};
 
+template <typename D, typename = void>
+struct OnRequest : std::false_type {};
+template <typename D>
+struct OnRequest<D, std::void_t<decltype(D::kOnRequest)>> : std::true_type {};
+
 /// An effect's hooks in arithmetic S; those it does not have change nothing.
 template <typename D, typename S>
 class KernelOf final : public EffectKernel<S> {
@@ -173,6 +178,7 @@ template <typename D>
 Effect effectOf() {
   Effect effect;
   effect.info = D::info();
+  effect.info.on_request = OnRequest<D>::value;
   effect.info.acts_at_edges = ActsAtEdges<D>::value;
   effect.info.takes_short_steps = IsLadder<D>::value || StepsFinely<D>::value;
   effect.hooks = {HasSense<D>::value,   HasAdapt<D>::value,   HasSideCurrent<D>::value,

@@ -78,7 +78,7 @@ TEST(EffectCatalogue, HoldsEveryEquationOfTheThreeTiersUnderItsOwnName) {
   for (const char* id :
        {"cpe2", "fast_arc", "current_dependent_resistance", "charge_transfer", "second_electrode", "inductance",
         "gassing", "charge_acceptance", "sulphate_history", "acid_transport", "ocv_soc", "ocv_hysteresis",
-        "high_rate_depletion", "coup_de_fouet", "fresh_sulphate", "self_heating", "parameter_drift", "parasitic_load",
+        "high_rate_depletion", "coup_de_fouet", "fresh_sulphate", "source_delay", "self_heating", "parameter_drift", "parasitic_load",
         "current_offset", "current_gain", "time_skew", "sensor_lag", "contact_resistance", "voltage_drift"})
     EXPECT_EQ(std::count(ids.begin(), ids.end(), id), 1) << id;
 }
@@ -197,3 +197,30 @@ TEST_P(EveryEffect, StepsOfASecondStayWithinAMillivoltOfAHundredTimesFinerOnes) 
 
 INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, ::testing::ValuesIn(allIds()),
                          [](const auto& instance) { return instance.param; });
+
+namespace {
+
+/// Seconds from the end of a heavy discharge to where half of the source's voltage shows, with a current held in between.
+double sourceRisesAfter(double charging) {
+  Series series;
+  for (int t = 0; t < 200; ++t) {
+    series.time.push_back(t);
+    series.current.push_back(t < 30 ? -40.0 : charging);
+    series.voltage.push_back(12.5);
+  }
+  const BatteryModel base, source({"source_delay"});
+  const Drive drive = fullDrive(series, whole(series));
+  const auto with = voltages(source, pointOf(source, typicalPoint(source)), drive);
+  const auto without = voltages(base, pointOf(base, typicalPoint(base)), drive);
+  const double whole_rise = with.back() - without.back();
+  std::size_t n = 31;
+  while (with[n] - without[n] < 0.5 * whole_rise) ++n;
+  return static_cast<double>(n) - 30.0;
+}
+
+}  // namespace
+
+TEST(SourceDelay, TheVoltageRisesAtASetTimeAfterAHeavyDischargeWhateverIsChargedMeanwhile) {
+  // The typical delay is 40 s; samples come every second.
+  for (const double charging : {0.0, 0.5, 5.0, 25.0}) EXPECT_NEAR(sourceRisesAfter(charging), 40.0, 1.5) << charging;
+}

@@ -1,0 +1,152 @@
+"""Effects added to a recording that was measured, with numpy alone; shares no code with the product.
+
+Current is positive while charging. Nothing is integrated across a gap (longer than three times the median interval): a memory decays
+with the time that passed, a charge stays. A step back of the clock counts as no time.
+"""
+import csv
+import datetime
+import math
+
+import numpy as np
+
+UNITS = {"current_offset": "A", "discharge_missed": "1", "charge_missed": "1", "time_skew": "s", "contact_resistance": "ohm", "voltage_drift": "V/h",
+         "acid_transport": "ohm", "ocv_soc": "V/Ah", "high_rate_depletion": "1/A", "memory_resistance": "ohm/A",
+         "series_resistance": "ohm", "voltage_step": "V", "white_noise": "V"}
+NEUTRAL = ("series_resistance", "voltage_step", "white_noise")  # the base circuit's parameters or its noise take them up whole
+# What a diagnosis should call it; None: it is in no catalogue, or nothing.
+NAMED = {name: name for name in UNITS}
+NAMED.update(discharge_missed="current_gain", charge_missed="current_gain", memory_resistance=None, **dict.fromkeys(NEUTRAL))
+CURRENT_SIDE = ("current_offset", "discharge_missed", "charge_missed", "time_skew")
+# Beyond these no battery, cable or instrument that is still in use goes.
+LIMITS = {"current_offset": 5.0, "contact_resistance": 0.02, "voltage_drift": 0.5, "acid_transport": 0.05, "ocv_soc": 0.5, "memory_resistance": 2e-4}
+DEPLETION_VOLTAGE = 0.15  # [V], kappa
+DEEPEST = 0.95  # [1], share of the acid that may be used up
+
+
+def seconds(text):
+    try:
+        return float(text)
+    except ValueError:
+        return datetime.datetime.fromisoformat(text).replace(tzinfo=datetime.timezone.utc).timestamp()
+
+
+def read(path, time, current, voltage, discharge_positive=False, start=-math.inf, end=math.inf):
+    """Time [s], current [A, positive into the battery] and voltage [V] of the rows that hold all three, from start to end."""
+    rows = []
+    with open(path, newline="") as file:
+        for row in csv.DictReader(file):
+            if row[time] and row[current] and row[voltage]:
+                rows.append((seconds(row[time]), float(row[current]), float(row[voltage])))
+    t, i, u = np.array(rows).T
+    kept = (t >= start) & (t <= end)
+    return t[kept], -i[kept] if discharge_positive else i[kept], u[kept]
+
+
+def write(path, t, i, u):
+    with open(path, "w") as file:
+        file.write("t_s,current_A,voltage_V\n")
+        for row in zip(t, i, u):
+            file.write("{:.6f},{:.6f},{:.6f}\n".format(*row))
+
+
+def steps(t):
+    """Time that passed before every sample [s], and whether the current before it is known."""
+    passed = np.maximum(np.diff(t, prepend=t[0]), 0.0)
+    return passed, passed <= 3.0 * np.median(np.diff(t))
+
+
+def low_pass(t, x, tau):
+    """LP_tau[x]: dy/dt = (x - y) / tau with x held from sample to sample; without a drive across gaps."""
+    passed, known = steps(t)
+    y, out = 0.0, np.empty(len(t))
+    for k in range(len(t)):
+        keep = math.exp(-passed[k] / tau)
+        y = keep * y + ((1.0 - keep) * x[k - 1] if k and known[k] else 0.0)
+        out[k] = y
+    return out
+
+
+def charge(t, i):
+    """[Ah] since the first sample."""
+    passed, known = steps(t)
+    return np.cumsum(np.where(known, passed, 0.0) * np.concatenate(([0.0], i[:-1]))) / 3600.0
+
+
+def instant_of_throughput(t, i, share):
+    """[s], when a share of all the charge that passes either way has passed."""
+    passed = charge(t, np.abs(i))
+    return float(t[np.searchsorted(passed, share * passed[-1])])
+
+
+def shifted(t, u, delay):
+    """Voltage that comes late by delay [s]: u(t - delay), linear between samples, as measured where a gap or the clock forbids it."""
+    out, start = u.copy(), 0
+    known = steps(t)[1] & (np.diff(t, prepend=t[0] - 1.0) > 0.0)
+    ends = [k for k in range(1, len(t)) if not known[k]] + [len(t)]
+    for end in ends:
+        if end - start > 2:
+            out[start:end] = np.interp(t[start:end] - delay, t[start:end], u[start:end])
+        start = end
+    return out
+
+
+def added_voltage(name, t, i, strength, tau, instant):
+    """What an addition to the voltage adds [V]."""
+    if name == "contact_resistance":
+        return strength * i * (t > instant)
+    if name == "voltage_drift":
+        return strength * (t - t[0]) / 3600.0
+    if name == "acid_transport":
+        return strength * low_pass(t, i, tau)
+    if name == "ocv_soc":
+        return strength * charge(t, i)
+    if name == "high_rate_depletion":
+        return DEPLETION_VOLTAGE * np.log(1.0 - np.minimum(strength * low_pass(t, np.maximum(-i, 0.0), tau), DEEPEST))
+    if name == "memory_resistance":
+        return strength * i * low_pass(t, np.abs(i), tau)
+    if name == "series_resistance":
+        return strength * i
+    if name == "voltage_step":
+        return np.full(len(t), strength)
+    if name == "white_noise":
+        return np.random.default_rng(1).normal(0.0, strength, len(t))
+    raise ValueError("no addition of that name: " + name)
+
+
+def changed(name, t, i, u, strength, tau, instant):
+    """Current and voltage with the addition."""
+    if strength == 0.0:
+        return i, u
+    if name == "current_offset":
+        return i + strength, u
+    if name == "discharge_missed":
+        return np.where(i < 0.0, (1.0 - strength) * i, i), u
+    if name == "charge_missed":
+        return np.where(i > 0.0, (1.0 - strength) * i, i), u
+    if name == "time_skew":
+        return i, shifted(t, u, strength)
+    return i, u + added_voltage(name, t, i, strength, tau, instant)
+
+
+def unexplained(name, t, i, added):
+    """RMS of what [1, i-, i+, LP_3s[i], LP_30s[i], t] leave of an added voltage [V]; a drift is not held against the drift itself."""
+    columns = [np.ones_like(t), np.minimum(i, 0.0), np.maximum(i, 0.0), low_pass(t, i, 3.0), low_pass(t, i, 30.0)]
+    if name != "voltage_drift":
+        columns.append((t - t.mean()) / 3600.0)
+    basis = np.stack(columns, axis=1)
+    rest = added - basis @ np.linalg.lstsq(basis, added, rcond=None)[0]
+    return float(np.sqrt(np.mean(rest**2)))
+
+
+def strength_for(name, t, i, rms, tau, instant):
+    """Strength at which `unexplained` is rms [V], at most its limit; for a depletion at most the one that uses the acid up."""
+    if name != "high_rate_depletion":
+        return min(LIMITS[name], rms / unexplained(name, t, i, added_voltage(name, t, i, 1.0, tau, instant)))
+    low, high = 0.0, DEEPEST / np.max(low_pass(t, np.maximum(-i, 0.0), tau))
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        if unexplained(name, t, i, added_voltage(name, t, i, middle, tau, instant)) < rms:
+            low = middle
+        else:
+            high = middle
+    return high
