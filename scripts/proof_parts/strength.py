@@ -8,7 +8,8 @@ from . import difficulty
 from .levels import SHORT_S, WITH_COMPANION, Z_WANTED, derived
 from .programs import Failure, Workplace
 
-LARGEST_SCALE, SMALLEST_SCALE = 3.0, 1e-3
+LARGEST_SCALE, SMALLEST_SCALE = 1.0, 1e-3  # what the generator draws reaches to the ends of the catalogue's ranges
+LARGEST_SECOND = 3.0
 NEAR_Z = 0.1           # relative distance to the wanted z that is near enough
 HIDDEN_Z, BIASED = 5.0, 0.1     # absorbed: z below, bias above
 MASKED_RATIO = 0.4
@@ -164,7 +165,7 @@ def for_masked(programs, case):
         if ratio < 0.8 * MASKED_RATIO:
             break
     _, one, second = best
-    first = rounded(min(1.0, LARGEST_SCALE / second))  # what would need too strong a second masks a weaker first
+    first = rounded(min(1.0, LARGEST_SECOND / second))  # what would need too strong a second masks a weaker first
     return masked(programs, one, first, rounded(first * second))
 
 
@@ -173,7 +174,7 @@ def masked(programs, case, first, second):
     alone = tried[0.0]
     for _ in range(3):
         tried[second] = rms(raw(programs, case, (first, second)))
-        second = rounded(min(max(bottom(tried, second), 0.05), LARGEST_SCALE))
+        second = rounded(min(max(bottom(tried, second), 0.05), LARGEST_SECOND))
         if any(abs(second - scale) < 0.05 * scale for scale in tried):
             break
     second = min((scale for scale in tried if scale), key=lambda scale: tried[scale])

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include "battery_sof/diagnose/held_out_blocks.hpp"
@@ -18,6 +19,7 @@ constexpr std::size_t kMostRefitted = 7;   // with their look-alikes
 constexpr double kWorthRefit = 0.05;
 constexpr double kUnconverged = 0.7;       // a refit that gains less than this share of its score is searched again
 constexpr int kBlocks = 4;
+constexpr int kShorterBlocks = 8;          // where the regime of an effect fills one block, the others cannot teach it
 constexpr const char* kSecondElectrode = "second_electrode";  // two electrodes can change places: many local optima
 constexpr int kGivenStarts = 4;             // what is certain to be there is worth a wider search
 constexpr std::size_t kJudged = 4;          // of the best whose held-out gain is looked at
@@ -183,10 +185,10 @@ class Search {
   }
 
   bool takeBest(std::vector<Weighed>& ones) {
-    const HeldOut before = heldOutErrors(naming_.extended, drive_, kBlocks, options_.threads);
+    before_.clear();
     for (std::size_t k = 0; k < ones.size(); ++k) {
       Candidate candidate = candidateOf(ones, k);
-      candidate.rejected_because = k < kJudged ? objectionTo(ones[k], before, candidate) : "others explain more of it";
+      candidate.rejected_because = k < kJudged ? objectionTo(ones[k], candidate) : "others explain more of it";
       note(candidate);
       if (!candidate.rejected_because.empty()) continue;
       accept(ones, k, candidate);
@@ -196,20 +198,36 @@ class Search {
   }
 
   /// @return what speaks against naming it; empty when nothing does.
-  std::string objectionTo(const Weighed& one, const HeldOut& before, Candidate& candidate) {
+  std::string objectionTo(const Weighed& one, Candidate& candidate) {
     if (one.evidence <= 0.0) return "it is not worth its parameters";
-    const HeldOut after = heldOutErrors(*one.fit, drive_, kBlocks, options_.threads);
-    const HeldOutGain gain = gainOf(before, after, drive_, one.fit->residual - naming_.extended.residual);
+    HeldOutGain gain = heldOutGain(one, kBlocks);
+    std::string objection = objectionOfBlocks(gain, one.signature.id, kBlocks);
+    if (!objection.empty() && one.evidence > needed(one.signature.id)) {
+      gain = heldOutGain(one, kShorterBlocks);
+      objection = objectionOfBlocks(gain, one.signature.id, kShorterBlocks);
+    }
     candidate.holdout_gain_percent = 100.0 * gain.rms_share;
-    // A block in which alone an effect shows cannot be predicted without it; a large fall of the error still counts.
-    if (gain.worse_blocks > 1 && gain.rms_share < kLargeShare) return "it makes several of the blocks held out of the fit worse";
-    const double large = hasInstant(one.signature.id) ? options_.thresholds.least_share : kLargeShare;
-    if (gain.deviance <= 0.0 && gain.rms_share < large) return "blocks held out of the fit are predicted no better with it";
+    if (!objection.empty()) return objection;
     naming_.unnamed = true;
     if (one.evidence <= needed(one.signature.id)) return "its evidence is below what a name needs";
     const double least = isStructure(one.signature.id) ? options_.thresholds.least_structure_share : options_.thresholds.least_share;
     if (gain.rms_share < least) return "what it takes out of the error is too small for a name";
     naming_.unnamed = false;
+    return "";
+  }
+
+  /// What blocks held out of the fit gain by it. The errors without it are kept for the next that asks.
+  HeldOutGain heldOutGain(const Weighed& one, int blocks) {
+    if (before_.count(blocks) == 0) before_[blocks] = heldOutErrors(naming_.extended, drive_, blocks, options_.threads);
+    const HeldOut after = heldOutErrors(*one.fit, drive_, blocks, options_.threads);
+    return gainOf(before_[blocks], after, drive_, one.fit->residual - naming_.extended.residual);
+  }
+
+  /// A block in which alone an effect shows cannot be predicted without it; a large fall of the error still counts.
+  std::string objectionOfBlocks(const HeldOutGain& gain, const std::string& id, int blocks) const {
+    if (gain.worse_blocks > blocks / kBlocks && gain.rms_share < kLargeShare) return "it makes several of the blocks held out of the fit worse";
+    const double large = hasInstant(id) ? options_.thresholds.least_share : kLargeShare;
+    if (gain.deviance <= 0.0 && gain.rms_share < large) return "blocks held out of the fit are predicted no better with it";
     return "";
   }
 
@@ -346,6 +364,7 @@ class Search {
   const NamingOptions& options_;
   WhitenedSearch search_;
   Naming naming_;
+  std::map<int, HeldOut> before_;  // errors of the extended model on so many blocks
 };
 
 }  // namespace

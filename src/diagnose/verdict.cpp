@@ -48,6 +48,14 @@ std::string gainSentence(const Diagnosis& diagnosis) {
          withUnit(1e3 * after.rmse, "%.1f", "mV") + " RMS";
 }
 
+/// What was accepted and yet explains too little to be the verdict's name.
+std::string partOfIt(const Diagnosis& diagnosis) {
+  std::vector<std::string> ids;
+  for (const Candidate& candidate : diagnosis.candidates)
+    if (candidate.rejected_because.empty()) ids.push_back(named(candidate.id));
+  return ids.empty() ? "" : "; " + joined(ids, " and ") + (ids.size() == 1 ? " is" : " are") + " part of it";
+}
+
 std::string whereSentence(const Diagnosis& diagnosis) {
   const RegimeFinding* worst = nullptr;
   for (const RegimeFinding& finding : diagnosis.regimes)
@@ -77,10 +85,14 @@ Verdict judge(const Naming& naming, const InstrumentScreen& instruments, const R
               const DiagnosisThresholds& thresholds) {
   const bool remains = remainder.extended_omnibus > thresholds.omnibus || remainder.has_tone;
   if (naming.accepted.empty()) {
+    // Worth a name by its evidence and yet not to be named. At edges the current's own noise has such evidence (docs/decisions/0007).
+    const bool is_unnamed = std::any_of(naming.candidates.begin(), naming.candidates.end(), [&](const Candidate& candidate) {
+      return candidate.evidence > thresholds.name_evidence && !effectInfo(candidate.id).acts_at_edges;
+    });
     // Coarse steps and cut-off peaks do not make currents and their memory explain what is left.
     if (!instruments.faults.empty() && remainder.extended_omnibus <= kBeyondInstruments && !remainder.has_tone)
       return Verdict::kSensorFault;
-    return remains ? Verdict::kUnknown : Verdict::kNoMismatch;
+    return remains || is_unnamed ? Verdict::kUnknown : Verdict::kNoMismatch;
   }
   if (remains && remainder.explained < kExplained) return Verdict::kUnknown;
   bool tied = false, instrumental = true;
@@ -143,7 +155,7 @@ std::string summaryOf(const Diagnosis& diagnosis) {
              gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kUnknown:
       return "Model and measurement part in a way that the catalogue does not explain" +
-             (diagnosis.force ? ": " + withoutStop(diagnosis.force->description) : std::string()) + whereSentence(diagnosis) + ".";
+             partOfIt(diagnosis) + (diagnosis.force ? ": " + withoutStop(diagnosis.force->description) : std::string()) + whereSentence(diagnosis) + ".";
     case Verdict::kSensorFault:
       return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";
     case Verdict::kInsufficientData: break;

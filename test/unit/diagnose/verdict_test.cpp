@@ -28,6 +28,25 @@ TEST(Verdict, NothingAcceptedButSomethingLeftIsUnknown) {
   EXPECT_EQ(Verdict::kUnknown, judge(named({}), {}, {20.0, 20.0, 0.0}, kThresholds));
 }
 
+TEST(Verdict, EvidenceWorthANameThatMayNotBeNamedIsUnknown) {
+  Naming naming;
+  Candidate candidate{"ocv_soc", 9.0, 1.5 * kThresholds.name_evidence, 0.0, 0.0, "blocks held out of the fit are predicted no better with it"};
+  naming.candidates = {candidate};
+  EXPECT_EQ(Verdict::kUnknown, judge(naming, {}, {1.0, 1.0, 0.0}, kThresholds));
+  naming.candidates.front().evidence = 0.5 * kThresholds.name_evidence;
+  EXPECT_EQ(Verdict::kNoMismatch, judge(naming, {}, {1.0, 1.0, 0.0}, kThresholds));
+  naming.candidates.front() = {"sensor_lag", 9.0, 5.0 * kThresholds.name_evidence, 0.0, 0.0, "what it takes out of the error is too small for a name"};
+  EXPECT_EQ(Verdict::kNoMismatch, judge(naming, {}, {1.0, 1.0, 0.0}, kThresholds));
+}
+
+TEST(Summary, SaysWhatIsPartOfSomethingUnknown) {
+  Diagnosis diagnosis;
+  diagnosis.verdict = Verdict::kUnknown;
+  diagnosis.candidates = {{"contact_resistance", 9.0, 200.0, 20.0, 0.9, ""}, {"ocv_soc", 9.0, 100.0, 20.0, 0.0, "others explain more of it"}};
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("contact_resistance"));
+  EXPECT_EQ(std::string::npos, summaryOf(diagnosis).find("ocv_soc"));
+}
+
 TEST(Verdict, FaultsOfTheInstrumentsAreNamedWhenNothingElseIs) {
   EXPECT_EQ(Verdict::kSensorFault, judge(named({}), {{"clipping"}, {}}, {1.0, 1.0, 0.0}, kThresholds));
   EXPECT_EQ(Verdict::kNamed, judge(named({effect("cpe2")}), {{"clipping"}, {}}, {90.0, 1.0, 1.0}, kThresholds));
