@@ -80,15 +80,18 @@ class DiagnosisWhileDriving(NodeTest):
         ask = rospy.ServiceProxy("/sof_node/predict_cranking", PredictCranking, persistent=True)
         ask(**QUESTION)
         accepted = status.newest().accepted
-        requests = [Request("sof_node"), Request("sof_node")]
-        for request in requests:
-            request.start()
-        self.assert_others_are_served(ask, requests)
-        status.wait(lambda s: s.accepted > accepted, 10, "samples taken in meanwhile")
-        for request in requests:
-            request.join(timeout=DIAGNOSED_WITHIN)
-            self.assertIsNotNone(request.response, "no diagnosis within {} s".format(DIAGNOSED_WITHIN))
-        response, second = sorted((request.response for request in requests), key=lambda r: r.code)
+        for _ in range(3):  # on a busy machine the second may come when the first has ended
+            requests = [Request("sof_node"), Request("sof_node")]
+            for request in requests:
+                request.start()
+            self.assert_others_are_served(ask, requests)
+            status.wait(lambda s: s.accepted > accepted, 10, "samples taken in meanwhile")
+            for request in requests:
+                request.join(timeout=DIAGNOSED_WITHIN)
+                self.assertIsNotNone(request.response, "no diagnosis within {} s".format(DIAGNOSED_WITHIN))
+            response, second = sorted((request.response for request in requests), key=lambda r: r.code)
+            if second.code != DiagnoseResponse.OK:
+                break
         self.assertEqual((second.success, second.code), (False, DiagnoseResponse.BUSY), second)
         self.assertIn("running", second.message)
 
