@@ -35,7 +35,7 @@ struct SourceDelay {
          // What the battery takes keeps the source below its voltage: seen 0.05 / A.
          shape("source_yield", "k_s", "1/A", 0.02, 1e-4, 1.0, 1.5,
                "start-stop recordings: 0.05 / A")},
-        {{"source_clock", "s", 300.0, 300.0, 0.0, 2000.0}, {"surface_discharge", "A"}},
+        {{"source_clock", "s", 0.0, 300.0, 0.0, 2000.0}, {"surface_discharge", "A"}},
         {"fresh_sulphate", "charge_acceptance", "ocv_hysteresis", "ocv_soc"},
         "the same restart with the generator off, or a charger of constant voltage",
         {}};
