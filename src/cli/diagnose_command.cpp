@@ -82,14 +82,16 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       ->add_option("--holdout", arguments->options.holdout_share,
                    "share of the samples, the last ones, kept for the comparison alone")
       ->capture_default_str();
-  command
-      ->add_option("--hypotheses", arguments->options.hypotheses,
-                   "ids to weigh, comma-separated; by default all of sof effects but source_delay")
-      ->delimiter(',');
+  CLI::Option* hypotheses =
+      command
+          ->add_option("--hypotheses", arguments->options.hypotheses,
+                       "ids to weigh, comma-separated; by default all of sof effects but source_delay")
+          ->delimiter(',');
   command
       ->add_option("--given", arguments->options.given,
                    "ids that are known to be there, comma-separated: they are modelled and nothing is searched for")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->excludes(hypotheses);
   command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")
       ->capture_default_str();
   addJsonOption(*command, arguments->json);

@@ -90,5 +90,11 @@ TEST_F(SofDiagnose, NamesWhatADriveHasAndWritesModelsThatPredict) {
   EXPECT_NE(yaml.str().find("sha256:"), std::string::npos);
 }
 
+TEST_F(SofDiagnose, WhatIsGivenLeavesNothingToWeigh) {
+  const Outcome outcome = sof({"diagnose", path("any.csv"), "--given", "ocv_soc", "--hypotheses", "gassing"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("--hypotheses"), std::string::npos) << outcome.err;
+}
+
 }  // namespace
 }  // namespace battery_sof
