@@ -9,6 +9,7 @@
 namespace battery_sof {
 namespace {
 
+constexpr int kBlocks = 4;
 constexpr double kNamed = 6.0;  // z: its square pays for two parameters and the evidence of a name, nearly
 
 /// The effect's strength that is told; none for one without a typical strength.
@@ -50,27 +51,37 @@ class FreeVoltage {
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
 };
 
-/// rms(s_free) / rms(e) over the samples on which s_free acts most; the larger of that and of all samples.
-double shareOfError(const Eigen::VectorXd& free, const WhitenedFit& fit, const Drive& drive) {
+/// rms(s_free) / rms(e) over the samples on which s_free acts most; the larger of that and of all samples. @param error e, held out [V].
+double shareOfError(const Eigen::VectorXd& free, const Eigen::VectorXd& error, const Drive& drive) {
   double share = 0.0;
   for (const double least : {0.0, leastActing(free)}) {
-    double own = 0.0, error = 0.0;
+    double own = 0.0, all = 0.0;
     for (Eigen::Index n = 0; n < free.size(); ++n) {
       const double count = drive.samples[static_cast<std::size_t>(n)].count;
       if (!(count > 0.0) || std::abs(free[n]) < least) continue;
       own += count * free[n] * free[n];
-      error += count * fit.residual[n] * fit.residual[n];
+      all += count * error[n] * error[n];
     }
-    if (error > 0.0) share = std::max(share, std::sqrt(own / error));
+    if (all > 0.0) share = std::max(share, std::sqrt(own / all));
   }
   return share;
+}
+
+/// z of the strongest that is not the effect itself nor one of its twins: it would be taken first.
+double strongestBeside(const EffectInfo& info, const std::vector<Signature>& screened) {
+  double score = 0.0;
+  for (const Signature& other : screened)
+    if (other.id != info.id && std::find(info.same_as.begin(), info.same_as.end(), other.id) == info.same_as.end())
+      score = std::max(score, other.score);
+  return std::sqrt(score);
 }
 
 }  // namespace
 
 std::vector<Detectable> detectableBeside(const WhitenedFit& fit, const Drive& drive, const std::vector<Signature>& screened,
-                                         const DiagnosisThresholds& thresholds) {
+                                         const DiagnosisThresholds& thresholds, int threads) {
   const FreeVoltage free(fit, drive);
+  const Eigen::VectorXd held_out = heldOutErrors(fit, drive, kBlocks, threads).error;
   std::vector<Detectable> list;
   for (const Signature& signature : screened) {
     const EffectInfo& info = effectInfo(signature.id);
@@ -79,9 +90,9 @@ std::vector<Detectable> detectableBeside(const WhitenedFit& fit, const Drive& dr
     Detectable one{info.id, told->name, told->unit, told->upper, told->magnitude, false};
     const double from_nothing = std::abs(told->magnitude - *told->vanishes_at);
     const double kept = 1.0 - (info.tier() == 'S' ? thresholds.least_structure_share : thresholds.least_share);
-    const double share = shareOfError(free.of(signature), fit, drive);
+    const double share = shareOfError(free.of(signature), held_out, drive);
     if (signature.sensitivity > 0.0 && share > 0.0)
-      one.strength = from_nothing * std::max(kNamed / signature.sensitivity, std::sqrt(1.0 / (kept * kept) - 1.0) / share);
+      one.strength = from_nothing * std::max(std::max(kNamed, strongestBeside(info, screened)) / signature.sensitivity, std::sqrt(1.0 / (kept * kept) - 1.0) / share);
     one.visible = one.strength <= from_nothing;
     list.push_back(one);
   }

@@ -242,6 +242,7 @@ class Diagnoser {
     options.thresholds = options_.thresholds;
     options.threads = options_.threads;
     options.least_white = search_.least_white;
+    options.interval = medianInterval(quiet_current_);
     options.progress = options_.progress;
     options.hypotheses = slowHypotheses();
     naming_ = nameEffects(quiet_, base_, options);
@@ -250,7 +251,10 @@ class Diagnoser {
     if (naming_.accepted.size() != slow_ones) {
       // What the edges had bent may now be named or withdrawn.
       const WhitenedFit start = fitWhitened(naming_.extended.model, quiet_, {naming_.extended.point}, std::nullopt, search_);
+      const std::vector<std::string> before = naming_.extended.model.effects();
       naming_ = nameEffects(quiet_, start, options, naming_);
+      // And what had been named at the edges, without what came in now.
+      if (naming_.extended.model.effects() != before) nameFast(options);
     }
     final_ = fitWhitened(naming_.extended.model, quiet_, {naming_.extended.point}, std::nullopt, search_);
     if (!slow_ && !naming_.accepted.empty())
@@ -354,16 +358,17 @@ class Diagnoser {
     std::vector<Signature> slow_ones, fast_ones;
     for (const Signature& signature : naming_.last_screen)
       (!slow_ && effectInfo(signature.id).acts_at_edges ? fast_ones : slow_ones).push_back(signature);
-    found_.detectable = detectableBeside(final_, quiet_, slow_ones, options_.thresholds);
+    found_.detectable = detectableBeside(final_, quiet_, slow_ones, options_.thresholds, options_.threads);
     if (fast_ones.empty()) return;
     const WhitenedFit& at_edges = naming_.extended;
-    for (const Detectable& one : detectableBeside(at_edges, drive_, fast_ones, fastThresholds())) found_.detectable.push_back(one);
+    for (const Detectable& one : detectableBeside(at_edges, drive_, fast_ones, fastThresholds(), options_.threads)) found_.detectable.push_back(one);
   }
 
   /// Those of a search on all samples: what acts at edges alone changes little of the whole.
   DiagnosisThresholds fastThresholds() const {
     DiagnosisThresholds thresholds = options_.thresholds;
     thresholds.least_share = thresholds.least_structure_share = thresholds.least_fast_share;
+    thresholds.name_evidence = thresholds.fast_name_evidence;
     return thresholds;
   }
 

@@ -24,6 +24,9 @@ constexpr const char* kSecondElectrode = "second_electrode";  // two electrodes 
 constexpr int kGivenStarts = 4;             // what is certain to be there is worth a wider search
 constexpr std::size_t kJudged = 4;          // of the best whose held-out gain is looked at
 constexpr double kLargeShare = 0.3;          // of the held-out RMS error
+constexpr double kLeastOfSampling = 0.1;     // of the sampling interval: what is shorter is the filter's before the sampling
+constexpr double kDiscrepancy = 0.02;          // of the evidence for a piece of structure: what the true structure may leave beside it
+constexpr int kMostExchanges = 3;            // of physics for structure, each with a new search beside it
 constexpr double kRival = 30.0;            // evidence behind the winner's within which a rival is refitted in its place
 
 double penaltyOf(const WhitenedFit& fit, const Drive& drive) {
@@ -96,9 +99,8 @@ class Search {
   }
 
   Naming run() {
-    while (step()) {
-    }
-    dropSuperfluous();
+    searchOn();
+    for (int k = 0; k < kMostExchanges && exchangeForStructure(); ++k) searchOn();
     compareRivals();
     return std::move(naming_);
   }
@@ -115,6 +117,12 @@ class Search {
       if (std::none_of(twins.begin(), twins.end(), [&](const std::string& twin) { return isAccepted(twin); })) ids.push_back(id);
     }
     return screen(naming_.extended, drive_, ids, options_.threads);
+  }
+
+  void searchOn() {
+    while (step()) {
+    }
+    dropSuperfluous();
   }
 
   /// A refit that gains much less than its score promised did not converge: the one that promised most is searched once
@@ -169,10 +177,7 @@ class Search {
       if (isStructure(signature.id)) structure.push_back(signature);
     std::vector<WhitenedFit> fits(structure.size());
     parallelFor(structure.size(), options_.threads, [&](std::size_t k) {
-      WhitenedSearch wider = search_;
-      wider.more_starts = structure[k].id == kSecondElectrode ? 5 : 0;
-      wider.every_start = structure[k].id == kSecondElectrode;
-      fits[k] = refit(naming_.extended, drive_, structure[k], wider);
+      fits[k] = refit(naming_.extended, drive_, structure[k], searchFor(structure[k].id));
     });
     for (std::size_t k = 0; k < structure.size(); ++k) {
       const double evidence = evidenceOf(naming_.extended, fits[k], penalty);
@@ -182,6 +187,13 @@ class Search {
       else if (evidence > known->evidence)
         *known = {structure[k], std::move(fits[k]), evidence};
     }
+  }
+
+  WhitenedSearch searchFor(const std::string& id) const {
+    WhitenedSearch search = search_;
+    search.more_starts = id == kSecondElectrode ? 5 : 0;
+    search.every_start = id == kSecondElectrode;
+    return search;
   }
 
   bool takeBest(std::vector<Weighed>& ones) {
@@ -208,12 +220,23 @@ class Search {
     }
     candidate.holdout_gain_percent = 100.0 * gain.rms_share;
     if (!objection.empty()) return objection;
+    if (isBelowSampling(one)) return "it is shorter than the sampling can show";
     naming_.unnamed = true;
     if (one.evidence <= needed(one.signature.id)) return "its evidence is below what a name needs";
     const double least = isStructure(one.signature.id) ? options_.thresholds.least_structure_share : options_.thresholds.least_share;
     if (gain.rms_share < least) return "what it takes out of the error is too small for a name";
     naming_.unnamed = false;
     return "";
+  }
+
+  /// Whether its only strength is a time that is a small part of the sampling interval.
+  bool isBelowSampling(const Weighed& one) const {
+    const EffectInfo& info = effectInfo(one.signature.id);
+    if (!info.acts_at_edges) return false;
+    return std::any_of(info.parameters.begin(), info.parameters.end(), [&](const ParameterInfo& parameter) {
+      return parameter.vanishes_at && !parameter.held && parameter.unit == "s" &&
+             std::abs(one.fit->point.parameters[*one.fit->model.parameterRow(parameter.name)]) < kLeastOfSampling * options_.interval;
+    });
   }
 
   /// What blocks held out of the fit gain by it. The errors without it are kept for the next that asks.
@@ -231,7 +254,14 @@ class Search {
     return "";
   }
 
-  double needed(const std::string& id) const { return isStructure(id) ? options_.thresholds.structure_evidence : options_.thresholds.name_evidence; }
+  /// The catalogue's structure stands for a battery's own, which is never quite that: what is left of it is no physics.
+  double needed(const std::string& id) const {
+    if (isStructure(id)) return options_.thresholds.structure_evidence;
+    double least = options_.thresholds.name_evidence;
+    for (const Accepted& accepted : naming_.accepted)
+      if (isStructure(accepted.id) && !effectInfo(accepted.id).acts_at_edges) least = std::max(least, kDiscrepancy * accepted.evidence);
+    return least;
+  }
 
   Candidate candidateOf(const std::vector<Weighed>& ones, std::size_t k) const {
     double sum = 0.0;
@@ -298,7 +328,37 @@ class Search {
     const CompositionPoint start = embedded(naming_.extended.model, naming_.extended.point, smaller);
     WhitenedFit fit = fitWhitened(smaller, drive_, {start, typicalStart(smaller, drive_)}, naming_.extended.noise, search_);
     if (instead.empty()) return fit;
-    return refit(fit, drive_, screen(fit, drive_, {instead}, 1).front(), search_);
+    return refit(fit, drive_, screen(fit, drive_, {instead}, 1).front(), searchFor(instead));
+  }
+
+  /// Physics that was taken in before a piece of structure was seen beside it, and for which that piece does better, gives
+  /// way to it. @return whether something did.
+  bool exchangeForStructure() {
+    std::vector<std::pair<std::size_t, std::string>> pairs;
+    for (const std::string& id : addable(naming_.extended.model, options_.hypotheses))
+      for (std::size_t k = 0; isStructure(id) && k < naming_.accepted.size(); ++k)
+        if (const std::string& known = naming_.accepted[k].id; !isStructure(known) && isOpen(known) && !isNeeded(known)) pairs.push_back({k, id});
+    if (pairs.empty()) return false;
+    tell("checking that no structure does better than what was named");
+    std::vector<WhitenedFit> fits(pairs.size());
+    std::vector<double> gains(pairs.size());
+    const double penalty = penaltyOf(naming_.extended, drive_);
+    parallelFor(pairs.size(), options_.threads, [&](std::size_t p) {
+      fits[p] = exchanged(naming_.accepted[pairs[p].first].id, pairs[p].second);
+      gains[p] = -evidenceOf(fits[p], naming_.extended, penalty);
+    });
+    behind_.clear();
+    for (std::size_t p = 0; p < pairs.size(); ++p) behind_[{naming_.accepted[pairs[p].first].id, pairs[p].second}] = -gains[p];
+    const auto best = std::max_element(gains.begin(), gains.end());
+    if (*best <= 0.0) return false;
+    behind_.clear();
+    const auto at = static_cast<std::size_t>(best - gains.begin());
+    Accepted& one = naming_.accepted[pairs[at].first];
+    note({one.id, one.score, one.evidence, std::nullopt, 0.0, pairs[at].second + " does better in its place"});
+    note({pairs[at].second, 0.0, one.evidence + *best, std::nullopt, 1.0, ""});
+    one = {pairs[at].second, 0.0, one.evidence + *best, 0.0, {}, 1.0};
+    naming_.extended = std::move(fits[at]);
+    return true;
   }
 
   /// Backward check: the least worthy effect goes, again and again.
@@ -348,7 +408,9 @@ class Search {
           rivals.push_back(id);
       std::vector<double> behind(rivals.size());
       parallelFor(rivals.size(), options_.threads, [&](std::size_t r) {
-        behind[r] = evidenceOf(exchanged(one.id, rivals[r]), naming_.extended, penaltyOf(naming_.extended, drive_));
+        const auto known = behind_.find({one.id, rivals[r]});
+        behind[r] = known != behind_.end() ? known->second
+                                           : evidenceOf(exchanged(one.id, rivals[r]), naming_.extended, penaltyOf(naming_.extended, drive_));
       });
       one.tied.clear();
       double sum = 1.0;
@@ -364,6 +426,7 @@ class Search {
   const NamingOptions& options_;
   WhitenedSearch search_;
   Naming naming_;
+  std::map<std::pair<std::string, std::string>, double> behind_;  // evidence that an exchange loses, by what goes and what comes
   std::map<int, HeldOut> before_;  // errors of the extended model on so many blocks
 };
 

@@ -15,6 +15,7 @@ constexpr double kChance = 1e-3;        // of a recording without a tone
 constexpr double kShortestSpan = 10.0;  // periods of a tone that a drive must hold
 constexpr std::size_t kAround = 20;     // frequencies to either side that tell the level there
 constexpr std::size_t kFewest = 4 * kAround;
+constexpr double kLeastShare = 0.25;    // of the RMS error: a tone below it takes less than 2 % of the error
 constexpr double kTwoPi = 6.283185307179586;
 
 double binOf(const Drive& drive) {
@@ -50,6 +51,16 @@ double amplitudeOf(const WhitenedFit& fit, const Drive& drive, double period) {
   return columns.colPivHouseholderQr().solve(fit.innovation).norm();
 }
 
+double rmsError(const WhitenedFit& fit, const Drive& drive) {
+  double square = 0.0, counts = 0.0;
+  for (std::size_t n = 0; n < drive.samples.size(); ++n) {
+    const double count = drive.samples[n].count, error = fit.residual[static_cast<Eigen::Index>(n)];
+    square += count * error * error;
+    counts += count;
+  }
+  return counts > 0.0 ? std::sqrt(square / counts) : 0.0;
+}
+
 }  // namespace
 
 std::optional<SlowTone> slowTone(const WhitenedFit& fit, const Drive& drive) {
@@ -75,6 +86,7 @@ std::optional<SlowTone> slowTone(const WhitenedFit& fit, const Drive& drive) {
   }
   if (best.power < std::log(static_cast<double>(power.size()) / kChance)) return std::nullopt;
   best.amplitude = amplitudeOf(fit, drive, best.period);
+  if (best.amplitude < kLeastShare * rmsError(fit, drive)) return std::nullopt;
   return best;
 }
 

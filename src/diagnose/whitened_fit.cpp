@@ -97,13 +97,24 @@ Eigen::VectorXd whitened(const WhitenedFit& fit, const Drive& drive, const Eigen
   return Whitening(fit.noise, drive.samples).whitened(column);
 }
 
+namespace {
+
+constexpr double kCrossing = 0.2;  // of an edge: where the resistance changes from one value to the other
+
+bool isEdge(double from, double to, double edge) {
+  const double change = std::abs(to - from);
+  return change > edge || (from * to < 0.0 && change > kCrossing * edge);
+}
+
+}  // namespace
+
 Drive withoutEdges(const Drive& drive, double edge, double before, double after) {
   Drive quiet = drive;
   std::size_t first = 0;
   for (std::size_t n = 0; n < quiet.samples.size(); ++n) {
     const double time = quiet.samples[n].step.time;
     const bool begins = n == 0 || quiet.samples[n].step.gap;
-    if (!begins && std::abs(quiet.samples[n].step.current - quiet.samples[n - 1].step.current) <= edge) continue;
+    if (!begins && !isEdge(quiet.samples[n - 1].step.current, quiet.samples[n].step.current, edge)) continue;
     while (quiet.samples[first].step.time < time - before) ++first;
     for (std::size_t k = first; k < quiet.samples.size() && quiet.samples[k].step.time <= time + after; ++k)
       quiet.samples[k].count = 0.0;

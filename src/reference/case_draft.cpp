@@ -153,7 +153,7 @@ void drawPorous(CaseDraft& draft, Dice& dice) {
   p.diffusion_factor = dice.between({0.8, 1.25});
   draft.porous = p;
   draft.structure = "porous";
-  draft.effects = {"second_electrode", "charge_transfer", "cpe2", "acid_transport", "ocv_soc"};
+  draft.effects = {"fast_arc", "second_electrode", "charge_transfer", "cpe2", "acid_transport", "ocv_soc"};
 }
 
 Scenario recordedScenario(const CaseDraft& draft) {

@@ -13,16 +13,17 @@ namespace battery_sof {
  *
  * A name needs evidence and a fall of the error, so
  *
- *     strength = magnitude max( z_name / |S|, sqrt(1 / (1 - share)^2 - 1) rms(e) / rms(s_free) )
+ *     strength = magnitude max( max(z_name, z_beside) / |S|, sqrt(1 / (1 - share)^2 - 1) rms(e) / rms(s_free) )
  *
  * |S|: z at the magnitude (Signature::sensitivity). s_free: what the effect at its magnitude adds to the voltage [V] less
  * what the parameters take up. Both RMS over the samples on which it acts most, as gainOf() has them; share: the thresholds'
- * for its tier. An effect adds to an error that knows nothing of it.
+ * for its tier. z_beside: score of the strongest other hypothesis, which would be taken first. e: what the model leaves on
+ * blocks held out of its fit (heldOutErrors()); an effect adds to an error that knows nothing of it.
  *
- * @param fit what the effects were screened beside, on this drive.
+ * @param fit what the effects were screened beside, on this drive. @param threads 0: as many as the machine has.
  * @return one an effect that has a typical strength, in the order given.
  */
 std::vector<Detectable> detectableBeside(const WhitenedFit& fit, const Drive& drive, const std::vector<Signature>& screened,
-                                         const DiagnosisThresholds& thresholds);
+                                         const DiagnosisThresholds& thresholds, int threads);
 
 }  // namespace battery_sof

@@ -34,6 +34,7 @@ struct NamingOptions {
   std::vector<std::string> hypotheses;
   int threads = 1;
   double least_white = 1e-5;  ///< [V]
+  double interval = 0.0;      ///< [s] between the recording's samples; a delay or lag below a tenth of it is not named
   std::function<void(const std::string&)> progress;
 };
 

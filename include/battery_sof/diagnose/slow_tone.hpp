@@ -21,7 +21,8 @@ struct SlowTone {
  * The noise model has taken up part of a tone as random walk; what it leaves is still a line. Periods from two bins to a
  * tenth of the drive. A bin is a second, or a sample where those are farther apart.
  *
- * @return the strongest line, if chance makes one like it in fewer than one recording of a thousand.
+ * @return the strongest line, if chance makes one like it in fewer than one recording of a thousand and its amplitude is at
+ * least a quarter of the RMS error.
  */
 std::optional<SlowTone> slowTone(const WhitenedFit& fit, const Drive& drive);
 

@@ -56,6 +56,9 @@ Eigen::VectorXd whitened(const WhitenedFit& fit, const Drive& drive, const Eigen
  *
  * The drive's beginning, and what follows a gap, is an edge: the current before is not known.
  *
+ * Where the current changes sign the resistance changes too, and a filter before the sampling does not commute with that: a
+ * fifth of an edge is enough there.
+ *
  * @param edge [A], a change between neighbouring samples above it is an edge; infinite: only beginnings.  @param before, after [s] around it.
  */
 Drive withoutEdges(const Drive& drive, double edge, double before, double after);

@@ -2,23 +2,27 @@
 
 #include <gtest/gtest.h>
 
-#include "support/null_fits.hpp"
+#include "support/base_drive.hpp"
 
 namespace battery_sof {
 namespace {
 
-const Drive& tenMinutes() {
-  static const Drive drive = [] {
-    const Series series = test::baseDrive(5, 600.0, 0.0);
-    return compressedDrive(series, {0, series.size()});
-  }();
-  return drive;
+/// Ten minutes of the base model, fitted.
+struct Fitted {
+  Drive drive;
+  WhitenedFit fit;
+};
+
+Fitted fittedWith(double noise) {
+  const Series series = test::baseDrive(5, 600.0, noise);
+  const Drive drive = compressedDrive(series, {0, series.size()});
+  const BatteryModel model;
+  return {drive, fitWhitened(model, drive, {typicalStart(model, drive)}, std::nullopt)};
 }
 
 Detectable ofSlope(double noise, DiagnosisThresholds thresholds = {}) {
-  static const test::NullFits fits(tenMinutes());
-  const WhitenedFit fit = fits.of(test::drawnNoise({noise, noise, 10.0, 1e-5}, tenMinutes(), 3));
-  return detectableBeside(fit, tenMinutes(), screen(fit, tenMinutes(), {"ocv_soc"}, 1), thresholds).front();
+  const Fitted fitted = fittedWith(noise);
+  return detectableBeside(fitted.fit, fitted.drive, screen(fitted.fit, fitted.drive, {"ocv_soc"}, 1), thresholds, 1).front();
 }
 
 TEST(Detectable, TenTimesTheNoiseTakesTenTimesTheStrength) {
@@ -31,6 +35,17 @@ TEST(Detectable, WhatANameMustTakeOutOfTheErrorCounts) {
   DiagnosisThresholds stricter;
   stricter.least_share = 0.75;  // sqrt(15) times
   EXPECT_NEAR(std::sqrt(5.0), ofSlope(0.002, stricter).strength / ofSlope(0.002, strict).strength, 1e-6);
+}
+
+TEST(Detectable, WhatIsLeftAndStrongerWouldBeTakenFirst) {
+  const Fitted fitted = fittedWith(0.002);
+  DiagnosisThresholds by_evidence;
+  by_evidence.least_share = 1e-6;
+  std::vector<Signature> screened = screen(fitted.fit, fitted.drive, {"ocv_soc", "cpe2"}, 1);
+  screened[1].score = 900.0;
+  const double once = detectableBeside(fitted.fit, fitted.drive, screened, by_evidence, 1).front().strength;
+  screened[1].score = 3600.0;
+  EXPECT_NEAR(2.0, detectableBeside(fitted.fit, fitted.drive, screened, by_evidence, 1).front().strength / once, 1e-6);
 }
 
 TEST(Detectable, AUsualStrengthIsVisibleWhereItIsLargerThanTheLeast) {

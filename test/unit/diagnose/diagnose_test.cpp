@@ -84,6 +84,24 @@ TEST(Diagnose, WhatIsGivenIsModelledAndNothingElseIsNamed) {
   EXPECT_THROW(diagnose(recordingOfDrive(600.0), options), std::invalid_argument);
 }
 
+TEST(Diagnose, OneSampleASecondWhoseVoltageIsHalfASecondLateIsNamedSo) {
+  constexpr std::size_t kSecond = 100, kLate = 50;  // samples at 100 Hz
+  const Series fast = baseDrive(3, 1200.0);
+  Recording recording;
+  recording.name = "logger";
+  for (std::size_t k = kSecond; k < fast.size(); k += kSecond) {
+    recording.series.time.push_back(fast.time[k]);
+    recording.series.current.push_back(fast.current[k]);
+    recording.series.voltage.push_back(fast.voltage[k - kLate]);
+  }
+  recording.offered = recording.series.size();
+  const Diagnosis diagnosis = diagnose(recording);
+  ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
+  EXPECT_EQ("time_skew", diagnosis.effects.front().id);
+  ASSERT_FALSE(diagnosis.effects.front().parameters.empty());
+  EXPECT_NEAR(0.5, diagnosis.effects.front().parameters.front().value, 0.1);
+}
+
 TEST(Diagnose, AMinuteIsTooShort) {
   const Diagnosis diagnosis = diagnose(recordingOfDrive(60.0));
   EXPECT_EQ(Verdict::kInsufficientData, diagnosis.verdict);

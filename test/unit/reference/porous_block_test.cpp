@@ -57,6 +57,15 @@ TEST(PorousBlock, OpenCircuitVoltageRisesByAVoltAndAHalfPerUnitOfCharge) {
   EXPECT_LT(slope, 1.8);
 }
 
+/// The negative plates' double layer against their fast reaction: the fast arc of PHYSICS 1.1.
+TEST(PorousBlock, ItsResistanceGrowsWithinTenthsOfASecond) {
+  const PorousBlock block({}, 0.8);
+  const double rested = block.voltage(block.rested());
+  const double early = rested - block.voltage(hold(block, block.rested(), -40.0, 0.02));
+  const double late = rested - block.voltage(hold(block, block.rested(), -40.0, 0.3));
+  EXPECT_GT(late, 1.15 * early);
+}
+
 TEST(PorousBlock, ChargeInIsReactedOrOnTheDoubleLayers) {
   const PorousParameters p;
   const PorousBlock block(p, 0.8);
