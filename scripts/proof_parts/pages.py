@@ -4,7 +4,7 @@ import collections
 import os
 
 from .levels import TITLES
-from .score import written
+from .score import SIDES, WITH_TRUTH, written
 
 
 def matrix(report):
@@ -33,13 +33,30 @@ def as_text(report):
     return "\n".join(lines) + "\n"
 
 
-def as_markdown(report, picture=None):
+def before_after_lines(report):
+    """Medians on the part that was held out, level by level."""
+    def cell(row, metric, scale, digits):
+        values = [row[f"{side}_{metric}"] for side in SIDES]
+        return " -> ".join("-" if value is None else f"{scale * value:.{digits}f}" for value in values[:2]) + \
+            ("" if values[2] is None else f" ({scale * values[2]:.{digits}f})")
+
+    lines = ["### Before and after", "",
+             "Medians on the part that was held out: base model -> extended model (the model that was told the truth).", "",
+             "| level | truth | cases | RMS error [mV] | charge current error [A] | cranks' minima [mV] |", "|---|---|---|---|---|---|"]
+    for (level, name), row in sorted(report["before_after"].items()):
+        cells = (cell(row, "rmse_v", 1e3, 1), cell(row, "charge_current_error_a", 1.0, 2), cell(row, "crank_mae_v", 1e3, 1))
+        lines.append(f"| {level} | {name} | {row['cases']} | " + " | ".join(cells) + " |")
+    return lines
+
+
+def as_markdown(report, pictures=()):
     said = report["seal"]
     lines = [f"{said['cases']} cases, sealed from commit `{said['frozen_commit']}`; SHA-256 of the labels `{said['labels_sha256']}`.", "",
              "| level | figure | measured (95 % interval) | aim |", "|---|---|---|---|"]
     lines += [f"| {one.level} | {one.text} | {written(one)} | {one.target} |" for one in report["figures"]]
-    if picture:
-        lines += ["", f"![Truth against first name]({picture})"]
+    for picture, title in pictures:
+        lines += ["", f"![{title}]({picture})"]
+    lines += [""] + before_after_lines(report)
     lines += ["", "### What went wrong", "", "Case, truth, what was said (evidence; rejected candidates in brackets), how hard it was.", ""]
     lines += ["- " + one.replace("|", "\\|") for one in report["wrong"] + report["failed"]]
     return "\n".join(lines) + "\n"
@@ -77,14 +94,42 @@ def draw_matrix(report, path):
     pyplot.close(figure)
 
 
+def draw_before_after(report, path):
+    """Held-out RMS error of every case with something to find: base model against extended model."""
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(figsize=(5.4, 5.0))
+    points = collections.defaultdict(list)
+    for case in report["cases"]:
+        if case.level in WITH_TRUTH and case.whole["holdout"]:
+            points[case.level].append([1e3 * case.whole["holdout"][side]["rmse_v"] for side in SIDES[:2]])
+    for level, marker in zip(WITH_TRUTH, "osD^vP"):
+        if points[level]:
+            axes.scatter(*zip(*points[level]), s=22, marker=marker, alpha=0.75, label=f"{level} {TITLES[level]} ({len(points[level])})")
+    both = [value for mine in points.values() for point in mine for value in point]
+    ends = [0.8 * min(both, default=1.0), 1.25 * max(both, default=10.0)]
+    axes.plot(ends, ends, color="0.4", linewidth=0.8)
+    axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends, xlabel="base model: RMS error held out [mV]",
+             ylabel="extended model: RMS error held out [mV]")
+    axes.legend(fontsize=7.5, loc="upper left")
+    figure.savefig(path, dpi=130, bbox_inches="tight")
+    pyplot.close(figure)
+
+
+DRAWN = (("proof_confusion.png", "Truth against first name", draw_matrix), ("proof_before_after.png", "Held-out error before and after", draw_before_after))
+
+
 def write(report, markdown, pictures):
-    picture = None
+    paths = []
     if pictures:
         os.makedirs(pictures, exist_ok=True)
-        picture = os.path.join(pictures, "proof_confusion.png")
-        draw_matrix(report, picture)
+        for name, title, draw in DRAWN:
+            paths.append((os.path.join(pictures, name), title))
+            draw(report, paths[-1][0])
     if markdown:
-        os.makedirs(os.path.dirname(os.path.abspath(markdown)), exist_ok=True)
-        link = os.path.relpath(picture, os.path.dirname(os.path.abspath(markdown))) if picture else None
+        folder = os.path.dirname(os.path.abspath(markdown))
+        os.makedirs(folder, exist_ok=True)
         with open(markdown, "w") as f:
-            f.write(as_markdown(report, link))
+            f.write(as_markdown(report, [(os.path.relpath(path, folder), title) for path, title in paths]))

@@ -10,6 +10,9 @@ from .names import PHYSICS, STRUCTURE, holds, interval, rate
 from .run import ANSWERS, TOLD
 from .seal import digest, lines_of, opened
 
+WITH_TRUTH = ("C1", "C2", "C3", "C4", "C5", "X1")
+SIDES = ("base", "extended", "told")
+SHOWN_ERRORS = ("rmse_v", "charge_current_error_a", "crank_mae_v")
 Figure = collections.namedtuple("Figure", "key level text k n value target")  # a rate k of n, or a value over n cases
 
 
@@ -83,7 +86,7 @@ def figures(cases):
     count("x1_class", "X1", "truth in some named class, at most three names", judged.any_class_true, ">= 75 %")
     count("x1_wrong", "X1", "some name of tier P or I wrong", judged.wrong_names, "<= 5 %")
     shown = at["C1"] + at["X1"]
-    with_truth = [c for level in ("C1", "C2", "C3", "C4", "C5", "X1") for c in at[level]]
+    with_truth = [c for level in WITH_TRUTH for c in at[level]]
     middle("rho", "C1, C4, X1", "recovered fraction of the held-out error, median", map(judged.recovered, with_truth), ">= 0.85")
     middle("rho_C1", "C1", "recovered fraction, median", map(judged.recovered, at["C1"]), "")
     middle("rho_X1", "X1", "recovered fraction, median", map(judged.recovered, at["X1"]), "")
@@ -101,6 +104,24 @@ def written(figure):
     if figure.k is not None:
         return rate(figure.k, figure.n)
     return "no case" if figure.value is None else f"{figure.value:.3g} (n = {figure.n})"
+
+
+def before_after(cases):
+    """By level and truth: cases, and medians of the held-out errors of base model, extended model and the model that was told the truth."""
+    groups = collections.defaultdict(list)
+    for case in cases:
+        if case.whole["holdout"] and case.level in WITH_TRUTH:
+            groups[case.level, case.label["id"]].append(case)
+    return {key: dict({"cases": len(mine)}, **{f"{side}_{metric}": middle_of(mine, side, metric) for metric in SHOWN_ERRORS for side in SIDES})
+            for key, mine in groups.items()}
+
+
+def middle_of(cases, side, metric):
+    """Median over the cases that have it; None without one."""
+    from_told = [case.told["holdout"]["extended"].get(metric) for case in cases if case.told and case.told.get("holdout")]
+    values = from_told if side == "told" else [case.whole["holdout"][side].get(metric) for case in cases]
+    values = [abs(value) for value in values if value is not None]
+    return statistics.median(values) if values else None
 
 
 def confusion(cases):
@@ -141,6 +162,7 @@ def score(sealed, results):
     """Everything that is reported."""
     said, cases, failed = cases_of(sealed, results)
     return {"seal": said, "cases": cases, "failed": failed, "figures": figures(cases), "confusion": confusion(cases),
+            "before_after": before_after(cases),
             "wrong": [told_of(case) for case in sorted(cases, key=lambda c: (c.level, c.label["id"])) if went_wrong(case)]}
 
 

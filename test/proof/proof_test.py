@@ -177,10 +177,22 @@ class Counting(unittest.TestCase):
         self.assertEqual(len(quick.broken(report(2))), 1)
         self.assertEqual(len(quick.broken(dict(report(4), failed=["case_0009"]))), 1)
 
+    def test_before_and_after_are_medians_by_level_and_truth(self):
+        cases = []
+        for base in (0.002, 0.004, 0.008):
+            said = answer("named", ("cpe2",))
+            said["holdout"]["base"]["rmse_v"], said["holdout"]["extended"]["rmse_v"] = base, 0.5 * base
+            cases.append(case("C1", "effect", "cpe2", ["cpe2"], said))
+        cases.append(case("N1", "null", "-", [], answer("no_mismatch")))
+        table = score.before_after(cases)
+        self.assertEqual(list(table), [("C1", "cpe2")])
+        self.assertEqual((table["C1", "cpe2"]["cases"], table["C1", "cpe2"]["base_rmse_v"], table["C1", "cpe2"]["extended_rmse_v"]), (3, 0.004, 0.002))
+        self.assertIsNone(table["C1", "cpe2"]["told_rmse_v"])
+
     def test_pages_hold_every_figure(self):
         cases = [case("C1", "effect", "cpe2", ["cpe2"], answer("named", ("ocv_soc",))), case("N1", "null", "-", [], answer("no_mismatch"))]
-        report = {"seal": {"cases": 2, "frozen_commit": "x", "labels_sha256": "y"}, "figures": score.figures(cases), "failed": [],
-                  "confusion": score.confusion(cases), "wrong": [score.told_of(cases[0])]}
+        report = {"seal": {"cases": 2, "frozen_commit": "x", "labels_sha256": "y"}, "cases": cases, "figures": score.figures(cases), "failed": [],
+                  "confusion": score.confusion(cases), "before_after": score.before_after(cases), "wrong": [score.told_of(cases[0])]}
         with tempfile.TemporaryDirectory() as folder:
             page = os.path.join(folder, "score.md")
             pages.write(report, page, os.path.join(folder, "pictures"))
@@ -188,7 +200,8 @@ class Counting(unittest.TestCase):
                 text = f.read()
             self.assertIn("0 of 1 = 0.0 %", text)
             self.assertIn("(pictures/proof_confusion.png)", text)
-            self.assertTrue(os.path.getsize(os.path.join(folder, "pictures", "proof_confusion.png")) > 10000)
+            for picture in ("proof_confusion.png", "proof_before_after.png"):
+                self.assertTrue(os.path.getsize(os.path.join(folder, "pictures", picture)) > 10000, picture)
         self.assertIn("cpe2", pages.as_text(report))
 
 
