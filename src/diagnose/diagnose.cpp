@@ -354,14 +354,20 @@ class Diagnoser {
     detect();
   }
 
+  /// Everything that was weighed and is not in the model, screened beside the model as it is in the end.
   void detect() {
-    std::vector<Signature> slow_ones, fast_ones;
-    for (const Signature& signature : naming_.last_screen)
-      (!slow_ && effectInfo(signature.id).acts_at_edges ? fast_ones : slow_ones).push_back(signature);
-    found_.detectable = detectableBeside(final_, quiet_, slow_ones, options_.thresholds, options_.threads);
+    std::vector<std::string> slow_ones, fast_ones;
+    for (const std::string& id : addable(final_.model, {})) {
+      const bool was_weighed = std::any_of(naming_.last_screen.begin(), naming_.last_screen.end(),
+                                           [&](const Signature& signature) { return signature.id == id; });
+      if (was_weighed) (!slow_ && effectInfo(id).acts_at_edges ? fast_ones : slow_ones).push_back(id);
+    }
+    const int threads = options_.threads;
+    found_.detectable = detectableBeside(final_, quiet_, screen(final_, quiet_, slow_ones, threads), options_.thresholds, threads);
     if (fast_ones.empty()) return;
     const WhitenedFit& at_edges = naming_.extended;
-    for (const Detectable& one : detectableBeside(at_edges, drive_, fast_ones, fastThresholds(), options_.threads)) found_.detectable.push_back(one);
+    const std::vector<Signature> screened = screen(at_edges, drive_, fast_ones, threads);
+    for (const Detectable& one : detectableBeside(at_edges, drive_, screened, fastThresholds(), threads)) found_.detectable.push_back(one);
   }
 
   /// Those of a search on all samples: what acts at edges alone changes little of the whole.
