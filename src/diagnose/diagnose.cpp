@@ -374,7 +374,7 @@ class Diagnoser {
   DiagnosisThresholds fastThresholds() const {
     DiagnosisThresholds thresholds = options_.thresholds;
     thresholds.least_share = thresholds.least_structure_share = thresholds.least_fast_share;
-    thresholds.name_evidence = thresholds.fast_name_evidence;
+    thresholds.structure_evidence = thresholds.name_evidence;
     return thresholds;
   }
 

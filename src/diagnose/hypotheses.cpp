@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kGridStep = 1.5;  // prior standard deviations between grid points of a time constant
 constexpr int kInstants = 9;       // instants tried over a recording
+constexpr int kZooms = 4;          // times that the best instant is looked at three times closer
 
 struct Parts {
   std::vector<Eigen::Index> strengths, shapes, instants;  // rows of the larger composition that are new and free
@@ -77,6 +78,16 @@ std::vector<CompositionPoint> grid(const BatteryModel& larger, const Composition
   return timed;
 }
 
+/// The same with its instants up to two steps earlier or later.
+std::vector<CompositionPoint> around(const CompositionPoint& from, const Parts& parts, double step) {
+  std::vector<CompositionPoint> points;
+  for (const double by : {-2.0, -1.0, 1.0, 2.0}) {
+    points.push_back(from);
+    for (const Eigen::Index j : parts.instants) points.back().parameters[j] = std::max(0.0, from.parameters[j] + by * step);
+  }
+  return points;
+}
+
 /// Coefficients of columns on v, those of one-sided strengths kept at or above zero by dropping the worst offender.
 Eigen::VectorXd boundedCoefficients(const Eigen::MatrixXd& columns, const Eigen::VectorXd& v,
                                     const std::vector<bool>& one_sided) {
@@ -117,7 +128,7 @@ Signature signatureOf(const WhitenedFit& fit, const Drive& drive, const std::str
     one_sided.push_back(info.lower >= *info.vanishes_at);
   }
   Signature best{id, -1.0, 0.0, nested};
-  for (const CompositionPoint& at : grid(larger, nested, parts, length)) {
+  const auto weigh = [&](const CompositionPoint& at) {
     Eigen::MatrixXd columns(fit.innovation.size(), static_cast<Eigen::Index>(parts.strengths.size()));
     for (std::size_t k = 0; k < parts.strengths.size(); ++k) {
       CompositionPoint tried = at;
@@ -130,7 +141,7 @@ Signature signatureOf(const WhitenedFit& fit, const Drive& drive, const std::str
     const Eigen::VectorXd explained = columns * c;
     const double score = std::max(0.0, explained.squaredNorm() - static_cast<double>(columns.cols() - 1));
     const double sensitivity = columns.rowwise().sum().norm();
-    if (score <= best.score) continue;
+    if (score <= best.score) return;
     best.score = score;
     best.sensitivity = sensitivity;
     best.start = at;
@@ -140,6 +151,12 @@ Signature signatureOf(const WhitenedFit& fit, const Drive& drive, const std::str
       const double by = c[static_cast<Eigen::Index>(k)] * (triedStrength(info) - gone);
       best.start.parameters[parts.strengths[k]] = std::clamp(gone + by, info.lower, info.upper);
     }
+  };
+  for (const CompositionPoint& at : grid(larger, nested, parts, length)) weigh(at);
+  double step = length / kInstants;
+  for (int zoom = 0; zoom < kZooms && !parts.instants.empty(); ++zoom) {
+    step /= 3.0;
+    for (const CompositionPoint& at : around(best.start, parts, step)) weigh(at);
   }
   return best;
 }

@@ -20,7 +20,9 @@ constexpr double kWorthRefit = 0.05;
 constexpr double kUnconverged = 0.7;       // a refit that gains less than this share of its score is searched again
 constexpr int kBlocks = 4;
 constexpr int kShorterBlocks = 8;          // where the regime of an effect fills one block, the others cannot teach it
-constexpr const char* kSecondElectrode = "second_electrode";  // two electrodes can change places: many local optima
+constexpr const char* kSecondElectrode = "second_electrode";
+constexpr int kManyStarts = 5;
+constexpr double kPromising = 0.5;           // of the highest score
 constexpr int kGivenStarts = 4;             // what is certain to be there is worth a wider search
 constexpr std::size_t kJudged = 4;          // of the best whose held-out gain is looked at
 constexpr double kLargeShare = 0.3;          // of the held-out RMS error
@@ -154,10 +156,12 @@ class Search {
     if (list.empty()) return false;
     std::vector<Weighed> weighed_ones(list.size());
     const double penalty = penaltyOf(naming_.extended, drive_);
+    const double top = naming_.last_screen[list.front()].score;
     parallelFor(list.size(), options_.threads, [&](std::size_t k) {
       Weighed& one = weighed_ones[k];
       one.signature = naming_.last_screen[list[k]];
-      one.fit = refit(naming_.extended, drive_, one.signature, search_);
+      const bool has_many_optima = hasInstant(one.signature.id) && one.signature.score > kPromising * top;
+      one.fit = refit(naming_.extended, drive_, one.signature, has_many_optima ? searchFor(one.signature.id) : search_);
       one.evidence = evidenceOf(naming_.extended, *one.fit, penalty);
     });
     searchAgain(weighed_ones, penalty);
@@ -189,10 +193,11 @@ class Search {
     }
   }
 
+  /// From more starts where there are many local optima: electrodes that can change places, something that happens at one instant.
   WhitenedSearch searchFor(const std::string& id) const {
     WhitenedSearch search = search_;
-    search.more_starts = id == kSecondElectrode ? 5 : 0;
-    search.every_start = id == kSecondElectrode;
+    search.every_start = id == kSecondElectrode || hasInstant(id);
+    search.more_starts = search.every_start ? kManyStarts : 0;
     return search;
   }
 

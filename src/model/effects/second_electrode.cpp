@@ -10,7 +10,7 @@ struct SecondElectrode {
             "the other electrode has a double layer and a slope of its own",
             "C_3 du_3/dt = i - 2 I_03 sinh(u_3 / (2 B_3)),  u += u_3",
             {strength("b3", "B_3", "V", 0.02, 0.0, 0.1, "PHYSICS 1.1"),
-             shape("c3", "C_3", "F", 2000.0, 100.0, 20000.0, 1.0, "PHYSICS 1.1"),
+             shape("c3", "C_3", "F", 2000.0, 100.0, 1e5, 1.0, "PHYSICS 1.1"),
              held(shape("exchange_current_3", "I_03", "A", 1.0, 0.2, 5.0, 0.3, "PHYSICS 1.1"))},
             {{"u_3_over_b3", "1", 0.0, 1.0, -15.0, 15.0}},
             {"cpe2", "acid_transport"},

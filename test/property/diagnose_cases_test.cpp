@@ -1,0 +1,49 @@
+#include <gtest/gtest.h>
+
+#include "battery_sof/diagnose/diagnose.hpp"
+#include "reference/case_draft.hpp"
+#include "reference/simulation.hpp"
+
+namespace battery_sof {
+namespace {
+
+namespace reference = battery_sof_reference;
+
+Recording recordingOf(const reference::CaseKind& kind, std::uint64_t seed, double duration) {
+  constexpr double kRate = 100.0;  // [Hz]
+  const reference::CaseDraft draft = reference::drawCase(kind, seed, duration, kRate);
+  Recording recording;
+  recording.name = kind.family;
+  for (const reference::RecordedSample& sample : reference::simulate(reference::recordedScenario(draft)).samples) {
+    recording.series.time.push_back(sample.time);
+    recording.series.current.push_back(sample.current);
+    recording.series.voltage.push_back(sample.voltage);
+  }
+  recording.offered = recording.series.size();
+  return recording;
+}
+
+/// The second look at the edges changes the model here: what could hide must be screened beside the model it became.
+TEST(DiagnoseCases, AModelThatTheEdgesChangeLastIsAnswered) {
+  DiagnoseOptions options;
+  options.threads = 0;
+  const Diagnosis diagnosis = diagnose(recordingOf({"structural_null", "-"}, 5825019654786576155u, 400.0), options);
+  EXPECT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
+  EXPECT_FALSE(diagnosis.detectable.empty());
+}
+
+/// The instant of the step lies far from any that a coarse grid tries.
+TEST(DiagnoseCases, AContactThatChangesIsNamedAndItsInstantFound) {
+  DiagnoseOptions options;
+  options.threads = 0;
+  const Diagnosis diagnosis = diagnose(recordingOf({"decoy", "contact_resistance"}, 998998567892690526u, 1200.0), options);
+  ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
+  const NamedEffect& first = diagnosis.effects.front();
+  ASSERT_EQ("contact_resistance", first.id);
+  ASSERT_EQ(2u, first.parameters.size());
+  EXPECT_NEAR(0.0022867, first.parameters[0].value, 5e-5);
+  EXPECT_NEAR(461.66, first.parameters[1].value, 1.0);
+}
+
+}  // namespace
+}  // namespace battery_sof
