@@ -81,6 +81,16 @@ def wrong_names(case, answer=None, tiers=PHYSICS | INSTRUMENT):
     return [e["id"] for e in effects if e["id"] in tiers and not holds(class_of(e), case.truths)]
 
 
+def weak_names(case, below=20.0):
+    """For every class that a name of tier P or I leads with little evidence, in every answer to the case: whether it holds a truth."""
+    right = []
+    for answer in case.answers.values():
+        classes = {frozenset(class_of(e)): e for e in reversed(answer["effects"])}  # its first name stands for a class
+        right += [holds(class_of(e), case.truths) for e in classes.values()
+                  if 0.0 < (e["evidence"] or 0.0) < below and e["id"] in PHYSICS | INSTRUMENT]
+    return right
+
+
 def names_without_structure(case):
     """Wrong names whose class offers no piece of structure either."""
     wrong = wrong_names(case)

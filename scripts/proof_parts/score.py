@@ -95,6 +95,8 @@ def figures(cases):
                "" if metric == "rmse_v" else "<= 0.3")
     found = [one for one in map(judged.strength_found, at["C1"] + at["C2"]) if one]
     middle("strength_error", "C1, C2", "relative error of the strength, median", [error for error, _ in found], "<= 10 %")
+    weak = [right for case in cases for right in judged.weak_names(case)]
+    out.append(Figure("weak_names", "all", "names of tier P or I with evidence below 20 that are right", sum(weak), len(weak), None, ""))
     out.append(Figure("coverage", "C1, C2", "95 % interval holds the true strength", sum(inside for _, inside in found), len(found), None,
                       "90 to 98 %"))
     return out

@@ -9,7 +9,6 @@
 namespace battery_sof {
 namespace {
 
-constexpr int kBlocks = 4;
 constexpr double kNamed = 6.0;  // z: its square pays for two parameters and the evidence of a name, nearly
 
 /// The effect's strength that is told; none for one without a typical strength.
@@ -81,7 +80,7 @@ double strongestBeside(const EffectInfo& info, const std::vector<Signature>& scr
 std::vector<Detectable> detectableBeside(const WhitenedFit& fit, const Drive& drive, const std::vector<Signature>& screened,
                                          const DiagnosisThresholds& thresholds, int threads) {
   const FreeVoltage free(fit, drive);
-  const Eigen::VectorXd held_out = heldOutErrors(fit, drive, kBlocks, threads).error;
+  const Eigen::VectorXd held_out = heldOutErrors(fit, drive, kHeldOutBlocks, threads).error;
   std::vector<Detectable> list;
   for (const Signature& signature : screened) {
     const EffectInfo& info = effectInfo(signature.id);

@@ -356,12 +356,11 @@ class Diagnoser {
 
   /// Everything that was weighed and is not in the model, screened beside the model as it is in the end.
   void detect() {
-    std::vector<std::string> slow_ones, fast_ones;
-    for (const std::string& id : addable(final_.model, {})) {
-      const bool was_weighed = std::any_of(naming_.last_screen.begin(), naming_.last_screen.end(),
-                                           [&](const Signature& signature) { return signature.id == id; });
-      if (was_weighed) (!slow_ && effectInfo(id).acts_at_edges ? fast_ones : slow_ones).push_back(id);
-    }
+    std::vector<std::string> weighed, slow_ones, fast_ones;
+    for (const Signature& signature : naming_.last_screen) weighed.push_back(signature.id);
+    if (weighed.empty()) return;
+    for (const std::string& id : addable(final_.model, weighed))
+      (!slow_ && effectInfo(id).acts_at_edges ? fast_ones : slow_ones).push_back(id);
     const int threads = options_.threads;
     found_.detectable = detectableBeside(final_, quiet_, screen(final_, quiet_, slow_ones, threads), options_.thresholds, threads);
     if (fast_ones.empty()) return;

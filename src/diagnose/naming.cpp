@@ -18,7 +18,6 @@ constexpr std::size_t kRefitted = 4;       // hypotheses of the highest scores t
 constexpr std::size_t kMostRefitted = 7;   // with their look-alikes
 constexpr double kWorthRefit = 0.05;
 constexpr double kUnconverged = 0.7;       // a refit that gains less than this share of its score is searched again
-constexpr int kBlocks = 4;
 constexpr int kShorterBlocks = 8;          // where the regime of an effect fills one block, the others cannot teach it
 constexpr const char* kSecondElectrode = "second_electrode";
 constexpr int kManyStarts = 5;
@@ -217,8 +216,8 @@ class Search {
   /// @return what speaks against naming it; empty when nothing does.
   std::string objectionTo(const Weighed& one, Candidate& candidate) {
     if (one.evidence <= 0.0) return "it is not worth its parameters";
-    HeldOutGain gain = heldOutGain(one, kBlocks);
-    std::string objection = objectionOfBlocks(gain, one.signature.id, kBlocks);
+    HeldOutGain gain = heldOutGain(one, kHeldOutBlocks);
+    std::string objection = objectionOfBlocks(gain, one.signature.id, kHeldOutBlocks);
     if (!objection.empty() && one.evidence > needed(one.signature.id)) {
       gain = heldOutGain(one, kShorterBlocks);
       objection = objectionOfBlocks(gain, one.signature.id, kShorterBlocks);
@@ -253,7 +252,7 @@ class Search {
 
   /// A block in which alone an effect shows cannot be predicted without it; a large fall of the error still counts.
   std::string objectionOfBlocks(const HeldOutGain& gain, const std::string& id, int blocks) const {
-    if (gain.worse_blocks > blocks / kBlocks && gain.rms_share < kLargeShare) return "it makes several of the blocks held out of the fit worse";
+    if (gain.worse_blocks > blocks / kHeldOutBlocks && gain.rms_share < kLargeShare) return "it makes several of the blocks held out of the fit worse";
     const double large = hasInstant(id) ? options_.thresholds.least_share : kLargeShare;
     if (gain.deviance <= 0.0 && gain.rms_share < large) return "blocks held out of the fit are predicted no better with it";
     return "";
@@ -346,22 +345,23 @@ class Search {
     if (pairs.empty()) return false;
     tell("checking that no structure does better than what was named");
     std::vector<WhitenedFit> fits(pairs.size());
-    std::vector<double> gains(pairs.size());
+    std::vector<double> behind(pairs.size());
     const double penalty = penaltyOf(naming_.extended, drive_);
     parallelFor(pairs.size(), options_.threads, [&](std::size_t p) {
       fits[p] = exchanged(naming_.accepted[pairs[p].first].id, pairs[p].second);
-      gains[p] = -evidenceOf(fits[p], naming_.extended, penalty);
+      behind[p] = evidenceOf(fits[p], naming_.extended, penalty);
     });
     behind_.clear();
-    for (std::size_t p = 0; p < pairs.size(); ++p) behind_[{naming_.accepted[pairs[p].first].id, pairs[p].second}] = -gains[p];
-    const auto best = std::max_element(gains.begin(), gains.end());
-    if (*best <= 0.0) return false;
-    behind_.clear();
-    const auto at = static_cast<std::size_t>(best - gains.begin());
+    const auto best = std::min_element(behind.begin(), behind.end());
+    if (*best >= 0.0) {
+      for (std::size_t p = 0; p < pairs.size(); ++p) behind_[{naming_.accepted[pairs[p].first].id, pairs[p].second}] = behind[p];
+      return false;
+    }
+    const auto at = static_cast<std::size_t>(best - behind.begin());
     Accepted& one = naming_.accepted[pairs[at].first];
     note({one.id, one.score, one.evidence, std::nullopt, 0.0, pairs[at].second + " does better in its place"});
-    note({pairs[at].second, 0.0, one.evidence + *best, std::nullopt, 1.0, ""});
-    one = {pairs[at].second, 0.0, one.evidence + *best, 0.0, {}, 1.0};
+    note({pairs[at].second, 0.0, one.evidence - *best, std::nullopt, 1.0, ""});
+    one = {pairs[at].second, 0.0, one.evidence - *best, 0.0, {}, 1.0};
     naming_.extended = std::move(fits[at]);
     return true;
   }

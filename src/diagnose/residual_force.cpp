@@ -274,14 +274,7 @@ double explainedRms(const WhitenedFit& fit, const Drive& drive, const Library& l
   const Eigen::MatrixXd own = signaturesOf(fit, drive, fit.jacobian).absorbed;
   const Eigen::VectorXd taken =
       own.completeOrthogonalDecomposition().solve(library.signatures.absorbed * weights);
-  const Eigen::VectorXd part = library.raw * weights - fit.jacobian * taken;
-  double square = 0.0, count = 0.0;
-  for (std::size_t n = 0; n < drive.samples.size(); ++n) {
-    const double value = part[static_cast<Eigen::Index>(n)];
-    square += drive.samples[n].count * value * value;
-    count += drive.samples[n].count;
-  }
-  return count > 0.0 ? std::sqrt(square / count) : 0.0;
+  return rmsOver(library.raw * weights - fit.jacobian * taken, drive);
 }
 
 std::string amountOf(Force force, double weight) {

@@ -51,16 +51,6 @@ double amplitudeOf(const WhitenedFit& fit, const Drive& drive, double period) {
   return columns.colPivHouseholderQr().solve(fit.innovation).norm();
 }
 
-double rmsError(const WhitenedFit& fit, const Drive& drive) {
-  double square = 0.0, counts = 0.0;
-  for (std::size_t n = 0; n < drive.samples.size(); ++n) {
-    const double count = drive.samples[n].count, error = fit.residual[static_cast<Eigen::Index>(n)];
-    square += count * error * error;
-    counts += count;
-  }
-  return counts > 0.0 ? std::sqrt(square / counts) : 0.0;
-}
-
 }  // namespace
 
 std::optional<SlowTone> slowTone(const WhitenedFit& fit, const Drive& drive) {
@@ -86,7 +76,7 @@ std::optional<SlowTone> slowTone(const WhitenedFit& fit, const Drive& drive) {
   }
   if (best.power < std::log(static_cast<double>(power.size()) / kChance)) return std::nullopt;
   best.amplitude = amplitudeOf(fit, drive, best.period);
-  if (best.amplitude < kLeastShare * rmsError(fit, drive)) return std::nullopt;
+  if (best.amplitude < kLeastShare * rmsOver(fit.residual, drive)) return std::nullopt;
   return best;
 }
 

@@ -51,6 +51,13 @@ void takeWhitened(WhitenedFit& fit, const Drive& drive) {
   fit.absorbed = orthonormalColumns(std::move(columns));
 }
 
+constexpr double kCrossing = 0.2;  // of an edge: where the resistance changes from one value to the other
+
+bool isEdge(double from, double to, double edge) {
+  const double change = std::abs(to - from);
+  return change > edge || (from * to < 0.0 && change > kCrossing * edge);
+}
+
 }  // namespace
 
 WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive,
@@ -97,16 +104,15 @@ Eigen::VectorXd whitened(const WhitenedFit& fit, const Drive& drive, const Eigen
   return Whitening(fit.noise, drive.samples).whitened(column);
 }
 
-namespace {
-
-constexpr double kCrossing = 0.2;  // of an edge: where the resistance changes from one value to the other
-
-bool isEdge(double from, double to, double edge) {
-  const double change = std::abs(to - from);
-  return change > edge || (from * to < 0.0 && change > kCrossing * edge);
+double rmsOver(const Eigen::VectorXd& values, const Drive& drive) {
+  double square = 0.0, counts = 0.0;
+  for (std::size_t n = 0; n < drive.samples.size(); ++n) {
+    const double count = drive.samples[n].count, value = values[static_cast<Eigen::Index>(n)];
+    square += count * value * value;
+    counts += count;
+  }
+  return counts > 0.0 ? std::sqrt(square / counts) : 0.0;
 }
-
-}  // namespace
 
 Drive withoutEdges(const Drive& drive, double edge, double before, double after) {
   Drive quiet = drive;

@@ -177,6 +177,15 @@ class Counting(unittest.TestCase):
         self.assertEqual(len(quick.broken(report(2))), 1)
         self.assertEqual(len(quick.broken(dict(report(4), failed=["case_0009"]))), 1)
 
+    def test_names_of_little_evidence_are_counted_by_class(self):
+        said = answer("ambiguous", ("ocv_soc", "acid_transport", "cpe2"))
+        for effect, ties, evidence in zip(said["effects"], (["acid_transport"], ["ocv_soc"], []), (12.0, 12.0, 8.0)):
+            effect.update(tied_with=ties, evidence=evidence)
+        self.assertEqual(judged.weak_names(case("C1", "effect", "ocv_soc", ["ocv_soc"], said)), [True])
+        self.assertEqual(judged.weak_names(case("C1", "effect", "gassing", ["gassing"], said)), [False])
+        said["effects"][0]["evidence"] = 30.0
+        self.assertEqual(judged.weak_names(case("C1", "effect", "ocv_soc", ["ocv_soc"], said)), [])
+
     def test_before_and_after_are_medians_by_level_and_truth(self):
         cases = []
         for base in (0.002, 0.004, 0.008):

@@ -23,6 +23,14 @@ Recording recordingOf(const reference::CaseKind& kind, std::uint64_t seed, doubl
   return recording;
 }
 
+/// A filter before the sampling does not commute with a resistance that changes with the current's sign.
+TEST(DiagnoseCases, WhatTheFilterLeavesWhereTheCurrentChangesSignIsNoMismatch) {
+  for (const std::uint64_t seed : {7021u, 7139u}) {
+    const Diagnosis diagnosis = diagnose(recordingOf({"null", "-"}, seed, 1200.0));
+    EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << "seed " << seed << ": " << diagnosis.summary;
+  }
+}
+
 /// The second look at the edges changes the model here: what could hide must be screened beside the model it became.
 TEST(DiagnoseCases, AModelThatTheEdgesChangeLastIsAnswered) {
   DiagnoseOptions options;

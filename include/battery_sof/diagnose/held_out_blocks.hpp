@@ -6,6 +6,8 @@
 
 namespace battery_sof {
 
+constexpr int kHeldOutBlocks = 4;  ///< that a name is judged on
+
 /// A model's errors on blocks that its fits did not see.
 struct HeldOut {
   Eigen::VectorXd error;         ///< [V], measured minus modelled, one a sample of the drive; 0 where it is no measurement or in no block

@@ -45,6 +45,9 @@ WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive,
                         const std::vector<CompositionPoint>& starts,
                         const std::optional<NoiseModel>& noise, const WhitenedSearch& search = {});
 
+/// @return RMS of values over the drive's measurements, each as often as it counts [the values' unit]; 0 without any.
+double rmsOver(const Eigen::VectorXd& values, const Drive& drive);
+
 /// @return K s for a column of the drive's samples [V].
 Eigen::VectorXd whitened(const WhitenedFit& fit, const Drive& drive, const Eigen::VectorXd& column);
 
