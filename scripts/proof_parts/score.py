@@ -81,6 +81,9 @@ def figures(cases):
     count("decoy_structure", "D1", "fault named as structure", lambda c: judged.wrong_names(c, tiers=STRUCTURE), "")
     count("decoy_found", "D1", "fault found: in a named class, or the instruments' screen speaks", judged.fault_found, "")
     count("unknown", "U1", "called unknown", verdict_is("unknown"), ">= 85 %")
+    # PHYSICS 3.2 has a falling C_2 out of the catalogue, 1.2 has it in (P10).
+    count("unknown_or_drift", "U1", "called unknown, or a falling C_2 by the name that P10 has for it",
+          lambda c: c.whole["verdict"] == "unknown" or c.label["id"] == "capacitance_fall" and judged.first_class(c.whole) == ["parameter_drift"], "")
     count("unknown_named", "U1", "given a name of tier P",
           lambda c: c.whole["verdict"] != "unknown" and any(e["id"] in PHYSICS for e in c.whole["effects"]), "")
     count("x1_class", "X1", "truth in some named class, at most three names", judged.any_class_true, ">= 75 %")

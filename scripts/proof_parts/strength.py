@@ -13,6 +13,7 @@ LARGEST_SECOND = 3.0
 NEAR_Z = 0.1           # relative distance to the wanted z that is near enough
 HIDDEN_Z, BIASED = 5.0, 0.1     # absorbed: z below, bias above
 MASKED_RATIO = 0.4
+LEAST_MASKED_Z = 8.0   # of both together: a mask that leaves less is a null
 SEEDS_TRIED = 5        # drives drawn for an absorbed or a masked case until one does
 # Faults of the sampling itself: a noise-free drawing has no z in the sense of the others.
 WITHOUT_Z = ("quantisation", "clipping", "dropouts", "aliasing")
@@ -64,8 +65,30 @@ def as_drawn(programs, case):
 
 
 def for_z(programs, case):
+    """Of some drives the first on which the wanted z is reached; where none does, the one that comes nearest."""
     low, high = Z_WANTED[case["level"]]
     wanted = random.Random(derived(str(case["seed"]), "z")).uniform(low, high)
+    best = None
+    for attempt in range(SEEDS_TRIED):
+        one = case if attempt == 0 else dict(case, seed=derived(str(case["seed"]), "drive", attempt))
+        try:
+            found = with_z(programs, one, low, high, wanted)
+        except Failure:
+            if best is None and attempt == SEEDS_TRIED - 1:
+                raise
+            continue
+        if best is None or distance(found["z"], wanted) < distance(best["z"], wanted):
+            best = found
+        if low <= best["z"] <= high:
+            break
+    return best
+
+
+def distance(z, wanted):
+    return abs(np.log(max(z, 1e-9) / wanted))
+
+
+def with_z(programs, case, low, high, wanted):
     drawings = Drawings(programs, case)
     without = drawings.whole(0.0)[2] if case["id"] in WITH_COMPANION else None
 
@@ -89,7 +112,7 @@ def for_z(programs, case):
             break
     if not tried:
         raise Failure("no strength of this case could be drawn")
-    scale, z, whole = min(tried, key=lambda one: abs(np.log(max(one[1], 1e-9) / wanted)))
+    scale, z, whole = min(tried, key=lambda one: distance(one[1], wanted))
     return dict(case, scale=[scale], z=rounded(z), z_whole=rounded(whole), z_wanted=rounded(wanted))
 
 
@@ -166,7 +189,11 @@ def for_masked(programs, case):
             break
     _, one, second = best
     first = rounded(min(1.0, LARGEST_SECOND / second))  # what would need too strong a second masks a weaker first
-    return masked(programs, one, first, rounded(first * second))
+    found = masked(programs, one, first, rounded(first * second))
+    while found["z_whole"] < LEAST_MASKED_Z and first < LARGEST_SCALE:
+        first = rounded(min(2.0 * first, LARGEST_SCALE))
+        found = masked(programs, one, first, rounded(min(first * second, LARGEST_SECOND)))
+    return found
 
 
 def masked(programs, case, first, second):

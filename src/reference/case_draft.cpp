@@ -125,7 +125,9 @@ void drawStructure(CaseDraft& draft, Dice& dice) {
     std::vector<std::string> effects;
   };
   const std::vector<Structure> all{
-      {"two_electrodes", makeTwoElectrodes, {"cpe2", "second_electrode"}},
+      {"two_electrodes",
+       makeTwoElectrodes,
+       {"cpe2", "second_electrode", "charge_transfer"}},  // its alpha is another
       {"full_circuit",
        makeFullCircuit,
        {"cpe2", "fast_arc", "current_dependent_resistance", "inductance"}},
