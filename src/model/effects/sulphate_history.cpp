@@ -14,7 +14,7 @@ struct SulphateHistory {
             "i_lim = i_lim0 A,  dA/dt = [(-i)^+ - chi (i)^+] / Q_A - (A - 1) / tau_r,  A >= 0.1",
             {strength("inverse_history_charge", "1/Q_A", "1/Ah", 1.0, 0.0, 5.0, "PHYSICS 1.2"),
              shape("history_time", "tau_r", "s", 1200.0, 300.0, 3600.0, 0.7, "PHYSICS 1.2"),
-             held({"history_charge_share", "chi", "1", 0.7, 0.3, 1.0, "PHYSICS 1.2"})},
+             shape("history_charge_share", "chi", "1", 0.7, 0.3, 1.0, 0.35, "PHYSICS 1.2")},
             {{"acceptance", "1", 1.0, 0.2, 0.1, 5.0}},
             {"charge_acceptance"},
             "two equal charges, one right after a discharge of 0.5 Ah, one after 15 min of rest",
