@@ -5,11 +5,13 @@
 #include <cmath>
 
 #include "battery_sof/diagnose/held_out_blocks.hpp"
+#include "battery_sof/identify/parallel.hpp"
 
 namespace battery_sof {
 namespace {
 
 constexpr double kNamed = 6.0;  // z: its square pays for two parameters and the evidence of a name, nearly
+constexpr int kTrials = 6;      // of strengths, each twice the one before
 
 /// The effect's strength that is told; none for one without a typical strength.
 const ParameterInfo* toldStrength(const EffectInfo& info) {
@@ -19,27 +21,43 @@ const ParameterInfo* toldStrength(const EffectInfo& info) {
   return found == info.parameters.end() ? nullptr : &*found;
 }
 
-/// What an effect at its magnitude adds to the voltage and the parameters do not take up [V].
-class FreeVoltage {
+/// A strength at its magnitude for 1, gone for 0, within its range.
+double scaled(const ParameterInfo& info, double times) {
+  return std::clamp(*info.vanishes_at + times * (info.magnitude - *info.vanishes_at), info.lower, info.upper);
+}
+
+/// What effects would add to the voltage beside a fit, and what its parameters would not take up of it.
+class Beside {
  public:
-  FreeVoltage(const WhitenedFit& fit, const Drive& drive)
+  Beside(const WhitenedFit& fit, const Drive& drive)
       : fit_(fit), drive_(drive), whitening_(fit.noise, drive.samples), modelled_(simulatedVoltage(fit.model, fit.point, drive)) {
     Eigen::MatrixXd columns(fit.jacobian.rows(), fit.jacobian.cols());
     for (Eigen::Index k = 0; k < columns.cols(); ++k) columns.col(k) = whitening_.whitened(fit.jacobian.col(k));
     qr_.compute(columns);
   }
 
-  Eigen::VectorXd of(const Signature& signature) const {
+  /// @return what the effect adds where something was measured [V]; zeros where it cannot be computed.
+  Eigen::VectorXd added(const Signature& signature, double times) const {
     const BatteryModel larger = enlarged(fit_.model, signature.id);
     CompositionPoint point = signature.start;
     for (const ParameterInfo& info : effectInfo(signature.id).parameters)
       if (info.vanishes_at && !info.held && info.magnitude != *info.vanishes_at)
-        point.parameters[*larger.parameterRow(info.name)] = info.magnitude;
+        point.parameters[*larger.parameterRow(info.name)] = scaled(info, times);
     Eigen::VectorXd added = simulatedVoltage(larger, point, drive_) - modelled_;
     if (!added.allFinite()) return Eigen::VectorXd::Zero(added.size());
     for (Eigen::Index n = 0; n < added.size(); ++n)
       if (!(drive_.samples[static_cast<std::size_t>(n)].count > 0.0)) added[n] = 0.0;
-    return added - fit_.jacobian * qr_.solve(whitening_.whitened(added));
+    return added;
+  }
+
+  /// What linear parameters leave of it [V].
+  Eigen::VectorXd free(const Eigen::VectorXd& added) const { return added - fit_.jacobian * qr_.solve(whitening_.whitened(added)); }
+
+  /// The same model fitted to the voltage with the addition in it.
+  WhitenedFit fittedWith(const Eigen::VectorXd& added, const WhitenedSearch& search) const {
+    Drive changed = drive_;
+    for (Eigen::Index n = 0; n < added.size(); ++n) changed.samples[static_cast<std::size_t>(n)].voltage += added[n];
+    return fitWhitened(fit_.model, changed, {fit_.point}, fit_.noise, search);
   }
 
  private:
@@ -75,26 +93,54 @@ double strongestBeside(const EffectInfo& info, const std::vector<Signature>& scr
   return std::sqrt(score);
 }
 
+/// rms(s_free) / rms(e) that takes a share out of sqrt(e^2 + s_free^2).
+double addedShare(const EffectInfo& info, const DiagnosisThresholds& thresholds) {
+  const double kept = 1.0 - (info.tier() == 'S' ? thresholds.least_structure_share : thresholds.least_share);
+  return std::sqrt(1.0 / (kept * kept) - 1.0);
+}
+
+double freeParameters(const EffectInfo& info) {
+  return static_cast<double>(std::count_if(info.parameters.begin(), info.parameters.end(), [](const ParameterInfo& parameter) { return !parameter.held; }));
+}
+
+/// Whether the effect, put in so many times as strong as it typically is, has what a name takes.
+bool wouldBeNamed(const Beside& beside, const WhitenedFit& fit, const Drive& drive, const Signature& signature, double times,
+                  const NameRule& rule, const Eigen::VectorXd& held_out) {
+  const EffectInfo& info = effectInfo(signature.id);
+  const WhitenedFit without = beside.fittedWith(beside.added(signature, times), rule.search);
+  const double gain = without.deviance - fit.deviance;
+  const double evidence = gain - penaltyOf(without, drive) * freeParameters(info);
+  return gain >= rule.least_gain && evidence > evidenceNeeded(info.id, rule.accepted, rule.thresholds) &&
+         shareOfError(without.residual - fit.residual, held_out, drive) >= addedShare(info, rule.thresholds);
+}
+
 }  // namespace
 
 std::vector<Detectable> detectableBeside(const WhitenedFit& fit, const Drive& drive, const std::vector<Signature>& screened,
-                                         const DiagnosisThresholds& thresholds, int threads) {
-  const FreeVoltage free(fit, drive);
+                                         const NameRule& rule, int threads) {
+  const Beside beside(fit, drive);
   const Eigen::VectorXd held_out = heldOutErrors(fit, drive, kHeldOutBlocks, threads).error;
-  std::vector<Detectable> list;
-  for (const Signature& signature : screened) {
+  std::vector<Detectable> list(screened.size());
+  parallelFor(screened.size(), threads, [&](std::size_t k) {
+    const Signature& signature = screened[k];
     const EffectInfo& info = effectInfo(signature.id);
     const ParameterInfo* told = toldStrength(info);
-    if (!told) continue;
-    Detectable one{info.id, told->name, told->unit, told->upper, told->magnitude, false};
-    const double from_nothing = std::abs(told->magnitude - *told->vanishes_at);
-    const double kept = 1.0 - (info.tier() == 'S' ? thresholds.least_structure_share : thresholds.least_share);
-    const double share = shareOfError(free.of(signature), held_out, drive);
-    if (signature.sensitivity > 0.0 && share > 0.0)
-      one.strength = from_nothing * std::max(std::max(kNamed, strongestBeside(info, screened)) / signature.sensitivity, std::sqrt(1.0 / (kept * kept) - 1.0) / share);
-    one.visible = one.strength <= from_nothing;
-    list.push_back(one);
-  }
+    if (!told) return;
+    list[k] = {info.id, told->name, told->unit, std::nullopt, told->magnitude, false};
+    const double share = shareOfError(beside.free(beside.added(signature, 1.0)), held_out, drive);
+    if (!(signature.sensitivity > 0.0) || !(share > 0.0)) return;
+    double times = std::max(std::max(kNamed, strongestBeside(info, screened)) / signature.sensitivity, addedShare(info, rule.thresholds) / share);
+    const double from_nothing = told->magnitude - *told->vanishes_at;
+    const auto isInRange = [&](double some) { return scaled(*told, some) == *told->vanishes_at + some * from_nothing; };
+    for (int trial = 0; trial < kTrials && isInRange(times); ++trial, times *= 2.0) {
+      if (!wouldBeNamed(beside, fit, drive, signature, times, rule, held_out)) continue;
+      if (isInRange(-times) && !wouldBeNamed(beside, fit, drive, signature, -times, rule, held_out)) continue;
+      list[k].strength = times * std::abs(from_nothing);
+      list[k].visible = times <= 1.0;
+      return;
+    }
+  });
+  list.erase(std::remove_if(list.begin(), list.end(), [](const Detectable& one) { return one.id.empty(); }), list.end());
   return list;
 }
 

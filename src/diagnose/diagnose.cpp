@@ -344,9 +344,9 @@ class Diagnoser {
     const std::optional<SlowTone> tone = slowTone(final_, quiet_);
     remainder_.has_tone = tone.has_value();
     // A line of power P takes 2 P from the deviance.
-    const double left = std::max(0.0, remainder_.extended_omnibus) * kOmnibusDeviance + (tone ? 2.0 * tone->power : 0.0);
-    const double gained = base_.deviance - final_.deviance;
-    remainder_.explained = gained > 0.0 ? gained / (gained + left) : 0.0;
+    remainder_.left = std::max(0.0, remainder_.extended_omnibus) * kOmnibusDeviance + (tone ? 2.0 * tone->power : 0.0);
+    remainder_.gained = std::max(0.0, base_.deviance - final_.deviance);
+    remainder_.explained = remainder_.gained > 0.0 ? remainder_.gained / (remainder_.gained + remainder_.left) : 0.0;
     found_.omnibus_base = remainder_.base_omnibus;
     found_.omnibus_extended = remainder_.extended_omnibus;
     found_.explained = remainder_.explained;
@@ -362,11 +362,13 @@ class Diagnoser {
     for (const std::string& id : addable(final_.model, weighed))
       (!slow_ && effectInfo(id).acts_at_edges ? fast_ones : slow_ones).push_back(id);
     const int threads = options_.threads;
-    found_.detectable = detectableBeside(final_, quiet_, screen(final_, quiet_, slow_ones, threads), options_.thresholds, threads);
+    NameRule rule{options_.thresholds, naming_.accepted, leastGainToExplain(remainder_, options_.thresholds), search_};
+    found_.detectable = detectableBeside(final_, quiet_, screen(final_, quiet_, slow_ones, threads), rule, threads);
     if (fast_ones.empty()) return;
     const WhitenedFit& at_edges = naming_.extended;
     const std::vector<Signature> screened = screen(at_edges, drive_, fast_ones, threads);
-    for (const Detectable& one : detectableBeside(at_edges, drive_, screened, fastThresholds(), threads)) found_.detectable.push_back(one);
+    rule.thresholds = fastThresholds();
+    for (const Detectable& one : detectableBeside(at_edges, drive_, screened, rule, threads)) found_.detectable.push_back(one);
   }
 
   /// Those of a search on all samples: what acts at edges alone changes little of the whole.

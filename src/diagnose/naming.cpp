@@ -30,10 +30,6 @@ constexpr double kDiscrepancy = 0.02;          // of the evidence for a piece of
 constexpr int kMostExchanges = 3;            // of physics for structure, each with a new search beside it
 constexpr double kRival = 30.0;            // evidence behind the winner's within which a rival is refitted in its place
 
-double penaltyOf(const WhitenedFit& fit, const Drive& drive) {
-  return std::max(std::log(effectiveSamples(fit.residual, drive)), 6.0);
-}
-
 /// Free parameters of a composition beyond the base model's.
 double freedomOf(const WhitenedFit& fit) {
   return static_cast<double>(std::count_if(fit.rows.begin(), fit.rows.end(), [&](Eigen::Index row) {
@@ -258,14 +254,7 @@ class Search {
     return "";
   }
 
-  /// The catalogue's structure stands for a battery's own, which is never quite that: what is left of it is no physics.
-  double needed(const std::string& id) const {
-    if (isStructure(id)) return options_.thresholds.structure_evidence;
-    double least = options_.thresholds.name_evidence;
-    for (const Accepted& accepted : naming_.accepted)
-      if (isStructure(accepted.id) && !effectInfo(accepted.id).acts_at_edges) least = std::max(least, kDiscrepancy * accepted.evidence);
-    return least;
-  }
+  double needed(const std::string& id) const { return evidenceNeeded(id, naming_.accepted, options_.thresholds); }
 
   Candidate candidateOf(const std::vector<Weighed>& ones, std::size_t k) const {
     double sum = 0.0;
@@ -457,6 +446,18 @@ double effectiveSamples(const Eigen::VectorXd& residual, const Drive& drive) {
     sum += product / variance;
   }
   return n / (1.0 + 2.0 * sum);
+}
+
+double penaltyOf(const WhitenedFit& fit, const Drive& drive) {
+  return std::max(std::log(effectiveSamples(fit.residual, drive)), 6.0);
+}
+
+double evidenceNeeded(const std::string& id, const std::vector<Accepted>& accepted, const DiagnosisThresholds& thresholds) {
+  if (isStructure(id)) return thresholds.structure_evidence;
+  double least = thresholds.name_evidence;
+  for (const Accepted& one : accepted)
+    if (isStructure(one.id) && !effectInfo(one.id).acts_at_edges) least = std::max(least, kDiscrepancy * one.evidence);
+  return least;
 }
 
 Naming nameEffects(const Drive& drive, const WhitenedFit& start, const NamingOptions& options, Naming so_far) {

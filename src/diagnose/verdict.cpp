@@ -56,6 +56,10 @@ std::string partOfIt(const Diagnosis& diagnosis) {
   return ids.empty() ? "" : "; " + joined(ids, " and ") + (ids.size() == 1 ? " is" : " are") + " part of it";
 }
 
+bool somethingRemains(const Remainder& remainder, const DiagnosisThresholds& thresholds) {
+  return remainder.extended_omnibus > thresholds.omnibus || remainder.has_tone;
+}
+
 std::string whereSentence(const Diagnosis& diagnosis) {
   const RegimeFinding* worst = nullptr;
   for (const RegimeFinding& finding : diagnosis.regimes)
@@ -67,6 +71,11 @@ std::string whereSentence(const Diagnosis& diagnosis) {
 }
 
 }  // namespace
+
+double leastGainToExplain(const Remainder& remainder, const DiagnosisThresholds& thresholds) {
+  if (!somethingRemains(remainder, thresholds)) return 0.0;
+  return std::max(0.0, kExplained / (1.0 - kExplained) * remainder.left - remainder.gained);
+}
 
 std::string describe(Verdict verdict) {
   switch (verdict) {
@@ -83,7 +92,7 @@ std::string describe(Verdict verdict) {
 
 Verdict judge(const Naming& naming, const InstrumentScreen& instruments, const Remainder& remainder,
               const DiagnosisThresholds& thresholds) {
-  const bool remains = remainder.extended_omnibus > thresholds.omnibus || remainder.has_tone;
+  const bool remains = somethingRemains(remainder, thresholds);
   if (naming.accepted.empty()) {
     // Worth a name by its evidence and yet not to be named. At edges the current's own noise has such evidence (docs/decisions/0007).
     const bool is_unnamed = std::any_of(naming.candidates.begin(), naming.candidates.end(), [&](const Candidate& candidate) {

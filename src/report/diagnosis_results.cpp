@@ -280,7 +280,7 @@ std::string hiddenText(const Diagnosis& d) {
   std::vector<std::string> hidden;
   for (const Detectable& x : d.detectable)
     if (!x.visible)
-      hidden.push_back(x.id + " (" + x.parameter + " below " + threeDigits(x.strength) + " " + x.unit + ")");
+      hidden.push_back(x.id + (x.strength ? " (" + x.parameter + " below " + threeDigits(*x.strength) + " " + x.unit + ")" : " (at any strength)"));
   std::string text;
   if (!hidden.empty()) text += "\n" + wrapped("hidden       ", "could be here unseen: " + joined(hidden, "; "));
   for (const std::string& what : d.outside) text += wrapped("outside      ", what);

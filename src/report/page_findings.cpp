@@ -290,13 +290,13 @@ std::string regimeComparisonTable(const Diagnosis& d) {
 // hidden
 
 std::string detectableTable(std::vector<Detectable> list) {
-  const auto ratio = [](const Detectable& x) { return x.typical != 0.0 ? std::abs(x.strength / x.typical) : 0.0; };
+  const auto ratio = [](const Detectable& x) { return !x.strength ? std::numeric_limits<double>::infinity() : x.typical != 0.0 ? std::abs(*x.strength / x.typical) : 0.0; };
   std::stable_sort(list.begin(), list.end(), [&](const Detectable& a, const Detectable& b) { return ratio(a) > ratio(b); });
   std::vector<std::vector<Cell>> rows;
   for (const Detectable& x : list)
     rows.push_back({{escaped(headline(titleOf(x.id))) + " " + code(x.id)}, {code(x.parameter)},
-                    numberCell(spoken(x.strength, x.unit)), numberCell(spoken(x.typical, x.unit)),
-                    numberCell(ratio(x) > 0.0 ? threeDigits(ratio(x)) + " \xc3\x97" : kNone)});
+                    numberCell(x.strength ? spoken(*x.strength, x.unit) : "at no strength"), numberCell(spoken(x.typical, x.unit)),
+                    numberCell(x.strength && ratio(x) > 0.0 ? threeDigits(ratio(x)) + " \xc3\x97" : kNone)});
   return table({"effect", "its parameter", "shows from", "typical", "ratio"}, rows);
 }
 

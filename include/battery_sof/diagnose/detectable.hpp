@@ -2,11 +2,17 @@
 
 #include <vector>
 
-#include "battery_sof/diagnose/diagnosis.hpp"
-#include "battery_sof/diagnose/hypotheses.hpp"
-#include "battery_sof/diagnose/thresholds.hpp"
+#include "battery_sof/diagnose/naming.hpp"
 
 namespace battery_sof {
+
+/// What a name takes beside a model.
+struct NameRule {
+  DiagnosisThresholds thresholds;
+  std::vector<Accepted> accepted;  ///< what the model holds already
+  double least_gain = 0.0;         ///< of -2 ln likelihood, below which something unknown stays the verdict (leastGainToExplain())
+  WhitenedSearch search;
+};
 
 /**
  * @brief Smallest strengths at which effects would have been named beside a model (PHYSICS 1.5).
@@ -20,10 +26,15 @@ namespace battery_sof {
  * for its tier. z_beside: score of the strongest other hypothesis, which would be taken first. e: what the model leaves on
  * blocks held out of its fit (heldOutErrors()); an effect adds to an error that knows nothing of it.
  *
+ * That is linear, and a model may bend further than its derivatives say. So the effect is put in: what it would add at that
+ * strength is added to the measured voltage, the model fitted to that without it, noise included. With it the fit would be
+ * what it was; evidence D' - D - c_n k and rms(e' - e) / rms(e) must be what a name takes. Where they are not the strength
+ * is doubled, as far as the catalogue's range goes.
+ *
  * @param fit what the effects were screened beside, on this drive. @param threads 0: as many as the machine has.
  * @return one an effect that has a typical strength, in the order given.
  */
 std::vector<Detectable> detectableBeside(const WhitenedFit& fit, const Drive& drive, const std::vector<Signature>& screened,
-                                         const DiagnosisThresholds& thresholds, int threads);
+                                         const NameRule& rule, int threads);
 
 }  // namespace battery_sof

@@ -126,9 +126,9 @@ struct ResidualForce {
 /// The smallest strength at which this recording would have led to an effect's name (detectableBeside()).
 struct Detectable {
   std::string id, parameter, unit;
-  double strength = 0.0;  ///< in unit
-  double typical = 0.0;   ///< the catalogue's order of magnitude, in unit
-  bool visible = false;   ///< strength <= typical
+  std::optional<double> strength;  ///< in unit; none: at no strength within the catalogue's range
+  double typical = 0.0;            ///< the catalogue's order of magnitude, in unit
+  bool visible = false;            ///< strength <= typical
 };
 
 /// Everything a diagnosis found.

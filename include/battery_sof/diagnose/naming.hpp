@@ -65,4 +65,11 @@ Naming withEffects(const Drive& drive, const WhitenedFit& start, const std::vect
 /// @return samples that count as independent: n / (1 + 2 sum of the residual's autocorrelations up to the first not above zero).
 double effectiveSamples(const Eigen::VectorXd& residual, const Drive& drive);
 
+/// @return c_n = max(ln n_eff, 6): what the criterion takes for each parameter more.
+double penaltyOf(const WhitenedFit& fit, const Drive& drive);
+
+/// @return evidence that a name of the effect takes beside what was accepted. The catalogue's structure stands for a battery's
+///   own, which is never quite that: what is left of it is no physics.
+double evidenceNeeded(const std::string& id, const std::vector<Accepted>& accepted, const DiagnosisThresholds& thresholds);
+
 }  // namespace battery_sof

@@ -18,13 +18,18 @@ struct InstrumentScreen {
 struct Remainder {
   double base_omnibus = 0.0;      ///< z_O beside the base model
   double extended_omnibus = 0.0;  ///< z_O beside the extended one
-  double explained = 1.0;         ///< share of what base model and noise leave that the extended one explains [0, 1]
+  double explained = 1.0;         ///< gained / (gained + left): share of the mismatch that the extended model explains [0, 1]
   bool has_tone = false;          ///< slowTone() beside the extended model
+  double gained = 0.0;            ///< of -2 ln likelihood, by the extended model
+  double left = 0.0;              ///< of the same, by what the extended model leaves to the library and a tone
 };
 
 /// @return verdict by PHYSICS 2.3's table.
 Verdict judge(const Naming& naming, const InstrumentScreen& instruments, const Remainder& remainder,
               const DiagnosisThresholds& thresholds);
+
+/// @return gain of -2 ln likelihood that one effect more would have to bring for a name to be the verdict; 0 where nothing unknown is left.
+double leastGainToExplain(const Remainder& remainder, const DiagnosisThresholds& thresholds);
 
 /// @return what no current and voltage can show (PHYSICS 0.7).
 std::vector<std::string> outsideWhatSignalsShow();

@@ -56,6 +56,17 @@ TEST(Verdict, FaultsOfTheInstrumentsDoNotHideWhatTheyCannotLeave) {
   EXPECT_EQ(Verdict::kUnknown, judge(named({}), {{"quantisation"}, {}}, {200.0, 200.0, 0.0}, kThresholds));
 }
 
+TEST(Verdict, WhatWouldBeExplainedByTheLeastGainIsNamed) {
+  Remainder left{90.0, 30.0, 0.1, false, 40.0, 360.0};
+  const double gain = leastGainToExplain(left, kThresholds);
+  EXPECT_NEAR(0.7 / 0.3 * 360.0 - 40.0, gain, 1e-9);
+  left.explained = (left.gained + gain) / (left.gained + gain + left.left);
+  EXPECT_EQ(Verdict::kNamed, judge(named({effect("cpe2")}), {}, left, kThresholds));
+  left.explained -= 1e-6;
+  EXPECT_EQ(Verdict::kUnknown, judge(named({effect("cpe2")}), {}, left, kThresholds));
+  EXPECT_EQ(0.0, leastGainToExplain({90.0, 1.0, 1.0, false, 40.0, 10.0}, kThresholds));
+}
+
 TEST(Verdict, OneEffectIsNamedAndTwoAreSeveral) {
   const Remainder well_explained{90.0, 1.0, 1.0};
   EXPECT_EQ(Verdict::kNamed, judge(named({effect("ocv_soc")}), {}, well_explained, kThresholds));
