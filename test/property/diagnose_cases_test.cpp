@@ -4,6 +4,7 @@
 
 #include "battery_sof/diagnose/diagnose.hpp"
 #include "reference/case_draft.hpp"
+#include "reference/scenario_file.hpp"
 #include "reference/simulation.hpp"
 
 namespace battery_sof {
@@ -11,18 +12,21 @@ namespace {
 
 namespace reference = battery_sof_reference;
 
-Recording recordingOf(const reference::CaseKind& kind, std::uint64_t seed, double duration, double scale = 1.0) {
-  constexpr double kRate = 100.0;  // [Hz]
-  const reference::CaseDraft draft = reference::drawCase(kind, seed, duration, kRate, {scale});
+Recording recordingOf(const std::string& name, const reference::Scenario& scenario) {
   Recording recording;
-  recording.name = kind.family;
-  for (const reference::RecordedSample& sample : reference::simulate(reference::recordedScenario(draft)).samples) {
+  recording.name = name;
+  for (const reference::RecordedSample& sample : reference::simulate(scenario).samples) {
     recording.series.time.push_back(sample.time);
     recording.series.current.push_back(sample.current);
     recording.series.voltage.push_back(sample.voltage);
   }
   recording.offered = recording.series.size();
   return recording;
+}
+
+Recording recordingOf(const reference::CaseKind& kind, std::uint64_t seed, double duration, double scale = 1.0) {
+  constexpr double kRate = 100.0;  // [Hz]
+  return recordingOf(kind.family, reference::recordedScenario(reference::drawCase(kind, seed, duration, kRate, {scale})));
 }
 
 /// Everything that a diagnosis names or ties, of tier P or I.
@@ -78,6 +82,18 @@ TEST(DiagnoseCases, PhysicsGivesWayToStructureThatDoesBetter) {
   options.threads = 0;
   const Diagnosis diagnosis = diagnose(recordingOf({"structural_effect", "charge_acceptance"}, 890001706149500371u, 1200.0), options);
   EXPECT_EQ(std::vector<std::string>{"charge_acceptance"}, namesBeyondStructure(diagnosis)) << diagnosis.summary;
+}
+
+/// A second electrode that is kept from being fast stood first here, and nothing fitted beside it.
+TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
+  DiagnoseOptions options;
+  options.threads = 0;
+  reference::Scenario scenario = reference::loadScenario(std::string(BATTERY_SOF_SOURCE_DIR) + "/config/scenarios/city_drive.yaml");
+  scenario.duration = 1200.0;
+  const Diagnosis diagnosis = diagnose(recordingOf("city_drive", scenario), options);
+  ASSERT_EQ(Verdict::kSeveral, diagnosis.verdict) << diagnosis.summary;
+  EXPECT_EQ("current_dependent_resistance", diagnosis.effects.front().id);
+  EXPECT_TRUE(namesBeyondStructure(diagnosis).empty()) << diagnosis.summary;
 }
 
 /// The catalogue's structure is not quite this circuit: what is left of it had been called a gain error.
