@@ -92,6 +92,10 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
                    "ids that are known to be there, comma-separated: they are modelled and nothing is searched for")
       ->delimiter(',')
       ->excludes(hypotheses);
+  command
+      ->add_option("--confirm", arguments->options.confirm,
+                   "ids, comma-separated, of what could hide: diagnose the recording with each put in until it is named")
+      ->delimiter(',');
   command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")
       ->capture_default_str();
   addJsonOption(*command, arguments->json);

@@ -53,7 +53,7 @@ void requireValid(const DiagnoseOptions& options) {
                                 ", expected above 0 and at most 0.5");
   if (options.threads < 0)
     throw std::invalid_argument("threads is " + std::to_string(options.threads) + ", expected at least 0");
-  for (const std::vector<std::string>* list : {&options.hypotheses, &options.given})
+  for (const std::vector<std::string>* list : {&options.hypotheses, &options.given, &options.confirm})
     for (const std::string& id : *list) effectInfo(id);
 }
 
@@ -351,7 +351,7 @@ class Diagnoser {
     found_.omnibus_extended = remainder_.extended_omnibus;
     found_.explained = remainder_.explained;
     if (remainder_.extended_omnibus > options_.thresholds.omnibus || naming_.unnamed || tone) describeForce(tone);
-    detect();
+    if (options_.lists_detectable) detect();
   }
 
   /// Everything that was weighed and is not in the model, screened beside the model as it is in the end.
@@ -363,12 +363,38 @@ class Diagnoser {
       (!slow_ && effectInfo(id).acts_at_edges ? fast_ones : slow_ones).push_back(id);
     const int threads = options_.threads;
     NameRule rule{options_.thresholds, naming_.accepted, leastGainToExplain(remainder_, options_.thresholds), search_};
+    rule.confirm = options_.confirm;
+    if (!rule.confirm.empty()) {
+      tell("diagnosing with what could hide put in");
+      rule.is_named = namedIn(final_);
+    }
     found_.detectable = detectableBeside(final_, quiet_, screen(final_, quiet_, slow_ones, threads), rule, threads);
     if (fast_ones.empty()) return;
     const WhitenedFit& at_edges = naming_.extended;
     const std::vector<Signature> screened = screen(at_edges, drive_, fast_ones, threads);
     rule.thresholds = fastThresholds();
+    if (!rule.confirm.empty()) rule.is_named = namedIn(at_edges);
     for (const Detectable& one : detectableBeside(at_edges, drive_, screened, rule, threads)) found_.detectable.push_back(one);
+  }
+
+  /// @return whether this diagnosis names an effect once the training part's voltage holds what it adds beside the fit.
+  std::function<bool(const BatteryModel&, const CompositionPoint&, const std::string&)> namedIn(const WhitenedFit& fit) const {
+    const Drive every = fullDrive(quiet_current_, train_, limits_.masked);
+    const Eigen::VectorXd modelled = simulatedVoltage(fit.model, fit.point, every);
+    return [this, every, modelled](const BatteryModel& larger, const CompositionPoint& point, const std::string& id) {
+      const Eigen::VectorXd added = simulatedVoltage(larger, point, every) - modelled;
+      if (!added.allFinite()) return false;
+      Recording changed = recording_;
+      for (Eigen::Index n = 0; n < added.size(); ++n) changed.series.voltage[train_.first + static_cast<std::size_t>(n)] += added[n];
+      DiagnoseOptions options = options_;
+      options.lists_detectable = false;
+      options.threads = 1;
+      options.progress = nullptr;
+      const Diagnosis found = diagnose(changed, options);
+      return std::any_of(found.effects.begin(), found.effects.end(), [&](const NamedEffect& effect) {
+        return effect.id == id || contains(effect.tied_with, id);
+      });
+    };
   }
 
   /// Those of a search on all samples: what acts at edges alone changes little of the whole.

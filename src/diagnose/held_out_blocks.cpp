@@ -52,6 +52,23 @@ double leastActing(const Eigen::VectorXd& acts) {
   return *at;
 }
 
+double addedRatio(const Eigen::VectorXd& adds, const Eigen::VectorXd& error, const Drive& drive) {
+  double ratio = 0.0;
+  for (const double least : {0.0, leastActing(adds)}) {
+    double own = 0.0, all = 0.0;
+    for (Eigen::Index n = 0; n < adds.size(); ++n) {
+      const double count = drive.samples[static_cast<std::size_t>(n)].count;
+      if (!(count > 0.0) || std::abs(adds[n]) < least) continue;
+      own += count * adds[n] * adds[n];
+      all += count * error[n] * error[n];
+    }
+    if (all > 0.0) ratio = std::max(ratio, std::sqrt(own / all));
+  }
+  return ratio;
+}
+
+double leastAddedRatio(double share) { return std::sqrt(1.0 / ((1.0 - share) * (1.0 - share)) - 1.0); }
+
 HeldOutGain gainOf(const HeldOut& before, const HeldOut& after, const Drive& drive, const Eigen::VectorXd& acts) {
   HeldOutGain gain;
   for (std::size_t b = 0; b < before.deviance.size(); ++b) {

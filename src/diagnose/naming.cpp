@@ -20,6 +20,7 @@ constexpr double kWorthRefit = 0.05;
 constexpr double kUnconverged = 0.7;       // a refit that gains less than this share of its score is searched again
 constexpr int kShorterBlocks = 8;          // where the regime of an effect fills one block, the others cannot teach it
 constexpr const char* kSecondElectrode = "second_electrode";
+constexpr int kMoreStarts = 2;
 constexpr int kManyStarts = 5;
 constexpr double kPromising = 0.5;           // of the highest score
 constexpr int kGivenStarts = 4;             // what is certain to be there is worth a wider search
@@ -53,6 +54,7 @@ struct Weighed {
   Signature signature;
   std::optional<WhitenedFit> fit;
   double evidence = 0.0;
+  bool is_small = false;  // nothing speaks against it but its share of the error
 };
 
 bool lists(const std::string& id, const std::string& other) {
@@ -122,24 +124,23 @@ class Search {
     dropSuperfluous();
   }
 
-  /// A refit that gains much less than its score promised did not converge: the one that promised most is searched once
-  /// more from more starts, if its promise matters beside the best.
+  /// A refit that gains much less than its score promised did not converge: it is searched once more, from every start, if
+  /// its promise matters beside the best.
   void searchAgain(std::vector<Weighed>& ones, double penalty) const {
     double best = 0.0;
     for (const Weighed& one : ones) best = std::max(best, one.evidence);
-    Weighed* most = nullptr;
-    for (Weighed& one : ones) {
-      const double promised = kUnconverged * one.signature.score;
-      if (naming_.extended.deviance - one.fit->deviance > promised || promised < best) continue;
-      if (!most || one.signature.score > most->signature.score) most = &one;
-    }
-    if (!most) return;
     WhitenedSearch wider = search_;
-    wider.more_starts = 4;
-    WhitenedFit again = refit(naming_.extended, drive_, most->signature, wider);
-    if (again.deviance >= most->fit->deviance) return;
-    most->fit = std::move(again);
-    most->evidence = evidenceOf(naming_.extended, *most->fit, penalty);
+    wider.every_start = true;
+    wider.more_starts = kMoreStarts;
+    parallelFor(ones.size(), options_.threads, [&](std::size_t k) {
+      Weighed& one = ones[k];
+      const double promised = kUnconverged * one.signature.score;
+      if (naming_.extended.deviance - one.fit->deviance > promised || promised < best) return;
+      WhitenedFit again = refit(naming_.extended, drive_, one.signature, wider);
+      if (again.deviance >= one.fit->deviance) return;
+      one.fit = std::move(again);
+      one.evidence = evidenceOf(naming_.extended, *one.fit, penalty);
+    });
   }
 
   /// One effect more, if there is one to be had.
@@ -157,13 +158,37 @@ class Search {
       one.signature = naming_.last_screen[list[k]];
       const bool has_many_optima = hasInstant(one.signature.id) && one.signature.score > kPromising * top;
       one.fit = refit(naming_.extended, drive_, one.signature, has_many_optima ? searchFor(one.signature.id) : search_);
+      fromJoint(one);
       one.evidence = evidenceOf(naming_.extended, *one.fit, penalty);
     });
     searchAgain(weighed_ones, penalty);
     weighStructure(weighed_ones, penalty);
     std::stable_sort(weighed_ones.begin(), weighed_ones.end(),
                      [](const Weighed& a, const Weighed& b) { return a.evidence > b.evidence; });
-    return takeBest(weighed_ones);
+    putNeededFirst(weighed_ones);
+    return takeBest(weighed_ones) || takeSmallStructure(weighed_ones);
+  }
+
+  /// Searched from where it was found together with what it needs as well.
+  void fromJoint(Weighed& one) const {
+    const auto joint = joint_.find(one.signature.id);
+    if (joint == joint_.end()) return;
+    const CompositionPoint start = embedded(joint->second.model, joint->second.point, one.fit->model);
+    WhitenedFit again = fitWhitened(one.fit->model, drive_, {start}, naming_.extended.noise, search_);
+    if (again.deviance < one.fit->deviance) one.fit = std::move(again);
+  }
+
+  /// What another needs comes before it: what the other adds to it is weighed against all else that could be added, from
+  /// where the two were found together.
+  void putNeededFirst(std::vector<Weighed>& ones) {
+    joint_.clear();
+    for (std::size_t k = 0; k < ones.size(); ++k)
+      for (const std::string& id : effectInfo(ones[k].signature.id).needs) {
+        const auto behind = std::find_if(ones.begin() + static_cast<std::ptrdiff_t>(k), ones.end(), [&](const Weighed& one) { return one.signature.id == id; });
+        if (behind == ones.end() || behind->evidence <= needed(id)) continue;
+        joint_.emplace(ones[k].signature.id, *ones[k].fit);
+        std::rotate(ones.begin() + static_cast<std::ptrdiff_t>(k), behind, behind + 1);
+      }
   }
 
   /// Before physics is named, every piece of structure is refitted, whatever it scored: a signature of finite strength is a
@@ -180,11 +205,15 @@ class Search {
     });
     for (std::size_t k = 0; k < structure.size(); ++k) {
       const double evidence = evidenceOf(naming_.extended, fits[k], penalty);
+      Weighed weighed;
+      weighed.signature = structure[k];
+      weighed.fit = std::move(fits[k]);
+      weighed.evidence = evidence;
       const auto known = std::find_if(ones.begin(), ones.end(), [&](const Weighed& one) { return one.signature.id == structure[k].id; });
       if (known == ones.end())
-        ones.push_back({structure[k], std::move(fits[k]), evidence});
+        ones.push_back(weighed);
       else if (evidence > known->evidence)
-        *known = {structure[k], std::move(fits[k]), evidence};
+        *known = weighed;
     }
   }
 
@@ -209,8 +238,24 @@ class Search {
     return false;
   }
 
+  /// Where nothing can be named: a piece of structure whose share of the error is small may be in the shadow of something
+  /// larger that shows only once it is in. Its share is judged when the search is over.
+  bool takeSmallStructure(std::vector<Weighed>& ones) {
+    for (std::size_t k = 0; k < ones.size(); ++k) {
+      if (!ones[k].is_small || !isStructure(ones[k].signature.id) || wasSmall(ones[k].signature.id)) continue;
+      tried_small_.push_back(ones[k].signature.id);
+      naming_.unnamed = false;
+      const Candidate candidate = candidateOf(ones, k);
+      note(candidate);
+      accept(ones, k, candidate);
+      return true;
+    }
+    return false;
+  }
+
   /// @return what speaks against naming it; empty when nothing does.
-  std::string objectionTo(const Weighed& one, Candidate& candidate) {
+  std::string objectionTo(Weighed& one, Candidate& candidate) {
+    one.is_small = false;
     if (one.evidence <= 0.0) return "it is not worth its parameters";
     HeldOutGain gain = heldOutGain(one, kHeldOutBlocks);
     std::string objection = objectionOfBlocks(gain, one.signature.id, kHeldOutBlocks);
@@ -224,7 +269,8 @@ class Search {
     naming_.unnamed = true;
     if (one.evidence <= needed(one.signature.id)) return "its evidence is below what a name needs";
     const double least = isStructure(one.signature.id) ? options_.thresholds.least_structure_share : options_.thresholds.least_share;
-    if (gain.rms_share < least) return "what it takes out of the error is too small for a name";
+    one.is_small = gain.rms_share < least;
+    if (one.is_small) return "what it takes out of the error is too small for a name";
     naming_.unnamed = false;
     return "";
   }
@@ -292,6 +338,8 @@ class Search {
     naming_.accepted.push_back(accepted);
     naming_.extended = std::move(*ones[taken].fit);
   }
+
+  bool wasSmall(const std::string& id) const { return std::find(tried_small_.begin(), tried_small_.end(), id) != tried_small_.end(); }
 
   bool isAccepted(const std::string& id) const {
     return std::any_of(naming_.accepted.begin(), naming_.accepted.end(),
@@ -371,13 +419,15 @@ class Search {
         one.evidence = evidenceOf(*without[k], naming_.extended, penaltyOf(*without[k], drive_));
         const Eigen::VectorXd adds = without[k]->residual - naming_.extended.residual;
         one.rms = std::sqrt(adds.squaredNorm() / static_cast<double>(adds.size()));
-        const double margin = one.evidence - needed(one.id);
+        const bool is_small = wasSmall(one.id) && addedRatio(adds, naming_.extended.residual, drive_) < leastAddedRatio(options_.thresholds.least_structure_share);
+        const double margin = is_small ? -one.evidence : one.evidence - needed(one.id);
         if (margin <= least) {
           least = margin;
           worst = k;
         }
       }
       if (!worst) return;
+      if (wasSmall(naming_.accepted[*worst].id)) naming_.unnamed = true;
       Candidate gone{naming_.accepted[*worst].id, naming_.accepted[*worst].score, naming_.accepted[*worst].evidence,
                      std::nullopt, 0.0, "the others explain it once they are in"};
       note(gone);
@@ -387,12 +437,17 @@ class Search {
     }
   }
 
-  /// Keeps of every effect's rivals those that do as well in its place in the final model.
+  /// Keeps of every effect's rivals those that do as well in its place in the final model and would be worth a name there.
   void compareRivals() {
     tell("comparing what could stand in each effect's place");
     for (std::size_t k = 0; k < naming_.accepted.size(); ++k) {
       Accepted& one = naming_.accepted[k];
-      if (!isOpen(one.id) || isNeeded(one.id)) continue;
+      if (!isOpen(one.id)) continue;
+      if (isNeeded(one.id)) {
+        one.tied.clear();
+        one.confidence = 1.0;
+        continue;
+      }
       std::vector<std::string> rivals;
       for (const std::string& id : one.tied)
         if (!isAccepted(id) && effectInfo(id).needs.empty()) rivals.push_back(id);
@@ -410,7 +465,8 @@ class Search {
       double sum = 1.0;
       for (std::size_t r = 0; r < rivals.size(); ++r) {
         sum += std::exp(-0.5 * behind[r]);
-        if (behind[r] < options_.thresholds.tie_evidence) one.tied.push_back(rivals[r]);
+        const bool is_worth_a_name = one.evidence - behind[r] > needed(rivals[r]);
+        if (behind[r] < options_.thresholds.tie_evidence && is_worth_a_name) one.tied.push_back(rivals[r]);
       }
       one.confidence = 1.0 / sum;
     }
@@ -421,6 +477,8 @@ class Search {
   WhitenedSearch search_;
   Naming naming_;
   std::map<std::pair<std::string, std::string>, double> behind_;  // evidence that an exchange loses, by what goes and what comes
+  std::vector<std::string> tried_small_;  // structure taken in without its share of the error
+  std::map<std::string, WhitenedFit> joint_;  // fits of what came behind what it needs, of the step before
   std::map<int, HeldOut> before_;  // errors of the extended model on so many blocks
 };
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "battery_sof/diagnose/naming.hpp"
@@ -12,6 +14,9 @@ struct NameRule {
   std::vector<Accepted> accepted;  ///< what the model holds already
   double least_gain = 0.0;         ///< of -2 ln likelihood, below which something unknown stays the verdict (leastGainToExplain())
   WhitenedSearch search;
+  std::vector<std::string> confirm = {};  ///< ids that is_named() is asked of
+  /// Whether a diagnosis names the effect once the voltage holds what it adds to the fit at this point.
+  std::function<bool(const BatteryModel& larger, const CompositionPoint& point, const std::string& id)> is_named = nullptr;
 };
 
 /**
@@ -29,7 +34,8 @@ struct NameRule {
  * That is linear, and a model may bend further than its derivatives say. So the effect is put in: what it would add at that
  * strength is added to the measured voltage, the model fitted to that without it, noise included. With it the fit would be
  * what it was; evidence D' - D - c_n k and rms(e' - e) / rms(e) must be what a name takes. Where they are not the strength
- * is doubled, as far as the catalogue's range goes.
+ * is raised by what they lack, at least twofold, as far as the catalogue's range goes. Another effect of the model or of
+ * the catalogue may still take it up; rule.is_named asks for that.
  *
  * @param fit what the effects were screened beside, on this drive. @param threads 0: as many as the machine has.
  * @return one an effect that has a typical strength, in the order given.

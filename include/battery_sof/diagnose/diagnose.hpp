@@ -16,6 +16,10 @@ struct DiagnoseOptions {
   std::vector<std::string> hypotheses = {};  ///< ids to weigh; empty for all that need no request
   /// Ids that are known to be there: the extended model is the base model with these, and nothing is searched for.
   std::vector<std::string> given = {};
+  bool lists_detectable = true;  ///< false: Diagnosis::detectable stays empty
+  /// Ids whose strength in Diagnosis::detectable is one at which the recording with the effect put in was diagnosed and the
+  /// effect named; up to six diagnoses each.
+  std::vector<std::string> confirm = {};
   /// Told what begins; called from the calling thread.
   std::function<void(const std::string& stage)> progress = nullptr;
 };

@@ -35,4 +35,10 @@ HeldOutGain gainOf(const HeldOut& before, const HeldOut& after, const Drive& dri
 /// @return magnitude that an addition exceeds on the three tenths of the samples on which it acts most. @param acts not empty.
 double leastActing(const Eigen::VectorXd& acts);
 
+/// @return rms(adds) / rms(error), over all samples or where the addition acts, whichever is larger. @param adds, error [V], one a sample.
+double addedRatio(const Eigen::VectorXd& adds, const Eigen::VectorXd& error, const Drive& drive);
+
+/// @return the least such ratio of an addition that, independent of the error, makes up this share of the RMS of both. @param share [0, 1).
+double leastAddedRatio(double share);
+
 }  // namespace battery_sof

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 #include "support/base_drive.hpp"
 
 namespace battery_sof {
@@ -89,6 +92,26 @@ TEST(Detectable, WhereSomethingUnknownIsLeftItTakesMore) {
   rule.least_gain = 100.0;
   EXPECT_GT(*ofSlope(fitted, rule).strength, 1.5 * alone);
   EXPECT_EQ(std::nullopt, ofSlope(fitted, {rule.thresholds, {}, 1e9, {}}).strength);
+}
+
+TEST(Detectable, WhatIsToBeConfirmedIsRaisedUntilItIsNamed) {
+  const Fitted fitted = fittedWith(0.002);
+  NameRule rule = by({});
+  const double tried = *ofSlope(fitted, rule).strength;
+  int asked = 0;
+  double least = 1.5 * tried;
+  rule.confirm = {"ocv_soc"};
+  rule.is_named = [&](const BatteryModel& larger, const CompositionPoint& point, const std::string& id) {
+    ++asked;
+    EXPECT_EQ("ocv_soc", id);
+    return std::abs(point.parameters[*larger.parameterRow("ocv_slope")]) >= least;
+  };
+  EXPECT_NEAR(2.0 * tried, ofSlope(fitted, rule).strength.value(), 1e-9 * tried);
+  EXPECT_GE(asked, 2);
+  least = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(std::nullopt, ofSlope(fitted, rule).strength);
+  rule.confirm = {"gassing"};
+  EXPECT_EQ(tried, *ofSlope(fitted, rule).strength);
 }
 
 TEST(Detectable, NoStrengthIsPromisedBeyondTheCataloguesRange) {

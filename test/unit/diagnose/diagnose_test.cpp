@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "battery_sof/report/diagnosis_results.hpp"
@@ -81,6 +82,23 @@ TEST(Diagnose, WhatIsGivenIsModelledAndNothingElseIsNamed) {
   EXPECT_EQ((std::vector<std::string>{"acid_transport", "ocv_soc"}), given.extended.effects);
   EXPECT_LT(given.fit.extended_holdout.rmse, 1.1 * searched.fit.extended_holdout.rmse);
   options.given = {"no_such_effect"};
+  EXPECT_THROW(diagnose(recordingOfDrive(600.0), options), std::invalid_argument);
+}
+
+TEST(Diagnose, WhatIsConfirmedIsNamedOnceItIsPutIn) {
+  DiagnoseOptions options;
+  options.hypotheses = {"ocv_soc", "acid_transport"};
+  const Diagnosis tried = diagnose(recordingOfDrive(600.0), options);
+  options.confirm = {"ocv_soc"};
+  const Diagnosis confirmed = diagnose(recordingOfDrive(600.0), options);
+  const auto slopeOf = [](const Diagnosis& diagnosis) {
+    return *std::find_if(diagnosis.detectable.begin(), diagnosis.detectable.end(), [](const Detectable& one) { return one.id == "ocv_soc"; });
+  };
+  ASSERT_TRUE(slopeOf(confirmed).strength);
+  EXPECT_GE(*slopeOf(confirmed).strength, *slopeOf(tried).strength);
+  options.lists_detectable = false;
+  EXPECT_TRUE(diagnose(recordingOfDrive(600.0), options).detectable.empty());
+  options.confirm = {"no_such_effect"};
   EXPECT_THROW(diagnose(recordingOfDrive(600.0), options), std::invalid_argument);
 }
 
