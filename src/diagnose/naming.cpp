@@ -29,6 +29,7 @@ constexpr double kLargeShare = 0.3;          // of the held-out RMS error
 constexpr double kLeastOfSampling = 0.1;     // of the sampling interval: what is shorter is the filter's before the sampling
 constexpr double kDiscrepancy = 0.02;          // of the evidence for a piece of structure: what the true structure may leave beside it
 constexpr int kMostExchanges = 3;            // of physics for structure, each with a new search beside it
+constexpr const char* kTooSmall = "what it takes out of the error is too small for a name";
 constexpr double kRival = 30.0;            // evidence behind the winner's within which a rival is refitted in its place
 
 /// Free parameters of a composition beyond the base model's.
@@ -270,7 +271,7 @@ class Search {
     if (one.evidence <= needed(one.signature.id)) return "its evidence is below what a name needs";
     const double least = isStructure(one.signature.id) ? options_.thresholds.least_structure_share : options_.thresholds.least_share;
     one.is_small = gain.rms_share < least;
-    if (one.is_small) return "what it takes out of the error is too small for a name";
+    if (one.is_small) return kTooSmall;
     naming_.unnamed = false;
     return "";
   }
@@ -427,10 +428,10 @@ class Search {
         }
       }
       if (!worst) return;
-      if (wasSmall(naming_.accepted[*worst].id)) naming_.unnamed = true;
-      Candidate gone{naming_.accepted[*worst].id, naming_.accepted[*worst].score, naming_.accepted[*worst].evidence,
-                     std::nullopt, 0.0, "the others explain it once they are in"};
-      note(gone);
+      const Accepted& gone = naming_.accepted[*worst];
+      const bool is_unnamed = gone.evidence > needed(gone.id);
+      naming_.unnamed = naming_.unnamed || is_unnamed;
+      note({gone.id, gone.score, gone.evidence, std::nullopt, 0.0, is_unnamed ? kTooSmall : "the others explain it once they are in"});
       naming_.extended = std::move(*without[*worst]);
       naming_.accepted.erase(naming_.accepted.begin() + static_cast<std::ptrdiff_t>(*worst));
       naming_.last_screen = screenNow();
