@@ -71,6 +71,11 @@ def class_true(case, answer=None):
     return 0 < len(heard) <= LARGEST_CLASS and holds(heard, case.added)
 
 
+def named_itself(case):
+    """What was added is in some named class, its companion not counting for it."""
+    return any(len(class_of(e)) <= LARGEST_CLASS and holds(class_of(e), [case.label["id"]]) for e in case.whole["effects"])
+
+
 def any_class_true(case):
     return any(len(class_of(e)) <= LARGEST_CLASS and holds(class_of(e), case.added) for e in case.whole["effects"])
 

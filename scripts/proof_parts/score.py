@@ -60,6 +60,8 @@ def figures(cases):
         count(f"first_{level}", level, "first name true", judged.first_true, ">= 90 %" if level == "C1" else "")
         count(f"class_{level}", level, "truth in the first class, at most three names", judged.class_true, target)
         count(f"wrong_{level}", level, "some name of tier P or I wrong", judged.wrong_names, "")
+        if level != "C4":
+            count(f"itself_{level}", level, "added effect named itself, first or not, without its companion's help", judged.named_itself, "")
     sizes = [len(judged.first_class(c.whole)) for c in at["C1"] if c.whole["effects"]]
     middle("class_size", "C1", "mean size of the first class", sizes, "<= 1.5", statistics.mean)
     count("c1_unknown", "C1", "called unknown", verdict_is("unknown"), "<= 5 %")

@@ -139,6 +139,7 @@ class Counting(unittest.TestCase):
     def test_a_companion_is_true_and_its_name_not_wrong(self):
         one = case("C1", "effect", "gassing", ["gassing", "charge_acceptance"], answer("named", ("charge_acceptance",)))
         self.assertTrue(judged.first_true(one))
+        self.assertFalse(judged.named_itself(one))
         self.assertEqual(judged.wrong_names(one), [])
 
     def test_structure_is_not_what_was_added_to_it(self):
