@@ -87,15 +87,14 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
           ->add_option("--hypotheses", arguments->options.hypotheses,
                        "ids to weigh, comma-separated; by default all of sof effects but source_delay")
           ->delimiter(',');
-  command
-      ->add_option("--given", arguments->options.given,
-                   "ids that are known to be there, comma-separated: they are modelled and nothing is searched for")
-      ->delimiter(',')
-      ->excludes(hypotheses);
+  CLI::Option* given = command->add_option("--given", arguments->options.given,
+                   "ids that are known to be there, comma-separated: they are modelled and nothing is searched for");
+  given->delimiter(',')->excludes(hypotheses);
   command
       ->add_option("--confirm", arguments->options.confirm,
                    "ids, comma-separated, of what could hide: diagnose the recording with each put in until it is named")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->excludes(given);
   command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")
       ->capture_default_str();
   addJsonOption(*command, arguments->json);

@@ -29,6 +29,12 @@ Recording recordingOf(const reference::CaseKind& kind, std::uint64_t seed, doubl
   return recordingOf(kind.family, reference::recordedScenario(reference::drawCase(kind, seed, duration, kRate, {scale})));
 }
 
+Diagnosis diagnosisOf(const Recording& recording) {
+  DiagnoseOptions options;
+  options.threads = 0;
+  return diagnose(recording, options);
+}
+
 /// Everything that a diagnosis names or ties, of tier P or I.
 std::vector<std::string> namesBeyondStructure(const Diagnosis& diagnosis) {
   std::vector<std::string> ids;
@@ -48,18 +54,14 @@ TEST(DiagnoseCases, WhatTheFilterLeavesWhereTheCurrentChangesSignIsNoMismatch) {
 
 /// The second look at the edges changes the model here: what could hide must be screened beside the model it became.
 TEST(DiagnoseCases, AModelThatTheEdgesChangeLastIsAnswered) {
-  DiagnoseOptions options;
-  options.threads = 0;
-  const Diagnosis diagnosis = diagnose(recordingOf({"structural_null", "-"}, 5825019654786576155u, 400.0), options);
+  const Diagnosis diagnosis = diagnosisOf(recordingOf({"structural_null", "-"}, 5825019654786576155u, 400.0));
   EXPECT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
   EXPECT_FALSE(diagnosis.detectable.empty());
 }
 
 /// The instant of the step lies far from any that a coarse grid tries.
 TEST(DiagnoseCases, AContactThatChangesIsNamedAndItsInstantFound) {
-  DiagnoseOptions options;
-  options.threads = 0;
-  const Diagnosis diagnosis = diagnose(recordingOf({"decoy", "contact_resistance"}, 998998567892690526u, 1200.0), options);
+  const Diagnosis diagnosis = diagnosisOf(recordingOf({"decoy", "contact_resistance"}, 998998567892690526u, 1200.0));
   ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
   const NamedEffect& first = diagnosis.effects.front();
   ASSERT_EQ("contact_resistance", first.id);
@@ -78,35 +80,27 @@ TEST(DiagnoseCases, ASecondElectrodeOfTenthsOfAMillivoltIsNamed) {
 
 /// Two electrodes that deplete: an effect of physics stood where the second electrode belongs until structure was put in its place.
 TEST(DiagnoseCases, PhysicsGivesWayToStructureThatDoesBetter) {
-  DiagnoseOptions options;
-  options.threads = 0;
-  const Diagnosis diagnosis = diagnose(recordingOf({"structural_effect", "charge_acceptance"}, 890001706149500371u, 1200.0), options);
+  const Diagnosis diagnosis = diagnosisOf(recordingOf({"structural_effect", "charge_acceptance"}, 890001706149500371u, 1200.0));
   EXPECT_EQ(std::vector<std::string>{"charge_acceptance"}, namesBeyondStructure(diagnosis)) << diagnosis.summary;
 }
 
 /// What a sulphate history adds to the acceptance that it needs stood where gassing belongs, weighed as one with it.
 TEST(DiagnoseCases, GassingIsNamedBesideTheAcceptanceThatLetsTheVoltageRise) {
-  DiagnoseOptions options;
-  options.threads = 0;
-  const Diagnosis diagnosis = diagnose(recordingOf({"effect", "gassing"}, 1675836588586451672u, 1200.0, 0.247), options);
+  const Diagnosis diagnosis = diagnosisOf(recordingOf({"effect", "gassing"}, 1675836588586451672u, 1200.0, 0.247));
   EXPECT_EQ((std::vector<std::string>{"charge_acceptance", "gassing"}), namesBeyondStructure(diagnosis)) << diagnosis.summary;
 }
 
 /// The search of the acceptance gained nothing from its best start, though its score promised 1400.
 TEST(DiagnoseCases, ASearchThatStoppedShortIsBegunAnew) {
-  DiagnoseOptions options;
-  options.threads = 0;
-  const Diagnosis diagnosis = diagnose(recordingOf({"absent", "gassing"}, 2936437471462363330u, 2400.0), options);
+  const Diagnosis diagnosis = diagnosisOf(recordingOf({"absent", "gassing"}, 2936437471462363330u, 2400.0));
   EXPECT_EQ(std::vector<std::string>{"charge_acceptance"}, namesBeyondStructure(diagnosis)) << diagnosis.summary;
 }
 
 /// A second electrode that is kept from being fast stood first here, and nothing fitted beside it.
 TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
-  DiagnoseOptions options;
-  options.threads = 0;
   reference::Scenario scenario = reference::loadScenario(std::string(BATTERY_SOF_SOURCE_DIR) + "/config/scenarios/city_drive.yaml");
   scenario.duration = 1200.0;
-  const Diagnosis diagnosis = diagnose(recordingOf("city_drive", scenario), options);
+  const Diagnosis diagnosis = diagnosisOf(recordingOf("city_drive", scenario));
   ASSERT_EQ(Verdict::kSeveral, diagnosis.verdict) << diagnosis.summary;
   EXPECT_EQ("current_dependent_resistance", diagnosis.effects.front().id);
   EXPECT_TRUE(namesBeyondStructure(diagnosis).empty()) << diagnosis.summary;
@@ -114,9 +108,7 @@ TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
 
 /// The catalogue's structure is not quite this circuit: what is left of it had been called a gain error.
 TEST(DiagnoseCases, WhatStructureLeavesOfAnotherCircuitIsNotNamed) {
-  DiagnoseOptions options;
-  options.threads = 0;
-  const Diagnosis diagnosis = diagnose(recordingOf({"structural_null", "-"}, 5869412862424578606u, 1200.0), options);
+  const Diagnosis diagnosis = diagnosisOf(recordingOf({"structural_null", "-"}, 5869412862424578606u, 1200.0));
   for (const std::string& id : namesBeyondStructure(diagnosis)) EXPECT_TRUE(id == "sensor_lag" || id == "time_skew") << id << ": " << diagnosis.summary;
 }
 

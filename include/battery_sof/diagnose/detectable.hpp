@@ -14,7 +14,7 @@ struct NameRule {
   std::vector<Accepted> accepted;  ///< what the model holds already
   double least_gain = 0.0;         ///< of -2 ln likelihood, below which something unknown stays the verdict (leastGainToExplain())
   WhitenedSearch search;
-  std::vector<std::string> confirm = {};  ///< ids that is_named() is asked of
+  std::vector<std::string> confirm = {};  ///< ids that is_named(), there where any is given, is asked of
   /// Whether a diagnosis names the effect once the voltage holds what it adds to the fit at this point.
   std::function<bool(const BatteryModel& larger, const CompositionPoint& point, const std::string& id)> is_named = nullptr;
 };

@@ -96,5 +96,11 @@ TEST_F(SofDiagnose, WhatIsGivenLeavesNothingToWeigh) {
   EXPECT_NE(outcome.err.find("--hypotheses"), std::string::npos) << outcome.err;
 }
 
+TEST_F(SofDiagnose, WhatIsGivenIsNotConfirmed) {
+  const Outcome outcome = sof({"diagnose", path("any.csv"), "--given", "ocv_soc", "--confirm", "gassing"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("--confirm"), std::string::npos) << outcome.err;
+}
+
 }  // namespace
 }  // namespace battery_sof
