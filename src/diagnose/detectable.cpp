@@ -97,13 +97,15 @@ double freeParameters(const EffectInfo& info) {
 /// How many times stronger the effect, put in so many times as strong as it typically is, would have to be for a name, were
 /// the model linear; at most 1 where it has what a name takes.
 double lackingFor(const Beside& beside, const WhitenedFit& fit, const Drive& drive, const Signature& signature, double times,
-                  const NameRule& rule, const Eigen::VectorXd& held_out) {
+                  const NameRule& rule, const Eigen::VectorXd& held_out, double left) {
   const EffectInfo& info = effectInfo(signature.id);
   const WhitenedFit without = beside.fittedWith(beside.added(signature, times), rule.search);
   const double gain = without.deviance - fit.deviance;
   const double share = addedRatio(without.residual - fit.residual, held_out, drive);
   if (!(gain > 0.0) || !(share > 0.0)) return std::numeric_limits<double>::infinity();
-  const double needed = evidenceNeeded(info.id, rule.accepted, rule.thresholds) + penaltyOf(without, drive) * freeParameters(info);
+  // With it in, what is left is what this model leaves.
+  const NameBeside of_it{1.0 - 1.0 / std::hypot(1.0, share), left};
+  const double needed = evidenceNeeded(info.id, rule.accepted, rule.thresholds, of_it) + penaltyOf(without, drive) * freeParameters(info);
   return std::max(std::sqrt(std::max(rule.least_gain, needed) / gain), addedShare(info, rule.thresholds) / share);
 }
 
@@ -113,6 +115,7 @@ std::vector<Detectable> detectableBeside(const WhitenedFit& fit, const Drive& dr
                                          const NameRule& rule, int threads) {
   const Beside beside(fit, drive);
   const Eigen::VectorXd held_out = heldOutErrors(fit, drive, kHeldOutBlocks, threads).error;
+  const double left = leftUnexplained(fit, drive);
   std::vector<Detectable> list(screened.size());
   parallelFor(screened.size(), threads, [&](std::size_t k) {
     const Signature& signature = screened[k];
@@ -130,8 +133,8 @@ std::vector<Detectable> detectableBeside(const WhitenedFit& fit, const Drive& dr
     const auto isConfirmed = [&](double some) { return rule.is_named(larger, strengthened(larger, signature, some), info.id); };
     int asked = 0;
     for (int trial = 0; trial < kTrials && isInRange(times); ++trial) {
-      double lacking = lackingFor(beside, fit, drive, signature, times, rule, held_out);
-      if (lacking <= 1.0 && isInRange(-times)) lacking = lackingFor(beside, fit, drive, signature, -times, rule, held_out);
+      double lacking = lackingFor(beside, fit, drive, signature, times, rule, held_out, left);
+      if (lacking <= 1.0 && isInRange(-times)) lacking = lackingFor(beside, fit, drive, signature, -times, rule, held_out, left);
       if (lacking <= 1.0 && asks && ++asked > kConfirmations) return;
       if (lacking <= 1.0 && (!asks || (isConfirmed(times) && (!isInRange(-times) || isConfirmed(-times))))) {
         list[k].strength = times * std::abs(from_nothing);

@@ -34,7 +34,6 @@ constexpr double kSlowLength = 10.0;         // sampling intervals that may be a
 constexpr double kSlow = 0.15;               // [s]; sampled more slowly, edges cannot be set aside
 constexpr double kEdge = 5.0;                // [A]
 constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid; before it as much as a channel may be late
-constexpr double kOmnibusDeviance = 10.0;     // z_O in units of -2 ln likelihood: sqrt(2 k) of some fifty columns
 constexpr double kShortSteps = 6000.0;        // [s] of a slow recording beyond which short steps would take minutes
 constexpr double kLostShare = 0.005;         // of the samples; a second in three minutes
 constexpr std::size_t kFewestFreezes = 3;
@@ -344,7 +343,7 @@ class Diagnoser {
     const std::optional<SlowTone> tone = slowTone(final_, quiet_);
     remainder_.has_tone = tone.has_value();
     // A line of power P takes 2 P from the deviance.
-    remainder_.left = std::max(0.0, remainder_.extended_omnibus) * kOmnibusDeviance + (tone ? 2.0 * tone->power : 0.0);
+    remainder_.left = leftUnexplained(final_, quiet_) + (tone ? 2.0 * tone->power : 0.0);
     remainder_.gained = std::max(0.0, base_.deviance - final_.deviance);
     remainder_.explained = remainder_.gained > 0.0 ? remainder_.gained / (remainder_.gained + remainder_.left) : 0.0;
     found_.omnibus_base = remainder_.base_omnibus;

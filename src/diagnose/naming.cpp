@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 
 #include "battery_sof/diagnose/held_out_blocks.hpp"
+#include "battery_sof/diagnose/residual_force.hpp"
 #include "battery_sof/diagnose/verdict.hpp"
 #include "battery_sof/identify/parallel.hpp"
 
@@ -27,7 +29,10 @@ constexpr int kGivenStarts = 4;             // what is certain to be there is wo
 constexpr std::size_t kJudged = 4;          // of the best whose held-out gain is looked at
 constexpr double kLargeShare = 0.3;          // of the held-out RMS error
 constexpr double kLeastOfSampling = 0.1;     // of the sampling interval: what is shorter is the filter's before the sampling
-constexpr double kDiscrepancy = 0.02;          // of the evidence for a piece of structure: what the true structure may leave beside it
+constexpr double kDiscrepancy = 0.02;        // of the evidence for a piece of structure: what the true structure may leave beside it
+constexpr double kDiscrepancyOfLittle = 0.1; // the same where little of the error goes with it
+constexpr double kMuch = 0.5;                // of the held-out RMS error
+constexpr double kOmnibusDeviance = 10.0;    // z_O in units of -2 ln likelihood: sqrt(2 k) of some fifty columns
 constexpr int kMostExchanges = 3;            // of physics for structure, each with a new search beside it
 constexpr const char* kTooSmall = "what it takes out of the error is too small for a name";
 constexpr double kRival = 30.0;            // evidence behind the winner's within which a rival is refitted in its place
@@ -55,8 +60,12 @@ struct Weighed {
   Signature signature;
   std::optional<WhitenedFit> fit;
   double evidence = 0.0;
+  double share = 0.0;     // of the error on blocks held out of the fit, that it takes out
   bool is_small = false;  // nothing speaks against it but its share of the error
 };
+
+// A name takes the least evidence beside the one, the most of what takes much of the error beside the other.
+constexpr NameBeside kLeast{1.0, 0.0}, kMost{1.0, std::numeric_limits<double>::infinity()};
 
 bool lists(const std::string& id, const std::string& other) {
   const std::vector<std::string>& alike = effectInfo(id).look_alikes;
@@ -186,7 +195,7 @@ class Search {
     for (std::size_t k = 0; k < ones.size(); ++k)
       for (const std::string& id : effectInfo(ones[k].signature.id).needs) {
         const auto behind = std::find_if(ones.begin() + static_cast<std::ptrdiff_t>(k), ones.end(), [&](const Weighed& one) { return one.signature.id == id; });
-        if (behind == ones.end() || behind->evidence <= needed(id)) continue;
+        if (behind == ones.end() || behind->evidence <= needed(id, kMost)) continue;
         joint_.emplace(ones[k].signature.id, *ones[k].fit);
         std::rotate(ones.begin() + static_cast<std::ptrdiff_t>(k), behind, behind + 1);
       }
@@ -260,15 +269,16 @@ class Search {
     if (one.evidence <= 0.0) return "it is not worth its parameters";
     HeldOutGain gain = heldOutGain(one, kHeldOutBlocks);
     std::string objection = objectionOfBlocks(gain, one.signature.id, kHeldOutBlocks);
-    if (!objection.empty() && one.evidence > needed(one.signature.id)) {
+    if (!objection.empty() && one.evidence > needed(one.signature.id, kLeast)) {
       gain = heldOutGain(one, kShorterBlocks);
       objection = objectionOfBlocks(gain, one.signature.id, kShorterBlocks);
     }
+    one.share = gain.rms_share;
     candidate.holdout_gain_percent = 100.0 * gain.rms_share;
     if (!objection.empty()) return objection;
     if (isBelowSampling(one)) return "it is shorter than the sampling can show";
     naming_.unnamed = true;
-    if (one.evidence <= needed(one.signature.id)) return "its evidence is below what a name needs";
+    if (!isWorthAName(one)) return "its evidence is below what a name needs";
     const double least = isStructure(one.signature.id) ? options_.thresholds.least_structure_share : options_.thresholds.least_share;
     one.is_small = gain.rms_share < least;
     if (one.is_small) return kTooSmall;
@@ -301,7 +311,14 @@ class Search {
     return "";
   }
 
-  double needed(const std::string& id) const { return evidenceNeeded(id, naming_.accepted, options_.thresholds); }
+  double needed(const std::string& id, const NameBeside& beside) const { return evidenceNeeded(id, naming_.accepted, options_.thresholds, beside); }
+
+  /// What takes out little may be followed by what explains the rest: that is judged when the search is over.
+  bool isWorthAName(const Weighed& one) const {
+    const std::string& id = one.signature.id;
+    if (one.evidence <= needed(id, {one.share, kLeast.left})) return false;
+    return one.share < kMuch || one.evidence > needed(id, kMost) || one.evidence > needed(id, {one.share, leftUnexplained(*one.fit, drive_)});
+  }
 
   Candidate candidateOf(const std::vector<Weighed>& ones, std::size_t k) const {
     double sum = 0.0;
@@ -327,6 +344,7 @@ class Search {
     accepted.score = candidate.score;
     accepted.evidence = candidate.evidence;
     accepted.confidence = candidate.confidence;
+    accepted.share = ones[taken].share;
     for (std::size_t k = 0; k < ones.size(); ++k) {
       if (k == taken) continue;
       if (ones[k].evidence > ones[taken].evidence - kRival) accepted.tied.push_back(ones[k].signature.id);
@@ -335,7 +353,7 @@ class Search {
       if (k > taken) note(other);
     }
     for (const std::string& needed_id : effectInfo(accepted.id).needs)
-      if (!isAccepted(needed_id)) naming_.accepted.push_back({needed_id, accepted.score, 0.0, 0.0, {}, accepted.confidence});
+      if (!isAccepted(needed_id)) naming_.accepted.push_back({needed_id, accepted.score, 0.0, 0.0, {}, accepted.confidence, accepted.share});
     naming_.accepted.push_back(accepted);
     naming_.extended = std::move(*ones[taken].fit);
   }
@@ -414,6 +432,7 @@ class Search {
       });
       std::optional<std::size_t> worst;
       double least = 0.0;
+      const double left = leftUnexplained(naming_.extended, drive_);
       for (std::size_t k = 0; k < without.size(); ++k) {
         if (!without[k]) continue;
         Accepted& one = naming_.accepted[k];
@@ -421,7 +440,7 @@ class Search {
         const Eigen::VectorXd adds = without[k]->residual - naming_.extended.residual;
         one.rms = std::sqrt(adds.squaredNorm() / static_cast<double>(adds.size()));
         const bool is_small = wasSmall(one.id) && addedRatio(adds, naming_.extended.residual, drive_) < leastAddedRatio(options_.thresholds.least_structure_share);
-        const double margin = is_small ? -one.evidence : one.evidence - needed(one.id);
+        const double margin = is_small ? -one.evidence : one.evidence - needed(one.id, {one.share, left});
         if (margin <= least) {
           least = margin;
           worst = k;
@@ -429,7 +448,7 @@ class Search {
       }
       if (!worst) return;
       const Accepted& gone = naming_.accepted[*worst];
-      const bool is_unnamed = gone.evidence > needed(gone.id);
+      const bool is_unnamed = gone.evidence > needed(gone.id, {gone.share, left});
       naming_.unnamed = naming_.unnamed || is_unnamed;
       note({gone.id, gone.score, gone.evidence, std::nullopt, 0.0, is_unnamed ? kTooSmall : "the others explain it once they are in"});
       naming_.extended = std::move(*without[*worst]);
@@ -441,6 +460,7 @@ class Search {
   /// Keeps of every effect's rivals those that do as well in its place in the final model and would be worth a name there.
   void compareRivals() {
     tell("comparing what could stand in each effect's place");
+    const double left = leftUnexplained(naming_.extended, drive_);
     for (std::size_t k = 0; k < naming_.accepted.size(); ++k) {
       Accepted& one = naming_.accepted[k];
       if (!isOpen(one.id)) continue;
@@ -466,7 +486,7 @@ class Search {
       double sum = 1.0;
       for (std::size_t r = 0; r < rivals.size(); ++r) {
         sum += std::exp(-0.5 * behind[r]);
-        const bool is_worth_a_name = one.evidence - behind[r] > needed(rivals[r]);
+        const bool is_worth_a_name = one.evidence - behind[r] > needed(rivals[r], {one.share, left});
         if (behind[r] < options_.thresholds.tie_evidence && is_worth_a_name) one.tied.push_back(rivals[r]);
       }
       one.confidence = 1.0 / sum;
@@ -511,13 +531,19 @@ double penaltyOf(const WhitenedFit& fit, const Drive& drive) {
   return std::max(std::log(effectiveSamples(fit.residual, drive)), 6.0);
 }
 
-double evidenceNeeded(const std::string& id, const std::vector<Accepted>& accepted, const DiagnosisThresholds& thresholds) {
+double evidenceNeeded(const std::string& id, const std::vector<Accepted>& accepted, const DiagnosisThresholds& thresholds,
+                      const NameBeside& beside) {
   if (isStructure(id)) return thresholds.structure_evidence;
-  double least = thresholds.name_evidence;
+  double structure = 0.0;
   for (const Accepted& one : accepted)
-    if (isStructure(one.id) && !effectInfo(one.id).acts_at_edges) least = std::max(least, kDiscrepancy * one.evidence);
-  return least;
+    if (isStructure(one.id) && !effectInfo(one.id).acts_at_edges) structure = std::max(structure, one.evidence);
+  if (effectInfo(id).acts_at_edges) return std::max(thresholds.name_evidence, kDiscrepancy * structure);
+  if (structure == 0.0) return thresholds.name_evidence;
+  if (beside.share < kMuch) return std::max({thresholds.name_evidence, kDiscrepancyOfLittle * structure, beside.left});
+  return std::max(thresholds.name_evidence, std::min(kDiscrepancy * structure, beside.left));
 }
+
+double leftUnexplained(const WhitenedFit& fit, const Drive& drive) { return kOmnibusDeviance * std::max(0.0, omnibusZ(fit, drive)); }
 
 Naming nameEffects(const Drive& drive, const WhitenedFit& start, const NamingOptions& options, Naming so_far) {
   return Search(drive, start, options, std::move(so_far)).run();

@@ -18,6 +18,7 @@ struct Accepted {
   double rms = 0.0;              ///< [V], what it adds to the voltage that the others cannot
   std::vector<std::string> tied; ///< ids that could stand in its place
   double confidence = 0.0;
+  double share = 0.0;            ///< [1], of the RMS error on blocks held out of the fit, that it took out when it was found
 };
 
 /// What the search through the catalogue ended with.
@@ -68,8 +69,27 @@ double effectiveSamples(const Eigen::VectorXd& residual, const Drive& drive);
 /// @return c_n = max(ln n_eff, 6): what the criterion takes for each parameter more.
 double penaltyOf(const WhitenedFit& fit, const Drive& drive);
 
-/// @return evidence that a name of the effect takes beside what was accepted. The catalogue's structure stands for a battery's
-///   own, which is never quite that: what is left of it is no physics.
-double evidenceNeeded(const std::string& id, const std::vector<Accepted>& accepted, const DiagnosisThresholds& thresholds);
+/// What speaks for a name beside structure, its evidence apart.
+struct NameBeside {
+  double share = 0.0;  ///< [1], of the RMS error on blocks held out of the fit, that the effect takes out
+  double left = 0.0;   ///< of -2 ln likelihood, what stays unexplained with it (leftUnexplained())
+};
+
+/**
+ * @brief Evidence that a name of the effect takes beside what was accepted.
+ *
+ * The catalogue's structure stands for a battery's own, which is never quite that: what is left of it is no physics, and can
+ * be as large as the structure's evidence E_s and what stays unexplained allow. A name of tier P or I needs
+ *
+ *     share >= 1/2:  max(T2, min(0.02 E_s, left)),     share < 1/2:  max(T2, 0.1 E_s, left)
+ *
+ * and one that acts at edges alone max(T2, 0.02 E_s). E_s: of the most evident piece on the grid without edges; where there
+ * is none, T2.
+ */
+double evidenceNeeded(const std::string& id, const std::vector<Accepted>& accepted, const DiagnosisThresholds& thresholds,
+                      const NameBeside& beside);
+
+/// @return what currents and their memory explain of a fit's residual, in units of -2 ln likelihood: 10 z_O (omnibusZ()).
+double leftUnexplained(const WhitenedFit& fit, const Drive& drive);
 
 }  // namespace battery_sof
