@@ -440,7 +440,8 @@ class Search {
         const Eigen::VectorXd adds = without[k]->residual - naming_.extended.residual;
         one.rms = std::sqrt(adds.squaredNorm() / static_cast<double>(adds.size()));
         const bool is_small = wasSmall(one.id) && addedRatio(adds, naming_.extended.residual, drive_) < leastAddedRatio(options_.thresholds.least_structure_share);
-        const double margin = is_small ? -one.evidence : one.evidence - needed(one.id, {one.share, left});
+        double margin = one.evidence - needed(one.id, {one.share, left});
+        if (is_small) margin = std::min(margin, -one.evidence);
         if (margin <= least) {
           least = margin;
           worst = k;
