@@ -44,7 +44,8 @@ bool isInstrument(const std::string& id) {
 std::string gainSentence(const Diagnosis& diagnosis) {
   const ErrorMetrics& before = diagnosis.fit.base_holdout;
   const ErrorMetrics& after = diagnosis.fit.extended_holdout;
-  return "; on the part that was held out the error falls from " + withUnit(1e3 * before.rmse, "%.1f", "mV") + " to " +
+  const std::string course = after.rmse < before.rmse ? "falls" : "does not fall: it goes";
+  return "; on the part that was held out the error " + course + " from " + withUnit(1e3 * before.rmse, "%.1f", "mV") + " to " +
          withUnit(1e3 * after.rmse, "%.1f", "mV") + " RMS";
 }
 

@@ -47,6 +47,18 @@ TEST(Summary, SaysWhatIsPartOfSomethingUnknown) {
   EXPECT_EQ(std::string::npos, summaryOf(diagnosis).find("ocv_soc"));
 }
 
+TEST(Summary, SaysWhetherTheErrorOnWhatWasHeldOutFalls) {
+  Diagnosis diagnosis;
+  diagnosis.verdict = Verdict::kNamed;
+  diagnosis.effects.emplace_back();
+  diagnosis.effects.front().id = "ocv_soc";
+  diagnosis.fit.base_holdout.rmse = 0.3;
+  diagnosis.fit.extended_holdout.rmse = 0.1;
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("the error falls from 300.0 mV to 100.0 mV"));
+  diagnosis.fit.extended_holdout.rmse = 0.4;
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("the error does not fall: it goes from 300.0 mV to 400.0 mV"));
+}
+
 TEST(Verdict, FaultsOfTheInstrumentsAreNamedWhenNothingElseIs) {
   EXPECT_EQ(Verdict::kSensorFault, judge(named({}), {{"clipping"}, {}}, {1.0, 1.0, 0.0}, kThresholds));
   EXPECT_EQ(Verdict::kNamed, judge(named({effect("cpe2")}), {{"clipping"}, {}}, {90.0, 1.0, 1.0}, kThresholds));
