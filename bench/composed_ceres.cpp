@@ -214,8 +214,8 @@ struct Priors {
 ceres::CostFunction* dataCost(const BatteryModel& model, const CompositionProblem& problem,
                               const Drive& drive) {
   auto* residuals = new Residuals{drive, {}, meaningOf(model)};
-  for (const DriveSample& sample : drive.samples)
-    residuals->root_weight.push_back(std::sqrt(problem.weightOf(sample)));
+  for (std::size_t k = 0; k < drive.samples.size(); ++k)
+    residuals->root_weight.push_back(std::sqrt(problem.weightOf(k)));
   return new ceres::AutoDiffCostFunction<Residuals, ceres::DYNAMIC, kUnknowns>(
       residuals, static_cast<int>(drive.samples.size()));
 }

@@ -134,12 +134,13 @@ nlohmann::json endsAsJson(const Task& task, const std::vector<Contender>& conten
 
 nlohmann::json driveAsJson(const CompositionProblem& problem, const Drive& drive) {
   nlohmann::json samples;
-  for (const DriveSample& sample : drive.samples) {
+  for (std::size_t k = 0; k < drive.samples.size(); ++k) {
+    const DriveSample& sample = drive.samples[k];
     samples["held"].push_back(sample.step.held);
     samples["duration"].push_back(sample.step.duration);
     samples["current"].push_back(sample.step.current);
     samples["voltage"].push_back(sample.voltage);
-    samples["weight"].push_back(problem.weightOf(sample));
+    samples["weight"].push_back(problem.weightOf(k));
   }
   return samples;
 }

@@ -17,6 +17,8 @@ constexpr double kPriorError = 0.01;       // [V]
 constexpr double kPriorCorrelation = 5.0;  // [s]
 constexpr double kNoise = 1e-5;            // share of the cost: half a standard error in 24,000 samples
 constexpr double kTrustedGain = 1e-6;      // a last step promising less is taken unseen: 0.15 standard errors in 24,000 samples
+// [s], over which a current is held for its conditioning: a sample's interval, within what the double layer makes of it.
+constexpr double kShortestReach = 0.1, kLongestReach = 60.0;
 constexpr Eigen::Index kRows = 64;         // of the Jacobian held at a time
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
@@ -34,6 +36,13 @@ double meanInterval(const Drive& drive) {
   for (const DriveSample& sample : drive.samples) count += sample.count;
   const double span = drive.samples.back().step.time - drive.samples.front().step.time;
   return count > 1.0 ? span / (count - 1.0) : 0.0;
+}
+
+/// d error / d lane of Simulation::follow().
+Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxLanes> errorDerivatives(
+    const Simulation& simulation, const DriveSample& sample) {
+  if (sample.voltage_drives) return simulation.currentErrorDerivatives().transpose().array();
+  return -simulation.voltageDerivatives().transpose().array();
 }
 
 }  // namespace
@@ -59,6 +68,9 @@ CompositionProblem::CompositionProblem(const BatteryModel& model, const Drive& d
                                 " can be fitted at once");
   if (cost.noise) {
     whitening_.emplace(*cost.noise, drive.samples);
+  } else if (cost.channels) {
+    prior_weight_ = 1.0 / cost.channels->independent;
+    reweigh(start);
   } else {
     const double interval = meanInterval(drive);
     prior_weight_ = kPriorError * kPriorError *
@@ -78,7 +90,8 @@ void CompositionProblem::addParameter(Eigen::Index row, const ParameterInfo& inf
     coordinate.prior_std = info.logarithmic ? *info.prior_std : *info.prior_std / coordinate.scale;
   }
   coordinates_.push_back(coordinate);
-  linear_.push_back(info.linear);
+  // A current that answers to a voltage is linear in nothing.
+  linear_.push_back(info.linear && !cost_.channels);
   lower_.conservativeResize(size());
   upper_.conservativeResize(size());
   const double length = drive_.samples.back().step.time - drive_.first_time;
@@ -133,7 +146,24 @@ Eigen::MatrixXd CompositionProblem::seedsAt(const Eigen::VectorXd& x) const {
   return seeds;
 }
 
-double CompositionProblem::weightOf(const DriveSample& sample) const {
+void CompositionProblem::reweigh(const CompositionPoint& point) {
+  const ChannelErrors& errors = *cost_.channels;
+  Simulation simulation(model_, {point.parameters, point.state, drive_.first_time, drive_.first_time});
+  precision_.clear();
+  for (const DriveSample& sample : drive_.samples) {
+    const double over = std::clamp(sample.step.duration, kShortestReach, kLongestReach);
+    const double error = simulation.follow(sample);
+    const double current = sample.step.current - (sample.voltage_drives ? error : 0.0);
+    const double G = 1.0 / simulation.resistanceOver(current, over);
+    const double variance = std::pow(errors.current_std, 2) + std::pow(G * errors.voltage_std, 2) +
+                            std::pow(errors.current_share * sample.step.current, 2);
+    precision_.push_back(std::isfinite(variance) ? (sample.voltage_drives ? 1.0 : G * G) / variance : 0.0);
+  }
+}
+
+double CompositionProblem::weightOf(std::size_t k) const {
+  const DriveSample& sample = drive_.samples[k];
+  if (cost_.channels) return precision_[k] * sample.count;
   const double W = sample.step.current < cost_.crank_weight_current ? cost_.crank_weight : 1.0;
   return W * W * sample.count;
 }
@@ -155,15 +185,14 @@ bool CompositionProblem::evaluate(const Eigen::VectorXd& x, NormalEquations& equ
   Row row(n + 1);
   for (std::size_t k = 0; k < drive_.samples.size(); ++k) {
     const DriveSample& sample = drive_.samples[k];
-    simulation.advance(sample.step);
-    const double residual = sample.voltage - simulation.voltage();
+    const double residual = simulation.follow(sample);
     if (!std::isfinite(residual)) return false;
-    row.head(n) = -simulation.voltageDerivatives().transpose().array();
+    row.head(n) = errorDerivatives(simulation, sample);
     row[n] = residual;
     if (whitening_)
       whitening_->apply(k, row, memory);
     else
-      row *= std::sqrt(weightOf(sample));
+      row *= std::sqrt(weightOf(k));
     if (sample.count > 0.0) rows.col(filled++) = row.matrix().transpose();
     if (filled == kRows) flush();
   }
@@ -201,8 +230,7 @@ Eigen::VectorXd CompositionProblem::residual(const Eigen::VectorXd& x) const {
   Simulation simulation(model_, {point.parameters, point.state, drive_.first_time, drive_.first_time});
   Eigen::VectorXd e(static_cast<Eigen::Index>(drive_.samples.size()));
   for (std::size_t k = 0; k < drive_.samples.size(); ++k) {
-    simulation.advance(drive_.samples[k].step);
-    e[static_cast<Eigen::Index>(k)] = drive_.samples[k].voltage - simulation.voltage();
+    e[static_cast<Eigen::Index>(k)] = simulation.follow(drive_.samples[k]);
   }
   return e;
 }

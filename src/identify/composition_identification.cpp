@@ -15,6 +15,7 @@ constexpr std::size_t kCompressFrom = 4000;
 // Standard errors come from the full rate up to here: 13 MB of Jacobian with sixteen unknowns.
 constexpr std::size_t kFullRateErrors = 100000;
 constexpr int kWhiteningRounds = 2;
+constexpr int kFirstIterations = 20;  // before weights are taken anew
 constexpr int kLastIterations = 10;  // of the search at full rate; beyond it compression was no good start
 constexpr double kLeastWhite = 1e-5;  // [V]
 
@@ -50,6 +51,7 @@ struct Fitted {
   CompositionFit fit;
   std::optional<NoiseModel> noise;
   Eigen::Index samples = 0;  // of the drive that was fitted
+  std::optional<ChannelErrors> channels = std::nullopt;
 };
 
 Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptions& options,
@@ -69,14 +71,35 @@ Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptio
       starts.push_back(withInstants(model, starts[1], share * (drive.samples.back().step.time - drive.first_time)));
   const CompositionProblem weighted(model, drive, cost, nested);
   const auto samples = static_cast<Eigen::Index>(drive.samples.size());
-  Fitted fitted{fitComposition(weighted, starts, search), std::nullopt, samples};
+  Fitted fitted{fitComposition(weighted, starts, search), std::nullopt, samples, std::nullopt};
   search.more_starts = 0;
   for (int round = 0; options.whiten && round < kWhiteningRounds; ++round) {
     cost.noise = fitNoise(weighted.residual(fitted.fit.x), drive.samples,
                           std::max(kLeastWhite, options.voltage_lsb_std));
     const CompositionProblem whitened(model, drive, cost, nested);
-    fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise, samples};
+    fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise, samples, std::nullopt};
   }
+  return fitted;
+}
+
+/// The search with errors in both variables: from the composition's magnitudes, as their weights depend on where they are
+/// taken twice.
+Fitted searchBothWays(const BatteryModel& model, const Drive& drive, const IdentifyOptions& options,
+                      const BaseFit& base) {
+  FitCost cost;
+  cost.channels.emplace();
+  CompositionSearch search;
+  search.eliminate = false;
+  search.tolerance = 1e-6;
+  search.max_iterations = std::max(options.max_iterations, kFirstIterations);
+  CompositionPoint start = typicalStart(model, drive);
+  if (model.effects().empty()) start = basePoint(base);
+  CompositionProblem problem(model, drive, cost, start);
+  Fitted fitted{fitComposition(problem, {start}, search), std::nullopt,
+                static_cast<Eigen::Index>(drive.samples.size()), cost.channels};
+  search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
+  problem.reweigh(fitted.fit.point);
+  fitted.fit = fitComposition(problem, {fitted.fit.point}, search);
   return fitted;
 }
 
@@ -97,10 +120,12 @@ Pass passOver(const BatteryModel& model, const Drive& drive, const CompositionPr
             seeds};
   for (Eigen::Index n = 0; n < count; ++n) {
     const DriveSample& sample = drive.samples[static_cast<std::size_t>(n)];
-    simulation.advance(sample.step);
-    pass.jacobian.row(n) = simulation.voltageDerivatives().transpose();
-    pass.residual[n] = sample.voltage - simulation.voltage();
-    pass.weight[n] = problem.weightOf(sample);
+    pass.residual[n] = simulation.follow(sample);
+    if (sample.voltage_drives)
+      pass.jacobian.row(n) = -simulation.currentErrorDerivatives().transpose();
+    else
+      pass.jacobian.row(n) = simulation.voltageDerivatives().transpose();
+    pass.weight[n] = problem.weightOf(static_cast<std::size_t>(n));
   }
   pass.at_end.bottomRows(model.stateCount()) = simulation.stateDerivatives();
   return pass;
@@ -168,18 +193,48 @@ struct Window {
   const Drive& compressed;
 };
 
+/// Scores of a residual that is a voltage's or, where the voltage drives, a current's.
+FitScores scoresBothWays(const Series& series, IndexRange range, const Drive& drive,
+                         const Eigen::VectorXd& residual, double crank_current) {
+  Eigen::VectorXd of_voltage = residual;
+  double squares_a = 0.0, currents = 0.0;
+  for (std::size_t n = 0; n < drive.samples.size(); ++n) {
+    if (!drive.samples[n].voltage_drives) continue;
+    double& error = of_voltage[static_cast<Eigen::Index>(n)];
+    squares_a += error * error;
+    currents += 1.0;
+    error = 0.0;
+  }
+  const double rho = std::clamp(lagOneCorrelation(of_voltage), -0.9999, 0.9999);
+  FitScores scores = scoresOf(series, range, of_voltage, rho, crank_current);
+  if (currents == 0.0) return scores;
+  scores.current_rmse = std::sqrt(squares_a / currents);
+  const double voltages = static_cast<double>(residual.size()) - currents;
+  if (voltages > 0.0) scores.rmse = std::sqrt(of_voltage.squaredNorm() / voltages);
+  return scores;
+}
+
+/// Scores of the same point with the current driving throughout (paper, eq. 6).
+FitScores scoresFromCurrent(const BatteryModel& model, const Series& series, IndexRange range,
+                            const IdentifyOptions& options, const CompositionPoint& point) {
+  const Drive drive = fullDrive(series, range, options.masked);
+  const CompositionProblem problem(model, drive, FitCost(), point);
+  return scoresBothWays(series, range, drive, problem.residual(problem.coordinatesOf(point)),
+                        options.crank_weight_current);
+}
+
 FittedModel completed(const BatteryModel& model, const Window& on, const IdentifyOptions& options,
                       const Fitted& fitted) {
-  const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current, true};
+  const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current, true, fitted.channels};
   const auto& [series, range, full, compressed] = on;
   const CompositionProblem over_all(model, full, cost, fitted.fit.point);
   const Eigen::VectorXd residual = over_all.residual(fitted.fit.x);
-  const double rho_full = std::clamp(lagOneCorrelation(residual), -0.9999, 0.9999);
 
   const Drive& for_errors = range.size() <= kFullRateErrors ? full : compressed;
   const CompositionProblem problem(model, for_errors, cost, fitted.fit.point);
   const Pass pass = passOver(model, for_errors, problem, fitted.fit);
-  const double rho = std::clamp(lagOneCorrelation(pass.residual), -0.9999, 0.9999);
+  const Eigen::VectorXd weighted = pass.weight.cwiseSqrt().cwiseProduct(pass.residual);
+  const double rho = std::clamp(lagOneCorrelation(fitted.channels ? weighted : pass.residual), -0.9999, 0.9999);
 
   FittedModel found = unfitted(series, range, model.effects(), fitted.fit.status, "");
   found.parameters = baseParameters(fitted.fit.point.parameters);
@@ -187,7 +242,9 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   const Eigen::MatrixXd covariance = covarianceOf(problem, fitted, pass, rho);
   found.covariance = pass.at_end * covariance * pass.at_end.transpose();
   found.estimates = estimatesOf(model, problem, fitted, found.covariance);
-  found.scores = scoresOf(series, range, residual, rho_full, options.crank_weight_current);
+  found.scores = scoresBothWays(series, range, full, residual, options.crank_weight_current);
+  if (fitted.channels)
+    found.scores.q_dyn_percent = scoresFromCurrent(model, series, range, options, fitted.fit.point).q_dyn_percent;
   if (std::none_of(found.estimates.begin(), found.estimates.begin() + kRowUDc,
                    [](const ParameterEstimate& estimate) { return estimate.determined; }))
     found.status = FitStatus::kNotExcited;
@@ -195,7 +252,7 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
 
   Simulation at_end(model, {fitted.fit.point.parameters, fitted.fit.point.state, full.first_time,
                             full.first_time});
-  for (const DriveSample& sample : full.samples) at_end.advance(sample.step);
+  for (const DriveSample& sample : full.samples) at_end.follow(sample);
   takeState(found, at_end, series.current[range.last - 1]);
   const Eigen::VectorXd& first = fitted.fit.point.state;
   found.first_state.assign(first.data(), first.data() + first.size());
@@ -204,16 +261,22 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
 
 }  // namespace
 
+bool drivesBothWays(const Drive& drive) {
+  return std::any_of(drive.samples.begin(), drive.samples.end(),
+                     [](const DriveSample& sample) { return sample.voltage_drives; });
+}
+
 FittedModel identifyComposition(const Series& series, IndexRange range,
                                 const IdentifyOptions& options, const BaseFit& base) {
   const BatteryModel model(options.effects);
-  const Drive full = fullDrive(series, range, options.masked);
+  const Drive full = fullDrive(series, range, options.masked, options.voltage_drives);
+  if (drivesBothWays(full)) return completed(model, {series, range, full, full}, options, searchBothWays(model, full, options, base));
   const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
   const Drive& drive = range.size() > kCompressFrom ? compressed : full;
   Fitted fitted = search(model, drive, options, base);
   if (range.size() > kCompressFrom && range.size() <= kFullRateErrors && !fitted.noise) {
     // The compressed optimum is off by a share of a standard error; from there two passes at full rate end it.
-    const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current, true};
+    const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current, true, std::nullopt};
     const CompositionProblem over_all(model, full, cost, fitted.fit.point);
     CompositionSearch last;
     last.max_iterations = kLastIterations;
@@ -229,9 +292,9 @@ FittedModel completedModel(const Series& series, IndexRange range, const Identif
   const Drive full = fullDrive(series, range, options.masked);
   const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
   const Drive& drive = range.size() > kCompressFrom ? compressed : full;
-  const FitCost cost{noise, options.crank_weight, options.crank_weight_current, true};
+  const FitCost cost{noise, options.crank_weight, options.crank_weight_current, true, std::nullopt};
   const CompositionProblem problem(model, drive, cost, optimum);
-  Fitted fitted{{}, noise, static_cast<Eigen::Index>(drive.samples.size())};
+  Fitted fitted{{}, noise, static_cast<Eigen::Index>(drive.samples.size()), std::nullopt};
   fitted.fit.point = optimum;
   fitted.fit.x = problem.coordinatesOf(optimum);
   if (!problem.evaluate(fitted.fit.x, fitted.fit.at))

@@ -165,6 +165,11 @@ FittedModel describeFit(const Series& series, IndexRange range, const IdentifyOp
   return model;
 }
 
+bool anyOf(const std::vector<char>& flags, IndexRange range) {
+  return !flags.empty() && std::any_of(flags.begin() + static_cast<std::ptrdiff_t>(range.first),
+                                       flags.begin() + static_cast<std::ptrdiff_t>(range.last), [](char f) { return f; });
+}
+
 }  // namespace
 
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options) {
@@ -199,7 +204,7 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
   Eigen::VectorXd weight(static_cast<Eigen::Index>(samples.size()));
   for (std::size_t n = 0; n < samples.size(); ++n) weight[n] = samples[n].weight;
   FittedModel model =
-      options.effects.empty() && !options.whiten
+      options.effects.empty() && !options.whiten && !anyOf(options.voltage_drives, range)
           ? describeFit(series, range, options, fit, equations, weight)
           : identifyComposition(series, range, options, fit);
   model.start = start;

@@ -43,6 +43,9 @@ BatteryModel::BatteryModel(const std::vector<std::string>& effects) {
     states_.insert(states_.end(), info.states.begin(), info.states.end());
   }
   for (const std::string& id : effects_)
+    for (const ParameterInfo& info : effectInfo(id).beside)
+      if (const auto row = parameterRow(info.name)) parameters_[static_cast<std::size_t>(*row)] = info;
+  for (const std::string& id : effects_)
     for (const std::string& bent : effectInfo(id).bends)
       if (const auto row = parameterRow(bent)) parameters_[static_cast<std::size_t>(*row)].linear = false;
 }

@@ -57,7 +57,8 @@ struct BoundEffect {
 /**
  * @brief The double layer with what is bound to it, in arithmetic S: one step under a held current.
  *
- *     C_2 du/dt = i - side currents(u) - I_0 [ p exp(a b u) - exp((a - 1) b u) ]      (and dp/dt of the effect that has p)
+ *     C_2 du/dt = i - side currents(u) - i_r2(u)                                       (and dp/dt of the effect that has p)
+ *     i_r2 = I_0 [ p g exp(a b u) - exp((a - 1) b u) ] / (1 + I_0 p g exp(a b u) / L)
  *
  * See Simulation for the method.
  */
@@ -65,8 +66,12 @@ template <typename S>
 class DoubleLayer {
  public:
   /// @param activity nullptr when the reaction has none.  @param has_ladder the capacitance is fractional.
-  DoubleLayer(std::vector<BoundEffect> side_currents, const BoundEffect* activity, bool has_ladder)
-      : side_(std::move(side_currents)), has_activity_(activity != nullptr), has_ladder_(has_ladder) {
+  /// @param is_limited an effect sets Present::reactivity and inverse_supply.
+  DoubleLayer(std::vector<BoundEffect> side_currents, const BoundEffect* activity, bool has_ladder, bool is_limited)
+      : side_(std::move(side_currents)),
+        has_activity_(activity != nullptr),
+        has_ladder_(has_ladder),
+        is_limited_(is_limited) {
     if (activity) activity_ = *activity;
     const std::size_t size = 2 + (has_ladder ? kLadderRungs : 0);
     for (auto* buffer : {&before_, &whole_, &half_, &halves_}) buffer->assign(size, S(0.0));
@@ -129,7 +134,7 @@ class DoubleLayer {
   };
 
   bool isPlain(const Present<S>& present) const {
-    return side_.empty() && !has_activity_ && !has_ladder_ && isHalf(present.alpha);
+    return side_.empty() && !has_activity_ && !has_ladder_ && !is_limited_ && isHalf(present.alpha);
   }
   static bool isHalf(double alpha) { return alpha == 0.5; }
   template <typename D>
@@ -200,7 +205,7 @@ class DoubleLayer {
     const auto v = [](const S& x) { return Slope(valueOf(x)); };
     return {v(f.r_discharge), v(f.r_charge), v(f.c2),         v(f.beta),       v(f.u_dc),
             v(f.i0),          v(f.alpha),    v(f.acceptance), v(f.warming),    v(f.dispersion),
-            f.time};
+            v(f.reactivity),  v(f.inverse_supply), f.time};
   }
 
   const S* parametersOf(const S* p, const BoundEffect& bound) const { return p + bound.first_parameter; }
@@ -211,20 +216,20 @@ class DoubleLayer {
             const ActivityParameters& activity_parameters, T* activity_after) const {
     using std::exp;
     const T rising = T(exp(bounded(T(s.charging_slope * u))));
-    const T charging = T(s.i0 * rising);
+    T charging = is_limited_ ? T(s.i0 * s.present.reactivity * rising) : T(s.i0 * rising);
     const T discharging =
         is_symmetric_ ? T(s.i0 / rising) : T(s.i0 * exp(bounded(T(-s.discharging_slope * u))));
-    T sum = T(s.storage * u - s.offset - s.current - discharging);
+    T sum = T(s.storage * u - s.offset - s.current);
     if (has_activity_) {
       const ReactionRates<T> rates{charging, discharging};
       const T activity =
           kernelOf(*activity_.effect, u)
               .activity(activity_parameters(), s.activity_before, rates, s.present, s.h);
-      sum = T(sum + activity * charging);
+      charging = T(charging * activity);
       if (activity_after) *activity_after = activity;
-    } else {
-      sum = T(sum + charging);
     }
+    const T reaction = T(charging - discharging);
+    sum = is_limited_ ? T(sum + reaction / (1.0 + charging * s.present.inverse_supply)) : T(sum + reaction);
     for (std::size_t k = 0; k < side_.size(); ++k)
       sum = T(sum + kernelOf(*side_[k].effect, u).sideCurrent(side_parameters(k), u, s.present));
     return sum;
@@ -334,7 +339,7 @@ class DoubleLayer {
 
   std::vector<BoundEffect> side_;
   BoundEffect activity_{nullptr, 0};
-  bool has_activity_, has_ladder_, is_prepared_ = false, is_symmetric_ = false;
+  bool has_activity_, has_ladder_, is_limited_, is_prepared_ = false, is_symmetric_ = false;
   std::vector<S> before_, whole_, half_, halves_;  // u, p, ladder
   std::vector<Ladder<S>> ladder_;
   double dispersion_ = -1.0;

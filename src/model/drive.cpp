@@ -88,7 +88,8 @@ DriveStep driveStep(double time_before, double current_before, double time, doub
   return step;
 }
 
-Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>& masked) {
+Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>& masked,
+                const std::vector<char>& voltage_drives) {
   Drive drive;
   if (range.empty()) return drive;
   const double max_gap = gapThreshold(series);
@@ -107,6 +108,7 @@ Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>&
     sample.step.trace = drive.trace.get();
     sample.voltage = series.voltage[n];
     if (!masked.empty() && masked[n]) sample.count = 0.0;
+    sample.voltage_drives = !voltage_drives.empty() && voltage_drives[n];
     drive.samples.push_back(sample);
   }
   return drive;

@@ -107,6 +107,8 @@ class NarrowLayer final : public LayerOf<S> {
             gathered(f.acceptance),
             gathered(f.warming),
             gathered(f.dispersion),
+            gathered(f.reactivity),
+            gathered(f.inverse_supply),
             f.time};
   }
   void scatter(const Dual<N>& narrow, S& x) const {

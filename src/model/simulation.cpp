@@ -85,6 +85,27 @@ double Simulation::advanceAtVoltage(double voltage, double duration, double most
   return engine_->advanceAtVoltage(voltage, duration, most_current);
 }
 
+void Simulation::followVoltage(const DriveStep& step, double voltage) {
+  if (!std::isfinite(voltage))
+    throw std::invalid_argument("followVoltage: the voltage is not finite");
+  engine_->followVoltage(step, voltage);
+}
+double Simulation::follow(const DriveSample& sample) {
+  if (sample.voltage_drives) {
+    followVoltage(sample.step, sample.voltage);
+    return currentError();
+  }
+  advance(sample.step);
+  return sample.voltage - voltage();
+}
+double Simulation::resistanceOver(double current, double duration) {
+  return engine_->resistanceOver(current, duration);
+}
+double Simulation::currentError() const { return engine_->currentError(); }
+Eigen::Map<const Eigen::VectorXd> Simulation::currentErrorDerivatives() const {
+  return {engine_->currentErrorDerivatives(), engine_->lanes()};
+}
+
 double Simulation::voltage() const { return engine_->voltage(); }
 Eigen::Map<const Eigen::VectorXd> Simulation::voltageDerivatives() const {
   return {engine_->voltageDerivatives(), engine_->lanes()};

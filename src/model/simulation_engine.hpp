@@ -17,6 +17,10 @@ class Simulation::Engine {
   virtual std::unique_ptr<Engine> clone() const = 0;
   virtual void advance(const DriveStep& step) = 0;
   virtual double advanceAtVoltage(double voltage, double duration, double most_current) = 0;
+  virtual void followVoltage(const DriveStep& step, double voltage) = 0;
+  virtual double resistanceOver(double current, double duration) = 0;
+  virtual double currentError() const = 0;
+  virtual const double* currentErrorDerivatives() const = 0;
   virtual double voltage() const = 0;
   virtual const double* voltageDerivatives() const = 0;
   virtual const double* currentDerivatives() const = 0;
@@ -95,6 +99,8 @@ class EngineOf final : public Simulation::Engine {
         steps_finely_(other.steps_finely_),
         adapts_(other.adapts_),
         is_wide_(other.is_wide_),
+        limits_reaction_(other.limits_reaction_),
+        longest_piece_(other.longest_piece_),
         intervals_(other.intervals_),
         model_(other.model_),
         members_(other.members_),
@@ -105,6 +111,8 @@ class EngineOf final : public Simulation::Engine {
         voltage_(other.voltage_),
         terminal_(other.terminal_),
         source_current_(other.source_current_),
+        current_error_(other.current_error_),
+        reaction_(other.reaction_),
         source_trend_(other.source_trend_) {}  // the probe is work space: a copy makes its own
   EngineOf& operator=(const EngineOf&) = delete;
   std::unique_ptr<Engine> clone() const override { return std::make_unique<EngineOf>(*this); }
@@ -127,6 +135,38 @@ class EngineOf final : public Simulation::Engine {
       if (i < most_current) letCurrentFollow();
     return i;
   }
+
+  void followVoltage(const DriveStep& step, double voltage) override {
+    S held(step.held), shown(step.current);
+    for (const Member& member : members_)
+      if (member.effect->hooks.sense)
+        kernel(member).sense(&p_[member.parameter], step, held, shown);
+    if (step.duration <= 0.0) {
+      pass(held, shown, 0.0, 0.0, step.time);
+      source_current_ = shown;
+      current_error_ = S(0.0);
+      return;
+    }
+    const double ramp = step.gap ? std::min(step.duration, kRampAfterGap) : step.duration;
+    if (ramp < step.duration) {
+      pass(S(0.0), S(0.0), step.duration - ramp, 0.0, step.time - ramp);
+      source_current_ = S(0.0);
+      source_trend_ = 0.0;
+    }
+    const double from = valueOf(terminal_);
+    const double parts = std::clamp(std::ceil(ramp / kLongestHold - 1e-9), 1.0, kMostHolds);
+    for (double k = 1.0; k <= parts; ++k)
+      advanceAtVoltage(from + (voltage - from) * k / parts, ramp / parts, kMostCurrent);
+    time_ = step.time;
+    current_error_ = S(shown - source_current_);
+  }
+
+  double resistanceOver(double current, double duration) override {
+    excessOf(current, 0.0, duration);
+    return probe_->terminal_.derivatives()[0];
+  }
+  double currentError() const override { return valueOf(current_error_); }
+  const double* currentErrorDerivatives() const override { return derivativesOf(current_error_); }
 
   double voltage() const override { return valueOf(voltage_); }
   const double* voltageDerivatives() const override { return derivativesOf(voltage_); }
@@ -175,8 +215,11 @@ class EngineOf final : public Simulation::Engine {
   template <typename T>
   friend class EngineOf;
 
-  static constexpr double kFineStep = 0.1;  // [s]
   static constexpr double kGrowing = 0.005;  // of the time passed
+  // A voltage between two samples is a ramp of currents held this long [s], at slow rates at most so many.
+  static constexpr double kLongestHold = 0.5, kMostHolds = 8.0;
+  static constexpr double kRampAfterGap = 1.0;  // [s], the end of a gap in which the source comes back
+  static constexpr double kMostCurrent = 1e4;   // [A], beyond anything a source gives
   static constexpr unsigned kFadingLooked = 1024;  // intervals; too few to fade from kFaded to what is stuck
 
   struct Member {
@@ -200,6 +243,9 @@ class EngineOf final : public Simulation::Engine {
       if (hooks.activity) activity_state_ = member.state;
       if (hooks.is_ladder) ladder_state_ = member.state;
       if (hooks.steps_finely) steps_finely_ = true;
+      if (hooks.limits_reaction) limits_reaction_ = true;
+      if (hooks.longest_piece > 0.0 && (longest_piece_ == 0.0 || hooks.longest_piece < longest_piece_))
+        longest_piece_ = hooks.longest_piece;
       if (hooks.adapt) adapts_ = true;
     }
   }
@@ -214,7 +260,7 @@ class EngineOf final : public Simulation::Engine {
       if (member.effect->hooks.side_current) side.push_back(bound);
       if (member.effect->hooks.activity) activity = bound;
     }
-    return DoubleLayer<T>(side, activity.effect ? &activity : nullptr, ladder_state_ >= 0);
+    return DoubleLayer<T>(side, activity.effect ? &activity : nullptr, ladder_state_ >= 0, limits_reaction_);
   }
 
   /// Whether what an effect owns can have a say in the double layer's movement.
@@ -277,7 +323,7 @@ class EngineOf final : public Simulation::Engine {
 
   Present<S> bareModel() const {
     return {p_[kRowRDischarge], p_[kRowRCharge], p_[kRowC2], p_[kRowBeta], p_[kRowUDc],
-            S(BaseParameters{}.i0), S(BaseParameters{}.alpha), S(1.0), S(0.0), S(0.0), 0.0};
+            S(BaseParameters{}.i0), S(BaseParameters{}.alpha), S(1.0), S(0.0), S(0.0), S(1.0), S(0.0), 0.0};
   }
 
   /// The base model as effects leave it; until the next call.
@@ -293,12 +339,12 @@ class EngineOf final : public Simulation::Engine {
   /**
    * @brief How far to go at once with `done` of an interval passed.
    *
-   * Where effects act back on others an interval is cut into equal pieces of at most kFineStep. After the first 20 s of a
+   * Where effects act back on others an interval is cut into equal pieces of at most longest_piece_. After the first 20 s of a
    * longer one pieces grow with the time passed: what began with it settles down to slower and slower change.
    */
   double pieceOf(double duration, double done) const {
-    if (!steps_finely_) return duration;
-    const double even = duration / std::ceil(duration / kFineStep);
+    if (longest_piece_ == 0.0) return duration;
+    const double even = duration / std::ceil(duration / longest_piece_);
     return std::min(std::max(even, kGrowing * done), duration - done);
   }
 
@@ -311,13 +357,23 @@ class EngineOf final : public Simulation::Engine {
                    activity_state_ >= 0 ? &x_[activity_state_] : nullptr,
                    ladder_state_ >= 0 ? &x_[ladder_state_] : nullptr);
     const S mean = S(0.5 * (before + x_[0]));
+    if (limits_reaction_) reaction_ = reactionOf(held, S(x_[0] - before), mean, duration);
     advanceMembers(held, duration, mean, present, false);
     if (steps_finely_) advanceMembers(held, 0.5 * duration, x_[0], present, true);
   }
 
+  /// Mean of what reacted over an interval: what was neither stored nor went past the reaction.
+  S reactionOf(const S& held, const S& moved, const S& mean, double duration) const {
+    S reacted = duration > 0.0 && ladder_state_ < 0 ? S(held - present_.c2 * moved * (1.0 / duration)) : held;
+    for (const Member& member : members_)
+      if (member.effect->hooks.side_current)
+        reacted = S(reacted - kernel(member).sideCurrent(&p_[member.parameter], mean, present_));
+    return reacted;
+  }
+
   void advanceMembers(const S& held, double duration, const S& u_c2, const Present<S>& present,
                       bool fine) {
-    const Passage<S> passage{held, duration, u_c2, present};
+    const Passage<S> passage{held, duration, u_c2, reaction_, present};
     for (const Member& member : members_)
       if (member.effect->hooks.advance && member.effect->hooks.steps_finely == fine)
         kernel(member).advance(&p_[member.parameter], stateOf(member), passage);
@@ -387,14 +443,16 @@ class EngineOf final : public Simulation::Engine {
   Eigen::Index lanes_;
   double time_, reference_time_;
   int activity_state_ = -1, ladder_state_ = -1;
-  bool steps_finely_ = false, adapts_ = false, is_wide_ = false;
+  bool steps_finely_ = false, adapts_ = false, is_wide_ = false, limits_reaction_ = false;
+  double longest_piece_ = 0.0;  // [s], see EffectHooks
   unsigned intervals_ = 0;  // since fading numbers were dropped
   std::shared_ptr<const BatteryModel> model_;
   std::vector<Member> members_;
   std::unique_ptr<LayerOf<S>> layer_;
   std::vector<S> p_, x_;
   Present<S> present_;
-  S voltage_ = S(0.0), terminal_ = S(0.0), source_current_ = S(0.0);
+  S voltage_ = S(0.0), terminal_ = S(0.0), source_current_ = S(0.0), current_error_ = S(0.0);
+  S reaction_ = S(0.0);  // of the last piece [A], where an effect asks for it
   double source_trend_ = 0.0;  // [A], change of source_current_ with the last step
   std::unique_ptr<EngineOf<Slope>> probe_;
 };

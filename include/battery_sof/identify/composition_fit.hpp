@@ -12,12 +12,27 @@
 
 namespace battery_sof {
 
+/**
+ * @brief Errors of both channels, for a cost that is well posed whichever of them drives.
+ *
+ *     sigma_i^2 = s_i^2 + (G s_u)^2 + (rho i)^2  [A^2]  of a current,   sigma_u^2 = sigma_i^2 / G^2  [V^2]  of a voltage
+ *
+ * with G = di/du of a current held over the sample's interval, at the search's start (docs/model.md).
+ */
+struct ChannelErrors {
+  double voltage_std = 0.012;   ///< s_u [V], half a step of a vehicle's sensor
+  double current_std = 0.5;     ///< s_i [A], offset and what a slow sampling misses
+  double current_share = 0.15;  ///< rho [1], what the model misses of a current
+  double independent = 0.01;    ///< [1], share of the samples that count as independent: errors last for minutes
+};
+
 /// What a residual costs.
 struct FitCost {
   std::optional<NoiseModel> noise;       ///< whitened by it; none: weighted as in eq. 3
   double crank_weight = 10.0;            ///< W of eq. 3 below crank_weight_current [1]; without noise only
   double crank_weight_current = -150.0;  ///< [A]
   bool priors = true;                    ///< with what is known beforehand of parameters and first states
+  std::optional<ChannelErrors> channels = std::nullopt;  ///< errors in both variables, in place of eq. 3's weights
 };
 
 /// Parameters and first states of a composition.
@@ -30,6 +45,7 @@ struct CompositionPoint {
  * @brief A composition, a drive and a cost as a least-squares problem in search coordinates.
  *
  *     E(x) = sum_n w_n e_n^2 + sum_j ((x_j - x_j0) / s_j)^2 E_0     or   E(x) = sum_n v_n^2 + sum_j ((x_j - x_j0) / s_j)^2
+ *     or, with errors in both variables,   E(x) = sum_n (e_n / sigma_n)^2 + sum_j ((x_j - x_j0) / s_j)^2 / independent
  *
  * with e = u_b - u_m, w = W^2 times the samples averaged, v the innovations of e (Whitening), E_0 = (10 mV)^2 times the
  * samples that 5 s of correlation hold. Coordinates: free parameters (logarithms where ParameterInfo says so, else in
@@ -65,14 +81,16 @@ class CompositionProblem {
   /// Which coordinates the voltage is linear in.
   const std::vector<bool>& isLinear() const { return linear_; }
 
-  /// Residual at x [V], one a sample of the drive, not whitened.
+  /// Residual at x [V], or [A] where the voltage drives, one a sample of the drive, not whitened.
   Eigen::VectorXd residual(const Eigen::VectorXd& x) const;
 
   /// 1 / s_j^2 of every coordinate, 0 without a prior; times priorWeight() it is the priors' part of J'J.
   Eigen::VectorXd priorPrecision() const;
   double priorWeight() const { return prior_weight_; }
-  /// W^2 times the samples averaged [1].
-  double weightOf(const DriveSample& sample) const;
+  /// W^2 times the samples averaged [1]; with ChannelErrors 1 / sigma^2 times them. @param k of the drive's samples.
+  double weightOf(std::size_t k) const;
+  /// Takes the weights of ChannelErrors at a point; they are those of the start until then.
+  void reweigh(const CompositionPoint& point);
 
   /// Row of the parameter vector, or of the state vector behind it, that a coordinate moves.
   Eigen::Index rowOf(Eigen::Index coordinate) const { return coordinates_[static_cast<std::size_t>(coordinate)].row; }
@@ -96,6 +114,7 @@ class CompositionProblem {
   std::vector<bool> linear_;
   Eigen::VectorXd lower_, upper_;
   std::optional<Whitening> whitening_;
+  std::vector<double> precision_;  // 1 / sigma^2 of ChannelErrors
   double prior_weight_ = 1.0;
 };
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "battery_sof/identify/learned_residual.hpp"
 #include "battery_sof/identify/noise_model.hpp"
 #include "battery_sof/model/battery_model.hpp"
 #include "battery_sof/model/simulation.hpp"
@@ -41,6 +42,7 @@ struct ModelState {
   double current = 0.0;      ///< [A], current at that time
   std::vector<double> further = {};  ///< the effects' states, in the order of BatteryModel::states()
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery at that time, when known
+  DriveMemory memory = {};  ///< what drove it lately; begun only where something was learnt
 };
 
 /// The part of a recording that was fitted.
@@ -53,7 +55,8 @@ struct FitWindow {
 /// How well the fit follows its own window.
 struct FitScores {
   double q_dyn_percent = 0.0;       ///< paper, eq. 6
-  double rmse = 0.0;                ///< [V], unweighted
+  double rmse = 0.0;                ///< [V], unweighted; where the voltage drives nothing is counted
+  std::optional<double> current_rmse = std::nullopt;  ///< [A], where the voltage drives; none where it never does
   double crank_error_std = 0.0;     ///< [V], RMS error of the cranks' minima; rmse when there was no crank
   int cranks = 0;                   ///< cranks in the window
   double residual_correlation_time = 0.0;  ///< [s], integral time scale of the residual
@@ -104,6 +107,7 @@ struct FittedModel {
   FitScores scores;
   std::optional<NoiseModel> noise;  ///< of the residual over the window; none: fitErrors() was not called
   Discrepancy discrepancy;          ///< at state.time
+  LearnedResidual learned;          ///< what the equations miss in the well-posed direction; empty when nothing was learnt
   IntervalScale crank_scale, charge_scale;
   ExcitedRange excited;
   double suitability = 0.0;  ///< [0, 1], of the window alone; see predictionSuitability()

@@ -28,6 +28,10 @@ struct IdentifyOptions {
   std::vector<char> masked = {};     ///< see InstrumentLimits
   double voltage_lsb_std = 0.0;      ///< [V], what rounding adds at least to the white noise
 
+  /// Samples of the series whose voltage is imposed and drives the model, 1 each (Source::imposes_voltage); the fit then has
+  /// errors in both variables (ChannelErrors). Empty for none: the current drives throughout, as in the paper.
+  std::vector<char> voltage_drives = {};
+
   std::vector<std::string> effects = {};  ///< ids of further physics, see effectCatalogue()
   bool whiten = false;     ///< cost of residuals whitened by a fitted noise model in place of eq. 3
   int more_starts = 2;     ///< of a composition, beside the base model's optimum and the effects' magnitudes

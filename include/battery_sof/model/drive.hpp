@@ -57,6 +57,7 @@ struct DriveSample {
   DriveStep step;
   double voltage = 0.0;  ///< [V]
   double count = 1.0;    ///< samples averaged into this one; 0: not a measurement, drives the simulation only
+  bool voltage_drives = false;  ///< a source imposed the voltage: it drives, the current is compared
 };
 
 /// A stretch of a recording as a simulation goes through it.
@@ -68,7 +69,9 @@ struct Drive {
 
 /// @return one DriveSample a sample of the range, the first with duration 0.
 /// @param masked one a sample of the series, 1: not a measurement (InstrumentLimits::masked); empty for none.
-Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>& masked = {});
+/// @param voltage_drives likewise, 1: the voltage is imposed there.
+Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>& masked = {},
+                const std::vector<char>& voltage_drives = {});
 
 /// How much of a drive may be averaged.
 struct Compression {

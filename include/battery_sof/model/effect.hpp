@@ -38,6 +38,8 @@ struct EffectInfo {
   std::vector<std::string> needs;        ///< ids without which it has no meaning
   std::vector<std::string> bends = {};   ///< parameters in which the voltage is not linear once this effect is there
   std::vector<std::string> same_as = {};  ///< ids that current and voltage at 100 Hz do not tell it from, whatever a fit says
+  /// Base parameters as they are beside this effect: magnitude, bounds and what is known beforehand.
+  std::vector<ParameterInfo> beside = {};
   bool acts_at_edges = false;  ///< within a tenth of a second of a change of the current, and nowhere else
   bool takes_short_steps = false;  ///< long intervals cost as many short ones: the effect acts back on others within them
   bool on_request = false;  ///< a diagnosis weighs it only where it is named among the hypotheses

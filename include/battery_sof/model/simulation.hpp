@@ -71,6 +71,32 @@ class Simulation {
    */
   double advanceAtVoltage(double voltage, double duration, double most_current);
 
+  /**
+   * @brief Moves to a sample up to which a source held the voltage: the voltage drives, the current is the answer.
+   *
+   *     u goes in a straight line from where the simulation stands to `voltage`;  i is what makes it so
+   *
+   * in holds of at most 0.5 s (eight of them at slow rates), each as advanceAtVoltage(). The direction is well posed where
+   * that from the current is not: a blocked electrode takes half an ampere whatever its voltage docs/model.md.
+   * A step of no duration only places the sample: nothing is compared there. In a gap the battery rests but for its last second.
+   *
+   * @param step    current is what was measured; it is compared, it drives nothing.
+   * @param voltage [V], measured at the step's end.
+   */
+  void followVoltage(const DriveStep& step, double voltage);
+
+  /// Moves to a sample in the direction that is imposed there. @return measured less modelled current [A] where the
+  /// voltage drives, voltage [V] elsewhere.
+  double follow(const DriveSample& sample);
+
+  /// Measured less modelled current of the last followVoltage() [A], the current as the instruments' effects let it be known.
+  double currentError() const;
+  /// d currentError / d lane [A].
+  Eigen::Map<const Eigen::VectorXd> currentErrorDerivatives() const;
+
+  /// @return d u / d i of a current held for `duration` from here on [Ohm], at its end; moves nothing.
+  double resistanceOver(double current, double duration);
+
   /// Terminal voltage as the voltage channel shows it [V], at the end of the last step.
   double voltage() const;
   /// d voltage / d lane, as many as seeds had columns.

@@ -39,6 +39,8 @@ struct Present {
   S acceptance;             ///< [1], factor on the limiting charge current
   S warming;                ///< [K], above the temperature at the reference time
   S dispersion;             ///< [1], 1 - exponent of the double layer's fractional capacitance
+  S reactivity;             ///< g [1], factor on the charging rate of the charge transfer
+  S inverse_supply;         ///< 1/L [1/A], of the charging current that can be fed; 0: any
   double time = 0.0;        ///< [s] since the reference time, at the interval's end
 };
 
@@ -48,6 +50,7 @@ struct Passage {
   const S& current;  ///< [A], held
   double duration;   ///< [s]
   const S& u_c2;     ///< [V], mean of the double layer's voltage over the interval
+  const S& reaction; ///< [A], mean of what reacted: the held current less what the double layer stored and side currents
   const Present<S>& present;
 };
 
@@ -94,7 +97,9 @@ struct EffectHooks {
   bool sense = false, adapt = false, side_current = false, activity = false, advance = false,
        voltage = false, show = false;
   bool is_ladder = false;     ///< its states are the ladder of a fractional double layer
-  bool steps_finely = false;  ///< long intervals are cut to kFineStep: its states act back within them
+  bool steps_finely = false;  ///< its states are stepped on both sides of the double layer's step
+  bool limits_reaction = false;  ///< sets reactivity and inverse_supply
+  double longest_piece = 0.0;  ///< [s], intervals are cut to it: its states act back within them; 0: never
 };
 
 #define BATTERY_SOF_HOOK(Name, hook)                                                 \
@@ -115,6 +120,21 @@ template <typename D, typename = void>
 struct StepsFinely : std::false_type {};
 template <typename D>
 struct StepsFinely<D, std::void_t<decltype(D::kStepsFinely)>> : std::true_type {};
+
+template <typename D, typename = void>
+struct LimitsReaction : std::false_type {};
+template <typename D>
+struct LimitsReaction<D, std::void_t<decltype(D::kLimitsReaction)>> : std::true_type {};
+
+/// [s], of the pieces that intervals are cut to where an effect acts back on others; 0 where it does not.
+template <typename D, typename = void>
+struct LongestPiece {
+  static constexpr double value = StepsFinely<D>::value ? 0.1 : 0.0;
+};
+template <typename D>
+struct LongestPiece<D, std::void_t<decltype(D::kLongestPiece)>> {
+  static constexpr double value = D::kLongestPiece;
+};
 
 template <typename D, typename = void>
 struct IsLadder : std::false_type {};
@@ -180,10 +200,11 @@ Effect effectOf() {
   effect.info = D::info();
   effect.info.on_request = OnRequest<D>::value;
   effect.info.acts_at_edges = ActsAtEdges<D>::value;
-  effect.info.takes_short_steps = IsLadder<D>::value || StepsFinely<D>::value;
+  effect.info.takes_short_steps = IsLadder<D>::value || LongestPiece<D>::value > 0.0;
   effect.hooks = {HasSense<D>::value,   HasAdapt<D>::value,   HasSideCurrent<D>::value,
                   HasActivity<D>::value, HasAdvance<D>::value, HasVoltage<D>::value,
-                  HasShow<D>::value,     IsLadder<D>::value,   StepsFinely<D>::value};
+                  HasShow<D>::value,     IsLadder<D>::value,   StepsFinely<D>::value,
+                  LimitsReaction<D>::value, LongestPiece<D>::value};
   effect.values = std::make_unique<KernelOf<D, double>>();
   effect.slopes = std::make_unique<KernelOf<D, Slope>>();
   effect.dual8 = std::make_unique<KernelOf<D, Dual<8>>>();

@@ -1,0 +1,148 @@
+#include "battery_sof/identify/learned_residual.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace battery_sof {
+namespace {
+
+constexpr std::array<double, 4> kFadings = {1.5, 5.0, 15.0, 50.0};  // [s], of exp(-since discharge / time)
+constexpr double kNominal = 12.6;                                   // [V], a battery at rest
+constexpr double kLowestVoltage = 9.0, kHighestVoltage = 15.0;      // [V], a modelled voltage is held inside
+constexpr double kHighRate = -100.0;                                // [A]
+constexpr std::size_t kLeastCurrents = 60, kLeastVoltages = 30;     // samples
+constexpr int kCurrentBlocks = 6, kVoltageBlocks = 5;
+
+template <std::size_t N>
+void relax(std::array<double, N>& memory, const std::array<double, N>& times, double x, double duration) {
+  for (std::size_t k = 0; k < N; ++k) memory[k] += (1.0 - std::exp(-duration / times[k])) * (x - memory[k]);
+}
+
+/// 0.01 to 10,000 by half decades, of normal equations that are not divided by the number of samples.
+std::vector<double> penalties() {
+  std::vector<double> all;
+  for (int k = -4; k <= 8; ++k) all.push_back(std::pow(10.0, 0.5 * k));
+  return all;
+}
+
+RidgeFit learn(const ResidualSamples& samples, bool voltage_drives, std::size_t least, int blocks,
+               std::vector<double>* left_out) {
+  std::vector<std::size_t> rows;
+  for (std::size_t n = 0; n < samples.error.size(); ++n)
+    if (static_cast<bool>(samples.voltage_drives[n]) == voltage_drives) rows.push_back(n);
+  if (rows.size() < least) return {};
+  Eigen::MatrixXd X(static_cast<Eigen::Index>(rows.size()), samples.columns[rows.front()].size());
+  Eigen::VectorXd y(X.rows());
+  for (Eigen::Index k = 0; k < X.rows(); ++k) {
+    X.row(k) = samples.columns[rows[static_cast<std::size_t>(k)]].transpose();
+    y[k] = samples.error[rows[static_cast<std::size_t>(k)]];
+  }
+  RidgeOptions options;
+  options.penalties = penalties();
+  options.blocks = blocks;
+  options.constant_penalty = 0.1;
+  options.clipped = options.shrunk = true;
+  Eigen::VectorXd without;
+  const RidgeFit fit = fitRidge(X, y, options, &without);
+  if (left_out)
+    for (std::size_t k = 0; k < rows.size(); ++k) (*left_out)[rows[k]] = without[static_cast<Eigen::Index>(k)];
+  return fit;
+}
+
+}  // namespace
+
+std::vector<double> DriveMemory::numbers() const {
+  std::vector<double> x;
+  x.insert(x.end(), voltage.begin(), voltage.end());
+  x.insert(x.end(), discharge.begin(), discharge.end());
+  x.insert(x.end(), current.begin(), current.end());
+  x.insert(x.end(), held.begin(), held.end());
+  x.insert(x.end(), {last_voltage, last_discharge, since_discharge, since_source, begun ? 1.0 : 0.0});
+  return x;
+}
+
+DriveMemory DriveMemory::fromNumbers(const std::vector<double>& x) {
+  if (x.size() != kNumbers)
+    throw std::invalid_argument("a drive's memory has " + std::to_string(x.size()) + " numbers, expected " +
+                                std::to_string(kNumbers));
+  DriveMemory memory;
+  auto at = x.begin();
+  const auto take = [&](auto& values) {
+    std::copy_n(at, values.size(), values.begin());
+    at += static_cast<std::ptrdiff_t>(values.size());
+  };
+  take(memory.voltage);
+  take(memory.discharge);
+  take(memory.current);
+  take(memory.held);
+  memory.last_voltage = *at++;
+  memory.last_discharge = *at++;
+  memory.since_discharge = *at++;
+  memory.since_source = *at++;
+  memory.begun = *at != 0.0;
+  return memory;
+}
+
+Eigen::VectorXd DriveMemory::advance(const Moment& moment) {
+  const double u = moment.voltage_drives ? moment.voltage
+                                         : std::clamp(moment.voltage, kLowestVoltage, kHighestVoltage);
+  const double drawn = moment.voltage_drives ? 0.0 : std::max(-moment.current, 0.0);
+  if (!begun) {
+    voltage.fill(u);
+    current.fill(moment.current);
+    held.fill(moment.current);
+    last_voltage = u;
+    begun = true;
+  }
+  const double change_u = u - last_voltage;
+  const double driving = moment.voltage_drives ? 0.0 : moment.current;
+  const double change_i = driving - last_discharge;
+  relax(voltage, kVoltageTimes, u, moment.duration);
+  relax(discharge, kDischargeTimes, drawn, moment.duration);
+  relax(current, kCurrentTimes, moment.current, moment.duration);
+  relax(held, kHeldTimes, moment.current, moment.duration);
+  since_discharge = moment.voltage_drives ? since_discharge + moment.duration : 0.0;
+  since_source = moment.voltage_drives ? 0.0 : since_source + moment.duration;
+  last_voltage = u;
+  last_discharge = driving;
+  return moment.voltage_drives ? currentColumns(moment, change_u) : voltageColumns(moment, change_i);
+}
+
+Eigen::VectorXd DriveMemory::currentColumns(const Moment& moment, double change) const {
+  const double u = moment.voltage, i = moment.current, above = u - kNominal;
+  std::vector<double> x = {u};
+  for (const double low : voltage) x.push_back(u - low);
+  x.insert(x.end(), {change, std::max(change, 0.0)});
+  x.insert(x.end(), discharge.begin(), discharge.end());
+  std::array<double, 4> faded;
+  for (std::size_t k = 0; k < faded.size(); ++k) faded[k] = std::exp(-since_discharge / kFadings[k]);
+  x.insert(x.end(), faded.begin(), faded.end());
+  for (const double f : faded) x.push_back(f * above);
+  for (std::size_t k = 1; k <= 3; ++k) x.push_back(discharge[k] * above);
+  for (std::size_t k = 1; k <= 3; ++k) x.push_back(std::sqrt(std::max(discharge[k], 0.0) * kDischargeTimes[k]));
+  x.push_back(i);
+  for (const double low : current) x.push_back(i - low);
+  x.push_back(std::abs(i));
+  for (std::size_t k = 0; k < 3; ++k) x.push_back(i * faded[k]);
+  return Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
+}
+
+Eigen::VectorXd DriveMemory::voltageColumns(const Moment& moment, double change) const {
+  const double i = moment.current;
+  Eigen::VectorXd x(9);
+  x << i, std::min(i - kHighRate, 0.0), std::exp(-since_source / 1.5), std::exp(-since_source / 10.0),
+      std::sqrt(since_source), held[0], held[1], change, moment.voltage;
+  return x;
+}
+
+LearnedResidual learnResidual(const ResidualSamples& samples, std::vector<double>* left_out) {
+  if (left_out) left_out->assign(samples.error.size(), 0.0);
+  LearnedResidual learned;
+  learned.current = learn(samples, true, kLeastCurrents, kCurrentBlocks, left_out);
+  learned.voltage = learn(samples, false, kLeastVoltages, kVoltageBlocks, left_out);
+  return learned;
+}
+
+}  // namespace battery_sof
