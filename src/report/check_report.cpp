@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <vector>
 
 #include "battery_sof/recording/events.hpp"
+#include "battery_sof/recording/source.hpp"
 #include "wording.hpp"
 
 namespace battery_sof {
@@ -20,6 +22,26 @@ constexpr EventKind kKinds[] = {EventKind::kCrank, EventKind::kDischarge, EventK
 
 EventSummary summaryOf(const Recording& recording) {
   return summarise(recording.series, detectEvents(recording.series));
+}
+
+struct ReasonTotals {
+  std::size_t stretches = 0, samples = 0;
+  Imposed imposed = Imposed::kCurrent;
+};
+
+std::map<std::string, ReasonTotals> totalsByReason(const Source& source) {
+  std::map<std::string, ReasonTotals> totals;
+  for (const SourceStretch& stretch : source.stretches) {
+    ReasonTotals& of_reason = totals[stretch.reason];
+    ++of_reason.stretches;
+    of_reason.samples += stretch.range.size();
+    of_reason.imposed = stretch.imposed;
+  }
+  return totals;
+}
+
+std::string nameOf(Imposed imposed) {
+  return imposed == Imposed::kVoltage ? "voltage" : "current";
 }
 
 struct Extremes {
@@ -127,6 +149,18 @@ std::string eventsText(const EventSummary& summary) {
          " V\n";
 }
 
+std::string sourceText(const Source& source) {
+  std::string text = "\n  source\n" + wrapped("    ", source.summary);
+  for (const auto& [reason, totals] : totalsByReason(source)) {
+    std::string lead = "    " + nameOf(totals.imposed);
+    lead.resize(13, ' ');
+    text += wrapped(lead, std::to_string(totals.samples) + " samples in " +
+                              std::to_string(totals.stretches) +
+                              (totals.stretches == 1 ? " stretch: " : " stretches: ") + reason);
+  }
+  return text;
+}
+
 std::string timesText(const Finding& finding) {
   std::string text = "at ";
   for (std::size_t k = 0; k < finding.at.size(); ++k) {
@@ -199,6 +233,22 @@ json eventsJson(const EventSummary& summary) {
   return events;
 }
 
+json sourceJson(const Source& source) {
+  json reasons = json::array();
+  for (const auto& [reason, totals] : totalsByReason(source))
+    reasons.push_back({{"reason", reason},
+                       {"imposed", nameOf(totals.imposed)},
+                       {"stretches", totals.stretches},
+                       {"samples", totals.samples}});
+  return {{"seen", source.seen},
+          {"share", source.share},
+          {"least_current_a", source.seen ? json(source.rule.least_current) : json(nullptr)},
+          {"charges_begin_with", nameOf(source.rule.charge_begins)},
+          {"stretches", source.stretches.size()},
+          {"reasons", reasons},
+          {"summary", source.summary}};
+}
+
 json findingJson(const Finding& finding) {
   return {{"id", finding.id},
           {"severity", describe(finding.severity)},
@@ -215,7 +265,7 @@ json findingJson(const Finding& finding) {
 std::string checkReportText(const std::string& name, const Recording& recording,
                             const CheckReport& report) {
   return name + "\n" + overviewText(recording, report) + eventsText(summaryOf(recording)) +
-         findingsText(report) + notJudgedText(report);
+         sourceText(findSource(recording.series)) + findingsText(report) + notJudgedText(report);
 }
 
 json checkReportJson(const std::string& name, const Recording& recording,
@@ -237,6 +287,7 @@ json checkReportJson(const std::string& name, const Recording& recording,
           {"current_range_a", rangeJson(recording.series.current)},
           {"temperature_range_c", temperatureJson(recording.series)},
           {"events", eventsJson(summaryOf(recording))},
+          {"source", sourceJson(findSource(recording.series))},
           {"findings", findings},
           {"not_judged", report.not_judged}};
 }

@@ -37,6 +37,34 @@ TEST(CheckReportJson, HoldsWhatTheReportHolds) {
   ASSERT_EQ(json.at("findings").size(), report.findings.size());
 }
 
+TEST(CheckReportJson, SaysWhoImposesWhat) {
+  const Recording recording = test::toRecording(test::cleanDrive());
+  const auto source = checkReportJson("x", recording, checkRecording(recording)).at("source");
+  EXPECT_EQ(source.at("seen"), true);
+  EXPECT_GE(source.at("share"), 0.0);
+  EXPECT_LT(source.at("least_current_a"), 0.0);
+  std::size_t samples = 0, stretches = 0;
+  for (const auto& reason : source.at("reasons")) {
+    samples += reason.at("samples").get<std::size_t>();
+    stretches += reason.at("stretches").get<std::size_t>();
+  }
+  EXPECT_EQ(samples, recording.series.size());
+  EXPECT_EQ(source.at("stretches"), stretches);
+}
+
+TEST(CheckReportJson, ARecordingWithoutChargesHasNoSource) {
+  Recording recording;
+  for (int k = 0; k < 200; ++k) {
+    recording.series.time.push_back(k);
+    recording.series.current.push_back(k % 20 < 5 ? -10.0 : 0.0);
+    recording.series.voltage.push_back(k % 20 < 5 ? 12.3 : 12.4);
+  }
+  recording.offered = recording.series.size();
+  const auto source = checkReportJson("x", recording, checkRecording(recording)).at("source");
+  EXPECT_EQ(source.at("seen"), false);
+  EXPECT_TRUE(source.at("least_current_a").is_null());
+}
+
 TEST(CheckReportJson, FindingHasAllItsFields) {
   const Recording recording = turnedRoundDrive();
   const auto json = checkReportJson("drive.csv", recording, checkRecording(recording));
