@@ -101,7 +101,9 @@ void CompositionProblem::addParameter(Eigen::Index row, const ParameterInfo& inf
 
 void CompositionProblem::addState(Eigen::Index row, const StateInfo& info) {
   const double scale = *info.initial_std;
-  coordinates_.push_back({row, false, scale, info.rest / scale, 1.0});
+  // What is known of a first state does not weigh more because errors last for long.
+  const double std = cost_.channels ? 1.0 / std::sqrt(cost_.channels->independent) : 1.0;
+  coordinates_.push_back({row, false, scale, info.rest / scale, std});
   linear_.push_back(false);
   lower_.conservativeResize(size());
   upper_.conservativeResize(size());
@@ -517,7 +519,7 @@ CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& po
     const ParameterInfo& info = larger.parameters()[static_cast<std::size_t>(j)];
     if (const auto row = nested.parameterRow(info.name))
       out.parameters[j] = point.parameters[*row];
-    else if (info.vanishes_at)
+    else if (info.vanishes_at && !info.held)
       out.parameters[j] = *info.vanishes_at;
   }
   for (Eigen::Index j = 0; j < larger.stateCount(); ++j)

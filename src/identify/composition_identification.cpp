@@ -6,6 +6,7 @@
 
 #include "battery_sof/identify/covariance.hpp"
 #include "battery_sof/identify/fit_description.hpp"
+#include "battery_sof/identify/window_experience.hpp"
 
 namespace battery_sof {
 namespace {
@@ -269,8 +270,14 @@ bool drivesBothWays(const Drive& drive) {
 FittedModel identifyComposition(const Series& series, IndexRange range,
                                 const IdentifyOptions& options, const BaseFit& base) {
   const BatteryModel model(options.effects);
-  const Drive full = fullDrive(series, range, options.masked, options.voltage_drives);
-  if (drivesBothWays(full)) return completed(model, {series, range, full, full}, options, searchBothWays(model, full, options, base));
+  const Drive full = fullDrive(series, range, options.masked,
+                               options.source ? options.source->imposes_voltage : std::vector<char>());
+  if (drivesBothWays(full)) {
+    FittedModel found =
+        completed(model, {series, range, full, full}, options, searchBothWays(model, full, options, base));
+    learnFromWindow(found, series, range, full, *options.source);
+    return found;
+  }
   const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
   const Drive& drive = range.size() > kCompressFrom ? compressed : full;
   Fitted fitted = search(model, drive, options, base);

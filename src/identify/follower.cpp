@@ -1,6 +1,11 @@
 #include "battery_sof/identify/follower.hpp"
 
 namespace battery_sof {
+namespace {
+
+constexpr double kLookBack = 300.0;  // [s], of a source's past that its judgement rests on
+
+}  // namespace
 
 Follower::Follower(const FittedModel& model, bool uncertain)
     : simulation_(uncertain ? uncertainSimulationOf(model) : simulationOf(model)),
@@ -26,6 +31,17 @@ FollowedSample Follower::follow(const DriveSample& sample) {
   out.learned = fit.at(out.columns);
   (sample.voltage_drives ? out.current : out.voltage) += out.learned;
   return out;
+}
+
+Drive driveOf(const FittedModel& model, const Series& series, IndexRange range) {
+  if (!model.source || range.empty()) return fullDrive(series, range);
+  // Judged as live: from a little before the range on, sample by sample.
+  std::vector<char> imposed(series.size(), 0);
+  SourceWatch watch(*model.source);
+  std::size_t n = range.first;
+  while (n > 0 && series.time[range.first] - series.time[n - 1] < kLookBack) --n;
+  for (; n < range.last; ++n) imposed[n] = watch.add(series.time[n], series.current[n], series.voltage[n]);
+  return fullDrive(series, range, {}, imposed);
 }
 
 void takeState(FittedModel& model, const Follower& follower, double current) {

@@ -12,6 +12,7 @@
 #include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/identify/fit_description.hpp"
 #include "battery_sof/identify/fit_quality.hpp"
+#include "battery_sof/identify/follower.hpp"
 #include "battery_sof/identify/window.hpp"
 #include "battery_sof/recording/events.hpp"
 
@@ -48,6 +49,11 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
   if (!options.masked.empty() && options.masked.size() != series.size())
     throw std::invalid_argument("masked has " + std::to_string(options.masked.size()) +
                                 " entries for a recording of " + std::to_string(series.size()));
+  if (options.source && options.source->imposes_voltage.size() != series.size())
+    throw std::invalid_argument("source has " + std::to_string(options.source->imposes_voltage.size()) +
+                                " entries for a recording of " + std::to_string(series.size()));
+  if (options.start == FitStart::kPaper && options.source)
+    throw std::invalid_argument("the paper's start drives with the current alone: no source");
   if (options.start == FitStart::kPaper && (options.whiten || !options.effects.empty()))
     throw std::invalid_argument(
         "the paper's start fits the base model to eq. 3 alone: no effects, no whitening");
@@ -165,9 +171,11 @@ FittedModel describeFit(const Series& series, IndexRange range, const IdentifyOp
   return model;
 }
 
-bool anyOf(const std::vector<char>& flags, IndexRange range) {
-  return !flags.empty() && std::any_of(flags.begin() + static_cast<std::ptrdiff_t>(range.first),
-                                       flags.begin() + static_cast<std::ptrdiff_t>(range.last), [](char f) { return f; });
+bool imposesVoltage(const IdentifyOptions& options, IndexRange range) {
+  if (!options.source) return false;
+  const auto begin = options.source->imposes_voltage.begin();
+  return std::any_of(begin + static_cast<std::ptrdiff_t>(range.first),
+                     begin + static_cast<std::ptrdiff_t>(range.last), [](char imposed) { return imposed; });
 }
 
 }  // namespace
@@ -204,7 +212,7 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
   Eigen::VectorXd weight(static_cast<Eigen::Index>(samples.size()));
   for (std::size_t n = 0; n < samples.size(); ++n) weight[n] = samples[n].weight;
   FittedModel model =
-      options.effects.empty() && !options.whiten && !anyOf(options.voltage_drives, range)
+      options.effects.empty() && !options.whiten && !imposesVoltage(options, range)
           ? describeFit(series, range, options, fit, equations, weight)
           : identifyComposition(series, range, options, fit);
   model.start = start;
@@ -220,15 +228,18 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
     throw std::invalid_argument(
         "carryState: the state must stand at a sample at or before the end");
   const auto first = static_cast<std::size_t>(at - series.time.begin());
-  const Drive drive = fullDrive(series, {first, last + 1});
-  Simulation simulation = uncertainSimulationOf(model);
+  const Drive drive = driveOf(model, series, {first, last + 1});
+  Follower follower(model, true);
   ErrorTracker errors(model);
   for (std::size_t n = 1; n < drive.samples.size(); ++n) {
     const DriveSample& sample = drive.samples[n];
-    simulation.advance(sample.step);
-    errors.observe(sample.step.duration, sample.voltage - simulation.voltage());
+    const FollowedSample followed = follower.follow(sample);
+    if (followed.voltage_drives)
+      errors.wait(sample.step.duration);
+    else
+      errors.observe(sample.step.duration, sample.voltage - followed.voltage);
   }
-  takeState(model, simulation, series.current[last]);
+  takeState(model, follower, series.current[last]);
   model.discrepancy = errors.discrepancy();
 }
 

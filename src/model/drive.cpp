@@ -88,6 +88,20 @@ DriveStep driveStep(double time_before, double current_before, double time, doub
   return step;
 }
 
+double MissedCrank::add(double duration, double current, bool voltage_drives) {
+  constexpr double kLongest = 2.0;  // [s], a longer interval says nothing of what flowed
+  if (!voltage_drives) {
+    const double charge = std::max(-current, 0.0) * std::min(duration, kLongest);
+    drawn_ += charge;
+    if (current < kSeenBelow) seen_ += charge;
+    return 0.0;
+  }
+  const bool started = drawn_ >= kCharge && duration > kSlowestSeen;
+  const double missed = started ? std::max(0.0, kCharge - seen_) : 0.0;
+  drawn_ = seen_ = 0.0;
+  return missed;
+}
+
 Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>& masked,
                 const std::vector<char>& voltage_drives) {
   Drive drive;
@@ -96,6 +110,7 @@ Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>&
   drive.trace = std::make_shared<CurrentTrace>(series, range, max_gap);
   drive.first_time = series.time[range.first];
   drive.samples.reserve(range.size());
+  MissedCrank missed;
   for (std::size_t n = range.first; n < range.last; ++n) {
     DriveSample sample;
     if (n == range.first) {
@@ -109,6 +124,8 @@ Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>&
     sample.voltage = series.voltage[n];
     if (!masked.empty() && masked[n]) sample.count = 0.0;
     sample.voltage_drives = !voltage_drives.empty() && voltage_drives[n];
+    if (!voltage_drives.empty())
+      sample.step.missed = missed.add(sample.step.duration, series.current[n], sample.voltage_drives);
     drive.samples.push_back(sample);
   }
   return drive;

@@ -147,6 +147,7 @@ class EngineOf final : public Simulation::Engine {
       current_error_ = S(0.0);
       return;
     }
+    if (step.missed > 0.0) discharge(step.missed);
     const double ramp = step.gap ? std::min(step.duration, kRampAfterGap) : step.duration;
     if (ramp < step.duration) {
       pass(S(0.0), S(0.0), step.duration - ramp, 0.0, step.time - ramp);
@@ -159,6 +160,13 @@ class EngineOf final : public Simulation::Engine {
       advanceAtVoltage(from + (voltage - from) * k / parts, ramp / parts, kMostCurrent);
     time_ = step.time;
     current_error_ = S(shown - source_current_);
+  }
+
+  /// Charge that nobody saw flow: it goes into the effects' balances and moves no voltage.
+  void discharge(double charge) {
+    constexpr double kAtOnce = 1e-9;  // [s]
+    reaction_ = S(-charge / kAtOnce);
+    advanceMembers(S(0.0), kAtOnce, x_[0], presentAt(time_), false);
   }
 
   double resistanceOver(double current, double duration) override {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "battery_sof/identify/follower.hpp"
 #include "battery_sof/predict/prediction_interval.hpp"
 #include "battery_sof/predict/query.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
@@ -104,6 +105,18 @@ std::optional<std::size_t> indexOfState(const FittedModel& model, const Series& 
   return index;
 }
 
+/// Where a model begins to run towards a range.
+struct Start {
+  FittedModel model;
+  std::size_t first;  // sample that its state stands at
+};
+
+Start startFor(const FittedModel& model, const Series& series, IndexRange range) {
+  const std::optional<std::size_t> known = indexOfState(model, series);
+  if (known && *known < range.first) return {model, *known};
+  return {modelAtFirstSample(model, series), 0};
+}
+
 }  // namespace
 
 ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
@@ -140,11 +153,32 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
   return answer;
 }
 
+MixedPrediction predictMixed(const FittedModel& model, const Series& series, IndexRange range) {
+  if (range.empty()) return {};
+  const auto [start, first] = startFor(model, series, range);
+  const Drive drive = driveOf(start, series, {first, range.last});
+  const double own_current = std::pow(start.scores.current_rmse.value_or(0.0), 2);
+  const double own_voltage = std::pow(start.scores.rmse, 2);
+  Follower follower(start, true);
+  MixedPrediction predicted;
+  for (std::size_t n = first; n < range.last; ++n) {
+    const FollowedSample at = follower.follow(drive.samples[n - first]);
+    if (n < range.first) continue;
+    const double half = kNinetyPercent * std::sqrt(at.variance + (at.voltage_drives ? own_current : own_voltage));
+    const double half_a = at.voltage_drives ? half : 0.0, half_v = at.voltage_drives ? 0.0 : half;
+    predicted.voltage_drives.push_back(at.voltage_drives);
+    append(predicted.voltage, {at.voltage, at.voltage - half_v, at.voltage + half_v});
+    predicted.equations_voltage.push_back(at.voltage - (at.voltage_drives ? 0.0 : at.learned));
+    predicted.current.push_back(at.current);
+    predicted.current_lower.push_back(at.current - half_a);
+    predicted.current_upper.push_back(at.current + half_a);
+  }
+  return predicted;
+}
+
 PredictedVoltage predictSeries(const FittedModel& model, const Series& series, IndexRange range) {
   if (range.empty()) return {};
-  const std::optional<std::size_t> known = indexOfState(model, series);
-  const std::size_t first = known && *known < range.first ? *known : 0;
-  const FittedModel start = first > 0 ? model : modelAtFirstSample(model, series);
+  const auto [start, first] = startFor(model, series, range);
   const Drive drive = fullDrive(series, {first, range.last});
   Simulation simulation = uncertainSimulationOf(start);
   PredictedVoltage predicted;

@@ -7,46 +7,51 @@
 namespace battery_sof {
 namespace {
 
+constexpr double kOhmsOfCurrentError = 0.01;  // [Ohm], r_charge's magnitude
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
 
 }  // namespace
 
 StateTracker::StateTracker(const FittedModel& model, double max_gap)
     : model_(model),
-      simulation_(uncertainSimulationOf(model)),
+      follower_(model, true),
       state_(model.state),
       errors_(model),
       error_time_(model.state.time),
       max_gap_(max_gap),
       needs_trace_(!model.effects.empty()) {
+  if (model.source) watch_.emplace(*model.source);
   if (needs_trace_) trace_.append(state_.time, state_.current, max_gap_);
 }
 
-void StateTracker::advance(double time, double current) {
+void StateTracker::follow(double time, double current, double voltage) {
   if (!(time > state_.time))
     throw std::invalid_argument("StateTracker: time " + std::to_string(time) +
                                 " s is not after the state's " + std::to_string(state_.time) +
                                 " s");
-  DriveStep step = driveStep(state_.time, state_.current, time, current, max_gap_);
+  DriveSample sample;
+  sample.step = driveStep(state_.time, state_.current, time, current, max_gap_);
+  DriveStep& step = sample.step;
+  sample.voltage = voltage;
+  sample.voltage_drives = watch_ && watch_->add(time, current, voltage);
+  if (watch_) step.missed = missed_.add(step.duration, current, sample.voltage_drives);
   if (needs_trace_) {
     trace_.append(time, current, max_gap_);
     trace_.forgetBefore(time - kTraceKept);
     step.trace = &trace_;
   }
-  simulation_.advance(step);
-  const Eigen::VectorXd state = simulation_.state();
+  last_ = follower_.follow(sample);
+  error_ = sample.voltage_drives ? kOhmsOfCurrentError * (current - last_.current) : voltage - last_.voltage;
+  const Eigen::VectorXd state = simulation().state();
   state_.time = time;
   state_.current = current;
   state_.u_c2 = state[0];
   state_.further.assign(state.data() + 1, state.data() + state.size());
-}
-
-double StateTracker::expectedVoltage() const { return simulation_.voltage(); }
-
-void StateTracker::observe(double voltage) {
-  errors_.observe(state_.time - error_time_, voltage - simulation_.voltage());
+  if (sample.voltage_drives) return;
+  errors_.observe(state_.time - error_time_, error_);
   error_time_ = state_.time;
 }
+
 
 void StateTracker::setScales(const IntervalScale& crank, const IntervalScale& charge) {
   model_.crank_scale = crank;
@@ -58,7 +63,7 @@ FittedModel StateTracker::modelNow() const {
   ErrorTracker errors = errors_;
   if (state_.time > error_time_) errors.wait(state_.time - error_time_);
   now.discrepancy = errors.discrepancy();
-  takeState(now, simulation_, state_.current);
+  takeState(now, follower_, state_.current);
   return now;
 }
 

@@ -5,10 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "battery_sof/identify/experience.hpp"
 #include "battery_sof/identify/learned_residual.hpp"
 #include "battery_sof/identify/noise_model.hpp"
 #include "battery_sof/model/battery_model.hpp"
 #include "battery_sof/model/simulation.hpp"
+#include "battery_sof/naive/naive_predictor.hpp"
+#include "battery_sof/recording/source.hpp"
 
 namespace battery_sof {
 
@@ -107,6 +110,9 @@ struct FittedModel {
   FitScores scores;
   std::optional<NoiseModel> noise;  ///< of the residual over the window; none: fitErrors() was not called
   Discrepancy discrepancy;          ///< at state.time
+  std::optional<SourceRule> source; ///< where the voltage is imposed it drives; none: the current drives throughout
+  NaivePredictor naive;             ///< what the same window says without physics
+  Experience experience;            ///< cranks and charges of the window and since, beside what was expected of them
   LearnedResidual learned;          ///< what the equations miss in the well-posed direction; empty when nothing was learnt
   IntervalScale crank_scale, charge_scale;
   ExcitedRange excited;

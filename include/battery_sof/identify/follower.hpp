@@ -40,6 +40,9 @@ class Follower {
   LearnedResidual learned_;
 };
 
+/// @return a stretch of a recording as a model is driven through it: by the voltage where its source imposes that.
+Drive driveOf(const FittedModel& model, const Series& series, IndexRange range);
+
 /// Puts a follower's state, its covariance and its memory into the model it was begun with.
 void takeState(FittedModel& model, const Follower& follower, double current);
 

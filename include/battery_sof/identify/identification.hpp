@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,9 +29,10 @@ struct IdentifyOptions {
   std::vector<char> masked = {};     ///< see InstrumentLimits
   double voltage_lsb_std = 0.0;      ///< [V], what rounding adds at least to the white noise
 
-  /// Samples of the series whose voltage is imposed and drives the model, 1 each (Source::imposes_voltage); the fit then has
-  /// errors in both variables (ChannelErrors). Empty for none: the current drives throughout, as in the paper.
-  std::vector<char> voltage_drives = {};
+  /// Who imposes what in the series. Set: where the voltage is imposed it drives, the fit has errors in both variables
+  /// (ChannelErrors), what the equations miss is learnt (LearnedResidual) and past events are kept (Experience). None: the
+  /// current drives throughout, as in the paper.
+  std::optional<Source> source = std::nullopt;
 
   std::vector<std::string> effects = {};  ///< ids of further physics, see effectCatalogue()
   bool whiten = false;     ///< cost of residuals whitened by a fitted noise model in place of eq. 3

@@ -45,12 +45,33 @@ struct DriveStep {
   double slope = 0.0;     ///< [A/s], of the measured current just before the sample; 0 across gaps and for averages
   bool averaged = false;  ///< several samples in one
   bool gap = false;       ///< the interval is longer than what may be joined
+  double missed = 0.0;    ///< [As], drawn by a crank of which the sampling saw too little; before the interval
   const CurrentTrace* trace = nullptr;  ///< the measured current around the sample; may be absent
 };
 
 /// @return the step from one sample to the next; the first of a drive has duration 0.
 DriveStep driveStep(double time_before, double current_before, double time, double current,
                     double max_gap);
+
+/**
+ * @brief What a slow sampling missed of a crank, sample by sample.
+ *
+ * A crank lasts half a second or less; of samples a second apart some cranks show none. A discharge that drew as much as a crank
+ * and ended with a source's voltage ended with a crank, too: an engine that was started. The crank's charge less what samples
+ * below -60 A showed of it is what was missed.
+ */
+class MissedCrank {
+ public:
+  static constexpr double kCharge = 150.0;        ///< [As], of a crank; start-stop recordings: 60 to 250
+  static constexpr double kSeenBelow = -60.0;     ///< [A]
+  static constexpr double kSlowestSeen = 0.5;     ///< [s], between samples that see every crank
+
+  /// @return [As], >= 0; above 0 only where the voltage drives again.
+  double add(double duration, double current, bool voltage_drives);
+
+ private:
+  double drawn_ = 0.0, seen_ = 0.0;  // [As], of the discharge under way
+};
 
 /// One step with what was measured at its end.
 struct DriveSample {

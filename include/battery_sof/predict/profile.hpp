@@ -45,4 +45,19 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
  */
 PredictedVoltage predictSeries(const FittedModel& model, const Series& series, IndexRange range);
 
+/// Both quantities, one of each a sample; the one that drives is as measured and has no width.
+struct MixedPrediction {
+  std::vector<char> voltage_drives;
+  PredictedVoltage voltage;                                   ///< [V]
+  std::vector<double> current, current_lower, current_upper;  ///< [A]
+  std::vector<double> equations_voltage;                      ///< [V], without what was learnt beside the equations
+};
+
+/**
+ * @brief As predictSeries(), but driven by the voltage where the model's source imposes it: the current is predicted there.
+ *
+ * Of a range nothing is used but what drives in it. Without a source the current drives throughout.
+ */
+MixedPrediction predictMixed(const FittedModel& model, const Series& series, IndexRange range);
+
 }  // namespace battery_sof

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "battery_sof/identify/error_tracker.hpp"
+#include "battery_sof/identify/follower.hpp"
 
 namespace battery_sof {
 
@@ -8,23 +9,23 @@ namespace battery_sof {
  * @brief Follows the model's state from sample to sample between identifications.
  *
  * One step a sample, with the derivatives of uncertainSimulationOf(); constant memory. Across a gap the battery is taken to rest
- * (driving_current.hpp).
+ * (driving_current.hpp). Where the model's source imposes the voltage (SourceWatch), that drives, and the error is the current's.
  */
 class StateTracker {
  public:
   /// Starts from the model's saved state. @param max_gap [s], longest interval that is joined.
   StateTracker(const FittedModel& model, double max_gap);
 
-  /// Moves on to a sample later than the last one. @throws std::invalid_argument when time does not
-  /// increase.
-  void advance(double time, double current);
-  /// Takes in the voltage measured at the last sample: what the model misses is followed (ErrorTracker).
-  void observe(double voltage);
+  /// Moves on to a sample later than the last one, driven by what is imposed there, and takes the other quantity in: what the
+  /// model misses of a voltage is followed (ErrorTracker). @throws std::invalid_argument when time does not increase.
+  void follow(double time, double current, double voltage);
   /// Widths of intervals, as past events ask for.
   void setScales(const IntervalScale& crank, const IntervalScale& charge);
 
-  /// @return terminal voltage the model expects at the last sample [V].
-  double expectedVoltage() const;
+  /// The last sample as the model followed it.
+  const FollowedSample& last() const { return last_; }
+  /// @return measured less expected at the last sample [V]; where the voltage drives, the current's error through 10 mOhm.
+  double error() const { return error_; }
 
   /// @return the model with state and covariance moved to the last sample.
   FittedModel modelNow() const;
@@ -32,11 +33,15 @@ class StateTracker {
   const ModelState& state() const { return state_; }
 
   /// The running simulation, for a query to go on from.
-  const Simulation& simulation() const { return simulation_; }
+  const Simulation& simulation() const { return follower_.simulation(); }
 
  private:
   FittedModel model_;
-  Simulation simulation_;
+  Follower follower_;
+  std::optional<SourceWatch> watch_;
+  MissedCrank missed_;
+  FollowedSample last_;
+  double error_ = 0.0;  // [V]
   ModelState state_;
   ErrorTracker errors_;
   double error_time_;  // [s], of the last voltage taken in

@@ -1,0 +1,17 @@
+#include "battery_sof/identify/experience.hpp"
+
+namespace battery_sof {
+namespace {
+
+template <typename T>
+void keep(std::vector<T>& past, const T& event, std::size_t most) {
+  past.push_back(event);
+  if (past.size() > most) past.erase(past.begin());
+}
+
+}  // namespace
+
+void Experience::add(const PastCrank& crank) { keep(cranks, crank, kMost); }
+void Experience::add(const PastCharge& charge) { keep(charges, charge, 2 * kMost); }
+
+}  // namespace battery_sof

@@ -1,0 +1,84 @@
+#include "battery_sof/identify/window_experience.hpp"
+
+#include <algorithm>
+
+#include "battery_sof/identify/follower.hpp"
+#include "battery_sof/naive/charge_phases.hpp"
+#include "battery_sof/recording/events.hpp"
+
+namespace battery_sof {
+namespace {
+
+/// The window as the equations alone follow it.
+struct Followed {
+  ResidualSamples samples;
+  std::vector<double> voltage, current;  // modelled [V], [A]
+  DriveMemory memory;                    // at the end
+};
+
+Followed followWindow(const FittedModel& model, const Drive& drive) {
+  ModelPoint start = pointOf(model);
+  start.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(),
+                                                  static_cast<Eigen::Index>(model.first_state.size()));
+  start.time = start.reference_time = drive.first_time;
+  Follower follower(Simulation(compositionOf(model), start));
+  Followed out;
+  for (const DriveSample& sample : drive.samples) {
+    const FollowedSample at = follower.follow(sample);
+    out.samples.columns.push_back(at.columns);
+    out.samples.error.push_back(at.physics_error);
+    out.samples.voltage_drives.push_back(at.voltage_drives);
+    out.voltage.push_back(at.voltage);
+    out.current.push_back(at.current);
+  }
+  out.memory = follower.memory();
+  return out;
+}
+
+void addCranks(Experience& experience, const Series& series, IndexRange range, const std::vector<double>& modelled) {
+  const Series part = slice(series, range);
+  for (const Event& event : detectEvents(part)) {
+    if (event.kind != EventKind::kCrank) continue;
+    const auto first = static_cast<std::ptrdiff_t>(event.range.first), last = static_cast<std::ptrdiff_t>(event.range.last);
+    const auto lowest = std::min_element(part.voltage.begin() + first, part.voltage.begin() + last);
+    experience.add(PastCrank{part.time[static_cast<std::size_t>(lowest - part.voltage.begin())],
+                             *std::min_element(part.current.begin() + first, part.current.begin() + last), *lowest,
+                             *std::min_element(modelled.begin() + first, modelled.begin() + last)});
+  }
+}
+
+void addCharges(Experience& experience, const Series& series, IndexRange range, const Source& source,
+                const std::vector<double>& modelled) {
+  for (const double duration : {10.0, 60.0})
+    for (const std::size_t first : chargeBeginnings(series, range, source.imposes_voltage)) {
+      const auto charge = beginningOfCharge(series, range, first, duration, source.imposes_voltage);
+      if (!charge) continue;
+      PastCharge past{series.time[first], duration, 0.0, 0.0, 0.0};
+      const double count = static_cast<double>(charge->size());
+      for (std::size_t n = charge->first; n < charge->last; ++n) {
+        past.voltage += series.voltage[n] / count;
+        past.measured += series.current[n] / count;
+        past.modelled += modelled[n - range.first] / count;
+      }
+      experience.add(past);
+    }
+}
+
+}  // namespace
+
+void learnFromWindow(FittedModel& model, const Series& series, IndexRange range, const Drive& drive,
+                     const Source& source) {
+  model.source = source.rule;
+  model.naive = fitNaive(series, range, source.imposes_voltage);
+  const Followed followed = followWindow(model, drive);
+  std::vector<double> left_out;
+  model.learned = learnResidual(followed.samples, &left_out);
+  model.state.memory = followed.memory;
+  std::vector<double> current = followed.current;
+  for (std::size_t n = 0; n < current.size(); ++n)
+    if (followed.samples.voltage_drives[n]) current[n] += left_out[n];
+  addCranks(model.experience, series, range, followed.voltage);
+  addCharges(model.experience, series, range, source, current);
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,160 @@
+#include "battery_sof/predict/experienced.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "battery_sof/predict/prediction_interval.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kPenalty = 0.3;             // of past cranks' normal equations
+constexpr std::size_t kLeastForLine = 4;     // cranks
+constexpr std::size_t kLeastForInterval = 3; // events
+constexpr double kSameCurrent = 0.5;         // [A], cranks that end alike end at the sensor's range
+constexpr double kAlikeVoltage = 0.5;        // [V], of a charge that is another's like
+constexpr double kVouchingVoltage = 0.3;     // [V]
+constexpr double kFloor = 0.02;              // [A], an error below it says nothing
+constexpr double kVouchingShare = 0.25, kVouchingCurrent = 1.0;  // [1], [A]
+
+double medianOf(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+/// Half the width in which nine of ten of so few errors lie: their spread as a normal distribution's.
+double halfWidth(const std::vector<double>& errors) {
+  double squares = 0.0;
+  for (const double error : errors) squares += error * error;
+  const double n = static_cast<double>(errors.size());
+  return kNinetyPercent * std::sqrt(squares / n) * (1.0 + 1.0 / n);
+}
+
+/// The sensor's end of range, if past cranks show one.
+std::optional<double> endOfRange(const std::vector<PastCrank>& cranks) {
+  if (cranks.size() < 2) return std::nullopt;
+  double lowest = cranks.front().current;
+  for (const PastCrank& crank : cranks) lowest = std::min(lowest, crank.current);
+  const auto there = std::count_if(cranks.begin(), cranks.end(), [&](const PastCrank& crank) {
+    return crank.current < lowest + kSameCurrent;
+  });
+  return there >= 2 ? std::optional<double>(lowest) : std::nullopt;
+}
+
+Eigen::Vector3d featuresOf(double current, const std::optional<double>& end) {
+  const bool clipped = end && std::abs(current - *end) < kSameCurrent;
+  return {1.0, clipped ? 1.0 : 0.0, clipped ? 0.0 : (current + 200.0) / 100.0};
+}
+
+/// Corrections of one base of cranks, learnt from all past ones or all but one.
+class CrankCorrection {
+ public:
+  /// @param bases [V], one a past crank.
+  CrankCorrection(const std::vector<PastCrank>& cranks, const std::vector<double>& bases)
+      : end_(endOfRange(cranks)), A_(kPenalty * Eigen::Matrix3d::Identity()), b_(Eigen::Vector3d::Zero()) {
+    for (std::size_t k = 0; k < cranks.size(); ++k) {
+      const Eigen::Vector3d f = featuresOf(cranks[k].current, end_);
+      A_ += f * f.transpose();
+      b_ += f * (cranks[k].minimum - bases[k]);
+    }
+  }
+  double at(double current) const { return featuresOf(current, end_).dot(A_.ldlt().solve(b_)); }
+  double without(const PastCrank& crank, double base) const {
+    const Eigen::Vector3d f = featuresOf(crank.current, end_);
+    const Eigen::Matrix3d A = A_ - f * f.transpose();
+    const Eigen::Vector3d b = b_ - f * (crank.minimum - base);
+    return f.dot(A.ldlt().solve(b));
+  }
+
+ private:
+  std::optional<double> end_;
+  Eigen::Matrix3d A_;
+  Eigen::Vector3d b_;
+};
+
+std::vector<PastCharge> alike(const Experience& experience, double voltage, double duration, double reach) {
+  std::vector<PastCharge> charges;
+  for (const PastCharge& charge : experience.charges)
+    if (charge.duration <= 2.0 * duration && duration <= 2.0 * charge.duration &&
+        std::abs(charge.voltage - voltage) <= reach)
+      charges.push_back(charge);
+  return charges;
+}
+
+double medianWithout(const std::vector<PastCharge>& charges, std::size_t left_out) {
+  std::vector<double> others;
+  for (std::size_t k = 0; k < charges.size(); ++k)
+    if (k != left_out) others.push_back(charges[k].measured);
+  return medianOf(others);
+}
+
+Interval around(double value, const std::vector<double>& errors, const IntervalScale& scale,
+                const Interval& otherwise) {
+  if (errors.size() >= kLeastForInterval) {
+    const double half = scale.factor * halfWidth(errors);
+    return {value, value - half, value + half};
+  }
+  return {value, value + otherwise.lower - otherwise.value, value + otherwise.upper - otherwise.value};
+}
+
+}  // namespace
+
+Interval experiencedCrank(const FittedModel& model, double current, const Interval& modelled) {
+  const std::vector<PastCrank>& cranks = model.experience.cranks;
+  if (cranks.empty()) return modelled;
+  std::vector<double> by_model, by_line;
+  for (const PastCrank& crank : cranks) by_model.push_back(crank.modelled);
+  const CrankCorrection of_model(cranks, by_model);
+  const auto& line = model.naive.voltage_from_current;
+  const bool takes_line = line && cranks.size() >= kLeastForLine;
+  double value = modelled.value + of_model.at(current);
+  if (takes_line)
+    for (const PastCrank& crank : cranks) by_line.push_back(line->at(crank.current));
+  const CrankCorrection of_line(takes_line ? cranks : std::vector<PastCrank>(), by_line);
+  if (takes_line) value = 0.5 * (value + line->at(current) + of_line.at(current));
+  std::vector<double> errors;
+  for (std::size_t k = 0; k < cranks.size() && cranks.size() >= kLeastForInterval; ++k) {
+    double without = by_model[k] + of_model.without(cranks[k], by_model[k]);
+    if (takes_line) without = 0.5 * (without + by_line[k] + of_line.without(cranks[k], by_line[k]));
+    errors.push_back(cranks[k].minimum - without);
+  }
+  return around(value, errors, model.crank_scale, modelled);
+}
+
+Interval experiencedCharge(const FittedModel& model, double voltage, double duration, const Interval& modelled) {
+  const std::vector<PastCharge> charges = alike(model.experience, voltage, duration, kAlikeVoltage);
+  if (charges.size() < kLeastForInterval) return modelled;
+  std::vector<double> of_model, of_median, measured, both;
+  for (std::size_t k = 0; k < charges.size(); ++k) {
+    of_model.push_back(std::abs(charges[k].measured - charges[k].modelled));
+    of_median.push_back(std::abs(charges[k].measured - medianWithout(charges, k)));
+    measured.push_back(charges[k].measured);
+  }
+  const double a = std::pow(medianOf(of_model) + kFloor, -2), b = std::pow(medianOf(of_median) + kFloor, -2);
+  const double share = a / (a + b);
+  for (std::size_t k = 0; k < charges.size(); ++k)
+    both.push_back(charges[k].measured - share * charges[k].modelled - (1.0 - share) * medianWithout(charges, k));
+  return around(share * modelled.value + (1.0 - share) * medianOf(measured), both, model.charge_scale, modelled);
+}
+
+ChargeEvidence chargeEvidence(const Experience& experience, double voltage, double duration) {
+  ChargeEvidence evidence;
+  std::vector<double> errors, currents;
+  for (const PastCharge& charge : alike(experience, voltage, duration, kVouchingVoltage)) {
+    errors.push_back(std::abs(charge.measured - charge.modelled));
+    currents.push_back(std::abs(charge.measured));
+  }
+  evidence.charges = static_cast<int>(errors.size());
+  evidence.median_error = medianOf(errors);
+  evidence.typical = medianOf(currents);
+  evidence.vouches = errors.size() >= kLeastForInterval &&
+                     evidence.median_error <= std::max(kVouchingShare * evidence.typical, kVouchingCurrent);
+  return evidence;
+}
+
+}  // namespace battery_sof
