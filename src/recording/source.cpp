@@ -328,10 +328,9 @@ bool SourceWatch::isRestApart(double time) const {
 
 bool SourceWatch::isHeldVoltage() const {
   const Run& run = steady_voltage_;
-  const double moved = run.other_highest - run.other_lowest;
   const double held = std::max(run.spread(), kTurned * rule_.voltage_noise);
-  return run.samples >= kFewestSamples && moved > currentBand(run.other_highest) &&
-         rule_.resistance && *rule_.resistance * moved >= held / kHeldShare;
+  return run.samples >= kFewestSamples && run.fall > currentBand(run.other_highest) &&
+         rule_.resistance && *rule_.resistance * run.fall >= held / kHeldShare;
 }
 
 bool SourceWatch::add(double time, double current, double voltage) {

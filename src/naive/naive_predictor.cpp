@@ -1,0 +1,300 @@
+#include "battery_sof/naive/naive_predictor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "battery_sof/naive/charge_phases.hpp"
+#include "battery_sof/recording/channel_statistics.hpp"
+#include "battery_sof/recording/events.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr std::size_t kFewestSamples = 5;
+constexpr std::size_t kFewestForTails = 20;    // one of them lies beyond each bound
+constexpr double kForgetting = 0.8;            // weight of a crank beside the next one
+constexpr double kLineWeight = 1.0;            // of the straight line beside one crank
+constexpr double kShort = 10.0, kLong = 60.0;  // [s]
+/// 95 % quantiles of Student's t for 1 to 18 degrees of freedom.
+constexpr std::array kStudent95 = {6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895, 1.860, 1.833,
+                                   1.812, 1.796, 1.782, 1.771, 1.761, 1.753, 1.746, 1.740, 1.734};
+
+struct Bounds {
+  double lower = 0.0, upper = 0.0;
+};
+
+double standardDeviation(const std::vector<double>& errors) {
+  double squares = 0.0;
+  for (const double error : errors) squares += error * error;
+  return errors.empty() ? 0.0 : std::sqrt(squares / static_cast<double>(errors.size()));
+}
+
+/// Bounds that nine in ten further errors keep: quantiles of many, Student's t for few; otherwise's
+/// for a single one.
+Bounds ninetyPercent(const std::vector<double>& errors, Bounds otherwise) {
+  const std::size_t count = errors.size();
+  if (count >= kFewestForTails) return {quantile(errors, 0.05), quantile(errors, 0.95)};
+  if (count < 2) return otherwise;
+  const double n = static_cast<double>(count);
+  const double width = kStudent95[count - 2] * standardDeviation(errors) *
+                       std::sqrt(n / (n - 1.0) * (1.0 + 1.0 / n));
+  return {-width, width};
+}
+
+struct Points {
+  std::vector<double> x, y;
+};
+
+Points pointsWhere(const Series& series, IndexRange window,
+                   const std::vector<char>& imposes_voltage, bool voltage_is_imposed) {
+  Points points;
+  for (std::size_t k = window.first; k < window.last; ++k) {
+    if ((imposes_voltage[k] != 0) != voltage_is_imposed) continue;
+    points.x.push_back(voltage_is_imposed ? series.voltage[k] : series.current[k]);
+    points.y.push_back(voltage_is_imposed ? series.current[k] : series.voltage[k]);
+  }
+  return points;
+}
+
+double meanOf(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+std::optional<NaiveLine> lineThrough(const Points& points) {
+  if (points.x.size() < kFewestSamples) return std::nullopt;
+  const double x = meanOf(points.x), y = meanOf(points.y);
+  double squares = 0.0, products = 0.0;
+  for (std::size_t k = 0; k < points.x.size(); ++k) {
+    squares += (points.x[k] - x) * (points.x[k] - x);
+    products += (points.x[k] - x) * (points.y[k] - y);
+  }
+  NaiveLine line;
+  line.samples = points.x.size();
+  line.slope = squares > 0.0 ? products / squares : 0.0;
+  line.intercept = y - line.slope * x;
+  std::vector<double> errors;
+  for (std::size_t k = 0; k < points.x.size(); ++k)
+    errors.push_back(points.y[k] - line.at(points.x[k]));
+  const Bounds bounds = ninetyPercent(errors, {});
+  line.std = standardDeviation(errors);
+  line.lower_error = bounds.lower;
+  line.upper_error = bounds.upper;
+  return line;
+}
+
+/// Calls visit(sample, step) for every sample of the charge that begins at first, until the voltage
+/// is no longer imposed.
+template <typename Visit>
+void forEachAge(const Series& series, IndexRange range, std::size_t first,
+                const std::vector<char>& imposes_voltage, double step, Visit visit) {
+  for (std::size_t k = first; k < range.last && imposes_voltage[k]; ++k)
+    visit(k, static_cast<std::size_t>(std::lround((series.time[k] - series.time[first]) / step)));
+}
+
+std::optional<NaivePhase> medianPhase(const Series& series, IndexRange window,
+                                      const std::vector<char>& imposes_voltage,
+                                      const std::vector<std::size_t>& beginnings,
+                                      Bounds otherwise) {
+  if (beginnings.empty()) return std::nullopt;
+  NaivePhase phase;
+  phase.step = std::max(1.0, medianInterval(series));
+  phase.charges = beginnings.size();
+  std::map<std::size_t, std::vector<double>> by_age;
+  std::map<std::size_t, std::size_t> charges_at;
+  for (const std::size_t first : beginnings) {
+    std::optional<std::size_t> before;
+    forEachAge(series, window, first, imposes_voltage, phase.step,
+               [&](std::size_t k, std::size_t age) {
+                 by_age[age].push_back(series.current[k]);
+                 if (before != age) ++charges_at[age];
+                 before = age;
+               });
+  }
+  std::vector<double> errors;
+  for (std::size_t age = 0; 2 * charges_at[age] >= beginnings.size(); ++age) {
+    phase.current.push_back(quantile(by_age[age], 0.5));
+    for (const double current : by_age[age]) errors.push_back(current - phase.current.back());
+  }
+  const Bounds bounds = beginnings.size() > 1 ? ninetyPercent(errors, otherwise) : otherwise;
+  phase.std = standardDeviation(errors);
+  phase.lower_error = bounds.lower;
+  phase.upper_error = bounds.upper;
+  return phase;
+}
+
+std::optional<NaiveHistory> historyOf(const std::vector<double>& values, Bounds otherwise) {
+  if (values.empty()) return std::nullopt;
+  NaiveHistory history;
+  history.median = quantile(values, 0.5);
+  history.last = values.back();
+  history.events = values.size();
+  std::vector<double> errors;
+  for (const double value : values) errors.push_back(value - history.median);
+  const Bounds bounds = ninetyPercent(errors, otherwise);
+  history.lower_error = bounds.lower;
+  history.upper_error = bounds.upper;
+  return history;
+}
+
+std::optional<NaiveHistory> chargesOver(const Series& series, IndexRange window,
+                                        const std::vector<char>& imposes_voltage,
+                                        const std::vector<std::size_t>& beginnings, double duration,
+                                        Bounds otherwise) {
+  std::vector<double> means;
+  for (const std::size_t first : beginnings) {
+    const auto samples = beginningOfCharge(series, window, first, duration, imposes_voltage);
+    if (!samples) continue;
+    means.push_back(meanOf({series.current.begin() + static_cast<std::ptrdiff_t>(samples->first),
+                            series.current.begin() + static_cast<std::ptrdiff_t>(samples->last)}));
+  }
+  return historyOf(means, otherwise);
+}
+
+std::vector<NaiveCrank> cranksIn(const Series& part) {
+  std::vector<NaiveCrank> cranks;
+  for (const Event& event : detectEvents(part))
+    if (event.kind == EventKind::kCrank) cranks.push_back({event.peak_current, event.min_voltage});
+  return cranks;
+}
+
+/// What a crank's minimum has beyond the line, from the first `count` cranks; recent ones weigh
+/// more, the line itself as one.
+double beyondLine(const std::vector<NaiveCrank>& cranks, std::size_t count, const NaiveLine& line) {
+  double weights = 0.0, weight = 1.0, sum = 0.0;
+  for (std::size_t k = count; k-- > 0; weight *= kForgetting) {
+    weights += weight;
+    sum += weight * (cranks[k].minimum - line.at(cranks[k].current));
+  }
+  return sum / (weights + kLineWeight);
+}
+
+std::optional<NaiveCranks> naiveCranks(const std::vector<NaiveCrank>& cranks,
+                                       const std::optional<NaiveLine>& line) {
+  if (cranks.empty()) return std::nullopt;
+  std::vector<double> currents, minima;
+  for (const NaiveCrank& crank : cranks) {
+    currents.push_back(crank.current);
+    minima.push_back(crank.minimum);
+  }
+  NaiveCranks naive;
+  naive.events = cranks.size();
+  naive.last = cranks.back();
+  naive.median = {quantile(currents, 0.5), quantile(minima, 0.5)};
+  const NaiveLine level{naive.median.minimum, 0.0, 0.0, 0.0, 0.0, 0};
+  const NaiveLine& known = line ? *line : level;
+  naive.slope = known.slope;
+  naive.intercept = known.intercept + beyondLine(cranks, cranks.size(), known);
+  std::vector<double> errors;  // of each crank, predicted from those before
+  for (std::size_t k = 0; k < cranks.size(); ++k)
+    errors.push_back(cranks[k].minimum - known.at(cranks[k].current) -
+                     beyondLine(cranks, k, known));
+  const double single = std::abs(errors.front());
+  const Bounds bounds = ninetyPercent(errors, {-single, single});
+  naive.lower_error = bounds.lower;
+  naive.upper_error = bounds.upper;
+  return naive;
+}
+
+void push(const NaiveInterval& interval, std::vector<double>& value, std::vector<double>& lower,
+          std::vector<double>& upper) {
+  value.push_back(interval.value);
+  lower.push_back(interval.lower);
+  upper.push_back(interval.upper);
+}
+
+void usePhase(const NaivePhase& phase, const Series& series, IndexRange range,
+              const std::vector<char>& imposes_voltage, NaiveSeries& predicted) {
+  for (const std::size_t first : chargeBeginnings(series, range, imposes_voltage))
+    forEachAge(series, range, first, imposes_voltage, phase.step,
+               [&](std::size_t k, std::size_t age) {
+                 if (age >= phase.current.size()) return;
+                 const std::size_t n = k - range.first;
+                 predicted.current[n] = phase.current[age];
+                 predicted.current_lower[n] = phase.current[age] + phase.lower_error;
+                 predicted.current_upper[n] = phase.current[age] + phase.upper_error;
+               });
+}
+
+/// Mean over duration of the phase as far as it goes and of the line beyond it.
+double meanOverPhase(const NaivePhase& phase, double duration, double beyond) {
+  const auto steps = static_cast<std::size_t>(std::max(1.0, std::round(duration / phase.step)));
+  const std::size_t known = std::min(steps, phase.current.size());
+  double sum = beyond * static_cast<double>(steps - known);
+  for (std::size_t age = 0; age < known; ++age) sum += phase.current[age];
+  return sum / static_cast<double>(steps);
+}
+
+}  // namespace
+
+NaiveInterval NaiveLine::around(double x) const {
+  return {at(x), at(x) + lower_error, at(x) + upper_error};
+}
+
+NaivePredictor fitNaive(const Series& series, IndexRange window,
+                        const std::vector<char>& imposes_voltage) {
+  const auto beginnings = chargeBeginnings(series, window, imposes_voltage);
+  NaivePredictor naive;
+  naive.current_from_voltage = lineThrough(pointsWhere(series, window, imposes_voltage, true));
+  naive.voltage_from_current = lineThrough(pointsWhere(series, window, imposes_voltage, false));
+  Bounds of_line;
+  if (naive.current_from_voltage)
+    of_line = {naive.current_from_voltage->lower_error, naive.current_from_voltage->upper_error};
+  naive.phase = medianPhase(series, window, imposes_voltage, beginnings, of_line);
+  naive.charge_10s = chargesOver(series, window, imposes_voltage, beginnings, kShort, of_line);
+  naive.charge_60s = chargesOver(series, window, imposes_voltage, beginnings, kLong, of_line);
+  naive.cranks = naiveCranks(cranksIn(slice(series, window)), naive.voltage_from_current);
+  return naive;
+}
+
+NaiveSeries predictNaive(const NaivePredictor& naive, const Series& series, IndexRange range,
+                         const std::vector<char>& imposes_voltage) {
+  NaiveSeries predicted;
+  for (std::size_t k = range.first; k < range.last; ++k) {
+    if (naive.current_from_voltage)
+      push(naive.current_from_voltage->around(series.voltage.at(k)), predicted.current,
+           predicted.current_lower, predicted.current_upper);
+    if (naive.voltage_from_current)
+      push(naive.voltage_from_current->around(series.current.at(k)), predicted.voltage,
+           predicted.voltage_lower, predicted.voltage_upper);
+  }
+  if (naive.phase && naive.current_from_voltage)
+    usePhase(*naive.phase, series, range, imposes_voltage, predicted);
+  return predicted;
+}
+
+std::optional<NaiveInterval> naiveCrankMinimum(const NaivePredictor& naive, double current) {
+  if (naive.cranks) {
+    const double minimum = naive.cranks->intercept + naive.cranks->slope * current;
+    return NaiveInterval{minimum, minimum + naive.cranks->lower_error,
+                         minimum + naive.cranks->upper_error};
+  }
+  if (naive.voltage_from_current) return naive.voltage_from_current->around(current);
+  return std::nullopt;
+}
+
+std::optional<NaiveInterval> naiveChargeCurrent(const NaivePredictor& naive, double voltage,
+                                                double duration) {
+  if (!(duration > 0.0))
+    throw std::invalid_argument("naiveChargeCurrent: duration is " + std::to_string(duration) +
+                                " s; expected above 0");
+  if (!naive.phase) {
+    if (!naive.current_from_voltage) return std::nullopt;
+    return naive.current_from_voltage->around(voltage);
+  }
+  const double last = naive.phase->current.back();
+  const double beyond = naive.current_from_voltage ? naive.current_from_voltage->at(voltage) : last;
+  const double mean = meanOverPhase(*naive.phase, duration, beyond);
+  const bool is_short = duration * duration <= kShort * kLong;
+  const auto& history = is_short && naive.charge_10s ? naive.charge_10s : naive.charge_60s;
+  if (history) return NaiveInterval{mean, mean + history->lower_error, mean + history->upper_error};
+  return NaiveInterval{mean, mean + naive.phase->lower_error, mean + naive.phase->upper_error};
+}
+
+}  // namespace battery_sof
