@@ -21,6 +21,7 @@ namespace {
 
 // A window whose current moves less than this cannot tell a resistance from an offset.
 constexpr double kMinCurrentSpan = 0.5;  // [A]
+constexpr double kSlowSampling = 0.25;   // [s], from here on a crank's rise falls between samples
 
 void requirePositiveOption(bool ok, const char* name, double value, const char* expected) {
   if (ok) return;
@@ -219,6 +220,13 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
   model.suitability =
       predictionSuitability(model.scores.rmse, windowExcitation(series, range));
   return model;
+}
+
+std::optional<Source> drivingSource(const Series& series) {
+  if (medianInterval(series) < kSlowSampling) return std::nullopt;
+  Source source = findSource(series);
+  if (!source.seen || source.share <= 0.0) return std::nullopt;
+  return source;
 }
 
 void carryState(FittedModel& model, const Series& series, std::size_t last) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/identify/follower.hpp"
+#include "battery_sof/predict/experienced.hpp"
 #include "battery_sof/predict/prediction_interval.hpp"
 #include "battery_sof/recording/intake.hpp"
 
@@ -110,7 +112,9 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
     return answer;
   }
   const ExpectedCurrent mean = expectedCurrent(model, stepsOf(query), query.i_limit);
-  answer.i_boost = mean.current;
+  answer.i_boost = experiencedCharge(model, query.u_boost, query.t_sof2, mean.current);
+  answer.i_boost->value = std::min(answer.i_boost->value, query.i_limit);
+  answer.i_boost->upper = std::min(answer.i_boost->upper, query.i_limit);
 
   QueryRange range;
   range.charges = true;
@@ -129,7 +133,33 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
   return answer;
 }
 
-MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series) {
+namespace {
+
+/// Mean of what a model with a source expects to flow, sample by sample.
+Interval followedCurrent(const FittedModel& model, const Series& series, MissedCrank missed) {
+  Follower follower(model, true);
+  double before = model.state.time, current_before = model.state.current, sum = 0.0, spread = 0.0;
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    DriveSample sample;
+    sample.step = driveStep(before, current_before, series.time[n], series.current[n], gapThreshold(series));
+    sample.step.missed = missed.add(sample.step.duration, series.current[n], true);
+    sample.voltage = series.voltage[n];
+    sample.voltage_drives = true;
+    const FollowedSample at = follower.follow(sample);
+    sum += at.current * sample.step.duration;
+    spread += std::sqrt(at.variance) * sample.step.duration;
+    before = series.time[n];
+    current_before = series.current[n];
+  }
+  const double duration = before - model.state.time;
+  const double own = model.scores.current_rmse.value_or(0.0);
+  const double half = kNinetyPercent * model.charge_scale.factor * std::hypot(spread / duration, own);
+  return {sum / duration, sum / duration - half, sum / duration + half};
+}
+
+}  // namespace
+
+MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series, MissedCrank missed) {
   constexpr double kStep = 0.1;  // [s]
   MeanChargeCurrent mean;
   std::vector<VoltageStep> steps;
@@ -148,7 +178,14 @@ MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& serie
   }
   mean.measured /= total;
   mean.mean_voltage /= total;
-  mean.current = expectedCurrent(model, steps, kMostCurrent).current;
+  if (!model.source) {
+    mean.current = expectedCurrent(model, steps, kMostCurrent).current;
+    mean.modelled = mean.current.value;
+    return mean;
+  }
+  const Interval modelled = followedCurrent(model, series, missed);
+  mean.modelled = modelled.value;
+  mean.current = experiencedCharge(model, mean.mean_voltage, total, modelled);
   return mean;
 }
 

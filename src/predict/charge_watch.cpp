@@ -22,6 +22,7 @@ std::optional<ChargeComparison> ChargeWatch::add(const StreamSample& sample,
   if (!charging_) {
     charging_ = true;
     model_ = before.modelNow();
+    missed_ = before.missed();
     charge_ = {};
   }
   if (!model_) return std::nullopt;
@@ -33,8 +34,9 @@ std::optional<ChargeComparison> ChargeWatch::add(const StreamSample& sample,
   ChargeComparison comparison;
   comparison.time = charge_.time.front();
   comparison.duration = duration;
-  const MeanChargeCurrent expected = currentAtVoltage(*model_, charge_);
+  const MeanChargeCurrent expected = currentAtVoltage(*model_, charge_, missed_);
   comparison.expected_current = expected.current;
+  comparison.modelled_current = expected.modelled;
   comparison.mean_voltage = expected.mean_voltage;
   comparison.measured_current = expected.measured;
   model_.reset();

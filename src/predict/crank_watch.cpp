@@ -45,11 +45,14 @@ std::optional<CrankComparison> CrankWatch::finish() const {
   query.crank.current.insert(query.crank.current.begin(), model_->state.current);
   const CrankingAnswer answer = predictCranking(*model_, query);
   if (!answer.u_min) return std::nullopt;
+  FittedModel unexperienced = *model_;
+  unexperienced.experience = {};
   const auto minimum = std::min_element(crank_.voltage.begin(), crank_.voltage.end());
   return CrankComparison{crank_.time[static_cast<std::size_t>(minimum - crank_.voltage.begin())],
                          lowest(crank_.current),
                          *minimum,
-                         *answer.u_min};
+                         *answer.u_min,
+                         predictCranking(unexperienced, query).u_min->value};
 }
 
 }  // namespace battery_sof

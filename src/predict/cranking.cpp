@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/predict/experienced.hpp"
 #include "battery_sof/predict/prediction_interval.hpp"
 #include "battery_sof/recording/intake.hpp"
 
@@ -118,7 +119,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
   };
   if (!query.crank.empty()) {
     run(simulation, query.crank, look);
-    return *lowest;
+    return experiencedCrank(model, lowestCurrent(query), *lowest);
   }
   double since = 0.0;
   for (const double share : kLooks) {
@@ -127,7 +128,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
     since = share * query.t_cranking;
     look(simulation, since);
   }
-  return *lowest;
+  return experiencedCrank(model, lowestCurrent(query), *lowest);
 }
 
 CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,

@@ -21,8 +21,8 @@ double openLoopRmse(FittedModel model, const Series& series, IndexRange range, d
   StateTracker tracker(model, max_gap);
   double sum = 0.0;
   for (std::size_t n = first + 1; n < range.last; ++n) {
-    tracker.advance(series.time[n], series.current[n]);
-    sum += std::pow(tracker.expectedVoltage() - series.voltage[n], 2);
+    tracker.follow(series.time[n], series.current[n], series.voltage[n]);
+    sum += std::pow(tracker.error(), 2);
   }
   return std::sqrt(sum / static_cast<double>(range.size()));
 }
@@ -32,6 +32,7 @@ struct JobWindow {
   IndexRange range, recent;
   double max_gap = 0.0;  // [s]
   InstrumentLimits limits;
+  std::optional<Source> source;  // where it drives the model
 };
 
 IdentificationTrial tryFit(const Series& series, const JobWindow& window, IdentifyOptions options,
@@ -39,6 +40,7 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
   IdentificationTrial trial;
   options.masked = window.limits.withoutClipped();
   options.voltage_lsb_std = window.limits.voltage_lsb_std;
+  if (options.start != FitStart::kPaper) options.source = window.source;
   trial.model = identify(series, window.range, options);
   trial.message = trial.model->message;
   if (!isUsable(*trial.model)) return trial;
@@ -75,7 +77,7 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
     return result;
   }
   const JobWindow window{*choice.range, recentWindow(job.series, lengthOf(job)), result.max_gap,
-                         instrumentLimits(job.series)};
+                         instrumentLimits(job.series), drivingSource(job.series)};
   static_cast<IdentificationTrial&>(result) =
       tryFit(job.series, window, job.options, job.incumbent);
   if (job.extended_options)

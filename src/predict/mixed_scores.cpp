@@ -80,7 +80,10 @@ ChargeScore scoreCharge(const Series& series, IndexRange range, IndexRange sampl
   };
   ChargeScore score;
   score.time = series.time[samples.first];
-  for (std::size_t k = samples.first; k < samples.last; ++k) score.measured += series.current[k];
+  for (std::size_t k = samples.first; k < samples.last; ++k) {
+    score.measured += series.current[k];
+    score.mean_voltage += series.voltage[k] / static_cast<double>(samples.size());
+  }
   score.measured /= static_cast<double>(samples.size());
   score.predicted = {mean(predicted.current), mean(predicted.current_lower),
                      mean(predicted.current_upper)};

@@ -110,7 +110,7 @@ SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_g
   const SessionEvents of_base = base.follow(sample, max_gap);
   if (!extended) return of_base;
   const SessionEvents of_extended = extended->follow(sample, max_gap);
-  if (!std::isfinite(extended->expectedVoltage())) {
+  if (!std::isfinite(extended->error())) {
     extended.reset();
     contest = {};
     extension_->outcome = "lost: its state was not finite";

@@ -153,21 +153,23 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
   return answer;
 }
 
-MixedPrediction predictMixed(const FittedModel& model, const Series& series, IndexRange range) {
+FollowedPrediction predictMixed(const FittedModel& model, const Series& series, IndexRange range) {
   if (range.empty()) return {};
   const auto [start, first] = startFor(model, series, range);
   const Drive drive = driveOf(start, series, {first, range.last});
   const double own_current = std::pow(start.scores.current_rmse.value_or(0.0), 2);
   const double own_voltage = std::pow(start.scores.rmse, 2);
   Follower follower(start, true);
-  MixedPrediction predicted;
+  FollowedPrediction predicted;
   for (std::size_t n = first; n < range.last; ++n) {
     const FollowedSample at = follower.follow(drive.samples[n - first]);
     if (n < range.first) continue;
     const double half = kNinetyPercent * std::sqrt(at.variance + (at.voltage_drives ? own_current : own_voltage));
     const double half_a = at.voltage_drives ? half : 0.0, half_v = at.voltage_drives ? 0.0 : half;
     predicted.voltage_drives.push_back(at.voltage_drives);
-    append(predicted.voltage, {at.voltage, at.voltage - half_v, at.voltage + half_v});
+    predicted.voltage.push_back(at.voltage);
+    predicted.voltage_lower.push_back(at.voltage - half_v);
+    predicted.voltage_upper.push_back(at.voltage + half_v);
     predicted.equations_voltage.push_back(at.voltage - (at.voltage_drives ? 0.0 : at.learned));
     predicted.current.push_back(at.current);
     predicted.current_lower.push_back(at.current - half_a);

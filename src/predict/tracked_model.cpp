@@ -39,10 +39,10 @@ SessionEvents TrackedModel::follow(const StreamSample& sample, double max_gap) {
   if (!tracker_ || sample.time <= tracker_->state().time) return {};
   SessionEvents events = watch(sample, max_gap);
   tracker_->setScales(crank_scale_, charge_scale_);
-  tracker_->advance(sample.time, sample.current);
-  tracker_->observe(sample.voltage);
-  compared_.push_back({sample.time, sample.voltage, tracker_->expectedVoltage()});
-  while (compared_.front().time < sample.time - kBacktestSpan) compared_.pop_front();
+  tracker_->follow(sample.time, sample.current, sample.voltage);
+  if (!tracker_->last().voltage_drives)
+    compared_.push_back({sample.time, sample.voltage, tracker_->last().voltage});
+  while (!compared_.empty() && compared_.front().time < sample.time - kBacktestSpan) compared_.pop_front();
   return events;
 }
 
@@ -51,10 +51,16 @@ SessionEvents TrackedModel::watch(const StreamSample& sample, double max_gap) {
   if (const auto crank = crank_watch_.add(sample, *tracker_, max_gap)) {
     events.cranks.push_back(*crank);
     observe(crank_scale_, crank->measured_minimum, crank->expected_minimum);
+    if (model_->source)
+      tracker_->learnFrom(
+          PastCrank{crank->time, crank->current, crank->measured_minimum, crank->modelled_minimum});
   }
   if (const auto charge = charge_watch_.add(sample, *tracker_, max_gap)) {
     events.charges.push_back(*charge);
     observe(charge_scale_, charge->measured_current, charge->expected_current);
+    if (model_->source)
+      tracker_->learnFrom(PastCharge{charge->time, charge->duration, charge->mean_voltage,
+                                     charge->measured_current, charge->modelled_current});
   }
   return events;
 }

@@ -95,6 +95,77 @@ YAML::Node errorsNode(const FittedModel& model) {
   return node;
 }
 
+YAML::Node flow(const std::vector<double>& values) {
+  YAML::Node node(YAML::NodeType::Sequence);
+  for (const double value : values) node.push_back(value);
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  return node;
+}
+
+YAML::Node sourceNode(const SourceRule& rule) {
+  YAML::Node node;
+  node["least_current_a"] = rule.least_current;
+  node["charge_begins"] = rule.charge_begins == Imposed::kVoltage ? "voltage" : "current";
+  node["current_noise_a"] = rule.current_noise;
+  node["voltage_noise_v"] = rule.voltage_noise;
+  if (rule.resistance) node["resistance_ohm"] = *rule.resistance;
+  node["max_gap_s"] = rule.max_gap;
+  return node;
+}
+
+/// Written as rows of numbers; what each one is stands in docs/model.md.
+YAML::Node naiveNode(const NaivePredictor& naive) {
+  YAML::Node node(YAML::NodeType::Map);
+  const auto line = [](const NaiveLine& l) {
+    return flow({l.intercept, l.slope, l.std, l.lower_error, l.upper_error, static_cast<double>(l.samples)});
+  };
+  const auto history = [](const NaiveHistory& h) {
+    return flow({h.median, h.last, h.lower_error, h.upper_error, static_cast<double>(h.events)});
+  };
+  if (naive.current_from_voltage) node["current_from_voltage"] = line(*naive.current_from_voltage);
+  if (naive.voltage_from_current) node["voltage_from_current"] = line(*naive.voltage_from_current);
+  if (naive.phase) {
+    const NaivePhase& p = *naive.phase;
+    node["phase"]["current_a"] = flow(p.current);
+    node["phase"]["step_s"] = p.step;
+    node["phase"]["errors"] = flow({p.std, p.lower_error, p.upper_error, static_cast<double>(p.charges)});
+  }
+  if (naive.cranks) {
+    const NaiveCranks& c = *naive.cranks;
+    node["cranks"] = flow({c.last.current, c.last.minimum, c.median.current, c.median.minimum, c.intercept, c.slope,
+                           c.lower_error, c.upper_error, static_cast<double>(c.events)});
+  }
+  if (naive.charge_10s) node["charge_10s"] = history(*naive.charge_10s);
+  if (naive.charge_60s) node["charge_60s"] = history(*naive.charge_60s);
+  return node;
+}
+
+YAML::Node experienceNode(const Experience& experience) {
+  YAML::Node node(YAML::NodeType::Map);
+  for (const PastCrank& c : experience.cranks)
+    node["cranks"].push_back(flow({c.time, c.current, c.minimum, c.modelled}));
+  for (const PastCharge& c : experience.charges)
+    node["charges"].push_back(flow({c.time, c.duration, c.voltage, c.measured, c.modelled}));
+  return node;
+}
+
+std::vector<double> numbersOf(const Eigen::VectorXd& values) {
+  return {values.data(), values.data() + values.size()};
+}
+
+YAML::Node ridgeNode(const RidgeFit& fit) {
+  YAML::Node node;
+  node["centre"] = flow(numbersOf(fit.centre));
+  node["scale"] = flow(numbersOf(fit.scale));
+  node["weight"] = flow(numbersOf(fit.weight));
+  node["lower"] = flow(numbersOf(fit.lower));
+  node["upper"] = flow(numbersOf(fit.upper));
+  node["constant"] = fit.constant;
+  node["penalty"] = fit.penalty;
+  node["gain"] = fit.gain;
+  return node;
+}
+
 YAML::Node windowNode(const FittedModel& model) {
   YAML::Node node;
   node["from_s"] = model.window.from;
@@ -120,6 +191,7 @@ YAML::Node fitNode(const FittedModel& model) {
   node["iterations"] = model.iterations;
   node["q_dyn_percent"] = model.scores.q_dyn_percent;
   node["rmse_v"] = model.scores.rmse;
+  if (model.scores.current_rmse) node["current_rmse_a"] = *model.scores.current_rmse;
   node["crank_error_v"] = model.scores.crank_error_std;
   node["cranks"] = model.scores.cranks;
   node["residual_correlation_time_s"] = model.scores.residual_correlation_time;
@@ -312,11 +384,146 @@ void readFit(const Reader& root, FittedModel& model) {
   model.iterations = fit.get<int>("iterations", "a whole number");
   model.scores.q_dyn_percent = fit.number("q_dyn_percent");
   model.scores.rmse = fit.number("rmse_v");
+  if (fit.has("current_rmse_a")) model.scores.current_rmse = fit.number("current_rmse_a");
   model.scores.crank_error_std = fit.number("crank_error_v");
   model.scores.cranks = fit.get<int>("cranks", "a whole number");
   model.scores.residual_correlation_time = fit.number("residual_correlation_time_s");
   model.suitability = fit.number("suitability");
   model.fit_ms = fit.number("fit_ms");
+}
+
+std::vector<double> numbersOf(const Reader& node, const std::string& key, std::size_t count) {
+  const std::string expected = std::to_string(count) + " numbers";
+  const auto values = node.get<std::vector<double>>(key, expected.c_str());
+  if (values.size() != count) node.fail(key, "has " + std::to_string(values.size()) + " numbers, expected " + std::to_string(count));
+  for (const double value : values)
+    if (!std::isfinite(value)) node.fail(key, "holds a number that is not finite");
+  return values;
+}
+
+std::vector<std::vector<double>> rowsOf(const Reader& node, const std::string& key, std::size_t count) {
+  if (!node.has(key)) return {};
+  const std::string expected = "rows of " + std::to_string(count) + " numbers";
+  const auto rows = node.get<std::vector<std::vector<double>>>(key, expected.c_str());
+  for (const auto& row : rows)
+    if (row.size() != count) node.fail(key, "must be " + expected);
+  return rows;
+}
+
+void readNaive(const Reader& root, FittedModel& model) {
+  if (!root.has("naive")) return;
+  const Reader node = root.at("naive");
+  const auto line = [&](const char* key) -> std::optional<NaiveLine> {
+    if (!node.has(key)) return std::nullopt;
+    const auto x = numbersOf(node, key, 6);
+    return NaiveLine{x[0], x[1], x[2], x[3], x[4], static_cast<std::size_t>(x[5])};
+  };
+  const auto history = [&](const char* key) -> std::optional<NaiveHistory> {
+    if (!node.has(key)) return std::nullopt;
+    const auto x = numbersOf(node, key, 5);
+    NaiveHistory h;
+    h.median = x[0];
+    h.last = x[1];
+    h.lower_error = x[2];
+    h.upper_error = x[3];
+    h.events = static_cast<std::size_t>(x[4]);
+    return h;
+  };
+  model.naive.current_from_voltage = line("current_from_voltage");
+  model.naive.voltage_from_current = line("voltage_from_current");
+  model.naive.charge_10s = history("charge_10s");
+  model.naive.charge_60s = history("charge_60s");
+  if (node.has("phase")) {
+    const Reader phase = node.at("phase");
+    NaivePhase p;
+    p.current = phase.get<std::vector<double>>("current_a", "numbers");
+    p.step = phase.number("step_s");
+    const auto errors = numbersOf(phase, "errors", 4);
+    p.std = errors[0];
+    p.lower_error = errors[1];
+    p.upper_error = errors[2];
+    p.charges = static_cast<std::size_t>(errors[3]);
+    if (p.current.empty() || !(p.step > 0.0)) phase.fail("current_a", "must not be empty, step_s above 0");
+    model.naive.phase = p;
+  }
+  if (node.has("cranks")) {
+    const auto x = numbersOf(node, "cranks", 9);
+    NaiveCranks c;
+    c.last = {x[0], x[1]};
+    c.median = {x[2], x[3]};
+    c.intercept = x[4];
+    c.slope = x[5];
+    c.lower_error = x[6];
+    c.upper_error = x[7];
+    c.events = static_cast<std::size_t>(x[8]);
+    model.naive.cranks = c;
+  }
+}
+
+void readSource(const Reader& root, FittedModel& model) {
+  if (!root.has("source")) return;
+  const Reader node = root.at("source");
+  SourceRule rule;
+  rule.present = true;
+  rule.least_current = node.number("least_current_a");
+  const std::string begins = node.text("charge_begins");
+  if (begins != "voltage" && begins != "current")
+    node.fail("charge_begins", "is \"" + begins + "\", expected voltage or current");
+  rule.charge_begins = begins == "voltage" ? Imposed::kVoltage : Imposed::kCurrent;
+  rule.current_noise = node.number("current_noise_a");
+  rule.voltage_noise = node.number("voltage_noise_v");
+  if (node.has("resistance_ohm")) rule.resistance = node.number("resistance_ohm");
+  rule.max_gap = node.number("max_gap_s");
+  try {
+    SourceWatch sound(rule);
+  } catch (const std::invalid_argument& error) {
+    node.fail("least_current_a", std::string("and its neighbours cannot be used: ") + error.what());
+  }
+  model.source = rule;
+}
+
+void readExperience(const Reader& root, FittedModel& model) {
+  if (!root.has("experience")) return;
+  const Reader node = root.at("experience");
+  for (const auto& x : rowsOf(node, "cranks", 4)) model.experience.add(PastCrank{x[0], x[1], x[2], x[3]});
+  for (const auto& x : rowsOf(node, "charges", 5))
+    model.experience.add(PastCharge{x[0], x[1], x[2], x[3], x[4]});
+}
+
+RidgeFit ridgeOf(const Reader& node) {
+  const auto take = [&](const char* key) {
+    const auto x = node.get<std::vector<double>>(key, "numbers");
+    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size())));
+  };
+  RidgeFit fit;
+  fit.centre = take("centre");
+  fit.scale = take("scale");
+  fit.weight = take("weight");
+  fit.lower = take("lower");
+  fit.upper = take("upper");
+  fit.constant = node.number("constant");
+  fit.penalty = node.number("penalty");
+  fit.gain = node.number("gain");
+  const bool fits = fit.centre.size() == fit.weight.size() && fit.scale.size() == fit.weight.size() &&
+                    fit.lower.size() == fit.upper.size() &&
+                    (fit.lower.size() == 0 || fit.lower.size() == fit.weight.size());
+  if (!fits || !fit.weight.allFinite()) node.fail("weight", "and its neighbours must be as many finite numbers");
+  return fit;
+}
+
+void readLearned(const Reader& root, FittedModel& model) {
+  if (root.at("state").has("memory"))
+    model.state.memory = DriveMemory::fromNumbers(numbersOf(root.at("state"), "memory", DriveMemory::kNumbers));
+  if (!root.has("learned")) return;
+  const Reader node = root.at("learned");
+  const auto read = [&](const char* key, Eigen::Index columns, RidgeFit& fit) {
+    if (!node.has(key)) return;
+    fit = ridgeOf(node.at(key));
+    if (fit.weight.size() != columns)
+      node.at(key).fail("weight", "has " + std::to_string(fit.weight.size()) + " numbers, expected " + std::to_string(columns));
+  };
+  read("current", DriveMemory::kCurrentColumns, model.learned.current);
+  read("voltage", DriveMemory::kVoltageColumns, model.learned.voltage);
 }
 
 }  // namespace
@@ -339,6 +546,12 @@ std::string modelYaml(const FittedModel& model) {
   root["errors"] = errorsNode(model);
   root["window"] = windowNode(model);
   root["fit"] = fitNode(model);
+  root["naive"] = naiveNode(model.naive);
+  if (model.source) root["source"] = sourceNode(*model.source);
+  root["experience"] = experienceNode(model.experience);
+  if (!model.learned.current.empty()) root["learned"]["current"] = ridgeNode(model.learned.current);
+  if (!model.learned.voltage.empty()) root["learned"]["voltage"] = ridgeNode(model.learned.voltage);
+  if (model.state.memory.begun) root["state"]["memory"] = flow(model.state.memory.numbers());
 
   YAML::Emitter out;
   out.SetDoublePrecision(17);
@@ -371,6 +584,10 @@ FittedModel parseModelYaml(const std::string& text, const std::string& source) {
   readErrors(root, model);
   readWindow(root, model);
   readFit(root, model);
+  readNaive(root, model);
+  readSource(root, model);
+  readExperience(root, model);
+  readLearned(root, model);
   model.recording = root.at("recording").text("name");
   model.recording_hash = root.at("recording").text("hash");
   return model;

@@ -1,8 +1,11 @@
 #include "battery_sof/report/results.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 
+#include "battery_sof/predict/query.hpp"
 #include "battery_sof/report/version.hpp"
 
 namespace battery_sof {
@@ -99,15 +102,83 @@ std::string identifyText(const FittedModel& model) {
   return text;
 }
 
-nlohmann::json predictionJson(const PredictionScores& scores) {
+namespace {
+
+nlohmann::json cranksJson(const std::vector<CrankScore>& scores) {
   nlohmann::json cranks = nlohmann::json::array();
-  for (const auto& crank : scores.cranks)
+  for (const auto& crank : scores)
     cranks.push_back({{"time_s", crank.time},
                       {"current_a", crank.current},
                       {"measured_min_v", crank.measured_minimum},
                       {"predicted_min_v", crank.predicted_minimum.value},
                       {"lower_v", crank.predicted_minimum.lower},
                       {"upper_v", crank.predicted_minimum.upper}});
+  return cranks;
+}
+
+nlohmann::json chargesJson(const std::vector<ChargeScore>& scores, double duration) {
+  nlohmann::json charges = nlohmann::json::array();
+  for (const auto& charge : scores)
+    if (charge.duration == duration)
+      charges.push_back({{"time_s", charge.time},
+                         {"duration_s", charge.duration},
+                         {"measured_a", charge.measured},
+                         {"predicted_a", charge.predicted.value},
+                         {"lower_a", charge.predicted.lower},
+                         {"upper_a", charge.predicted.upper}});
+  return charges;
+}
+
+std::optional<double> medianChargeError(const std::vector<ChargeScore>& charges, double duration) {
+  std::vector<double> errors;
+  for (const auto& charge : charges)
+    if (charge.duration == duration) errors.push_back(std::abs(charge.measured - charge.predicted.value));
+  if (errors.empty()) return std::nullopt;
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return *middle;
+}
+
+nlohmann::json bothWaysJson(const BothWaysScores& scores) {
+  const MixedScores& mixed = scores.mixed;
+  return {{"share_percent", orNull(mixed.share_percent)},
+          {"current_share_percent", orNull(mixed.current_share_percent)},
+          {"voltage_share_percent", orNull(mixed.voltage_share_percent)},
+          {"current_rmse_a", orNull(mixed.current_rmse)},
+          {"charges", chargesJson(mixed.charges, 10.0)},
+          {"charges_60s", chargesJson(mixed.charges, 60.0)},
+          {"cranks", cranksJson(scores.cranks)},
+          {"crank_mae_v", orNull(scores.crank_mean_abs_error)}};
+}
+
+std::string percentOf(const std::optional<double>& share) {
+  return share ? sentence("%.1f %%", *share) : "-";
+}
+std::string amperesOf(const std::optional<double>& current) {
+  return current ? sentence("%.2f A", *current) : "-";
+}
+std::string millivoltsOf(const std::optional<double>& voltage) {
+  return voltage ? sentence("%.0f mV", 1e3 * *voltage) : "-";
+}
+
+/// One line of the comparison with what needs no physics.
+void appendBothWays(std::string& text, const char* name, const BothWaysScores& scores) {
+  const auto& charges = scores.mixed.charges;
+  appendLine(text, "%-9s %9s %9s %9s %10s %10s %10s", name, percentOf(scores.mixed.share_percent).c_str(),
+             percentOf(scores.mixed.current_share_percent).c_str(),
+             percentOf(scores.mixed.voltage_share_percent).c_str(),
+             amperesOf(medianChargeError(charges, 10.0)).c_str(),
+             amperesOf(medianChargeError(charges, 60.0)).c_str(),
+             millivoltsOf(scores.crank_mean_abs_error).c_str());
+}
+
+}  // namespace
+
+nlohmann::json predictionJson(const PredictionReport& report) {
+  const PredictionScores& scores = report.from_current;
+  nlohmann::json naive = bothWaysJson(report.naive);
+  naive["q_dyn_percent"] = report.naive_from_current ? orNull(report.naive_from_current->q_dyn_percent) : nullptr;
+  naive["rmse_v"] = report.naive_from_current ? nlohmann::json(report.naive_from_current->rmse) : nullptr;
   return {{"schema", "battery_sof/prediction/1"},
           {"window", windowJson(scores.window)},
           {"samples", scores.window.samples},
@@ -116,15 +187,29 @@ nlohmann::json predictionJson(const PredictionScores& scores) {
           {"max_abs_v", scores.max_abs},
           {"coverage_90", scores.coverage_90},
           {"crank_mae_v", orNull(scores.crank_mean_abs_error)},
-          {"cranks", cranks}};
+          {"cranks", cranksJson(scores.cranks)},
+          {"mixed", report.both_ways ? bothWaysJson(*report.both_ways) : nlohmann::json(nullptr)},
+          {"naive", naive}};
 }
 
-std::string predictionText(const PredictionScores& scores) {
+std::string predictionText(const PredictionReport& report) {
+  const PredictionScores& scores = report.from_current;
   std::string text;
   appendLine(text, "window    %.2f to %.2f s, %zu samples", scores.window.from, scores.window.to,
              scores.window.samples);
+  if (report.both_ways) {
+    appendLine(text, "driven by the voltage where a source imposes it, by the current elsewhere:");
+    appendLine(text, "%-9s %9s %9s %9s %10s %10s %10s", "", "share", "current", "voltage", "10 s", "60 s", "cranks");
+    appendBothWays(text, "model", *report.both_ways);
+    appendBothWays(text, "naive", report.naive);
+    appendLine(text, "(share of the variation explained; median error of a charge's mean current; mean error of cranks' minima)");
+    appendLine(text, "driven by the current alone:");
+  }
   if (scores.q_dyn_percent)
-    appendLine(text, "Q_dyn     %.1f %%", *scores.q_dyn_percent);
+    appendLine(text, "Q_dyn     %.1f %%%s", *scores.q_dyn_percent,
+               report.naive_from_current && report.naive_from_current->q_dyn_percent
+                   ? sentence("; a straight line of the window %.1f %%", *report.naive_from_current->q_dyn_percent).c_str()
+                   : "");
   else
     appendLine(text, "Q_dyn     undefined: the measured voltage never changes");
   appendLine(text,
@@ -134,8 +219,8 @@ std::string predictionText(const PredictionScores& scores) {
     appendLine(text, "cranks    none");
     return text;
   }
-  appendLine(text, "cranks    %zu, minima missed by %.0f mV on average", scores.cranks.size(),
-             1e3 * scores.crank_mean_abs_error.value_or(0.0));
+  appendLine(text, "cranks    %zu, minima missed by %.0f mV on average; by a straight line %s", scores.cranks.size(),
+             1e3 * scores.crank_mean_abs_error.value_or(0.0), millivoltsOf(report.naive.crank_mean_abs_error).c_str());
   appendLine(text, "%12s %9s %10s %10s %22s", "time [s]", "I [A]", "measured", "predicted",
              "90 % interval [V]");
   for (const auto& c : scores.cranks)

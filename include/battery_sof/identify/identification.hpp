@@ -64,6 +64,14 @@ struct IdentifyOptions {
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
 
 /**
+ * @brief Who imposes what, where that is to drive a fit.
+ *
+ * A source is seen, and samples are a quarter of a second or more apart: then the current between them is not known, and its
+ * error grows in a blocked electrode (docs/decisions/0010-mixed-drive.md). Faster current is as good as exact and drives alone.
+ */
+std::optional<Source> drivingSource(const Series& series);
+
+/**
  * @brief Carries the state of a model forward to the sample at `last` (inclusive), its covariance and discrepancy with it.
  * @param series the recording the model stands in: model.state.time must be the time of one of its samples.
  */

@@ -31,6 +31,7 @@ struct DriveMemory {
   bool begun = false;
 
   static constexpr std::size_t kNumbers = 20;
+  static constexpr Eigen::Index kCurrentColumns = 35, kVoltageColumns = 9;
   std::vector<double> numbers() const;                           ///< for a file: kNumbers of them
   static DriveMemory fromNumbers(const std::vector<double>& x);  ///< @throws std::invalid_argument for another size
 

@@ -38,14 +38,20 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
 /// A model's mean current at a measured voltage, and the measured one.
 struct MeanChargeCurrent {
   Interval current;           ///< [A], with its 90 % interval
+  double modelled = 0.0;      ///< [A], of the model alone, without what past charges taught
   double measured = 0.0;      ///< [A]
   double mean_voltage = 0.0;  ///< [V]
 };
 
 /**
  * @brief What a model expects to flow while the voltage is as measured, by the same means as predictChargeAcceptance().
- * @param series samples after the model's state, not empty; means over at least 0.1 s are taken for a step.
+ *
+ * A model with a source follows the voltage sample by sample (Follower) and is set beside past charges (experiencedCharge()).
+ *
+ * @param series samples after the model's state, not empty; without a source means over at least 0.1 s are taken for a step.
+ * @param missed of the discharge before the charge.
  */
-MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series);
+MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series,
+                                   MissedCrank missed = {});
 
 }  // namespace battery_sof

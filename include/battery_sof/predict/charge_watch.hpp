@@ -15,6 +15,7 @@ struct ChargeComparison {
   double mean_voltage = 0.0;      ///< [V]
   double measured_current = 0.0;  ///< [A], mean
   Interval expected_current;      ///< [A], mean
+  double modelled_current = 0.0;  ///< [A], mean, without what past charges taught
 };
 
 /**
@@ -33,6 +34,7 @@ class ChargeWatch {
 
  private:
   std::optional<FittedModel> model_;  // set from a charge's first sample until it was compared
+  MissedCrank missed_;                // of the discharge before it
   bool charging_ = false;
   Series charge_;
 };

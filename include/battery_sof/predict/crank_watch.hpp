@@ -17,6 +17,7 @@ struct CrankComparison {
   double current = 0.0;           ///< [A], of largest magnitude, negative
   double measured_minimum = 0.0;  ///< [V]
   Interval expected_minimum;      ///< [V], each bound's own minimum over the crank
+  double modelled_minimum = 0.0;  ///< [V], without what past cranks taught
 };
 
 /**

@@ -5,6 +5,7 @@
 
 #include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/predict/answer.hpp"
+#include "battery_sof/predict/mixed_scores.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {
@@ -45,12 +46,10 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
  */
 PredictedVoltage predictSeries(const FittedModel& model, const Series& series, IndexRange range);
 
-/// Both quantities, one of each a sample; the one that drives is as measured and has no width.
-struct MixedPrediction {
-  std::vector<char> voltage_drives;
-  PredictedVoltage voltage;                                   ///< [V]
-  std::vector<double> current, current_lower, current_upper;  ///< [A]
-  std::vector<double> equations_voltage;                      ///< [V], without what was learnt beside the equations
+/// A prediction in the mixed direction with what a crank's correction starts from.
+struct FollowedPrediction : MixedPrediction {
+  std::vector<char> voltage_drives;       ///< one a sample of the range; what drives is as measured and has no width
+  std::vector<double> equations_voltage;  ///< [V], without what was learnt beside the equations
 };
 
 /**
@@ -58,6 +57,6 @@ struct MixedPrediction {
  *
  * Of a range nothing is used but what drives in it. Without a source the current drives throughout.
  */
-MixedPrediction predictMixed(const FittedModel& model, const Series& series, IndexRange range);
+FollowedPrediction predictMixed(const FittedModel& model, const Series& series, IndexRange range);
 
 }  // namespace battery_sof

@@ -32,6 +32,14 @@ class StateTracker {
 
   const ModelState& state() const { return state_; }
 
+  /// What a slow sampling saw of the discharge under way.
+  const MissedCrank& missed() const { return missed_; }
+  /// An event passed: what it teaches goes along with the model.
+  template <typename Event>
+  void learnFrom(const Event& event) {
+    model_.experience.add(event);
+  }
+
   /// The running simulation, for a query to go on from.
   const Simulation& simulation() const { return follower_.simulation(); }
 

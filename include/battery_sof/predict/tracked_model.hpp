@@ -61,9 +61,8 @@ class TrackedModel {
   // These want a model.
   const FittedModel& accepted() const { return *model_; }  ///< as it was installed
   FittedModel now() const { return tracker_->modelNow(); }
-  double expectedVoltage() const {
-    return tracker_->expectedVoltage();
-  }                                                            ///< [V], at the last sample
+  const FollowedSample& last() const { return tracker_->last(); }
+  double error() const { return tracker_->error(); }           ///< [V], see StateTracker::error()
   double stateTime() const { return tracker_->state().time; }  ///< [s]
   /// [s], end of the model's window on the present clock.
   double fittedUntil() const { return fitted_until_; }
