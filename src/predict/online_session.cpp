@@ -51,6 +51,10 @@ std::string listed(const std::vector<std::string>& effects) {
   return text;
 }
 
+std::string inUseSentence(double age) {
+  return sentence("the saved model is in use, %.0f s old", age);
+}
+
 bool hasBothSigns(const Series& series, IndexRange range) {
   const auto [lowest, highest] =
       std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
@@ -144,6 +148,7 @@ std::optional<IdentificationJob> OnlineSession::takeJob() {
 }
 
 bool OnlineSession::isDue() {
+  if (restored_) return false;
   if (!whyNoModel()) return true;
   next_look_ = driving_ + kLookInterval;
   const std::string missing = missingForFirst();
@@ -306,25 +311,45 @@ void OnlineSession::restore(const FittedModel& model) { restored_ = model; }
 
 void OnlineSession::judgeRestored(const StreamSample& first) {
   if (!restored_) return;
-  const FittedModel model = *restored_;
-  restored_.reset();
-  const double ahead = model.state.time - first.time;
-  const double age = first.time - model.window.to;
+  const std::string refusal = refusalOfRestored(first.time);
+  const FittedModel model = *std::exchange(restored_, std::nullopt);
+  last_outcome_ = refusal;
+  if (!refusal.empty()) return;
+  last_outcome_ = inUseSentence(first.time - model.window.to);
+  contenders_.base.setScales(model.crank_scale, model.charge_scale);
+  contenders_.base.install(model, stream_.maxGap());
+  followAgain(model.state.time, stream_.maxGap());
+  next_look_ = driving_ + options_.identify_period;
+}
+
+std::string OnlineSession::refusalOfRestored(double first_time) const {
+  const double ahead = restored_->state.time - first_time;
+  const double age = first_time - restored_->window.to;
   if (ahead > 0.0) {
-    last_outcome_ = sentence(
-        "the saved model was refused: its state is %.1f s ahead of the first sample", ahead);
-  } else if (age > options_.model_max_age) {
-    last_outcome_ = sentence("the saved model was refused: it is %.0f s old, allowed are %.0f s",
-                             age, options_.model_max_age);
-  } else if (!isUsable(model)) {
-    last_outcome_ = "the saved model was refused: its fit is not usable";
-  } else {
-    last_outcome_ = sentence("the saved model is in use, %.0f s old", age);
-    contenders_.base.setScales(model.crank_scale, model.charge_scale);
-    contenders_.base.install(model, stream_.maxGap());
-    followAgain(model.state.time, stream_.maxGap());
-    next_look_ = driving_ + options_.identify_period;
+    return sentence("the saved model was refused: its state is %.1f s ahead of the first sample",
+                    ahead);
   }
+  if (age > options_.model_max_age) {
+    return sentence("the saved model was refused: it is %.0f s old, allowed are %.0f s", age,
+                    options_.model_max_age);
+  }
+  return isUsable(*restored_) ? "" : "the saved model was refused: its fit is not usable";
+}
+
+std::string OnlineSession::whyRestoredWaits() const {
+  const Series& first = stream_.waiting();
+  return first.empty() ? "the saved model waits for the first sample"
+                       : refusalOfRestored(first.time.front());
+}
+
+FittedModel OnlineSession::restoredNow() const {
+  const Series& first = stream_.waiting();
+  TrackedModel model(options_.events);
+  model.setScales(restored_->crank_scale, restored_->charge_scale);
+  model.install(*restored_, stream_.maxGap());
+  for (std::size_t n = 0; n < first.size(); ++n)
+    model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());
+  return model.now();
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -340,9 +365,10 @@ bool OnlineSession::isTooOld(const TrackedModel& model) const {
 }
 
 std::optional<std::string> OnlineSession::whyNoModel() const {
+  const std::string outcome = restored_ ? whyRestoredWaits() : last_outcome_;
+  if (restored_ && outcome.empty()) return std::nullopt;
   if (!inUse().holdsModel()) {
-    return last_outcome_.empty() ? "nothing identified yet"
-                                 : "nothing identified yet: " + last_outcome_;
+    return outcome.empty() ? "nothing identified yet" : "nothing identified yet: " + outcome;
   }
   if (!isTooOld(inUse())) return std::nullopt;
   return sentence("the model is %.0f s old, allowed are %.0f s", *ageOf(inUse()),
@@ -352,7 +378,7 @@ std::optional<std::string> OnlineSession::whyNoModel() const {
 LiveModel OnlineSession::live() const {
   auto reason = whyNoModel();
   if (reason) return LiveModel({}, std::move(reason), options_.capacity);
-  FittedModel now = inUse().now();
+  FittedModel now = restored_ ? restoredNow() : inUse().now();
   const Series& series = stream_.series();
   if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
   return LiveModel(std::move(now), std::nullopt, options_.capacity);
@@ -397,9 +423,15 @@ SessionStatus OnlineSession::status() const {
   status.extension = extensionSentence();
   if (contenders_.extended) status.contest = contenders_.contest.score();
   const auto reason = whyNoModel();
-  if (!newest_) {
+  if (restored_ && !reason) {
+    status.state = SessionState::kReady;
+    status.model_age = stream_.waiting().time.back() - restored_->window.to;
+    status.reason = inUseSentence(*status.model_age);
+    status.suitability = restored_->suitability;
+    status.effects = restored_->effects;
+  } else if (!newest_) {
     status.state = SessionState::kNoSample;
-    status.reason = "no sample yet";
+    status.reason = restored_ ? "no sample yet: " + whyRestoredWaits() : "no sample yet";
   } else if (!reason) {
     status.state = SessionState::kReady;
   } else if (inUse().holdsModel()) {

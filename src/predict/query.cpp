@@ -24,6 +24,10 @@ bool has(const FittedModel& model, const char* id) {
   return std::find(model.effects.begin(), model.effects.end(), id) != model.effects.end();
 }
 
+bool movesOpenCircuitVoltage(const FittedModel& model) {
+  return has(model, "ocv_soc") || has(model, "acid_transport");
+}
+
 bool isDetermined(const FittedModel& model, const char* name) {
   for (const ParameterEstimate& estimate : model.estimates)
     if (estimate.name == name) return estimate.determined;
@@ -81,6 +85,10 @@ std::string faultOf(const CurrentProfile& profile, const char* name) {
   return "";
 }
 
+double chargeHeldFor(const FittedModel& model, double capacity) {
+  return movesOpenCircuitVoltage(model) ? capacity : kConstantCharge * capacity;
+}
+
 std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity) {
   const ExcitedRange& seen = model.excited;
   Reasons reasons;
@@ -96,8 +104,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
     reasons.add(*range.most_voltage > seen.max_voltage + kVoltageReach,
                 sentence("it goes to %.2f V but the window's highest voltage was %.2f V",
                          *range.most_voltage, seen.max_voltage));
-  reasons.add(range.charge_moved > kConstantCharge * capacity && !has(model, "ocv_soc") &&
-                  !has(model, "acid_transport"),
+  reasons.add(range.charge_moved > kConstantCharge * capacity && !movesOpenCircuitVoltage(model),
               sentence("it moves %.2f Ah, more than 1 %% of %g Ah, and the model holds the open-circuit "
                        "voltage constant",
                        range.charge_moved, capacity));

@@ -36,15 +36,21 @@ struct Crossing {
   std::optional<Simulation> standing;     // at holds_at
 };
 
+/// The stop that draws a charge [Ah], at most a day [s].
+double stopThatDraws(double charge, double i_load) {
+  return i_load < 0.0 ? std::min(kLongest, 3600.0 * charge / -i_load) : kLongest;
+}
+
 /// Follows the stop phase and asks for a crank along it.
 class StopScan {
  public:
-  StopScan(const FittedModel& model, const CrankingQuery& crank)
-      : model_(model), crank_(crank), here_(uncertainSimulationOf(model)) {}
+  /// @param longest [s], where the stop phase ends.
+  StopScan(const FittedModel& model, const CrankingQuery& crank, double longest)
+      : model_(model), crank_(crank), longest_(longest), here_(uncertainSimulationOf(model)) {}
 
   void scan() {
     look(0.0);
-    for (double t = kFirst; open() && t < kLongest * kGrowth; t *= kGrowth) look(std::min(t, kLongest));
+    for (double t = kFirst; open() && at_ < longest_; t *= kGrowth) look(std::min(t, longest_));
   }
 
   /// The longest stop of the lower bound, the value and the upper bound, to kResolution or kRelative.
@@ -116,6 +122,7 @@ class StopScan {
 
   const FittedModel& model_;
   const CrankingQuery& crank_;
+  double longest_;
   Simulation here_;
   double at_ = 0.0;
   Crossing crossings_[3];
@@ -125,9 +132,19 @@ class StopScan {
 
 std::string shown(double t_stop) { return std::isinf(t_stop) ? "no end" : sentence("%.1f s", t_stop); }
 
+/// What lies beyond the longest stop that is vouched for.
+std::string beyond(double crossing) {
+  if (crossing == kEver) return "; longer ones are not vouched for";
+  return sentence("; the model puts the end at %.1f s, which is not vouched for", crossing);
+}
+
 std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query, const StopScan& scan) {
   std::string text;
-  if (answer.outcome == StopTimeOutcome::kAlways)
+  if (answer.outcome == StopTimeOutcome::kAtLeast)
+    text = sentence("the crank holds %.2f V after stops up to at least %.1f s, its lower bound up to %s",
+                    query.u_required, answer.t_stop->value, shown(answer.t_stop->lower).c_str()) +
+           beyond(scan.crossing(1));
+  else if (answer.outcome == StopTimeOutcome::kAlways)
     text = sentence("the crank holds %.2f V after every stop up to a day", query.u_required);
   else if (answer.outcome == StopTimeOutcome::kNever)
     text = sentence("the crank does not hold %.2f V even at once", query.u_required);
@@ -145,6 +162,8 @@ std::string describe(StopTimeOutcome outcome) {
   switch (outcome) {
     case StopTimeOutcome::kFinite:
       return "finite";
+    case StopTimeOutcome::kAtLeast:
+      return "at_least";
     case StopTimeOutcome::kAlways:
       return "always";
     case StopTimeOutcome::kNever:
@@ -166,13 +185,19 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
     answer.message = "the model cannot be used: " + model.message;
     return answer;
   }
-  StopScan scan(model, crank);
+  const bool draws = query.i_load < 0.0;
+  const double held_for = chargeHeldFor(model, capacity);
+  const double longest = stopThatDraws(capacity, query.i_load);
+  const double longest_held = draws ? stopThatDraws(held_for, query.i_load) : kEver;
+  StopScan scan(model, crank, longest);
   scan.scan();
-  const double lower = scan.crossing(0), value = scan.crossing(1), upper = scan.crossing(2);
-  answer.t_stop = Interval{value, std::min(lower, value), std::max(upper, value)};
-  answer.outcome = value == 0.0    ? StopTimeOutcome::kNever
-                   : value == kEver ? StopTimeOutcome::kAlways
-                                    : StopTimeOutcome::kFinite;
+  const double crossing = scan.crossing(1), value = std::min(crossing, longest_held);
+  const double upper = std::min(scan.crossing(2), draws ? longest : kEver);
+  answer.t_stop = Interval{value, std::min(scan.crossing(0), value), std::max(upper, value)};
+  answer.outcome = value == 0.0       ? StopTimeOutcome::kNever
+                   : value == kEver   ? StopTimeOutcome::kAlways
+                   : value < crossing ? StopTimeOutcome::kAtLeast
+                                      : StopTimeOutcome::kFinite;
   answer.monotone = scan.monotone();
   answer.message = messageOf(answer, query, scan);
 
@@ -180,7 +205,7 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
   range.least_current = query.i_cranking;
   if (!query.crank.empty())
     range.least_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
-  range.charge_moved = -query.i_load * std::min(value, kLongest) / 3600.0;
+  range.charge_moved = std::min(-query.i_load * std::min(value, kLongest) / 3600.0, held_for);
   range.temperature = query.temperature;
   const std::string reasons = extrapolationOf(model, range, capacity);
   answer.valid = reasons.empty();

@@ -92,8 +92,9 @@ nlohmann::json chargeAcceptanceJson(const ChargeAcceptanceAnswer& answer) {
 std::string stopTimeText(const StopTimeQuery& query, const StopTimeAnswer& answer) {
   std::string text = sentence("question  longest stop at %.1f A, then a crank of %.2f s at %.1f A holds %.2f V\n",
                               query.i_load, query.t_cranking, query.i_cranking, query.u_required);
+  const char* least = answer.outcome == StopTimeOutcome::kAtLeast ? "at least " : "";
   if (answer.t_stop)
-    text += sentence("stop      %s, 90 %% between %s and %s: %s%s\n", seconds(answer.t_stop->value).c_str(),
+    text += sentence("stop      %s%s, 90 %% between %s and %s: %s%s\n", least, seconds(answer.t_stop->value).c_str(),
                      seconds(answer.t_stop->lower).c_str(), seconds(answer.t_stop->upper).c_str(),
                      describe(answer.outcome).c_str(), answer.monotone ? "" : "; the battery recovers at first");
   return text + lastLine(answer);

@@ -71,6 +71,11 @@ class Program:
             self.process.wait()
             raise AssertionError("did not end on an interrupt:\n" + self.text())
 
+    def kill(self):
+        """Ends it without a chance to tidy up."""
+        self.process.kill()
+        self.process.wait()
+
     def text(self):
         self.output.seek(0)
         return self.output.read()

@@ -94,7 +94,7 @@ class OnlineSession {
 
   /**
    * @brief Offers a model from an earlier run. It is judged against the first sample that comes:
-   * refused when that is earlier than the model's state or too late after its window.
+   * refused when that is earlier than the model's state or too late after its window. Else it answers from that sample on.
    */
   void restore(const FittedModel& model);
 
@@ -166,6 +166,12 @@ class OnlineSession {
   SessionEvents followBoth(const StreamSample& sample, double max_gap);
   void followAgain(double after, double max_gap);
   void judgeRestored(const StreamSample& first);
+  /// Why the saved model cannot be used from a first sample on; empty when it can.
+  std::string refusalOfRestored(double first_time) const;
+  /// Why the saved model, not judged for good yet, does not answer; empty when it does.
+  std::string whyRestoredWaits() const;
+  /// The saved model at the newest sample, while the stream still measures its rate.
+  FittedModel restoredNow() const;
   void beginDueExtension();
   bool isDue();
   std::string missingForFirst() const;
@@ -191,7 +197,7 @@ class OnlineSession {
   int epoch_ = 0;
   bool job_is_out_ = false;
 
-  std::optional<FittedModel> restored_;  // waits for the first sample
+  std::optional<FittedModel> restored_;  // waits until the stream knows its rate
   std::optional<Extension> extension_, next_extension_;
   std::string last_outcome_;
 };

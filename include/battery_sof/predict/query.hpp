@@ -33,11 +33,15 @@ struct QueryRange {
   bool charges = false;                  ///< needs r_charge, else r_discharge
 };
 
+/// The most charge that a model's equations hold for [Ah]: all of the capacity where the open-circuit voltage may move
+/// (ocv_soc, acid_transport), else 1 % of it.
+double chargeHeldFor(const FittedModel& model, double capacity);
+
 /**
  * @brief Why a model should not be relied on for a query: what its window did not excite and its equations do not hold.
  *
  * Currents up to 1.25 times, voltages up to 0.3 V above and temperatures within 10 K of the window's; a charge moved of at most
- * 1 % of capacity unless the composition lets the open-circuit voltage move (ocv_soc, acid_transport); for charges beyond
+ * chargeHeldFor(); for charges beyond
  * 10 s a limit of charge acceptance (charge_acceptance) and a charge as long as 10 s in the window (PHYSICS 5.3).
  *
  * More than the capacity is never held.

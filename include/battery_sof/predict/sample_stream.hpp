@@ -56,6 +56,8 @@ class SampleStream {
 
   /// The past, at least `kept` and at most 1.25 times as long.
   const Series& series() const { return series_; }
+  /// Accepted as they came, and waiting for the rate to be known; empty afterwards.
+  const Series& waiting() const { return probe_; }
   StreamCounts counts() const;
 
   /// Longest interval that is joined [s]: gapThreshold() of the measured rate; 5 s before it is

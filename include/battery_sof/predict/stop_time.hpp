@@ -16,18 +16,20 @@ struct StopTimeQuery {
 
 /// What kind of stop time was found.
 enum class StopTimeOutcome {
-  kFinite,  ///< the crank fails after t_stop
-  kAlways,  ///< it holds after every stop up to a day
-  kNever,   ///< it fails even at once
+  kFinite,   ///< the crank fails after t_stop
+  kAtLeast,  ///< it holds after every stop up to t_stop, the longest that the model's equations hold for
+  kAlways,   ///< nothing is drawn (i_load = 0) and it holds after every stop up to a day
+  kNever,    ///< it fails even at once
 };
 
-/// @return "finite", "always" or "never".
+/// @return "finite", "at_least", "always" or "never".
 std::string describe(StopTimeOutcome outcome);
 
 /// The longest stop. t_stop is present unless code is kInvalidQuery or kNoModel.
 struct StopTimeAnswer {
   StopTimeOutcome outcome = StopTimeOutcome::kNever;
   /// [s]; 0 for never, infinite for always. lower: after it the crank's lower bound no longer holds; upper: its upper bound.
+  /// None is infinite where something is drawn, and none of the stops draws more than the capacity.
   std::optional<Interval> t_stop;
   bool monotone = true;  ///< the crank's voltage falls with the length of the stop throughout
   bool valid = false;
@@ -40,9 +42,14 @@ struct StopTimeAnswer {
  *
  *     t_stop = sup { t : u_SOF1(t') >= u_required for all t' <= t }
  *
- * Looked for on stops of 0, 0.5 s and half as much more each up to a day, then by regula falsi to 0.1 s or 1 %. u_SOF1 rises at
- * first when the battery recovers from a heavy discharge: the first crossing counts, and monotone says so. An answer
- * beyond what the model's equations hold (extrapolationOf()) is given with valid = false.
+ * Looked for on stops of 0, 0.5 s and half as much more each, then by regula falsi to 0.1 s or 1 %. u_SOF1 rises at
+ * first when the battery recovers from a heavy discharge: the first crossing counts, and monotone says so.
+ *
+ * A stop is no longer than a day and draws no more than the capacity: t_stop |i_load| <= capacity, the interval's ends
+ * too. Where the crank still holds after the charge that the equations hold for (chargeHeldFor()), t_stop is that stop
+ * and the outcome kAtLeast; the message says what the model puts the end at. valid follows extrapolationOf().
+ *
+ * @param capacity [Ah], nominal, > 0.
  */
 StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query,
                                double capacity = 50.0);

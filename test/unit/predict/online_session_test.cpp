@@ -335,10 +335,32 @@ TEST(OnlineSession, RestoredModelAnswersFromTheFirstSampleOn) {
   OnlineSession session;
   session.restore(*before.model());
   EXPECT_EQ(session.predictCranking(kQuery).code, AnswerCode::kNoModel);
+  EXPECT_THAT(session.predictCranking(kQuery).message, HasSubstr("saved model waits for the first sample"));
+  EXPECT_THAT(session.status().reason, HasSubstr("saved model waits for the first sample"));
   for (int n = 0; n < 200; ++n) session.push(drive.next());
   EXPECT_EQ(session.status().state, SessionState::kReady);
   EXPECT_NEAR(session.predictCranking(kQuery).u_min->value,
               before.predictCranking(kQuery).u_min->value, 0.2);
+}
+
+TEST(OnlineSession, RestoredModelAnswersWhileTheRateIsStillMeasured) {
+  OnlineSession before;
+  Feeder feeder(before);
+  Drive drive(0.01);
+  feeder.drive(drive, 26000);
+  OnlineSession session;
+  session.restore(*before.model());
+  for (int n = 0; n < 150; ++n) {
+    const RawSample next = drive.next();
+    before.push(next);
+    session.push(next);
+    EXPECT_FALSE(session.takeDueJob()) << n;
+    EXPECT_FALSE(session.whyNoModel()) << n;
+    EXPECT_EQ(session.status().state, SessionState::kReady) << n;
+    EXPECT_THAT(session.status().reason, HasSubstr("the saved model is in use")) << n;
+    EXPECT_NEAR(session.predictCranking(kQuery).u_min->value, before.predictCranking(kQuery).u_min->value, 1e-6)
+        << n;
+  }
 }
 
 TEST(OnlineSession, RestoredModelOfAnotherClockOrTooOldIsRefusedWithTheReason) {
@@ -350,6 +372,8 @@ TEST(OnlineSession, RestoredModelOfAnotherClockOrTooOldIsRefusedWithTheReason) {
     OnlineSession session;
     session.restore(*before.model());
     Drive other(0.01, start);
+    session.push(other.next());
+    EXPECT_THAT(session.predictCranking(kQuery).message, HasSubstr("the saved model was refused"));
     for (int n = 0; n < 200; ++n) session.push(other.next());
     EXPECT_EQ(session.status().state, SessionState::kCollecting);
     return session.predictCranking(kQuery).message;

@@ -105,7 +105,7 @@ TEST(PredictStopTime, IsNotMonotoneWhileTheBatteryRecoversAndTheFirstCrossingCou
   const double at_once = predictCranking(model, crankAfter(usualQuery(0.0), 0.0)).u_min->value;
   const StopTimeAnswer holds_now = predictStopTime(model, usualQuery(at_once - 0.01));
   EXPECT_FALSE(holds_now.monotone);
-  EXPECT_EQ(holds_now.outcome, StopTimeOutcome::kAlways) << holds_now.message;
+  EXPECT_EQ(holds_now.outcome, StopTimeOutcome::kAtLeast) << holds_now.message;
 
   const StopTimeAnswer fails_now = predictStopTime(model, usualQuery(at_once + 0.01));
   EXPECT_EQ(fails_now.outcome, StopTimeOutcome::kNever);
@@ -126,13 +126,63 @@ TEST(PredictStopTime, IntervalEndsWhereTheCranksBoundsStopToHold) {
   EXPECT_NEAR(predictCranking(model, crankAfter(query, t.upper)).u_min->upper, query.u_required, 2e-3);
 }
 
-TEST(PredictStopTime, BeyondTheChargeTheModelHoldsIsNotValid) {
-  const StopTimeAnswer answer = predictStopTime(knownModel(), usualQuery(7.2));
-  EXPECT_EQ(answer.outcome, StopTimeOutcome::kAlways);
-  EXPECT_EQ(answer.code, AnswerCode::kExtrapolation);
-  EXPECT_TRUE(holds(answer.message, "1 %")) << answer.message;
-  EXPECT_TRUE(holds(predictStopTime(knownModel({"acid_transport"}), usualQuery(0.1)).message,
-                    "more than the battery's"));
+TEST(PredictStopTime, IsAtLeastTheStopThatDrawsOnePercentOfTheCapacity) {
+  const StopTimeAnswer answer = predictStopTime(knownModel(), usualQuery(7.2), 50.0);
+  EXPECT_EQ(answer.outcome, StopTimeOutcome::kAtLeast);
+  EXPECT_NEAR(answer.t_stop->value, 72.0, 1e-9) << "0.5 Ah at 25 A";
+  EXPECT_NEAR(answer.t_stop->upper, 7200.0, 1e-9) << "50 Ah at 25 A";
+  EXPECT_EQ(answer.t_stop->lower, answer.t_stop->value);
+  EXPECT_TRUE(answer.valid) << answer.message;
+  EXPECT_TRUE(holds(answer.message, "at least 72.0 s")) << answer.message;
+}
+
+TEST(PredictStopTime, IsAtMostTheCapacityWhereTheOpenCircuitVoltageMoves) {
+  for (const char* effect : {"ocv_soc", "acid_transport"}) {
+    const StopTimeAnswer answer = predictStopTime(knownModel({effect}), usualQuery(0.1), 50.0);
+    EXPECT_EQ(answer.outcome, StopTimeOutcome::kAtLeast) << effect;
+    EXPECT_NEAR(answer.t_stop->value, 7200.0, 1e-9) << effect;
+    EXPECT_TRUE(answer.valid) << answer.message;
+  }
+}
+
+TEST(PredictStopTime, ACrossingBeyondTheChargeTheModelHoldsIsOnlySaid) {
+  const FittedModel model = knownModel();
+  StopTimeQuery query = usualQuery(0.0);
+  query.u_required = predictCranking(model, crankAfter(query, 40.0)).u_min->value;
+  const StopTimeAnswer answer = predictStopTime(model, query, 10.0);
+  EXPECT_EQ(answer.outcome, StopTimeOutcome::kAtLeast);
+  EXPECT_NEAR(answer.t_stop->value, 14.4, 1e-9) << "0.1 Ah at 25 A";
+  EXPECT_NEAR(answer.t_stop->upper, 40.0, 0.5);
+  EXPECT_TRUE(holds(answer.message, "puts the end at 4") || holds(answer.message, "puts the end at 39"))
+      << answer.message;
+}
+
+TEST(PredictStopTime, IsAtLeastADayWhereADayDrawsLess) {
+  StopTimeQuery query = usualQuery(7.2);
+  query.i_load = -0.01;
+  const StopTimeAnswer answer = predictStopTime(knownModel(), query, 50.0);
+  EXPECT_EQ(answer.outcome, StopTimeOutcome::kAtLeast);
+  EXPECT_EQ(answer.t_stop->value, 86400.0);
+  EXPECT_TRUE(answer.valid) << answer.message;
+}
+
+TEST(PredictStopTime, NeverDrawsMoreThanTheBatteryHolds) {
+  constexpr double kRounding = 1e-9;  // [Ah]
+  for (const auto& effects : {std::vector<std::string>{}, std::vector<std::string>{"acid_transport"},
+                              std::vector<std::string>{"ocv_soc"}, std::vector<std::string>{"self_heating", "cpe2"}})
+    for (const double capacity : {0.5, 50.0, 200.0})
+      for (const double i_load : {-1e-3, -0.5, -5.0, -20.0, -75.0, -400.0, -5000.0})
+        for (const double u_required : {0.1, 7.2, 10.5, 11.3, 11.45, 12.6}) {
+          StopTimeQuery query = usualQuery(u_required);
+          query.i_load = i_load;
+          const StopTimeAnswer answer = predictStopTime(uncertainModel(0.002, effects), query, capacity);
+          ASSERT_TRUE(answer.t_stop) << answer.message;
+          EXPECT_NE(answer.outcome, StopTimeOutcome::kAlways) << i_load;
+          EXPECT_LE(answer.t_stop->lower, answer.t_stop->value);
+          EXPECT_LE(answer.t_stop->value, answer.t_stop->upper);
+          EXPECT_LE(-i_load * answer.t_stop->upper / 3600.0, capacity + kRounding)
+              << i_load << " A, " << capacity << " Ah: " << answer.message;
+        }
 }
 
 TEST(PredictStopTime, RefusesImpossibleQueriesAndNamesWhatWasExpected) {

@@ -100,6 +100,8 @@ TEST(StopTimeText, SaysWhatWasAskedAndFound) {
   query.u_required = 7.2;
   const std::string text = stopTimeText(query, answered(StopTimeOutcome::kFinite, {30.0, 20.0, kEver}));
   EXPECT_TRUE(holds(text, "7.20 V") && holds(text, "30.0 s, 90 % between 20.0 s and no end: finite")) << text;
+  const std::string least = stopTimeText(query, answered(StopTimeOutcome::kAtLeast, {72.0, 60.0, 7200.0}));
+  EXPECT_TRUE(holds(least, "at least 72.0 s, 90 % between 60.0 s and 7200.0 s: at_least")) << least;
 }
 
 }  // namespace

@@ -77,6 +77,11 @@ TEST(ResponseOf, AnEndlessStopIsInfiniteAndAnAbsentOneNan) {
   EXPECT_TRUE(std::isinf(responseOf(always).t_stop));
   EXPECT_EQ(responseOf(always).lower, 40.0);
   EXPECT_EQ(responseOf(always).outcome, "always");
+  StopTimeAnswer least;
+  least.outcome = StopTimeOutcome::kAtLeast;
+  least.t_stop = Interval{72.0, 72.0, 7200.0};
+  EXPECT_EQ(responseOf(least).outcome, "at_least");
+  EXPECT_EQ(responseOf(least).t_stop, 72.0);
   StopTimeAnswer none;
   none.code = AnswerCode::kNoModel;
   EXPECT_TRUE(std::isnan(responseOf(none).t_stop));
