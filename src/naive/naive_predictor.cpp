@@ -79,6 +79,8 @@ std::optional<NaiveLine> lineThrough(const Points& points) {
   line.samples = points.x.size();
   line.slope = squares > 0.0 ? products / squares : 0.0;
   line.intercept = y - line.slope * x;
+  line.centre = x;
+  line.spread = std::sqrt(squares / static_cast<double>(points.x.size()));
   std::vector<double> errors;
   for (std::size_t k = 0; k < points.x.size(); ++k)
     errors.push_back(points.y[k] - line.at(points.x[k]));
@@ -187,7 +189,8 @@ std::optional<NaiveCranks> naiveCranks(const std::vector<NaiveCrank>& cranks,
   naive.events = cranks.size();
   naive.last = cranks.back();
   naive.median = {quantile(currents, 0.5), quantile(minima, 0.5)};
-  const NaiveLine level{naive.median.minimum, 0.0, 0.0, 0.0, 0.0, 0};
+  NaiveLine level;
+  level.intercept = naive.median.minimum;
   const NaiveLine& known = line ? *line : level;
   naive.slope = known.slope;
   naive.intercept = known.intercept + beyondLine(cranks, cranks.size(), known);
@@ -234,7 +237,10 @@ double meanOverPhase(const NaivePhase& phase, double duration, double beyond) {
 }  // namespace
 
 NaiveInterval NaiveLine::around(double x) const {
-  return {at(x), at(x) + lower_error, at(x) + upper_error};
+  const double distance = spread > 0.0 ? (x - centre) / spread : 0.0;
+  const double wider =
+      std::sqrt(1.0 + distance * distance / static_cast<double>(std::max<std::size_t>(samples, 1)));
+  return {at(x), at(x) + wider * lower_error, at(x) + wider * upper_error};
 }
 
 NaivePredictor fitNaive(const Series& series, IndexRange window,

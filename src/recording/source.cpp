@@ -14,6 +14,7 @@ namespace battery_sof {
 namespace {
 
 constexpr double kBeta = 35.0;               // [1/V], start-stop cars' batteries: 22 to 56
+constexpr double kHelpShare = 0.2;           // of the largest twentieth; beyond it engines stand
 constexpr double kClearlyCurrent = 3.0;      // sigma_i
 constexpr double kLeastChargeShare = 0.01;   // of all charge that flows
 constexpr double kBand = 8.0;                // sigma, range of a thousand samples of noise
@@ -123,6 +124,16 @@ bool holdsVoltageInDischarge(const Series& series, const SourceRule& rule, doubl
   const double unexplained = light.voltage / light.current - light.slope() * light.slope();
   const double error = std::sqrt(std::max(0.0, unexplained) / static_cast<double>(light.count));
   return std::abs(light.slope()) + 2.0 * error < kHeldShare * heavy.slope();
+}
+
+/// Where a source imposes the voltage the battery may help it out; how far grows with what the
+/// battery carries.
+double helpedOutAbove(const Series& series, const SourceRule& rule) {
+  const double half_crank = 0.5 * EventLimits{}.crank_current;
+  if (holdsVoltageInDischarge(series, rule, half_crank)) return half_crank;
+  std::vector<double> sizes;
+  for (const double current : series.current) sizes.push_back(std::abs(current));
+  return std::min(rule.least_current, -kHelpShare * quantile(std::move(sizes), 0.95));
 }
 
 bool followsCurrent(const Series& series, const SourceRule& rule) {
@@ -368,19 +379,18 @@ bool SourceWatch::add(double time, double current, double voltage) {
 Source findSource(const Series& series) {
   Source source;
   source.imposes_voltage.assign(series.size(), 0);
-  source.rule = instrumentOf(series);
-  source.seen = source.rule.present = chargeShare(series, source.rule) >= kLeastChargeShare;
+  SourceRule& rule = source.rule;
+  rule = instrumentOf(series);
+  source.seen = rule.present = chargeShare(series, rule) >= kLeastChargeShare;
+  if (source.seen) rule.least_current = wellPosedAbove(series, rule);
+  Judged judged = judgeAll(series, rule);
   if (source.seen) {
-    source.rule.least_current = wellPosedAbove(series, source.rule);
-    const double half_crank = 0.5 * EventLimits{}.crank_current;
-    if (holdsVoltageInDischarge(series, source.rule, half_crank))
-      source.rule.least_current = half_crank;
-  }
-  Judged judged = judgeAll(series, source.rule);
-  const bool constant = judged.charges > 0 && 2 * judged.constant_charges >= judged.charges;
-  if (source.seen && (constant || followsCurrent(series, source.rule))) {
-    source.rule.charge_begins = Imposed::kCurrent;
-    judged = judgeAll(series, source.rule);
+    const bool constant = judged.charges > 0 && 2 * judged.constant_charges >= judged.charges;
+    if (constant || followsCurrent(series, rule))
+      rule.charge_begins = Imposed::kCurrent;
+    else
+      rule.least_current = helpedOutAbove(series, rule);
+    judged = judgeAll(series, rule);
   }
   std::size_t imposed = 0;
   for (std::size_t k = 0; k < series.size(); ++k) {

@@ -21,8 +21,14 @@ struct NaiveLine {
   double std = 0.0;          ///< of the residuals
   double lower_error = 0.0;  ///< 5 % quantile of measured - predicted
   double upper_error = 0.0;  ///< 95 % quantile
+  double centre = 0.0;       ///< mean of x
+  double spread = 0.0;       ///< standard deviation of x; 0 of a level line
   std::size_t samples = 0;
   double at(double x) const { return intercept + slope * x; }
+
+  /// Bounds lower_error and upper_error, times sqrt(1 + (x - centre)^2 / (samples spread^2)): far
+  /// from the samples the slope's own error counts (as if errors were independent; they are not, so
+  /// these bounds are still narrow there).
   NaiveInterval around(double x) const;
 };
 

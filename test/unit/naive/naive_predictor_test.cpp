@@ -191,6 +191,18 @@ TEST(NaiveCrankMinimum, WithoutCranksIsTheLoadsLine) {
   EXPECT_NEAR(naiveCrankMinimum(naive, -20.0)->value, 12.38, 1e-9);
 }
 
+TEST(NaiveCrankMinimum, FromLightLoadsAloneIsWiderThanALightLoad) {
+  Driven driven;
+  test::Random random(2);
+  for (int k = 0; k < 60; ++k) {
+    const double current = random.uniform(-20.0, -5.0);
+    driven.add(1.0, current, 12.5 + 0.006 * current + 0.02 * random.normal(), false);
+  }
+  const NaivePredictor naive = fitNaive(driven.series, driven.all(), driven.imposes_voltage);
+  const auto light = naiveCrankMinimum(naive, -12.0), crank = naiveCrankMinimum(naive, -300.0);
+  EXPECT_GT(crank->upper - crank->lower, 4.0 * (light->upper - light->lower));
+}
+
 TEST(NaiveChargeCurrent, IsTheMeanOfPastChargesOverTheDuration) {
   const Driven driven = drive(5, 1.0);
   const NaivePredictor naive = fitNaive(driven.series, driven.all(), driven.imposes_voltage);
