@@ -38,6 +38,15 @@ double meanInterval(const Drive& drive) {
   return count > 1.0 ? span / (count - 1.0) : 0.0;
 }
 
+/// Weighs a row (Jacobian, residual last, in sigmas) as rho asks for. @return rho(z) less the square that is then summed.
+template <typename Row>
+double makeRobust(Row& row, double k) {
+  const double z = row[row.size() - 1] / k;
+  const double root = std::sqrt(1.0 + z * z);
+  row *= 1.0 / std::sqrt(root);
+  return 2.0 * k * k * (root - 1.0) - k * k * z * z / root;
+}
+
 /// d error / d lane of Simulation::follow().
 Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxLanes> errorDerivatives(
     const Simulation& simulation, const DriveSample& sample) {
@@ -180,6 +189,7 @@ bool CompositionProblem::evaluate(const Eigen::VectorXd& x, NormalEquations& equ
   Eigen::MatrixXd rows(n + 1, kRows);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(n + 1, n + 1);
   Eigen::Index filled = 0;
+  double robust_excess = 0.0;
   const auto flush = [&] {
     sums.selfadjointView<Eigen::Lower>().rankUpdate(rows.leftCols(filled));
     filled = 0;
@@ -195,12 +205,13 @@ bool CompositionProblem::evaluate(const Eigen::VectorXd& x, NormalEquations& equ
       whitening_->apply(k, row, memory);
     else
       row *= std::sqrt(weightOf(k));
+    if (cost_.channels) robust_excess += makeRobust(row, cost_.channels->robust);
     if (sample.count > 0.0) rows.col(filled++) = row.matrix().transpose();
     if (filled == kRows) flush();
   }
   flush();
   sums.triangularView<Eigen::StrictlyUpper>() = sums.transpose();
-  equations.cost = sums(n, n);
+  equations.cost = sums(n, n) + robust_excess;
   equations.gradient = sums.col(n).head(n);
   equations.hessian = sums.topLeftCorner(n, n);
   if (cost_.priors) addPriors(x, equations);

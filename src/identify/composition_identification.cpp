@@ -262,22 +262,28 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
 
 }  // namespace
 
-bool drivesBothWays(const Drive& drive) {
-  return std::any_of(drive.samples.begin(), drive.samples.end(),
-                     [](const DriveSample& sample) { return sample.voltage_drives; });
+namespace {
+
+FittedModel identifyBothWays(const BatteryModel& model, const Series& series, IndexRange range,
+                             const IdentifyOptions& options, const BaseFit& base) {
+  const Series sound = repaired(series, options.source->repair);
+  std::vector<char> masked = options.source->repair.dropped;
+  for (std::size_t n = 0; n < options.masked.size(); ++n) masked[n] = masked[n] || options.masked[n];
+  const Drive drive = fullDrive(sound, range, masked, options.source->imposes_voltage);
+  FittedModel found =
+      completed(model, {sound, range, drive, drive}, options, searchBothWays(model, drive, options, base));
+  found.voltage_lag = options.source->repair.lag;
+  learnFromWindow(found, sound, range, drive, *options.source);
+  return found;
 }
+
+}  // namespace
 
 FittedModel identifyComposition(const Series& series, IndexRange range,
                                 const IdentifyOptions& options, const BaseFit& base) {
   const BatteryModel model(options.effects);
-  const Drive full = fullDrive(series, range, options.masked,
-                               options.source ? options.source->imposes_voltage : std::vector<char>());
-  if (drivesBothWays(full)) {
-    FittedModel found =
-        completed(model, {series, range, full, full}, options, searchBothWays(model, full, options, base));
-    learnFromWindow(found, series, range, full, *options.source);
-    return found;
-  }
+  if (options.source) return identifyBothWays(model, series, range, options, base);
+  const Drive full = fullDrive(series, range, options.masked);
   const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
   const Drive& drive = range.size() > kCompressFrom ? compressed : full;
   Fitted fitted = search(model, drive, options, base);

@@ -1,5 +1,9 @@
 #include "battery_sof/identify/follower.hpp"
 
+#include <algorithm>
+
+#include "battery_sof/recording/voltage_repair.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -29,6 +33,8 @@ FollowedSample Follower::follow(const DriveSample& sample) {
   out.columns = memory_.advance({sample.step.duration, sample.voltage_drives, out.voltage, out.current});
   const RidgeFit& fit = sample.voltage_drives ? learned_.current : learned_.voltage;
   out.learned = fit.at(out.columns);
+  if (sample.voltage_drives && !fit.empty())
+    out.learned = std::clamp(out.current + out.learned, learned_.least_current, learned_.most_current) - out.current;
   (sample.voltage_drives ? out.current : out.voltage) += out.learned;
   return out;
 }
@@ -41,7 +47,10 @@ Drive driveOf(const FittedModel& model, const Series& series, IndexRange range) 
   std::size_t n = range.first;
   while (n > 0 && series.time[range.first] - series.time[n - 1] < kLookBack) --n;
   for (; n < range.last; ++n) imposed[n] = watch.add(series.time[n], series.current[n], series.voltage[n]);
-  return fullDrive(series, range, {}, imposed);
+  VoltageRepair repair;
+  repair.lag = model.voltage_lag;
+  for (std::size_t k = 0; k < series.size(); ++k) repair.dropped.push_back(isDropOut(series, k));
+  return fullDrive(repaired(series, repair), range, {}, imposed);
 }
 
 void takeState(FittedModel& model, const Follower& follower, double current) {

@@ -217,16 +217,17 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
           ? describeFit(series, range, options, fit, equations, weight)
           : identifyComposition(series, range, options, fit);
   model.start = start;
+  if (!model.source) model.naive = fitNaive(series, range, std::vector<char>(series.size(), 0));
   model.suitability =
       predictionSuitability(model.scores.rmse, windowExcitation(series, range));
   return model;
 }
 
-std::optional<Source> drivingSource(const Series& series) {
+std::optional<DrivingSource> drivingSource(const Series& series) {
   if (medianInterval(series) < kSlowSampling) return std::nullopt;
   Source source = findSource(series);
   if (!source.seen || source.share <= 0.0) return std::nullopt;
-  return source;
+  return DrivingSource{std::move(source), findVoltageRepair(series)};
 }
 
 void carryState(FittedModel& model, const Series& series, std::size_t last) {

@@ -1,6 +1,7 @@
 #include "battery_sof/identify/window_experience.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "battery_sof/identify/follower.hpp"
 #include "battery_sof/naive/charge_phases.hpp"
@@ -64,6 +65,18 @@ void addCharges(Experience& experience, const Series& series, IndexRange range, 
     }
 }
 
+/// What is learnt takes no current further than the window's own.
+void holdInside(LearnedResidual& learned, const Series& series, IndexRange range, const Source& source) {
+  if (learned.current.empty()) return;
+  learned.least_current = HUGE_VAL;
+  learned.most_current = -HUGE_VAL;
+  for (std::size_t n = range.first; n < range.last; ++n) {
+    if (!source.imposes_voltage[n]) continue;
+    learned.least_current = std::min(learned.least_current, series.current[n]);
+    learned.most_current = std::max(learned.most_current, series.current[n]);
+  }
+}
+
 }  // namespace
 
 void learnFromWindow(FittedModel& model, const Series& series, IndexRange range, const Drive& drive,
@@ -74,6 +87,7 @@ void learnFromWindow(FittedModel& model, const Series& series, IndexRange range,
   std::vector<double> left_out;
   model.learned = learnResidual(followed.samples, &left_out);
   model.state.memory = followed.memory;
+  holdInside(model.learned, series, range, source);
   std::vector<double> current = followed.current;
   for (std::size_t n = 0; n < current.size(); ++n)
     if (followed.samples.voltage_drives[n]) current[n] += left_out[n];

@@ -54,6 +54,13 @@ struct BoundEffect {
   int first_parameter;
 };
 
+/// Where one implicit Euler step at a source's voltage ends.
+struct SourceStep {
+  double u = 0.0;        ///< [V], of the double layer
+  double current = 0.0;  ///< [A]
+  double slope = 0.0;    ///< of the balance of currents at u, the current held [A/V]
+};
+
 /**
  * @brief The double layer with what is bound to it, in arithmetic S: one step under a held current.
  *
@@ -109,6 +116,43 @@ class DoubleLayer {
       suggested_ = std::max(suggested_, kShortest);
     }
     store(u, log_activity, ladder);
+  }
+
+  /**
+   * @brief One implicit Euler step of the double layer behind a source.
+   *
+   *     C_2 (u - before) / h = i - i_r2(u) - side currents(u),   i = (emf - u) / resistance
+   *
+   * One equation in u that rises with it; no step is too long. For layers without activity and ladder.
+   */
+  SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration,
+                      double before) {
+    prepare(p, present);
+    const double storage = valueOf(present.c2) / duration;
+    const Slope none(0.0);
+    const Stage<Slope> values{Slope(storage + 1.0 / resistance),
+                              Slope(storage * before + emf / resistance),
+                              none,
+                              present_slope_.i0,
+                              charging_slope_value_,
+                              discharging_slope_value_,
+                              none,
+                              present_slope_,
+                              duration};
+    const Root root = solve(values, before);
+    return {root.u, (emf - root.u) / resistance, root.slope - 1.0 / resistance};
+  }
+
+  /// Imbalance of currents at u in arithmetic S after such a step from `before` under `current` [A].
+  S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before,
+              double u) const {
+    const S storage = S(present.c2 / duration);
+    const S none(0.0);
+    const Stage<S> stage{storage,     S(storage * before), none,    present.i0, charging_slope_,
+                         discharging_slope_, current,      present, duration};
+    return balance<S>(
+        stage, S(u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
+        [&] { return parametersOf(p, activity_); }, nullptr);
   }
 
   /// Length of the next implicit step [s], as the last ones suggest; part of what makes two runs alike.

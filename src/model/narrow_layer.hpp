@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <stdexcept>
 #include <vector>
 
 #include "double_layer.hpp"
@@ -16,6 +17,12 @@ class LayerOf {
   /// As DoubleLayer::advance().
   virtual void advance(const S* p, const Present<S>& present, const S& current, double duration,
                        S& u, S* log_activity, S* ladder) = 0;
+  /// As DoubleLayer::atSource().
+  virtual SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration,
+                              double u) = 0;
+  /// As DoubleLayer::imbalance().
+  virtual S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before,
+                      double u) const = 0;
   virtual double suggestedStep() const = 0;
   virtual void suggestStep(double step) = 0;
 };
@@ -29,6 +36,14 @@ class WideLayer final : public LayerOf<S> {
   void advance(const S* p, const Present<S>& present, const S& current, double duration, S& u,
                S* log_activity, S* ladder) override {
     layer_.advance(p, present, current, duration, u, log_activity, ladder);
+  }
+  SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration,
+                      double u) override {
+    return layer_.atSource(p, present, emf, resistance, duration, u);
+  }
+  S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before,
+              double u) const override {
+    return layer_.imbalance(p, present, current, duration, before, u);
   }
   double suggestedStep() const override { return layer_.suggestedStep(); }
   void suggestStep(double step) override { layer_.suggestStep(step); }
@@ -77,6 +92,13 @@ class NarrowLayer final : public LayerOf<S> {
     if (log_activity) scatter(narrow_activity, *log_activity);
     if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) scatter(rungs[k], ladder[k]);
+  }
+  // A current that follows from a voltage depends on every lane: it is stepped in the wide layer (EngineOf::widen()).
+  SourceStep atSource(const S*, const Present<S>&, double, double, double, double) override {
+    throw std::logic_error("a narrow layer is asked for a source's step");
+  }
+  S imbalance(const S*, const Present<S>&, const S&, double, const S&, double) const override {
+    throw std::logic_error("a narrow layer is asked for a source's step");
   }
   double suggestedStep() const override { return layer_.suggestedStep(); }
   void suggestStep(double step) override { layer_.suggestStep(step); }

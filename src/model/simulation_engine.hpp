@@ -127,6 +127,9 @@ class EngineOf final : public Simulation::Engine {
 
   double advanceAtVoltage(double voltage, double duration, double most_current) override {
     widen();  // the current's lanes reach the double layer
+    if (limits_reaction_ && activity_state_ < 0 && ladder_state_ < 0 && !steps_finely_ && duration <= longest_piece_ &&
+        stepAtSource(voltage, duration, most_current))
+      return valueOf(source_current_);
     const double i = currentFor(voltage, duration, most_current);
     source_trend_ = valueOf(source_current_) != 0.0 ? i - valueOf(source_current_) : 0.0;
     source_current_ = S(i);
@@ -154,12 +157,82 @@ class EngineOf final : public Simulation::Engine {
       source_current_ = S(0.0);
       source_trend_ = 0.0;
     }
-    const double from = valueOf(terminal_);
+    // Before its first step a simulation has shown no voltage to ramp from.
+    const double from = valueOf(terminal_) != 0.0 ? valueOf(terminal_) : voltage;
     const double parts = std::clamp(std::ceil(ramp / kLongestHold - 1e-9), 1.0, kMostHolds);
     for (double k = 1.0; k <= parts; ++k)
       advanceAtVoltage(from + (voltage - from) * k / parts, ramp / parts, kMostCurrent);
     time_ = step.time;
     current_error_ = S(shown - source_current_);
+  }
+
+  /**
+   * @brief One implicit Euler step of double layer and effects behind a source of the terminal voltage.
+   *
+   * The current is eliminated: what the other effects and the ohmic resistance make of it is affine in it, or is made so by
+   * Newton's method. @return false, nothing moved, when the current would exceed most_current or is not found.
+   */
+  bool stepAtSource(double voltage, double duration, double most_current) {
+    const double end_time = time_ + duration;
+    const Present<S> present = presentAt(end_time - 0.5 * duration);
+    const double before = valueOf(x_[0]);
+    EngineOf<Slope>& slopes = probe();
+    const Present<Slope> slope_present = slopes.presentAt(end_time - 0.5 * duration);
+    double i = valueOf(source_current_);
+    SourceStep step;
+    double resistance = 0.0;
+    bool found = false;
+    for (int k = 0; k < 20 && !found; ++k) {
+      const Slope others = slopes.othersVoltage(Slope(i, Eigen::Matrix<double, 1, 1>::Ones()), duration,
+                                                Slope(k > 0 ? step.u : before), slope_present);
+      resistance = others.derivatives()[0];
+      step = layer_->atSource(p_.data(), present, voltage - others.value() + resistance * i, resistance, duration, before);
+      found = std::abs(step.current - i) < 1e-7 * (1.0 + std::abs(i));
+      i = step.current;
+    }
+    if (!found || i > most_current || !std::isfinite(i)) return false;
+    // In arithmetic S one Newton step for (u, i) adds the derivatives: B du - di = -a, du + R di = -b.
+    const S held(i), u(step.u);
+    const S a = layer_->imbalance(p_.data(), present, held, duration, x_[0], step.u);
+    const S b = S(othersVoltage(held, duration, u, present) + u - voltage);
+    const S du = S((a + b * (1.0 / resistance)) * (-1.0 / (step.slope + 1.0 / resistance)));
+    const S mean = S(0.5 * (x_[0] + u + du));
+    const S moved = S(u + du - x_[0]);
+    source_trend_ = 0.0;
+    source_current_ = S(held - (b + du) * (1.0 / resistance));
+    x_[0] = S(u + du);
+    reaction_ = reactionOf(source_current_, moved, mean, duration);
+    advanceMembers(source_current_, duration, mean, present, false);
+    time_ = end_time;
+    const Instant<S> instant{source_current_, 0.0, duration, presentAt(end_time)};
+    terminal_ = S(instant.present.u_dc + x_[0] + ohmic(instant.present, source_current_) * source_current_);
+    for (const Member& member : members_)
+      if (member.effect->hooks.voltage)
+        terminal_ = S(terminal_ + kernel(member).voltage(&p_[member.parameter], stateOf(member), instant));
+    voltage_ = terminal_;
+    for (const Member& member : members_)
+      if (member.effect->hooks.show)
+        kernel(member).show(&p_[member.parameter], stateOf(member), instant, voltage_);
+    return true;
+  }
+
+  /// Everything in the terminal voltage but u_c2 after a step under a current; moves nothing.
+  S othersVoltage(const S& i, double duration, const S& u, const Present<S>& present) {
+    kept_ = x_;
+    std::swap(reaction_, kept_reaction_);
+    reaction_ = i;
+    advanceMembers(i, duration, u, present, false);
+    const Instant<S> instant{i, 0.0, duration, present};
+    S voltage = S(present.u_dc + ohmic(present, i) * i);
+    for (const Member& member : members_)
+      if (member.effect->hooks.voltage)
+        voltage = S(voltage + kernel(member).voltage(&p_[member.parameter], stateOf(member), instant));
+    std::swap(x_, kept_);
+    std::swap(reaction_, kept_reaction_);
+    return voltage;
+  }
+  static const S& ohmic(const Present<S>& present, const S& current) {
+    return valueOf(current) < 0.0 ? present.r_discharge : present.r_charge;
   }
 
   /// Charge that nobody saw flow: it goes into the effects' balances and moves no voltage.
@@ -461,6 +534,8 @@ class EngineOf final : public Simulation::Engine {
   Present<S> present_;
   S voltage_ = S(0.0), terminal_ = S(0.0), source_current_ = S(0.0), current_error_ = S(0.0);
   S reaction_ = S(0.0);  // of the last piece [A], where an effect asks for it
+  S kept_reaction_ = S(0.0);
+  std::vector<S> kept_;  // work space of othersVoltage()
   double source_trend_ = 0.0;  // [A], change of source_current_ with the last step
   std::unique_ptr<EngineOf<Slope>> probe_;
 };

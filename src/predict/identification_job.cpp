@@ -32,7 +32,7 @@ struct JobWindow {
   IndexRange range, recent;
   double max_gap = 0.0;  // [s]
   InstrumentLimits limits;
-  std::optional<Source> source;  // where it drives the model
+  std::optional<DrivingSource> source;  // where it drives the model
 };
 
 IdentificationTrial tryFit(const Series& series, const JobWindow& window, IdentifyOptions options,

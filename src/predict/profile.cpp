@@ -105,6 +105,11 @@ std::optional<std::size_t> indexOfState(const FittedModel& model, const Series& 
   return index;
 }
 
+/// As a channel shows it that is `lag` samples behind.
+void delay(std::vector<double>& values, std::size_t lag) {
+  for (std::size_t n = values.size(); n-- > lag;) values[n] = values[n - lag];
+}
+
 /// Where a model begins to run towards a range.
 struct Start {
   FittedModel model;
@@ -175,6 +180,8 @@ FollowedPrediction predictMixed(const FittedModel& model, const Series& series, 
     predicted.current_lower.push_back(at.current - half_a);
     predicted.current_upper.push_back(at.current + half_a);
   }
+  for (auto* voltage : {&predicted.voltage, &predicted.voltage_lower, &predicted.voltage_upper, &predicted.equations_voltage})
+    delay(*voltage, start.voltage_lag);
   return predicted;
 }
 

@@ -117,7 +117,7 @@ YAML::Node sourceNode(const SourceRule& rule) {
 YAML::Node naiveNode(const NaivePredictor& naive) {
   YAML::Node node(YAML::NodeType::Map);
   const auto line = [](const NaiveLine& l) {
-    return flow({l.intercept, l.slope, l.std, l.lower_error, l.upper_error, static_cast<double>(l.samples)});
+    return flow({l.intercept, l.slope, l.std, l.lower_error, l.upper_error, l.centre, l.spread, static_cast<double>(l.samples)});
   };
   const auto history = [](const NaiveHistory& h) {
     return flow({h.median, h.last, h.lower_error, h.upper_error, static_cast<double>(h.events)});
@@ -415,8 +415,17 @@ void readNaive(const Reader& root, FittedModel& model) {
   const Reader node = root.at("naive");
   const auto line = [&](const char* key) -> std::optional<NaiveLine> {
     if (!node.has(key)) return std::nullopt;
-    const auto x = numbersOf(node, key, 6);
-    return NaiveLine{x[0], x[1], x[2], x[3], x[4], static_cast<std::size_t>(x[5])};
+    const auto x = numbersOf(node, key, 8);
+    NaiveLine l;
+    l.intercept = x[0];
+    l.slope = x[1];
+    l.std = x[2];
+    l.lower_error = x[3];
+    l.upper_error = x[4];
+    l.centre = x[5];
+    l.spread = x[6];
+    l.samples = static_cast<std::size_t>(x[7]);
+    return l;
   };
   const auto history = [&](const char* key) -> std::optional<NaiveHistory> {
     if (!node.has(key)) return std::nullopt;
@@ -480,6 +489,7 @@ void readSource(const Reader& root, FittedModel& model) {
     node.fail("least_current_a", std::string("and its neighbours cannot be used: ") + error.what());
   }
   model.source = rule;
+  model.voltage_lag = node.get<std::size_t>("voltage_lag_samples", "a whole number");
 }
 
 void readExperience(const Reader& root, FittedModel& model) {
@@ -523,6 +533,12 @@ void readLearned(const Reader& root, FittedModel& model) {
       node.at(key).fail("weight", "has " + std::to_string(fit.weight.size()) + " numbers, expected " + std::to_string(columns));
   };
   read("current", DriveMemory::kCurrentColumns, model.learned.current);
+  if (node.has("current")) {
+    const auto range = numbersOf(node, "current_range_a", 2);
+    model.learned.least_current = range[0];
+    model.learned.most_current = range[1];
+    if (!(range[0] <= range[1])) node.fail("current_range_a", "must rise");
+  }
   read("voltage", DriveMemory::kVoltageColumns, model.learned.voltage);
 }
 
@@ -547,9 +563,15 @@ std::string modelYaml(const FittedModel& model) {
   root["window"] = windowNode(model);
   root["fit"] = fitNode(model);
   root["naive"] = naiveNode(model.naive);
-  if (model.source) root["source"] = sourceNode(*model.source);
+  if (model.source) {
+    root["source"] = sourceNode(*model.source);
+    root["source"]["voltage_lag_samples"] = model.voltage_lag;
+  }
   root["experience"] = experienceNode(model.experience);
-  if (!model.learned.current.empty()) root["learned"]["current"] = ridgeNode(model.learned.current);
+  if (!model.learned.current.empty()) {
+    root["learned"]["current"] = ridgeNode(model.learned.current);
+    root["learned"]["current_range_a"] = flow({model.learned.least_current, model.learned.most_current});
+  }
   if (!model.learned.voltage.empty()) root["learned"]["voltage"] = ridgeNode(model.learned.voltage);
   if (model.state.memory.begun) root["state"]["memory"] = flow(model.state.memory.numbers());
 

@@ -17,12 +17,13 @@ namespace battery_sof {
  *
  *     sigma_i^2 = s_i^2 + (G s_u)^2 + (rho i)^2  [A^2]  of a current,   sigma_u^2 = sigma_i^2 / G^2  [V^2]  of a voltage
  *
- * with G = di/du of a current held over the sample's interval, at the search's start (docs/model.md).
+ * and rho(z) = 2 k^2 (sqrt(1 + z^2 / k^2) - 1) of an error of z sigmas, k = robust; with G = di/du of a current held over the sample's interval, at the search's start (docs/model.md).
  */
 struct ChannelErrors {
   double voltage_std = 0.012;   ///< s_u [V], half a step of a vehicle's sensor
   double current_std = 0.5;     ///< s_i [A], offset and what a slow sampling misses
   double current_share = 0.15;  ///< rho [1], what the model misses of a current
+  double robust = 2.0;          ///< [1], sigmas from which an error counts by its magnitude (Huber 1964, smooth)
   double independent = 0.01;    ///< [1], share of the samples that count as independent: errors last for minutes
 };
 
@@ -45,7 +46,7 @@ struct CompositionPoint {
  * @brief A composition, a drive and a cost as a least-squares problem in search coordinates.
  *
  *     E(x) = sum_n w_n e_n^2 + sum_j ((x_j - x_j0) / s_j)^2 E_0     or   E(x) = sum_n v_n^2 + sum_j ((x_j - x_j0) / s_j)^2
- *     or, with errors in both variables,   E(x) = sum_n (e_n / sigma_n)^2 + sum_j ((x_j - x_j0) / s_j)^2 / independent
+ *     or, with errors in both variables,   E(x) = sum_n rho(e_n / sigma_n) + sum_j ((x_j - x_j0) / s_j)^2 / independent
  *
  * with e = u_b - u_m, w = W^2 times the samples averaged, v the innovations of e (Whitening), E_0 = (10 mV)^2 times the
  * samples that 5 s of correlation hold. Coordinates: free parameters (logarithms where ParameterInfo says so, else in

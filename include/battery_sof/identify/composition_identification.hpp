@@ -6,9 +6,6 @@
 
 namespace battery_sof {
 
-/// @return true when the voltage drives some of the samples: the fit then has errors in both variables.
-bool drivesBothWays(const Drive& drive);
-
 /**
  * @brief identify() for options with effects or whitening; same arguments, checked by identify().
  *

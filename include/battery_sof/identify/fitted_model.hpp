@@ -111,6 +111,7 @@ struct FittedModel {
   std::optional<NoiseModel> noise;  ///< of the residual over the window; none: fitErrors() was not called
   Discrepancy discrepancy;          ///< at state.time
   std::optional<SourceRule> source; ///< where the voltage is imposed it drives; none: the current drives throughout
+  std::size_t voltage_lag = 0;      ///< [samples], by which the voltage channel is behind the current
   NaivePredictor naive;             ///< what the same window says without physics
   Experience experience;            ///< cranks and charges of the window and since, beside what was expected of them
   LearnedResidual learned;          ///< what the equations miss in the well-posed direction; empty when nothing was learnt

@@ -7,8 +7,15 @@
 
 #include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/recording/series.hpp"
+#include "battery_sof/recording/source.hpp"
+#include "battery_sof/recording/voltage_repair.hpp"
 
 namespace battery_sof {
+
+/// A source whose voltage is to drive, and what must be put right in the channel for that.
+struct DrivingSource : Source {
+  VoltageRepair repair;
+};
 
 /// How the state at the window's first sample is obtained.
 enum class FitStart {
@@ -32,7 +39,7 @@ struct IdentifyOptions {
   /// Who imposes what in the series. Set: where the voltage is imposed it drives, the fit has errors in both variables
   /// (ChannelErrors), what the equations miss is learnt (LearnedResidual) and past events are kept (Experience). None: the
   /// current drives throughout, as in the paper.
-  std::optional<Source> source = std::nullopt;
+  std::optional<DrivingSource> source = std::nullopt;
 
   std::vector<std::string> effects = {};  ///< ids of further physics, see effectCatalogue()
   bool whiten = false;     ///< cost of residuals whitened by a fitted noise model in place of eq. 3
@@ -69,7 +76,7 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
  * A source is seen, and samples are a quarter of a second or more apart: then the current between them is not known, and its
  * error grows in a blocked electrode (docs/decisions/0010-mixed-drive.md). Faster current is as good as exact and drives alone.
  */
-std::optional<Source> drivingSource(const Series& series);
+std::optional<DrivingSource> drivingSource(const Series& series);
 
 /**
  * @brief Carries the state of a model forward to the sample at `last` (inclusive), its covariance and discrepancy with it.

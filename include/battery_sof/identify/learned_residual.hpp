@@ -62,6 +62,7 @@ struct DriveMemory {
 struct LearnedResidual {
   RidgeFit current;  ///< [A]
   RidgeFit voltage;  ///< [V]
+  double least_current = 0.0, most_current = 0.0;  ///< [A], of the window where the voltage drove; predictions stay inside
   bool empty() const { return current.empty() && voltage.empty(); }
 };
 

@@ -17,10 +17,6 @@ struct FreshSulphate {
   static EffectInfo info() {
     ParameterInfo present = held(strength("fresh_sulphate_share", "z", "1", 1.0, 0.0, 1.0,
                                           "0: the base model, 1: the law; between them a path for a search"));
-    ParameterInfo pores = linearStrength("pore_resistance", "R_w", "ohm", 0.007, 0.0, 0.05,
-                                         "start-stop recordings: 4 to 13 mOhm");
-    pores.linear = false;
-    pores.held = true;
     return {"fresh_sulphate",
             "P12",
             "charge is accepted while what was just discharged is still fresh",
@@ -29,26 +25,25 @@ struct FreshSulphate {
             "dS/dt = kappa (-i_r2)^+ - (i_r2)^+ (S / tau_s) / L\n"
             "tau_w dw/dt = R_w i - w,  u += w,  r_charge = r_discharge",
             {present,
-             held(shape("fresh_exchange_current", "I_0", "A", 2.0, 0.01, 50.0, 0.7,
-                   "start-stop recordings: 0.9 to 5.6 A")),
-             held(shape("steady_supply", "L_0", "A", 0.5, 0.01, 30.0, 1.0, "start-stop recordings: 0.23 to 3 A")),
-             shape("dissolution_time", "tau_s", "s", 4.0, 0.3, 3000.0, 1.0, "start-stop recordings: 1.4 to 25 s"),
-             held(shape("recharged_share", "kappa", "1", 0.9, 0.02, 3.0, 0.2, "start-stop recordings: 0.54 to 0.9")),
-             held(shape("sulphate_scale", "S_q", "As", 20.0, 1.0, 5000.0, 0.6, "start-stop recordings: 11 to 45 As")),
-             pores,
-             held(shape("pore_time", "tau_w", "s", 15.0, 3.0, 3000.0, 0.7, "start-stop recordings: 6 to 35 s"))},
+             shape("fresh_exchange_current", "I_0", "A", 2.0, 0.01, 50.0, 0.7, "start-stop recordings: 0.9 to 5.6 A"),
+             shape("steady_supply", "L_0", "A", 0.5, 0.01, 30.0, 1.0, "start-stop recordings: 0.23 to 3 A"),
+             shape("dissolution_time", "tau_s", "s", 4.0, 0.3, 3000.0, 1.1, "start-stop recordings: 1.4 to 25 s"),
+             shape("recharged_share", "kappa", "1", 0.9, 0.02, 3.0, 0.2, "start-stop recordings: 0.54 to 0.9"),
+             shape("sulphate_scale", "S_q", "As", 20.0, 1.0, 5000.0, 0.55, "start-stop recordings: 11 to 45 As"),
+             shape("pore_resistance", "R_w", "ohm", 0.007, 1e-4, 0.1, 0.46, "start-stop recordings: 4 to 13 mOhm"),
+             shape("pore_time", "tau_w", "s", 15.0, 3.0, 3000.0, 0.7, "start-stop recordings: 6 to 35 s")},
             // A rested electrode has been recharged through and its sulphate has grown coarse.
-            {{"fresh_sulphate", "As", 20.0, 100.0, 0.0, 20000.0}, {"pore_current", "A", 0.0, 20.0, -300.0, 300.0}},
+            {{"fresh_sulphate", "As", 50.0, 150.0, 0.0, 20000.0}, {"pore_current", "A", 0.0, 10.0, -300.0, 300.0}},
             {"charge_acceptance", "sulphate_history", "ocv_hysteresis", "ocv_soc", "acid_transport"},
             "charge at a held voltage after discharges of two sizes: what goes in follows what came out",
             {},
             {"r_discharge", "r_charge"},
             {},
-            {shape("r_discharge", "r_-", "ohm", 0.006, 0.001, 0.1, 0.5, "start-stop recordings: 2 to 8 mOhm"),
-             held(shape("r_charge", "r_+", "ohm", 0.006, 0.001, 0.1, 0.5, "equal to r_-")),
+            {shape("r_discharge", "r_-", "ohm", 0.006, 0.0005, 0.2, 0.5, "start-stop recordings: 2 to 8 mOhm"),
+             held(shape("r_charge", "r_+", "ohm", 0.006, 0.0005, 0.2, 0.5, "equal to r_-")),
              // The fast part of the double layer alone: what is slow stands in w and S.
-             held(shape("c2", "C_2", "F", 5.0, 1.0, 5000.0, 0.5, "start-stop recordings: 3 to 10 F")),
-             held(shape("beta", "beta", "1/V", 35.0, 1.0, 1000.0, 0.4, "start-stop recordings: 22 to 56 1/V"))}};
+             shape("c2", "C_2", "F", 5.0, 1.0, 5000.0, 0.5, "start-stop recordings: 3 to 10 F"),
+             shape("beta", "beta", "1/V", 35.0, 1.0, 300.0, 0.36, "start-stop recordings: 22 to 56 1/V")}};
   }
   template <typename S>
   static void adapt(const S* p, const S* x, Present<S>& present) {
