@@ -20,6 +20,7 @@ struct IdentifyArguments {
   std::string out, json;
   std::string start = "robust";
   IdentifyOptions options;
+  bool names_effects = false;  // --effects was given, if only as "none"
 };
 
 void warn(const CommandLine& line, const Recording& recording) {
@@ -55,6 +56,7 @@ FittedModel fit(const IdentifyArguments& arguments, const Series& series) {
   options.masked = limits.withoutClipped();
   options.voltage_lsb_std = limits.voltage_lsb_std;
   if (options.start != FitStart::kPaper) options.source = drivingSource(series);
+  options.chooses_effects = !arguments.names_effects;
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = identify(series, *choice.range, options);
   if (isUsable(model)) fitErrors(model, series, *choice.range);
@@ -71,7 +73,16 @@ void requireKnownEffects(const std::vector<std::string>& effects) {
   }
 }
 
-int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
+/// "none" asks for the base model by name.
+IdentifyArguments withoutNone(IdentifyArguments arguments) {
+  auto& effects = arguments.options.effects;
+  arguments.names_effects = !effects.empty();
+  if (effects.size() == 1 && effects.front() == "none") effects.clear();
+  return arguments;
+}
+
+int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
+  const IdentifyArguments arguments = withoutNone(given);
   requireKnownEffects(arguments.options.effects);
   Progress progress(line.err);
   const Recording recording = loadRecording(arguments.recording);
@@ -105,7 +116,8 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--out", arguments->out, "model file to write")->required();
   command
       ->add_option("--effects", arguments->options.effects,
-                   "ids of further physics, comma-separated; sof effects lists them")
+                   "ids of further physics, comma-separated, or none; sof effects lists them. Default: none, but where a source "
+                   "imposes the voltage the physics of charging when the window speaks for it")
       ->delimiter(',');
   command->add_flag("--whiten", arguments->options.whiten,
                     "cost of residuals whitened by a fitted noise model in place of the paper's weights");

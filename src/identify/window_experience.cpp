@@ -10,6 +10,8 @@
 namespace battery_sof {
 namespace {
 
+constexpr double kLeastForShare = 5.0;  // samples of a quantity, as scoreMixed()
+
 /// The window as the equations alone follow it.
 struct Followed {
   ResidualSamples samples;
@@ -54,7 +56,7 @@ void addCharges(Experience& experience, const Series& series, IndexRange range, 
     for (const std::size_t first : chargeBeginnings(series, range, source.imposes_voltage)) {
       const auto charge = beginningOfCharge(series, range, first, duration, source.imposes_voltage);
       if (!charge) continue;
-      PastCharge past{series.time[first], duration, 0.0, 0.0, 0.0};
+      PastCharge past{series.time[first], duration, 0.0, series.voltage[first], 0.0, 0.0};
       const double count = static_cast<double>(charge->size());
       for (std::size_t n = charge->first; n < charge->last; ++n) {
         past.voltage += series.voltage[n] / count;
@@ -63,6 +65,29 @@ void addCharges(Experience& experience, const Series& series, IndexRange range, 
       }
       experience.add(past);
     }
+}
+
+/// 1 - the RMS of the errors, those of each quantity in units of its spread.
+std::optional<double> leftOutShare(const ResidualSamples& samples, const std::vector<double>& left_out,
+                                   const Series& series, IndexRange range) {
+  double relative = 0.0, counted = 0.0;
+  for (const bool of_current : {true, false}) {
+    double n = 0.0, sum = 0.0, squares = 0.0, errors = 0.0;
+    for (std::size_t k = 0; k < samples.error.size(); ++k) {
+      if (static_cast<bool>(samples.voltage_drives[k]) != of_current) continue;
+      const double x = of_current ? series.current[range.first + k] : series.voltage[range.first + k];
+      n += 1.0;
+      sum += x;
+      squares += x * x;
+      errors += std::pow(samples.error[k] - left_out[k], 2);
+    }
+    const double variance = n > 0.0 ? squares / n - std::pow(sum / n, 2) : 0.0;
+    if (n <= kLeastForShare || variance <= 0.0) continue;
+    relative += errors / variance;
+    counted += n;
+  }
+  if (counted == 0.0) return std::nullopt;
+  return 100.0 * (1.0 - std::sqrt(relative / counted));
 }
 
 /// What is learnt takes no current further than the window's own.
@@ -88,6 +113,7 @@ void learnFromWindow(FittedModel& model, const Series& series, IndexRange range,
   model.learned = learnResidual(followed.samples, &left_out);
   model.state.memory = followed.memory;
   holdInside(model.learned, series, range, source);
+  model.scores.left_out_share_percent = leftOutShare(followed.samples, left_out, series, range);
   std::vector<double> current = followed.current;
   for (std::size_t n = 0; n < current.size(); ++n)
     if (followed.samples.voltage_drives[n]) current[n] += left_out[n];

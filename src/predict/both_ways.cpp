@@ -36,7 +36,8 @@ BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, Ind
   BothWaysScores scores;
   scores.mixed = scoreMixed(series, range, overSeries(series, range, predicted.voltage_drives), predicted);
   for (ChargeScore& charge : scores.mixed.charges)
-    charge.predicted = experiencedCharge(model, charge.mean_voltage, charge.duration, charge.predicted);
+    charge.predicted = experiencedCharge(
+        model, {charge.mean_voltage, charge.first_voltage, charge.duration}, charge.predicted);
   scores.cranks =
       scorePrediction(series, range, voltageOf(predicted, predicted.equations_voltage)).cranks;
   for (CrankScore& crank : scores.cranks)

@@ -112,7 +112,7 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
     return answer;
   }
   const ExpectedCurrent mean = expectedCurrent(model, stepsOf(query), query.i_limit);
-  answer.i_boost = experiencedCharge(model, query.u_boost, query.t_sof2, mean.current);
+  answer.i_boost = experiencedCharge(model, {query.u_boost, query.u_boost, query.t_sof2}, mean.current);
   answer.i_boost->value = std::min(answer.i_boost->value, query.i_limit);
   answer.i_boost->upper = std::min(answer.i_boost->upper, query.i_limit);
 
@@ -185,7 +185,7 @@ MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& serie
   }
   const Interval modelled = followedCurrent(model, series, missed);
   mean.modelled = modelled.value;
-  mean.current = experiencedCharge(model, mean.mean_voltage, total, modelled);
+  mean.current = experiencedCharge(model, {mean.mean_voltage, series.voltage.front(), total}, modelled);
   return mean;
 }
 

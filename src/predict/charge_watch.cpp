@@ -39,6 +39,7 @@ std::optional<ChargeComparison> ChargeWatch::add(const StreamSample& sample,
   comparison.modelled_current = expected.modelled;
   comparison.mean_voltage = expected.mean_voltage;
   comparison.measured_current = expected.measured;
+  comparison.first_voltage = charge_.voltage.front();
   model_.reset();
   return comparison;
 }

@@ -13,6 +13,8 @@ namespace {
 constexpr double kPenalty = 0.3;             // of past cranks' normal equations
 constexpr std::size_t kLeastForLine = 4;     // cranks
 constexpr std::size_t kLeastForInterval = 3; // events
+constexpr double kChargePenalty = 3.0;       // of past charges' normal equations
+constexpr std::size_t kLeastForRegression = 4;  // charges
 constexpr double kSameCurrent = 0.5;         // [A], cranks that end alike end at the sensor's range
 constexpr double kAlikeVoltage = 0.5;        // [V], of a charge that is another's like
 constexpr double kVouchingVoltage = 0.3;     // [V]
@@ -86,11 +88,47 @@ std::vector<PastCharge> alike(const Experience& experience, double voltage, doub
   return charges;
 }
 
-double medianWithout(const std::vector<PastCharge>& charges, std::size_t left_out) {
+/// Median of a number of the charges but one. @param left_out beyond the last: none.
+template <typename Number>
+double medianWithout(const std::vector<PastCharge>& charges, std::size_t left_out, Number&& number) {
   std::vector<double> others;
   for (std::size_t k = 0; k < charges.size(); ++k)
-    if (k != left_out) others.push_back(charges[k].measured);
+    if (k != left_out) others.push_back(number(charges[k]));
   return medianOf(others);
+}
+
+double missedBy(const PastCharge& charge) { return charge.measured - charge.modelled; }
+
+/// Model and median, each by the inverse of its median error.
+double stackOf(const std::vector<PastCharge>& charges, double modelled, std::size_t left_out) {
+  const double median = medianWithout(charges, left_out, [](const PastCharge& c) { return c.measured; });
+  const double a = medianWithout(charges, left_out, [](const PastCharge& c) { return std::abs(missedBy(c)); });
+  const double b =
+      medianWithout(charges, left_out, [&](const PastCharge& c) { return std::abs(c.measured - median); });
+  const double share = (b + kFloor) / (a + b + 2.0 * kFloor);
+  return share * modelled + (1.0 - share) * median;
+}
+
+Eigen::Vector4d chargeFeatures(double voltage, double first_voltage, double modelled) {
+  return {1.0, 2.0 * (voltage - 13.0), 2.0 * (first_voltage - 13.0), 0.1 * modelled - 1.0};
+}
+
+/// What past charges' errors say of a charge's.
+double regressedError(const std::vector<PastCharge>& charges, const ChargeBeginning& at, double modelled,
+                      std::size_t left_out) {
+  const double usual =
+      kFloor + medianWithout(charges, left_out, [](const PastCharge& c) { return std::abs(missedBy(c)); });
+  Eigen::Matrix4d A = kChargePenalty * Eigen::Matrix4d::Identity();
+  Eigen::Vector4d b = Eigen::Vector4d::Zero();
+  for (std::size_t k = 0; k < charges.size(); ++k) {
+    if (k == left_out) continue;
+    const Eigen::Vector4d f = chargeFeatures(charges[k].voltage, charges[k].first_voltage, charges[k].modelled);
+    const double error = missedBy(charges[k]);
+    const double weight = std::min(1.0, 2.0 * usual / std::max(std::abs(error), 1e-9));
+    A += weight * f * f.transpose();
+    b += weight * error * f;
+  }
+  return chargeFeatures(at.voltage, at.first_voltage, modelled).dot(A.ldlt().solve(b));
 }
 
 Interval around(double value, const std::vector<double>& errors, const IntervalScale& scale,
@@ -126,20 +164,19 @@ Interval experiencedCrank(const FittedModel& model, double current, const Interv
   return around(value, errors, model.crank_scale, modelled);
 }
 
-Interval experiencedCharge(const FittedModel& model, double voltage, double duration, const Interval& modelled) {
-  const std::vector<PastCharge> charges = alike(model.experience, voltage, duration, kAlikeVoltage);
+Interval experiencedCharge(const FittedModel& model, const ChargeBeginning& charge, const Interval& modelled) {
+  const std::vector<PastCharge> charges = alike(model.experience, charge.voltage, charge.duration, kAlikeVoltage);
   if (charges.size() < kLeastForInterval) return modelled;
-  std::vector<double> of_model, of_median, measured, both;
-  for (std::size_t k = 0; k < charges.size(); ++k) {
-    of_model.push_back(std::abs(charges[k].measured - charges[k].modelled));
-    of_median.push_back(std::abs(charges[k].measured - medianWithout(charges, k)));
-    measured.push_back(charges[k].measured);
-  }
-  const double a = std::pow(medianOf(of_model) + kFloor, -2), b = std::pow(medianOf(of_median) + kFloor, -2);
-  const double share = a / (a + b);
+  const auto answer = [&](const ChargeBeginning& at, double of_model, std::size_t left_out) {
+    const double stacked = stackOf(charges, of_model, left_out);
+    if (charges.size() < kLeastForRegression) return stacked;
+    return 0.5 * (stacked + of_model + regressedError(charges, at, of_model, left_out));
+  };
+  std::vector<double> errors;
   for (std::size_t k = 0; k < charges.size(); ++k)
-    both.push_back(charges[k].measured - share * charges[k].modelled - (1.0 - share) * medianWithout(charges, k));
-  return around(share * modelled.value + (1.0 - share) * medianOf(measured), both, model.charge_scale, modelled);
+    errors.push_back(charges[k].measured - answer({charges[k].voltage, charges[k].first_voltage, charges[k].duration},
+                                                  charges[k].modelled, k));
+  return around(answer(charge, modelled.value, charges.size()), errors, model.charge_scale, modelled);
 }
 
 ChargeEvidence chargeEvidence(const Experience& experience, double voltage, double duration) {

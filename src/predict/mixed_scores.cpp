@@ -84,6 +84,7 @@ ChargeScore scoreCharge(const Series& series, IndexRange range, IndexRange sampl
     score.measured += series.current[k];
     score.mean_voltage += series.voltage[k] / static_cast<double>(samples.size());
   }
+  score.first_voltage = series.voltage[samples.first];
   score.measured /= static_cast<double>(samples.size());
   score.predicted = {mean(predicted.current), mean(predicted.current_lower),
                      mean(predicted.current_upper)};

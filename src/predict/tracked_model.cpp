@@ -60,7 +60,7 @@ SessionEvents TrackedModel::watch(const StreamSample& sample, double max_gap) {
     observe(charge_scale_, charge->measured_current, charge->expected_current);
     if (model_->source)
       tracker_->learnFrom(PastCharge{charge->time, charge->duration, charge->mean_voltage,
-                                     charge->measured_current, charge->modelled_current});
+                                     charge->first_voltage, charge->measured_current, charge->modelled_current});
   }
   return events;
 }

@@ -145,7 +145,7 @@ YAML::Node experienceNode(const Experience& experience) {
   for (const PastCrank& c : experience.cranks)
     node["cranks"].push_back(flow({c.time, c.current, c.minimum, c.modelled}));
   for (const PastCharge& c : experience.charges)
-    node["charges"].push_back(flow({c.time, c.duration, c.voltage, c.measured, c.modelled}));
+    node["charges"].push_back(flow({c.time, c.duration, c.voltage, c.first_voltage, c.measured, c.modelled}));
   return node;
 }
 
@@ -496,8 +496,8 @@ void readExperience(const Reader& root, FittedModel& model) {
   if (!root.has("experience")) return;
   const Reader node = root.at("experience");
   for (const auto& x : rowsOf(node, "cranks", 4)) model.experience.add(PastCrank{x[0], x[1], x[2], x[3]});
-  for (const auto& x : rowsOf(node, "charges", 5))
-    model.experience.add(PastCharge{x[0], x[1], x[2], x[3], x[4]});
+  for (const auto& x : rowsOf(node, "charges", 6))
+    model.experience.add(PastCharge{x[0], x[1], x[2], x[3], x[4], x[5]});
 }
 
 RidgeFit ridgeOf(const Reader& node) {

@@ -18,6 +18,7 @@ struct PastCharge {
   double time = 0.0;      ///< [s], of its first sample
   double duration = 0.0;  ///< [s], over which currents are means: 10 or 60
   double voltage = 0.0;   ///< [V], mean
+  double first_voltage = 0.0;  ///< [V], at its first sample
   double measured = 0.0;  ///< [A], mean
   double modelled = 0.0;  ///< [A], mean by the equations and what was learnt without this charge
 };

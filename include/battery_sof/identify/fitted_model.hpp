@@ -60,6 +60,9 @@ struct FitScores {
   double q_dyn_percent = 0.0;       ///< paper, eq. 6
   double rmse = 0.0;                ///< [V], unweighted; where the voltage drives nothing is counted
   std::optional<double> current_rmse = std::nullopt;  ///< [A], where the voltage drives; none where it never does
+  /// Share of the variation explained in the direction that was imposed [%], both quantities together, what was learnt from
+  /// the window's other blocks alone; none where the voltage never drives.
+  std::optional<double> left_out_share_percent = std::nullopt;
   double crank_error_std = 0.0;     ///< [V], RMS error of the cranks' minima; rmse when there was no crank
   int cranks = 0;                   ///< cranks in the window
   double residual_correlation_time = 0.0;  ///< [s], integral time scale of the residual

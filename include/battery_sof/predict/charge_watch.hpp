@@ -13,6 +13,7 @@ struct ChargeComparison {
   double time = 0.0;              ///< [s], of the first sample
   double duration = 0.0;          ///< [s]
   double mean_voltage = 0.0;      ///< [V]
+  double first_voltage = 0.0;     ///< [V], at its first sample
   double measured_current = 0.0;  ///< [A], mean
   Interval expected_current;      ///< [A], mean
   double modelled_current = 0.0;  ///< [A], mean, without what past charges taught

@@ -21,18 +21,27 @@ namespace battery_sof {
  */
 Interval experiencedCrank(const FittedModel& model, double current, const Interval& modelled);
 
+/// The beginning of a charge as a source holds it.
+struct ChargeBeginning {
+  double voltage = 0.0;        ///< [V], mean
+  double first_voltage = 0.0;  ///< [V], at its first sample
+  double duration = 0.0;       ///< [s]
+};
+
 /**
  * @brief Mean current of a charge's beginning, from model and past charges by what each missed so far.
  *
- *     i = w i_m + (1 - w) median,   w = a^-2 / (a^-2 + b^-2)
+ *     i_1 = w i_m + (1 - w) median,   w = a^-1 / (a^-1 + b^-1)
+ *     i_2 = i_m + c' [1, 2 (u_mean - 13 V), 2 (u_first - 13 V), i_m / 10 A - 1]
+ *     i = (i_1 + i_2) / 2 with four past charges or more, i_1 with three, else i_m
  *
- * a, b [A]: median errors over the past charges of that duration, of the model and of the median of the others; at least three charges
- * whose mean voltage was within 0.5 V, else the model alone. The interval is that of past errors of the same mean.
+ * a, b [A]: median errors over the past charges of that duration, of the model and of the median of the others; c by ridge
+ * regression (penalty 3) on what the model missed of them, errors beyond twice their median by magnitude. Past charges count
+ * that lasted up to twice or down to half as long at a mean voltage within 0.5 V. The interval is that of past errors of the same kind, each charge left out.
  *
- * @param voltage held [V].   @param duration [s]; past charges count that lasted up to twice or down to half as long.
  * @param modelled [A], of the model, with its interval.
  */
-Interval experiencedCharge(const FittedModel& model, double voltage, double duration, const Interval& modelled);
+Interval experiencedCharge(const FittedModel& model, const ChargeBeginning& charge, const Interval& modelled);
 
 /// What past charges say of a model's answer at a voltage and over a duration.
 struct ChargeEvidence {

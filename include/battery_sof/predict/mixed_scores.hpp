@@ -21,7 +21,7 @@ struct ChargeScore {
   double time = 0.0;      ///< [s], of the charge's first sample
   double duration = 0.0;  ///< [s], 10 or 60
   double measured = 0.0;  ///< [A]
-  double mean_voltage = 0.0;  ///< [V]
+  double mean_voltage = 0.0, first_voltage = 0.0;  ///< [V]
   Interval predicted;  ///< [A]; bounds are means of bounds, the value itself where none are given
 };
 
