@@ -21,7 +21,6 @@ namespace {
 
 // A window whose current moves less than this cannot tell a resistance from an offset.
 constexpr double kMinCurrentSpan = 0.5;  // [A]
-constexpr double kClearlyMore = 10.0;    // [%] of the variation; less is what blocks of one window differ by
 constexpr const char* kChargingPhysics = "fresh_sulphate";
 constexpr double kSlowSampling = 0.25;   // [s], from here on a crank's rise falls between samples
 
@@ -183,26 +182,13 @@ bool imposesVoltage(const IdentifyOptions& options, IndexRange range) {
 
 }  // namespace
 
-namespace {
-
-/// The physics of charging, unless the base model explains clearly more where nothing of it was fitted.
-FittedModel identifyEither(const Series& series, IndexRange range, IdentifyOptions options) {
-  options.chooses_effects = false;
-  FittedModel base = identify(series, range, options);
-  options.effects = {kChargingPhysics};
-  FittedModel charging = identify(series, range, options);
-  const auto share = [](const FittedModel& model) {
-    return isUsable(model) ? model.scores.left_out_share_percent.value_or(-HUGE_VAL) : -HUGE_VAL;
-  };
-  return share(base) > share(charging) + kClearlyMore ? base : charging;
-}
-
-}  // namespace
-
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options) {
   requireValid(options, series, range);
-  if (options.chooses_effects && options.effects.empty() && imposesVoltage(options, range))
-    return identifyEither(series, range, options);
+  if (options.chooses_effects && options.effects.empty() && imposesVoltage(options, range)) {
+    IdentifyOptions charging = options;
+    charging.effects = {kChargingPhysics};
+    return identify(series, range, charging);
+  }
   const std::string start = options.start == FitStart::kPaper ? "paper" : "robust";
   const auto refuse = [&](FitStatus status, const std::string& message) {
     FittedModel model = unfitted(series, range, options.effects, status, message);

@@ -41,6 +41,7 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
   options.masked = window.limits.withoutClipped();
   options.voltage_lsb_std = window.limits.voltage_lsb_std;
   if (options.start != FitStart::kPaper) options.source = window.source;
+  options.chooses_effects = true;
   trial.model = identify(series, window.range, options);
   trial.message = trial.model->message;
   if (!isUsable(*trial.model)) return trial;

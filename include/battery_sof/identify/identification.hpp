@@ -41,8 +41,7 @@ struct IdentifyOptions {
   /// current drives throughout, as in the paper.
   std::optional<DrivingSource> source = std::nullopt;
 
-  /// Without `effects` and with a source: the physics of charging (fresh_sulphate), unless the base model explains clearly more
-  /// of the window in the direction that was imposed (FitScores::left_out_share_percent).
+  /// Without `effects`, where a source imposes the voltage in the window: with the physics of charging (fresh_sulphate).
   bool chooses_effects = false;
   std::vector<std::string> effects = {};  ///< ids of further physics, see effectCatalogue()
   bool whiten = false;     ///< cost of residuals whitened by a fitted noise model in place of eq. 3
