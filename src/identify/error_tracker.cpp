@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "battery_sof/identify/follower.hpp"
 #include "battery_sof/model/drive.hpp"
 
 namespace battery_sof {
@@ -57,51 +59,63 @@ Discrepancy ErrorTracker::discrepancy() const {
   return {drift_, colored_, filter_.p_dd(), filter_.p_da(), filter_.p_aa()};
 }
 
-std::vector<double> windowResidual(const FittedModel& model, const Series& series, IndexRange range) {
+namespace {
+
+/// What a model missed of its window's voltage; nothing where the voltage drove.
+std::vector<std::optional<double>> missedVoltage(const FittedModel& model, const Series& series, IndexRange range) {
   if (model.first_state.empty() || range.empty()) return {};
   ModelPoint start = pointOf(model);
   start.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(),
                                                   static_cast<Eigen::Index>(model.first_state.size()));
   start.time = start.reference_time = series.time[range.first];
   Simulation simulation(compositionOf(model), start);
-  std::vector<double> residual;
-  const Drive drive = fullDrive(series, range);
-  for (const DriveSample& sample : drive.samples) {
-    simulation.advance(sample.step);
-    residual.push_back(sample.voltage - simulation.voltage());
+  std::vector<std::optional<double>> missed;
+  for (const DriveSample& sample : driveOf(model, series, range).samples) {
+    const double error = simulation.follow(sample);
+    missed.push_back(sample.voltage_drives ? std::nullopt : std::optional<double>(error));
   }
-  return residual;
+  return missed;
 }
 
+}  // namespace
+
 void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
-  const std::vector<double> residual = windowResidual(model, series, range);
+  const std::vector<std::optional<double>> missed = missedVoltage(model, series, range);
   const double interval = medianInterval(series);
   const auto each = static_cast<std::size_t>(std::max(1.0, std::round(kAverage / std::max(interval, 1e-6))));
   std::vector<DriveSample> samples;
   std::vector<double> means;
   double before = series.time[range.first];
-  for (std::size_t first = 0; first < residual.size(); first += each) {
-    const std::size_t last = std::min(first + each, residual.size());
+  std::size_t averages = 0;
+  for (std::size_t first = 0; first < missed.size(); first += each) {
+    const std::size_t last = std::min(first + each, missed.size());
     DriveSample sample;
-    double mean = 0.0, time = 0.0;
+    sample.count = 0.0;
+    double sum = 0.0, time = 0.0;
     for (std::size_t n = first; n < last; ++n) {
-      mean += residual[n] / static_cast<double>(last - first);
       time += series.time[range.first + n] / static_cast<double>(last - first);
+      if (!missed[n]) continue;
+      sum += *missed[n];
+      sample.count += 1.0;
     }
     sample.step.duration = std::max(0.0, time - before);
-    sample.count = static_cast<double>(last - first);
     before = time;
     samples.push_back(sample);
-    means.push_back(mean);
+    means.push_back(sample.count > 0.0 ? sum / sample.count : 0.0);
+    if (sample.count > 0.0) ++averages;
   }
-  if (samples.size() < kLeastAverages) return;
+  if (averages < kLeastAverages) return;
   model.noise = fitNoise(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())),
                          samples);
   model.discrepancy = {0.0, 0.0, 0.0, 0.0, model.noise->ar_std * model.noise->ar_std};
   ErrorTracker tracker(model);
-  for (std::size_t n = 0; n < residual.size(); ++n)
-    tracker.observe(n == 0 ? 0.0 : series.time[range.first + n] - series.time[range.first + n - 1],
-                    residual[n]);
+  for (std::size_t n = 0; n < missed.size(); ++n) {
+    const double duration = n == 0 ? 0.0 : series.time[range.first + n] - series.time[range.first + n - 1];
+    if (missed[n])
+      tracker.observe(duration, *missed[n]);
+    else
+      tracker.wait(duration);
+  }
   model.discrepancy = tracker.discrepancy();
 }
 
