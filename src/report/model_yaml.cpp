@@ -405,8 +405,11 @@ std::vector<std::vector<double>> rowsOf(const Reader& node, const std::string& k
   if (!node.has(key)) return {};
   const std::string expected = "rows of " + std::to_string(count) + " numbers";
   const auto rows = node.get<std::vector<std::vector<double>>>(key, expected.c_str());
-  for (const auto& row : rows)
+  for (const auto& row : rows) {
     if (row.size() != count) node.fail(key, "must be " + expected);
+    for (const double value : row)
+      if (!std::isfinite(value)) node.fail(key, "holds a number that is not finite");
+  }
   return rows;
 }
 
@@ -517,7 +520,10 @@ RidgeFit ridgeOf(const Reader& node) {
   const bool fits = fit.centre.size() == fit.weight.size() && fit.scale.size() == fit.weight.size() &&
                     fit.lower.size() == fit.upper.size() &&
                     (fit.lower.size() == 0 || fit.lower.size() == fit.weight.size());
-  if (!fits || !fit.weight.allFinite()) node.fail("weight", "and its neighbours must be as many finite numbers");
+  const bool finite = fit.centre.allFinite() && fit.scale.allFinite() && fit.weight.allFinite() &&
+                      fit.lower.allFinite() && fit.upper.allFinite();
+  if (!fits || !finite || !(fit.scale.array() > 0.0).all())
+    node.fail("weight", "and its neighbours must be as many finite numbers, scales above 0");
   return fit;
 }
 

@@ -4,6 +4,7 @@
 #include <rosbag/bag.h>
 #include <std_msgs/Float64.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -12,8 +13,8 @@
 
 #include "battery_sof/bag/bag_storage.hpp"
 #include "battery_sof/recording/csv.hpp"
-#include "support/base_drive.hpp"
 #include "support/sof_command.hpp"
+#include "support/start_stop.hpp"
 
 namespace battery_sof {
 namespace {
@@ -138,6 +139,95 @@ TEST_F(Sof, PredictsAndWritesThePredictionSampleBySample) {
   std::string header;
   std::getline(file, header);
   EXPECT_EQ(header, "time_s,current_a,voltage_v,predicted_v,lower_v,upper_v,driven_by,predicted_a,lower_a,upper_a");
+}
+
+namespace {
+
+/// A quarter of an hour of a start-stop car at 1 Hz.
+Series startStop() {
+  const BatteryModel composition({"fresh_sulphate"});
+  test::StartStopOptions options;
+  options.duration = 1200.0;
+  options.current_noise = 0.1;
+  options.voltage_noise = 0.01;
+  return test::startStopDrive(composition, test::freshBattery(composition), options).series;
+}
+
+std::vector<std::string> column(const std::string& path, const std::string& name) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  std::size_t at = 0;
+  for (std::stringstream header(line); std::getline(header, line, ',') && line != name;) ++at;
+  std::vector<std::string> values;
+  while (std::getline(file, line)) {
+    std::stringstream row(line);
+    std::string value;
+    for (std::size_t k = 0; k <= at; ++k) std::getline(row, value, ',');
+    values.push_back(value);
+  }
+  return values;
+}
+
+}  // namespace
+
+TEST_F(Sof, PredictsInTheDirectionThatASourceImposesAndFromTheCurrentAlone) {
+  writeCsv(path("car.csv"), startStop());
+  const Outcome fit = sof({"identify", path("car.csv"), "--from", "0", "--to", "900", "--out", model_, "--json", "-"});
+  ASSERT_EQ(fit.code, 0) << fit.err;
+  EXPECT_EQ(nlohmann::json::parse(fit.out)["effects"], nlohmann::json({"fresh_sulphate"}));
+  const auto predict = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"predict", model_, path("car.csv"), "--from", "900", "--csv", path("out.csv"), "--json", "-"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = sof(arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  };
+  const auto fitted = predict({});
+  ASSERT_TRUE(fitted["mixed"].is_object());
+  EXPECT_GT(fitted["mixed"]["share_percent"].get<double>(), 80.0);
+  EXPECT_GT(fitted["mixed"]["share_percent"].get<double>(), fitted["naive"]["share_percent"].get<double>());
+  EXPECT_FALSE(fitted["mixed"]["charges"].empty());
+  const auto driven = column(path("out.csv"), "driven_by");
+  EXPECT_GT(std::count(driven.begin(), driven.end(), "voltage"), 100);
+  EXPECT_GT(std::count(driven.begin(), driven.end(), "current"), 30);
+  EXPECT_EQ(predict({"--drive", "mixed"}), fitted);
+
+  const auto from_current = predict({"--drive", "current"});
+  EXPECT_TRUE(from_current["mixed"].is_null());
+  EXPECT_EQ(from_current["q_dyn_percent"], fitted["q_dyn_percent"]);
+  const auto by_current = column(path("out.csv"), "driven_by");
+  EXPECT_EQ(std::count(by_current.begin(), by_current.end(), "current"), static_cast<long>(by_current.size()));
+  EXPECT_EQ(column(path("out.csv"), "predicted_a").size(), by_current.size());
+
+  const Outcome text = sof({"predict", model_, path("car.csv"), "--from", "900"});
+  EXPECT_NE(text.out.find("driven by the voltage where a source imposes it"), std::string::npos);
+  EXPECT_NE(text.out.find("naive"), std::string::npos);
+}
+
+TEST_F(Sof, PredictsBothWaysWithAModelThatWasFittedWithoutASourceWhereItIsAskedTo) {
+  writeCsv(path("car.csv"), startStop());
+  ASSERT_EQ(identify().code, 0);
+  const auto share = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"predict", model_, path("car.csv"), "--json", "-"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return nlohmann::json::parse(sof(arguments).out)["mixed"];
+  };
+  EXPECT_TRUE(share({}).is_null());
+  EXPECT_TRUE(share({"--drive", "mixed"}).is_object());
+}
+
+TEST_F(Sof, RefusesAMixedDriveWhereNoSourceIsSeenAndAnotherDrive) {
+  Series rest = test::answered(test::drivenBattery(), std::vector<double>(3000, 0.0), 0.1, 0.001, 1);
+  for (std::size_t n = 0; n < rest.size(); ++n) rest.current[n] = n % 100 < 50 ? -20.0 : -1.0;
+  writeCsv(path("loads.csv"), rest);
+  ASSERT_EQ(identify().code, 0);
+  const Outcome none = sof({"predict", model_, path("loads.csv"), "--drive", "mixed"});
+  EXPECT_EQ(none.code, 2);
+  EXPECT_NE(none.err.find("--drive mixed: no source is seen in"), std::string::npos) << none.err;
+  const Outcome wrong = sof({"predict", model_, drive_, "--drive", "voltage"});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_NE(wrong.err.find("--drive"), std::string::npos) << wrong.err;
 }
 
 TEST_F(Sof, AnswersACrank) {

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <filesystem>
 
+#include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/identify/identification.hpp"
 #include "battery_sof/predict/cranking.hpp"
-#include "support/composed.hpp"
+#include "battery_sof/predict/profile.hpp"
+#include "support/start_stop.hpp"
 
 namespace battery_sof {
 namespace {
@@ -169,6 +171,148 @@ TEST(ModelYaml, OfACompositionAnswersQueriesAsTheModelItCameFrom) {
   const Interval before = *predictCranking(model, query).u_min, after = *predictCranking(back, query).u_min;
   EXPECT_NEAR(after.value, before.value, 1e-12);
   EXPECT_NEAR(after.lower, before.lower, 1e-6);
+}
+
+/// A model with everything that a source brings: rule, lag, naive predictors, past events, what was learnt and its memory.
+class ModelYamlBothWays : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const BatteryModel composition({"fresh_sulphate"});
+    test::StartStopOptions options;
+    options.duration = 1500.0;
+    options.current_noise = 0.1;
+    options.voltage_noise = 0.01;
+    drive_ = new test::StartStopDrive(test::startStopDrive(composition, test::freshBattery(composition), options));
+    IdentifyOptions identification;
+    identification.source = test::knownSource(*drive_);
+    identification.source->repair.lag = 1;
+    identification.effects = {"fresh_sulphate"};
+    // A battery of which the equations miss something.
+    Series series = drive_->series;
+    for (std::size_t n = 1; n < series.size(); ++n)
+      if (drive_->imposed[n]) series.current[n] += 3.0 * (series.voltage[n] - 13.8);
+    model_ = new FittedModel(identify(series, {0, 900}, identification));
+    fitErrors(*model_, series, {0, 900});
+    text_ = new std::string(modelYaml(*model_));
+  }
+  static void TearDownTestSuite() {
+    delete drive_;
+    delete model_;
+    delete text_;
+  }
+  /// What is said of the text with one line's beginning replaced.
+  static std::string error(const std::string& from, const std::string& to) { return errorOf(with(*text_, from, to)); }
+  /// The text with the value of one line replaced.
+  static std::string withValue(const std::string& key, const std::string& value) {
+    const auto at = text_->find(key);
+    EXPECT_NE(at, std::string::npos) << key;
+    const auto begin = at + key.size();
+    return std::string(*text_).replace(begin, text_->find('\n', begin) - begin, " " + value);
+  }
+  static void expectError(const std::string& text, const std::string& piece) {
+    const std::string said = errorOf(text);
+    EXPECT_NE(said.find(piece), std::string::npos) << "said: " << said << "\nexpected: " << piece;
+  }
+
+  static test::StartStopDrive* drive_;
+  static FittedModel* model_;
+  static std::string* text_;
+};
+test::StartStopDrive* ModelYamlBothWays::drive_ = nullptr;
+FittedModel* ModelYamlBothWays::model_ = nullptr;
+std::string* ModelYamlBothWays::text_ = nullptr;
+
+TEST_F(ModelYamlBothWays, ReadsBackSourceNaivePredictorsPastEventsAndWhatWasLearnt) {
+  const FittedModel& model = *model_;
+  ASSERT_TRUE(model.source);
+  ASSERT_FALSE(model.learned.current.empty());
+  ASSERT_FALSE(model.experience.cranks.empty());
+  ASSERT_FALSE(model.experience.charges.empty());
+  ASSERT_TRUE(model.naive.current_from_voltage && model.naive.voltage_from_current && model.naive.cranks);
+  const FittedModel back = parseModelYaml(*text_, "model.yaml");
+  ASSERT_TRUE(back.source);
+  EXPECT_TRUE(back.source->present);
+  EXPECT_EQ(back.source->least_current, model.source->least_current);
+  EXPECT_EQ(back.source->charge_begins, model.source->charge_begins);
+  EXPECT_EQ(back.source->current_noise, model.source->current_noise);
+  EXPECT_EQ(back.source->voltage_noise, model.source->voltage_noise);
+  EXPECT_EQ(back.source->resistance, model.source->resistance);
+  EXPECT_EQ(back.source->max_gap, model.source->max_gap);
+  EXPECT_EQ(back.voltage_lag, 1u);
+  EXPECT_EQ(back.naive.current_from_voltage->slope, model.naive.current_from_voltage->slope);
+  EXPECT_EQ(back.naive.voltage_from_current->samples, model.naive.voltage_from_current->samples);
+  EXPECT_EQ(back.naive.cranks->intercept, model.naive.cranks->intercept);
+  EXPECT_EQ(back.naive.phase.has_value(), model.naive.phase.has_value());
+  ASSERT_EQ(back.experience.cranks.size(), model.experience.cranks.size());
+  EXPECT_EQ(back.experience.cranks.back().modelled, model.experience.cranks.back().modelled);
+  ASSERT_EQ(back.experience.charges.size(), model.experience.charges.size());
+  EXPECT_EQ(back.experience.charges.front().first_voltage, model.experience.charges.front().first_voltage);
+  EXPECT_EQ(back.learned.current.weight, model.learned.current.weight);
+  EXPECT_EQ(back.learned.current.upper, model.learned.current.upper);
+  EXPECT_EQ(back.learned.least_current, model.learned.least_current);
+  EXPECT_EQ(back.learned.most_current, model.learned.most_current);
+  EXPECT_EQ(back.learned.voltage.weight, model.learned.voltage.weight);
+  EXPECT_EQ(back.state.memory.numbers(), model.state.memory.numbers());
+  EXPECT_EQ(back.scores.current_rmse, model.scores.current_rmse);
+  EXPECT_EQ(modelYaml(back), *text_);
+}
+
+TEST_F(ModelYamlBothWays, PredictsAsTheModelItCameFrom) {
+  const FittedModel back = parseModelYaml(*text_, "model.yaml");
+  const IndexRange rest{900, drive_->series.size()};
+  const FollowedPrediction before = predictMixed(*model_, drive_->series, rest);
+  const FollowedPrediction after = predictMixed(back, drive_->series, rest);
+  EXPECT_EQ(after.voltage_drives, before.voltage_drives);
+  for (std::size_t k = 0; k < rest.size(); ++k) {
+    ASSERT_NEAR(after.current[k], before.current[k], 1e-9);
+    ASSERT_NEAR(after.voltage[k], before.voltage[k], 1e-9);
+    ASSERT_NEAR(after.current_upper[k], before.current_upper[k], 1e-4);
+  }
+}
+
+TEST_F(ModelYamlBothWays, AFileWithoutThemIsAModelWithoutThem) {
+  const FittedModel back = parseModelYaml(modelYaml(fittedModel()), "model.yaml");
+  EXPECT_FALSE(back.source);
+  EXPECT_TRUE(back.learned.empty());
+  EXPECT_TRUE(back.experience.cranks.empty() && back.experience.charges.empty());
+  EXPECT_FALSE(back.state.memory.begun);
+  EXPECT_EQ(back.voltage_lag, 0u);
+}
+
+TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithASource) {
+  expectError(withValue("  charge_begins:", "power"), "source.charge_begins is \"power\", expected voltage or current");
+  expectError(withValue("  least_current_a:", ".nan"), "source.least_current_a is not finite");
+  expectError(withValue("  current_noise_a:", "-1"), "source.least_current_a and its neighbours cannot be used");
+  expectError(withValue("  max_gap_s:", "long"), "source.max_gap_s is \"long\", expected a number");
+  expectError(withValue("  voltage_lag_samples:", "-1"), "source.voltage_lag_samples is \"-1\", expected a whole number");
+  expectError(with(*text_, "  voltage_lag_samples:", "  voltage_lag:"), "source.voltage_lag_samples is missing");
+}
+
+TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithNaivePredictors) {
+  expectError(withValue("  current_from_voltage:", "[1, 2]"), "naive.current_from_voltage has 2 numbers, expected 8");
+  expectError(withValue("  voltage_from_current:", "none"), "naive.voltage_from_current is \"none\", expected 8 numbers");
+  expectError(withValue("  charge_10s:", "[1, 2, 3, 4, .inf]"), "naive.charge_10s holds a number that is not finite");
+}
+
+TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithPastEvents) {
+  expectError(with(*text_, "experience:\n", "experience:\n  cranks: [[1, 2, 3]]\nunused:\n"),
+              "experience.cranks must be rows of 4 numbers");
+  expectError(with(*text_, "experience:\n", "experience:\n  charges: 7\nunused:\n"),
+              "experience.charges is \"7\", expected rows of 6 numbers");
+  expectError(with(*text_, "experience:\n", "experience:\n  cranks: [[1, 2, 3, .nan]]\nunused:\n"),
+              "experience.cranks holds a number that is not finite");
+}
+
+TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithWhatWasLearnt) {
+  expectError(withValue("  current_range_a:", "[5, -5]"), "learned.current_range_a must rise");
+  expectError(withValue("  current_range_a:", "[5]"), "learned.current_range_a has 1 numbers, expected 2");
+  expectError(withValue("    weight:", "[1, 2]"), "and its neighbours must be as many finite numbers");
+  expectError(withValue("    constant:", ".inf"), "constant is not finite");
+  expectError(withValue("  memory:", "[1, 2, 3]"), "state.memory has 3 numbers, expected 20");
+  // A scale of nothing would divide by it.
+  std::string zeros = "[";
+  for (Eigen::Index j = 0; j < DriveMemory::kCurrentColumns; ++j) zeros += j ? ", 0" : "0";
+  expectError(withValue("    scale:", zeros + "]"), "and its neighbours must be as many finite numbers, scales above 0");
 }
 
 TEST(ReadModelFile, SaysThatAFileCannotBeRead) {
