@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/identify/composition_fit.hpp"
 #include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/identify/follower.hpp"
 #include "battery_sof/identify/identification.hpp"
@@ -150,6 +151,55 @@ TEST(IdentifyBothWays, RefusesASourceOfAnotherSizeAndOneForThePapersStart) {
   options.source->repair.dropped.assign(series.size(), 0);
   options.start = FitStart::kPaper;
   EXPECT_THROW(identify(series, {0, series.size()}, options), std::invalid_argument);
+}
+
+TEST(ChannelErrors, CostAndGradientAreThoseOfTheRobustErrorsOfBothChannels) {
+  for (const auto& effects : {std::vector<std::string>{}, {"fresh_sulphate"}}) {
+    const BatteryModel model(effects);
+    const StartStopDrive made = effects.empty() ? baseTwin(1.0, 0.02) : freshTwin(1.0, 0.02);
+    const Drive drive = fullDrive(made.series, {0, 400}, {}, made.imposed);
+    FitCost cost;
+    cost.channels.emplace();
+    cost.priors = false;
+    CompositionPoint point{effects.empty() ? typicalPoint(model) : freshBattery(model), model.restState()};
+    point.parameters[kRowUDc] += 0.05;
+    const CompositionProblem problem(model, drive, cost, point);
+    const Eigen::VectorXd x = problem.coordinatesOf(point), e = problem.residual(x);
+    double expected = 0.0;
+    const double k = cost.channels->robust;
+    for (Eigen::Index n = 0; n < e.size(); ++n) {
+      const double z2 = e[n] * e[n] * problem.weightOf(static_cast<std::size_t>(n));
+      expected += 2.0 * k * k * (std::sqrt(1.0 + z2 / (k * k)) - 1.0);
+    }
+    NormalEquations at;
+    ASSERT_TRUE(problem.evaluate(x, at));
+    EXPECT_NEAR(at.cost, expected, 1e-9 * expected);
+    for (Eigen::Index j = 0; j < problem.size(); ++j) {
+      const double h = 1e-4;
+      NormalEquations up, down;
+      ASSERT_TRUE(problem.evaluate(x + h * Eigen::VectorXd::Unit(problem.size(), j), up));
+      ASSERT_TRUE(problem.evaluate(x - h * Eigen::VectorXd::Unit(problem.size(), j), down));
+      const double difference = (up.cost - down.cost) / (4.0 * h);
+      EXPECT_NEAR(at.gradient[j], difference, 2e-3 * std::sqrt(at.hessian(j, j) * at.cost) + 1e-6) << "row " << problem.rowOf(j);
+    }
+  }
+}
+
+TEST(ChannelErrors, AVoltageWeighsByTheCurrentItIsWorthAndALargeCurrentLess) {
+  const BatteryModel model;
+  const StartStopDrive made = baseTwin(0.0, 0.0);
+  const Drive drive = fullDrive(made.series, {0, 400}, {}, made.imposed);
+  FitCost cost;
+  cost.channels.emplace();
+  const CompositionProblem problem(model, drive, cost, {typicalPoint(model), model.restState()});
+  for (std::size_t n = 1; n < 400; ++n) {
+    const double weight = problem.weightOf(n), current = made.series.current[n];
+    ASSERT_TRUE(std::isfinite(weight) && weight > 0.0);
+    if (!made.imposed[n]) continue;
+    // At least the offset's and the model's share, at most with 100 S from current to voltage.
+    EXPECT_LE(weight, 1.0 / (0.25 + std::pow(0.15 * current, 2)) * (1.0 + 1e-9));
+    EXPECT_GE(weight, 1.0 / (0.25 + std::pow(0.15 * current, 2) + std::pow(200.0 * 0.012, 2)));
+  }
 }
 
 TEST(DrivingSource, IsSeenInAStartStopDriveAtOneHertzAndInNoFastOne) {
