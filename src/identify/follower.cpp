@@ -14,7 +14,13 @@ constexpr double kLookBack = 300.0;  // [s], of a source's past that its judgeme
 Follower::Follower(const FittedModel& model, bool uncertain)
     : simulation_(uncertain ? uncertainSimulationOf(model) : simulationOf(model)),
       memory_(model.state.memory),
-      learned_(model.learned) {}
+      learned_(model.learned) {
+  // A source's ramp begins at the voltage that the state stands for.
+  DriveStep here;
+  here.time = model.state.time;
+  here.held = here.current = model.state.current;
+  simulation_.advance(here);
+}
 
 FollowedSample Follower::follow(const DriveSample& sample) {
   FollowedSample out;

@@ -52,8 +52,8 @@ void addCranks(Experience& experience, const Series& series, IndexRange range, c
 
 void addCharges(Experience& experience, const Series& series, IndexRange range, const Source& source,
                 const std::vector<double>& modelled) {
-  for (const double duration : {10.0, 60.0})
-    for (const std::size_t first : chargeBeginnings(series, range, source.imposes_voltage)) {
+  for (const std::size_t first : chargeBeginnings(series, range, source.imposes_voltage))
+    for (const double duration : {10.0, 60.0}) {
       const auto charge = beginningOfCharge(series, range, first, duration, source.imposes_voltage);
       if (!charge) continue;
       PastCharge past{series.time[first], duration, 0.0, series.voltage[first], 0.0, 0.0};

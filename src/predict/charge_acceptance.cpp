@@ -113,8 +113,8 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
   }
   const ExpectedCurrent mean = expectedCurrent(model, stepsOf(query), query.i_limit);
   answer.i_boost = experiencedCharge(model, {query.u_boost, query.u_boost, query.t_sof2}, mean.current);
-  answer.i_boost->value = std::min(answer.i_boost->value, query.i_limit);
-  answer.i_boost->upper = std::min(answer.i_boost->upper, query.i_limit);
+  for (double* current : {&answer.i_boost->value, &answer.i_boost->lower, &answer.i_boost->upper})
+    *current = std::min(*current, query.i_limit);
 
   QueryRange range;
   range.charges = true;

@@ -243,8 +243,8 @@ TEST(LearnFromWindow, KeepsCranksAndChargesOfTheWindowBesideWhatWasExpectedOfThe
 
 TEST(Experience, KeepsTheNewestInOrderOfTime) {
   Experience past;
-  for (int n = 0; n < 100; ++n) past.add(PastCharge{10.0 * n, 10.0, 14.0, 14.0, 5.0, 5.0});
-  for (int n = 0; n < 100; ++n) past.add(PastCharge{10.0 * n, 60.0, 14.0, 14.0, 5.0, 5.0});
+  for (int n = 0; n < 100; ++n)
+    for (const double duration : {10.0, 60.0}) past.add(PastCharge{10.0 * n, duration, 14.0, 14.0, 5.0, 5.0});
   ASSERT_EQ(past.charges.size(), 2 * Experience::kMost);
   for (std::size_t k = 1; k < past.charges.size(); ++k) EXPECT_GE(past.charges[k].time, past.charges[k - 1].time);
   EXPECT_EQ(past.charges.front().time, 600.0);
@@ -295,6 +295,30 @@ TEST(CarryState, InTwoStretchesIsTheSameAsInOne) {
   EXPECT_NEAR(twice.state.u_c2, once.state.u_c2, 1e-3);
   for (std::size_t j = 0; j < once.state.further.size(); ++j)
     EXPECT_NEAR(twice.state.further[j], once.state.further[j], 0.02 * (1.0 + std::abs(once.state.further[j])));
+}
+
+TEST(Follower, BegunAtASavedStateGoesOnAsIfItHadNotStopped) {
+  // Cut at the last sample of a load: the source's ramp begins at the load's voltage.
+  const StartStopDrive drive = freshTwin(0.0, 0.0);
+  FittedModel model = fitted(drive, {"fresh_sulphate"});
+  model.learned = {};
+  const Drive samples = fullDrive(drive.series, {0, drive.series.size()}, {}, drive.imposed);
+  ModelPoint at = pointOf(model);
+  at.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
+  at.time = at.reference_time = 0.0;
+  Follower whole_way(Simulation(compositionOf(model), at));
+  std::size_t cuts = 0;
+  for (std::size_t n = 0; n + 1 < samples.samples.size(); ++n) {
+    whole_way.follow(samples.samples[n]);
+    if (drive.imposed[n] || !drive.imposed[n + 1]) continue;
+    FittedModel saved = model;
+    saved.state.time = drive.series.time[n];
+    takeState(saved, whole_way, drive.series.current[n]);
+    Follower begun(saved), goes_on = whole_way;
+    EXPECT_NEAR(begun.follow(samples.samples[n + 1]).current, goes_on.follow(samples.samples[n + 1]).current, 1e-4);
+    ++cuts;
+  }
+  EXPECT_GT(cuts, 5u);
 }
 
 TEST(Follower, PredictsTheQuantityThatIsNotImposed) {

@@ -76,6 +76,15 @@ TEST(PredictChargeAcceptance, StaysAtTheSourcesLimitAndLeavesItWhenTheBatteryFil
   EXPECT_LE(partly.i_boost->upper, limit);
 }
 
+TEST(PredictChargeAcceptance, PastChargesTakeNoBoundBeyondTheSourcesLimit) {
+  FittedModel model = knownModel();
+  for (int k = 0; k < 6; ++k) model.experience.add(PastCharge{10.0 * k, 10.0, 14.2, 14.2, 90.0 + k, 60.0});
+  const ChargeAcceptanceAnswer answer = predictChargeAcceptance(model, {14.2, 10.0, 40.0});
+  EXPECT_LE(answer.i_boost->lower, answer.i_boost->value);
+  EXPECT_LE(answer.i_boost->value, answer.i_boost->upper);
+  EXPECT_LE(answer.i_boost->upper, 40.0);
+}
+
 TEST(PredictChargeAcceptance, FollowsEveryCompositionToTheHeldVoltage) {
   for (const EffectInfo& info : effectCatalogue()) {
     const FittedModel model = knownModel(withNeeds(info.id));
