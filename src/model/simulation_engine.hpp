@@ -126,16 +126,21 @@ class EngineOf final : public Simulation::Engine {
   }
 
   double advanceAtVoltage(double voltage, double duration, double most_current) override {
+    return advanceTo(S(voltage), duration, most_current);
+  }
+
+  /// As advanceAtVoltage(), to a voltage that may follow the lanes itself.
+  double advanceTo(const S& voltage, double duration, double most_current) {
     widen();  // the current's lanes reach the double layer
-    if (limits_reaction_ && activity_state_ < 0 && ladder_state_ < 0 && !steps_finely_ && duration <= longest_piece_ &&
+    if (limits_reaction_ && activity_state_ < 0 && ladder_state_ < 0 && !steps_finely_ &&
         stepAtSource(voltage, duration, most_current))
       return valueOf(source_current_);
-    const double i = currentFor(voltage, duration, most_current);
+    const double i = currentFor(valueOf(voltage), duration, most_current);
     source_trend_ = valueOf(source_current_) != 0.0 ? i - valueOf(source_current_) : 0.0;
     source_current_ = S(i);
     pass(source_current_, source_current_, duration, 0.0, time_ + duration);
     if constexpr (!std::is_same_v<S, double>)
-      if (i < most_current) letCurrentFollow();
+      if (i < most_current) letCurrentFollow(voltage);
     return i;
   }
 
@@ -158,10 +163,10 @@ class EngineOf final : public Simulation::Engine {
       source_trend_ = 0.0;
     }
     // Before its first step a simulation has shown no voltage to ramp from.
-    const double from = valueOf(terminal_) != 0.0 ? valueOf(terminal_) : voltage;
+    const S from = valueOf(terminal_) != 0.0 ? terminal_ : S(voltage);
     const double parts = std::clamp(std::ceil(ramp / kLongestHold - 1e-9), 1.0, kMostHolds);
     for (double k = 1.0; k <= parts; ++k)
-      advanceAtVoltage(from + (voltage - from) * k / parts, ramp / parts, kMostCurrent);
+      advanceTo(S(from + (voltage - from) * (k / parts)), ramp / parts, kMostCurrent);
     time_ = step.time;
     current_error_ = S(shown - source_current_);
   }
@@ -172,7 +177,7 @@ class EngineOf final : public Simulation::Engine {
    * The current is eliminated: what the other effects and the ohmic resistance make of it is affine in it, or is made so by
    * Newton's method. @return false, nothing moved, when the current would exceed most_current or is not found.
    */
-  bool stepAtSource(double voltage, double duration, double most_current) {
+  bool stepAtSource(const S& voltage, double duration, double most_current) {
     const double end_time = time_ + duration;
     const Present<S> present = presentAt(end_time - 0.5 * duration);
     const double before = valueOf(x_[0]);
@@ -186,7 +191,7 @@ class EngineOf final : public Simulation::Engine {
       const Slope others = slopes.othersVoltage(Slope(i, Eigen::Matrix<double, 1, 1>::Ones()), duration,
                                                 Slope(k > 0 ? step.u : before), slope_present);
       resistance = others.derivatives()[0];
-      step = layer_->atSource(p_.data(), present, voltage - others.value() + resistance * i, resistance, duration, before);
+      step = layer_->atSource(p_.data(), present, valueOf(voltage) - others.value() + resistance * i, resistance, duration, before);
       found = std::abs(step.current - i) < 1e-7 * (1.0 + std::abs(i));
       i = step.current;
     }
@@ -299,6 +304,7 @@ class EngineOf final : public Simulation::Engine {
   static constexpr double kGrowing = 0.005;  // of the time passed
   // A voltage between two samples is a ramp of currents held this long [s], at slow rates at most so many.
   static constexpr double kLongestHold = 0.5, kMostHolds = 8.0;
+  static constexpr double kMostPieces = 8.0;  // of an interval, where nothing asks for fine steps
   static constexpr double kRampAfterGap = 1.0;  // [s], the end of a gap in which the source comes back
   static constexpr double kMostCurrent = 1e4;   // [A], beyond anything a source gives
   static constexpr unsigned kFadingLooked = 1024;  // intervals; too few to fade from kFaded to what is stuck
@@ -425,7 +431,8 @@ class EngineOf final : public Simulation::Engine {
    */
   double pieceOf(double duration, double done) const {
     if (longest_piece_ == 0.0) return duration;
-    const double even = duration / std::ceil(duration / longest_piece_);
+    const double pieces = std::ceil(duration / longest_piece_);
+    const double even = duration / (steps_finely_ ? pieces : std::min(pieces, kMostPieces));
     return std::min(std::max(even, kGrowing * done), duration - done);
   }
 
@@ -511,10 +518,11 @@ class EngineOf final : public Simulation::Engine {
 
   /// Lets the current that was solved for follow the lanes so that the terminal voltage stays: the implicit function's
   /// derivative, by the slopes that the probe has to the current.
-  void letCurrentFollow() {
+  void letCurrentFollow(const S& voltage) {
     const EngineOf<Slope>& slopes = *probe_;
     const auto slope = [](const Slope& x) { return x.derivatives()[0]; };
-    const S follow = S((valueOf(terminal_) - terminal_) / slope(slopes.terminal_));
+    const S follow =
+        S((valueOf(terminal_) - terminal_ + voltage - valueOf(voltage)) / slope(slopes.terminal_));
     source_current_ = S(source_current_ + follow);
     for (std::size_t j = 0; j < x_.size(); ++j) x_[j] = S(x_[j] + slope(slopes.x_[j]) * follow);
     terminal_ = S(terminal_ + slope(slopes.terminal_) * follow);
