@@ -123,12 +123,16 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
   range.charge_duration = query.t_sof2;
   range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / 3600.0;
   range.temperature = query.temperature;
+  range.evidence = chargeEvidence(model.experience, query.u_boost, query.t_sof2);
   const std::string reasons = extrapolationOf(model, range, capacity);
   answer.valid = reasons.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
   answer.message = sentence("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A",
                             answer.i_boost->value, query.t_sof2, query.u_boost,
                             answer.i_boost->lower, answer.i_boost->upper);
+  if (range.evidence.vouches)
+    answer.message += sentence("; %d past charges like it were missed by %.1f A", range.evidence.charges,
+                               range.evidence.median_error);
   if (!answer.valid) answer.message += "; not to be relied on: " + reasons;
   return answer;
 }
