@@ -50,10 +50,10 @@ Pace track(const FittedModel& model, const Series& series) {
   const double begin = threadSeconds();
   const double wall = wallMilliseconds([&] {
     for (std::size_t n = 0; n < series.size(); ++n)
-      if (series.time[n] > model.state.time) tracker.advance(series.time[n], series.current[n]);
+      if (series.time[n] > model.state.time) tracker.follow(series.time[n], series.current[n], series.voltage[n]);
   });
   const double samples = static_cast<double>(series.size()) - kWindow * 100.0;
-  return {samples / (threadSeconds() - begin), samples / (1e-3 * wall), tracker.expectedVoltage()};
+  return {samples / (threadSeconds() - begin), samples / (1e-3 * wall), tracker.last().voltage};
 }
 
 nlohmann::json tracked() {

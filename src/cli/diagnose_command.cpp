@@ -85,7 +85,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   CLI::Option* hypotheses =
       command
           ->add_option("--hypotheses", arguments->options.hypotheses,
-                       "ids to weigh, comma-separated; by default all of sof effects but source_delay")
+                       "ids to weigh, comma-separated; by default all of sof effects but fresh_sulphate")
           ->delimiter(',');
   CLI::Option* given = command->add_option("--given", arguments->options.given,
                    "ids that are known to be there, comma-separated: they are modelled and nothing is searched for");

@@ -137,7 +137,7 @@ TEST_F(Sof, PredictsAndWritesThePredictionSampleBySample) {
   std::ifstream file(path("prediction.csv"));
   std::string header;
   std::getline(file, header);
-  EXPECT_EQ(header, "time_s,current_a,voltage_v,predicted_v,lower_v,upper_v");
+  EXPECT_EQ(header, "time_s,current_a,voltage_v,predicted_v,lower_v,upper_v,driven_by,predicted_a,lower_a,upper_a");
 }
 
 TEST_F(Sof, AnswersACrank) {

@@ -243,3 +243,58 @@ TEST(CompressedDrive, GivesTheFullDrivesMeanVoltageToAFewHundredMicrovolts) {
   }
   EXPECT_LT(worst, 4e-4);
 }
+
+TEST(MissedCrank, GivesTheCranksChargeWhereASourceReturnsAfterADischargeThatShowsNone) {
+  MissedCrank missed;
+  for (int n = 0; n < 20; ++n) EXPECT_EQ(missed.add(1.0, -20.0, false), 0.0);
+  EXPECT_DOUBLE_EQ(missed.add(1.0, 30.0, true), MissedCrank::kCharge);
+  EXPECT_EQ(missed.add(1.0, 25.0, true), 0.0);
+}
+
+TEST(MissedCrank, LeavesOutWhatSamplesShowedOfTheCrank) {
+  MissedCrank missed;
+  for (int n = 0; n < 20; ++n) missed.add(1.0, -20.0, false);
+  missed.add(1.0, -100.0, false);
+  EXPECT_DOUBLE_EQ(missed.add(1.0, 30.0, true), MissedCrank::kCharge - 100.0);
+  for (int n = 0; n < 20; ++n) missed.add(1.0, -20.0, false);
+  missed.add(1.0, -200.0, false);
+  EXPECT_EQ(missed.add(1.0, 30.0, true), 0.0);
+}
+
+TEST(MissedCrank, ASmallDischargeStartedNoEngine) {
+  MissedCrank missed;
+  for (int n = 0; n < 7; ++n) missed.add(1.0, -20.0, false);  // 140 As
+  EXPECT_EQ(missed.add(1.0, 5.0, true), 0.0);
+  // Each discharge counts alone.
+  missed.add(1.0, -20.0, false);
+  EXPECT_EQ(missed.add(1.0, 5.0, true), 0.0);
+}
+
+TEST(MissedCrank, FastSamplingMissesNothing) {
+  MissedCrank missed;
+  for (int n = 0; n < 4000; ++n) missed.add(0.01, -20.0, false);
+  EXPECT_EQ(missed.add(0.01, 30.0, true), 0.0);
+}
+
+TEST(MissedCrank, AGapDrawsNoMoreThanTwoSecondsOfItsCurrent) {
+  MissedCrank missed;
+  missed.add(3600.0, -20.0, false);
+  EXPECT_EQ(missed.add(1.0, 30.0, true), 0.0);
+}
+
+TEST(FullDrive, CarriesMarksOfTheSourceAndWhatWasMissed) {
+  std::vector<double> time, current(31, -20.0);
+  for (int n = 0; n < 31; ++n) time.push_back(n);
+  current[30] = 40.0;
+  const Series series = seriesOf(time, current);
+  std::vector<char> imposed(31, 0);
+  imposed[30] = 1;
+  const Drive drive = fullDrive(series, whole(series), {}, imposed);
+  for (std::size_t n = 0; n < 30; ++n) {
+    EXPECT_FALSE(drive.samples[n].voltage_drives);
+    EXPECT_EQ(drive.samples[n].step.missed, 0.0);
+  }
+  EXPECT_TRUE(drive.samples[30].voltage_drives);
+  EXPECT_DOUBLE_EQ(drive.samples[30].step.missed, MissedCrank::kCharge);
+  EXPECT_EQ(fullDrive(series, whole(series)).samples[30].step.missed, 0.0);
+}

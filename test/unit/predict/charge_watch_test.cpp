@@ -27,7 +27,7 @@ class Ride {
     before_ = current;
     const StreamSample sample{time_, current, terminalVoltage(drivenBattery(), current, u_c2_)};
     if (const auto charge = watch_.add(sample, tracker_, kMaxGap)) comparisons.push_back(*charge);
-    tracker_.advance(time_, current);
+    tracker_.follow(time_, current, sample.voltage);
   }
   void reset() { watch_.reset(); }
 

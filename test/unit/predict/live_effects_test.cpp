@@ -41,7 +41,7 @@ TEST_P(LiveEffect, TrackedSampleBySampleIsWhereCarryingTheStateOfflinePutsIt) {
   FittedModel offline = standingAt(withNeeds(GetParam()), series, 1000);
   StateTracker tracker(offline, gapThreshold(series));
   for (std::size_t n = 1001; n < series.size(); ++n)
-    tracker.advance(series.time[n], series.current[n]);
+    tracker.follow(series.time[n], series.current[n], series.voltage[n]);
   carryState(offline, series, series.size() - 1);
   const FittedModel live = tracker.modelNow();
   EXPECT_EQ(live.state.time, offline.state.time);

@@ -98,19 +98,19 @@ TEST(StateTracker, EqualsCarryingTheStateOffline) {
   carryState(offline, series, series.size() - 1);
   StateTracker tracker(fitted, gapThreshold(series));
   for (std::size_t n = 24000; n < series.size(); ++n)
-    tracker.advance(series.time[n], series.current[n]);
+    tracker.follow(series.time[n], series.current[n], series.voltage[n]);
   const FittedModel online = tracker.modelNow();
   EXPECT_DOUBLE_EQ(online.state.u_c2, offline.state.u_c2);
   EXPECT_DOUBLE_EQ(online.state.time, offline.state.time);
   EXPECT_TRUE(online.covariance.isApprox(offline.covariance, 1e-9));
-  EXPECT_NEAR(tracker.expectedVoltage(), series.voltage.back(), 0.02);
+  EXPECT_NEAR(tracker.last().voltage, series.voltage.back(), 0.02);
 }
 
 TEST(StateTracker, RestsAcrossAGapAndRefusesToGoBack) {
   StateTracker tracker(model(), 5.0);
-  tracker.advance(model().state.time + 1000.0, -20.0);
+  tracker.follow(model().state.time + 1000.0, -20.0, 12.0);
   EXPECT_NEAR(tracker.state().u_c2, 0.0, 1e-3);
-  EXPECT_THROW(tracker.advance(model().state.time, 0.0), std::invalid_argument);
+  EXPECT_THROW(tracker.follow(model().state.time, 0.0, 12.0), std::invalid_argument);
 }
 
 }  // namespace

@@ -36,14 +36,18 @@ TEST(IdentifyText, SaysWhichParametersAreNotDetermined) {
 }
 
 TEST(PredictionJson, HoldsTheContractsFieldsAndNullForWhatIsUndefined) {
-  PredictionScores scores;
+  PredictionReport report;
+  PredictionScores& scores = report.from_current;
   scores.cranks.push_back({12.0, -200.0, 10.1, {10.0, 9.8, 10.2}});
-  const auto json = predictionJson(scores);
+  const auto json = predictionJson(report);
   EXPECT_EQ(json["schema"], "battery_sof/prediction/1");
   EXPECT_TRUE(json["q_dyn_percent"].is_null());
   EXPECT_TRUE(json["crank_mae_v"].is_null());
   for (const char* key : {"time_s", "measured_min_v", "predicted_min_v", "lower_v", "upper_v"})
     EXPECT_TRUE(json["cranks"][0].contains(key)) << key;
+  EXPECT_TRUE(json["mixed"].is_null());
+  EXPECT_TRUE(json["naive"]["q_dyn_percent"].is_null());
+  EXPECT_TRUE(json["naive"]["rmse_v"].is_null());
 }
 
 TEST(CrankingJson, HoldsTheServicesFieldsAndNullForAbsentNumbers) {
