@@ -140,14 +140,15 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
 namespace {
 
 /// Mean of what a model with a source expects to flow, sample by sample.
-Interval followedCurrent(const FittedModel& model, const Series& series, MissedCrank missed) {
+Interval followedCurrent(const FittedModel& model, const Series& series, MissedCrank missed,
+                         const std::vector<double>& driving) {
   Follower follower(model, true);
   double before = model.state.time, current_before = model.state.current, sum = 0.0, spread = 0.0;
   for (std::size_t n = 0; n < series.size(); ++n) {
     DriveSample sample;
     sample.step = driveStep(before, current_before, series.time[n], series.current[n], gapThreshold(series));
     sample.step.missed = missed.add(sample.step.duration, series.current[n], true);
-    sample.voltage = series.voltage[n];
+    sample.voltage = driving.empty() ? series.voltage[n] : driving[n];
     sample.voltage_drives = true;
     const FollowedSample at = follower.follow(sample);
     sum += at.current * sample.step.duration;
@@ -163,7 +164,8 @@ Interval followedCurrent(const FittedModel& model, const Series& series, MissedC
 
 }  // namespace
 
-MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series, MissedCrank missed) {
+MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series, MissedCrank missed,
+                                   const std::vector<double>& driving) {
   constexpr double kStep = 0.1;  // [s]
   MeanChargeCurrent mean;
   std::vector<VoltageStep> steps;
@@ -187,7 +189,7 @@ MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& serie
     mean.modelled = mean.current.value;
     return mean;
   }
-  const Interval modelled = followedCurrent(model, series, missed);
+  const Interval modelled = followedCurrent(model, series, missed, driving);
   mean.modelled = modelled.value;
   mean.current = experiencedCharge(model, {mean.mean_voltage, series.voltage.front(), total}, modelled);
   return mean;
