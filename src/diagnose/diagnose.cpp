@@ -18,6 +18,9 @@
 #include "battery_sof/diagnose/verdict.hpp"
 #include "battery_sof/identify/composition_identification.hpp"
 #include "battery_sof/identify/error_tracker.hpp"
+#include "battery_sof/naive/naive_predictor.hpp"
+#include "battery_sof/naive/ridge.hpp"
+#include "battery_sof/predict/both_ways.hpp"
 #include "battery_sof/recording/checks.hpp"
 #include "battery_sof/recording/clipped_current.hpp"
 #include "battery_sof/recording/current_flicker.hpp"
@@ -25,6 +28,8 @@
 
 namespace battery_sof {
 namespace {
+
+constexpr std::size_t kLeastForRidge = 60;  // samples, as ridgeVoltage() asks for
 
 constexpr std::size_t kLeastSamples = 120;   // of the training part: ten for every unknown of base model and noise
 constexpr double kLeastDuration = 120.0;     // [s], two time constants of the double layer at rest
@@ -521,7 +526,47 @@ class Diagnoser {
     fit.base_holdout = metrics(holdout_, found_.base_voltage, found_.base);
     fit.extended_train = metrics(train_, found_.extended_voltage, found_.extended);
     fit.extended_holdout = metrics(holdout_, found_.extended_voltage, found_.extended);
+    compareBothWays();
     fit.regimes = compareRegimes(quiet_current_, holdout_, found_.base_voltage, found_.extended_voltage, limits_.masked);
+  }
+
+  /// The hold-out in the direction that is imposed, and beside what needs no physics.
+  void compareBothWays() {
+    const Source source = findSource(series_);
+    found_.source_share = source.share;
+    const std::optional<DrivingSource> driving = drivingSource(series_);
+    const std::vector<char> drives = driving ? driving->imposes_voltage : std::vector<char>(series_.size(), 0);
+    Comparison& fit = found_.fit;
+    const NaivePredictor naive = fitNaive(series_, train_, drives);
+    if (naive.voltage_from_current) {
+      fit.naive_line = errorMetrics(series_, holdout_, predictNaive(naive, series_, {0, series_.size()}, drives).voltage,
+                                    std::nullopt, limits_.masked);
+      if (driving)
+        takeShares(scoreNaive(naive, series_, holdout_, {drives.begin() + static_cast<std::ptrdiff_t>(holdout_.first), drives.end()}).mixed,
+                   *fit.naive_line);
+    }
+    if (train_.size() >= kLeastForRidge) {
+      std::vector<double> voltage = series_.voltage;
+      const RidgePrediction ridge = ridgeVoltage(quiet_current_, train_, holdout_);
+      std::copy(ridge.voltage.begin(), ridge.voltage.end(), voltage.begin() + static_cast<std::ptrdiff_t>(holdout_.first));
+      fit.naive_ridge = errorMetrics(series_, holdout_, voltage, std::nullopt, limits_.masked);
+    }
+    if (!driving) return;
+    takeShares(sharesOf(found_.base, *driving), fit.base_holdout);
+    takeShares(sharesOf(found_.extended, *driving), fit.extended_holdout);
+  }
+
+  MixedScores sharesOf(FittedModel model, const DrivingSource& driving) const {
+    model.source = driving.rule;
+    model.voltage_lag = driving.repair.lag;
+    const FollowedPrediction predicted = predictMixed(model, series_, holdout_);
+    return scoreBothWays(model, series_, holdout_, predicted).mixed;
+  }
+
+  static void takeShares(const MixedScores& scores, ErrorMetrics& metrics) {
+    metrics.share_percent = scores.share_percent;
+    metrics.current_share_percent = scores.current_share_percent;
+    metrics.voltage_share_percent = scores.voltage_share_percent;
   }
 
   FitWindow windowOf(IndexRange range) const {

@@ -172,6 +172,10 @@ void CompositionProblem::reweigh(const CompositionPoint& point) {
   }
 }
 
+double CompositionProblem::negligibleShare() const {
+  return cost_.channels ? kNoise / cost_.channels->independent : kNoise;
+}
+
 double CompositionProblem::weightOf(std::size_t k) const {
   const DriveSample& sample = drive_.samples[k];
   if (cost_.channels) return precision_[k] * sample.count;
@@ -454,7 +458,8 @@ CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::Vector
   fit.x = elimination.full();
   fit.at = *at;
   // Where implicit steps change their number the cost has steps of its own, far below what a parameter is known to.
-  if (fit.status == FitStatus::kStalled && promisedGain(problem, fit.x, fit.at) < kNoise * fit.at.cost)
+  if (fit.status == FitStatus::kStalled &&
+      promisedGain(problem, fit.x, fit.at) < problem.negligibleShare() * fit.at.cost)
     fit.status = FitStatus::kConverged;
   fit.passes += elimination.passes();
   fit.point = problem.pointAt(fit.x);

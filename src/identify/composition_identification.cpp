@@ -17,6 +17,8 @@ constexpr std::size_t kCompressFrom = 4000;
 constexpr std::size_t kFullRateErrors = 100000;
 constexpr int kWhiteningRounds = 2;
 constexpr int kFirstIterations = 20;  // before weights are taken anew
+// Share of the cost below which a step is not worth taking: a tenth of what half a standard error makes of it.
+constexpr double kEnough = 1e-4;
 constexpr int kLastIterations = 10;  // of the search at full rate; beyond it compression was no good start
 constexpr double kLeastWhite = 1e-5;  // [V]
 
@@ -91,7 +93,7 @@ Fitted searchBothWays(const BatteryModel& model, const Drive& drive, const Ident
   cost.channels.emplace();
   CompositionSearch search;
   search.eliminate = false;
-  search.tolerance = 1e-6;
+  search.tolerance = kEnough;
   search.max_iterations = std::max(options.max_iterations, kFirstIterations);
   CompositionPoint start = typicalStart(model, drive);
   if (model.effects().empty()) start = basePoint(base);

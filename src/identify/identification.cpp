@@ -224,8 +224,9 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
           : identifyComposition(series, range, options, fit);
   model.start = start;
   if (!model.source) model.naive = fitNaive(series, range, std::vector<char>(series.size(), 0));
-  model.suitability =
-      predictionSuitability(model.scores.rmse, windowExcitation(series, range));
+  model.suitability = model.scores.left_out_share_percent
+                          ? std::clamp(*model.scores.left_out_share_percent / 100.0, 0.0, 1.0)
+                          : predictionSuitability(model.scores.rmse, windowExcitation(series, range));
   return model;
 }
 

@@ -126,13 +126,13 @@ class EngineOf final : public Simulation::Engine {
   }
 
   double advanceAtVoltage(double voltage, double duration, double most_current) override {
-    return holdVoltage(S(voltage), duration, most_current);
+    return advanceTo(S(voltage), duration, most_current);
   }
 
-  /// advanceAtVoltage() where the voltage, too, may follow the lanes.
-  double holdVoltage(const S& voltage, double duration, double most_current) {
+  /// As advanceAtVoltage(), to a voltage that may follow the lanes itself.
+  double advanceTo(const S& voltage, double duration, double most_current) {
     widen();  // the current's lanes reach the double layer
-    if (limits_reaction_ && activity_state_ < 0 && ladder_state_ < 0 && !steps_finely_ && duration <= longest_piece_ &&
+    if (limits_reaction_ && activity_state_ < 0 && ladder_state_ < 0 && !steps_finely_ &&
         stepAtSource(voltage, duration, most_current))
       return valueOf(source_current_);
     const double i = currentFor(valueOf(voltage), duration, most_current);
@@ -165,9 +165,8 @@ class EngineOf final : public Simulation::Engine {
     // Before its first step a simulation has shown no voltage to ramp from.
     const S from = valueOf(terminal_) != 0.0 ? terminal_ : S(voltage);
     const double parts = std::clamp(std::ceil(ramp / kLongestHold - 1e-9), 1.0, kMostHolds);
-    for (double k = 1.0; k < parts; ++k)
-      holdVoltage(S(from + (voltage - from) * k / parts), ramp / parts, kMostCurrent);
-    holdVoltage(S(voltage), ramp / parts, kMostCurrent);
+    for (double k = 1.0; k <= parts; ++k)
+      advanceTo(S(from + (voltage - from) * (k / parts)), ramp / parts, kMostCurrent);
     time_ = step.time;
     current_error_ = S(shown - source_current_);
   }
@@ -305,6 +304,7 @@ class EngineOf final : public Simulation::Engine {
   static constexpr double kGrowing = 0.005;  // of the time passed
   // A voltage between two samples is a ramp of currents held this long [s], at slow rates at most so many.
   static constexpr double kLongestHold = 0.5, kMostHolds = 8.0;
+  static constexpr double kMostPieces = 8.0;  // of an interval, where nothing asks for fine steps
   static constexpr double kRampAfterGap = 1.0;  // [s], the end of a gap in which the source comes back
   static constexpr double kMostCurrent = 1e4;   // [A], beyond anything a source gives
   static constexpr unsigned kFadingLooked = 1024;  // intervals; too few to fade from kFaded to what is stuck
@@ -431,7 +431,8 @@ class EngineOf final : public Simulation::Engine {
    */
   double pieceOf(double duration, double done) const {
     if (longest_piece_ == 0.0) return duration;
-    const double even = duration / std::ceil(duration / longest_piece_);
+    const double pieces = std::ceil(duration / longest_piece_);
+    const double even = duration / (steps_finely_ ? pieces : std::min(pieces, kMostPieces));
     return std::min(std::max(even, kGrowing * done), duration - done);
   }
 
@@ -520,7 +521,8 @@ class EngineOf final : public Simulation::Engine {
   void letCurrentFollow(const S& voltage) {
     const EngineOf<Slope>& slopes = *probe_;
     const auto slope = [](const Slope& x) { return x.derivatives()[0]; };
-    const S follow = S((voltage - valueOf(voltage) + valueOf(terminal_) - terminal_) / slope(slopes.terminal_));
+    const S follow =
+        S((valueOf(terminal_) - terminal_ + voltage - valueOf(voltage)) / slope(slopes.terminal_));
     source_current_ = S(source_current_ + follow);
     for (std::size_t j = 0; j < x_.size(); ++j) x_[j] = S(x_[j] + slope(slopes.x_[j]) * follow);
     terminal_ = S(terminal_ + slope(slopes.terminal_) * follow);

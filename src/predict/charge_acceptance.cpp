@@ -123,12 +123,16 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
   range.charge_duration = query.t_sof2;
   range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / 3600.0;
   range.temperature = query.temperature;
+  range.evidence = chargeEvidence(model.experience, query.u_boost, query.t_sof2);
   const std::string reasons = extrapolationOf(model, range, capacity);
   answer.valid = reasons.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
   answer.message = sentence("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A",
                             answer.i_boost->value, query.t_sof2, query.u_boost,
                             answer.i_boost->lower, answer.i_boost->upper);
+  if (range.evidence.vouches)
+    answer.message += sentence("; %d past charges like it were missed by %.1f A", range.evidence.charges,
+                               range.evidence.median_error);
   if (!answer.valid) answer.message += "; not to be relied on: " + reasons;
   return answer;
 }
@@ -136,14 +140,15 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
 namespace {
 
 /// Mean of what a model with a source expects to flow, sample by sample.
-Interval followedCurrent(const FittedModel& model, const Series& series, MissedCrank missed) {
+Interval followedCurrent(const FittedModel& model, const Series& series, MissedCrank missed,
+                         const std::vector<double>& driving) {
   Follower follower(model, true);
   double before = model.state.time, current_before = model.state.current, sum = 0.0, spread = 0.0;
   for (std::size_t n = 0; n < series.size(); ++n) {
     DriveSample sample;
     sample.step = driveStep(before, current_before, series.time[n], series.current[n], gapThreshold(series));
     sample.step.missed = missed.add(sample.step.duration, series.current[n], true);
-    sample.voltage = series.voltage[n];
+    sample.voltage = driving.empty() ? series.voltage[n] : driving[n];
     sample.voltage_drives = true;
     const FollowedSample at = follower.follow(sample);
     sum += at.current * sample.step.duration;
@@ -159,7 +164,8 @@ Interval followedCurrent(const FittedModel& model, const Series& series, MissedC
 
 }  // namespace
 
-MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series, MissedCrank missed) {
+MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series, MissedCrank missed,
+                                   const std::vector<double>& driving) {
   constexpr double kStep = 0.1;  // [s]
   MeanChargeCurrent mean;
   std::vector<VoltageStep> steps;
@@ -183,7 +189,7 @@ MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& serie
     mean.modelled = mean.current.value;
     return mean;
   }
-  const Interval modelled = followedCurrent(model, series, missed);
+  const Interval modelled = followedCurrent(model, series, missed, driving);
   mean.modelled = modelled.value;
   mean.current = experiencedCharge(model, {mean.mean_voltage, series.voltage.front(), total}, modelled);
   return mean;

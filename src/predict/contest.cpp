@@ -57,7 +57,8 @@ void Contest::add(const StreamSample& sample, const TrackedModel& base,
   Block& block = blocks_.back();
   block.to = sample.time;
   if (interval <= kBlock) block.duration += interval;
-  block.squares.add(std::pow(base.error(), 2), std::pow(extended.error(), 2));
+  if (base.isCompared() && extended.isCompared())
+    block.squares.add(std::pow(base.error(), 2), std::pow(extended.error(), 2));
   if (!base_events.cranks.empty() && !extended_events.cranks.empty())
     block.cranks.add(errorOf(base_events.cranks[0]), errorOf(extended_events.cranks[0]));
   if (!base_events.charges.empty() && !extended_events.charges.empty())

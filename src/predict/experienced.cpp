@@ -189,7 +189,7 @@ ChargeEvidence chargeEvidence(const Experience& experience, double voltage, doub
   evidence.charges = static_cast<int>(errors.size());
   evidence.median_error = medianOf(errors);
   evidence.typical = medianOf(currents);
-  evidence.vouches = errors.size() >= kLeastForInterval &&
+  evidence.vouches = evidence.charges >= ChargeEvidence::kLeast &&
                      evidence.median_error <= std::max(kVouchingShare * evidence.typical, kVouchingCurrent);
   return evidence;
 }

@@ -1,11 +1,14 @@
 #include "battery_sof/predict/identification_job.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/identify/window.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
 #include "battery_sof/recording/fit_mask.hpp"
+#include "battery_sof/recording/source.hpp"
+#include "battery_sof/recording/voltage_repair.hpp"
 
 namespace battery_sof {
 
@@ -17,20 +20,33 @@ double lengthOf(const IdentificationJob& job) {
 
 double openLoopRmse(FittedModel model, const Series& series, IndexRange range, double max_gap) {
   const std::size_t first = range.first;
-  setStateFromVoltage(model, series.time[first], series.current[first], series.voltage[first]);
+  const double voltage = model.source ? repairedVoltage(series, first, model.voltage_lag) : series.voltage[first];
+  setStateFromVoltage(model, series.time[first], series.current[first], voltage);
   StateTracker tracker(model, max_gap);
+  tracker.lookBack(series);
   double sum = 0.0;
-  for (std::size_t n = first + 1; n < range.last; ++n) {
-    tracker.follow(series.time[n], series.current[n], series.voltage[n]);
-    sum += std::pow(tracker.error(), 2);
-  }
+  for (std::size_t n = first + 1; n < range.last; ++n)
+    if (tracker.follow(series.time[n], series.current[n], series.voltage[n])) sum += std::pow(tracker.error(), 2);
   return std::sqrt(sum / static_cast<double>(range.size()));
+}
+
+/// A model as it follows what lies behind its window, with the events there.
+TrackedModel followedBehind(const FittedModel& model, const Series& series, const EventLimits& events,
+                            double max_gap) {
+  TrackedModel followed(events);
+  followed.install(model, max_gap);
+  followed.lookBack(series);
+  const auto later = std::upper_bound(series.time.begin(), series.time.end(), model.state.time);
+  for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n)
+    followed.follow({series.time[n], series.current[n], series.voltage[n]}, max_gap);
+  return followed;
 }
 
 /// What all fits of one job share.
 struct JobWindow {
   IndexRange range, recent;
   double max_gap = 0.0;  // [s]
+  EventLimits events;
   InstrumentLimits limits;
   std::optional<DrivingSource> source;  // where it drives the model
 };
@@ -46,7 +62,12 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
   trial.message = trial.model->message;
   if (!isUsable(*trial.model)) return trial;
   fitErrors(*trial.model, series, window.range);
-  carryState(*trial.model, series, series.size() - 1);
+  if (trial.model->source) {
+    trial.followed = followedBehind(*trial.model, series, window.events, window.max_gap);
+    trial.model = trial.followed->now();
+  } else {
+    carryState(*trial.model, series, series.size() - 1);
+  }
   trial.recent_rmse = openLoopRmse(*trial.model, series, window.recent, window.max_gap);
   if (incumbent)
     trial.incumbent_rmse = openLoopRmse(*incumbent, series, window.recent, window.max_gap);
@@ -67,6 +88,7 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
   IdentificationResult result;
   result.epoch = job.epoch;
   result.max_gap = gapThreshold(job.series);
+  result.source = SourceShare(job.series, findSource(job.series));
   WindowSearch search;
   search.length = job.window_length;
   const WindowChoice choice = chooseWindow(job.series, search);
@@ -77,8 +99,9 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
                      " is below the required " + std::to_string(job.min_suitability);
     return result;
   }
-  const JobWindow window{*choice.range, recentWindow(job.series, lengthOf(job)), result.max_gap,
-                         instrumentLimits(job.series), drivingSource(job.series)};
+  const JobWindow window{*choice.range,  recentWindow(job.series, lengthOf(job)), result.max_gap,
+                         job.events,     instrumentLimits(job.series),
+                         drivingSource(job.series)};
   static_cast<IdentificationTrial&>(result) =
       tryFit(job.series, window, job.options, job.incumbent);
   if (job.extended_options)

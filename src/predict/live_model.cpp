@@ -11,10 +11,12 @@ FittedModel unusable() {
 
 }  // namespace
 
-LiveModel::LiveModel(FittedModel model, std::optional<std::string> why_no_model, double capacity)
+LiveModel::LiveModel(FittedModel model, std::optional<std::string> why_no_model, double capacity,
+                     const NaiveStandings& naive)
     : model_(why_no_model ? unusable() : std::move(model)),
       why_no_model_(std::move(why_no_model)),
-      capacity_(capacity) {}
+      capacity_(capacity),
+      naive_(naive) {}
 
 template <typename Answer>
 Answer LiveModel::explained(Answer answer) const {
@@ -23,26 +25,44 @@ Answer LiveModel::explained(Answer answer) const {
 }
 
 CrankingAnswer LiveModel::predictCranking(const CrankingQuery& query) const {
-  return explained(battery_sof::predictCranking(model_, query, capacity_));
+  return betterOf(explained(battery_sof::predictCranking(model_, query, capacity_)), query, model_.naive, naive_.cranks);
 }
 
 StopTimeAnswer LiveModel::predictStopTime(const StopTimeQuery& query) const {
-  return explained(battery_sof::predictStopTime(model_, query, capacity_));
+  StopTimeAnswer answer = explained(battery_sof::predictStopTime(model_, query, capacity_));
+  if (answer.t_stop && naive_.cranks.score.naive_answers)
+    answer.message += "; by the model, though " + naiveCrankName(model_.naive) + " is better at cranks at present";
+  return answer;
 }
 
 ChargeAcceptanceAnswer LiveModel::predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
-  return explained(battery_sof::predictChargeAcceptance(model_, query, capacity_));
+  return betterOf(explained(battery_sof::predictChargeAcceptance(model_, query, capacity_)), query, model_.naive,
+                  naive_.charges);
 }
 
 CrankingMap LiveModel::mapCranking(const CrankingQuery& query, const std::vector<double>& i_load,
                                    const std::vector<double>& t_stop) const {
-  return explained(battery_sof::mapCranking(model_, query, i_load, t_stop, capacity_));
+  CrankingMap map = explained(battery_sof::mapCranking(model_, query, i_load, t_stop, capacity_));
+  CrankingQuery cell = query;
+  cell.load = {};
+  for (std::size_t k = 0; k < map.answers.size(); ++k) {
+    cell.t_stop = t_stop[k % t_stop.size()];
+    map.answers[k] = betterOf(std::move(map.answers[k]), cell, model_.naive, naive_.cranks);
+  }
+  return map;
 }
 
 ChargeAcceptanceMap LiveModel::mapChargeAcceptance(const ChargeAcceptanceQuery& query,
                                                    const std::vector<double>& u_boost,
                                                    const std::vector<double>& t_sof2) const {
-  return explained(battery_sof::mapChargeAcceptance(model_, query, u_boost, t_sof2, capacity_));
+  ChargeAcceptanceMap map = explained(battery_sof::mapChargeAcceptance(model_, query, u_boost, t_sof2, capacity_));
+  ChargeAcceptanceQuery cell = query;
+  for (std::size_t k = 0; k < map.answers.size(); ++k) {
+    cell.u_boost = u_boost[k / t_sof2.size()];
+    cell.t_sof2 = t_sof2[k % t_sof2.size()];
+    map.answers[k] = betterOf(std::move(map.answers[k]), cell, model_.naive, naive_.charges);
+  }
+  return map;
 }
 
 ProfileAnswer LiveModel::simulateProfile(const std::vector<double>& time,

@@ -89,6 +89,7 @@ void OnlineSession::restartClock(double old_newest, const StreamSample& first) {
   contenders_.base.moveTo(first, moved, stream_.maxGap());
   if (contenders_.extended) contenders_.extended->moveTo(first, moved, stream_.maxGap());
   contenders_.contest.forgetPast();
+  source_.forgetPast();
 }
 
 void OnlineSession::advance(const StreamSample& sample) {
@@ -96,13 +97,14 @@ void OnlineSession::advance(const StreamSample& sample) {
     driving_ += sample.time - newest_->time;
   }
   newest_ = sample;
+  source_.add(sample);
+  source_.forgetBefore(stream_.series().time.front());
   judgeRestored(sample);
   follow(sample, stream_.maxGap());
 }
 
 void OnlineSession::follow(const StreamSample& sample, double max_gap) {
-  const TrackedModel& base = contenders_.base;
-  if (!base.holdsModel() || sample.time <= base.stateTime()) return;
+  if (!contenders_.base.holdsModel()) return;
   const SessionEvents ended = followBoth(sample, max_gap);
   events_.cranks.insert(events_.cranks.end(), ended.cranks.begin(), ended.cranks.end());
   events_.charges.insert(events_.charges.end(), ended.charges.begin(), ended.charges.end());
@@ -111,6 +113,7 @@ void OnlineSession::follow(const StreamSample& sample, double max_gap) {
 SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_gap) {
   auto& [base, extended, contest] = contenders_;
   const bool extended_answers = doesExtendedAnswer();
+  const bool is_new = sample.time > base.stateTime() && (!extended || sample.time > extended->stateTime());
   const SessionEvents of_base = base.follow(sample, max_gap);
   if (!extended) return of_base;
   const SessionEvents of_extended = extended->follow(sample, max_gap);
@@ -120,7 +123,7 @@ SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_g
     extension_->outcome = "lost: its state was not finite";
     return of_base;
   }
-  contest.add(sample, base, of_base, *extended, of_extended);
+  if (is_new) contest.add(sample, base, of_base, *extended, of_extended);
   return extended_answers ? of_extended : of_base;
 }
 
@@ -186,6 +189,7 @@ IdentificationJob OnlineSession::makeJob() {
   job.window_length = options_.window_length;
   job.min_suitability = options_.min_suitability;
   job.options = options_.identify;
+  job.events = options_.events;
   const auto& [base, extended, contest] = contenders_;
   if (base.holdsModel()) job.incumbent = base.accepted();
   if (!extension_) return job;
@@ -197,6 +201,7 @@ IdentificationJob OnlineSession::makeJob() {
 
 IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   job_is_out_ = false;
+  if (result.epoch == epoch_) takeSource(result.source);
   IdentificationOutcome outcome;
   const std::string refusal = refusalOf(result);
   outcome.accepted = refusal.empty();
@@ -210,6 +215,15 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
       outcome.message;
   next_look_ = job_driving_ + (whyNoModel() ? options_.retry_period : options_.identify_period);
   return outcome;
+}
+
+void OnlineSession::takeSource(const SourceShare& source) {
+  if (!source.until()) return;
+  source_ = source;
+  const Series& series = stream_.series();
+  const auto later = std::upper_bound(series.time.begin(), series.time.end(), *source.until());
+  for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n)
+    source_.add({series.time[n], series.current[n], series.voltage[n]});
 }
 
 std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
@@ -248,15 +262,22 @@ bool OnlineSession::acceptsExtended(const IdentificationResult& result, bool bas
 void OnlineSession::install(const IdentificationResult& result, bool base, bool extended) {
   contenders_ = at_job_;
   events_ = {};
-  if (base) contenders_.base.install(*result.model, result.max_gap);
+  if (base) install(contenders_.base, result, result.max_gap);
   if (extended) {
     if (!contenders_.extended) {
       contenders_.extended.emplace(options_.events);
       contenders_.extended->setScales(contenders_.base.crankScale(), contenders_.base.chargeScale());
     }
-    contenders_.extended->install(*result.extended->model, result.max_gap);
+    install(*contenders_.extended, *result.extended, result.max_gap);
   }
   followAgain((base ? result : *result.extended).model->state.time, result.max_gap);
+}
+
+void OnlineSession::install(TrackedModel& tracked, const IdentificationTrial& trial, double max_gap) {
+  if (trial.followed)
+    tracked.goOnAs(*trial.followed, *trial.model);
+  else
+    tracked.install(*trial.model, max_gap);
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -316,6 +337,7 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
   last_outcome_ = refusal;
   if (!refusal.empty()) return;
   last_outcome_ = inUseSentence(first.time - model.window.to);
+  if (model.source) source_ = SourceShare(*model.source);
   contenders_.base.setScales(model.crank_scale, model.charge_scale);
   contenders_.base.install(model, stream_.maxGap());
   followAgain(model.state.time, stream_.maxGap());
@@ -381,7 +403,7 @@ LiveModel OnlineSession::live() const {
   FittedModel now = restored_ ? restoredNow() : inUse().now();
   const Series& series = stream_.series();
   if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
-  return LiveModel(std::move(now), std::nullopt, options_.capacity);
+  return LiveModel(std::move(now), std::nullopt, options_.capacity, restored_ ? NaiveStandings() : inUse().standings());
 }
 
 CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const {
@@ -421,6 +443,11 @@ SessionStatus OnlineSession::status() const {
   }
   status.backtest = inUse().backtest();
   status.extension = extensionSentence();
+  status.source_seen = source_.seen();
+  status.source_share = source_.share();
+  status.voltage_drives = inUse().voltageDrives();
+  status.crank_contest = inUse().crankContest().score();
+  status.charge_contest = inUse().chargeContest().score();
   if (contenders_.extended) status.contest = contenders_.contest.score();
   const auto reason = whyNoModel();
   if (restored_ && !reason) {

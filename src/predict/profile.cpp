@@ -114,12 +114,13 @@ void delay(std::vector<double>& values, std::size_t lag) {
 struct Start {
   FittedModel model;
   std::size_t first;  // sample that its state stands at
+  bool was_there;     // the state took that sample in
 };
 
 Start startFor(const FittedModel& model, const Series& series, IndexRange range) {
   const std::optional<std::size_t> known = indexOfState(model, series);
-  if (known && *known < range.first) return {model, *known};
-  return {modelAtFirstSample(model, series), 0};
+  if (known && *known < range.first) return {model, *known, true};
+  return {modelAtFirstSample(model, series), 0, false};
 }
 
 }  // namespace
@@ -160,13 +161,13 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
 
 FollowedPrediction predictMixed(const FittedModel& model, const Series& series, IndexRange range) {
   if (range.empty()) return {};
-  const auto [start, first] = startFor(model, series, range);
+  const auto [start, first, was_there] = startFor(model, series, range);
   const Drive drive = driveOf(start, series, {first, range.last});
   const double own_current = std::pow(start.scores.current_rmse.value_or(0.0), 2);
   const double own_voltage = std::pow(start.scores.rmse, 2);
   Follower follower(start, true);
   FollowedPrediction predicted;
-  for (std::size_t n = first; n < range.last; ++n) {
+  for (std::size_t n = was_there ? first + 1 : first; n < range.last; ++n) {
     const FollowedSample at = follower.follow(drive.samples[n - first]);
     if (n < range.first) continue;
     const double half = kNinetyPercent * std::sqrt(at.variance + (at.voltage_drives ? own_current : own_voltage));
@@ -187,11 +188,11 @@ FollowedPrediction predictMixed(const FittedModel& model, const Series& series, 
 
 PredictedVoltage predictSeries(const FittedModel& model, const Series& series, IndexRange range) {
   if (range.empty()) return {};
-  const auto [start, first] = startFor(model, series, range);
+  const auto [start, first, was_there] = startFor(model, series, range);
   const Drive drive = fullDrive(series, {first, range.last});
   Simulation simulation = uncertainSimulationOf(start);
   PredictedVoltage predicted;
-  for (std::size_t n = first; n < range.last; ++n) {
+  for (std::size_t n = was_there ? first + 1 : first; n < range.last; ++n) {
     simulation.advance(drive.samples[n - first].step);
     if (n >= range.first) append(predicted, voltageInterval(simulation, start.scores.rmse));
   }

@@ -48,6 +48,18 @@ class Reasons {
 
 void addCharging(Reasons& reasons, const FittedModel& model, const QueryRange& range) {
   const ExcitedRange& seen = model.excited;
+  const ChargeEvidence& evidence = range.evidence;
+  if (evidence.vouches || !range.charges) return;
+  if (evidence.charges >= ChargeEvidence::kLeast) {
+    reasons.add(true, sentence("%d past charges like it of typically %.1f A were missed by %.1f A", evidence.charges,
+                               evidence.typical, evidence.median_error));
+    return;
+  }
+  if (model.source) {
+    reasons.add(true, sentence("%d past charges were like it, at least %d are needed to vouch for it", evidence.charges,
+                               ChargeEvidence::kLeast));
+    return;
+  }
   if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;
   reasons.add(!has(model, "charge_acceptance"),
               "the model lacks a limit of charge acceptance (effect charge_acceptance)");
@@ -96,7 +108,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
     reasons.add(*range.least_current < kCurrentReach * std::min(seen.min_current, 0.0),
                 sentence("it draws %.0f A but the window's largest discharge was %.0f A",
                          *range.least_current, seen.min_current));
-  if (range.most_current)
+  if (range.most_current && !range.evidence.vouches)
     reasons.add(*range.most_current > kCurrentReach * std::max(seen.max_current, 0.0),
                 sentence("it charges with %.0f A but the window's largest charge was %.0f A",
                          *range.most_current, seen.max_current));
@@ -116,6 +128,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
                 sentence("the battery is at %.0f degC, in the window it was at %.0f degC",
                          *temperature - 273.15, *seen.temperature - 273.15));
   addCharging(reasons, model, range);
+  if (range.charges && range.evidence.vouches) return reasons.text();
   const char* needed = range.charges ? "r_charge" : "r_discharge";
   reasons.add(!isDetermined(model, needed), sentence("the window did not determine %s", needed));
   return reasons.text();

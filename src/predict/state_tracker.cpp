@@ -1,8 +1,11 @@
 #include "battery_sof/predict/state_tracker.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+
+#include "battery_sof/recording/voltage_repair.hpp"
 
 namespace battery_sof {
 namespace {
@@ -10,48 +13,107 @@ namespace {
 constexpr double kOhmsOfCurrentError = 0.01;  // [Ohm], r_charge's magnitude
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
 
+constexpr double kLookBack = 300.0;  // [s], of a source's past that its judgement rests on, as driveOf()
+
+void append(Series& series, double time, double current, double voltage) {
+  series.time.push_back(time);
+  series.current.push_back(current);
+  series.voltage.push_back(voltage);
+}
+
+void forgetFirst(Series& series, std::size_t count) {
+  for (auto* values : {&series.time, &series.current, &series.voltage})
+    values->erase(values->begin(), values->begin() + static_cast<std::ptrdiff_t>(count));
+}
+
 }  // namespace
 
 StateTracker::StateTracker(const FittedModel& model, double max_gap)
     : model_(model),
-      follower_(model, true),
-      state_(model.state),
-      errors_(model),
-      error_time_(model.state.time),
       max_gap_(max_gap),
+      settled_{Follower(model, true), {}, model.state, ErrorTracker(model), model.state.time},
       needs_trace_(!model.effects.empty()) {
   if (model.source) watch_.emplace(*model.source);
-  if (needs_trace_) trace_.append(state_.time, state_.current, max_gap_);
+  if (needs_trace_) trace_.append(model.state.time, model.state.current, max_gap_);
 }
 
-void StateTracker::follow(double time, double current, double voltage) {
-  if (!(time > state_.time))
-    throw std::invalid_argument("StateTracker: time " + std::to_string(time) +
-                                " s is not after the state's " + std::to_string(state_.time) +
-                                " s");
-  DriveSample sample;
-  sample.step = driveStep(state_.time, state_.current, time, current, max_gap_);
-  DriveStep& step = sample.step;
-  sample.voltage = voltage;
-  sample.voltage_drives = watch_ && watch_->add(time, current, voltage);
-  if (watch_) step.missed = missed_.add(step.duration, current, sample.voltage_drives);
-  if (needs_trace_) {
-    trace_.append(time, current, max_gap_);
-    trace_.forgetBefore(time - kTraceKept);
-    step.trace = &trace_;
+void StateTracker::lookBack(const Series& series) {
+  if (!watch_) return;
+  const auto end = std::upper_bound(series.time.begin(), series.time.end(), state().time);
+  const auto begin = std::lower_bound(series.time.begin(), end, state().time - kLookBack);
+  for (auto at = begin; at != end; ++at) {
+    const auto n = static_cast<std::size_t>(at - series.time.begin());
+    recent_ = slice(series, {n, n + 1});
+    imposed_ = {static_cast<char>(watch_->add(series.time[n], series.current[n], series.voltage[n]))};
+    settled_count_ = 1;
   }
-  last_ = follower_.follow(sample);
-  error_ = sample.voltage_drives ? kOhmsOfCurrentError * (current - last_.current) : voltage - last_.voltage;
-  const Eigen::VectorXd state = simulation().state();
-  state_.time = time;
-  state_.current = current;
-  state_.u_c2 = state[0];
-  state_.further.assign(state.data() + 1, state.data() + state.size());
-  if (sample.voltage_drives) return;
-  errors_.observe(state_.time - error_time_, error_);
-  error_time_ = state_.time;
 }
 
+bool StateTracker::follow(double time, double current, double voltage) {
+  if (!(time > state().time))
+    throw std::invalid_argument("StateTracker: time " + std::to_string(time) + " s is not after the state's " +
+                                std::to_string(state().time) + " s");
+  if (needs_trace_) trace_.append(time, current, max_gap_);
+  append(recent_, time, current, voltage);
+  voltage_drives_ = watch_ && watch_->add(time, current, voltage);
+  imposed_.push_back(voltage_drives_);
+  const std::size_t behind = watch_ ? model_.voltage_lag + 1 : 0;
+  const bool settles = recent_.size() - settled_count_ > behind;
+  if (settles) settleOldest();
+  if (watch_) lookAhead();
+  return settles;
+}
+
+void StateTracker::settleOldest() {
+  const std::size_t oldest = settled_count_;
+  const DriveSample sample = sampleAfter(settled_, oldest);
+  last_ = step(settled_, sample);
+  last_voltage_ = sample.voltage;
+  error_ = sample.voltage_drives ? kOhmsOfCurrentError * (sample.step.current - last_.current)
+                                 : sample.voltage - last_.voltage;
+  has_settled_ = true;
+  if (needs_trace_) trace_.forgetBefore(settled_.state.time - kTraceKept);
+  forgetFirst(recent_, oldest);
+  imposed_.erase(imposed_.begin(), imposed_.begin() + static_cast<std::ptrdiff_t>(oldest));
+  settled_count_ = 1;
+}
+
+void StateTracker::lookAhead() {
+  ahead_.emplace(settled_);
+  for (std::size_t n = settled_count_; n < recent_.size(); ++n) step(*ahead_, sampleAfter(*ahead_, n));
+}
+
+/// The n-th of the recent samples as it drives a place that stands at the one before.
+DriveSample StateTracker::sampleAfter(const Place& place, std::size_t n) const {
+  DriveSample sample;
+  sample.step = driveStep(place.state.time, place.state.current, recent_.time[n], recent_.current[n], max_gap_);
+  if (needs_trace_) sample.step.trace = &trace_;
+  sample.voltage = watch_ ? repairedVoltage(recent_, n, model_.voltage_lag) : recent_.voltage[n];
+  sample.voltage_drives = imposed_[n];
+  return sample;
+}
+
+FollowedSample StateTracker::step(Place& place, const DriveSample& imposed) const {
+  DriveSample sample = imposed;
+  if (watch_)
+    sample.step.missed = place.missed.add(sample.step.duration, sample.step.current, sample.voltage_drives);
+  const FollowedSample followed = place.follower.follow(sample);
+  const Eigen::VectorXd state = place.follower.simulation().state();
+  place.state.time = sample.step.time;
+  place.state.current = sample.step.current;
+  place.state.u_c2 = state[0];
+  place.state.further.assign(state.data() + 1, state.data() + state.size());
+  if (sample.voltage_drives) return followed;
+  place.errors.observe(place.state.time - place.error_time, sample.voltage - followed.voltage);
+  place.error_time = place.state.time;
+  return followed;
+}
+
+void StateTracker::setOrigin(const FittedModel& model) {
+  model_.recording = model.recording;
+  model_.recording_hash = model.recording_hash;
+  model_.fit_ms = model.fit_ms;
+}
 
 void StateTracker::setScales(const IntervalScale& crank, const IntervalScale& charge) {
   model_.crank_scale = crank;
@@ -60,10 +122,11 @@ void StateTracker::setScales(const IntervalScale& crank, const IntervalScale& ch
 
 FittedModel StateTracker::modelNow() const {
   FittedModel now = model_;
-  ErrorTracker errors = errors_;
-  if (state_.time > error_time_) errors.wait(state_.time - error_time_);
+  const Place& place = here();
+  ErrorTracker errors = place.errors;
+  if (place.state.time > place.error_time) errors.wait(place.state.time - place.error_time);
   now.discrepancy = errors.discrepancy();
-  takeState(now, follower_, state_.current);
+  takeState(now, place.follower, place.state.current);
   return now;
 }
 

@@ -14,6 +14,23 @@ void TrackedModel::install(const FittedModel& model, double max_gap) {
   tracker_->setScales(crank_scale_, charge_scale_);
 }
 
+void TrackedModel::goOnAs(const TrackedModel& other, const FittedModel& model) {
+  model_ = model;
+  fitted_until_ = model.window.to;
+  compared_.clear();
+  tracker_ = other.tracker_;
+  tracker_->setOrigin(model);
+  tracker_->setScales(crank_scale_, charge_scale_);
+  crank_watch_ = other.crank_watch_;
+  charge_watch_ = other.charge_watch_;
+}
+
+void TrackedModel::lookBack(const Series& series) {
+  tracker_->lookBack(series);
+  charge_watch_.beginBehind(tracker_->state().current);
+  crank_watch_.reset();
+}
+
 void TrackedModel::forgetPast() {
   crank_watch_.reset();
   charge_watch_.reset();
@@ -22,11 +39,15 @@ void TrackedModel::forgetPast() {
 
 void TrackedModel::moveTo(const StreamSample& first, double moved, double max_gap) {
   forgetPast();
+  crank_contest_.moveBy(moved);
+  charge_contest_.moveBy(moved);
   if (!model_) return;
   fitted_until_ += moved;
   FittedModel there = *model_;
+  there.experience = tracker_->experience();
   setStateFromVoltage(there, first.time, first.current, first.voltage);
   tracker_.emplace(there, max_gap);
+  tracker_->setScales(crank_scale_, charge_scale_);
 }
 
 void TrackedModel::setScales(const IntervalScale& crank, const IntervalScale& charge) {
@@ -39,23 +60,25 @@ SessionEvents TrackedModel::follow(const StreamSample& sample, double max_gap) {
   if (!tracker_ || sample.time <= tracker_->state().time) return {};
   SessionEvents events = watch(sample, max_gap);
   tracker_->setScales(crank_scale_, charge_scale_);
-  tracker_->follow(sample.time, sample.current, sample.voltage);
-  if (!tracker_->last().voltage_drives)
-    compared_.push_back({sample.time, sample.voltage, tracker_->last().voltage});
+  const bool settled = tracker_->follow(sample.time, sample.current, sample.voltage);
+  if (settled && !tracker_->last().voltage_drives)
+    compared_.push_back({tracker_->lastTime(), tracker_->lastVoltage(), tracker_->last().voltage});
   while (!compared_.empty() && compared_.front().time < sample.time - kBacktestSpan) compared_.pop_front();
   return events;
 }
 
 SessionEvents TrackedModel::watch(const StreamSample& sample, double max_gap) {
   SessionEvents events;
-  if (const auto crank = crank_watch_.add(sample, *tracker_, max_gap)) {
+  if (auto crank = crank_watch_.add(sample, *tracker_, max_gap)) {
+    setBesideNaive(*crank);
     events.cranks.push_back(*crank);
     observe(crank_scale_, crank->measured_minimum, crank->expected_minimum);
     if (model_->source)
       tracker_->learnFrom(
           PastCrank{crank->time, crank->current, crank->measured_minimum, crank->modelled_minimum});
   }
-  if (const auto charge = charge_watch_.add(sample, *tracker_, max_gap)) {
+  if (auto charge = charge_watch_.add(sample, *tracker_, max_gap)) {
+    setBesideNaive(*charge);
     events.charges.push_back(*charge);
     observe(charge_scale_, charge->measured_current, charge->expected_current);
     if (model_->source)
@@ -63,6 +86,24 @@ SessionEvents TrackedModel::watch(const StreamSample& sample, double max_gap) {
                                      charge->first_voltage, charge->measured_current, charge->modelled_current});
   }
   return events;
+}
+
+void TrackedModel::setBesideNaive(CrankComparison& crank) {
+  const auto naive = naiveCrankMinimum(model_->naive, crank.current);
+  if (!naive) return;
+  crank.naive_answered = crank_contest_.doesNaiveAnswer();
+  crank.naive_minimum =
+      crank_contest_.add({crank.time, crank.current, 0.0, crank.measured_minimum, crank.expected_minimum.value,
+                          {naive->value, naive->lower, naive->upper}});
+}
+
+void TrackedModel::setBesideNaive(ChargeComparison& charge) {
+  const auto naive = naiveChargeCurrent(model_->naive, charge.mean_voltage, charge.duration);
+  if (!naive) return;
+  charge.naive_answered = charge_contest_.doesNaiveAnswer();
+  charge.naive_current =
+      charge_contest_.add({charge.time, charge.mean_voltage, charge.duration, charge.measured_current,
+                           charge.expected_current.value, {naive->value, naive->lower, naive->upper}});
 }
 
 BacktestScore TrackedModel::backtest() const {

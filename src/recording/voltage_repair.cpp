@@ -88,4 +88,10 @@ Series repaired(const Series& series, const VoltageRepair& repair) {
   return out;
 }
 
+double repairedVoltage(const Series& series, std::size_t k, std::size_t lag) {
+  const std::size_t shown = std::min(k + lag, series.size() - 1);
+  return isDropOut(series, shown) ? 0.5 * (series.voltage[shown - 1] + series.voltage[shown + 1])
+                                  : series.voltage[shown];
+}
+
 }  // namespace battery_sof

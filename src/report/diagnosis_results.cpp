@@ -103,7 +103,10 @@ Json metricsJson(const ErrorMetrics& metrics) {
           {"max_abs_v", number(metrics.max_abs)},
           {"crank_mae_v", number(metrics.crank_mae)},
           {"charge_bias_v", number(metrics.charge_bias)},
-          {"charge_current_error_a", number(metrics.charge_current_error)}};
+          {"charge_current_error_a", number(metrics.charge_current_error)},
+          {"share_percent", number(metrics.share_percent)},
+          {"current_share_percent", number(metrics.current_share_percent)},
+          {"voltage_share_percent", number(metrics.voltage_share_percent)}};
 }
 
 Json windowJson(const FitWindow& window) {
@@ -269,6 +272,7 @@ std::string comparisonText(const Diagnosis& d) {
     text += sentence("%-26s %10s %10s   %10s %10s\n", ("  " + row.title + " [" + row.unit + "]").c_str(),
                      cell(row.base_train, row.scale).c_str(), cell(row.extended_train, row.scale).c_str(),
                      cell(row.base_holdout, row.scale).c_str(), cell(row.extended_holdout, row.scale).c_str());
+  if (!naiveSentence(d).empty()) text += wrapped("  ", naiveSentence(d));
   for (const RegimeComparison& r : d.fit.regimes)
     if (changeOf(r) == Change::kWorse)
       text += wrapped("  ", "became worse in " + plainName(r.regime) + ": " + millivolts(r.base_rmse) + " to " +
@@ -310,6 +314,9 @@ nlohmann::json diagnosisJson(const Diagnosis& d) {
           {"candidates", listOf(d.candidates, candidateJson)},
           {"mismatch", listOf(d.mismatch, segmentJson)},
           {"fit", fitJson(d.fit)},
+          {"source", number(d.source_share)},
+          {"naive", d.fit.naive_ridge ? metricsJson(*d.fit.naive_ridge) : Json(nullptr)},
+          {"naive_line", d.fit.naive_line ? metricsJson(*d.fit.naive_line) : Json(nullptr)},
           {"next_experiment", d.next_experiment},
           {"regimes", listOf(d.regimes, regimeJson)},
           {"absorption", listOf(d.absorption, absorptionJson)},

@@ -261,8 +261,9 @@ std::string metricTable(const Diagnosis& d) {
     rows.back().push_back(numberCell(told(row.base_train, row.scale)));
     if (is_extended) rows.back().push_back(numberCell(told(row.extended_train, row.scale)));
   }
-  if (!is_extended) return table({"", "hold-out", "training"}, rows);
-  return table({"", "hold-out, base", "hold-out, extended", "training, base", "training, extended"}, rows);
+  const std::string beside = naiveSentence(d).empty() ? "" : element("p", escaped(headline(naiveSentence(d)) + "."));
+  if (!is_extended) return table({"", "hold-out", "training"}, rows) + beside;
+  return beside + table({"", "hold-out, base", "hold-out, extended", "training, base", "training, extended"}, rows);
 }
 
 std::string changeHtml(const RegimeComparison& r) {

@@ -1,5 +1,7 @@
 #include "wording.hpp"
 
+#include "battery_sof/predict/query.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -93,12 +95,28 @@ std::vector<MetricRow> metricRows(const Comparison& fit) {
       row("cranks' minima", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.crank_mae; }),
       row("bias in charges", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.charge_bias; }),
       row("charge current", "A", false, 1.0,
-          [](const ErrorMetrics& m) { return m.charge_current_error; })};
+          [](const ErrorMetrics& m) { return m.charge_current_error; }),
+      row("share, as imposed", "%", true, 1.0, [](const ErrorMetrics& m) { return m.share_percent; }),
+      row("share of the current", "%", true, 1.0, [](const ErrorMetrics& m) { return m.current_share_percent; })};
   const auto is_empty = [](const MetricRow& r) {
     return !r.base_train && !r.extended_train && !r.base_holdout && !r.extended_holdout;
   };
   rows.erase(std::remove_if(rows.begin(), rows.end(), is_empty), rows.end());
   return rows;
+}
+
+std::string naiveSentence(const Diagnosis& diagnosis) {
+  const Comparison& fit = diagnosis.fit;
+  const auto share = [](const ErrorMetrics& m) {
+    return sentence("Q_dyn %.1f %%, RMS error %.1f mV", m.q_dyn_percent, 1e3 * m.rmse) +
+           (m.share_percent ? sentence(", share %.1f %%", *m.share_percent) : "");
+  };
+  std::string text;
+  if (fit.naive_ridge) text += "without physics, on the hold-out: a ridge regression on the current's memories " + share(*fit.naive_ridge);
+  if (fit.naive_line) text += (text.empty() ? "without physics, on the hold-out: " : "; ") + ("a straight line " + share(*fit.naive_line));
+  if (diagnosis.source_share > 0.0)
+    text += sentence("%sa source holds the voltage in %.0f %% of the samples", text.empty() ? "" : "; ", 100.0 * diagnosis.source_share);
+  return text;
 }
 
 Change changeOf(const RegimeComparison& regime) {

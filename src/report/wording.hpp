@@ -51,6 +51,9 @@ struct MetricRow {
 /// @return the rows of the table before and after; those that no stretch has are left out.
 std::vector<MetricRow> metricRows(const Comparison& fit);
 
+/// @return one sentence on what needs no physics reached on the hold-out, and on the source; empty when neither is known.
+std::string naiveSentence(const Diagnosis& diagnosis);
+
 /// How a regime's error changed, judged by the interval of the change.
 enum class Change { kBetter, kWorse, kOpen };
 Change changeOf(const RegimeComparison& regime);

@@ -23,10 +23,15 @@ std::optional<double> EventTally::meanAbsError() const {
 void EventTallies::add(const SessionEvents& events) {
   for (const CrankComparison& crank : events.cranks) {
     cranks.add(crank.measured_minimum, crank.expected_minimum);
+    if (crank.naive_minimum) naive_cranks.add(crank.measured_minimum, *crank.naive_minimum);
+    answered_cranks.add(crank.measured_minimum, crank.naive_answered ? *crank.naive_minimum : crank.expected_minimum);
     last_crank = crank;
   }
   for (const ChargeComparison& charge : events.charges) {
     charges.add(charge.measured_current, charge.expected_current);
+    if (charge.naive_current) naive_charges.add(charge.measured_current, *charge.naive_current);
+    answered_charges.add(charge.measured_current,
+                         charge.naive_answered ? *charge.naive_current : charge.expected_current);
     last_charge = charge;
   }
 }

@@ -103,7 +103,7 @@ void fillCharge(SofStatus& message, const ChargeAcceptanceAnswer& answer) {
 
 void fillCranks(SofStatus& message, const EventTallies& events) {
   const CrankComparison shown =
-      events.last_crank.value_or(CrankComparison{kNan, kNan, kNan, kNoInterval, kNan});
+      events.last_crank.value_or(CrankComparison{kNan, kNan, kNan, kNoInterval, kNan, {}, false});
   message.cranks = static_cast<std::uint32_t>(events.cranks.count);
   message.crank_time = shown.time;
   message.crank_current = shown.current;
@@ -118,7 +118,7 @@ void fillCranks(SofStatus& message, const EventTallies& events) {
 
 void fillCharges(SofStatus& message, const EventTallies& events) {
   const ChargeComparison shown =
-      events.last_charge.value_or(ChargeComparison{kNan, kNan, kNan, kNan, kNan, kNoInterval, kNan});
+      events.last_charge.value_or(ChargeComparison{kNan, kNan, kNan, kNan, kNan, kNoInterval, kNan, {}, false});
   message.charges = static_cast<std::uint32_t>(events.charges.count);
   message.charge_time = shown.time;
   message.charge_duration = shown.duration;
@@ -130,6 +130,20 @@ void fillCharges(SofStatus& message, const EventTallies& events) {
   message.charges_inside_share = orNan(events.charges.insideShare());
   message.charges_mean_abs_error = orNan(events.charges.meanAbsError());
   message.charge_interval_factor = events.charge_scale.factor;
+}
+
+const char* nameOf(const NaiveScore& contest) { return contest.naive_answers ? "naive" : "model"; }
+
+void fillSourceAndNaive(SofStatus& message, const StatusContents& contents) {
+  message.source_seen = contents.session.source_seen;
+  message.source_share = orNan(contents.session.source_share);
+  message.voltage_drives = contents.session.voltage_drives;
+  message.naive_crank_mean_abs_error = orNan(contents.events.naive_cranks.meanAbsError());
+  message.naive_charge_mean_abs_error = orNan(contents.events.naive_charges.meanAbsError());
+  message.crank_answered_by = nameOf(contents.session.crank_contest);
+  message.charge_answered_by = nameOf(contents.session.charge_contest);
+  message.answered_crank_mean_abs_error = orNan(contents.events.answered_cranks.meanAbsError());
+  message.answered_charge_mean_abs_error = orNan(contents.events.answered_charges.meanAbsError());
 }
 
 void append(PredictMap::Response& response, const CrankingAnswer& answer) {
@@ -425,6 +439,7 @@ SofStatus messageOf(const StatusContents& contents) {
   fillCharge(message, contents.answers.charge);
   fillCranks(message, contents.events);
   fillCharges(message, contents.events);
+  fillSourceAndNaive(message, contents);
   message.accepted = contents.counts.accepted;
   message.rejected = contents.counts.rejectedTotal();
   return message;

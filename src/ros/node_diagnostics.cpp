@@ -34,6 +34,18 @@ void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string&
   status.add(events + "' interval factor", scale.factor);
 }
 
+/// The naive predictor beside it, over what the contest remembers.
+void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events, const char* unit,
+         const EventTally& naive, const EventTally& answered, const NaiveScore& contest) {
+  const std::string in_unit = std::string(" [") + unit + "]";
+  status.add(events + "' mean absolute error, naive" + in_unit, shown(naive.meanAbsError()));
+  status.add(events + "' mean absolute error, as answered" + in_unit, shown(answered.meanAbsError()));
+  status.add(events + " answered by", contest.naive_answers ? "naive" : "model");
+  status.add(events + " compared with the naive predictor lately", contest.events);
+  status.add(events + " lately, mean error of the model" + in_unit, contest.model_error);
+  status.add(events + " lately, mean error of the naive predictor" + in_unit, contest.naive_error);
+}
+
 }  // namespace
 
 NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot)
@@ -96,6 +108,9 @@ void NodeDiagnostics::reportIdentification(Status& status) {
   status.add("model age [s]", shown(session.model_age));
   status.add("suitability", shown(session.suitability));
   status.add("last fit [ms]", shown(now_.fit_ms));
+  status.add("source", session.source_seen ? "seen" : "not seen");
+  status.add("samples with an imposed voltage [%]", shown(session.source_share, 100.0));
+  status.add("driven by now", session.voltage_drives ? "voltage" : "current");
   status.add("state file", now_.state_file);
   status.add("extension", session.extension.empty() ? "none" : session.extension);
 }
@@ -114,7 +129,9 @@ void NodeDiagnostics::reportPredictionError(Status& status) {
   status.add("Q_dyn [%]", shown(backtest.q_dyn_percent));
   status.add("compared over [s]", backtest.duration);
   add(status, "cranks", "V", events.cranks, events.crank_scale);
+  add(status, "cranks", "V", events.naive_cranks, events.answered_cranks, now_.status.crank_contest);
   add(status, "charges", "A", events.charges, events.charge_scale);
+  add(status, "charges", "A", events.naive_charges, events.answered_charges, now_.status.charge_contest);
 }
 
 void NodeDiagnostics::reportResponseTimes(Status& status) {

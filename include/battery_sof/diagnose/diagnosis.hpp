@@ -90,6 +90,8 @@ struct ErrorMetrics {
   std::optional<double> crank_mae;             ///< [V], of the cranks' minima
   std::optional<double> charge_bias;           ///< [V], mean of measured minus modelled over charges
   std::optional<double> charge_current_error;  ///< [A], mean magnitude at the measured voltage over charges
+  /// Shares of the variation explained in the direction that is imposed [%] (MixedScores), on the hold-out; none without a source that drives.
+  std::optional<double> share_percent = std::nullopt, current_share_percent = std::nullopt, voltage_share_percent = std::nullopt;
 };
 
 /// One regime's error before and after, on the hold-out.
@@ -104,6 +106,9 @@ struct Comparison {
   FitWindow train, holdout;
   ErrorMetrics base_train, base_holdout, extended_train, extended_holdout;
   std::vector<RegimeComparison> regimes;
+  /// What needs no physics, fitted to the training part, on the hold-out: a straight line through voltage and current (and, where a source
+  /// drives, through current and voltage), and a ridge regression on currents and their memories.
+  std::optional<ErrorMetrics> naive_line, naive_ridge;
 };
 
 /// A time constant's share in what the residual remembers.
@@ -141,6 +146,7 @@ struct Diagnosis {
   std::vector<RegimeFinding> regimes;
   std::vector<Absorption> absorption;
   std::vector<std::string> instrument;  ///< what the instrument screen said, a sentence each
+  double source_share = 0.0;      ///< of the samples whose voltage a source imposes [0, 1] (findSource())
   double omnibus_base = 0.0;      ///< z_O beside the base model (PHYSICS 2.2, L1) [1]
   double omnibus_extended = 0.0;  ///< beside the extended one
   double explained = 0.0;         ///< share of the likelihood that the library could gain, gained by the extended model [0, 1]

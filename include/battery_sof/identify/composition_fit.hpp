@@ -90,6 +90,8 @@ class CompositionProblem {
   double priorWeight() const { return prior_weight_; }
   /// W^2 times the samples averaged [1]; with ChannelErrors 1 / sigma^2 times them. @param k of the drive's samples.
   double weightOf(std::size_t k) const;
+  /// Share of the cost that half a standard error is worth: what a stalled search may still promise.
+  double negligibleShare() const;
   /// Takes the weights of ChannelErrors at a point; they are those of the start until then.
   void reweigh(const CompositionPoint& point);
 

@@ -120,7 +120,8 @@ struct FittedModel {
   LearnedResidual learned;          ///< what the equations miss in the well-posed direction; empty when nothing was learnt
   IntervalScale crank_scale, charge_scale;
   ExcitedRange excited;
-  double suitability = 0.0;  ///< [0, 1], of the window alone; see predictionSuitability()
+  /// [0, 1], of the window alone: predictionSuitability(); with a source FitScores::left_out_share_percent as a share, at least 0.
+  double suitability = 0.0;
   double fit_ms = 0.0;       ///< [ms] wall time, filled in by the caller that holds a clock
   std::string recording;       ///< file name or topic
   std::string recording_hash;  ///< "sha256:..." of the file, empty when there is no file

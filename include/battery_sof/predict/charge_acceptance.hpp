@@ -50,8 +50,9 @@ struct MeanChargeCurrent {
  *
  * @param series samples after the model's state, not empty; without a source means over at least 0.1 s are taken for a step.
  * @param missed of the discharge before the charge.
+ * @param driving [V], the voltage put right (VoltageRepair), one a sample; empty: as measured. Without a source it is not used.
  */
 MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series,
-                                   MissedCrank missed = {});
+                                   MissedCrank missed = {}, const std::vector<double>& driving = {});
 
 }  // namespace battery_sof

@@ -17,6 +17,8 @@ struct ChargeComparison {
   double measured_current = 0.0;  ///< [A], mean
   Interval expected_current;      ///< [A], mean
   double modelled_current = 0.0;  ///< [A], mean, without what past charges taught
+  std::optional<Interval> naive_current = std::nullopt;  ///< [A], by the window's naive predictor; see NaiveContest
+  bool naive_answered = false;                           ///< a question before it was answered by that one
 };
 
 /**
@@ -24,7 +26,8 @@ struct ChargeComparison {
  * error of SOF2 (PHYSICS 2.7).
  *
  * A charge begins when the current rises above 2 A from below it and is compared after 10 s; a shorter one is dropped.
- * The model is frozen at the last sample before it.
+ * The model is frozen at the last sample before it. One with a source waits for the samples that show the charge's last voltages
+ * (StateTracker).
  */
 class ChargeWatch {
  public:
@@ -32,12 +35,24 @@ class ChargeWatch {
   std::optional<ChargeComparison> add(const StreamSample& sample, const StateTracker& before,
                                       double max_gap);
   void reset();
+  /// Begins behind a sample: a charge that is under way there is not compared.
+  void beginBehind(double current);
 
  private:
-  std::optional<FittedModel> model_;  // set from a charge's first sample until it was compared
-  MissedCrank missed_;                // of the discharge before it
+  /// A charge under way, or complete and waiting for what shows its voltages.
+  struct Charge {
+    FittedModel model;        // as it stood at the last sample before
+    MissedCrank missed;       // of the discharge before it
+    Series samples;           // from its first one on
+    std::size_t own = 0;      // of the samples; 0 while it is not complete
+  };
+
+  static std::size_t waitsFor(const FittedModel& model);
+  static ChargeComparison compare(const Charge& charge);
+  std::optional<ChargeComparison> finishComplete(const StreamSample& sample, bool is_gap);
+
   bool charging_ = false;
-  Series charge_;
+  std::optional<Charge> running_, complete_;
 };
 
 }  // namespace battery_sof

@@ -18,6 +18,8 @@ struct CrankComparison {
   double measured_minimum = 0.0;  ///< [V]
   Interval expected_minimum;      ///< [V], each bound's own minimum over the crank
   double modelled_minimum = 0.0;  ///< [V], without what past cranks taught
+  std::optional<Interval> naive_minimum = std::nullopt;  ///< [V], by the window's naive predictor; see NaiveContest
+  bool naive_answered = false;                           ///< a question before it was answered by that one
 };
 
 /**

@@ -45,6 +45,8 @@ Interval experiencedCharge(const FittedModel& model, const ChargeBeginning& char
 
 /// What past charges say of a model's answer at a voltage and over a duration.
 struct ChargeEvidence {
+  static constexpr int kLeast = 3;  ///< charges that can vouch
+
   int charges = 0;           ///< that lasted alike, at a voltage within 0.3 V
   double median_error = 0.0; ///< [A], of the model
   double typical = 0.0;      ///< [A], median current

@@ -5,6 +5,9 @@
 
 #include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/identify/identification.hpp"
+#include "battery_sof/predict/source_share.hpp"
+#include "battery_sof/predict/tracked_model.hpp"
+#include "battery_sof/recording/events.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {
@@ -16,6 +19,7 @@ struct IdentificationJob {
   std::optional<double> window_length;  ///< [s]; else defaultWindowLength()
   double min_suitability = 0.0;         ///< [0, 1], a window below it is not fitted
   IdentifyOptions options;
+  EventLimits events;                   ///< what counts as a crank
   std::optional<FittedModel> incumbent;  ///< the model in use, to be compared with
   std::optional<IdentifyOptions> extended_options;  ///< of a second fit to the same window; none: not asked
   std::optional<FittedModel> extended_incumbent;    ///< what that one is compared with
@@ -26,6 +30,9 @@ struct IdentificationTrial {
   std::optional<FittedModel>
       model;             ///< state at the series' last sample; none when no window could be fitted
   std::string message;   ///< one sentence
+  /// The same model as it followed the samples behind its window, with the events that passed there; only where its source
+  /// drives it: else there is nothing that another model's events do not say.
+  std::optional<TrackedModel> followed;
   double recent_rmse = 0.0;              ///< [V], of the model over the most recent window
   std::optional<double> incumbent_rmse;  ///< [V], of the incumbent over the same samples
 };
@@ -34,6 +41,7 @@ struct IdentificationTrial {
 struct IdentificationResult : IdentificationTrial {
   int epoch = 0;
   double max_gap = 0.0;  ///< [s], gapThreshold() of the series
+  SourceShare source;    ///< over the series
   std::optional<IdentificationTrial> extended;  ///< of job.extended_options
 };
 
@@ -43,6 +51,8 @@ IndexRange recentWindow(const Series& series, double length);
 /**
  * @brief Chooses a window, fits it (with the extended composition too, if asked) and carries the state to the series' last
  * sample. Reads and changes nothing else.
+ *
+ * A model that a source's voltage drives keeps past events (Experience): those of its window, and of the samples behind it.
  *
  * Both models' errors over recentWindow() are open-loop runs that start from the measured voltage
  * of its first samples, so neither profits from having been there.

@@ -7,6 +7,7 @@
 #include "battery_sof/predict/charge_acceptance.hpp"
 #include "battery_sof/predict/cranking.hpp"
 #include "battery_sof/predict/maps.hpp"
+#include "battery_sof/predict/naive_contest.hpp"
 #include "battery_sof/predict/profile.hpp"
 #include "battery_sof/predict/stop_time.hpp"
 
@@ -15,12 +16,15 @@ namespace battery_sof {
 /**
  * @brief What a session would answer at one moment, to be asked without the session: a copy that shares nothing with it.
  *
- * Every question is that of the free function of its name; kNoModel with the session's reason when there is no model.
+ * Every question is that of the free function of its name; kNoModel with the session's reason when there is no model. Cranks and
+ * charges, maps of them too, are answered by the naive predictor where that was better at them (betterOf()); a stop time is the
+ * model's, as the naive predictor knows nothing of stops, and its message says so.
  */
 class LiveModel {
  public:
   /// @param why_no_model the reason when `model` is not to be asked.
-  LiveModel(FittedModel model, std::optional<std::string> why_no_model, double capacity);
+  /// @param naive where the naive predictors of the model's window are to answer in its place.
+  LiveModel(FittedModel model, std::optional<std::string> why_no_model, double capacity, const NaiveStandings& naive = {});
 
   CrankingAnswer predictCranking(const CrankingQuery& query) const;
   StopTimeAnswer predictStopTime(const StopTimeQuery& query) const;
@@ -43,6 +47,7 @@ class LiveModel {
   FittedModel model_;
   std::optional<std::string> why_no_model_;
   double capacity_;  // [Ah]
+  NaiveStandings naive_;
 };
 
 }  // namespace battery_sof

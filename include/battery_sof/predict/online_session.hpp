@@ -40,6 +40,10 @@ struct SessionStatus {
   std::vector<std::string> effects;   ///< physics beyond the base model in the model that answers
   std::string extension;              ///< one sentence on the composition offered by extendWith(); empty when there is none
   std::optional<ContestScore> contest;  ///< none while no extended model runs
+  bool source_seen = false;             ///< something charges the battery: by the last identification's samples
+  std::optional<double> source_share;   ///< [0, 1], of the buffered samples whose voltage is imposed; none before the first
+  bool voltage_drives = false;          ///< the model that answers is driven by the voltage at the newest sample
+  NaiveScore crank_contest, charge_contest;  ///< [V], [A]; of the model that answers and its naive predictor
 };
 
 /// What came of a finished identification.
@@ -73,6 +77,8 @@ struct IdentificationOutcome {
  *
  * Clock jump back (SampleStream): the past and the state are begun anew, the model stays with its
  * age, and the result of a job from before is dropped.
+ *
+ * What the naive predictors of the model's window were better at, cranks or charges, they answer (NaiveContest).
  *
  * extendWith() sets a second, extended composition beside the session's own: both are fitted to the same windows and follow
  * every sample; which one answers is the Contest's to say, and the base model answers whenever it says nothing.
@@ -180,6 +186,8 @@ class OnlineSession {
   std::string refusalOf(const IdentificationTrial& trial, bool may_compare) const;
   bool acceptsExtended(const IdentificationResult& result, bool base_accepted);
   void install(const IdentificationResult& result, bool base, bool extended);
+  static void install(TrackedModel& tracked, const IdentificationTrial& trial, double max_gap);
+  void takeSource(const SourceShare& source);
   const TrackedModel& inUse() const;
   std::optional<double> ageOf(const TrackedModel& model) const;
   bool isTooOld(const TrackedModel& model) const;
@@ -197,6 +205,7 @@ class OnlineSession {
   int epoch_ = 0;
   bool job_is_out_ = false;
 
+  SourceShare source_;
   std::optional<FittedModel> restored_;  // waits until the stream knows its rate
   std::optional<Extension> extension_, next_extension_;
   std::string last_outcome_;

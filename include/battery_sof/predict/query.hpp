@@ -8,6 +8,7 @@
 #include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/model/simulation.hpp"
 #include "battery_sof/predict/answer.hpp"
+#include "battery_sof/predict/experienced.hpp"
 
 namespace battery_sof {
 
@@ -31,6 +32,7 @@ struct QueryRange {
   double charge_moved = 0.0;             ///< [Ah], magnitude
   std::optional<double> temperature;     ///< [K], at which it will happen; else the model's state's
   bool charges = false;                  ///< needs r_charge, else r_discharge
+  ChargeEvidence evidence = {};          ///< what past charges say of a charge
 };
 
 /// The most charge that a model's equations hold for [Ah]: all of the capacity where the open-circuit voltage may move
@@ -39,6 +41,10 @@ double chargeHeldFor(const FittedModel& model, double capacity);
 
 /**
  * @brief Why a model should not be relied on for a query: what its window did not excite and its equations do not hold.
+ *
+ * A charge is vouched for by evidence: three past charges or more at its voltage and duration that were predicted well
+ * (ChargeEvidence). Then neither its current nor the lack of a law of charge acceptance speaks against it; past charges that
+ * were missed do, and for a model with a source so does their absence.
  *
  * Currents up to 1.25 times, voltages up to 0.3 V above and temperatures within 10 K of the window's; a charge moved of at most
  * chargeHeldFor(); for charges beyond

@@ -10,50 +10,86 @@ namespace battery_sof {
  *
  * One step a sample, with the derivatives of uncertainSimulationOf(); constant memory. Across a gap the battery is taken to rest
  * (driving_current.hpp). Where the model's source imposes the voltage (SourceWatch), that drives, and the error is the current's.
+ *
+ * A slow voltage channel is put right as in the fit (VoltageRepair): a sample is settled once the sample after the one that shows
+ * its voltage is there, which is voltage_lag + 1 samples later. Until then the state goes on from the settled one to the newest
+ * sample with the last voltage there is, as carryState() does at the end of a recording, and is taken anew with every sample.
+ * Without a source every sample is settled at once.
  */
 class StateTracker {
  public:
   /// Starts from the model's saved state. @param max_gap [s], longest interval that is joined.
   StateTracker(const FittedModel& model, double max_gap);
 
+  /// Shows the samples up to the state's, right at the beginning: the past that a source is judged by, 300 s as in driveOf().
+  void lookBack(const Series& series);
+
   /// Moves on to a sample later than the last one, driven by what is imposed there, and takes the other quantity in: what the
-  /// model misses of a voltage is followed (ErrorTracker). @throws std::invalid_argument when time does not increase.
-  void follow(double time, double current, double voltage);
+  /// model misses of a voltage is followed (ErrorTracker). @return whether a sample was settled. @throws std::invalid_argument
+  /// when time does not increase.
+  bool follow(double time, double current, double voltage);
   /// Widths of intervals, as past events ask for.
   void setScales(const IntervalScale& crank, const IntervalScale& charge);
+  /// What the caller knows of the model beside its numbers: recording and duration of the fit.
+  void setOrigin(const FittedModel& model);
 
-  /// The last sample as the model followed it.
-  const FollowedSample& last() const { return last_; }
-  /// @return measured less expected at the last sample [V]; where the voltage drives, the current's error through 10 mOhm.
+  // The last settled sample; meaningless before the first.
+  bool hasSettled() const { return has_settled_; }
+  const FollowedSample& last() const { return last_; }    ///< as the model followed it
+  double lastTime() const { return settled_.state.time; } ///< [s]
+  double lastVoltage() const { return last_voltage_; }    ///< [V], measured, put right
+  /// @return measured less expected [V]; where the voltage drives, the current's error through 10 mOhm. 0 before the first.
   double error() const { return error_; }
 
-  /// @return the model with state and covariance moved to the last sample.
+  /// @return the model with state and covariance moved to the newest sample.
   FittedModel modelNow() const;
 
-  const ModelState& state() const { return state_; }
+  /// At the newest sample.
+  const ModelState& state() const { return here().state; }
+  /// Whether the newest sample's voltage is imposed and drives the model.
+  bool voltageDrives() const { return voltage_drives_; }
 
   /// What a slow sampling saw of the discharge under way.
-  const MissedCrank& missed() const { return missed_; }
+  const MissedCrank& missed() const { return here().missed; }
   /// An event passed: what it teaches goes along with the model.
   template <typename Event>
   void learnFrom(const Event& event) {
     model_.experience.add(event);
   }
+  const Experience& experience() const { return model_.experience; }
 
   /// The running simulation, for a query to go on from.
-  const Simulation& simulation() const { return follower_.simulation(); }
+  const Simulation& simulation() const { return here().follower.simulation(); }
 
  private:
+  /// What moves on with every sample.
+  struct Place {
+    Follower follower;
+    MissedCrank missed;
+    ModelState state;
+    ErrorTracker errors;
+    double error_time;  // [s], of the last voltage taken in
+  };
+
+  const Place& here() const { return ahead_ ? *ahead_ : settled_; }
+  FollowedSample step(Place& place, const DriveSample& sample) const;
+  DriveSample sampleAfter(const Place& place, std::size_t n) const;
+  void settleOldest();
+  void lookAhead();
+
   FittedModel model_;
-  Follower follower_;
-  std::optional<SourceWatch> watch_;
-  MissedCrank missed_;
-  FollowedSample last_;
-  double error_ = 0.0;  // [V]
-  ModelState state_;
-  ErrorTracker errors_;
-  double error_time_;  // [s], of the last voltage taken in
   double max_gap_;
+  Place settled_;
+  std::optional<Place> ahead_;  // at the newest sample, where that is not settled
+  std::optional<SourceWatch> watch_;
+  bool voltage_drives_ = false;
+  // As they came: the last settled sample, if there is one, and those that wait.
+  Series recent_;
+  std::vector<char> imposed_;
+  std::size_t settled_count_ = 0;  // at recent_'s beginning
+  bool has_settled_ = false;
+  FollowedSample last_;
+  double last_voltage_ = 0.0, error_ = 0.0;  // [V]
   bool needs_trace_;  // an effect may ask for the current a little earlier or later than the sample
   CurrentTrace trace_;
 };

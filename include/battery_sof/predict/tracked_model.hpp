@@ -7,6 +7,7 @@
 #include "battery_sof/predict/charge_watch.hpp"
 #include "battery_sof/predict/crank_watch.hpp"
 #include "battery_sof/predict/interval_scale.hpp"
+#include "battery_sof/predict/naive_contest.hpp"
 #include "battery_sof/predict/sample_stream.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
 
@@ -29,8 +30,8 @@ struct SessionEvents {
  * @brief A model that follows the samples: its state, its rolling back-test, and the cranks and
  * charges that it was set beside.
  *
- * Watches and interval scales outlive a model: they are the composition's past. Copyable; a copy
- * goes on by itself.
+ * Watches, interval scales and the contests with the naive predictors outlive a model: they are the
+ * composition's past. Copyable; a copy goes on by itself.
  */
 class TrackedModel {
  public:
@@ -41,6 +42,12 @@ class TrackedModel {
   /// Takes a model in the place of the one before; the back-test begins anew. @param max_gap [s],
   /// longest interval joined.
   void install(const FittedModel& model, double max_gap);
+  /// Takes a model that already followed samples in another one: its state, and events that are under way. Its scales, contests
+  /// and back-test stay behind. @param model the same with what its caller knows of it.
+  void goOnAs(const TrackedModel& other, const FittedModel& model);
+  /// Shows the samples up to the model's state, right after install(): by them a source is judged, and a charge under way at the
+  /// state is not taken for one that begins behind it.
+  void lookBack(const Series& series);
   bool holdsModel() const { return tracker_.has_value(); }
 
   /// Moves on to a sample; nothing happens without a model, or at or before its state. @return what
@@ -62,12 +69,18 @@ class TrackedModel {
   const FittedModel& accepted() const { return *model_; }  ///< as it was installed
   FittedModel now() const { return tracker_->modelNow(); }
   const FollowedSample& last() const { return tracker_->last(); }
+  bool voltageDrives() const { return tracker_ && tracker_->voltageDrives(); }  ///< wants none
+  bool isCompared() const { return tracker_ && tracker_->hasSettled(); }        ///< error() says something; wants none
   double error() const { return tracker_->error(); }           ///< [V], see StateTracker::error()
   double stateTime() const { return tracker_->state().time; }  ///< [s]
   /// [s], end of the model's window on the present clock.
   double fittedUntil() const { return fitted_until_; }
 
   BacktestScore backtest() const;
+
+  const NaiveContest& crankContest() const { return crank_contest_; }
+  const NaiveContest& chargeContest() const { return charge_contest_; }
+  NaiveStandings standings() const { return {crank_contest_.standing(), charge_contest_.standing()}; }
 
  private:
   /// One compared instant of the back-test.
@@ -76,10 +89,13 @@ class TrackedModel {
   };
 
   SessionEvents watch(const StreamSample& sample, double max_gap);
+  void setBesideNaive(CrankComparison& crank);
+  void setBesideNaive(ChargeComparison& charge);
 
   CrankWatch crank_watch_;
   ChargeWatch charge_watch_;
   IntervalScale crank_scale_, charge_scale_;
+  NaiveContest crank_contest_, charge_contest_;
   std::optional<FittedModel> model_;
   std::optional<StateTracker> tracker_;
   double fitted_until_ = 0.0;

@@ -37,7 +37,7 @@ struct FreshSulphate {
              shape("pore_resistance", "R_w", "ohm", 0.007, 1e-4, 0.1, 0.46, "start-stop recordings: 4 to 13 mOhm"),
              shape("pore_time", "tau_w", "s", 15.0, 3.0, 3000.0, 0.7, "start-stop recordings: 6 to 35 s")},
             // A rested electrode has been recharged through and its sulphate has grown coarse.
-            {{"fresh_sulphate", "As", 50.0, 150.0, 0.0, 20000.0}, {"pore_current", "A", 0.0, 10.0, -300.0, 300.0}},
+            {{"fresh_sulphate", "As", 50.0, 150.0, 1.0, 20000.0}, {"pore_current", "A", 0.0, 10.0, -300.0, 300.0}},
             {"charge_acceptance", "sulphate_history", "ocv_hysteresis", "ocv_soc", "acid_transport"},
             "charge at a held voltage after discharges of two sizes: what goes in follows what came out",
             {},

@@ -1,0 +1,209 @@
+#include "battery_sof/predict/naive_contest.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "battery_sof/predict/live_model.hpp"
+#include "support/known_model.hpp"
+#include "support/synthetic_recording.hpp"
+
+namespace battery_sof {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// Charges of 10 A, expected by a model and by a naive predictor that err by as much as they are told.
+class Charges {
+ public:
+  void pass(double model_error, double naive_error) {
+    time_ += 60.0;
+    const bool naive_answered = contest.doesNaiveAnswer();
+    model_ += std::abs(model_error);
+    naive_ += std::abs(naive_error);
+    answered_ += std::abs(naive_answered ? naive_error : model_error);
+    const double value = 10.0 - naive_error;
+    last = contest.add({time_, 14.0, 10.0, 10.0, 10.0 - model_error, {value, value - 1.0, value + 1.0}});
+    if (last.lower <= 10.0 && 10.0 <= last.upper) ++inside;
+    ++events;
+  }
+  double ofNaive() const { return answered_ / naive_; }
+  double ofModel() const { return answered_ / model_; }
+
+  NaiveContest contest;
+  Interval last;
+  int inside = 0, events = 0;
+
+ private:
+  double time_ = 0.0, model_ = 0.0, naive_ = 0.0, answered_ = 0.0;
+};
+
+TEST(NaiveContest, TheModelAnswersUntilFiveEventsWereCompared) {
+  Charges charges;
+  for (int k = 0; k < 4; ++k) charges.pass(3.0, 1.0);
+  EXPECT_FALSE(charges.contest.doesNaiveAnswer());
+  charges.pass(3.0, 1.0);
+  EXPECT_TRUE(charges.contest.doesNaiveAnswer());
+  EXPECT_EQ(charges.contest.score().events, 5);
+  EXPECT_NEAR(charges.contest.score().model_error, 3.0, 1e-12);
+  EXPECT_NEAR(charges.contest.score().naive_error, 1.0, 1e-12);
+}
+
+TEST(NaiveContest, OverABadModelsDriveAnswersAreAtMostFivePercentWorseThanNaiveOnes) {
+  test::Random random(3);
+  for (const double bad : {1.06, 1.5, 4.0}) {
+    Charges charges;
+    for (int k = 0; k < 400; ++k) charges.pass(bad * random.normal(), random.normal());
+    EXPECT_LT(charges.ofNaive(), 1.05) << bad;
+  }
+}
+
+TEST(NaiveContest, AModelThatGoesBadAndComesBackIsFollowed) {
+  test::Random random(4);
+  Charges charges;
+  for (int k = 0; k < 600; ++k) {
+    const bool bad = k / 100 % 2 == 1;
+    charges.pass((bad ? 4.0 : 0.3) * random.normal(), random.normal());
+  }
+  EXPECT_LT(charges.ofNaive(), 1.05);
+  EXPECT_LT(charges.ofModel(), 0.6);
+}
+
+TEST(NaiveContest, ABetterModelAnswersThroughout) {
+  test::Random random(5);
+  Charges charges;
+  for (int k = 0; k < 200; ++k) {
+    charges.pass(0.5 * random.normal(), random.normal());
+    EXPECT_FALSE(charges.contest.doesNaiveAnswer()) << k;
+  }
+}
+
+TEST(NaiveContest, OneThatIsHardlyBetterDoesNotTakeOverAndOneThatAnswersGivesWayToTheSmallerError) {
+  Charges charges;
+  for (int k = 0; k < 30; ++k) charges.pass(1.04, 1.0);
+  EXPECT_FALSE(charges.contest.doesNaiveAnswer());
+  for (int k = 0; k < 30; ++k) charges.pass(1.06, 1.0);
+  EXPECT_TRUE(charges.contest.doesNaiveAnswer());
+  for (int k = 0; k < 30; ++k) charges.pass(1.01, 1.0);
+  EXPECT_TRUE(charges.contest.doesNaiveAnswer());
+  for (int k = 0; k < 30; ++k) charges.pass(0.99, 1.0);
+  EXPECT_FALSE(charges.contest.doesNaiveAnswer());
+}
+
+TEST(NaiveContest, RemembersTwentyEventsAndAQuarterOfAnHour) {
+  NaiveContest often, seldom;
+  for (int k = 0; k < 100; ++k) {
+    const NaiveContestEvent event{20.0 * k, 14.0, 10.0, 10.0, 9.0, {9.0, 8.0, 10.0}};
+    often.add(event);
+    NaiveContestEvent rare = event;
+    rare.time *= 10.0;
+    seldom.add(rare);
+  }
+  EXPECT_EQ(often.score().events, 46);
+  EXPECT_EQ(seldom.score().events, 20);
+}
+
+TEST(NaiveContest, ItsIntervalsAreScaledUntilNineInTenEventsFallInside) {
+  test::Random random(6);
+  Charges charges;
+  for (int k = 0; k < 500; ++k) charges.pass(9.0, 4.0 * random.normal());
+  EXPECT_NEAR(charges.inside / static_cast<double>(charges.events), 0.9, 0.03);
+  EXPECT_GT(charges.contest.standing().scale.factor, 4.0);
+}
+
+TEST(NaiveContest, AJumpOfTheClockKeepsWhatWasCompared) {
+  Charges charges;
+  for (int k = 0; k < 6; ++k) charges.pass(3.0, 1.0);
+  charges.contest.moveBy(-1e6);
+  EXPECT_TRUE(charges.contest.doesNaiveAnswer());
+  EXPECT_EQ(charges.contest.score().events, 6);
+}
+
+// ----------------------------------------------------------------------------------------------------
+// answers
+
+FittedModel modelWithNaive() {
+  FittedModel model = test::knownModel();
+  model.naive.current_from_voltage = NaiveLine{-100.0, 8.0, 1.0, -2.0, 2.0, 13.5, 0.5, 100};
+  model.naive.phase = NaivePhase{1.0, std::vector<double>(20, 12.0), 1.0, -2.0, 2.0, 8};
+  model.naive.cranks = NaiveCranks{{-210.0, 9.4}, {-205.0, 9.5}, 11.4, 0.01, -0.1, 0.2, 8};
+  return model;
+}
+
+NaiveStanding standing(double least, double most, double duration) {
+  NaiveStanding naive;
+  naive.score = {8, 2.0, 1.2, true};
+  naive.scale.factor = 2.0;
+  naive.least = least;
+  naive.most = most;
+  naive.shortest = naive.longest = duration;
+  return naive;
+}
+
+LiveModel liveNaive() {
+  return LiveModel(modelWithNaive(), std::nullopt, 50.0, {standing(-210.0, -190.0, 0.0), standing(13.8, 14.4, 10.0)});
+}
+
+TEST(LiveModel, ACrankIsAnsweredByTheLineThroughPastCranksWhereThatWasBetter) {
+  CrankingQuery query{-20.0, 5.0, -200.0, 0.5, 9.3};
+  const CrankingAnswer answer = liveNaive().predictCranking(query);
+  EXPECT_NEAR(answer.u_min->value, 9.4, 1e-9);
+  EXPECT_NEAR(answer.u_min->lower, 9.2, 1e-9);
+  EXPECT_NEAR(answer.u_min->upper, 9.8, 1e-9);
+  EXPECT_FALSE(*answer.capable);
+  EXPECT_TRUE(answer.valid);
+  EXPECT_THAT(answer.message, HasSubstr("9.40 V, 90 % between 9.20 and 9.80 V: may not hold 9.30 V; the straight line through "
+                                        "past cranks answers: it missed 1.200 V where the model missed 2.000 V"));
+}
+
+TEST(LiveModel, AChargeIsAnsweredByTheMedianOfPastChargesWhereThatWasBetter) {
+  const ChargeAcceptanceAnswer answer = liveNaive().predictChargeAcceptance({14.0, 10.0, 13.0, {}});
+  EXPECT_NEAR(answer.i_boost->value, 12.0, 1e-9);
+  EXPECT_NEAR(answer.i_boost->lower, 8.0, 1e-9);
+  EXPECT_NEAR(answer.i_boost->upper, 13.0, 1e-9) << "the source gives no more";
+  EXPECT_THAT(answer.message,
+              HasSubstr("the median of past charges answers: it missed 1.2 A where the model missed 2.0 A"));
+}
+
+TEST(LiveModel, QuestionsUnlikeWhatWasComparedAreTheModels) {
+  const LiveModel live = liveNaive();
+  const LiveModel model(modelWithNaive(), std::nullopt, 50.0);
+  EXPECT_EQ(live.predictCranking({-20.0, 5.0, -300.0, 0.5}).message, model.predictCranking({-20.0, 5.0, -300.0, 0.5}).message);
+  EXPECT_EQ(live.predictCranking({-1.0, 3600.0, -200.0, 0.5}).message,
+            model.predictCranking({-1.0, 3600.0, -200.0, 0.5}).message);
+  for (const ChargeAcceptanceQuery& query : {ChargeAcceptanceQuery{13.2, 10.0}, ChargeAcceptanceQuery{14.0, 60.0}})
+    EXPECT_EQ(live.predictChargeAcceptance(query).message, model.predictChargeAcceptance(query).message);
+}
+
+TEST(LiveModel, WithoutNumbersNobodyAnswersInTheModelsPlace) {
+  EXPECT_EQ(liveNaive().predictCranking({5.0, 5.0, -200.0, 0.5}).code, AnswerCode::kInvalidQuery);
+  EXPECT_FALSE(liveNaive().predictCranking({5.0, 5.0, -200.0, 0.5}).u_min);
+  const LiveModel none({}, "nothing identified yet", 50.0, {standing(-210.0, -190.0, 0.0), {}});
+  EXPECT_EQ(none.predictCranking({-20.0, 5.0, -200.0, 0.5}).message, "nothing identified yet");
+}
+
+TEST(LiveModel, MapsAreAnsweredAsTheirCells) {
+  const LiveModel live = liveNaive();
+  const CrankingMap cranks = live.mapCranking({-20.0, 5.0, -200.0, 0.5}, {-10.0, -20.0}, {5.0, 3600.0});
+  EXPECT_NEAR(cranks.answers[0].u_min->value, 9.4, 1e-9);
+  EXPECT_THAT(cranks.answers[1].message, Not(HasSubstr("answers: it missed")));
+  EXPECT_NEAR(cranks.answers[2].u_min->value, 9.4, 1e-9);
+  const ChargeAcceptanceMap charges = live.mapChargeAcceptance({}, {13.0, 14.0}, {10.0, 60.0});
+  EXPECT_NEAR(charges.answers[2].i_boost->value, 12.0, 1e-9);
+  for (const std::size_t k : {0u, 1u, 3u}) EXPECT_THAT(charges.answers[k].message, Not(HasSubstr("answers: it missed")));
+}
+
+TEST(LiveModel, AStopTimeStaysTheModelsAndSaysSo) {
+  StopTimeQuery query;
+  query.i_load = -20.0;
+  query.i_cranking = -200.0;
+  query.u_required = 7.2;
+  const LiveModel model(modelWithNaive(), std::nullopt, 50.0);
+  EXPECT_EQ(liveNaive().predictStopTime(query).t_stop->value, model.predictStopTime(query).t_stop->value);
+  EXPECT_THAT(liveNaive().predictStopTime(query).message, HasSubstr("is better at cranks at present"));
+}
+
+}  // namespace
+}  // namespace battery_sof

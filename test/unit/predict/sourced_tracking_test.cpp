@@ -1,0 +1,217 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "battery_sof/identify/identification.hpp"
+#include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/predict/profile.hpp"
+#include "battery_sof/predict/state_tracker.hpp"
+#include "support/sourced_drive.hpp"
+
+namespace battery_sof {
+namespace {
+
+using namespace test;
+
+FittedModel battery() { return uncertainModel(0.01, {"fresh_sulphate"}); }
+
+/// The battery as a model fitted to a drive, its state at a sample.
+FittedModel standingAt(const Series& series, std::size_t n, std::size_t lag) {
+  FittedModel model = battery();
+  model.source = findSource(series).rule;
+  model.voltage_lag = lag;
+  model.state.time = series.time[n];
+  model.state.current = series.current[n];
+  model.scores.current_rmse = 0.5;
+  return model;
+}
+
+class SlowChannel : public ::testing::TestWithParam<std::size_t> {};
+
+TEST_P(SlowChannel, TrackedLiveTheStateIsWhereCarryingItOfflinePutsIt) {
+  const std::size_t lag = GetParam();
+  const Series series = sourcedDrive(700, battery(), 3, {lag, 23});
+  const FittedModel fitted = standingAt(series, 400, lag);
+  StateTracker tracker(fitted, gapThreshold(series));
+  tracker.lookBack(series);
+  for (std::size_t n = 401; n < series.size(); ++n) {
+    tracker.follow(series.time[n], series.current[n], series.voltage[n]);
+    if (n % 7 != 0 && n + 1 < series.size()) continue;
+    const Series seen = slice(series, {0, n + 1});
+    FittedModel offline = fitted;
+    carryState(offline, seen, n);
+    const FittedModel live = tracker.modelNow();
+    ASSERT_EQ(live.state.time, offline.state.time);
+    ASSERT_EQ(live.state.current, offline.state.current);
+    ASSERT_NEAR(live.state.u_c2, offline.state.u_c2, 1e-9) << n;
+    ASSERT_EQ(live.state.further.size(), offline.state.further.size());
+    for (std::size_t j = 0; j < live.state.further.size(); ++j)
+      ASSERT_NEAR(live.state.further[j], offline.state.further[j], 1e-9) << n;
+    ASSERT_TRUE(live.covariance.isApprox(offline.covariance, 1e-9)) << n;
+    ASSERT_EQ(live.state.memory.numbers().size(), offline.state.memory.numbers().size());
+    for (std::size_t j = 0; j < DriveMemory::kNumbers; ++j)
+      ASSERT_NEAR(live.state.memory.numbers()[j], offline.state.memory.numbers()[j], 1e-9) << n;
+    ASSERT_NEAR(live.discrepancy.drift, offline.discrepancy.drift, 1e-12);
+  }
+}
+
+TEST_P(SlowChannel, SettledSamplesAreThoseOfAPredictionOfTheWholeRecording) {
+  const std::size_t lag = GetParam();
+  const Series series = sourcedDrive(700, battery(), 4, {lag, 23});
+  FittedModel fitted = standingAt(series, 100, lag);
+  carryState(fitted, series, 400);
+  StateTracker tracker(fitted, gapThreshold(series));
+  tracker.lookBack(series);
+  const FollowedPrediction offline = predictMixed(fitted, series, {401, series.size()});
+  std::size_t settled = 0, voltage_driven = 0;
+  for (std::size_t n = 401; n < series.size(); ++n) {
+    if (!tracker.follow(series.time[n], series.current[n], series.voltage[n])) continue;
+    ASSERT_EQ(tracker.lastTime(), series.time[401 + settled]);
+    ASSERT_EQ(tracker.last().voltage_drives, static_cast<bool>(offline.voltage_drives[settled]));
+    ASSERT_NEAR(tracker.last().current, offline.current[settled], 1e-9) << settled;
+    if (tracker.last().voltage_drives) ++voltage_driven;
+    ++settled;
+  }
+  EXPECT_EQ(settled, series.size() - 401 - (lag + 1));
+  EXPECT_GT(voltage_driven, 150u);
+}
+
+TEST_P(SlowChannel, PutRightTheChannelShowsTheCurrentThatFlowed) {
+  const std::size_t lag = GetParam();
+  const Series faulty = sourcedDrive(700, battery(), 5, {lag, 23});
+  const FittedModel right = standingAt(faulty, 0, lag);
+  FittedModel wrong = right;
+  wrong.voltage_lag = lag == 0 ? 2 : 0;
+  const auto errors = [&](const FittedModel& model) {
+    StateTracker tracker(model, 10.0);
+    double sum = 0.0;
+    for (std::size_t n = 1; n < faulty.size(); ++n)
+      if (tracker.follow(faulty.time[n], faulty.current[n], faulty.voltage[n])) sum += std::pow(tracker.error(), 2);
+    return std::sqrt(sum);
+  };
+  EXPECT_LT(errors(right), 0.7 * errors(wrong));
+}
+
+INSTANTIATE_TEST_SUITE_P(Lags, SlowChannel, ::testing::Values(0u, 1u, 2u));
+
+TEST(StateTracker, WithoutASourceEverySampleIsSettledAtOnce) {
+  StateTracker tracker(knownModel(), 10.0);
+  for (int n = 1; n < 20; ++n) {
+    EXPECT_TRUE(tracker.follow(100.0 + n, -20.0, 12.4));
+    EXPECT_EQ(tracker.lastTime(), tracker.state().time);
+    EXPECT_FALSE(tracker.voltageDrives());
+  }
+}
+
+TEST(StateTracker, AcrossAGapWhatWaitedIsSettledByWhatComesAfter) {
+  const Series series = sourcedDrive(300, battery(), 6, {1, 0});
+  const FittedModel fitted = standingAt(series, 100, 1);
+  StateTracker tracker(fitted, 10.0);
+  for (std::size_t n = 101; n < 200; ++n) tracker.follow(series.time[n], series.current[n], series.voltage[n]);
+  for (std::size_t n = 0; n < 4; ++n) tracker.follow(series.time[200] + 1000.0 + static_cast<double>(n), 0.0, 12.8);
+  EXPECT_EQ(tracker.state().time, series.time[200] + 1003.0);
+  EXPECT_EQ(tracker.lastTime(), series.time[200] + 1001.0);
+  EXPECT_THROW(tracker.follow(tracker.state().time, 0.0, 12.8), std::invalid_argument);
+}
+
+// ----------------------------------------------------------------------------------------------------
+// a session at a source
+
+/// Feeds a session; an identification's result comes back `delay` samples after the job was taken.
+class Session {
+ public:
+  explicit Session(std::size_t delay) : delay_(delay) {}
+
+  void drive(const Series& series) {
+    for (std::size_t n = 0; n < series.size(); ++n) {
+      add(session.push({series.time[n], series.current[n], series.voltage[n], {}}));
+      const bool leaves_time = n + 130 < series.size();
+      if (const auto job = leaves_time ? session.takeDueJob() : std::nullopt) {
+        result_ = runIdentification(*job);
+        due_ = n + delay_;
+      }
+      if (!result_ || n < due_) continue;
+      const IdentificationOutcome outcome = session.finish(*result_);
+      if (outcome.accepted) ++accepted;
+      message = outcome.message;
+      result_.reset();
+    }
+  }
+
+  OnlineSession session{[] {
+    SessionOptions options;
+    options.identify_period = 400.0;
+    return options;
+  }()};
+  SessionEvents events;
+  int accepted = 0;
+  std::string message;
+
+ private:
+  void add(const SessionEvents& ended) {
+    events.cranks.insert(events.cranks.end(), ended.cranks.begin(), ended.cranks.end());
+    events.charges.insert(events.charges.end(), ended.charges.begin(), ended.charges.end());
+  }
+
+  std::size_t delay_, due_ = 0;
+  std::optional<IdentificationResult> result_;
+};
+
+TEST(SessionAtASource, AnIdentificationHoweverLongLosesNoEventAndCountsNoneTwice) {
+  const Series series = sourcedDrive(2200, battery(), 7, {1, 101});
+  Session prompt(0), late(120);
+  prompt.drive(series);
+  late.drive(series);
+  ASSERT_GE(prompt.accepted, 2) << prompt.message;
+  ASSERT_EQ(late.accepted, prompt.accepted);
+  EXPECT_EQ(late.events.cranks.size(), prompt.events.cranks.size());
+  EXPECT_EQ(late.events.charges.size(), prompt.events.charges.size());
+  EXPECT_EQ(late.session.crankScale().events, prompt.session.crankScale().events);
+  EXPECT_EQ(late.session.chargeScale().events, prompt.session.chargeScale().events);
+  EXPECT_EQ(prompt.session.crankScale().events, static_cast<int>(prompt.events.cranks.size()));
+  EXPECT_EQ(prompt.session.chargeScale().events, static_cast<int>(prompt.events.charges.size()));
+  EXPECT_EQ(late.session.status().crank_contest.events, prompt.session.status().crank_contest.events);
+  const Experience of_late = late.session.model()->experience, of_prompt = prompt.session.model()->experience;
+  ASSERT_EQ(of_late.cranks.size(), of_prompt.cranks.size());
+  ASSERT_EQ(of_late.charges.size(), of_prompt.charges.size());
+  for (std::size_t k = 0; k < of_late.cranks.size(); ++k) {
+    EXPECT_EQ(of_late.cranks[k].time, of_prompt.cranks[k].time);
+    EXPECT_NEAR(of_late.cranks[k].modelled, of_prompt.cranks[k].modelled, 1e-9);
+  }
+  for (std::size_t k = 0; k < of_late.charges.size(); ++k)
+    EXPECT_NEAR(of_late.charges[k].modelled, of_prompt.charges[k].modelled, 1e-9);
+  EXPECT_EQ(late.session.predictCranking({-20.0, 5.0, -200.0, 1.0}).message,
+            prompt.session.predictCranking({-20.0, 5.0, -200.0, 1.0}).message);
+}
+
+TEST(SessionAtASource, TheModelsExperienceHoldsEveryCrankOfItsWindowAndSinceOnce) {
+  const Series series = sourcedDrive(2200, battery(), 8, {1, 0});
+  Session session(0);
+  session.drive(series);
+  ASSERT_GE(session.accepted, 1) << session.message;
+  const FittedModel model = *session.session.model();
+  std::vector<double> due;
+  for (const Event& event : detectEvents(series))
+    if (event.kind == EventKind::kCrank && series.time[event.range.first] >= model.window.from) due.push_back(series.time[event.range.first]);
+  const auto& cranks = model.experience.cranks;
+  ASSERT_GT(cranks.size(), 10u);
+  for (std::size_t k = 1; k < cranks.size(); ++k) EXPECT_GT(cranks[k].time, cranks[k - 1].time + 5.0);
+  EXPECT_NEAR(static_cast<double>(cranks.size()), static_cast<double>(std::min(due.size(), Experience::kMost)), 1.0);
+}
+
+TEST(SessionAtASource, StatusSaysWhoImposesWhat) {
+  const Series series = sourcedDrive(1500, battery(), 9, {1, 0});
+  Session session(0);
+  EXPECT_FALSE(session.session.status().source_share);
+  session.drive(series);
+  const SessionStatus status = session.session.status();
+  EXPECT_TRUE(status.source_seen);
+  const Source source = findSource(series);
+  EXPECT_NEAR(*status.source_share, source.share, 0.05);
+  EXPECT_EQ(status.voltage_drives, static_cast<bool>(source.imposes_voltage.back()));
+  EXPECT_GT(status.crank_contest.events, 3);
+  EXPECT_GT(status.charge_contest.events, 3);
+}
+
+}  // namespace
+}  // namespace battery_sof

@@ -1,0 +1,46 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "battery_sof/ros/message_conversion.hpp"
+
+namespace battery_sof {
+namespace {
+
+TEST(MessageOf, StatusBeforeTheFirstIdentificationKnowsOfNoSourceAndTheModelAnswers) {
+  const SofStatus message = messageOf(StatusContents());
+  EXPECT_FALSE(message.source_seen);
+  EXPECT_TRUE(std::isnan(message.source_share));
+  EXPECT_FALSE(message.voltage_drives);
+  EXPECT_TRUE(std::isnan(message.naive_crank_mean_abs_error) && std::isnan(message.naive_charge_mean_abs_error));
+  EXPECT_TRUE(std::isnan(message.answered_crank_mean_abs_error) && std::isnan(message.answered_charge_mean_abs_error));
+  EXPECT_EQ(message.crank_answered_by, "model");
+  EXPECT_EQ(message.charge_answered_by, "model");
+}
+
+TEST(MessageOf, StatusSaysWhoImposesWhatAndWhoAnswers) {
+  StatusContents contents;
+  contents.session.source_seen = contents.session.voltage_drives = true;
+  contents.session.source_share = 0.75;
+  contents.session.charge_contest.naive_answers = true;
+  CrankComparison crank{40.0, -200.0, 10.0, {9.0, 8.7, 9.3}};
+  crank.naive_minimum = Interval{9.75, 9.5, 10.0};
+  ChargeComparison first{60.0, 10.0, 14.1, 14.1, 30.0, {28.0, 25.0, 31.0}}, second = first;
+  first.naive_current = second.naive_current = Interval{29.0, 28.0, 30.0};
+  second.naive_answered = true;
+  contents.events.add({{crank}, {first, second}});
+  const SofStatus message = messageOf(contents);
+  EXPECT_TRUE(message.source_seen && message.voltage_drives);
+  EXPECT_EQ(message.source_share, 0.75);
+  EXPECT_EQ(message.crank_answered_by, "model");
+  EXPECT_EQ(message.charge_answered_by, "naive");
+  EXPECT_EQ(message.cranks_mean_abs_error, 1.0);
+  EXPECT_EQ(message.naive_crank_mean_abs_error, 0.25);
+  EXPECT_EQ(message.answered_crank_mean_abs_error, 1.0);
+  EXPECT_EQ(message.charges_mean_abs_error, 2.0);
+  EXPECT_EQ(message.naive_charge_mean_abs_error, 1.0);
+  EXPECT_EQ(message.answered_charge_mean_abs_error, 1.5);
+}
+
+}  // namespace
+}  // namespace battery_sof
