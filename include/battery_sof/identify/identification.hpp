@@ -76,7 +76,7 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
  * @brief Who imposes what, where that is to drive a fit.
  *
  * A source is seen, and samples are a quarter of a second or more apart: then the current between them is not known, and its
- * error grows in a blocked electrode (docs/decisions/0010-mixed-drive.md). Faster current is as good as exact and drives alone.
+ * error grows in a blocked electrode (docs/decisions/0011-mixed-drive.md). Faster current is as good as exact and drives alone.
  */
 std::optional<DrivingSource> drivingSource(const Series& series);
 
