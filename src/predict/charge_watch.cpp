@@ -2,13 +2,14 @@
 
 #include <utility>
 
+#include "battery_sof/naive/charge_phases.hpp"
 #include "battery_sof/recording/voltage_repair.hpp"
 
 namespace battery_sof {
 namespace {
 
 constexpr double kChargeCurrent = 2.0;  // [A], PHYSICS 2.2 (long charge)
-constexpr double kCompareAfter = 10.0;  // [s], the same
+constexpr double kLeastImposed = 0.9;   // share of samples, as beginningOfCharge()
 
 void append(Series& series, const StreamSample& sample) {
   series.time.push_back(sample.time);
@@ -21,12 +22,13 @@ void append(Series& series, const StreamSample& sample) {
 void ChargeWatch::reset() {
   running_.reset();
   complete_.reset();
-  charging_ = false;
+  charging_ = discharged_ = false;
 }
 
 void ChargeWatch::beginBehind(double current) {
   reset();
   charging_ = current > kChargeCurrent;
+  discharged_ = current < kDischargeCurrent;
 }
 
 /// Samples after a charge's last one until its voltage is known.
@@ -35,29 +37,64 @@ std::size_t ChargeWatch::waitsFor(const FittedModel& model) { return model.sourc
 std::optional<ChargeComparison> ChargeWatch::add(const StreamSample& sample,
                                                  const StateTracker& before, double max_gap) {
   const bool is_gap = sample.time - before.state().time > max_gap;
-  const auto comparison = finishComplete(sample, is_gap);
-  if (sample.current <= kChargeCurrent || is_gap) {
+  const auto comparison = finishComplete(sample, before, is_gap);
+  judgeLast(before);
+  if (is_gap || isOver(sample, before)) {
     running_.reset();
     charging_ = false;
+    discharged_ = sample.current < kDischargeCurrent;
     return comparison;
   }
-  if (!charging_) {
-    charging_ = true;
-    running_ = Charge{before.modelNow(), before.missed(), {}, 0};
-  }
+  if (begins(sample, before)) running_ = Charge{before.modelNow(), before.missed(), {}, 0, 0};
   if (!running_) return comparison;
   append(running_->samples, sample);
-  if (sample.time - running_->model.state.time < kCompareAfter) return comparison;
+  if (sample.time - running_->model.state.time < compare_after_) return comparison;
   complete_ = std::exchange(running_, std::nullopt);
   complete_->own = complete_->samples.size();
   return waitsFor(complete_->model) == 0 ? compare(*std::exchange(complete_, std::nullopt)) : comparison;
 }
 
-std::optional<ChargeComparison> ChargeWatch::finishComplete(const StreamSample& sample, bool is_gap) {
+bool ChargeWatch::isOver(const StreamSample& sample, const StateTracker& before) const {
+  return !before.hasSource() && sample.current <= kChargeCurrent;
+}
+
+bool ChargeWatch::begins(const StreamSample& sample, const StateTracker& before) {
+  const bool began = before.hasSource() ? !running_ && discharged_ && sample.current > 0.0 : !charging_;
+  if (sample.current < kDischargeCurrent) discharged_ = true;
+  if (sample.current > 0.0) discharged_ = false;
+  charging_ = sample.current > kChargeCurrent;
+  return began;
+}
+
+/// The sample before this one was judged since: a charge that it began with the current imposed has not begun, and one with too
+/// much of that is over. The model stands where the voltage before the charge puts it, once that is known.
+void ChargeWatch::judgeLast(const StateTracker& before) {
+  if (!running_ || !running_->model.source) return;
+  if (before.lastTime() == running_->model.state.time) {
+    running_->model = before.modelSettled();
+    running_->missed = before.missedSettled();
+  }
+  if (before.voltageDrives()) {
+    ++running_->imposed;
+    return;
+  }
+  const std::size_t passed = running_->samples.size();
+  const double interval = (running_->samples.time.back() - running_->model.state.time) / static_cast<double>(passed);
+  if (passed > 1 && static_cast<double>(passed - running_->imposed) * interval <= (1.0 - kLeastImposed) * compare_after_)
+    return;
+  running_.reset();
+  discharged_ = discharged_ || passed == 1;
+}
+
+std::optional<ChargeComparison> ChargeWatch::finishComplete(const StreamSample& sample, const StateTracker& before,
+                                                            bool is_gap) {
   if (!complete_) return std::nullopt;
+  if (complete_->samples.size() == complete_->own && before.voltageDrives()) ++complete_->imposed;
   if (!is_gap) append(complete_->samples, sample);
   if (!is_gap && complete_->samples.size() < complete_->own + waitsFor(complete_->model)) return std::nullopt;
-  return compare(*std::exchange(complete_, std::nullopt));
+  const Charge charge = *std::exchange(complete_, std::nullopt);
+  if (static_cast<double>(charge.imposed) < kLeastImposed * static_cast<double>(charge.own)) return std::nullopt;
+  return compare(charge);
 }
 
 ChargeComparison ChargeWatch::compare(const Charge& charge) {

@@ -25,7 +25,7 @@ Answer LiveModel::explained(Answer answer) const {
 }
 
 CrankingAnswer LiveModel::predictCranking(const CrankingQuery& query) const {
-  return betterOf(explained(battery_sof::predictCranking(model_, query, capacity_)), query, model_.naive, naive_.cranks);
+  return battery_sof::betterOf(explained(battery_sof::predictCranking(model_, query, capacity_)), query, model_.naive, naive_.cranks);
 }
 
 StopTimeAnswer LiveModel::predictStopTime(const StopTimeQuery& query) const {
@@ -36,8 +36,13 @@ StopTimeAnswer LiveModel::predictStopTime(const StopTimeQuery& query) const {
 }
 
 ChargeAcceptanceAnswer LiveModel::predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
-  return betterOf(explained(battery_sof::predictChargeAcceptance(model_, query, capacity_)), query, model_.naive,
-                  naive_.charges);
+  return betterOf(explained(battery_sof::predictChargeAcceptance(model_, query, capacity_)), query);
+}
+
+ChargeAcceptanceAnswer LiveModel::betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query) const {
+  // What was compared over 10 s and over 60 s have no question in common.
+  return battery_sof::betterOf(battery_sof::betterOf(std::move(answer), query, model_.naive, naive_.charges), query,
+                               model_.naive, naive_.long_charges);
 }
 
 CrankingMap LiveModel::mapCranking(const CrankingQuery& query, const std::vector<double>& i_load,
@@ -47,7 +52,7 @@ CrankingMap LiveModel::mapCranking(const CrankingQuery& query, const std::vector
   cell.load = {};
   for (std::size_t k = 0; k < map.answers.size(); ++k) {
     cell.t_stop = t_stop[k % t_stop.size()];
-    map.answers[k] = betterOf(std::move(map.answers[k]), cell, model_.naive, naive_.cranks);
+    map.answers[k] = battery_sof::betterOf(std::move(map.answers[k]), cell, model_.naive, naive_.cranks);
   }
   return map;
 }
@@ -60,7 +65,7 @@ ChargeAcceptanceMap LiveModel::mapChargeAcceptance(const ChargeAcceptanceQuery& 
   for (std::size_t k = 0; k < map.answers.size(); ++k) {
     cell.u_boost = u_boost[k / t_sof2.size()];
     cell.t_sof2 = t_sof2[k % t_sof2.size()];
-    map.answers[k] = betterOf(std::move(map.answers[k]), cell, model_.naive, naive_.charges);
+    map.answers[k] = betterOf(std::move(map.answers[k]), cell);
   }
   return map;
 }

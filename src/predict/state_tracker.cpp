@@ -120,9 +120,8 @@ void StateTracker::setScales(const IntervalScale& crank, const IntervalScale& ch
   model_.charge_scale = charge;
 }
 
-FittedModel StateTracker::modelNow() const {
+FittedModel StateTracker::modelAt(const Place& place) const {
   FittedModel now = model_;
-  const Place& place = here();
   ErrorTracker errors = place.errors;
   if (place.state.time > place.error_time) errors.wait(place.state.time - place.error_time);
   now.discrepancy = errors.discrepancy();

@@ -23,17 +23,20 @@ void TrackedModel::goOnAs(const TrackedModel& other, const FittedModel& model) {
   tracker_->setScales(crank_scale_, charge_scale_);
   crank_watch_ = other.crank_watch_;
   charge_watch_ = other.charge_watch_;
+  long_charge_watch_ = other.long_charge_watch_;
 }
 
 void TrackedModel::lookBack(const Series& series) {
   tracker_->lookBack(series);
   charge_watch_.beginBehind(tracker_->state().current);
+  long_charge_watch_.beginBehind(tracker_->state().current);
   crank_watch_.reset();
 }
 
 void TrackedModel::forgetPast() {
   crank_watch_.reset();
   charge_watch_.reset();
+  long_charge_watch_.reset();
   compared_.clear();
 }
 
@@ -41,6 +44,7 @@ void TrackedModel::moveTo(const StreamSample& first, double moved, double max_ga
   forgetPast();
   crank_contest_.moveBy(moved);
   charge_contest_.moveBy(moved);
+  long_charge_contest_.moveBy(moved);
   if (!model_) return;
   fitted_until_ += moved;
   FittedModel there = *model_;
@@ -78,14 +82,23 @@ SessionEvents TrackedModel::watch(const StreamSample& sample, double max_gap) {
           PastCrank{crank->time, crank->current, crank->measured_minimum, crank->modelled_minimum});
   }
   if (auto charge = charge_watch_.add(sample, *tracker_, max_gap)) {
-    setBesideNaive(*charge);
+    setBesideNaive(*charge, charge_contest_);
     events.charges.push_back(*charge);
     observe(charge_scale_, charge->measured_current, charge->expected_current);
-    if (model_->source)
-      tracker_->learnFrom(PastCharge{charge->time, charge->duration, charge->mean_voltage,
-                                     charge->first_voltage, charge->measured_current, charge->modelled_current});
+    learnFrom(*charge);
+  }
+  if (!model_->source) return events;
+  if (auto charge = long_charge_watch_.add(sample, *tracker_, max_gap)) {
+    setBesideNaive(*charge, long_charge_contest_);
+    learnFrom(*charge);
   }
   return events;
+}
+
+void TrackedModel::learnFrom(const ChargeComparison& charge) {
+  if (!model_->source) return;
+  tracker_->learnFrom(PastCharge{charge.time, charge.duration, charge.mean_voltage, charge.first_voltage,
+                                 charge.measured_current, charge.modelled_current});
 }
 
 void TrackedModel::setBesideNaive(CrankComparison& crank) {
@@ -97,13 +110,13 @@ void TrackedModel::setBesideNaive(CrankComparison& crank) {
                           {naive->value, naive->lower, naive->upper}});
 }
 
-void TrackedModel::setBesideNaive(ChargeComparison& charge) {
+void TrackedModel::setBesideNaive(ChargeComparison& charge, NaiveContest& contest) const {
   const auto naive = naiveChargeCurrent(model_->naive, charge.mean_voltage, charge.duration);
   if (!naive) return;
-  charge.naive_answered = charge_contest_.doesNaiveAnswer();
+  charge.naive_answered = contest.doesNaiveAnswer();
   charge.naive_current =
-      charge_contest_.add({charge.time, charge.mean_voltage, charge.duration, charge.measured_current,
-                           charge.expected_current.value, {naive->value, naive->lower, naive->upper}});
+      contest.add({charge.time, charge.mean_voltage, charge.duration, charge.measured_current,
+                   charge.expected_current.value, {naive->value, naive->lower, naive->upper}});
 }
 
 BacktestScore TrackedModel::backtest() const {

@@ -38,8 +38,14 @@ inline Series sourcedDrive(std::size_t samples, const FittedModel& battery, std:
     sample.voltage = held + 0.02 * random.normal();
     const double drawn = t < stop_until ? random.uniform(-28.0, -18.0) : random.uniform(-220.0, -180.0);
     const double before = battery.state.time + t;
-    sample.step = driveStep(before, current, before + 1.0, sample.voltage_drives ? current : drawn, 10.0);
-    sample.step.missed = missed.add(1.0, sample.step.current, sample.voltage_drives);
+    sample.step = driveStep(before, current, before + 1.0, drawn, 10.0);
+    sample.step.missed = missed.add(1.0, sample.voltage_drives ? 10.0 : drawn, sample.voltage_drives);
+    for (int k = 0; k < 3 && sample.voltage_drives; ++k) {  // the current that goes with the voltage
+      const double missed_before = sample.step.missed;
+      Follower trial = follower;
+      sample.step = driveStep(before, current, before + 1.0, trial.follow(sample).current, 10.0);
+      sample.step.missed = missed_before;
+    }
     const FollowedSample at = follower.follow(sample);
     current = at.current;
     series.time.push_back(before + 1.0);

@@ -26,11 +26,16 @@ struct ChargeComparison {
  * error of SOF2 (PHYSICS 2.7).
  *
  * A charge begins when the current rises above 2 A from below it and is compared after 10 s; a shorter one is dropped.
- * The model is frozen at the last sample before it. One with a source waits for the samples that show the charge's last voltages
- * (StateTracker).
+ * The model is frozen at the last sample before it.
+ *
+ * Of a model with a source it is what learnFromWindow() takes from a window: it begins with the first imposed voltage and current
+ * above 0 after a discharge (chargeBeginnings()), and nine in ten of its samples have an imposed voltage (beginningOfCharge()); one
+ * that begins inside another is left out. The comparison waits for the samples that show its last voltages (StateTracker).
  */
 class ChargeWatch {
  public:
+  /// @param compare_after [s], beginnings of that length are compared.
+  explicit ChargeWatch(double compare_after = 10.0) : compare_after_(compare_after) {}
   /// As CrankWatch::add(). @return the comparison when this sample completes one.
   std::optional<ChargeComparison> add(const StreamSample& sample, const StateTracker& before,
                                       double max_gap);
@@ -45,13 +50,19 @@ class ChargeWatch {
     MissedCrank missed;       // of the discharge before it
     Series samples;           // from its first one on
     std::size_t own = 0;      // of the samples; 0 while it is not complete
+    std::size_t imposed = 0;  // of its own samples, those whose voltage is known to be imposed
   };
 
   static std::size_t waitsFor(const FittedModel& model);
   static ChargeComparison compare(const Charge& charge);
-  std::optional<ChargeComparison> finishComplete(const StreamSample& sample, bool is_gap);
+  std::optional<ChargeComparison> finishComplete(const StreamSample& sample, const StateTracker& before, bool is_gap);
+  void judgeLast(const StateTracker& before);
+  bool isOver(const StreamSample& sample, const StateTracker& before) const;
+  bool begins(const StreamSample& sample, const StateTracker& before);
 
-  bool charging_ = false;
+  double compare_after_;      // [s]
+  bool charging_ = false;     // by the current
+  bool discharged_ = false;   // since the last charge began
   std::optional<Charge> running_, complete_;
 };
 

@@ -44,6 +44,8 @@ class LiveModel {
   template <typename Answer>
   Answer explained(Answer answer) const;
 
+  ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query) const;
+
   FittedModel model_;
   std::optional<std::string> why_no_model_;
   double capacity_;  // [Ah]

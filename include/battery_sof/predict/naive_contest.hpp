@@ -65,9 +65,9 @@ class NaiveContest {
   bool naive_answers_ = false;
 };
 
-/// Both kinds of question.
+/// All kinds of question.
 struct NaiveStandings {
-  NaiveStanding cranks, charges;
+  NaiveStanding cranks, charges, long_charges;
 };
 
 /**

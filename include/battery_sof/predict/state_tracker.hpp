@@ -42,10 +42,15 @@ class StateTracker {
   double error() const { return error_; }
 
   /// @return the model with state and covariance moved to the newest sample.
-  FittedModel modelNow() const;
+  FittedModel modelNow() const { return modelAt(here()); }
+  /// @return the same moved to the last settled sample, and what was missed of a discharge there.
+  FittedModel modelSettled() const { return modelAt(settled_); }
+  const MissedCrank& missedSettled() const { return settled_.missed; }
 
   /// At the newest sample.
   const ModelState& state() const { return here().state; }
+  /// Whether a source may drive the model.
+  bool hasSource() const { return watch_.has_value(); }
   /// Whether the newest sample's voltage is imposed and drives the model.
   bool voltageDrives() const { return voltage_drives_; }
 
@@ -72,6 +77,7 @@ class StateTracker {
   };
 
   const Place& here() const { return ahead_ ? *ahead_ : settled_; }
+  FittedModel modelAt(const Place& place) const;
   FollowedSample step(Place& place, const DriveSample& sample) const;
   DriveSample sampleAfter(const Place& place, std::size_t n) const;
   void settleOldest();

@@ -37,6 +37,8 @@ class TrackedModel {
  public:
   static constexpr double kBacktestSpan = 900.0;  ///< [s] of the past that a back-test looks at
 
+  static constexpr double kLongCharge = 60.0;     ///< [s], charges that a model with a source is compared over beside 10 s
+
   explicit TrackedModel(const EventLimits& limits);
 
   /// Takes a model in the place of the one before; the back-test begins anew. @param max_gap [s],
@@ -80,7 +82,10 @@ class TrackedModel {
 
   const NaiveContest& crankContest() const { return crank_contest_; }
   const NaiveContest& chargeContest() const { return charge_contest_; }
-  NaiveStandings standings() const { return {crank_contest_.standing(), charge_contest_.standing()}; }
+  const NaiveContest& longChargeContest() const { return long_charge_contest_; }  ///< over kLongCharge
+  NaiveStandings standings() const {
+    return {crank_contest_.standing(), charge_contest_.standing(), long_charge_contest_.standing()};
+  }
 
  private:
   /// One compared instant of the back-test.
@@ -90,12 +95,13 @@ class TrackedModel {
 
   SessionEvents watch(const StreamSample& sample, double max_gap);
   void setBesideNaive(CrankComparison& crank);
-  void setBesideNaive(ChargeComparison& charge);
+  void setBesideNaive(ChargeComparison& charge, NaiveContest& contest) const;
+  void learnFrom(const ChargeComparison& charge);
 
   CrankWatch crank_watch_;
-  ChargeWatch charge_watch_;
+  ChargeWatch charge_watch_, long_charge_watch_{kLongCharge};
   IntervalScale crank_scale_, charge_scale_;
-  NaiveContest crank_contest_, charge_contest_;
+  NaiveContest crank_contest_, charge_contest_, long_charge_contest_;
   std::optional<FittedModel> model_;
   std::optional<StateTracker> tracker_;
   double fitted_until_ = 0.0;

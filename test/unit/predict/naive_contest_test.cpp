@@ -143,7 +143,7 @@ NaiveStanding standing(double least, double most, double duration) {
 }
 
 LiveModel liveNaive() {
-  return LiveModel(modelWithNaive(), std::nullopt, 50.0, {standing(-210.0, -190.0, 0.0), standing(13.8, 14.4, 10.0)});
+  return LiveModel(modelWithNaive(), std::nullopt, 50.0, {standing(-210.0, -190.0, 0.0), standing(13.8, 14.4, 10.0), {}});
 }
 
 TEST(LiveModel, ACrankIsAnsweredByTheLineThroughPastCranksWhereThatWasBetter) {
@@ -167,6 +167,15 @@ TEST(LiveModel, AChargeIsAnsweredByTheMedianOfPastChargesWhereThatWasBetter) {
               HasSubstr("the median of past charges answers: it missed 1.2 A where the model missed 2.0 A"));
 }
 
+TEST(LiveModel, LongChargesHaveAContestOfTheirOwn) {
+  const NaiveStandings naive{{}, {}, standing(13.8, 14.4, 60.0)};
+  const LiveModel live(modelWithNaive(), std::nullopt, 50.0, naive);
+  const LiveModel model(modelWithNaive(), std::nullopt, 50.0);
+  EXPECT_THAT(live.predictChargeAcceptance({14.0, 60.0}).message, HasSubstr("the median of past charges answers"));
+  EXPECT_NEAR(live.predictChargeAcceptance({14.0, 60.0}).i_boost->value, 12.0, 1e-9) << "12 A on the line, too";
+  EXPECT_EQ(live.predictChargeAcceptance({14.0, 10.0}).message, model.predictChargeAcceptance({14.0, 10.0}).message);
+}
+
 TEST(LiveModel, QuestionsUnlikeWhatWasComparedAreTheModels) {
   const LiveModel live = liveNaive();
   const LiveModel model(modelWithNaive(), std::nullopt, 50.0);
@@ -180,7 +189,7 @@ TEST(LiveModel, QuestionsUnlikeWhatWasComparedAreTheModels) {
 TEST(LiveModel, WithoutNumbersNobodyAnswersInTheModelsPlace) {
   EXPECT_EQ(liveNaive().predictCranking({5.0, 5.0, -200.0, 0.5}).code, AnswerCode::kInvalidQuery);
   EXPECT_FALSE(liveNaive().predictCranking({5.0, 5.0, -200.0, 0.5}).u_min);
-  const LiveModel none({}, "nothing identified yet", 50.0, {standing(-210.0, -190.0, 0.0), {}});
+  const LiveModel none({}, "nothing identified yet", 50.0, {standing(-210.0, -190.0, 0.0), {}, {}});
   EXPECT_EQ(none.predictCranking({-20.0, 5.0, -200.0, 0.5}).message, "nothing identified yet");
 }
 
