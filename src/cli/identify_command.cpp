@@ -55,7 +55,7 @@ FittedModel fit(const IdentifyArguments& arguments, const Series& series) {
   const InstrumentLimits limits = instrumentLimits(series);
   options.masked = limits.withoutClipped();
   options.voltage_lsb_std = limits.voltage_lsb_std;
-  if (options.start != FitStart::kPaper) options.source = drivingSource(series);
+  if (options.start != FitStart::kPaper) options.source = drivingSource(series, choice.range->last);
   options.chooses_effects = !arguments.names_effects;
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = identify(series, *choice.range, options);

@@ -16,6 +16,7 @@ constexpr std::size_t kCompressFrom = 4000;
 // Standard errors come from the full rate up to here: 13 MB of Jacobian with sixteen unknowns.
 constexpr std::size_t kFullRateErrors = 100000;
 constexpr int kWhiteningRounds = 2;
+constexpr double kOhms = 0.01;  // [Ohm], r_charge's magnitude
 constexpr int kFirstIterations = 20;  // before weights are taken anew
 // Share of the cost below which a step is not worth taking: a tenth of what half a standard error makes of it.
 constexpr double kEnough = 1e-4;
@@ -213,7 +214,8 @@ FitScores scoresBothWays(const Series& series, IndexRange range, const Drive& dr
   if (currents == 0.0) return scores;
   scores.current_rmse = std::sqrt(squares_a / currents);
   const double voltages = static_cast<double>(residual.size()) - currents;
-  if (voltages > 0.0) scores.rmse = std::sqrt(of_voltage.squaredNorm() / voltages);
+  // A window wholly behind a source shows no voltage's error: its currents', through 10 mOhm.
+  scores.rmse = voltages > 0.0 ? std::sqrt(of_voltage.squaredNorm() / voltages) : kOhms * *scores.current_rmse;
   return scores;
 }
 

@@ -237,6 +237,14 @@ std::optional<DrivingSource> drivingSource(const Series& series) {
   return DrivingSource{std::move(source), findVoltageRepair(series)};
 }
 
+std::optional<DrivingSource> drivingSource(const Series& series, std::size_t last) {
+  std::optional<DrivingSource> source = drivingSource(slice(series, {0, last}));
+  if (!source) return source;
+  source->imposes_voltage.resize(series.size(), 0);
+  source->repair.dropped.resize(series.size(), 0);
+  return source;
+}
+
 void carryState(FittedModel& model, const Series& series, std::size_t last) {
   const auto at = std::lower_bound(series.time.begin(), series.time.end(), model.state.time);
   if (at == series.time.end() || *at != model.state.time || last >= series.size() ||

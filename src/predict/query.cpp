@@ -129,7 +129,9 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
                          *temperature - 273.15, *seen.temperature - 273.15));
   addCharging(reasons, model, range);
   if (range.charges && range.evidence.vouches) return reasons.text();
-  const char* needed = range.charges ? "r_charge" : "r_discharge";
+  // With fresh_sulphate one resistance serves both signs.
+  const bool of_charging = range.charges && !has(model, "fresh_sulphate");
+  const char* needed = of_charging ? "r_charge" : "r_discharge";
   reasons.add(!isDetermined(model, needed), sentence("the window did not determine %s", needed));
   return reasons.text();
 }

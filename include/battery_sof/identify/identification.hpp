@@ -80,6 +80,9 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
  */
 std::optional<DrivingSource> drivingSource(const Series& series);
 
+/// The same from the samples before `last` alone; what comes after is not looked at and is marked as driven by the current.
+std::optional<DrivingSource> drivingSource(const Series& series, std::size_t last);
+
 /**
  * @brief Carries the state of a model forward to the sample at `last` (inclusive), its covariance and discrepancy with it.
  * @param series the recording the model stands in: model.state.time must be the time of one of its samples.
