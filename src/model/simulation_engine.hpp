@@ -209,15 +209,7 @@ class EngineOf final : public Simulation::Engine {
     reaction_ = reactionOf(source_current_, moved, mean, duration);
     advanceMembers(source_current_, duration, mean, present, false);
     time_ = end_time;
-    const Instant<S> instant{source_current_, 0.0, duration, presentAt(end_time)};
-    terminal_ = S(instant.present.u_dc + x_[0] + ohmic(instant.present, source_current_) * source_current_);
-    for (const Member& member : members_)
-      if (member.effect->hooks.voltage)
-        terminal_ = S(terminal_ + kernel(member).voltage(&p_[member.parameter], stateOf(member), instant));
-    voltage_ = terminal_;
-    for (const Member& member : members_)
-      if (member.effect->hooks.show)
-        kernel(member).show(&p_[member.parameter], stateOf(member), instant, voltage_);
+    show({source_current_, 0.0, duration, presentAt(end_time)});
     return true;
   }
 
@@ -235,6 +227,17 @@ class EngineOf final : public Simulation::Engine {
     std::swap(x_, kept_);
     std::swap(reaction_, kept_reaction_);
     return voltage;
+  }
+  /// Terminal voltage at an instant, and what the channel makes of it.
+  void show(const Instant<S>& instant) {
+    terminal_ = S(instant.present.u_dc + x_[0] + ohmic(instant.present, instant.current) * instant.current);
+    for (const Member& member : members_)
+      if (member.effect->hooks.voltage)
+        terminal_ = S(terminal_ + kernel(member).voltage(&p_[member.parameter], stateOf(member), instant));
+    voltage_ = terminal_;
+    for (const Member& member : members_)
+      if (member.effect->hooks.show)
+        kernel(member).show(&p_[member.parameter], stateOf(member), instant, voltage_);
   }
   static const S& ohmic(const Present<S>& present, const S& current) {
     return valueOf(current) < 0.0 ? present.r_discharge : present.r_charge;
@@ -285,16 +288,7 @@ class EngineOf final : public Simulation::Engine {
     }
     time_ = end_time;
     const Present<S>& present = presentAt(end_time);
-    const Instant<S> instant{end, slope, duration, present};
-    const S& r = valueOf(end) < 0.0 ? present.r_discharge : present.r_charge;
-    terminal_ = S(present.u_dc + x_[0] + r * end);
-    for (const Member& member : members_)
-      if (member.effect->hooks.voltage)
-        terminal_ = S(terminal_ + kernel(member).voltage(&p_[member.parameter], stateOf(member), instant));
-    voltage_ = terminal_;
-    for (const Member& member : members_)
-      if (member.effect->hooks.show)
-        kernel(member).show(&p_[member.parameter], stateOf(member), instant, voltage_);
+    show({end, slope, duration, present});
   }
 
  private:
