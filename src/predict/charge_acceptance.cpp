@@ -112,7 +112,10 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
     return answer;
   }
   const ExpectedCurrent mean = expectedCurrent(model, stepsOf(query), query.i_limit);
-  answer.i_boost = experiencedCharge(model, {query.u_boost, query.u_boost, query.t_sof2}, mean.current);
+  // At the source's limit the current is the source's, not the battery's: past charges have no say.
+  answer.i_boost = mean.current;
+  if (mean.current.value < query.i_limit)
+    answer.i_boost = experiencedCharge(model, {query.u_boost, query.u_boost, query.t_sof2}, mean.current);
   for (double* current : {&answer.i_boost->value, &answer.i_boost->lower, &answer.i_boost->upper})
     *current = std::min(*current, query.i_limit);
 
