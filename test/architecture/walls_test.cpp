@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 const fs::path kRoot = BATTERY_SOF_SOURCE_DIR;
 
 /// Stages in the order of the data flow: each may include itself and those before it.
-const std::vector<std::string> kStages = {"recording", "naive",    "model", "identify",
+const std::vector<std::string> kStages = {"recording", "naive", "model", "learn", "identify",
                                           "predict",   "diagnose", "report"};
 
 const std::regex kRosHeader(

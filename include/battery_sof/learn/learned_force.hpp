@@ -1,0 +1,106 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "battery_sof/learn/evidence.hpp"
+#include "battery_sof/learn/force_columns.hpp"
+#include "battery_sof/model/drive.hpp"
+#include "battery_sof/model/simulation.hpp"
+
+namespace battery_sof {
+
+constexpr Eigen::Index kBaseDirections = 6;  ///< r_discharge, r_charge, ln c2, ln beta, u_dc, first u_c2
+
+/**
+ * @brief What a base circuit leaves of a drive, and what it could still take up, on a grid of rows.
+ *
+ *     e = u_b - u_m  where the current drives,    e = (r + B) (i_m - i_b)  where the voltage does    [V]
+ *
+ * with B = d u_c2 / d i of a current held over the interval: an error of the current counts as the voltage that it stands
+ * for. Samples less than 60 ms apart are averaged to a tenth of a second, others are rows of their own.
+ */
+struct BaseResponse {
+  Eigen::VectorXd time;           ///< [s], of every row
+  Eigen::VectorXd error;          ///< e [V]
+  Eigen::MatrixXd sensitivity;    ///< d u_m / d (the six directions), rows x kBaseDirections
+  Eigen::VectorXd weight;         ///< 1: counts, 0: no measurement in it
+  Eigen::VectorXd persistence;    ///< A = d u_c2 / d u_c2 of the row before [1]
+  Eigen::VectorXd yielding;       ///< B / (r + B) where the voltage drives, else 0 [1]
+  std::vector<char> voltage_drives;
+  Eigen::VectorXd expected;       ///< where Table I expects the six directions, from where the circuit stands
+  std::vector<std::size_t> first; ///< sample with which a row begins; one more entry: the number of samples
+  std::vector<double> overpotential;  ///< u_c2 of every sample [V]
+  Eigen::Index training = 0;      ///< rows that belong to the training part; later ones are only predicted
+};
+
+/// @param base parameters and first state of the base circuit.  @param training samples of the drive that may be learnt from.
+BaseResponse baseResponse(const ModelPoint& base, const Drive& drive, std::size_t training);
+
+/**
+ * @brief What a force p added to the terminal voltage would do to the rows' errors.
+ *
+ *     e = p + A d,   d <- (1 - c) A d - c p,   c = yielding: 0 where the current drives
+ *
+ * Where the voltage is imposed a force moves the current, and that the double layer (d: change of u_c2).
+ */
+Eigen::VectorXd answered(const BaseResponse& response, const Eigen::VectorXd& force);
+
+/// Columns of a learnt force over the rows.
+struct ForceTable {
+  std::vector<ForceColumn> columns;
+  ForceContext context;
+  Eigen::VectorXd lower, upper;   ///< of the training part, in the columns' units; a column is held inside
+  Eigen::VectorXd centre, scale;  ///< mean and RMS about it over the training part
+  Eigen::MatrixXd values;         ///< (x - centre) / scale as the rows' errors see it, rows x columns
+};
+
+/// @return the library's columns that move over the training part. Charge counted is not held inside its range.
+ForceTable forceTable(const Drive& drive, const BaseResponse& response, double beta);
+
+/// What is held against a family's columns.
+struct FamilyWeight {
+  Family family;
+  double gain = 0.0;  ///< of ln evidence along the sparse path [1]
+  double rms = 0.0;   ///< of its part of the force over the training part, the base circuit's share taken out [V]
+};
+
+/**
+ * @brief A force learnt beside a base circuit: e = J d + X w.
+ *
+ * Mean of a fit with one strength a family and of a sparse one, both of greatest evidence, tempered by the share of rows
+ * that count as independent (docs/diagnosis.md). The circuit stays linear in its six directions.
+ */
+struct LearnedForce {
+  std::vector<ForceColumn> columns;
+  ForceContext context;
+  Eigen::VectorXd lower, upper, centre, scale;  ///< as in ForceTable
+  Eigen::VectorXd weight;       ///< [V], of columns of unit RMS
+  Eigen::VectorXd base_change;  ///< d of the six directions
+  std::vector<FamilyWeight> families;  ///< strongest first
+  double noise = 0.0;           ///< [V], RMS of what is left over the training part
+  double gain = 0.0;            ///< of ln evidence, tempered by the base circuit's own residual [1]: what speaks for there being any force
+  double rms = 0.0;             ///< of the force over the training part, the base circuit's share taken out [V]
+};
+
+using ColumnFilter = std::function<bool(const ForceColumn&)>;
+
+/// A fit of a force and what it says of every row.
+struct ForceFit {
+  LearnedForce force;
+  Eigen::VectorXd predicted;   ///< J d + X w of every row, also beyond the training part [V]
+  Eigen::VectorXd base;        ///< J d' of every row, d' fitted without a force [V]
+  Eigen::VectorXd deviation;   ///< standard deviation of predicted by the posterior of the grouped fit [V]
+};
+
+/**
+ * @param extra further columns with a strength of their own, rows x any, such as effects' [V]; taken as known to be possible.
+ * @param wanted columns of the table that take part; none given: all.
+ */
+ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const Eigen::MatrixXd& extra = {},
+                    const ColumnFilter& wanted = nullptr);
+
+}  // namespace battery_sof
