@@ -75,6 +75,7 @@ class GroupSearch {
       : problem_(problem), part_(partOf(problem, temper, active)), active_(active), prior_(prior) {}
 
   LinearFit run(std::vector<double> strength, double noise, int rounds) const {
+    for (std::size_t g = 0; g < strength.size(); ++g) strength[g] = std::min(strength[g], mostOf(g));
     double before = -1e300;
     Point point = at(strength, noise);
     for (int round = 0; round < rounds; ++round) {
@@ -132,11 +133,13 @@ class GroupSearch {
       if (!active_[g]) continue;
       const double ratio = std::pow(strength[g] / prior_.scale, 2);
       const double next = std::sqrt(square[g] / std::max(fixed[g] + ratio / (1.0 + ratio), 1e-12));
-      strength[g] = std::clamp(next, kLeastStrength, prior_.most);
+      strength[g] = std::clamp(next, kLeastStrength, mostOf(g));
     }
     const double rss = part_.square - 2.0 * part_.targets.dot(point.mean) + point.mean.dot(part_.products * point.mean);
     noise = std::max(kLeastNoise, std::sqrt(std::max(rss, 0.0) / std::max(part_.rows - all_fixed, 0.1 * part_.rows)));
   }
+
+  double mostOf(std::size_t g) const { return problem_.most.empty() ? prior_.most : problem_.most[g]; }
 
   const LinearProblem& problem_;
   Part part_;

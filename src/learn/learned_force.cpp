@@ -18,7 +18,6 @@ constexpr int kMostColumns = 12;
 constexpr double kFirstTemper = 0.05;
 constexpr int kPasses = 3;
 constexpr double kExtraStd = 0.2;     // [V], of a further column of unit RMS
-/// How far the six directions may move: Table I's orders of magnitude, half a volt, what a double layer holds.
 const std::array<double, kBaseDirections> kDirectionStd = {0.01, 0.01, 1.5, 0.7, 0.5, 0.2};
 
 double medianDuration(const Drive& drive) {
@@ -69,7 +68,7 @@ class Responder {
       : drive_(drive), parameters_(baseParameters(base.parameters)), per_row_(samplesPerRow(drive)),
         simulation_(BatteryModel(), base, directionSeeds(base.parameters)) {
     const auto rows = static_cast<Eigen::Index>(drive.samples.size() / per_row_);
-    out_.time = out_.error = out_.weight = out_.yielding = Eigen::VectorXd::Zero(rows);
+    out_.time = out_.error = out_.weight = out_.yielding = out_.resistance = Eigen::VectorXd::Zero(rows);
     out_.persistence = Eigen::VectorXd::Ones(rows);
     out_.sensitivity = Eigen::MatrixXd::Zero(rows, kBaseDirections);
     out_.voltage_drives.assign(static_cast<std::size_t>(rows), 0);
@@ -105,6 +104,7 @@ class Responder {
     if (sample.voltage_drives) {
       const double resistance = ohmicResistance(parameters_, sample.step.current) + slope.of_current;
       out_.voltage_drives[static_cast<std::size_t>(row)] = 1;
+      out_.resistance[row] = resistance;
       out_.yielding[row] = slope.of_current / resistance;
       if (!(sample.count > 0.0) || sample.step.duration <= 0.0) return 0.0;
       out_.error[row] -= resistance * error;
@@ -241,6 +241,8 @@ std::vector<FamilyWeight> familiesOf(const Rows& rows, const ForceTable& table, 
 }
 
 }  // namespace
+
+double baseDirectionStd(Eigen::Index direction) { return kDirectionStd[static_cast<std::size_t>(direction)]; }
 
 BaseResponse baseResponse(const ModelPoint& base, const Drive& drive, std::size_t training) {
   return Responder(base, drive, training).run();

@@ -20,6 +20,7 @@ struct LinearProblem {
   Eigen::VectorXd known_std;  ///< of the first columns
   std::vector<int> group;     ///< of every further column, from 0
   int groups = 0;
+  std::vector<double> most;   ///< [V], strength that each group may have; empty: GroupPrior::most
 
   Eigen::Index known() const { return known_std.size(); }
 };

@@ -15,6 +15,9 @@ namespace battery_sof {
 
 constexpr Eigen::Index kBaseDirections = 6;  ///< r_discharge, r_charge, ln c2, ln beta, u_dc, first u_c2
 
+/// @return what a direction may move by beforehand: Table I's orders of magnitude, half a volt, what a double layer holds.
+double baseDirectionStd(Eigen::Index direction);
+
 /**
  * @brief What a base circuit leaves of a drive, and what it could still take up, on a grid of rows.
  *
@@ -29,6 +32,7 @@ struct BaseResponse {
   Eigen::MatrixXd sensitivity;    ///< d u_m / d (the six directions), rows x kBaseDirections
   Eigen::VectorXd weight;         ///< 1: counts, 0: no measurement in it
   Eigen::VectorXd persistence;    ///< A = d u_c2 / d u_c2 of the row before [1]
+  Eigen::VectorXd resistance;     ///< r + B where the voltage drives [Ohm], 0 elsewhere
   Eigen::VectorXd yielding;       ///< B / (r + B) where the voltage drives, else 0 [1]
   std::vector<char> voltage_drives;
   Eigen::VectorXd expected;       ///< where Table I expects the six directions, from where the circuit stands

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "battery_sof/diagnose/row_simulation.hpp"
+#include "battery_sof/learn/learned_force.hpp"
+
+namespace battery_sof {
+
+/// One piece of an explanation: an effect of the catalogue, or a family's columns where none of its effects does.
+struct Component {
+  Family family = Family::kStructure;
+  std::string member;             ///< id; empty: the family's columns
+  double gain = 0.0;              ///< of ln evidence, by which the whole would be worse without it [1]
+  double rms = 0.0;               ///< [V], what it adds over the training rows that the base circuit cannot
+  std::vector<std::string> tied;  ///< ids of its family that would do as well
+  double probability = 1.0;       ///< of its family in this place, against the other families' best [0, 1]
+};
+
+/// An effect that was fitted in some step.
+struct WeighedMember {
+  std::string id;
+  double gain = 0.0;  ///< of ln evidence beside what had been accepted before [1]
+};
+
+/// What an explanation is judged by.
+struct ExplanationRules {
+  double tie = 6.0;          ///< [1], nats; what is closer is as good
+  double least_gain = 12.0;  ///< [1], nats that a component must bring
+  double relevance = 0.001;  ///< [V], RMS below which nothing is worth a place
+  int most_components = 5;
+};
+
+/// What explains the rows' errors of a base circuit.
+struct Explanation {
+  std::vector<Component> components;  ///< largest gain first
+  BatteryModel model = BatteryModel();  ///< the base circuit with the effects among the components
+  CompositionPoint point;             ///< of it
+  double evidence = 0.0;              ///< ln evidence, tempered
+  double base_evidence = 0.0;         ///< of the base circuit alone
+  double temper = 1.0;                ///< share of rows that count as independent once all that can be learnt is taken out
+  double left_rms = 0.0;              ///< [V], of what the library would still take beside it
+  double left_gain = 0.0;             ///< of ln evidence, by the library beside it
+  std::optional<Family> left_family;  ///< that gains most beside it
+  std::vector<WeighedMember> weighed; ///< in the order in which they came
+};
+
+/**
+ * @brief Explains errors by families first: in each step the family of greatest evidence, by one of its effects or by its
+ * columns, whichever the data ask for; then what has come is weighed again beside the rest.
+ *
+ * Evidence is that of LinearProblem at one temper for all: a composition stands by its errors at its best parameters and the
+ * directions these may move in (Laplace), columns by one strength a group. Every set is fitted whole, the base circuit with it.
+ *
+ * @param training samples of the drive that are learnt from.  @param base the circuit fitted to them.
+ * @param ids effects that may be named.  @param progress told what is weighed; may be empty.
+ */
+Explanation explain(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
+                    const std::vector<std::string>& ids, const ExplanationRules& rules,
+                    const std::function<void(const std::string&)>& progress = nullptr);
+
+}  // namespace battery_sof

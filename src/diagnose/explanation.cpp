@@ -1,0 +1,610 @@
+#include "battery_sof/diagnose/explanation.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "battery_sof/diagnose/hypotheses.hpp"
+#include "battery_sof/model/effect.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kGridStep = 1.5;      // prior standard deviations between the shapes tried
+constexpr int kInstants = 9;           // instants tried over a recording
+constexpr int kIterations = 12, kFirstIterations = 4;
+constexpr double kSettled = 0.1;       // nats
+constexpr double kWideShape = 0.7;     // standard deviation of a shape's logarithm where the catalogue has none
+constexpr double kWideStrength = 2.0;  // magnitudes
+constexpr int kWander = 24;            // steps of a voltage channel's random walk over the training part
+constexpr double kMostWander = 0.0012; // [V] a root minute, of a voltage channel
+constexpr std::size_t kClosest = 8;    // effects that are fitted in a step
+
+/// A parameter or first state as it is searched: its logarithm, or the multiple of its magnitude from where it vanishes.
+struct Coordinate {
+  Eigen::Index row = 0;  // of (parameters, states)
+  bool logarithmic = false, strength = false, instant = false;
+  double zero = 0.0, unit = 1.0, centre = 0.0, std = 1.0, lower = -1e300, upper = 1e300;
+
+  double of(double value) const { return logarithmic ? std::log(value) : (value - zero) / unit; }
+  double value(double x) const { return std::clamp(logarithmic ? std::exp(x) : zero + unit * x, lower, upper); }
+  double slope(double value) const { return logarithmic ? value : unit; }  // d value / d x
+};
+
+Coordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, double span) {
+  Coordinate c;
+  c.row = row;
+  c.logarithmic = info.logarithmic;
+  c.strength = info.vanishes_at.has_value();
+  c.instant = info.instant;
+  c.lower = info.lower;
+  c.upper = info.upper;
+  const double gone = info.vanishes_at.value_or(0.0);
+  if (info.instant) {
+    c.unit = 0.1 * span;
+    c.upper = std::min(info.upper, span);
+    c.std = 3.0;
+    c.centre = 5.0;
+    return c;
+  }
+  if (info.logarithmic) {
+    c.std = c.strength ? kWideStrength : info.prior_std.value_or(kWideShape);
+    c.centre = c.strength ? std::log(gone) : std::log(info.magnitude);
+    return c;
+  }
+  c.zero = c.strength ? gone : 0.0;
+  c.unit = std::max(std::abs(info.magnitude - c.zero), 1e-12);
+  if (c.strength && c.unit < 1e-9 * (std::abs(info.upper) + std::abs(gone))) c.unit = 0.25 * (info.upper - gone);
+  c.std = c.strength ? kWideStrength : info.prior_std.value_or(kWideShape * c.unit) / c.unit;
+  c.centre = c.strength ? 0.0 : info.magnitude / c.unit;
+  return c;
+}
+
+Coordinate baseCoordinate(const ParameterInfo& info, Eigen::Index row, double start) {
+  Coordinate c;
+  c.row = row;
+  c.lower = info.lower;
+  c.upper = info.upper;
+  c.std = baseDirectionStd(row);
+  c.logarithmic = row == kRowC2 || row == kRowBeta;
+  c.centre = row == kRowUDc ? start : c.of(info.magnitude);
+  return c;
+}
+
+Coordinate stateCoordinate(const StateInfo& info, Eigen::Index row, double start) {
+  Coordinate c;
+  c.row = row;
+  c.unit = *info.initial_std;
+  c.lower = info.lower;
+  c.upper = info.upper;
+  c.centre = c.of(info.begins_as_u_c2 ? start : info.rest);
+  return c;
+}
+
+/// A composition somewhere, with what it leaves of the counted rows, and the families whose columns stand beside it.
+struct State {
+  BatteryModel model = BatteryModel();
+  CompositionPoint point;
+  std::vector<Coordinate> coordinates;
+  Eigen::VectorXd error;
+  Eigen::MatrixXd sensitivity;
+  std::set<Family> learnt;
+  std::vector<std::string> members;  // named ones, without what they need
+  LinearFit fit;
+  double evidence = -std::numeric_limits<double>::infinity();
+};
+
+/// What an effect adds to the base circuit at one point of its grid.
+struct GridPoint {
+  std::string id;
+  CompositionPoint point;  // of the base circuit with it
+  bool one_sided;
+  Eigen::VectorXd added;   // counted rows [V]
+};
+
+class Explainer {
+ public:
+  Explainer(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
+            const std::vector<std::string>& ids, const ExplanationRules& rules)
+      : table_(table), rules_(rules), ids_(ids), base_(base),
+        response_(baseResponse({base.parameters, base.state, drive.first_time, drive.first_time}, drive, training)),
+        rows_(drive, response_) {
+    for (Eigen::Index row = 0; row < response_.training; ++row)
+      if (response_.weight[row] > 0.0) counted_.push_back(row);
+    free_ = table.values(counted_, Eigen::all);
+    takeWander();
+  }
+
+  Explanation run(const std::function<void(const std::string&)>& progress) {
+    const auto tell = [&](const std::string& what) {
+      if (progress) progress(what);
+    };
+    State start;
+    start.point = base_;
+    start.coordinates = coordinatesOf(start.model);
+    place(start);
+    takeTemper(start);
+    improve(start);
+    tell("trying the catalogue's effects");
+    takeGrid();
+    tell("weighing families");
+    State now = start;
+    while (static_cast<int>(now.members.size() + now.learnt.size()) < rules_.most_components && extend(now)) {
+      weighAgain(now);
+      takeTemper(now);
+      weigh(now);
+    }
+    finish(now, start);
+    return std::move(found_);
+  }
+
+ private:
+  /// A voltage channel's random walk: ramps one after the other, each of a random height.
+  void takeWander() {
+    const double from = response_.time[counted_.front()], length = (response_.time[counted_.back()] - from) / kWander;
+    wander_.resize(static_cast<Eigen::Index>(counted_.size()), kWander);
+    for (std::size_t n = 0; n < counted_.size(); ++n)
+      for (int k = 0; k < kWander; ++k)
+        wander_(static_cast<Eigen::Index>(n), k) = std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
+    most_wander_ = kMostWander * std::sqrt(length / 60.0);
+  }
+
+  std::vector<Coordinate> coordinatesOf(const BatteryModel& model) const {
+    std::vector<Coordinate> all;
+    for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
+      const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
+      if (info.held) continue;
+      all.push_back(j < kBaseRows ? baseCoordinate(info, j, base_.parameters[kRowUDc]) : effectCoordinate(info, j, table_.context.span));
+    }
+    for (Eigen::Index k = 0; k < model.stateCount(); ++k) {
+      const StateInfo& info = model.states()[static_cast<std::size_t>(k)];
+      if (k == 0) {
+        Coordinate c;
+        c.row = model.parameterCount();
+        c.centre = base_.state[0];
+        c.std = baseDirectionStd(kBaseDirections - 1);
+        all.push_back(c);
+      } else if (info.initial_std) {
+        all.push_back(stateCoordinate(info, model.parameterCount() + k, base_.state[0]));
+      }
+    }
+    return all;
+  }
+
+  static double& at(CompositionPoint& point, Eigen::Index row) {
+    return row < point.parameters.size() ? point.parameters[row] : point.state[row - point.parameters.size()];
+  }
+
+  /// Simulates a state where it stands. @return whether the model has a voltage there.
+  bool place(State& state) const {
+    Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(), static_cast<Eigen::Index>(state.coordinates.size()));
+    for (std::size_t j = 0; j < state.coordinates.size(); ++j) {
+      const Coordinate& c = state.coordinates[j];
+      seeds(c.row, static_cast<Eigen::Index>(j)) = c.slope(at(state.point, c.row));
+    }
+    const RowErrors errors = rows_.errors(state.model, state.point, seeds);
+    if (errors.error.size() == 0) return false;
+    state.error = errors.error(counted_);
+    state.sensitivity = errors.sensitivity(counted_, Eigen::all);
+    return true;
+  }
+
+  struct Sums {
+    LinearProblem problem;
+    Eigen::MatrixXd columns;
+    Eigen::VectorXd targets;
+  };
+
+  Sums sumsOf(const State& state, bool all) const {
+    Sums sums;
+    const auto known = static_cast<Eigen::Index>(state.coordinates.size());
+    LinearProblem& problem = sums.problem;
+    Eigen::VectorXd expected(known);  // prior means from where the state stands
+    problem.known_std.resize(known);
+    CompositionPoint point = state.point;
+    for (Eigen::Index j = 0; j < known; ++j) {
+      const Coordinate& c = state.coordinates[static_cast<std::size_t>(j)];
+      expected[j] = c.centre - c.of(at(point, c.row));
+      problem.known_std[j] = c.std;
+    }
+    std::vector<Eigen::Index> used;
+    for (std::size_t k = 0; k < table_.columns.size(); ++k)
+      if (all || state.learnt.count(table_.columns[k].family)) {
+        used.push_back(static_cast<Eigen::Index>(k));
+        problem.group.push_back(static_cast<int>(groupOf(table_.columns[k].kind)));
+      }
+    problem.group.insert(problem.group.end(), kWander, kForceGroups);
+    problem.groups = kForceGroups + 1;
+    problem.most.assign(kForceGroups + 1, GroupPrior().most);
+    problem.most.back() = most_wander_;
+    const auto free = static_cast<Eigen::Index>(used.size());
+    sums.columns.resize(state.error.size(), known + free + kWander);
+    sums.columns.leftCols(known) = state.sensitivity;
+    sums.columns.middleCols(known, free) = free_(Eigen::all, used);
+    sums.columns.rightCols(kWander) = wander_;
+    sums.targets = state.error - state.sensitivity * expected;
+    problem.products = sums.columns.transpose() * sums.columns;
+    problem.targets = sums.columns.transpose() * sums.targets;
+    problem.square = sums.targets.squaredNorm();
+    problem.rows = static_cast<double>(counted_.size());
+    return sums;
+  }
+
+  LinearFit fitOf(const Sums& sums) const {
+    std::vector<char> active(kForceGroups + 1, 0);
+    for (const int group : sums.problem.group) active[static_cast<std::size_t>(group)] = 1;
+    return fitSomeGroups(sums.problem, found_.temper, active);
+  }
+
+  void weigh(State& state) const {
+    state.fit = fitOf(sumsOf(state, false));
+    state.evidence = state.fit.evidence;
+  }
+
+  /// Gauss-Newton steps in all coordinates, the columns solved along, while ln evidence grows.
+  void improve(State& state, int iterations = kIterations) const {
+    weigh(state);
+    for (int round = 0; round < iterations; ++round) {
+      const double before = state.evidence;
+      bool moved = false;
+      for (double step = 1.0; step > 0.05 && !moved; step *= 0.35) {
+        State next = state;
+        for (std::size_t j = 0; j < next.coordinates.size(); ++j) {
+          const Coordinate& c = next.coordinates[j];
+          double& value = at(next.point, c.row);
+          const double x = c.of(value), target = c.centre + state.fit.z[static_cast<Eigen::Index>(j)];
+          value = c.value(x + step * (target - x));
+        }
+        if (!place(next)) continue;
+        weigh(next);
+        if (!(next.evidence > state.evidence)) continue;
+        state = std::move(next);
+        moved = true;
+      }
+      if (!moved || state.evidence - before < kSettled) return;
+    }
+  }
+
+  void takeTemper(const State& state) {
+    if (found_.temper == 1.0) found_.temper = 0.05;
+    const Sums sums = sumsOf(state, true);
+    for (int pass = 0; pass < 3; ++pass) {
+      const LinearFit fit = fitGroups(sums.problem, found_.temper);
+      found_.temper = independentShare(sums.targets - sums.columns * fit.z);
+    }
+  }
+
+  /// The base circuit with an effect at its magnitudes.
+  CompositionPoint magnitudesOf(const BatteryModel& model) const {
+    CompositionPoint point = embedded(BatteryModel(), base_, model);
+    for (const Coordinate& c : coordinatesOf(model)) {
+      if (c.row < kBaseRows || c.row >= model.parameterCount()) continue;
+      const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(c.row)];
+      double value = info.magnitude;
+      if (c.strength && std::abs(value - *info.vanishes_at) < 1e-9 * (std::abs(info.upper) + std::abs(*info.vanishes_at)))
+        value = c.logarithmic ? 2.0 * *info.vanishes_at : c.value(1.0);
+      point.parameters[c.row] = std::clamp(value, info.lower, info.upper);
+    }
+    for (Eigen::Index k = 1; k < model.stateCount(); ++k)
+      if (model.states()[static_cast<std::size_t>(k)].begins_as_u_c2) point.state[k] = point.state[0];
+    return point;
+  }
+
+  std::vector<CompositionPoint> gridOf(const BatteryModel& model) const {
+    const CompositionPoint typical = magnitudesOf(model);
+    std::vector<CompositionPoint> points = {typical};
+    for (const Coordinate& c : coordinatesOf(model)) {
+      if (c.row < kBaseRows || c.row >= model.parameterCount() || c.strength) continue;
+      const double x = c.of(typical.parameters[c.row]);
+      std::vector<double> tried;
+      for (const double by : {-2.0, -1.0, 1.0, 2.0}) tried.push_back(x + by * kGridStep * c.std);
+      if (c.instant) {
+        tried.clear();
+        points.clear();
+        for (int k = 0; k < kInstants; ++k) tried.push_back(10.0 * (k + 0.5) / kInstants);
+      }
+      for (const double to : tried) {
+        points.push_back(typical);
+        points.back().parameters[c.row] = c.value(to);
+      }
+    }
+    return points;
+  }
+
+  void takeGrid() {
+    const Eigen::VectorXd base = rows_.errors(BatteryModel(), base_).error(counted_);
+    for (const std::string& id : ids_) {
+      const BatteryModel model = enlarged(BatteryModel(), id);
+      bool one_sided = true;
+      for (const Coordinate& c : coordinatesOf(model))
+        if (c.strength && !c.logarithmic && c.lower < c.zero) one_sided = false;
+      const bool at_edges = effectInfo(id).acts_at_edges;
+      const Eigen::VectorXd without = at_edges ? rows_.errors(model, vanished(model)).error(counted_) : base;
+      for (const CompositionPoint& point : gridOf(model)) {
+        const RowErrors with = rows_.errors(model, point);
+        if (with.error.size() == 0) continue;
+        GridPoint one{id, point, one_sided, without - with.error(counted_)};
+        if (one.added.squaredNorm() > 1e-14) grid_.push_back(std::move(one));
+      }
+    }
+  }
+
+  /// The composition with its effects where they vanish: the base circuit, simulated as finely as they ask for.
+  CompositionPoint vanished(const BatteryModel& model) const {
+    CompositionPoint point = magnitudesOf(model);
+    for (Eigen::Index j = kBaseRows; j < model.parameterCount(); ++j)
+      if (const auto gone = model.parameters()[static_cast<std::size_t>(j)].vanishes_at) point.parameters[j] = *gone;
+    return point;
+  }
+
+  /// Gain of ln evidence by each grid point beside a state, noise taken anew, any multiple of it allowed.
+  std::vector<double> gridGains(const State& state) const {
+    const Sums sums = sumsOf(state, false);
+    const Eigen::VectorXd left = sums.targets - sums.columns * state.fit.z;
+    Eigen::MatrixXd H = sums.problem.products;
+    for (Eigen::Index k = 0; k < H.rows(); ++k) {
+      const double s = k < sums.problem.known() ? sums.problem.known_std[k]
+                                                : std::max(state.fit.strength[static_cast<std::size_t>(sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])], 1e-6);
+      H(k, k) += state.fit.noise * state.fit.noise / (found_.temper * s * s);
+    }
+    const Eigen::LDLT<Eigen::MatrixXd> factor(H);
+    const double rss = left.squaredNorm(), rows = found_.temper * sums.problem.rows;
+    std::vector<double> gains;
+    for (const GridPoint& point : grid_) {
+      const Eigen::VectorXd cross = sums.columns.transpose() * point.added;
+      const double length = point.added.squaredNorm() - cross.dot(factor.solve(cross)), along = point.added.dot(left);
+      gains.push_back(0.0);
+      if (!(length > 1e-8 * point.added.squaredNorm()) || (point.one_sided && along < 0.0)) continue;
+      const double share = std::min(along * along / length / rss, 1.0 - 1e-9);
+      gains.back() = -0.5 * rows * std::log1p(-share) - 0.5 * std::log1p(kWideStrength * kWideStrength * rows * length / (rss * (1.0 - share)));
+    }
+    return gains;
+  }
+
+  /// A state with one effect more, from a point of its grid, everything fitted anew.
+  State withMember(const State& state, const GridPoint& from) const {
+    State next = state;
+    next.model = enlarged(state.model, from.id);
+    next.members.push_back(from.id);
+    next.coordinates = coordinatesOf(next.model);
+    next.point = embedded(state.model, state.point, next.model);
+    const BatteryModel alone = enlarged(BatteryModel(), from.id);
+    const double share = from.added.squaredNorm() > 0.0 ? strengthOf(state, from) : 1.0;
+    for (const Coordinate& c : next.coordinates) {
+      if (c.row < kBaseRows || c.row >= next.model.parameterCount()) continue;
+      const ParameterInfo& info = next.model.parameters()[static_cast<std::size_t>(c.row)];
+      if (state.model.parameterRow(info.name)) continue;
+      const double there = from.point.parameters[*alone.parameterRow(info.name)];
+      next.point.parameters[c.row] = c.strength && !c.logarithmic ? c.value(share * c.of(there)) : there;
+    }
+    for (Eigen::Index k = 1; k < next.model.stateCount(); ++k)
+      if (next.model.states()[static_cast<std::size_t>(k)].begins_as_u_c2) next.point.state[k] = next.point.state[0];
+    State typical = next;
+    for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
+    begin(next);
+    begin(typical);
+    if (typical.evidence > next.evidence) next = std::move(typical);
+    if (std::isfinite(next.evidence)) improve(next);
+    return next;
+  }
+
+  /// The first steps of a search.
+  void begin(State& state) const {
+    if (place(state))
+      improve(state, kFirstIterations);
+    else
+      state.evidence = -std::numeric_limits<double>::infinity();
+  }
+
+  /// Multiple of a grid point that a state's errors ask for; within a tenth and three, and at least a tenth.
+  double strengthOf(const State& state, const GridPoint& from) const {
+    const Sums sums = sumsOf(state, false);
+    Eigen::MatrixXd columns(sums.columns.rows(), sums.columns.cols() + 1);
+    columns.leftCols(sums.columns.cols()) = sums.columns;
+    columns.rightCols(1) = from.added;
+    Eigen::MatrixXd H = columns.transpose() * columns;
+    for (Eigen::Index k = 0; k < sums.problem.known(); ++k) H(k, k) += std::pow(state.fit.noise / sums.problem.known_std[k], 2) / found_.temper;
+    for (Eigen::Index k = sums.problem.known(); k + 1 < H.rows(); ++k)
+      H(k, k) += std::pow(state.fit.noise / std::max(state.fit.strength[static_cast<std::size_t>(sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])], 1e-6), 2) / found_.temper;
+    const double share = H.ldlt().solve(columns.transpose() * sums.targets)[H.rows() - 1];
+    return std::abs(share) < 0.1 ? std::copysign(0.1, share) : std::clamp(share, -3.0, 3.0);
+  }
+
+  State withColumns(const State& state, Family family) const {
+    State next = state;
+    next.learnt.insert(family);
+    improve(next);
+    return next;
+  }
+
+  /// The likeliest effects beside a state, each fitted; best first. @param only of one family, or all.
+  std::vector<State> withMembers(const State& state, std::optional<Family> only) {
+    const std::vector<double> gains = gridGains(state);
+    std::map<std::string, std::size_t> best;
+    for (std::size_t g = 0; g < grid_.size(); ++g) {
+      const std::string& id = grid_[g].id;
+      if (isUsed(id, state) || (only && familyOf(id) != *only) || !(gains[g] > 0.0)) continue;
+      if (!best.count(id) || gains[g] > gains[best[id]]) best[id] = g;
+    }
+    std::vector<std::size_t> order;
+    for (const auto& one : best) order.push_back(one.second);
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a] > gains[b]; });
+    std::set<Family> seen;
+    std::vector<State> fitted;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      const bool first_of_family = seen.insert(familyOf(grid_[order[k]].id)).second;
+      if (k >= kClosest && !first_of_family) continue;
+      fitted.push_back(withMember(state, grid_[order[k]]));
+      found_.weighed.push_back({grid_[order[k]].id, fitted.back().evidence - state.evidence});
+    }
+    std::stable_sort(fitted.begin(), fitted.end(), [](const State& a, const State& b) { return a.evidence > b.evidence; });
+    return fitted;
+  }
+
+  static bool isUsed(const std::string& id, const State& state) {
+    const auto& there = state.model.effects();
+    return std::find(there.begin(), there.end(), id) != there.end();
+  }
+
+  /// Whether a part moves the voltage by enough to matter.
+  bool matters(const State& with, const State& without) const {
+    return rmsBesideBase(modelled(with) - modelled(without)) >= std::max(rules_.relevance, 0.5 * with.fit.noise);
+  }
+
+  /// Takes in the family of greatest evidence. @return whether one was worth it.
+  bool extend(State& state) {
+    const std::vector<State> members = withMembers(state, std::nullopt);
+    State best = state;
+    for (const Family family : kAllFamilies) {
+      if (state.learnt.count(family)) continue;
+      const State learnt = withColumns(state, family);
+      const auto member = std::find_if(members.begin(), members.end(), [&](const State& one) { return familyOf(one.members.back()) == family; });
+      const bool named = member != members.end() && member->evidence > learnt.evidence - rules_.tie;
+      const State& of_family = named ? *member : learnt;
+      if (of_family.evidence > best.evidence && matters(of_family, state)) best = of_family;
+    }
+    if (best.evidence - state.evidence < rules_.least_gain) return false;
+    state = std::move(best);
+    return true;
+  }
+
+  /// Each part once more beside the others: columns give way to an effect that does as well, what is not worth its place goes.
+  void weighAgain(State& state) {
+    if (state.members.size() + state.learnt.size() < 2) return;
+    for (const Family family : std::set<Family>(state.learnt)) {
+      State without = state;
+      without.learnt.erase(family);
+      improve(without);
+      if (state.evidence - without.evidence < rules_.least_gain || !matters(state, without)) {
+        state = std::move(without);
+        continue;
+      }
+      const std::vector<State> members = withMembers(without, family);
+      if (!members.empty() && members.front().evidence > state.evidence - rules_.tie) state = members.front();
+    }
+    for (const std::string& id : std::vector<std::string>(state.members)) {
+      if (state.members.size() + state.learnt.size() < 2) return;
+      State without = withoutMember(state, id);
+      if (state.evidence - without.evidence < rules_.least_gain || !matters(state, without)) state = std::move(without);
+    }
+  }
+
+  State withoutMember(const State& state, const std::string& id) const {
+    State next = state;
+    next.members.erase(std::find(next.members.begin(), next.members.end(), id));
+    next.model = BatteryModel();
+    for (const std::string& other : next.members)
+      if (!isUsed(other, next)) next.model = enlarged(next.model, other);
+    next.coordinates = coordinatesOf(next.model);
+    next.point = embedded(BatteryModel(), base_, next.model);
+    for (Eigen::Index j = 0; j < next.model.parameterCount(); ++j)
+      next.point.parameters[j] = state.point.parameters[*state.model.parameterRow(next.model.parameters()[static_cast<std::size_t>(j)].name)];
+    for (Eigen::Index k = 0; k < next.model.stateCount(); ++k)
+      for (Eigen::Index m = 0; m < state.model.stateCount(); ++m)
+        if (next.model.states()[static_cast<std::size_t>(k)].name == state.model.states()[static_cast<std::size_t>(m)].name)
+          next.point.state[k] = state.point.state[m];
+    if (place(next)) improve(next);
+    return next;
+  }
+
+  void finish(State& state, State& start) {
+    weigh(start);
+    found_.evidence = state.evidence;
+    found_.base_evidence = start.evidence;
+    found_.model = state.model;
+    found_.point = state.point;
+    for (const std::string& id : state.members) takePlace(state, withoutMember(state, id), familyOf(id), id);
+    for (const Family family : state.learnt) {
+      State without = state;
+      without.learnt.erase(family);
+      improve(without);
+      takePlace(state, without, family, "");
+    }
+    std::stable_sort(found_.components.begin(), found_.components.end(), [](const Component& a, const Component& b) { return a.gain > b.gain; });
+    takeRest(state);
+  }
+
+  /// What a part is worth, what it adds, and what could stand in its place.
+  void takePlace(const State& state, const State& without, Family family, const std::string& id) {
+    Component one{family, id, state.evidence - without.evidence, 0.0, {}, 1.0};
+    one.rms = rmsBesideBase(modelled(state) - modelled(without));
+    std::map<Family, double> rivals = {{family, one.gain}};
+    for (const State& member : withMembers(without, std::nullopt)) {
+      const double gain = member.evidence - without.evidence;
+      const Family of = familyOf(member.members.back());
+      if (of == family && !id.empty() && member.members.back() != id && gain > one.gain - rules_.tie) one.tied.push_back(member.members.back());
+      if (!rivals.count(of) || gain > rivals[of]) rivals[of] = gain;
+    }
+    for (const Family other : kAllFamilies) {
+      if (without.learnt.count(other) || other == family) continue;
+      const double gain = withColumns(without, other).evidence - without.evidence;
+      if (!rivals.count(other) || gain > rivals[other]) rivals[other] = gain;
+    }
+    double sum = 0.0;
+    for (const auto& rival : rivals) sum += std::exp(rival.second - rivals[family]);
+    one.probability = 1.0 / sum;
+    found_.components.push_back(one);
+  }
+
+  /// What a state says of the counted rows, up to what is common to all [V].
+  Eigen::VectorXd modelled(const State& state) const {
+    const auto known = static_cast<Eigen::Index>(state.coordinates.size());
+    const Sums sums = sumsOf(state, false);
+    const Eigen::Index free = sums.columns.cols() - known - kWander;
+    return sums.columns.middleCols(known, free) * state.fit.z.segment(known, free) - state.error;
+  }
+
+  double rmsBesideBase(const Eigen::VectorXd& part) const {
+    const Eigen::MatrixXd J = response_.sensitivity(counted_, Eigen::all);
+    Eigen::MatrixXd H = J.transpose() * J;
+    H.diagonal().array() += 1e-9 * H.diagonal().array();
+    const Eigen::VectorXd left = part - J * H.ldlt().solve(J.transpose() * part);
+    return std::sqrt(left.squaredNorm() / static_cast<double>(part.size()));
+  }
+
+  /// What the library would still take.
+  void takeRest(const State& state) {
+    const Sums sums = sumsOf(state, true);
+    const LinearFit all = fitOf(sums);
+    found_.left_gain = all.evidence - state.evidence;
+    Eigen::VectorXd part = Eigen::VectorXd::Zero(free_.rows());
+    for (std::size_t k = 0; k < table_.columns.size(); ++k)
+      if (!state.learnt.count(table_.columns[k].family))
+        part += free_.col(static_cast<Eigen::Index>(k)) * all.z[static_cast<Eigen::Index>(state.coordinates.size() + k)];
+    found_.left_rms = rmsBesideBase(part);
+    double most = rules_.least_gain;
+    for (const Family family : kAllFamilies) {
+      if (state.learnt.count(family)) continue;
+      const double gain = withColumns(state, family).evidence - state.evidence;
+      if (gain <= most) continue;
+      most = gain;
+      found_.left_family = family;
+    }
+  }
+
+  const ForceTable& table_;
+  ExplanationRules rules_;
+  std::vector<std::string> ids_;
+  CompositionPoint base_;
+  BaseResponse response_;
+  RowSimulation rows_;
+  std::vector<Eigen::Index> counted_;
+  Eigen::MatrixXd free_, wander_;
+  double most_wander_ = 0.0;
+  std::vector<GridPoint> grid_;
+  Explanation found_;
+};
+
+}  // namespace
+
+Explanation explain(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
+                    const std::vector<std::string>& ids, const ExplanationRules& rules,
+                    const std::function<void(const std::string&)>& progress) {
+  return Explainer(drive, training, table, base, ids, rules).run(progress);
+}
+
+}  // namespace battery_sof
