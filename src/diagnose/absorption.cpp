@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "battery_sof/diagnose/signatures.hpp"
-#include "battery_sof/diagnose/thresholds.hpp"
+
 
 namespace battery_sof {
 namespace {

@@ -8,22 +8,21 @@
 
 #include "battery_sof/diagnose/absorption.hpp"
 #include "battery_sof/diagnose/comparison.hpp"
-#include "battery_sof/diagnose/detectable.hpp"
+#include "battery_sof/diagnose/explanation.hpp"
+#include "battery_sof/diagnose/hypotheses.hpp"
 #include "battery_sof/diagnose/locate.hpp"
-#include "battery_sof/diagnose/naming.hpp"
 #include "battery_sof/diagnose/profile_interval.hpp"
 #include "battery_sof/diagnose/regimes.hpp"
-#include "battery_sof/diagnose/residual_force.hpp"
+#include "battery_sof/diagnose/screening.hpp"
 #include "battery_sof/diagnose/slow_tone.hpp"
 #include "battery_sof/diagnose/verdict.hpp"
 #include "battery_sof/identify/composition_identification.hpp"
 #include "battery_sof/identify/error_tracker.hpp"
+#include "battery_sof/identify/identification.hpp"
 #include "battery_sof/naive/naive_predictor.hpp"
 #include "battery_sof/naive/ridge.hpp"
 #include "battery_sof/predict/both_ways.hpp"
-#include "battery_sof/recording/checks.hpp"
 #include "battery_sof/recording/clipped_current.hpp"
-#include "battery_sof/recording/current_flicker.hpp"
 #include "battery_sof/recording/fit_mask.hpp"
 
 namespace battery_sof {
@@ -31,21 +30,18 @@ namespace {
 
 constexpr std::size_t kLeastForRidge = 60;  // samples, as ridgeVoltage() asks for
 
-constexpr std::size_t kLeastSamples = 120;   // of the training part: ten for every unknown of base model and noise
-constexpr double kLeastDuration = 120.0;     // [s], two time constants of the double layer at rest
-constexpr double kLeastCharge = 20.0;        // [As] that must flow in either direction
 constexpr std::size_t kCompressFrom = 4000;  // samples
 constexpr double kSlowLength = 10.0;         // sampling intervals that may be averaged where the current is held
-constexpr double kSlow = 0.15;               // [s]; sampled more slowly, edges cannot be set aside
 constexpr double kEdge = 5.0;                // [A]
 constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid; before it as much as a channel may be late
-constexpr double kShortSteps = 6000.0;        // [s] of a slow recording beyond which short steps would take minutes
-constexpr double kLostShare = 0.005;         // of the samples; a second in three minutes
-constexpr std::size_t kFewestFreezes = 3;
-constexpr double kCoarseVoltage = 0.0099;    // [V], 10 mV but for printed digits; most effects leave less than 20 mV (PHYSICS 1.1, 1.2)
-constexpr double kCoarseCurrent = 0.495;     // [A], 0.5 A: PHYSICS 1.3's offset
-constexpr double kStillShare = 0.25;         // of the samples repeat the one before: noise of less than a step
+constexpr double kShortSteps = 6000.0;       // [s] of a slow recording beyond which short steps would take minutes
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
+constexpr int kLeftOutBlocks = 4;
+constexpr double kLeastFall = 0.05;          // [1], of the error on left-out blocks, for a learnt force to be used
+constexpr double kPlausible = 0.02;          // [V], what instruments may leave of a vehicle's recording
+constexpr double kLowestVoltage = 10.5, kHighestVoltage = 15.5;  // [V] a block of lead-acid cells
+constexpr std::size_t kTermsTold = 4;
+constexpr int kConfirmations = 6;
 
 bool contains(const std::vector<std::string>& list, const std::string& id) {
   return std::find(list.begin(), list.end(), id) != list.end();
@@ -61,48 +57,23 @@ void requireValid(const DiagnoseOptions& options) {
     for (const std::string& id : *list) effectInfo(id);
 }
 
-/// @return why a training part cannot be diagnosed; empty when it can.
-std::string lackOf(const Series& train) {
-  if (train.size() < kLeastSamples)
-    return "the training part has " + std::to_string(train.size()) + " samples, at least " +
-           std::to_string(kLeastSamples) + " are needed";
-  const double duration = train.time.back() - train.time.front();
-  if (duration < kLeastDuration)
-    return "the training part lasts " + std::to_string(static_cast<int>(duration)) + " s, at least " +
-           std::to_string(static_cast<int>(kLeastDuration)) + " s are needed";
-  double charge = 0.0, discharge = 0.0;
-  const double gap = gapThreshold(train);
-  for (std::size_t k = 1; k < train.size(); ++k) {
-    const double dt = train.time[k] - train.time[k - 1];
-    if (dt > gap) continue;
-    charge += std::max(0.0, train.current[k]) * dt;
-    discharge += std::max(0.0, -train.current[k]) * dt;
-  }
-  if (discharge < kLeastCharge) return "the training part hardly discharges the battery";
-  if (charge + discharge < 2.0 * kLeastCharge) return "the training part hardly moves any charge";
-  return "";
+/// Whether a voltage is that of blocks of six lead-acid cells, one or more in a row.
+bool isLeadAcid(const Series& series) {
+  std::vector<double> voltage = series.voltage;
+  const auto middle = voltage.begin() + static_cast<std::ptrdiff_t>(voltage.size() / 2);
+  std::nth_element(voltage.begin(), middle, voltage.end());
+  const double blocks = std::round(*middle / 12.8);
+  return blocks >= 1.0 && *middle >= blocks * kLowestVoltage && *middle <= blocks * kHighestVoltage;
 }
 
-/// Whether a step is large in itself and the channel's noise is less, so that rounding is most of the error.
-bool isCoarse(const Finding& quantisation, const Series& series) {
-  const bool is_voltage = quantisation.unit == "V";
-  if (*quantisation.value < (is_voltage ? kCoarseVoltage : kCoarseCurrent)) return false;
-  const std::vector<double>& values = is_voltage ? series.voltage : series.current;
-  std::size_t repeats = 0;
-  for (std::size_t k = 1; k < values.size(); ++k)
-    if (values[k] == values[k - 1]) ++repeats;
-  return medianInterval(series) <= kSlow && static_cast<double>(repeats) > kStillShare * static_cast<double>(values.size());
+CompositionPoint pointOfFirst(const FittedModel& model) {
+  CompositionPoint point{pointOf(model).parameters, Eigen::VectorXd()};
+  point.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
+  return point;
 }
 
-/// The catalogue's id of a finding of the checks; empty for what is not a fault of an instrument that spoils a diagnosis.
-/// One sleep of the car is not a bus that drops messages, and a gap is no fault.
-std::string faultOf(const Finding& finding, const Series& series) {
-  if (finding.id == "quantisation") return isCoarse(finding, series) ? finding.id : "";
-  if (finding.severity == Severity::kNote) return "";
-  if (finding.id == "clipping" || finding.id == "aliasing") return finding.id;
-  const bool is_lost = finding.id == "stuck" || finding.id == "missing";
-  const bool is_single = finding.id == "stuck" && finding.at.size() < kFewestFreezes;
-  return is_lost && !is_single && static_cast<double>(finding.samples) >= kLostShare * static_cast<double>(series.size()) ? "dropouts" : "";
+ModelPoint beginning(const CompositionPoint& point, const Drive& drive) {
+  return {point.parameters, point.state, drive.first_time, drive.first_time};
 }
 
 class Diagnoser {
@@ -115,20 +86,23 @@ class Diagnoser {
   }
 
   Diagnosis run() {
-    quiet_current_ = slice(series_, train_);
-    const std::string lack = lackOf(quiet_current_);
+    const Series train = slice(series_, train_);
+    found_.outside = outsideWhatSignalsShow();
+    const std::string lack = lackOf(train);
     if (!lack.empty()) return insufficient(lack);
     tell("checking the instruments");
-    screenInstruments();
+    screened_ = screenInstruments(recording_, train);
+    found_.instrument = screened_.sentences;
     tell("fitting the base model");
     fitBase();
     exchangeHalves();
     tell("locating where model and measurement part");
     locate();
-    options_.given.empty() ? nameAll() : takeGiven();
-    tell("describing what remains");
-    weighRemainder();
-    found_.verdict = judge(naming_, instruments_, remainder_, options_.thresholds);
+    explainErrors();
+    tell("learning what no equation stands for");
+    fitFinal();
+    learn();
+    judgeIt();
     takeEffects();
     tell("opening the part that was held out");
     compare();
@@ -146,66 +120,23 @@ class Diagnoser {
     found_.verdict = Verdict::kInsufficientData;
     found_.summary = "The recording cannot answer: " + lack + ".";
     found_.next_experiment = nextExperiment(found_);
-    found_.outside = outsideWhatSignalsShow();
     return std::move(found_);
   }
 
-  void screenInstruments() {
-    Recording part = recording_;
-    part.series = quiet_current_;
-    limits_ = instrumentLimits(part.series);
-    maskBehindUnknownCharge(part.series, limits_);
-    quiet_current_ = withEstimatedCurrent(part.series, limits_);
-    const CurrentFlicker flicker = currentFlicker(quiet_current_);
-    flicker_share_ = flicker.share;
-    quiet_current_ = withoutSensorNoise(quiet_current_, flicker);
-    slow_ = medianInterval(quiet_current_) > kSlow;
-    for (const Finding& finding : checkRecording(part).findings) {
-      const std::string fault = faultOf(finding, part.series);
-      if (finding.severity == Severity::kNote && fault.empty()) continue;
-      instruments_.sentences.push_back(finding.what + ": " + finding.meaning);
-      if (!fault.empty()) instruments_.faults.push_back(fault);
-      if (finding.id == "skew" && finding.value) alignWholeSamples(*finding.value);
-    }
-    std::sort(instruments_.faults.begin(), instruments_.faults.end());
-    instruments_.faults.erase(std::unique(instruments_.faults.begin(), instruments_.faults.end()), instruments_.faults.end());
-    found_.instrument = instruments_.sentences;
-    found_.outside = outsideWhatSignalsShow();
-  }
-
-  /// A channel that is whole samples late cannot be told from physics by a fit: the current is moved to where the voltage
-  /// answers to it. @param lag [s], > 0 when the voltage comes later.
-  void alignWholeSamples(double lag) {
-    const auto by = std::lround(lag / medianInterval(quiet_current_));
-    if (!slow_ || by == 0) return;
-    late_samples_ = by;
-    quiet_current_.current = moved(quiet_current_.current, by);
-    instruments_.faults.push_back("time_skew");
-    instruments_.sentences.push_back("the current was moved by " + std::to_string(by) + " samples to meet the voltage");
-  }
-
-  /// @return values shifted to `by` samples later; what comes in at an end is its neighbour.
-  static std::vector<double> moved(const std::vector<double>& values, std::ptrdiff_t by) {
-    const auto last = static_cast<std::ptrdiff_t>(values.size()) - 1;
-    std::vector<double> shifted(values.size());
-    for (std::ptrdiff_t n = 0; n <= last; ++n)
-      shifted[static_cast<std::size_t>(n)] = values[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(n - by, 0, last))];
-    return shifted;
-  }
-
   void fitBase() {
+    const Series& series = screened_.series;
     Compression compression;
-    compression.max_length = std::max(compression.max_length, kSlowLength * medianInterval(quiet_current_));
-    drive_ = train_.size() > kCompressFrom ? compressedDrive(quiet_current_, train_, compression, limits_.masked)
-                                           : fullDrive(quiet_current_, train_, limits_.masked);
-    if (!slow_) drive_ = withoutEdges(drive_, std::numeric_limits<double>::infinity(), 0.0, kAfterEdge);
-    quiet_ = slow_ ? drive_ : withoutEdges(drive_, kEdge, kBeforeEdge, kAfterEdge);
-    search_.least_white = std::max(1e-5, limits_.voltage_lsb_std);
+    compression.max_length = std::max(compression.max_length, kSlowLength * medianInterval(series));
+    drive_ = train_.size() > kCompressFrom ? compressedDrive(series, train_, compression, screened_.limits.masked)
+                                           : fullDrive(series, train_, screened_.limits.masked);
+    if (!screened_.slow) drive_ = withoutEdges(drive_, std::numeric_limits<double>::infinity(), 0.0, kAfterEdge);
+    quiet_ = screened_.slow ? drive_ : withoutEdges(drive_, kEdge, kBeforeEdge, kAfterEdge);
+    const double lsb = screened_.limits.voltage_lsb_std;
+    search_.least_white = std::max(1e-5, lsb);
     const BatteryModel model;
     base_ = fitWhitened(model, quiet_, {typicalStart(model, quiet_)}, std::nullopt, search_);
-    if (limits_.voltage_lsb_std > kCoarse * 0.001 && limits_.voltage_lsb_std > 0.5 * base_.noise.white_std &&
-        !contains(instruments_.faults, "quantisation"))
-      instruments_.faults.push_back("quantisation");
+    if (lsb > kCoarse * 0.001 && lsb > 0.5 * base_.noise.white_std && !contains(screened_.faults, "quantisation"))
+      screened_.faults.push_back("quantisation");
   }
 
   /// Exchange test on the halves of the training part: a half that fits better with the other's parameters than with its own
@@ -241,239 +172,235 @@ class Diagnoser {
     found_.absorption = absorptionMap(base_, quiet_, regimes_);
   }
 
-  void nameAll() {
-    NamingOptions options;
-    options.thresholds = options_.thresholds;
-    options.threads = options_.threads;
-    options.least_white = search_.least_white;
-    options.interval = medianInterval(quiet_current_);
-    options.progress = options_.progress;
-    options.hypotheses = slowHypotheses();
-    naming_ = nameEffects(quiet_, base_, options);
-    const std::size_t slow_ones = naming_.accepted.size();
-    if (!slow_) nameFast(options);
-    if (naming_.accepted.size() != slow_ones) {
-      // What the edges had bent may now be named or withdrawn.
-      const WhitenedFit start = fitWhitened(naming_.extended.model, quiet_, {naming_.extended.point}, std::nullopt, search_);
-      const std::vector<std::string> before = naming_.extended.model.effects();
-      naming_ = nameEffects(quiet_, start, options, naming_);
-      // And what had been named at the edges, without what came in now.
-      if (naming_.extended.model.effects() != before) nameFast(options);
+  /// Families and effects, in the direction that is imposed.
+  void explainErrors() {
+    const Series& series = screened_.series;
+    driving_ = drivingSource(series);
+    std::vector<char> masked = screened_.limits.masked;
+    Series sound = series;
+    if (driving_) {
+      sound = repaired(series, driving_->repair);
+      for (std::size_t n = 0; n < masked.size(); ++n) masked[n] = masked[n] || driving_->repair.dropped[n];
     }
-    final_ = fitWhitened(naming_.extended.model, quiet_, {naming_.extended.point}, std::nullopt, search_);
-    if (!slow_ && !naming_.accepted.empty())
-      naming_.extended = fitWhitened(naming_.extended.model, drive_, {naming_.extended.point}, std::nullopt, search_);
-    for (Accepted& accepted : naming_.accepted)
-      for (const std::string& id : effectInfo(accepted.id).same_as)
-        if (!contains(accepted.tied, id) && !isAccepted(id)) accepted.tied.push_back(id);
-    tieSmallSkew();
-    std::stable_sort(naming_.accepted.begin(), naming_.accepted.end(),
-                     [](const Accepted& one, const Accepted& other) { return one.evidence > other.evidence; });
+    const Drive imposed = fullDrive(sound, train_, masked, driving_ ? driving_->imposes_voltage : std::vector<char>());
+    const BatteryModel circuit;
+    const BaseResponse response = baseResponse(circuit, beginning(base_.point, imposed), imposed, imposed.samples.size());
+    const ForceTable table = forceTable(imposed, response, base_.point.parameters[kRowBeta]);
+    ExplanationRules rules;
+    rules.relevance = options_.relevance;
+    explained_ = explain(imposed, imposed.samples.size(), table, base_.point, hypotheses(), options_.given, rules, options_.progress);
   }
 
-  /// What is weighed on the quiet grid: what was asked for, or all that can be weighed in time.
-  std::vector<std::string> slowHypotheses() {
-    const bool all = options_.hypotheses.empty();
-    const bool too_long = all && slow_ && quiet_current_.time.back() - quiet_current_.time.front() > kShortSteps;
-    std::vector<std::string> ids;
-    std::string left_out;
-    for (const EffectInfo& info : effectCatalogue()) {
-      if (all ? info.on_request : !contains(options_.hypotheses, info.id)) continue;
-      if (!slow_ && info.acts_at_edges) continue;
-      if (too_long && info.takes_short_steps)
-        left_out += (left_out.empty() ? "" : ", ") + info.id;
-      else
-        ids.push_back(info.id);
+  std::vector<std::string> hypotheses() {
+    if (options_.hypotheses.empty() && !isLeadAcid(screened_.series)) {
+      found_.instrument.push_back("the voltage is not that of lead-acid blocks: what is missing is learnt and gets no lead-acid name");
+      return {};
     }
-    if (too_long)
-      found_.instrument.push_back("long and slowly sampled: " + left_out +
-                                  " are not weighed; give a part of the recording, or name them as hypotheses");
+    std::vector<std::string> ids = hypothesesOf(options_.hypotheses, driving_.has_value());
+    const double span = screened_.series.time.back() - screened_.series.time.front();
+    if (!options_.hypotheses.empty() || !screened_.slow || span <= kShortSteps) return ids;
+    std::string left_out;
+    for (const std::string& id : ids)
+      if (effectInfo(id).takes_short_steps) left_out += (left_out.empty() ? "" : ", ") + id;
+    ids.erase(std::remove_if(ids.begin(), ids.end(), [](const std::string& id) { return effectInfo(id).takes_short_steps; }), ids.end());
+    found_.instrument.push_back("long and slowly sampled: " + left_out +
+                                " are not weighed; give a part of the recording, or name them as hypotheses");
     return ids;
   }
 
-  /// The extended model is what was given, fitted as it would be had it been found.
-  void takeGiven() {
-    naming_ = withEffects(quiet_, base_, idsOf(options_.given, false), search_);
-    final_ = naming_.extended;
-    if (slow_) return;
-    const WhitenedFit start = fitWhitened(final_.model, drive_, {final_.point}, std::nullopt, search_);
-    naming_ = withEffects(drive_, start, idsOf(options_.given, true), search_, std::move(naming_));
-    final_ = fitWhitened(naming_.extended.model, quiet_, {naming_.extended.point}, std::nullopt, search_);
+  /// The composition under a noise model, for intervals and for the model that is handed on.
+  void fitFinal() {
+    const auto& ids = explained_.model.effects();
+    at_edges_ = !screened_.slow && std::any_of(ids.begin(), ids.end(), [](const std::string& id) { return effectInfo(id).acts_at_edges; });
+    final_ = ids.empty() ? base_ : fitWhitened(explained_.model, finalDrive(), {explained_.point}, std::nullopt, search_);
+    found_.mismatch = mismatchSegments(base_, quiet_, regimes_, at_edges_ ? base_.noise : final_.noise);
   }
 
-  /// @return those of the ids that act at edges alone, where there are edges; or the others.
-  std::vector<std::string> idsOf(const std::vector<std::string>& ids, bool at_edges) const {
-    std::vector<std::string> some;
-    for (const std::string& id : ids)
-      if ((!slow_ && effectInfo(id).acts_at_edges) == at_edges) some.push_back(id);
-    return some;
+  const Drive& finalDrive() const { return at_edges_ ? drive_ : quiet_; }
+
+  /// What currents and their memory say of the voltage beside the model, by blocks that are left out.
+  void learn() {
+    const Drive full = fullDrive(screened_.series, train_, screened_.limits.masked);
+    const WhitenedFit& beside = driving_ ? base_ : final_;
+    const BaseResponse response = baseResponse(beside.model, beginning(beside.point, full), full, full.samples.size());
+    const ForceTable table = forceTable(full, response, beside.point.parameters[kRowBeta]);
+    LearnedFinding learned;
+    learned.left_out = leftOutErrors(response, table, kLeftOutBlocks, isTimeless);
+    learned.force = learnForce(response, table, {}, isTimeless).force;
+    const double limit = std::max(options_.relevance.rmse, 0.5 * learned.force.noise);
+    const bool matters = learned.force.rms >= limit;
+    found_.left = {explained_.left_rms, explained_.left_crank, explained_.left_charge_share, options_.relevance};
+    found_.left.limits.rmse = std::max(options_.relevance.rmse, 0.5 * explained_.noise);
+    learned.is_used = matters && learned.left_out.force < (1.0 - kLeastFall) * learned.left_out.base;
+    if (!learned.is_used && learned.left_out.base <= kPlausible) return;
+    describeLearned(learned);
+    found_.learned = std::move(learned);
   }
 
-  /// A skew so small that an inductance within its bounds would show the same.
-  void tieSmallSkew() {
-    const auto row = naming_.extended.model.parameterRow("channel_skew");
-    if (!row) return;
-    const double alike = std::abs(naming_.extended.point.parameters[*row]) * naming_.extended.point.parameters[kRowRDischarge];
-    for (Accepted& accepted : naming_.accepted)
-      if (accepted.id == "time_skew" && alike <= effectInfo("inductance").parameters.front().upper &&
-          !contains(accepted.tied, "inductance") && !isAccepted("inductance"))
-        accepted.tied.push_back("inductance");
+  static void describeLearned(LearnedFinding& learned) {
+    learned.answers = answersOf(learned.force, learned.answer_current);
+    std::vector<std::pair<double, std::string>> terms;
+    for (Eigen::Index k = 0; k < learned.force.weight.size(); ++k)
+      terms.push_back({std::abs(learned.force.weight[k]), describe(learned.force.columns[static_cast<std::size_t>(k)])});
+    std::stable_sort(terms.begin(), terms.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    for (const auto& term : terms)
+      if (learned.terms.size() < kTermsTold && !contains(learned.terms, term.second)) learned.terms.push_back(term.second);
+    char text[200];
+    std::snprintf(text, sizeof text, "What the currents and their memory say beside the equations moves the voltage by %.1f mV RMS and takes "
+                  "the error on left-out blocks from %.1f to %.1f mV.", 1e3 * learned.force.rms, 1e3 * learned.left_out.base,
+                  1e3 * learned.left_out.force);
+    learned.description = text;
   }
 
-  bool isAccepted(const std::string& id) const {
-    return std::any_of(naming_.accepted.begin(), naming_.accepted.end(),
-                       [&](const Accepted& accepted) { return accepted.id == id; });
-  }
-
-  /// What acts at edges alone, once slower physics is in: with every sample.
-  void nameFast(NamingOptions options) {
-    options.hypotheses.clear();
-    for (const EffectInfo& info : effectCatalogue())
-      if (info.acts_at_edges && (options_.hypotheses.empty() || contains(options_.hypotheses, info.id)))
-        options.hypotheses.push_back(info.id);
-    if (options.hypotheses.empty()) return;
-    options.thresholds = fastThresholds();
-    const WhitenedFit start = fitWhitened(naming_.extended.model, drive_, {naming_.extended.point}, std::nullopt, search_);
-    const std::vector<Signature> screened = naming_.last_screen;
-    naming_ = nameEffects(drive_, start, options, naming_);
-    for (const Signature& signature : screened)
-      if (!effectInfo(signature.id).acts_at_edges) naming_.last_screen.push_back(signature);
-  }
-
-  void weighRemainder() {
-    // The noise of the best model there is: beside the base model it is inflated by what is looked for.
-    found_.mismatch = mismatchSegments(base_, quiet_, regimes_, final_.noise);
-    remainder_.base_omnibus = omnibusZ(base_, quiet_);
-    remainder_.extended_omnibus = omnibusZ(final_, quiet_);
-    const std::optional<SlowTone> tone = slowTone(final_, quiet_);
-    remainder_.has_tone = tone.has_value();
-    // A line of power P takes 2 P from the deviance.
-    remainder_.left = leftUnexplained(final_, quiet_) + (tone ? 2.0 * tone->power : 0.0);
-    remainder_.gained = std::max(0.0, base_.deviance - final_.deviance);
-    remainder_.explained = remainder_.gained > 0.0 ? remainder_.gained / (remainder_.gained + remainder_.left) : 0.0;
-    found_.omnibus_base = remainder_.base_omnibus;
-    found_.omnibus_extended = remainder_.extended_omnibus;
-    found_.explained = remainder_.explained;
-    if (remainder_.extended_omnibus > options_.thresholds.omnibus || naming_.unnamed || tone) describeForce(tone);
-    if (options_.lists_detectable) detect();
-  }
-
-  /// Everything that was weighed and is not in the model, screened beside the model as it is in the end.
-  void detect() {
-    std::vector<std::string> weighed, slow_ones, fast_ones;
-    for (const Signature& signature : naming_.last_screen) weighed.push_back(signature.id);
-    if (weighed.empty()) return;
-    for (const std::string& id : addable(final_.model, weighed))
-      (!slow_ && effectInfo(id).acts_at_edges ? fast_ones : slow_ones).push_back(id);
-    const int threads = options_.threads;
-    NameRule rule{options_.thresholds, naming_.accepted, leastGainToExplain(remainder_, options_.thresholds), search_};
-    rule.confirm = options_.confirm;
-    if (!rule.confirm.empty()) {
-      tell("diagnosing with what could hide put in");
-      rule.is_named = namedIn(final_);
+  void judgeIt() {
+    Unexplained rest;
+    rest.is_tone = slowTone(final_, finalDrive()).has_value();
+    rest.is_learned = found_.learned && found_.learned->is_used;
+    rest.rmse = found_.learned ? found_.learned->left_out.base : 0.0;
+    rest.plausible = kPlausible;
+    found_.verdict = judge(explained_, {screened_.faults, screened_.sentences}, rest);
+    found_.evidence_base = explained_.base_evidence;
+    found_.evidence_extended = explained_.evidence;
+    found_.temper = explained_.temper;
+    if (!explained_.components.empty()) {
+      found_.family = explained_.components.front().family;
+      found_.probability = explained_.components.front().probability;
+    } else if (found_.verdict == Verdict::kUnknown && rest.is_learned && !found_.learned->force.families.empty()) {
+      found_.family = found_.learned->force.families.front().family;
     }
-    found_.detectable = detectableBeside(final_, quiet_, screen(final_, quiet_, slow_ones, threads), rule, threads);
-    if (fast_ones.empty()) return;
-    const WhitenedFit& at_edges = naming_.extended;
-    const std::vector<Signature> screened = screen(at_edges, drive_, fast_ones, threads);
-    rule.thresholds = fastThresholds();
-    if (!rule.confirm.empty()) rule.is_named = namedIn(at_edges);
-    for (const Detectable& one : detectableBeside(at_edges, drive_, screened, rule, threads)) found_.detectable.push_back(one);
+    takeCandidates();
+    if (options_.lists_detectable) takeDetectable();
   }
 
-  /// @return whether this diagnosis names an effect once the training part's voltage holds what it adds beside the fit.
-  std::function<bool(const BatteryModel&, const CompositionPoint&, const std::string&)> namedIn(const WhitenedFit& fit) const {
-    const Drive every = fullDrive(quiet_current_, train_, limits_.masked);
-    const Eigen::VectorXd modelled = simulatedVoltage(fit.model, fit.point, every);
-    return [this, every, modelled](const BatteryModel& larger, const CompositionPoint& point, const std::string& id) {
-      const Eigen::VectorXd added = simulatedVoltage(larger, point, every) - modelled;
-      if (!added.allFinite()) return false;
-      Recording changed = recording_;
-      for (Eigen::Index n = 0; n < added.size(); ++n) changed.series.voltage[train_.first + static_cast<std::size_t>(n)] += added[n];
-      DiagnoseOptions options = options_;
-      options.lists_detectable = false;
-      options.threads = 1;
-      options.progress = nullptr;
-      const Diagnosis found = diagnose(changed, options);
-      return std::any_of(found.effects.begin(), found.effects.end(), [&](const NamedEffect& effect) {
-        return effect.id == id || contains(effect.tied_with, id);
-      });
-    };
+  const Component* componentOf(const std::string& id) const {
+    for (const Component& one : explained_.components)
+      if (one.member == id) return &one;
+    return nullptr;
   }
 
-  /// Those of a search on all samples: what acts at edges alone changes little of the whole.
-  DiagnosisThresholds fastThresholds() const {
-    DiagnosisThresholds thresholds = options_.thresholds;
-    thresholds.least_share = thresholds.least_structure_share = thresholds.least_fast_share;
-    thresholds.structure_evidence = thresholds.name_evidence;
-    return thresholds;
-  }
-
-  void describeForce(const std::optional<SlowTone>& tone) {
-    found_.force = describeResidual(final_, quiet_);
-    if (tone) {
-      char text[96];
-      std::snprintf(text, sizeof text, "a tone of %.1f mV with a period of %.3g s", 1e3 * tone->amplitude, tone->period);
-      found_.force->terms = {text};
-      found_.force->description = std::string("The residual holds ") + text + ", which follows no current. " + found_.force->description;
+  /// Every effect that was fitted once, with its best gain and why it was not taken.
+  void takeCandidates() {
+    ExplanationRules rules;
+    double best = 0.0;
+    for (const WeighedMember& one : explained_.weighed) best = std::max(best, one.gain);
+    for (const WeighedMember& one : explained_.weighed) {
+      const auto known = std::find_if(found_.candidates.begin(), found_.candidates.end(), [&](const Candidate& c) { return c.id == one.id; });
+      if (known == found_.candidates.end())
+        found_.candidates.push_back({one.id, one.gain, 0.0, "", familyId(familyOf(one.id))});
+      else
+        known->evidence = std::max(known->evidence, one.gain);
     }
-    for (const Signature& signature : naming_.last_screen) {
-      const double cosine = std::sqrt(signature.score) / std::max(1e-9, final_.innovation.norm());
-      if (cosine <= found_.force->cosine) continue;
-      found_.force->cosine = cosine;
-      found_.force->nearest = signature.id;
+    for (Candidate& candidate : found_.candidates) {
+      if (const Component* accepted = componentOf(candidate.id)) {
+        candidate.evidence = accepted->gain;
+        candidate.confidence = accepted->probability;
+      } else {
+        candidate.rejected_because = rejection(candidate, rules);
+      }
     }
+    std::stable_sort(found_.candidates.begin(), found_.candidates.end(), [](const Candidate& a, const Candidate& b) {
+      return std::make_pair(a.rejected_because.empty(), a.evidence) > std::make_pair(b.rejected_because.empty(), b.evidence);
+    });
+  }
+
+  std::string rejection(const Candidate& candidate, const ExplanationRules& rules) const {
+    for (const Component& one : explained_.components)
+      if (contains(one.tied, candidate.id)) return "does as well as " + one.member + ", which stands in the model";
+    if (candidate.evidence < rules.least_gain) return "the recording hardly speaks for it";
+    return explained_.components.empty() ? "what it adds is too small to matter" : "what was taken instead explains more of the error";
+  }
+
+  void takeDetectable() {
+    for (const LeastStrength& least : explained_.least) {
+      if (least.parameter.empty()) continue;
+      Detectable one{least.id, least.parameter, least.unit, least.strength, least.typical, false};
+      if (contains(options_.confirm, one.id)) confirm(one);
+      one.visible = one.strength && std::abs(*one.strength) <= std::abs(one.typical);
+      found_.detectable.push_back(one);
+    }
+  }
+
+  /// Raises a strength until a diagnosis of the recording with the effect put in names it; none where that fails.
+  void confirm(Detectable& one) const {
+    tell("diagnosing with " + one.id + " put in");
+    const BatteryModel larger = enlarged(final_.model, one.id);
+    const ParameterInfo& info = larger.parameters()[static_cast<std::size_t>(*larger.parameterRow(one.parameter))];
+    for (int round = 0; round < kConfirmations && one.strength; ++round) {
+      CompositionPoint point = embedded(final_.model, final_.point, larger);
+      for (const ParameterInfo& other : larger.parameters())
+        if (!final_.model.parameterRow(other.name)) point.parameters[*larger.parameterRow(other.name)] = other.magnitude;
+      point.parameters[*larger.parameterRow(one.parameter)] = *one.strength;
+      if (isNamedWith(larger, point, one.id)) return;
+      const double gone = info.vanishes_at.value_or(0.0);
+      const double next = gone + 2.0 * (*one.strength - gone);
+      one.strength = next >= info.lower && next <= info.upper ? std::optional<double>(next) : std::nullopt;
+    }
+    one.strength.reset();
+  }
+
+  bool isNamedWith(const BatteryModel& larger, const CompositionPoint& point, const std::string& id) const {
+    const Drive every = fullDrive(screened_.series, train_, screened_.limits.masked);
+    const Eigen::VectorXd added = simulatedVoltage(larger, point, every) - simulatedVoltage(final_.model, final_.point, every);
+    if (!added.allFinite()) return false;
+    Recording changed = recording_;
+    for (Eigen::Index n = 0; n < added.size(); ++n) changed.series.voltage[train_.first + static_cast<std::size_t>(n)] += added[n];
+    DiagnoseOptions options = options_;
+    options.lists_detectable = false;
+    options.confirm.clear();
+    options.progress = nullptr;
+    const Diagnosis found = diagnose(changed, options);
+    return std::any_of(found.effects.begin(), found.effects.end(),
+                       [&](const NamedEffect& effect) { return effect.id == id || contains(effect.tied_with, id); });
+  }
+
+  FittedModel completed(const WhitenedFit& fit) const {
+    IdentifyOptions options;
+    options.effects = fit.model.effects();
+    options.masked = screened_.limits.masked;
+    options.voltage_lsb_std = screened_.limits.voltage_lsb_std;
+    FittedModel model = completedModel(screened_.series, train_, options, fit.point, fit.noise);
+    fitErrors(model, screened_.series, train_);
+    model.recording = recording_.name;
+    return model;
   }
 
   void takeEffects() {
-    found_.candidates = naming_.candidates;
-    const auto completed = [&](const WhitenedFit& fit) {
-      IdentifyOptions options;
-      options.effects = fit.model.effects();
-      options.masked = limits_.masked;
-      options.voltage_lsb_std = limits_.voltage_lsb_std;
-      FittedModel model = completedModel(quiet_current_, train_, options, fit.point, fit.noise);
-      fitErrors(model, quiet_current_, train_);
-      model.recording = recording_.name;
-      return model;
-    };
     found_.base = completed(base_);
-    const bool named = found_.verdict != Verdict::kUnknown && !naming_.accepted.empty();
-    is_extended_ = named || !options_.given.empty();
-    found_.extended = is_extended_ ? completed(naming_.extended) : found_.base;
-    if (named)
-      for (const Accepted& accepted : naming_.accepted) takeEffect(accepted);
+    has_effects_ = !explained_.model.effects().empty();
+    found_.extended = has_effects_ ? completed(final_) : found_.base;
+    if (found_.verdict == Verdict::kUnknown || found_.verdict == Verdict::kNoMismatch) return;
+    for (const Component& one : explained_.components)
+      if (!one.member.empty()) takeEffect(one);
     if (found_.verdict == Verdict::kSensorFault)
-      for (const std::string& id : instruments_.faults) found_.effects.push_back({id, 0.95, {}, {}, 0.0, 0.0, {}});
+      for (const std::string& id : screened_.faults)
+        found_.effects.push_back({id, 0.95, {}, {}, 0.0, 0.0, {}, familyId(Family::kInstrument), 0.95});
   }
 
-  void takeEffect(const Accepted& accepted) {
-    NamedEffect effect{accepted.id, accepted.confidence, absorbedInto(), {}, accepted.evidence, accepted.rms, accepted.tied};
-    for (const ParameterInfo& info : effectInfo(accepted.id).parameters)
+  void takeEffect(const Component& one) {
+    NamedEffect effect{one.member, one.probability, absorbedInto(), {}, one.gain, one.rms, one.tied, familyId(one.family), one.probability};
+    for (const ParameterInfo& info : effectInfo(one.member).parameters)
       for (const ParameterEstimate& estimate : found_.extended.estimates)
-        if (estimate.name == info.name && !estimate.held)
-          effect.parameters.push_back(profiled(estimate, info, !slow_ && effectInfo(accepted.id).acts_at_edges));
+        if (estimate.name == info.name && !estimate.held) effect.parameters.push_back(profiled(estimate, info));
+    const double each = one.probability / static_cast<double>(1 + one.tied.size());
+    if (!one.tied.empty()) effect.confidence = each;
     found_.effects.push_back(effect);
-    for (const std::string& id : accepted.tied) {
-      NamedEffect rival{id, std::max(0.0, 1.0 - accepted.confidence) / static_cast<double>(accepted.tied.size()), {}, {},
-                        accepted.evidence, accepted.rms, {accepted.id}};
-      for (const std::string& other : accepted.tied)
+    for (const std::string& id : one.tied) {
+      NamedEffect rival{id, each, {}, {}, one.gain, one.rms, {one.member}, familyId(one.family), one.probability};
+      for (const std::string& other : one.tied)
         if (other != id) rival.tied_with.push_back(other);
       found_.effects.push_back(rival);
     }
   }
 
-  /// Interval by profile likelihood on the final fit to the quiet grid; what acts at edges alone on all samples.
-  DiagnosedParameter profiled(const ParameterEstimate& estimate, const ParameterInfo& info, bool at_edges) const {
+  /// Interval by profile likelihood.
+  DiagnosedParameter profiled(const ParameterEstimate& estimate, const ParameterInfo& info) const {
     DiagnosedParameter parameter{estimate.name, estimate.unit, estimate.value, estimate.std, std::nullopt, std::nullopt,
                                  estimate.at_bound};
     const double first = estimate.std ? 1.96 * *estimate.std : 0.2 * std::abs(estimate.value);
     if (!(first > 0.0)) return parameter;
-    const ProfileInterval interval =
-        at_edges ? profileInterval(naming_.extended, drive_, estimate.name, first)
-                 : profileInterval(final_, quiet_, estimate.name, first);
+    const ProfileInterval interval = profileInterval(final_, finalDrive(), estimate.name, first);
     // Ends are carried over as distances: the other grid's optimum differs by a share of a standard error.
-    const double center = (at_edges ? naming_.extended : final_).point.parameters[*final_.model.parameterRow(info.name)];
+    const double center = final_.point.parameters[*final_.model.parameterRow(info.name)];
     if (interval.lower) parameter.lower = std::max(info.lower, estimate.value - (center - *interval.lower));
     if (interval.upper) parameter.upper = std::min(info.upper, estimate.value + (*interval.upper - center));
     return parameter;
@@ -498,27 +425,22 @@ class Diagnoser {
   /// The whole recording: the training part as it was fitted, then what was held out, its current treated as training
   /// taught and not by what its own voltage says. Where the current is cut off it stays so.
   void openHoldOut() {
-    CurrentFlicker flicker = currentFlicker(series_);
-    flicker.share = flicker_share_;
-    Series whole = withoutSensorNoise(series_, flicker);
-    whole.current = moved(whole.current, late_samples_);
-    std::copy(quiet_current_.current.begin(), quiet_current_.current.end(), whole.current.begin());
-    quiet_current_ = std::move(whole);
+    whole_ = treatedAsScreened(series_, screened_);
     InstrumentLimits limits = instrumentLimits(series_);
     maskBehindUnknownCharge(series_, limits);
-    std::copy(limits_.masked.begin(), limits_.masked.end(), limits.masked.begin());
+    std::copy(screened_.limits.masked.begin(), screened_.limits.masked.end(), limits.masked.begin());
     const auto begin = limits.masked.begin() + static_cast<std::ptrdiff_t>(holdout_.first);
     if (std::all_of(begin, limits.masked.end(), [](char fault) { return fault != 0; })) {
       std::fill(begin, limits.masked.end(), 0);
       found_.instrument.push_back("no sample of the part that was held out is a measurement beyond doubt; it is compared as it stands");
     }
-    limits_ = std::move(limits);
+    masked_ = std::move(limits.masked);
   }
 
   void compare() {
     openHoldOut();
     found_.base_voltage = voltageOf(found_.base);
-    found_.extended_voltage = is_extended_ ? voltageOf(found_.extended) : found_.base_voltage;
+    found_.extended_voltage = extendedVoltage();
     Comparison& fit = found_.fit;
     fit.train = windowOf(train_);
     fit.holdout = windowOf(holdout_);
@@ -527,7 +449,18 @@ class Diagnoser {
     fit.extended_train = metrics(train_, found_.extended_voltage, found_.extended);
     fit.extended_holdout = metrics(holdout_, found_.extended_voltage, found_.extended);
     compareBothWays();
-    fit.regimes = compareRegimes(quiet_current_, holdout_, found_.base_voltage, found_.extended_voltage, limits_.masked);
+    fit.regimes = compareRegimes(whole_, holdout_, found_.base_voltage, found_.extended_voltage, masked_);
+    for (Candidate& candidate : found_.candidates)
+      if (candidate.rejected_because.empty() && fit.base_holdout.rmse > 0.0)
+        candidate.holdout_gain_percent = 100.0 * (1.0 - fit.extended_holdout.rmse / fit.base_holdout.rmse);
+  }
+
+  std::vector<double> extendedVoltage() const {
+    const bool learned = found_.learned && found_.learned->is_used;
+    if (!learned) return has_effects_ ? voltageOf(found_.extended) : found_.base_voltage;
+    const WhitenedFit& beside = driving_ ? base_ : final_;
+    const Drive whole = fullDrive(whole_, {0, series_.size()});
+    return voltageWithForce(beside.model, beginning(beside.point, whole), found_.learned->force, whole);
   }
 
   /// The hold-out in the direction that is imposed, and beside what needs no physics.
@@ -540,16 +473,16 @@ class Diagnoser {
     const NaivePredictor naive = fitNaive(series_, train_, drives);
     if (naive.voltage_from_current) {
       fit.naive_line = errorMetrics(series_, holdout_, predictNaive(naive, series_, {0, series_.size()}, drives).voltage,
-                                    std::nullopt, limits_.masked);
+                                    std::nullopt, masked_);
       if (driving)
         takeShares(scoreNaive(naive, series_, holdout_, {drives.begin() + static_cast<std::ptrdiff_t>(holdout_.first), drives.end()}).mixed,
                    *fit.naive_line);
     }
     if (train_.size() >= kLeastForRidge) {
       std::vector<double> voltage = series_.voltage;
-      const RidgePrediction ridge = ridgeVoltage(quiet_current_, train_, holdout_);
+      const RidgePrediction ridge = ridgeVoltage(whole_, train_, holdout_);
       std::copy(ridge.voltage.begin(), ridge.voltage.end(), voltage.begin() + static_cast<std::ptrdiff_t>(holdout_.first));
-      fit.naive_ridge = errorMetrics(series_, holdout_, voltage, std::nullopt, limits_.masked);
+      fit.naive_ridge = errorMetrics(series_, holdout_, voltage, std::nullopt, masked_);
     }
     if (!driving) return;
     takeShares(sharesOf(found_.base, *driving), fit.base_holdout);
@@ -574,34 +507,29 @@ class Diagnoser {
   }
 
   ErrorMetrics metrics(IndexRange range, const std::vector<double>& voltage, const FittedModel& model) const {
-    return errorMetrics(quiet_current_, range, voltage, chargeCurrentError(model, quiet_current_, range, limits_.masked), limits_.masked);
+    return errorMetrics(whole_, range, voltage, chargeCurrentError(model, whole_, range, masked_), masked_);
   }
 
   /// The whole recording from the training part's first state on.
   std::vector<double> voltageOf(const FittedModel& model) const {
-    const Drive whole = fullDrive(quiet_current_, {0, series_.size()});
-    CompositionPoint point{pointOf(model).parameters, Eigen::VectorXd()};
-    point.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
-    const Eigen::VectorXd voltage = simulatedVoltage(compositionOf(model), point, whole);
+    const Eigen::VectorXd voltage = simulatedVoltage(compositionOf(model), pointOfFirst(model), fullDrive(whole_, {0, series_.size()}));
     return {voltage.data(), voltage.data() + voltage.size()};
   }
 
   const Recording& recording_;
   const Series& series_;
   const DiagnoseOptions& options_;
-  Series quiet_current_;  // what the battery saw of the measured current; of the training part until the hold-out is opened
-  double flicker_share_ = 1.0;
-  std::ptrdiff_t late_samples_ = 0;  // that the current was moved by
   IndexRange train_, holdout_;
+  Screening screened_;
+  Series whole_;             // the whole recording, its current treated as training taught; from openHoldOut() on
+  std::vector<char> masked_;
   std::vector<Regime> regimes_;
-  InstrumentLimits limits_;
-  InstrumentScreen instruments_;
-  Remainder remainder_;
-  bool slow_ = false, is_extended_ = false;
+  bool at_edges_ = false, has_effects_ = false;
   Drive drive_, quiet_;
   WhitenedSearch search_;
   WhitenedFit base_, final_;
-  Naming naming_;
+  std::optional<DrivingSource> driving_;
+  Explanation explained_;
   Diagnosis found_;
 };
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <stdexcept>
 
 #include "battery_sof/diagnose/hypotheses.hpp"
 #include "battery_sof/model/effect.hpp"
@@ -18,11 +19,14 @@ constexpr double kGridStep = 1.5;      // prior standard deviations between the 
 constexpr int kInstants = 9;           // instants tried over a recording
 constexpr int kIterations = 12, kFirstIterations = 4;
 constexpr double kSettled = 0.1;       // nats
+constexpr double kLeastTemper = 0.02;  // instruments' errors hang together for seconds, what lasts longer is physics
 constexpr double kWideShape = 0.7;     // standard deviation of a shape's logarithm where the catalogue has none
 constexpr double kWideStrength = 2.0;  // magnitudes
+constexpr double kCrankCurrent = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
 constexpr int kWander = 24;            // steps of a voltage channel's random walk over the training part
 constexpr double kMostWander = 0.0012; // [V] a root minute, of a voltage channel
-constexpr std::size_t kClosest = 8;    // effects that are fitted in a step
+constexpr std::size_t kClosest = 6;    // effects that are fitted in a step, and the first of every family
+constexpr double kWorthATry = 0.1;     // of the best one's gain on the grid
 
 /// A parameter or first state as it is searched: its logarithm, or the multiple of its magnitude from where it vanishes.
 struct Coordinate {
@@ -109,10 +113,10 @@ struct GridPoint {
 class Explainer {
  public:
   Explainer(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
-            const std::vector<std::string>& ids, const ExplanationRules& rules)
-      : table_(table), rules_(rules), ids_(ids), base_(base),
-        response_(baseResponse({base.parameters, base.state, drive.first_time, drive.first_time}, drive, training)),
-        rows_(drive, response_) {
+            const std::vector<std::string>& ids, const std::vector<std::string>& given, const ExplanationRules& rules)
+      : table_(table), rules_(rules), ids_(given.empty() ? ids : given), given_(given), base_(base),
+        response_(baseResponse(BatteryModel(), {base.parameters, base.state, drive.first_time, drive.first_time}, drive, training)),
+        rows_(drive, response_, base) {
     for (Eigen::Index row = 0; row < response_.training; ++row)
       if (response_.weight[row] > 0.0) counted_.push_back(row);
     free_ = table.values(counted_, Eigen::all);
@@ -126,14 +130,20 @@ class Explainer {
     State start;
     start.point = base_;
     start.coordinates = coordinatesOf(start.model);
-    place(start);
+    if (!place(start)) throw std::invalid_argument("explain: the base circuit has no finite voltage where it begins");
     takeTemper(start);
+    State typical = start;
+    for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
+    begin(start);
+    begin(typical);
+    if (typical.evidence > start.evidence) start = std::move(typical);
     improve(start);
     tell("trying the catalogue's effects");
     takeGrid();
     tell("weighing families");
     State now = start;
-    while (static_cast<int>(now.members.size() + now.learnt.size()) < rules_.most_components && extend(now)) {
+    for (const std::string& id : given_) take(now, id);
+    while (given_.empty() && static_cast<int>(now.members.size() + now.learnt.size()) < rules_.most_components && extend(now)) {
       weighAgain(now);
       takeTemper(now);
       weigh(now);
@@ -151,6 +161,22 @@ class Explainer {
       for (int k = 0; k < kWander; ++k)
         wander_(static_cast<Eigen::Index>(n), k) = std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
     most_wander_ = kMostWander * std::sqrt(length / 60.0);
+  }
+
+  /// Takes in what is known to be there, from where it fits best.
+  void take(State& state, const std::string& id) {
+    if (isUsed(id, state)) return;
+    const std::vector<double> gains = gridGains(state);
+    std::optional<std::size_t> best;
+    for (std::size_t g = 0; g < grid_.size(); ++g)
+      if (grid_[g].id == id && (!best || gains[g] > gains[*best])) best = g;
+    if (!best) return;
+    const State with = withMember(state, grid_[*best]);
+    if (!std::isfinite(with.evidence)) return;
+    found_.weighed.push_back({id, with.evidence - state.evidence});
+    state = with;
+    takeTemper(state);
+    weigh(state);
   }
 
   std::vector<Coordinate> coordinatesOf(const BatteryModel& model) const {
@@ -274,7 +300,7 @@ class Explainer {
     const Sums sums = sumsOf(state, true);
     for (int pass = 0; pass < 3; ++pass) {
       const LinearFit fit = fitGroups(sums.problem, found_.temper);
-      found_.temper = independentShare(sums.targets - sums.columns * fit.z);
+      found_.temper = std::max(kLeastTemper, independentShare(sums.targets - sums.columns * fit.z));
     }
   }
 
@@ -316,29 +342,19 @@ class Explainer {
   }
 
   void takeGrid() {
-    const Eigen::VectorXd base = rows_.errors(BatteryModel(), base_).error(counted_);
+    const Eigen::VectorXd base = response_.error(counted_);
     for (const std::string& id : ids_) {
       const BatteryModel model = enlarged(BatteryModel(), id);
       bool one_sided = true;
       for (const Coordinate& c : coordinatesOf(model))
         if (c.strength && !c.logarithmic && c.lower < c.zero) one_sided = false;
-      const bool at_edges = effectInfo(id).acts_at_edges;
-      const Eigen::VectorXd without = at_edges ? rows_.errors(model, vanished(model)).error(counted_) : base;
       for (const CompositionPoint& point : gridOf(model)) {
         const RowErrors with = rows_.errors(model, point);
         if (with.error.size() == 0) continue;
-        GridPoint one{id, point, one_sided, without - with.error(counted_)};
+        GridPoint one{id, point, one_sided, base - with.error(counted_)};
         if (one.added.squaredNorm() > 1e-14) grid_.push_back(std::move(one));
       }
     }
-  }
-
-  /// The composition with its effects where they vanish: the base circuit, simulated as finely as they ask for.
-  CompositionPoint vanished(const BatteryModel& model) const {
-    CompositionPoint point = magnitudesOf(model);
-    for (Eigen::Index j = kBaseRows; j < model.parameterCount(); ++j)
-      if (const auto gone = model.parameters()[static_cast<std::size_t>(j)].vanishes_at) point.parameters[j] = *gone;
-    return point;
   }
 
   /// Gain of ln evidence by each grid point beside a state, noise taken anew, any multiple of it allowed.
@@ -437,7 +453,7 @@ class Explainer {
     std::vector<State> fitted;
     for (std::size_t k = 0; k < order.size(); ++k) {
       const bool first_of_family = seen.insert(familyOf(grid_[order[k]].id)).second;
-      if (k >= kClosest && !first_of_family) continue;
+      if (k >= kClosest && !(first_of_family && gains[order[k]] > kWorthATry * gains[order.front()])) continue;
       fitted.push_back(withMember(state, grid_[order[k]]));
       found_.weighed.push_back({grid_[order[k]].id, fitted.back().evidence - state.evidence});
     }
@@ -450,9 +466,16 @@ class Explainer {
     return std::find(there.begin(), there.end(), id) != there.end();
   }
 
+  /// Whether an effect stands for its family's columns: as evident, or what they explain beyond it does not matter.
+  bool doesAsWell(const State& member, const State& columns) const {
+    if (member.evidence > columns.evidence - rules_.tie) return true;
+    const double more = std::sqrt(std::max(0.0, std::pow(member.fit.noise, 2) - std::pow(columns.fit.noise, 2)));
+    return more < std::max(rules_.relevance.rmse, 0.5 * columns.fit.noise);
+  }
+
   /// Whether a part moves the voltage by enough to matter.
   bool matters(const State& with, const State& without) const {
-    return rmsBesideBase(modelled(with) - modelled(without)) >= std::max(rules_.relevance, 0.5 * with.fit.noise);
+    return rmsBesideBase(modelled(with) - modelled(without)) >= std::max(rules_.relevance.rmse, 0.5 * with.fit.noise);
   }
 
   /// Takes in the family of greatest evidence. @return whether one was worth it.
@@ -463,7 +486,7 @@ class Explainer {
       if (state.learnt.count(family)) continue;
       const State learnt = withColumns(state, family);
       const auto member = std::find_if(members.begin(), members.end(), [&](const State& one) { return familyOf(one.members.back()) == family; });
-      const bool named = member != members.end() && member->evidence > learnt.evidence - rules_.tie;
+      const bool named = member != members.end() && doesAsWell(*member, learnt);
       const State& of_family = named ? *member : learnt;
       if (of_family.evidence > best.evidence && matters(of_family, state)) best = of_family;
     }
@@ -484,7 +507,7 @@ class Explainer {
         continue;
       }
       const std::vector<State> members = withMembers(without, family);
-      if (!members.empty() && members.front().evidence > state.evidence - rules_.tie) state = members.front();
+      if (!members.empty() && doesAsWell(members.front(), state)) state = members.front();
     }
     for (const std::string& id : std::vector<std::string>(state.members)) {
       if (state.members.size() + state.learnt.size() < 2) return;
@@ -576,6 +599,9 @@ class Explainer {
       if (!state.learnt.count(table_.columns[k].family))
         part += free_.col(static_cast<Eigen::Index>(k)) * all.z[static_cast<Eigen::Index>(state.coordinates.size() + k)];
     found_.left_rms = rmsBesideBase(part);
+    found_.noise = state.fit.noise;
+    takeLeft(part);
+    takeLeastStrengths(state);
     double most = rules_.least_gain;
     for (const Family family : kAllFamilies) {
       if (state.learnt.count(family)) continue;
@@ -586,9 +612,65 @@ class Explainer {
     }
   }
 
+  /// What is left, as a crank and a charge see it.
+  void takeLeft(const Eigen::VectorXd& part) {
+    double crank = 0.0, cranks = 0.0, charge = 0.0, currents = 0.0;
+    for (std::size_t n = 0; n < counted_.size(); ++n) {
+      const double current = rows_.currentOf(counted_[n]), by = std::abs(part[static_cast<Eigen::Index>(n)]);
+      if (current < kCrankCurrent) {
+        crank += by;
+        cranks += 1.0;
+      } else if (current > kChargeCurrent) {
+        charge += by;
+        currents += current;
+      }
+    }
+    const double resistance = base_.parameters[kRowRCharge] + 2.0 / base_.parameters[kRowBeta] / kTypicalCharge;
+    found_.left_crank = cranks > 0.0 ? crank / cranks : 0.0;
+    found_.left_charge_share = currents > 0.0 ? charge / resistance / currents : 0.0;
+  }
+
+  /// From the information that the typical strength's signature holds, linearly.
+  void takeLeastStrengths(const State& state) {
+    const Sums sums = sumsOf(state, false);
+    Eigen::MatrixXd H = sums.problem.products;
+    for (Eigen::Index k = 0; k < H.rows(); ++k) {
+      const double s = k < sums.problem.known() ? sums.problem.known_std[k]
+                                                : std::max(state.fit.strength[static_cast<std::size_t>(sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])], 1e-6);
+      H(k, k) += state.fit.noise * state.fit.noise / (found_.temper * s * s);
+    }
+    const Eigen::LDLT<Eigen::MatrixXd> factor(H);
+    std::set<std::string> done;
+    for (const GridPoint& point : grid_) {
+      if (isUsed(point.id, state) || !done.insert(point.id).second) continue;
+      const Eigen::VectorXd cross = sums.columns.transpose() * point.added;
+      const double length = std::max(1e-300, point.added.squaredNorm() - cross.dot(factor.solve(cross)));
+      const double information = found_.temper * length / (state.fit.noise * state.fit.noise);
+      const double evident = std::sqrt(2.0 * (rules_.least_gain + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) / information);
+      const double matters = std::max(rules_.relevance.rmse, 0.5 * state.fit.noise) / std::sqrt(length / static_cast<double>(counted_.size()));
+      found_.least.push_back(leastStrength(point, std::max(evident, matters)));
+    }
+  }
+
+  /// @param times a typical strength.
+  LeastStrength leastStrength(const GridPoint& point, double times) const {
+    const BatteryModel model = enlarged(BatteryModel(), point.id);
+    for (const ParameterInfo& own : effectInfo(point.id).parameters)
+      for (const Coordinate& c : coordinatesOf(model)) {
+        if (c.row >= model.parameterCount() || !c.strength || model.parameters()[static_cast<std::size_t>(c.row)].name != own.name) continue;
+        const double typical = point.point.parameters[c.row];
+        LeastStrength least{point.id, own.name, own.unit, std::nullopt, typical};
+        const double wanted = c.centre + times * (c.of(typical) - c.centre);
+        const double value = c.logarithmic ? std::exp(std::min(wanted, 300.0)) : c.zero + c.unit * wanted;
+        if (value >= c.lower && value <= c.upper) least.strength = value;
+        return least;
+      }
+    return {point.id, "", "", std::nullopt, 0.0};
+  }
+
   const ForceTable& table_;
   ExplanationRules rules_;
-  std::vector<std::string> ids_;
+  std::vector<std::string> ids_, given_;
   CompositionPoint base_;
   BaseResponse response_;
   RowSimulation rows_;
@@ -602,9 +684,9 @@ class Explainer {
 }  // namespace
 
 Explanation explain(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
-                    const std::vector<std::string>& ids, const ExplanationRules& rules,
+                    const std::vector<std::string>& ids, const std::vector<std::string>& given, const ExplanationRules& rules,
                     const std::function<void(const std::string&)>& progress) {
-  return Explainer(drive, training, table, base, ids, rules).run(progress);
+  return Explainer(drive, training, table, base, ids, given, rules).run(progress);
 }
 
 }  // namespace battery_sof

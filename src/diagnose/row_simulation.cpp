@@ -37,15 +37,16 @@ DriveSample averaged(const Drive& drive, std::size_t begin, std::size_t end, con
   return row;
 }
 
-Drive rowsOf(const Drive& drive, const BaseResponse& response) {
-  Drive rows;
-  rows.trace = drive.trace;
-  for (std::size_t row = 0; row + 1 < response.first.size(); ++row) {
-    const DriveSample* before = rows.samples.empty() ? nullptr : &rows.samples.back();
-    rows.samples.push_back(averaged(drive, response.first[row], response.first[row + 1], before));
+constexpr double kEdge = 2.0;  // [A], within a row: its current moves
+
+/// Whether the current moves within a row or on the way into it.
+bool moves(const Drive& drive, std::size_t begin, std::size_t end) {
+  double low = drive.samples[begin].step.current, high = low;
+  for (std::size_t n = begin > 0 ? begin - 1 : 0; n < end; ++n) {
+    low = std::min(low, drive.samples[n].step.current);
+    high = std::max(high, drive.samples[n].step.current);
   }
-  rows.first_time = rows.samples.empty() ? drive.first_time : rows.samples.front().step.time;
-  return rows;
+  return high - low > kEdge;
 }
 
 bool actsAtEdges(const BatteryModel& model) {
@@ -55,31 +56,61 @@ bool actsAtEdges(const BatteryModel& model) {
 
 }  // namespace
 
-RowSimulation::RowSimulation(const Drive& drive, const BaseResponse& response)
-    : drive_(drive), response_(response), rows_(rowsOf(drive, response)) {}
+RowSimulation::Grid RowSimulation::gridOf(const Drive& drive, bool fine_at_edges) const {
+  Grid grid;
+  grid.drive.trace = drive.trace;
+  const auto rows = static_cast<std::size_t>(response_.error.size());
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::size_t begin = response_.first[row], end = response_.first[row + 1];
+    const bool whole = end - begin == 1 || (fine_at_edges && moves(drive, begin, end));
+    for (std::size_t n = begin; n < end; n = whole ? n + 1 : end) {
+      const DriveSample* before = grid.drive.samples.empty() ? nullptr : &grid.drive.samples.back();
+      DriveSample sample = averaged(drive, n, whole ? n + 1 : end, before);
+      if (whole) sample.step.averaged = drive.samples[n].step.averaged;
+      if (whole) sample.step.slope = drive.samples[n].step.slope;
+      grid.drive.samples.push_back(sample);
+      grid.row.push_back(static_cast<Eigen::Index>(row));
+    }
+  }
+  grid.drive.first_time = grid.drive.samples.front().step.time;
+  grid.coarseness = Eigen::VectorXd::Zero(response_.error.size());
+  return grid;
+}
+
+RowSimulation::RowSimulation(const Drive& drive, const BaseResponse& response, const CompositionPoint& base)
+    : response_(response), rows_(gridOf(drive, false)), edges_(gridOf(drive, true)) {
+  for (Grid* grid : {&rows_, &edges_}) {
+    const RowErrors coarse = simulated(*grid, BatteryModel(), base, {});
+    if (coarse.error.size() > 0) grid->coarseness = response.error - coarse.error;
+  }
+}
 
 RowErrors RowSimulation::errors(const BatteryModel& model, const CompositionPoint& point, const Eigen::MatrixXd& seeds) const {
-  const bool at_edges = actsAtEdges(model);
-  const Drive& drive = at_edges ? drive_ : rows_;
-  const std::size_t per_row = at_edges && response_.first.size() > 1 ? response_.first[1] - response_.first[0] : 1;
-  const ModelPoint start{point.parameters, point.state, drive.first_time, drive.first_time};
+  const Grid& grid = actsAtEdges(model) ? edges_ : rows_;
+  RowErrors out = simulated(grid, model, point, seeds);
+  if (out.error.size() > 0) out.error += grid.coarseness;
+  return out;
+}
+
+RowErrors RowSimulation::simulated(const Grid& grid, const BatteryModel& model, const CompositionPoint& point,
+                                   const Eigen::MatrixXd& seeds) const {
+  const ModelPoint start{point.parameters, point.state, grid.drive.first_time, grid.drive.first_time};
   Simulation simulation = seeds.cols() > 0 ? Simulation(model, start, seeds) : Simulation(model, start);
   RowErrors out{Eigen::VectorXd::Zero(response_.error.size()), Eigen::MatrixXd::Zero(response_.error.size(), seeds.cols())};
   Eigen::VectorXd measured = out.error;
-  const auto last = static_cast<std::size_t>(out.error.size()) * per_row;
-  for (std::size_t n = 0; n < last; ++n) {
-    const DriveSample& sample = drive.samples[n];
+  for (std::size_t n = 0; n < grid.drive.samples.size(); ++n) {
+    const DriveSample& sample = grid.drive.samples[n];
     const double error = simulation.follow(sample);
     if (!(sample.count > 0.0)) continue;
-    const auto row = static_cast<Eigen::Index>(n / per_row);
+    const Eigen::Index row = grid.row[n];
     const double scale = sample.voltage_drives ? -response_.resistance[row] : 1.0;
-    out.error[row] += scale * error;
-    measured[row] += 1.0;
+    out.error[row] += scale * sample.count * error;
+    measured[row] += sample.count;
     if (seeds.cols() == 0) continue;
     if (sample.voltage_drives)
-      out.sensitivity.row(row) -= scale * simulation.currentErrorDerivatives().transpose();
+      out.sensitivity.row(row) -= scale * sample.count * simulation.currentErrorDerivatives().transpose();
     else
-      out.sensitivity.row(row) += simulation.voltageDerivatives().transpose();
+      out.sensitivity.row(row) += sample.count * simulation.voltageDerivatives().transpose();
   }
   out.error.array() /= measured.array().max(1.0);
   for (Eigen::Index k = 0; k < seeds.cols(); ++k) out.sensitivity.col(k).array() /= measured.array().max(1.0);

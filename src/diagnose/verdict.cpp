@@ -7,9 +7,6 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kBeyondInstruments = 12.0;  // z_O beyond what a fault leaves once it is masked: at most 6.5 on 24 decoys of seeds 3001 to 3006
-constexpr double kExplained = 0.7;   // share of the mismatch below which the catalogue does not explain it (PHYSICS 2.3)
-
 std::string withUnit(double value, const char* format, const char* unit) {
   char text[64];
   std::snprintf(text, sizeof text, format, value);
@@ -23,22 +20,10 @@ std::string joined(const std::vector<std::string>& parts, const std::string& las
   return text;
 }
 
-std::string withoutStop(std::string sentence) {
-  while (!sentence.empty() && (sentence.back() == '.' || sentence.back() == ' ')) sentence.pop_back();
-  if (!sentence.empty() && sentence[0] >= 'A' && sentence[0] <= 'Z') sentence[0] = static_cast<char>(sentence[0] - 'A' + 'a');
-  return sentence;
-}
-
 std::string named(const std::string& id) {
   for (const EffectInfo& info : effectCatalogue())
     if (info.id == id) return id + " (" + info.title + ")";
   return id;
-}
-
-bool isInstrument(const std::string& id) {
-  for (const EffectInfo& info : effectCatalogue())
-    if (info.id == id) return info.tier() == 'I';
-  return true;
 }
 
 std::string gainSentence(const Diagnosis& diagnosis) {
@@ -49,7 +34,7 @@ std::string gainSentence(const Diagnosis& diagnosis) {
          withUnit(1e3 * after.rmse, "%.1f", "mV") + " RMS";
 }
 
-/// What was accepted and yet explains too little to be the verdict's name.
+/// Effects beside a family that only its columns stand for.
 std::string partOfIt(const Diagnosis& diagnosis) {
   std::vector<std::string> ids;
   for (const Candidate& candidate : diagnosis.candidates)
@@ -57,8 +42,9 @@ std::string partOfIt(const Diagnosis& diagnosis) {
   return ids.empty() ? "" : "; " + joined(ids, " and ") + (ids.size() == 1 ? " is" : " are") + " part of it";
 }
 
-bool somethingRemains(const Remainder& remainder, const DiagnosisThresholds& thresholds) {
-  return remainder.extended_omnibus > thresholds.omnibus || remainder.has_tone;
+std::string learnedSentence(const Diagnosis& diagnosis) {
+  if (!diagnosis.learned || !diagnosis.learned->is_used) return "; nothing that could be learnt from the currents predicts it";
+  return "; what was learnt of it is in the extended model" + gainSentence(diagnosis);
 }
 
 std::string whereSentence(const Diagnosis& diagnosis) {
@@ -73,11 +59,6 @@ std::string whereSentence(const Diagnosis& diagnosis) {
 
 }  // namespace
 
-double leastGainToExplain(const Remainder& remainder, const DiagnosisThresholds& thresholds) {
-  if (!somethingRemains(remainder, thresholds)) return 0.0;
-  return std::max(0.0, kExplained / (1.0 - kExplained) * remainder.left - remainder.gained);
-}
-
 std::string describe(Verdict verdict) {
   switch (verdict) {
     case Verdict::kNoMismatch: return "no_mismatch";
@@ -91,31 +72,20 @@ std::string describe(Verdict verdict) {
   return "insufficient_data";
 }
 
-Verdict judge(const Naming& naming, const InstrumentScreen& instruments, const Remainder& remainder,
-              const DiagnosisThresholds& thresholds) {
-  const bool remains = somethingRemains(remainder, thresholds);
-  if (naming.accepted.empty()) {
-    // Worth a name by its evidence and yet not to be named. At edges the current's own noise has such evidence (docs/decisions/0007).
-    const bool is_unnamed = std::any_of(naming.candidates.begin(), naming.candidates.end(), [&](const Candidate& candidate) {
-      return candidate.evidence > thresholds.name_evidence && !effectInfo(candidate.id).acts_at_edges;
-    });
-    // Coarse steps and cut-off peaks do not make currents and their memory explain what is left.
-    if (!instruments.faults.empty() && remainder.extended_omnibus <= kBeyondInstruments && !remainder.has_tone)
-      return Verdict::kSensorFault;
-    return remains || is_unnamed ? Verdict::kUnknown : Verdict::kNoMismatch;
+Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments, const Unexplained& rest) {
+  if (explanation.components.empty()) {
+    const bool is_left = rest.is_learned || rest.is_tone || rest.rmse > rest.plausible;
+    if (!instruments.faults.empty() && !rest.is_tone) return Verdict::kSensorFault;
+    return is_left ? Verdict::kUnknown : Verdict::kNoMismatch;
   }
-  if (remains && remainder.explained < kExplained) return Verdict::kUnknown;
-  bool tied = false, instrumental = true;
-  for (const Accepted& accepted : naming.accepted) {
-    instrumental = instrumental && isInstrument(accepted.id);
-    for (const std::string& id : accepted.tied) {
-      tied = true;
-      instrumental = instrumental && isInstrument(id);
-    }
-  }
+  const auto& all = explanation.components;
+  const bool instrumental = std::all_of(all.begin(), all.end(), [](const Component& one) { return one.family == Family::kInstrument; });
+  if (all.front().member.empty()) return instrumental && !instruments.faults.empty() ? Verdict::kSensorFault : Verdict::kUnknown;
   if (instrumental) return Verdict::kSensorFault;
+  const auto named = std::count_if(all.begin(), all.end(), [](const Component& one) { return !one.member.empty(); });
+  const bool tied = std::any_of(all.begin(), all.end(), [](const Component& one) { return !one.tied.empty(); });
   if (tied) return Verdict::kAmbiguous;
-  return naming.accepted.size() == 1 ? Verdict::kNamed : Verdict::kSeveral;
+  return named == 1 ? Verdict::kNamed : Verdict::kSeveral;
 }
 
 std::vector<std::string> outsideWhatSignalsShow() {
@@ -164,8 +134,9 @@ std::string summaryOf(const Diagnosis& diagnosis) {
       return "The base model lacks " + joined(ids, " or ") + ", some of which this recording cannot tell apart" +
              gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kUnknown:
-      return "Model and measurement part in a way that the catalogue does not explain" +
-             partOfIt(diagnosis) + (diagnosis.force ? ": " + withoutStop(diagnosis.force->description) : std::string()) + whereSentence(diagnosis) + ".";
+      return (diagnosis.family ? "Of what is missing the kind is known and the form is not: " + familySentence(*diagnosis.family)
+                               : std::string("Model and measurement part in a way that no family of effects explains")) +
+             partOfIt(diagnosis) + learnedSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kSensorFault:
       return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";
     case Verdict::kInsufficientData: break;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "battery_sof/model/battery_model.hpp"
 
 namespace battery_sof {
 namespace {
@@ -35,10 +34,11 @@ std::size_t samplesPerRow(const Drive& drive) {
 }
 
 /// Directions as columns of seeds: resistances, u_dc and u_c2 themselves, c2 and beta by their logarithms.
-Eigen::MatrixXd directionSeeds(const Eigen::VectorXd& parameters) {
-  Eigen::VectorXd unit(kBaseDirections);
-  unit << 1.0, 1.0, parameters[kRowC2], parameters[kRowBeta], 1.0, 1.0;
-  return unit.asDiagonal();
+Eigen::MatrixXd directionSeeds(const ModelPoint& at) {
+  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(at.parameters.size() + at.state.size(), kBaseDirections);
+  for (Eigen::Index k = 0; k < kBaseRows; ++k) seeds(k, k) = k == kRowC2 || k == kRowBeta ? at.parameters[k] : 1.0;
+  seeds(at.parameters.size(), kBaseDirections - 1) = 1.0;
+  return seeds;
 }
 
 /// Table I's magnitudes from a base circuit; u_dc and the first u_c2 are the circuit's own.
@@ -64,9 +64,9 @@ Slope slopeOf(const BaseParameters& parameters, double overpotential, double dur
 
 class Responder {
  public:
-  Responder(const ModelPoint& base, const Drive& drive, std::size_t training)
+  Responder(const BatteryModel& model, const ModelPoint& base, const Drive& drive, std::size_t training)
       : drive_(drive), parameters_(baseParameters(base.parameters)), per_row_(samplesPerRow(drive)),
-        simulation_(BatteryModel(), base, directionSeeds(base.parameters)) {
+        simulation_(model, base, directionSeeds(base)) {
     const auto rows = static_cast<Eigen::Index>(drive.samples.size() / per_row_);
     out_.time = out_.error = out_.weight = out_.yielding = out_.resistance = Eigen::VectorXd::Zero(rows);
     out_.persistence = Eigen::VectorXd::Ones(rows);
@@ -244,8 +244,8 @@ std::vector<FamilyWeight> familiesOf(const Rows& rows, const ForceTable& table, 
 
 double baseDirectionStd(Eigen::Index direction) { return kDirectionStd[static_cast<std::size_t>(direction)]; }
 
-BaseResponse baseResponse(const ModelPoint& base, const Drive& drive, std::size_t training) {
-  return Responder(base, drive, training).run();
+BaseResponse baseResponse(const BatteryModel& model, const ModelPoint& start, const Drive& drive, std::size_t training) {
+  return Responder(model, start, drive, training).run();
 }
 
 Eigen::VectorXd answered(const BaseResponse& response, const Eigen::VectorXd& force) {
@@ -324,6 +324,77 @@ ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const
   fit.base = from + rows.columns.leftCols(known) * alone.head(known);
   fit.deviation = (rows.columns * grouped.covariance).cwiseProduct(rows.columns).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
   return fit;
+}
+
+LeftOutErrors leftOutErrors(const BaseResponse& response, const ForceTable& table, int blocks, const ColumnFilter& wanted) {
+  double base = 0.0, force = 0.0, counted = 0.0;
+  for (int block = 0; block < blocks; ++block) {
+    const Eigen::Index begin = response.training * block / blocks, end = response.training * (block + 1) / blocks;
+    BaseResponse rest = response;
+    rest.weight.segment(begin, end - begin).setZero();
+    const ForceFit fit = learnForce(rest, table, {}, wanted);
+    for (Eigen::Index row = begin; row < end; ++row) {
+      if (!(response.weight[row] > 0.0)) continue;
+      base += std::pow(response.error[row] - fit.base[row], 2);
+      force += std::pow(response.error[row] - fit.predicted[row], 2);
+      counted += 1.0;
+    }
+  }
+  counted = std::max(counted, 1.0);
+  return {std::sqrt(base / counted), std::sqrt(force / counted)};
+}
+
+bool isTimeless(const ForceColumn& column) { return groupOf(column.kind) != ForceGroup::kTime; }
+
+namespace {
+
+/// The force's sum over columns as they stand.
+double summed(const LearnedForce& force, const Eigen::VectorXd& values) {
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < force.weight.size(); ++k) {
+    const bool free = isUnbounded(force.columns[static_cast<std::size_t>(k)].kind);
+    const double x = free ? values[k] : std::clamp(values[k], force.lower[k], force.upper[k]);
+    sum += force.weight[k] * (x - force.centre[k]) / force.scale[k];
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<double> voltageWithForce(const BatteryModel& model, const ModelPoint& start, const LearnedForce& force, const Drive& drive) {
+  Simulation simulation(model, start, directionSeeds(start) * force.base_change);
+  ForceMemory memory(force.columns, force.context);
+  Eigen::VectorXd values(static_cast<Eigen::Index>(force.columns.size()));
+  std::vector<double> voltage;
+  voltage.reserve(drive.samples.size());
+  for (const DriveSample& sample : drive.samples) {
+    const DriveStep& step = sample.step;
+    simulation.advance(step);
+    memory.advance({step.duration, step.current, step.held, step.gap, simulation.state()[0], step.time - drive.first_time}, values);
+    voltage.push_back(simulation.voltage() + simulation.voltageDerivatives()[0] + summed(force, values));
+  }
+  return voltage;
+}
+
+std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current) {
+  const double step = std::max(0.1, force.context.interval);
+  Eigen::VectorXd values(static_cast<Eigen::Index>(force.columns.size()));
+  ForceMemory rested(force.columns, force.context);
+  rested.advance({0.0, 0.0, 0.0, false, 0.0, 0.0}, values);
+  const double rest = summed(force, values);
+  ForceMemory charged = rested, discharged = rested;
+  std::vector<ForceAnswer> answers;
+  double next = step;
+  for (double time = step; time <= force.context.span / 3.0; time += step) {
+    const double u = 2.0 / force.context.beta * std::asinh(0.5 * current);  // the settled double layer
+    charged.advance({step, current, current, false, u, 0.0}, values);
+    const double up = summed(force, values) - rest;
+    discharged.advance({step, -current, -current, false, -u, 0.0}, values);
+    if (time + 1e-9 < next) continue;
+    answers.push_back({time, up, summed(force, values) - rest});
+    next *= 1.5;
+  }
+  return answers;
 }
 
 }  // namespace battery_sof

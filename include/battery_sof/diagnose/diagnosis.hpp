@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "battery_sof/diagnose/explanation.hpp"
 #include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/learn/learned_force.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {
@@ -40,19 +42,21 @@ struct NamedEffect {
   double confidence = 0.0;                   ///< [0, 1], share of the evidence among those tied with it
   std::vector<std::string> absorbed_into;    ///< base parameters that had taken it up, most moved first
   std::vector<DiagnosedParameter> parameters;
-  double evidence = 0.0;                     ///< gain of the information criterion (PHYSICS 2.3)
+  double evidence = 0.0;                     ///< gain of ln evidence (explain())
   double voltage_rms = 0.0;                  ///< [V], RMS of what the effect adds to the voltage on the training part
   std::vector<std::string> tied_with;        ///< ids of its class
+  std::string family;                        ///< familyId()
+  double probability = 0.0;                  ///< [0, 1], that its family is what is missing in its place
 };
 
-/// An hypothesis that was weighed.
+/// An effect that was fitted and weighed.
 struct Candidate {
   std::string id;
-  double score = 0.0;                          ///< z of the projected, whitened score test [1]
-  double evidence = 0.0;                       ///< gain of the information criterion after a refit; 0 when not refitted
-  std::optional<double> holdout_gain_percent;  ///< fall of the error on blocks held out of training
-  double confidence = 0.0;                     ///< [0, 1]
-  std::string rejected_because;                ///< empty when accepted
+  double evidence = 0.0;         ///< gain of ln evidence by it alone, or where it came in
+  double confidence = 0.0;       ///< [0, 1]
+  std::string rejected_because;  ///< empty when accepted
+  std::string family;            ///< familyId()
+  std::optional<double> holdout_gain_percent = std::nullopt;  ///< fall of the error on the hold-out, of what was accepted
 };
 
 /// A stretch where model and measurement part.
@@ -111,24 +115,26 @@ struct Comparison {
   std::optional<ErrorMetrics> naive_line, naive_ridge;
 };
 
-/// A time constant's share in what the residual remembers.
-struct MemoryWeight {
-  double time = 0.0;    ///< [s]; 0: instantaneous
-  double weight = 0.0;  ///< [ohm]
+/// What was learnt where no equation stands for it.
+struct LearnedFinding {
+  LearnedForce force;
+  LeftOutErrors left_out;             ///< on blocks of the training part: whether it is worth using
+  bool is_used = false;               ///< in the extended model's voltage
+  std::vector<std::string> terms;     ///< what it follows most, in words
+  double answer_current = 20.0;       ///< [A], of answers
+  std::vector<ForceAnswer> answers;   ///< what it adds under that current
+  std::string description;            ///< one sentence
 };
 
-/// What is known of a residual that no effect explains (PHYSICS 2.4).
-struct ResidualForce {
-  double omnibus_z = 0.0;                      ///< z_O of PHYSICS 2.2 [1]
-  double rms = 0.0;                            ///< [V], of the part that the library explains
-  std::vector<MemoryWeight> charge, discharge;  ///< memory of charging and of discharging current
-  std::vector<std::string> terms;              ///< at most three, in words with numbers; empty when more are needed
-  std::string nearest;                         ///< id of the nearest effect
-  double cosine = 0.0;                         ///< between it and the residual
-  std::string description;                     ///< one sentence
+/// What is left unexplained, and the limits below which nothing is told.
+struct LeftOver {
+  double rmse = 0.0;          ///< [V]
+  double crank = 0.0;         ///< [V]
+  double charge_share = 0.0;  ///< [1], of the charging current
+  Relevance limits;           ///< rmse: as it was used, with the noise
 };
 
-/// The smallest strength at which this recording would have led to an effect's name (detectableBeside()).
+/// The smallest strength at which this recording would have led to an effect's name (explain()).
 struct Detectable {
   std::string id, parameter, unit;
   std::optional<double> strength;  ///< in unit; none: at no strength within the catalogue's range
@@ -147,10 +153,12 @@ struct Diagnosis {
   std::vector<Absorption> absorption;
   std::vector<std::string> instrument;  ///< what the instrument screen said, a sentence each
   double source_share = 0.0;      ///< of the samples whose voltage a source imposes [0, 1] (findSource())
-  double omnibus_base = 0.0;      ///< z_O beside the base model (PHYSICS 2.2, L1) [1]
-  double omnibus_extended = 0.0;  ///< beside the extended one
-  double explained = 0.0;         ///< share of the likelihood that the library could gain, gained by the extended model [0, 1]
-  std::optional<ResidualForce> force;
+  std::optional<Family> family;   ///< of the verdict: what moves the voltage most; none when nothing is missing, or nothing fits
+  double probability = 0.0;       ///< of it [0, 1]
+  double evidence_base = 0.0, evidence_extended = 0.0;  ///< ln evidence, tempered
+  double temper = 1.0;            ///< share of the rows that count as independent
+  LeftOver left;
+  std::optional<LearnedFinding> learned;
   std::vector<Detectable> detectable;
   std::vector<std::string> outside;     ///< what no recording of current and voltage can show
   Comparison fit;

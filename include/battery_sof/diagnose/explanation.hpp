@@ -27,12 +27,26 @@ struct WeighedMember {
   double gain = 0.0;  ///< of ln evidence beside what had been accepted before [1]
 };
 
+/// Below what nothing is worth telling: in the currency of those who ask.
+struct Relevance {
+  double rmse = 0.001;        ///< [V], RMS over the training part; half the noise where that is more
+  double crank = 0.010;       ///< [V], of a crank's lowest voltage
+  double charge_share = 0.03; ///< [1], of the charging current
+};
+
 /// What an explanation is judged by.
 struct ExplanationRules {
   double tie = 6.0;          ///< [1], nats; what is closer is as good
   double least_gain = 12.0;  ///< [1], nats that a component must bring
-  double relevance = 0.001;  ///< [V], RMS below which nothing is worth a place
+  Relevance relevance;
   int most_components = 5;
+};
+
+/// Smallest strength at which an effect would have come into an explanation.
+struct LeastStrength {
+  std::string id, parameter, unit;
+  std::optional<double> strength;  ///< in unit; none: at no strength within the catalogue's range
+  double typical = 0.0;            ///< the catalogue's magnitude, in unit
 };
 
 /// What explains the rows' errors of a base circuit.
@@ -43,10 +57,14 @@ struct Explanation {
   double evidence = 0.0;              ///< ln evidence, tempered
   double base_evidence = 0.0;         ///< of the base circuit alone
   double temper = 1.0;                ///< share of rows that count as independent once all that can be learnt is taken out
+  double noise = 0.0;                 ///< [V], RMS of what is left of a row
   double left_rms = 0.0;              ///< [V], of what the library would still take beside it
+  double left_crank = 0.0;            ///< [V], mean magnitude of that while cranking
+  double left_charge_share = 0.0;     ///< [1], of the charging current, that it stands for
   double left_gain = 0.0;             ///< of ln evidence, by the library beside it
   std::optional<Family> left_family;  ///< that gains most beside it
   std::vector<WeighedMember> weighed; ///< in the order in which they came
+  std::vector<LeastStrength> least;   ///< of every effect that is not in it
 };
 
 /**
@@ -57,10 +75,11 @@ struct Explanation {
  * directions these may move in (Laplace), columns by one strength a group. Every set is fitted whole, the base circuit with it.
  *
  * @param training samples of the drive that are learnt from.  @param base the circuit fitted to them.
- * @param ids effects that may be named.  @param progress told what is weighed; may be empty.
+ * @param ids effects that may be named.  @param given effects that are known to be there: where there are any they are taken
+ *   without a test, and nothing else is looked for.  @param progress told what is weighed; may be empty.
  */
 Explanation explain(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
-                    const std::vector<std::string>& ids, const ExplanationRules& rules,
+                    const std::vector<std::string>& ids, const std::vector<std::string>& given, const ExplanationRules& rules,
                     const std::function<void(const std::string&)>& progress = nullptr);
 
 }  // namespace battery_sof

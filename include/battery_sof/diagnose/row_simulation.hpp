@@ -19,21 +19,31 @@ struct RowErrors {
 /**
  * @brief Compositions simulated over the rows of a base response.
  *
- * What acts at edges is simulated at full rate and averaged; everything else under the rows' mean currents. Where the voltage
- * drives, an error of the current counts as the voltage that it stands for beside the base circuit.
+ * Simulated under the rows' mean currents; what acts at edges at full rate in rows whose current moves. What that leaves of the
+ * full rate is taken from the base circuit once and added: an effect is not worth more for being simulated more finely.
+ * Where the voltage drives, an error of the current counts as the voltage that it stands for beside the base circuit.
  */
 class RowSimulation {
  public:
-  /// Both must outlive this.
-  RowSimulation(const Drive& drive, const BaseResponse& response);
+  /// Both must outlive this. @param response of the whole drive.
+  RowSimulation(const Drive& drive, const BaseResponse& response, const CompositionPoint& base);
 
   /// @param seeds d(parameters, first state) / d(lane), as Simulation takes them; no columns for errors alone.
   RowErrors errors(const BatteryModel& model, const CompositionPoint& point, const Eigen::MatrixXd& seeds = {}) const;
 
+  double currentOf(Eigen::Index row) const { return rows_.drive.samples[static_cast<std::size_t>(row)].step.current; }  ///< mean [A]
+
  private:
-  const Drive& drive_;
+  struct Grid {
+    Drive drive;
+    std::vector<Eigen::Index> row;  // of every sample
+    Eigen::VectorXd coarseness;     // the base circuit's error at full rate less that on this grid [V]
+  };
+  Grid gridOf(const Drive& drive, bool fine_at_edges) const;
+  RowErrors simulated(const Grid& grid, const BatteryModel& model, const CompositionPoint& point, const Eigen::MatrixXd& seeds) const;
+
   const BaseResponse& response_;
-  Drive rows_;  // the rows' mean currents and voltages
+  Grid rows_, edges_;
 };
 
 }  // namespace battery_sof

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "battery_sof/diagnose/diagnosis.hpp"
-#include "battery_sof/diagnose/naming.hpp"
+#include "battery_sof/diagnose/explanation.hpp"
 
 namespace battery_sof {
 
@@ -14,22 +14,23 @@ struct InstrumentScreen {
   std::vector<std::string> sentences;  ///< all findings worth telling
 };
 
-/// What speaks for something beyond the catalogue.
-struct Remainder {
-  double base_omnibus = 0.0;      ///< z_O beside the base model
-  double extended_omnibus = 0.0;  ///< z_O beside the extended one
-  double explained = 1.0;         ///< gained / (gained + left): share of the mismatch that the extended model explains [0, 1]
-  bool has_tone = false;          ///< slowTone() beside the extended model
-  double gained = 0.0;            ///< of -2 ln likelihood, by the extended model
-  double left = 0.0;              ///< of the same, by what the extended model leaves to the library and a tone
+/// What speaks for something that no component of an explanation stands for.
+struct Unexplained {
+  bool is_tone = false;       ///< slowTone() beside it
+  bool is_learned = false;    ///< a learnt force predicts blocks that it was not fitted to
+  double rmse = 0.0;          ///< [V], of what is left
+  double plausible = 0.02;    ///< [V], what instruments may leave
 };
 
-/// @return verdict by PHYSICS 2.3's table.
-Verdict judge(const Naming& naming, const InstrumentScreen& instruments, const Remainder& remainder,
-              const DiagnosisThresholds& thresholds);
-
-/// @return gain of -2 ln likelihood that one effect more would have to bring for a name to be the verdict; 0 where nothing unknown is left.
-double leastGainToExplain(const Remainder& remainder, const DiagnosisThresholds& thresholds);
+/**
+ * @brief The verdict: the families that an explanation holds, and whether effects stand for them.
+ *
+ * - instruments alone: sensor_fault; effects: named or several, ambiguous where others would do as well;
+ * - the most evident component is a family's columns: unknown (the family is known, its form is not);
+ * - no component: sensor_fault for a fault of the instruments; unknown where a force is learnt, a tone stands out or more is
+ *   left than instruments leave; else no_mismatch.
+ */
+Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments, const Unexplained& rest);
 
 /// @return what no current and voltage can show (PHYSICS 0.7).
 std::vector<std::string> outsideWhatSignalsShow();

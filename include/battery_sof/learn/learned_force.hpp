@@ -8,6 +8,7 @@
 
 #include "battery_sof/learn/evidence.hpp"
 #include "battery_sof/learn/force_columns.hpp"
+#include "battery_sof/model/battery_model.hpp"
 #include "battery_sof/model/drive.hpp"
 #include "battery_sof/model/simulation.hpp"
 
@@ -41,8 +42,11 @@ struct BaseResponse {
   Eigen::Index training = 0;      ///< rows that belong to the training part; later ones are only predicted
 };
 
-/// @param base parameters and first state of the base circuit.  @param training samples of the drive that may be learnt from.
-BaseResponse baseResponse(const ModelPoint& base, const Drive& drive, std::size_t training);
+/**
+ * @param model the base circuit, or a composition: its effects stay as they are, the circuit's directions are free.
+ * @param start its parameters and first state.  @param training samples of the drive that may be learnt from.
+ */
+BaseResponse baseResponse(const BatteryModel& model, const ModelPoint& start, const Drive& drive, std::size_t training);
 
 /**
  * @brief What a force p added to the terminal voltage would do to the rows' errors.
@@ -106,5 +110,37 @@ struct ForceFit {
  */
 ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const Eigen::MatrixXd& extra = {},
                     const ColumnFilter& wanted = nullptr);
+
+/// Errors on blocks of the training part, each left out of what is learnt [V, RMS over the rows].
+struct LeftOutErrors {
+  double base = 0.0;   ///< of the composition with its circuit's directions fitted
+  double force = 0.0;  ///< with a force beside it
+};
+
+/// @param blocks consecutive ones, at least 2.
+LeftOutErrors leftOutErrors(const BaseResponse& response, const ForceTable& table, int blocks, const ColumnFilter& wanted = nullptr);
+
+/// Whether a column may be used beyond the time it was learnt in: its own clock has no part in it.
+bool isTimeless(const ForceColumn& column);
+
+/**
+ * @brief Terminal voltage of a composition with a force beside it, the current driving throughout.
+ *
+ *     u = u_m + (d u_m / d directions) base_change + sum_k w_k (x_k - centre_k) / scale_k
+ *
+ * @return one a sample of the drive [V].
+ */
+std::vector<double> voltageWithForce(const BatteryModel& model, const ModelPoint& start, const LearnedForce& force, const Drive& drive);
+
+/// What a force adds while a held current flows.
+struct ForceAnswer {
+  double time = 0.0;        ///< [s], since a rest
+  double charging = 0.0;    ///< [V]
+  double discharging = 0.0; ///< [V]
+};
+
+/// @brief A force as an engineer reads it: what it adds under a held current from rest on, less what it adds at rest.
+/// @param current [A], > 0; charged and discharged with.
+std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current);
 
 }  // namespace battery_sof
