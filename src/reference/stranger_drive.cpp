@@ -78,6 +78,7 @@ class Bookkeeper {
     return dice.share() < 0.5 + 0.5 * charge_ / room_ ? -1.0 : 1.0;
   }
   double charge() const { return charge_; }
+  double roomAbove() const { return room_ - charge_; }  ///< [Ah]
   ListedPhases phases() const { return {phases_}; }
 
  private:
@@ -107,12 +108,12 @@ ProfileOptions motorwayOf(double duration, Dice& dice) {
   book.add(rest(dice.between({3.0, 15.0})));
   book.add(steady(0.6, -dice.between({150.0, 220.0})));
   while (book.open()) {
-    if (book.leaning(dice) > 0.0) {
-      const double begin = dice.between({0.3, 1.0}) * strong;
-      book.add({logBetween(dice, {20.0, 150.0}), begin, begin * dice.between({0.4, 1.0})});
-    } else {
-      book.add(steady(logBetween(dice, {8.0, 60.0}), -dice.between({10.0, 55.0})));
-    }
+    const double begin = dice.between({0.3, 1.0}) * strong;
+    const double room = std::max(8.0, book.roomAbove() * kSecondsPerHour / begin);
+    book.add(
+        {std::min(room, logBetween(dice, {15.0, 150.0})), begin, begin * dice.between({0.4, 1.0})});
+    book.add(steady(logBetween(dice, {8.0, 40.0}) * (book.charge() > 0.0 ? 1.5 : 0.5),
+                    -dice.between({10.0, 55.0})));
     if (dice.share() < 0.25) book.add(rest(dice.between({3.0, 30.0})));
   }
   return book.phases();
