@@ -14,6 +14,7 @@ namespace {
 constexpr double kStep = StrangerBattery::kStep;  // [s]
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kBesselPoles = 8;
+constexpr double kCornersApart = 2.0;  // at most, of the two channels' filters
 constexpr std::uint32_t kVoltageStream = 31, kCurrentStream = 32, kJitterStream = 33;
 
 /// Equal real poles in a row; exact for an input that is linear between steps.
@@ -96,12 +97,12 @@ std::vector<double> looked(const ImperfectChannel& channel, const std::vector<do
   return samples;
 }
 
-ImperfectChannel drawChannel(double rate, Dice& dice) {
+/// @param corner_hz lowest and highest corner [Hz].
+ImperfectChannel drawChannel(const Range& corner_hz, Dice& dice) {
   ImperfectChannel channel;
   const int orders[] = {1, 2, 3, 4, kBesselPoles};
   channel.poles = orders[static_cast<std::size_t>(5.0 * dice.share())];
-  const double lowest = std::max(8.0, 0.2 * rate);
-  channel.corner_hz = logBetween(dice, {lowest, std::max(40.0, 0.5 * rate)});
+  channel.corner_hz = logBetween(dice, corner_hz);
   channel.late_share = dice.between({-0.05, 0.05});
   channel.bow_steps = dice.between({0.2, 0.5});
   channel.bow_period_steps = logBetween(dice, {20.0, 500.0});
@@ -123,10 +124,14 @@ SmoothTerm drawTerm(double duration, Dice& dice) {
 
 ImperfectRecorder drawRecorder(double rate, double duration, Dice& dice) {
   ImperfectRecorder r;
-  r.voltage = drawChannel(rate, dice);
-  r.current = dice.share() < 0.5 ? drawChannel(rate, dice) : r.voltage;
+  r.voltage = drawChannel({std::max(8.0, 0.2 * rate), std::max(40.0, 0.5 * rate)}, dice);
+  const double corner = r.voltage.corner_hz;
+  const Range near{corner / kCornersApart, corner * kCornersApart};
+  r.current = dice.share() < 0.5 ? drawChannel(near, dice) : r.voltage;
   r.voltage.step = logBetween(dice, {0.5e-3, 5e-3});
   r.current.step = logBetween(dice, {10e-3, 100e-3});
+  r.jitter_apart_share =
+      logBetween(dice, {0.005, 0.05});  // a converter takes turns in milliseconds
   r.voltage.ripple = dice.between({0.1e-3, 1e-3});
   r.current.ripple = dice.between({0.01, 0.1});
   r.ripple_hz = logBetween(dice, {20.0, 480.0});

@@ -32,9 +32,9 @@ struct SmoothTerm {
 
 struct ImperfectRecorder {
   ImperfectChannel voltage, current;
-  double jitter_share = 0.01;       ///< standard deviation of a sample's instant, of the interval
-  double jitter_apart_share = 0.5;  ///< of its variance that each channel has of its own
-  double ripple_hz = 120.0;         ///< of both channels
+  double jitter_share = 0.01;        ///< standard deviation of a sample's instant, of the interval
+  double jitter_apart_share = 0.05;  ///< of its variance that each channel has of its own
+  double ripple_hz = 120.0;          ///< of both channels
   std::vector<SmoothTerm> smooth;
   double smooth_rms_v = 0.0;  ///< of all terms together [V]
 };

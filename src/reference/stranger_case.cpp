@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint32_t kOrderStream = 20, kBaseStream = 21, kDriveStream = 22, kForceStream = 23,
                         kRecorderStream = 24, kVoltageStream = 25, kCurrentStream = 26;
 constexpr std::uint64_t kNextAttempt = 0x9E3779B97F4A7C15u;  // golden ratio: seeds far apart
-constexpr int kMostAttempts = 20, kMostSteps = 6;
+constexpr int kMostAttempts = 20, kMostSteps = 6, kMostRecorders = 12;
 constexpr double kStep = StrangerBattery::kStep;
 constexpr double kNear = 0.2;           // relative, of the visible RMS wanted
 constexpr Range kStrength{0.03, 4.0};   // beyond, a form's constants would be absurd
@@ -22,6 +22,7 @@ constexpr double kMostVisible = 80e-3;  // [V]
 constexpr double kHoldoutShare = 0.4;   // of the training part's visible RMS
 constexpr double kShortest = 120.0, kLongest = 7200.0;  // [s]
 constexpr double kReferenceSoc = 0.8;                   // of BatteryParameters::u0_v
+constexpr double kCrankCurrent = -100.0;                // [A]
 constexpr char kInstrument[] = "instrument";
 
 template <typename Choices>
@@ -178,6 +179,12 @@ ErrorSize sizeOf(const Scenario& scenario, const std::vector<RecordedSample>& sa
   return errorSize(error, base);
 }
 
+void setSize(StrangerCase& one, const ErrorSize& size) {
+  one.effect = size.plain;
+  one.visible = size.visible;
+  one.crank_v = size.crank_v;
+}
+
 std::size_t perSample(const StrangerOrder& order) {
   return static_cast<std::size_t>(std::lround(1.0 / (kStep * *order.rate)));
 }
@@ -203,8 +210,7 @@ bool findStrength(StrangerCase& one, const Stranger& stranger, double wanted, do
     one.samples = cleanSamples(one, stranger, strength);
     const ErrorSize size = sizeOf(one.scenario, one.samples, perSample(one.order));
     one.strength = strength;
-    one.effect = size.plain;
-    one.visible = size.visible;
+    setSize(one, size);
     const double ratio = wanted / std::max(size.visible.training, 1e-9);
     const double next =
         std::clamp(strength * std::clamp(ratio, 0.1, 10.0), kStrength.low, stranger.most_strength);
@@ -235,22 +241,19 @@ void makeNull(StrangerCase& one, Dice& dice) {
   addNoise(one);
 }
 
-bool makeImperfectNull(StrangerCase& one, Dice& dice) {
+/// Shows a course through one more recorder; whether it is as good as real ones are.
+bool seenThrough(StrangerCase& one, const ImperfectRecorder& recorder, const Course& truth) {
   const std::size_t per_sample = perSample(one.order);
-  const ImperfectRecorder recorder = drawRecorder(*one.order.rate, one.scenario.duration, dice);
-  const Course driven = drivenCourse(one.scenario, nullptr, 0.0);
-  const Course truth =
-      imposedCourse(one.scenario, nullptr, 0.0, linearBetweenSamples(driven.current, per_sample));
   const auto seen = [&](bool noise, bool steps) {
     auto samples = recordedThrough(recorder, truth, per_sample, one.order.seed, {noise, steps});
     samples.pop_back();  // stamped at the end of the drive
     return samples;
   };
   const ErrorSize left = sizeOf(one.scenario, seen(false, false), per_sample);
-  one.effect = left.plain;
-  one.visible = left.visible;
-  if (left.visible.training > kMostImperfection) return false;
+  if (left.visible.training > kMostImperfection || left.crank_v > kMostCrankImperfection)
+    return false;
   const double all = sizeOf(one.scenario, seen(false, true), per_sample).visible.training;
+  setSize(one, left);
   one.steps_rms_v =
       std::sqrt(std::max(0.0, all * all - left.visible.training * left.visible.training));
   one.samples = seen(true, true);
@@ -260,6 +263,16 @@ bool makeImperfectNull(StrangerCase& one, Dice& dice) {
   one.current_step_a = recorder.current.step;
   one.recorder = recorder;
   return true;
+}
+
+bool makeImperfectNull(StrangerCase& one, Dice& dice) {
+  const Course driven = drivenCourse(one.scenario, nullptr, 0.0);
+  const Course truth = imposedCourse(one.scenario, nullptr, 0.0,
+                                     linearBetweenSamples(driven.current, perSample(one.order)));
+  for (int draw = 0; draw < kMostRecorders; ++draw)
+    if (seenThrough(one, drawRecorder(*one.order.rate, one.scenario.duration, dice), truth))
+      return true;
+  return false;
 }
 
 bool makeOtherForm(StrangerCase& one, Dice& force, Dice& dice) {
@@ -277,8 +290,7 @@ bool makeOtherForm(StrangerCase& one, Dice& force, Dice& dice) {
     one.strength *= one.order.scale;
     one.samples = cleanSamples(one, stranger, one.strength);
     const ErrorSize size = sizeOf(one.scenario, one.samples, perSample(one.order));
-    one.effect = size.plain;
-    one.visible = size.visible;
+    setSize(one, size);
   }
   addNoise(one);
   return true;
@@ -304,6 +316,22 @@ SplitRms split(const Eigen::VectorXd& values, Eigen::Index training) {
   return {rms(values.head(training)), rms(values.tail(values.size() - training))};
 }
 
+/// The largest difference of minima over a stretch of crank current, over all stretches [V].
+double crankShift(const std::vector<double>& error, const BaseAnswer& base) {
+  double largest = 0.0, lowest = kNoLimit, lowest_base = kNoLimit;
+  for (std::size_t n = 0; n <= error.size(); ++n) {
+    const bool cranking = n < error.size() && base.columns[n][2] <= kCrankCurrent;
+    if (cranking) {
+      lowest = std::min(lowest, base.voltage[n] + error[n]);
+      lowest_base = std::min(lowest_base, base.voltage[n]);
+    } else if (lowest_base < kNoLimit) {
+      largest = std::max(largest, std::abs(lowest - lowest_base));
+      lowest = lowest_base = kNoLimit;
+    }
+  }
+  return largest;
+}
+
 }  // namespace
 
 ErrorSize errorSize(const std::vector<double>& error, const BaseAnswer& base) {
@@ -319,7 +347,8 @@ ErrorSize errorSize(const std::vector<double>& error, const BaseAnswer& base) {
   const Eigen::VectorXd moved =
       columns.topRows(training).colPivHouseholderQr().solve(e.head(training));
   const double mean = e.head(training).mean();
-  return {split(e.array() - mean, training), split(e - columns * moved, training)};
+  return {split(e.array() - mean, training), split(e - columns * moved, training),
+          crankShift(error, base)};
 }
 
 std::vector<StrangerKind> strangerKinds() {

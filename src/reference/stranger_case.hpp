@@ -35,6 +35,7 @@ struct StrangerCase {
   double strength = 0.0;  ///< of the form, scale included
   SplitRms effect;        ///< recorded less base circuit under the recorded current, about its mean
   SplitRms visible;       ///< the same, less what other base parameters would follow
+  double crank_v = 0.0;   ///< most that a crank's minimum is off the base circuit's [V]
   double steps_rms_v = 0.0;  ///< imperfect_null: the voltage's steps and converter nonlinearity
   NoiseOptions voltage_noise, current_noise;
   double voltage_step_v = 0.0, current_step_a = 0.0;
@@ -51,6 +52,8 @@ constexpr double kLeastOverNoise = 3.0;
 /// What an imperfect null's filters, jitter, current channel and smooth structure leave at most
 /// [V].
 constexpr double kMostImperfection = 0.7e-3;
+/// The same for a crank's minimum [V]: below what matters to who asks for a crank (10 mV).
+constexpr double kMostCrankImperfection = 8e-3;
 
 /**
  * @brief A case (docs/cases.md).
@@ -58,7 +61,7 @@ constexpr double kMostImperfection = 0.7e-3;
  * The currents are those of a source with a voltage limit and the true battery, made linear between
  * samples. An other form's strength is searched until its visible RMS in the training part is the
  * one drawn; draws that cannot be seen, or not in the hold-out, are not taken, nor are imperfect
- * nulls above kMostImperfection.
+ * nulls above kMostImperfection or kMostCrankImperfection.
  *
  * @throws std::invalid_argument for an order that cannot be; NoSolution when twenty draws gave no
  * case.
@@ -77,6 +80,8 @@ std::vector<StrangerKind> strangerKinds();
  */
 struct ErrorSize {
   SplitRms plain, visible;
+  double crank_v =
+      0.0;  ///< most that a crank's minimum moves (below -100 A), parameters as they are
 };
 ErrorSize errorSize(const std::vector<double>& error, const BaseAnswer& base);
 

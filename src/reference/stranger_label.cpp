@@ -58,6 +58,7 @@ std::string labelOf(const StrangerCase& one) {
                    {"scale", one.order.scale},
                    {"rms_v", jsonOf(one.effect)},
                    {"visible_rms_v", jsonOf(one.visible)},
+                   {"crank_v", one.crank_v},
                    {"noise", noiseOf(one)},
                    {"base", baseOf(one.scenario.battery)},
                    {"voltage_limit_v", one.scenario.voltage_limit},

@@ -11,7 +11,7 @@ namespace battery_sof_reference {
  *
  *     {"schema","kind","family","form","drive","seed","duration_s","sample_rate_hz","attempt",
  *      "strength","scale","rms_v":{"training","holdout"},"visible_rms_v":{"training","holdout"},
- *      "noise":{...},"base":{...},"voltage_limit_v","recorder":{...}}
+ *      "crank_v","noise":{...},"base":{...},"voltage_limit_v","recorder":{...}}
  *
  * family and form are null of nulls, recorder of all but imperfect nulls.
  */

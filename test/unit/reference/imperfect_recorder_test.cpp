@@ -85,6 +85,7 @@ TEST(ImperfectRecorder, ChannelsOfOtherFiltersPartAtEdgesOnly) {
 
 TEST(ImperfectRecorder, JitterIsAHundredthOfTheIntervalAndPartlyShared) {
   ImperfectRecorder recorder;
+  recorder.jitter_apart_share = 0.5;
   const SampleInstants instants = jitteredInstants(recorder, 20000, 3);
   std::vector<double> voltage, apart;
   for (std::size_t n = 0; n < instants.voltage.size(); ++n) {

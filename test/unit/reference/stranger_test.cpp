@@ -262,6 +262,17 @@ TEST(ErrorSize, WhatOtherBaseParametersExplainIsNotVisible) {
   EXPECT_LT(size.visible.holdout, 0.05 * size.plain.holdout);
 }
 
+TEST(ErrorSize, ACranksShiftIsThatOfItsMinimum) {
+  BaseAnswer base;
+  for (double current : {-10.0, -150.0, -200.0, -150.0, -10.0, -120.0, 5.0, 5.0}) {
+    base.voltage.push_back(12.0 + 0.01 * current);
+    base.columns.push_back({1.0, std::max(current, 0.0), std::min(current, 0.0), 0.0, 0.0, 0.0});
+  }
+  // 20 mV off beside the first minimum, 5 mV at it; 3 mV at the second crank, 50 mV at none.
+  const std::vector<double> error{0.05, 0.02, -0.005, 0.02, 0.05, 0.003, 0.05, 0.05};
+  EXPECT_NEAR(errorSize(error, base).crank_v, 0.005, 1e-12);
+}
+
 TEST(StrangerCases, TheSameOrderGivesTheSameSamplesAndAnotherSeedOthers) {
   for (const char* kind : {"null", "imperfect_null", "other_form"}) {
     const StrangerOrder order = orderOf({kind, "-", "-"}, 11);
@@ -345,6 +356,7 @@ TEST(StrangerCases, AnImperfectNullLeavesLittleAndNotNothing) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const StrangerCase one = drawStrangerCase(orderOf({"imperfect_null", "-", "-"}, seed));
     EXPECT_LE(one.visible.training, kMostImperfection);
+    EXPECT_LE(one.crank_v, kMostCrankImperfection);
     EXPECT_GT(one.visible.training, 0.0);
     ASSERT_TRUE(one.recorder);
     EXPECT_NE(one.recorder->voltage.step, 0.0);
