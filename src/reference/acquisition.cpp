@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "reference/channel_noise.hpp"
 #include "reference/fields.hpp"
 
 namespace battery_sof_reference {
@@ -16,32 +17,6 @@ constexpr double kInterpolationReach =
     1.0;  // inputs after a point, which then lies in the cubic's middle
 constexpr double kSecondsPerMinute = 60.0;
 constexpr double kHighestRate = 1000.0;  // [Hz], of the simulation
-
-/// The noise of one channel, sample by sample.
-class Noise {
- public:
-  Noise(const NoiseOptions& options, double interval, Dice dice)
-      : options_(options),
-        memory_(std::exp(-interval / options.correlation_time)),
-        walk_step_(options.walk_per_sqrt_min * std::sqrt(interval / kSecondsPerMinute)),
-        dice_(dice),
-        correlated_(options.correlated * dice_.normal()) {}
-
-  double next() {
-    const double now = options_.white * dice_.normal() + correlated_ + walk_;
-    correlated_ = memory_ * correlated_ +
-                  options_.correlated * std::sqrt(1.0 - memory_ * memory_) * dice_.normal();
-    walk_ += walk_step_ * dice_.normal();
-    return now;
-  }
-
- private:
-  NoiseOptions options_;
-  double memory_, walk_step_;
-  Dice dice_;
-  double correlated_;
-  double walk_ = 0.0;
-};
 
 double quantised(double value, double step) {
   return step > 0.0 ? step * std::round(value / step) : value;
@@ -148,8 +123,8 @@ double Acquisition::lookAhead() const {
 
 std::vector<RecordedSample> Acquisition::recording(double duration) const {
   const double interval = 1.0 / options_.sample_rate_hz;
-  Noise current_noise(options_.current_noise, interval, Dice(seed_, kCurrentStream));
-  Noise voltage_noise(options_.voltage_noise, interval, Dice(seed_, kVoltageStream));
+  ChannelNoise current_noise(options_.current_noise, interval, Dice(seed_, kCurrentStream));
+  ChannelNoise voltage_noise(options_.voltage_noise, interval, Dice(seed_, kVoltageStream));
   const auto wanted = static_cast<std::size_t>(std::ceil(duration / interval - 1e-9));
   const std::size_t count =
       std::min({wanted, current_.samples().size(), voltage_.samples().size()});

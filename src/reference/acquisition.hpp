@@ -8,18 +8,10 @@
 #include <vector>
 
 #include "reference/bessel_filter.hpp"
+#include "reference/channel_noise.hpp"
 #include "reference/dice.hpp"
 
 namespace battery_sof_reference {
-
-/// Noise of one channel (PHYSICS 2.1): white, first-order autoregressive and a random walk, added
-/// up.
-struct NoiseOptions {
-  double white = 0.0;              ///< standard deviation a sample [V or A]
-  double correlated = 0.0;         ///< standard deviation of the autoregressive part [V or A]
-  double correlation_time = 2.0;   ///< its time constant [s], > 0
-  double walk_per_sqrt_min = 0.0;  ///< standard deviation of the walk after one minute [V or A]
-};
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 

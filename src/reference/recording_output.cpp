@@ -51,8 +51,11 @@ std::string csvOf(const Simulation& simulation, bool with_temperature, Digits di
     std::snprintf(cells, sizeof cells, "%.10g,%.*g,%.*g", sample.time, 7 + more, sample.current,
                   8 + more, sample.voltage);
     text += cells;
-    std::snprintf(cells, sizeof cells, ",%.6g", simulation.temperature[n]);
-    text += with_temperature ? std::string(cells) + "\n" : "\n";
+    if (with_temperature) {
+      std::snprintf(cells, sizeof cells, ",%.6g", simulation.temperature[n]);
+      text += cells;
+    }
+    text += "\n";
   }
   return text;
 }

@@ -1,0 +1,68 @@
+#include "reference/draw_stranger_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <ostream>
+
+#include "reference/program_frame.hpp"
+#include "reference/recording_output.hpp"
+#include "reference/stranger_label.hpp"
+
+namespace battery_sof_reference {
+namespace {
+
+struct Arguments {
+  StrangerOrder order;
+  std::string out, label;
+  bool list = false;
+};
+
+void addOptions(CLI::App& app, Arguments& arguments) {
+  StrangerOrder& order = arguments.order;
+  app.add_flag("--list", arguments.list, "print what there is, one \"kind family form\" a line");
+  app.add_option("--kind", order.kind, "null, imperfect_null or other_form")->capture_default_str();
+  app.add_option("--family", order.family, "of other_form; the seed chooses");
+  app.add_option("--form", order.form, "of other_form; the seed chooses");
+  app.add_option("--drive", order.drive,
+                 "city, start_stop, bench, motorway or turns; the seed chooses");
+  app.add_option("--seed", order.seed, "the same seed gives the same case")->capture_default_str();
+  app.add_option("--duration", order.duration, "[s]; the seed chooses 600 to 3600");
+  app.add_option("--rate", order.rate, "of the recording [Hz]; the seed chooses 1, 10 or 100");
+  app.add_option("--scale", order.scale, "times the strength, 0: the base circuit")
+      ->capture_default_str();
+  app.add_option("--out", arguments.out, "recording to write: .csv or .bag");
+  app.add_option("--label", arguments.label, "what is true of it: .json");
+}
+
+void run(const Arguments& arguments, std::ostream& out) {
+  if (arguments.list) {
+    for (const StrangerKind& one : strangerKinds())
+      out << one.kind << " " << one.family << " " << one.form << "\n";
+    return;
+  }
+  if (arguments.out.empty() || arguments.label.empty())
+    throw std::invalid_argument("--out and --label are required");
+  if (!isRecordingName(arguments.out))
+    throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
+  const StrangerCase one = drawStrangerCase(arguments.order);
+  Simulation recording;
+  recording.samples = one.samples;
+  const bool plain = one.voltage_step_v == 0.0;
+  writeRecording(arguments.out, recording, false, plain ? Digits::kMany : Digits::kSensor);
+  writeText(arguments.label, labelOf(one));
+}
+
+}  // namespace
+
+int runDrawStranger(const std::vector<std::string>& arguments, std::ostream& out,
+                    std::ostream& err) {
+  CLI::App app(
+      "Draws a case whose physics has a form that no catalogue has, or a null, for judging a\n"
+      "diagnosis. Current is positive into the battery.",
+      "draw_stranger");
+  Arguments parsed;
+  addOptions(app, parsed);
+  return runProgram(
+      app, arguments, "draw_stranger", [&] { run(parsed, out); }, out, err);
+}
+
+}  // namespace battery_sof_reference
