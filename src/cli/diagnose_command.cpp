@@ -85,7 +85,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   CLI::Option* hypotheses =
       command
           ->add_option("--hypotheses", arguments->options.hypotheses,
-                       "ids to weigh, comma-separated; by default all of sof effects but fresh_sulphate")
+                       "ids to weigh, comma-separated; by default all of sof effects, fresh_sulphate where a source drives")
           ->delimiter(',');
   CLI::Option* given = command->add_option("--given", arguments->options.given,
                    "ids that are known to be there, comma-separated: they are modelled and nothing is searched for");
@@ -95,6 +95,11 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
                    "ids, comma-separated, of what could hide: diagnose the recording with each put in until it is named")
       ->delimiter(',')
       ->excludes(given);
+  Relevance& relevance = arguments->options.relevance;
+  command->add_option("--relevance-rmse", relevance.rmse, "[V] RMS below which nothing is told; half the noise where that is more")
+      ->capture_default_str();
+  command->add_option("--relevance-crank", relevance.crank, "[V] of a crank's lowest voltage, the same")->capture_default_str();
+  command->add_option("--relevance-charge", relevance.charge_share, "share of the charging current, the same")->capture_default_str();
   command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")
       ->capture_default_str();
   addJsonOption(*command, arguments->json);

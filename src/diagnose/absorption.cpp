@@ -11,6 +11,8 @@
 namespace battery_sof {
 namespace {
 
+constexpr double kMismatch = 12.0;  // of a cost in variances: less could not be taken for a mismatch
+
 constexpr double kLeastShare = 0.01;
 constexpr double kMostRelative = 1.0;  // standard error of a change that is still worth telling
 constexpr double kMostLevel = 0.5;     // [V], the same of u_dc
@@ -113,7 +115,7 @@ Exchange exchangeOf(const std::vector<const Drive*>& parts, const std::vector<co
 
 bool optimiserFailed(const Exchange& exchange) {
   const Eigen::VectorXd gain = exchange.cost.diagonal() - exchange.cost.rowwise().minCoeff();
-  return (gain.array() > DiagnosisThresholds{}.score).any();
+  return (gain.array() > kMismatch).any();
 }
 
 }  // namespace battery_sof

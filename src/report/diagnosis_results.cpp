@@ -41,6 +41,8 @@ Json parameterJson(const DiagnosedParameter& parameter) {
 Json effectJson(const NamedEffect& effect) {
   return {{"id", effect.id},
           {"title", titleOf(effect.id)},
+          {"family", effect.family},
+          {"probability", number(effect.probability)},
           {"confidence", number(effect.confidence)},
           {"absorbed_into", effect.absorbed_into},
           {"parameters", listOf(effect.parameters, parameterJson)},
@@ -52,7 +54,8 @@ Json effectJson(const NamedEffect& effect) {
 Json candidateJson(const Candidate& candidate) {
   return {{"id", candidate.id},
           {"title", titleOf(candidate.id)},
-          {"score_z", number(candidate.score)},
+          {"family", candidate.family},
+          {"probability", number(candidate.confidence)},
           {"holdout_gain_percent", number(candidate.holdout_gain_percent)},
           {"evidence", number(candidate.evidence)},
           {"confidence", number(candidate.confidence)},
@@ -124,20 +127,32 @@ Json fitJson(const Comparison& fit) {
           {"regimes", listOf(fit.regimes, comparedJson)}};
 }
 
-Json memoryJson(const MemoryWeight& memory) {
-  return {{"time_s", number(memory.time)}, {"weight_ohm", number(memory.weight)}};
+Json answerJson(const ForceAnswer& answer) {
+  return {{"time_s", number(answer.time)}, {"charging_v", number(answer.charging)}, {"discharging_v", number(answer.discharging)}};
 }
 
-Json forceJson(const std::optional<ResidualForce>& force) {
-  if (!force) return nullptr;
-  return {{"omnibus_z", number(force->omnibus_z)},
-          {"rms_v", number(force->rms)},
-          {"charge", listOf(force->charge, memoryJson)},
-          {"discharge", listOf(force->discharge, memoryJson)},
-          {"terms", force->terms},
-          {"nearest", force->nearest},
-          {"cosine", number(force->cosine)},
-          {"description", force->description}};
+Json weightJson(const FamilyWeight& weight) {
+  return {{"family", familyId(weight.family)}, {"gain", number(weight.gain)}, {"rms_v", number(weight.rms)}};
+}
+
+Json learnedJson(const std::optional<LearnedFinding>& learned) {
+  if (!learned) return nullptr;
+  return {{"used", learned->is_used},
+          {"rms_v", number(learned->force.rms)},
+          {"left_out_base_rmse_v", number(learned->left_out.base)},
+          {"left_out_rmse_v", number(learned->left_out.force)},
+          {"families", listOf(learned->force.families, weightJson)},
+          {"terms", learned->terms},
+          {"answers_to_a", number(learned->answer_current)},
+          {"answers", listOf(learned->answers, answerJson)},
+          {"description", learned->description}};
+}
+
+Json relevanceJson(const LeftOver& left) {
+  return {{"crank_v", number(left.crank)},
+          {"charge_share", number(left.charge_share)},
+          {"rmse_v", number(left.rmse)},
+          {"limits", {{"crank_v", number(left.limits.crank)}, {"charge_share", number(left.limits.charge_share)}, {"rmse_v", number(left.limits.rmse)}}}};
 }
 
 Json detectableJson(const Detectable& detectable) {
@@ -165,6 +180,7 @@ std::string timesText(const FitWindow& window) {
 
 std::string verdictText(const Diagnosis& d) {
   std::string text = wrapped("verdict      ", describe(d.verdict) + ": " + d.summary);
+  if (d.family) text += wrapped("family       ", familyId(*d.family) + " (" + familySentence(*d.family) + ")" + (d.probability > 0.0 ? sentence(", probability %.2f", d.probability) : ""));
   if (!d.base.recording.empty()) text += "recording    " + d.base.recording + "\n";
   if (d.fit.train.to > d.fit.train.from)
     text += "             trained on " + timesText(d.fit.train) + ", compared on " +
@@ -256,7 +272,7 @@ std::string rejectedText(const Diagnosis& d) {
   std::size_t told = 0;
   for (const Candidate& c : d.candidates)
     if (!c.rejected_because.empty() && told++ < kCandidatesTold)
-      text += wrapped(sentence("%s%-26s z %7.1f  ", kIndent, c.id.c_str(), c.score), c.rejected_because);
+      text += wrapped(sentence("%s%-26s evidence %7.1f  ", kIndent, c.id.c_str(), c.evidence), c.rejected_because);
   return text.empty() ? text : "\nweighed and rejected\n" + text;
 }
 
@@ -294,10 +310,14 @@ std::string hiddenText(const Diagnosis& d) {
 std::string restText(const Diagnosis& d) {
   std::string text;
   for (const std::string& what : d.instrument) text += wrapped("instrument   ", what);
-  if (d.force && !d.force->description.empty()) {
-    text += wrapped("unexplained  ", d.force->description);
-    for (const std::string& term : d.force->terms) text += wrapped(kIndent, term);
+  if (d.learned) {
+    text += wrapped("learnt       ", d.learned->description + (d.learned->is_used ? " It is in the extended model." : " It is not used."));
+    if (d.learned->is_used)
+      for (const std::string& term : d.learned->terms) text += wrapped(kIndent, term);
   }
+  if (d.verdict != Verdict::kInsufficientData)
+    text += wrapped("too small    ", millivolts(d.left.rmse) + " mV RMS of structure is left; below " + millivolts(d.left.limits.rmse) +
+                                         " mV nothing is told");
   if (!d.next_experiment.empty()) text += wrapped("next         ", d.next_experiment);
   return text.empty() ? text : "\n" + text;
 }
@@ -320,9 +340,12 @@ nlohmann::json diagnosisJson(const Diagnosis& d) {
           {"next_experiment", d.next_experiment},
           {"regimes", listOf(d.regimes, regimeJson)},
           {"absorption", listOf(d.absorption, absorptionJson)},
-          {"omnibus", {{"base", number(d.omnibus_base)}, {"extended", number(d.omnibus_extended)}, {"explained", number(d.explained)}}},
+          {"family", d.family ? Json(familyId(*d.family)) : Json(nullptr)},
+          {"probability", d.family ? number(d.probability) : Json(nullptr)},
+          {"relevance", relevanceJson(d.left)},
+          {"learned", learnedJson(d.learned)},
+          {"evidence", {{"base", number(d.evidence_base)}, {"extended", number(d.evidence_extended)}, {"temper", number(d.temper)}}},
           {"instrument", d.instrument},
-          {"force", forceJson(d.force)},
           {"detectable", listOf(d.detectable, detectableJson)},
           {"outside", d.outside}};
 }

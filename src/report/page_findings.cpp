@@ -2,7 +2,6 @@
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/diagnose/thresholds.hpp"
 #include "battery_sof/predict/query.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
@@ -156,15 +155,6 @@ std::string segmentTable(const Diagnosis& d, double clock_origin) {
 // ---------------------------------------------------------------------------------------------
 // evidence
 
-/// What a bar shows: |z| of the score test, and the gain after a refit on the same footing (its root).
-struct Bars {
-  double before = 0.0, after = 0.0;
-};
-
-Bars barsOf(const Candidate& c) {
-  return {std::max(c.score, 0.0), std::sqrt(std::max(c.evidence, 0.0))};
-}
-
 /// Share of the full width on a logarithmic axis that begins at 1.
 double onAxis(double value, double end) { return value <= 1.0 ? 0.0 : std::min(std::log(value) / std::log(end), 1.0); }
 
@@ -173,14 +163,12 @@ std::string barHtml(const char* kind, double share) {
 }
 
 std::string candidateHtml(const Candidate& c, double end, double threshold) {
-  const Bars bars = barsOf(c);
-  std::string numbers = sentence("z %.1f", c.score);
-  if (c.evidence != 0.0) numbers += sentence(" \xc2\xb7 evidence %.0f", c.evidence);
-  if (c.holdout_gain_percent) numbers += sentence(" \xc2\xb7 held-out blocks %+.0f %%", *c.holdout_gain_percent);
-  if (c.rejected_because.empty()) numbers += " \xc2\xb7 confidence " + escaped(confidenceText(c.confidence));
+  std::string numbers = escaped(plainName(c.family)) + sentence(" \xc2\xb7 evidence %.0f", c.evidence);
+  if (c.holdout_gain_percent) numbers += sentence(" \xc2\xb7 hold-out %+.0f %%", *c.holdout_gain_percent);
+  if (c.rejected_because.empty()) numbers += " \xc2\xb7 probability " + escaped(confidenceText(c.confidence));
   const bool is_accepted = c.rejected_because.empty();
   const std::string name = element("div", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id), "class=\"name\"");
-  const std::string track = element("div", barHtml("before", onAxis(bars.before, end)) + barHtml("after", onAxis(bars.after, end)) +
+  const std::string track = element("div", barHtml("after", onAxis(c.evidence, end)) +
                                                element("span", "", sentence("class=\"threshold\" style=\"left:%.1f%%\"", 100.0 * onAxis(threshold, end))),
                                     "class=\"track\"");
   const std::string why = element("div", is_accepted ? "accepted" : "rejected: " + escaped(c.rejected_because), "class=\"why\"");
@@ -307,23 +295,18 @@ std::string listHtml(const std::vector<std::string>& sentences) {
   return element("ul", items);
 }
 
-std::string memoryTable(const ResidualForce& force) {
+std::string answerTable(const LearnedFinding& learned) {
   double largest = std::numeric_limits<double>::min();
-  for (const auto* memory : {&force.charge, &force.discharge})
-    for (const MemoryWeight& w : *memory) largest = std::max(largest, std::abs(w.weight));
-  const auto cell = [&](const std::vector<MemoryWeight>& memory, std::size_t k) -> Cell {
-    if (k >= memory.size()) return {kNone, "class=\"heat\""};
-    const double weight = memory[k].weight;
-    return {withMinusSigns(sentence("%+.2f", 1e3 * weight)),
-            sentence("class=\"heat %s\" style=\"--strength:%.2f\"", weight > 0.0 ? "more" : "less", std::abs(weight) / largest)};
+  for (const ForceAnswer& one : learned.answers) largest = std::max({largest, std::abs(one.charging), std::abs(one.discharging)});
+  const auto cell = [&](double value) -> Cell {
+    return {withMinusSigns(sentence("%+.1f", 1e3 * value)),
+            sentence("class=\"heat %s\" style=\"--strength:%.2f\"", value > 0.0 ? "more" : "less", std::abs(value) / largest)};
   };
   std::vector<std::vector<Cell>> rows;
-  for (std::size_t k = 0; k < std::max(force.charge.size(), force.discharge.size()); ++k) {
-    const double time = k < force.charge.size() ? force.charge[k].time : force.discharge[k].time;
-    rows.push_back({{time > 0.0 ? threeDigits(time) + " s" : "at once"}, cell(force.charge, k), cell(force.discharge, k)});
-  }
-  return rows.empty() ? "" : element("h3", "What the voltage remembers of the current [m\xce\xa9]") +
-                                 table({"remembered for", "charging", "discharging"}, rows, "class=\"map\"");
+  for (const ForceAnswer& one : learned.answers)
+    rows.push_back({{threeDigits(one.time) + " s"}, cell(one.charging), cell(one.discharging)});
+  return rows.empty() ? "" : element("h3", sentence("What it adds after so long a current of %.0f A [mV]", learned.answer_current)) +
+                                 table({"since a rest", "charging", "discharging"}, rows, "class=\"map\"");
 }
 
 }  // namespace
@@ -340,9 +323,9 @@ std::string whereSection(const Diagnosis& d, double clock_origin) {
 
 std::string evidenceSection(const Diagnosis& d) {
   if (d.candidates.empty()) return "";
-  const double threshold = std::sqrt(DiagnosisThresholds{}.score);
+  const double threshold = ExplanationRules().least_gain;
   double end = 2.0 * threshold;
-  for (const Candidate& c : d.candidates) end = std::max({end, barsOf(c).before, barsOf(c).after});
+  for (const Candidate& c : d.candidates) end = std::max(end, c.evidence);
   std::vector<Candidate> candidates = d.candidates;
   std::stable_partition(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.rejected_because.empty(); });
   std::string items, further;
@@ -353,10 +336,9 @@ std::string evidenceSection(const Diagnosis& d) {
     further = element("details", element("summary", sentence("And %zu more", d.candidates.size() - kCandidatesListed)) +
                                      element("ol", further, list));
   return section("evidence", "What was weighed",
-                 paragraph(element("span", "", "class=\"swatch before\"") + " strength of its signature in the error (z) " +
-                               element("span", "", "class=\"swatch after\"") +
-                               " what a fit with it keeps (root of the evidence); logarithmic. The line marks what chance "
-                               "alone hardly ever reaches.", "class=\"note\"") +
+                 paragraph(element("span", "", "class=\"swatch after\"") +
+                               " gain of the evidence by a fit with it, logarithmic. The line marks what a place in the model takes.",
+                           "class=\"note\"") +
                      element("ol", items, list) + further);
 }
 
@@ -389,15 +371,13 @@ std::string hiddenSection(const Diagnosis& d) {
 }
 
 std::string unexplainedSection(const Diagnosis& d) {
-  if (!d.force || d.force->description.empty()) return "";
-  const ResidualForce& force = *d.force;
-  std::string html = paragraph(escaped(force.description));
-  if (!force.terms.empty()) html += listHtml(force.terms);
-  if (!force.nearest.empty())
-    html += paragraph(sentence("Nearest in the catalogue: %s (cosine %.2f). It comes to %s mV RMS, %.0f standard errors above "
-                               "chance.", escaped(titleOf(force.nearest)).c_str(), force.cosine,
-                               millivolts(force.rms).c_str(), force.omnibus_z));
-  return section("unexplained", "What no effect explains", html + memoryTable(force));
+  if (!d.learned) return "";
+  const LearnedFinding& learned = *d.learned;
+  std::string html = paragraph(escaped(learned.description) + (learned.is_used ? " It is in the extended model." : " It is not used."));
+  if (!learned.is_used) return section("unexplained", "What no equation stands for", html);
+  if (d.family) html += paragraph("Its kind: " + escaped(familySentence(*d.family)) + ".");
+  html += element("h3", "What it follows most") + listHtml(learned.terms);
+  return section("unexplained", "What no equation stands for", html + answerTable(learned));
 }
 
 std::string nextSection(const Diagnosis& d) {
@@ -409,13 +389,12 @@ std::string readingSection() {
   const char* const items[][2] = {
       {"Base model", "the small circuit of the paper: two resistances, a double layer with its charge transfer, a constant "
                      "open-circuit voltage. It is fitted to the training part."},
-      {"Extended model", "the base model with the effects found here, everything fitted together."},
-      {"z", "how many standard errors an effect\xe2\x80\x99s signature stands out of the error, after taking away all that the "
-            "base parameters could have absorbed."},
-      {"Evidence", "gain of the likelihood after a refit, less a price for every parameter. Twenty is needed for a name."},
-      {"Held-out blocks", "the fall of the error on stretches of the training part that the fit had not seen."},
-      {"Confidence", "share of the evidence among effects that could stand for one another. It does not count effects that are "
-                     "in no catalogue."},
+      {"Extended model", "the base model with the effects found here, everything fitted together, and what was learnt beside them."},
+      {"Evidence", "logarithm of how much better the data are foretold with an effect than without, errors that hang together "
+                   "counted once. Twelve is needed for a place in the model."},
+      {"Probability", "of the family in its place, against the other families\xe2\x80\x99 best."},
+      {"Learnt", "where no equation stands for what is missing, it is learnt from the currents and their memories; it is used "
+                 "where it foretells stretches it was not fitted to."},
       {"Q_dyn", "share of the voltage\xe2\x80\x99s variation that the model reproduces (paper, eq. 6)."},
       {"Sign", "current is positive into the battery; errors are measured minus model."}};
   std::string list;

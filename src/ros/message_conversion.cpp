@@ -203,6 +203,8 @@ DiagnosisEffect effectOf(const NamedEffect& effect) {
   DiagnosisEffect message;
   message.id = effect.id;
   message.confidence = effect.confidence;
+  message.family = effect.family;
+  message.probability = effect.probability;
   message.evidence = effect.evidence;
   message.voltage_rms = effect.voltage_rms;
   message.absorbed_into = effect.absorbed_into;
@@ -224,7 +226,7 @@ DiagnosisEffect effectOf(const NamedEffect& effect) {
 DiagnosisCandidate candidateOf(const Candidate& candidate) {
   DiagnosisCandidate message;
   message.id = candidate.id;
-  message.score = candidate.score;
+  message.family = candidate.family;
   message.evidence = candidate.evidence;
   message.holdout_gain_percent = orNan(candidate.holdout_gain_percent);
   message.confidence = candidate.confidence;
@@ -389,6 +391,9 @@ DiagnosisMessage messageOf(const DiagnosisReport& report, const Adoption& adopti
   message.duration_ms = report.duration_ms;
   message.verdict = describe(diagnosis.verdict);
   message.summary = diagnosis.summary;
+  message.family = diagnosis.family ? familyId(*diagnosis.family) : "";
+  message.probability = diagnosis.probability;
+  message.left_rmse = diagnosis.left.rmse;
   for (const NamedEffect& effect : diagnosis.effects) message.effects.push_back(effectOf(effect));
   for (const Candidate& candidate : diagnosis.candidates)
     message.candidates.push_back(candidateOf(candidate));

@@ -40,8 +40,8 @@ Exchange exchangeOf(const std::vector<const Drive*>& parts, const std::vector<co
 /**
  * @brief Whether a part fits better with another part's parameters than with its own: E_k(theta_j) < E_k(theta_k) - 12.
  *
- * That is no physics but an optimiser that stopped early (PHYSICS 2.2, L4.3). 12 is what a mismatch must gain
- * (DiagnosisThresholds::score): less could not be taken for one.
+ * That is no physics but an optimiser that stopped early (PHYSICS 2.2, L4.3). Less than 12 could not be
+ * taken for a mismatch.
  */
 bool optimiserFailed(const Exchange& exchange);
 
