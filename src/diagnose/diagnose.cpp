@@ -37,7 +37,6 @@ constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's ed
 constexpr double kShortSteps = 6000.0;       // [s] of a slow recording beyond which short steps would take minutes
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
 constexpr int kLeftOutBlocks = 4;
-constexpr double kLeastFall = 0.05;          // [1], of the error on left-out blocks, for a learnt force to be used
 constexpr double kPlausible = 0.02;          // [V], what instruments may leave of a vehicle's recording
 constexpr double kLowestVoltage = 10.5, kHighestVoltage = 15.5;  // [V] a block of lead-acid cells
 constexpr std::size_t kTermsTold = 4;
@@ -235,7 +234,7 @@ class Diagnoser {
     const bool matters = learned.force.rms >= limit;
     found_.left = {explained_.left_rms, explained_.left_crank, explained_.left_charge_share, options_.relevance};
     found_.left.limits.rmse = std::max(options_.relevance.rmse, 0.5 * explained_.noise);
-    learned.is_used = matters && learned.left_out.force < (1.0 - kLeastFall) * learned.left_out.base;
+    learned.is_used = matters && learned.left_out.force < learned.left_out.base;
     if (!learned.is_used && learned.left_out.base <= kPlausible) return;
     describeLearned(learned);
     found_.learned = std::move(learned);
@@ -371,13 +370,27 @@ class Diagnoser {
   void takeEffects() {
     found_.base = completed(base_);
     has_effects_ = !explained_.model.effects().empty();
-    found_.extended = has_effects_ ? completed(final_) : found_.base;
+    found_.extended = has_effects_ && !driving_ ? completed(final_) : found_.base;
+    if (driving_) takeBothWays();
     if (found_.verdict == Verdict::kUnknown || found_.verdict == Verdict::kNoMismatch) return;
     for (const Component& one : explained_.components)
       if (!one.member.empty()) takeEffect(one);
     if (found_.verdict == Verdict::kSensorFault)
       for (const std::string& id : screened_.faults)
         found_.effects.push_back({id, 0.95, {}, {}, 0.0, 0.0, {}, familyId(Family::kInstrument), 0.95});
+  }
+
+  /// Where a source drives, both models are fitted in the direction that is imposed; the extended one with what its window teaches.
+  void takeBothWays() {
+    IdentifyOptions options;
+    options.masked = screened_.limits.masked;
+    options.source = driving_;
+    base_both_ways_ = identify(screened_.series, train_, options);
+    options.effects = explained_.model.effects();
+    found_.extended = has_effects_ ? identify(screened_.series, train_, options) : base_both_ways_;
+    found_.extended.recording = recording_.name;
+    base_both_ways_.learned = LearnedResidual();
+    base_both_ways_.experience = Experience();
   }
 
   void takeEffect(const Component& one) {
@@ -461,7 +474,7 @@ class Diagnoser {
 
   std::vector<double> extendedVoltage() const {
     const bool learned = found_.learned && found_.learned->is_used;
-    if (!learned) return has_effects_ ? voltageOf(found_.extended) : found_.base_voltage;
+    if (!learned) return has_effects_ && !driving_ ? voltageOf(found_.extended) : found_.base_voltage;
     const WhitenedFit& beside = driving_ ? base_ : final_;
     const Drive whole = fullDrive(whole_, {0, series_.size()});
     return voltageWithForce(beside.model, beginning(beside.point, whole), found_.learned->force, whole);
@@ -489,7 +502,7 @@ class Diagnoser {
       fit.naive_ridge = errorMetrics(series_, holdout_, voltage, std::nullopt, masked_);
     }
     if (!driving) return;
-    takeShares(sharesOf(found_.base, *driving), fit.base_holdout);
+    takeShares(sharesOf(driving_ ? base_both_ways_ : found_.base, *driving), fit.base_holdout);
     takeShares(sharesOf(found_.extended, *driving), fit.extended_holdout);
   }
 
@@ -533,6 +546,7 @@ class Diagnoser {
   WhitenedSearch search_;
   WhitenedFit base_, final_;
   std::optional<DrivingSource> driving_;
+  FittedModel base_both_ways_;
   Explanation explained_;
   Diagnosis found_;
 };

@@ -25,7 +25,9 @@ constexpr double kWideStrength = 2.0;  // magnitudes
 constexpr double kCrankCurrent = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
 constexpr int kWander = 24;            // steps of a voltage channel's random walk over the training part
 constexpr double kMostWander = 0.0012; // [V] a root minute, of a voltage channel
-constexpr std::size_t kClosest = 6;    // effects that are fitted in a step, and the first of every family
+constexpr std::size_t kClosest = 5;    // effects that are tried in a step, and the first of every family
+constexpr std::size_t kFittedWell = 2;  // of them, that are fitted to the end
+constexpr double kPromised = 0.5;      // of the grid's gain, that a search has to reach to be on its way
 constexpr double kWorthATry = 0.1;     // of the best one's gain on the grid
 
 /// A parameter or first state as it is searched: its logarithm, or the multiple of its magnitude from where it vanishes.
@@ -119,8 +121,10 @@ class Explainer {
         rows_(drive, response_, base) {
     for (Eigen::Index row = 0; row < response_.training; ++row)
       if (response_.weight[row] > 0.0) counted_.push_back(row);
-    free_ = table.values(counted_, Eigen::all);
-    takeWander();
+    free_.resize(static_cast<Eigen::Index>(counted_.size()), table.values.cols() + kWander);
+    free_.leftCols(table.values.cols()) = table.values(counted_, Eigen::all);
+    free_.rightCols(kWander) = wander();
+    free_products_ = free_.transpose() * free_;
   }
 
   Explanation run(const std::function<void(const std::string&)>& progress) {
@@ -154,13 +158,14 @@ class Explainer {
 
  private:
   /// A voltage channel's random walk: ramps one after the other, each of a random height.
-  void takeWander() {
+  Eigen::MatrixXd wander() {
     const double from = response_.time[counted_.front()], length = (response_.time[counted_.back()] - from) / kWander;
-    wander_.resize(static_cast<Eigen::Index>(counted_.size()), kWander);
+    Eigen::MatrixXd ramps(static_cast<Eigen::Index>(counted_.size()), kWander);
     for (std::size_t n = 0; n < counted_.size(); ++n)
       for (int k = 0; k < kWander; ++k)
-        wander_(static_cast<Eigen::Index>(n), k) = std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
+        ramps(static_cast<Eigen::Index>(n), k) = std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
     most_wander_ = kMostWander * std::sqrt(length / 60.0);
+    return ramps;
   }
 
   /// Takes in what is known to be there, from where it fits best.
@@ -171,8 +176,9 @@ class Explainer {
     for (std::size_t g = 0; g < grid_.size(); ++g)
       if (grid_[g].id == id && (!best || gains[g] > gains[*best])) best = g;
     if (!best) return;
-    const State with = withMember(state, grid_[*best]);
+    State with = withMember(state, grid_[*best], gains[*best]);
     if (!std::isfinite(with.evidence)) return;
+    improve(with);
     found_.weighed.push_back({id, with.evidence - state.evidence});
     state = with;
     takeTemper(state);
@@ -247,13 +253,16 @@ class Explainer {
     problem.groups = kForceGroups + 1;
     problem.most.assign(kForceGroups + 1, GroupPrior().most);
     problem.most.back() = most_wander_;
+    for (int k = 0; k < kWander; ++k) used.push_back(static_cast<Eigen::Index>(table_.columns.size()) + k);
     const auto free = static_cast<Eigen::Index>(used.size());
-    sums.columns.resize(state.error.size(), known + free + kWander);
+    sums.columns.resize(state.error.size(), known + free);
     sums.columns.leftCols(known) = state.sensitivity;
-    sums.columns.middleCols(known, free) = free_(Eigen::all, used);
-    sums.columns.rightCols(kWander) = wander_;
+    for (Eigen::Index j = 0; j < free; ++j) sums.columns.col(known + j) = free_.col(used[static_cast<std::size_t>(j)]);
     sums.targets = state.error - state.sensitivity * expected;
-    problem.products = sums.columns.transpose() * sums.columns;
+    problem.products.resize(known + free, known + free);
+    problem.products.leftCols(known) = sums.columns.transpose() * state.sensitivity;
+    problem.products.topRightCorner(known, free) = problem.products.bottomLeftCorner(free, known).transpose();
+    problem.products.bottomRightCorner(free, free) = free_products_(used, used);
     problem.targets = sums.columns.transpose() * sums.targets;
     problem.square = sums.targets.squaredNorm();
     problem.rows = static_cast<double>(counted_.size());
@@ -298,8 +307,9 @@ class Explainer {
   void takeTemper(const State& state) {
     if (found_.temper == 1.0) found_.temper = 0.05;
     const Sums sums = sumsOf(state, true);
+    LinearFit fit;
     for (int pass = 0; pass < 3; ++pass) {
-      const LinearFit fit = fitGroups(sums.problem, found_.temper);
+      fit = pass == 0 ? fitGroups(sums.problem, found_.temper) : fitGroupsFrom(sums.problem, found_.temper, fit);
       found_.temper = std::max(kLeastTemper, independentShare(sums.targets - sums.columns * fit.z));
     }
   }
@@ -381,8 +391,8 @@ class Explainer {
     return gains;
   }
 
-  /// A state with one effect more, from a point of its grid, everything fitted anew.
-  State withMember(const State& state, const GridPoint& from) const {
+  /// A state with one effect more, from a point of its grid; the first steps of its fit. @param gain that the grid promises.
+  State withMember(const State& state, const GridPoint& from, double gain) const {
     State next = state;
     next.model = enlarged(state.model, from.id);
     next.members.push_back(from.id);
@@ -399,13 +409,13 @@ class Explainer {
     }
     for (Eigen::Index k = 1; k < next.model.stateCount(); ++k)
       if (next.model.states()[static_cast<std::size_t>(k)].begins_as_u_c2) next.point.state[k] = next.point.state[0];
+    begin(next);
+    if (next.evidence - state.evidence > kPromised * gain) return next;
+    // A circuit that has taken the effect up is far from where it belongs: once more from Table I.
     State typical = next;
     for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
-    begin(next);
     begin(typical);
-    if (typical.evidence > next.evidence) next = std::move(typical);
-    if (std::isfinite(next.evidence)) improve(next);
-    return next;
+    return typical.evidence > next.evidence ? typical : next;
   }
 
   /// The first steps of a search.
@@ -454,10 +464,14 @@ class Explainer {
     for (std::size_t k = 0; k < order.size(); ++k) {
       const bool first_of_family = seen.insert(familyOf(grid_[order[k]].id)).second;
       if (k >= kClosest && !(first_of_family && gains[order[k]] > kWorthATry * gains[order.front()])) continue;
-      fitted.push_back(withMember(state, grid_[order[k]]));
-      found_.weighed.push_back({grid_[order[k]].id, fitted.back().evidence - state.evidence});
+      fitted.push_back(withMember(state, grid_[order[k]], gains[order[k]]));
     }
-    std::stable_sort(fitted.begin(), fitted.end(), [](const State& a, const State& b) { return a.evidence > b.evidence; });
+    const auto best_first = [](const State& a, const State& b) { return a.evidence > b.evidence; };
+    std::stable_sort(fitted.begin(), fitted.end(), best_first);
+    for (std::size_t k = 0; k < std::min(kFittedWell, fitted.size()); ++k)
+      if (std::isfinite(fitted[k].evidence)) improve(fitted[k]);
+    std::stable_sort(fitted.begin(), fitted.end(), best_first);
+    for (const State& one : fitted) found_.weighed.push_back({one.members.back(), one.evidence - state.evidence});
     return fitted;
   }
 
@@ -557,6 +571,7 @@ class Explainer {
     one.rms = rmsBesideBase(modelled(state) - modelled(without));
     std::map<Family, double> rivals = {{family, one.gain}};
     for (const State& member : withMembers(without, std::nullopt)) {
+      if (!std::isfinite(member.evidence)) continue;
       const double gain = member.evidence - without.evidence;
       const Family of = familyOf(member.members.back());
       if (of == family && !id.empty() && member.members.back() != id && gain > one.gain - rules_.tie) one.tied.push_back(member.members.back());
@@ -675,7 +690,7 @@ class Explainer {
   BaseResponse response_;
   RowSimulation rows_;
   std::vector<Eigen::Index> counted_;
-  Eigen::MatrixXd free_, wander_;
+  Eigen::MatrixXd free_, free_products_;  // the table's columns and the wander's ramps
   double most_wander_ = 0.0;
   std::vector<GridPoint> grid_;
   Explanation found_;

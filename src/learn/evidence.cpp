@@ -13,7 +13,7 @@ constexpr double kLeastStrength = 1e-6;  // [V], off
 constexpr double kLeastNoise = 3e-5;     // [V]
 constexpr double kTwoPi = 6.283185307179586;
 constexpr int kRounds = 60, kFewRounds = 20;
-constexpr double kSettled = 1e-4;        // of ln p between rounds
+constexpr double kSettled = 0.003;       // nats of ln p between rounds
 
 /// Sums of the columns in use, tempered.
 struct Part {
@@ -39,7 +39,8 @@ Part partOf(const LinearProblem& problem, double temper, const std::vector<char>
 struct Point {
   double evidence;
   Eigen::VectorXd mean;      // z of the columns in use
-  Eigen::MatrixXd inverse;   // B^-1
+  Eigen::VectorXd inverse;   // diagonal of B^-1
+  Eigen::LLT<Eigen::MatrixXd> factor;  // of B
   Eigen::VectorXd deviation; // D
 };
 
@@ -64,7 +65,9 @@ Point evaluated(const Part& part, const Eigen::VectorXd& deviation, double noise
   point.evidence = -0.5 * part.rows * std::log(kTwoPi * noise * noise) - 0.5 * part.square * precision + 0.5 * h.dot(m) -
                    llt.matrixLLT().diagonal().array().log().sum();
   point.mean = deviation.cwiseProduct(m);
-  point.inverse = llt.solve(Eigen::MatrixXd::Identity(m.size(), m.size()));
+  const Eigen::MatrixXd root = llt.matrixL().solve(Eigen::MatrixXd::Identity(m.size(), m.size()));
+  point.inverse = root.colwise().squaredNorm();
+  point.factor = llt;
   point.deviation = deviation;
   return point;
 }
@@ -89,7 +92,8 @@ class GroupSearch {
     fit.z = Eigen::VectorXd::Zero(problem_.products.cols());
     fit.covariance = Eigen::MatrixXd::Zero(fit.z.size(), fit.z.size());
     fit.z(part_.columns) = point.mean;
-    fit.covariance(part_.columns, part_.columns) = point.deviation.asDiagonal() * point.inverse * point.deviation.asDiagonal();
+    const Eigen::MatrixXd inverse = point.factor.solve(Eigen::MatrixXd::Identity(point.mean.size(), point.mean.size()));
+    fit.covariance(part_.columns, part_.columns) = point.deviation.asDiagonal() * inverse * point.deviation.asDiagonal();
     for (std::size_t g = 0; g < strength.size(); ++g)
       if (!active_[g]) strength[g] = 0.0;
     fit.strength = std::move(strength);
@@ -121,7 +125,7 @@ class GroupSearch {
     std::vector<double> square(strength.size(), 0.0), fixed(strength.size(), 0.0);
     double all_fixed = 0.0;
     for (Eigen::Index j = 0; j < point.mean.size(); ++j) {
-      const double well = 1.0 - point.inverse(j, j);
+      const double well = 1.0 - point.inverse[j];
       all_fixed += well;
       const Eigen::Index k = part_.columns[static_cast<std::size_t>(j)];
       if (k < problem_.known()) continue;
@@ -322,9 +326,14 @@ LinearFit fitGroups(const LinearProblem& problem, double temper, const GroupPrio
   const std::vector<char> all(static_cast<std::size_t>(problem.groups), 1);
   const LinearFit plain = fitSomeGroups(problem, temper, all, prior);
   const LinearFit taken = greedy(problem, temper, prior);
-  std::vector<double> from = taken.strength;
+  return better(plain, fitGroupsFrom(problem, temper, taken, prior));
+}
+
+LinearFit fitGroupsFrom(const LinearProblem& problem, double temper, const LinearFit& start, const GroupPrior& prior) {
+  const std::vector<char> all(static_cast<std::size_t>(problem.groups), 1);
+  std::vector<double> from = start.strength;
   for (double& s : from) s = std::max(s, kLeastStrength);
-  return better(plain, GroupSearch(problem, temper, all, prior).run(from, taken.noise, kRounds));
+  return GroupSearch(problem, temper, all, prior).run(from, start.noise, kRounds);
 }
 
 SparseFit fitSparse(const LinearProblem& problem, double temper, int most_columns, double most_strength) {
@@ -334,7 +343,9 @@ SparseFit fitSparse(const LinearProblem& problem, double temper, int most_column
 double independentShare(const Eigen::VectorXd& residual) {
   const Eigen::Index count = residual.size();
   const double mean = count > 0 ? residual.mean() : 0.0;
-  std::vector<double> e(static_cast<std::size_t>(2 * count), 0.0);  // as many zeros keep the ends apart
+  std::size_t length = 1;  // zeros keep the ends apart, and fill up to what transforms fast
+  while (length < static_cast<std::size_t>(2 * count)) length *= 2;
+  std::vector<double> e(length, 0.0);
   for (Eigen::Index n = 0; n < count; ++n) e[static_cast<std::size_t>(n)] = residual[n] - mean;
   Eigen::FFT<double> fft;
   std::vector<std::complex<double>> spectrum;

@@ -295,7 +295,7 @@ ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const
   double temper = kFirstTemper;
   LinearFit grouped;
   for (int pass = 0; pass < kPasses; ++pass) {
-    grouped = fitGroups(rows.problem, temper);
+    grouped = pass == 0 ? fitGroups(rows.problem, temper) : fitGroupsFrom(rows.problem, temper, grouped);
     temper = independentShare(rows.targets - rows.training * grouped.z);
   }
   temper = kFirstTemper;
@@ -307,7 +307,7 @@ ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const
   const Eigen::VectorXd z = 0.5 * (grouped.z + sparse.fit.z);
   const double own = independentShare(left);
   const std::vector<char> none(kForceGroups, 0);
-  force.gain = fitGroups(rows.problem, own).evidence - fitSomeGroups(rows.problem, own, none).evidence;
+  force.gain = fitGroupsFrom(rows.problem, own, grouped).evidence - fitSomeGroups(rows.problem, own, none).evidence;
   force.columns = kept(table.columns, rows.used);
   force.context = table.context;
   force.lower = table.lower(rows.used);

@@ -53,6 +53,9 @@ LinearFit fitGroups(const LinearProblem& problem, double temper, const GroupPrio
 /// The same with some groups only: those of `active`, others off.
 LinearFit fitSomeGroups(const LinearProblem& problem, double temper, const std::vector<char>& active, const GroupPrior& prior = {});
 
+/// The same from strengths and noise of another fit, such as one at another temper: no other start is tried.
+LinearFit fitGroupsFrom(const LinearProblem& problem, double temper, const LinearFit& start, const GroupPrior& prior = {});
+
 /// A column of a sparse fit in the order in which it came.
 struct SparseStep {
   int column = 0;     ///< among the free ones
