@@ -59,6 +59,7 @@ nlohmann::json beforeTheHoldOut(const Recording& recording) {
   nlohmann::json said = diagnosisJson(diagnose(recording));
   // What the last step compares on the hold-out: the fits, what needs no physics, who imposes what there.
   for (const char* opened : {"fit", "summary", "naive", "naive_line", "source"}) said.erase(opened);
+  for (nlohmann::json& candidate : said["candidates"]) candidate.erase("holdout_gain_percent");
   return said;
 }
 
