@@ -40,6 +40,16 @@ TEST(Diagnose, ADriveOfTheBaseModelShowsNoMismatch) {
   EXPECT_EQ(diagnosis.base_voltage, diagnosis.extended_voltage);
 }
 
+/// The rest of what is learnt from hardly knows where the first quarter begins: no reason to call anything unknown.
+TEST(Diagnose, AnotherDriveOfTheBaseModelShowsNoMismatch) {
+  Recording recording;
+  recording.name = "drive";
+  recording.series = answered(drivenBattery(), dataSetOneCurrent(533.0, 0.1, 14), 0.1, 0.001, 14);
+  recording.offered = recording.series.size();
+  const Diagnosis diagnosis = diagnose(recording);
+  EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
+}
+
 TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {
   const Diagnosis diagnosis = diagnose(withSlope(0.1, 2.0));
   ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;

@@ -102,6 +102,12 @@ TEST(DiagnosisPage, TellsWhatWasLearntItsKindAndWhatItAddsUnderACurrent) {
     EXPECT_NE(page.find(piece), std::string::npos) << piece;
 }
 
+TEST(DiagnosisPage, ComparesTheModelThatHoldsALearntForceWithTheBaseModel) {
+  const std::string page = pageOf(test::madeUnknown());
+  EXPECT_EQ(page.find("Nothing was added"), std::string::npos);
+  EXPECT_NE(page.find("hold-out, extended"), std::string::npos);
+}
+
 TEST(DiagnosisPage, OfALearntForceThatForetellsNothingSaysThatItIsNotUsed) {
   test::MadeDiagnosis made = test::madeUnknown();
   made.diagnosis.learned->is_used = false;
