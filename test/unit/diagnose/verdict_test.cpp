@@ -5,46 +5,98 @@
 namespace battery_sof {
 namespace {
 
-Naming named(const std::vector<Accepted>& accepted) {
-  Naming naming;
-  naming.accepted = accepted;
-  return naming;
+Component effect(const std::string& id, const std::vector<std::string>& tied = {}) { return {familyOf(id), id, 100.0, 0.01, tied, 1.0}; }
+
+Component columnsOf(Family family) { return {family, "", 100.0, 0.01, {}, 1.0}; }
+
+Verdict verdictOf(const std::vector<Component>& components, const std::vector<std::string>& faults = {}, const Unexplained& rest = {}) {
+  Explanation explanation;
+  explanation.components = components;
+  return judge(explanation, {faults, {}}, rest);
 }
 
-Accepted effect(const std::string& id, const std::vector<std::string>& tied = {}) {
-  Accepted accepted;
-  accepted.id = id;
-  accepted.tied = tied;
-  return accepted;
+Unexplained learned() {
+  Unexplained rest;
+  rest.is_learned = true;
+  return rest;
 }
 
-const DiagnosisThresholds kThresholds;
+TEST(Verdict, NothingExplainedAndNothingLeftIsNoMismatch) { EXPECT_EQ(Verdict::kNoMismatch, verdictOf({})); }
 
-TEST(Verdict, NothingAcceptedAndNothingLeftIsNoMismatch) {
-  EXPECT_EQ(Verdict::kNoMismatch, judge(named({}), {}, {1.0, 1.0, 0.0}, kThresholds));
+TEST(Verdict, NothingExplainedButSomethingLeftIsUnknown) {
+  EXPECT_EQ(Verdict::kUnknown, verdictOf({}, {}, learned()));
+  Unexplained tone, large;
+  tone.is_tone = true;
+  EXPECT_EQ(Verdict::kUnknown, verdictOf({}, {}, tone));
+  large.rmse = 1.01 * large.plausible;
+  EXPECT_EQ(Verdict::kUnknown, verdictOf({}, {}, large));
+  large.rmse = 0.99 * large.plausible;
+  EXPECT_EQ(Verdict::kNoMismatch, verdictOf({}, {}, large));
 }
 
-TEST(Verdict, NothingAcceptedButSomethingLeftIsUnknown) {
-  EXPECT_EQ(Verdict::kUnknown, judge(named({}), {}, {20.0, 20.0, 0.0}, kThresholds));
+TEST(Verdict, AFamilyThatNoEffectStandsForIsUnknown) {
+  EXPECT_EQ(Verdict::kUnknown, verdictOf({columnsOf(Family::kAcceptance)}));
+  EXPECT_EQ(Verdict::kUnknown, verdictOf({columnsOf(Family::kAcceptance), effect("ocv_soc")}));
 }
 
-TEST(Verdict, EvidenceWorthANameThatMayNotBeNamedIsUnknown) {
-  Naming naming;
-  Candidate candidate{"ocv_soc", 9.0, 1.5 * kThresholds.name_evidence, 0.0, 0.0, "blocks held out of the fit are predicted no better with it"};
-  naming.candidates = {candidate};
-  EXPECT_EQ(Verdict::kUnknown, judge(naming, {}, {1.0, 1.0, 0.0}, kThresholds));
-  naming.candidates.front().evidence = 0.5 * kThresholds.name_evidence;
-  EXPECT_EQ(Verdict::kNoMismatch, judge(naming, {}, {1.0, 1.0, 0.0}, kThresholds));
-  naming.candidates.front() = {"sensor_lag", 9.0, 5.0 * kThresholds.name_evidence, 0.0, 0.0, "what it takes out of the error is too small for a name"};
-  EXPECT_EQ(Verdict::kNoMismatch, judge(naming, {}, {1.0, 1.0, 0.0}, kThresholds));
+TEST(Verdict, AnEffectThatExplainsMoreThanAFamilyBesideItIsNamed) {
+  EXPECT_EQ(Verdict::kNamed, verdictOf({effect("ocv_soc"), columnsOf(Family::kAcceptance)}));
+}
+
+TEST(Verdict, OneEffectIsNamedAndTwoAreSeveral) {
+  EXPECT_EQ(Verdict::kNamed, verdictOf({effect("ocv_soc")}));
+  EXPECT_EQ(Verdict::kSeveral, verdictOf({effect("ocv_soc"), effect("cpe2")}));
+}
+
+TEST(Verdict, AnEffectThatAnotherCouldReplaceIsAmbiguous) {
+  EXPECT_EQ(Verdict::kAmbiguous, verdictOf({effect("acid_transport", {"high_rate_depletion"})}));
+  EXPECT_EQ(Verdict::kAmbiguous, verdictOf({effect("ocv_soc"), effect("acid_transport", {"high_rate_depletion"})}));
+}
+
+TEST(Verdict, AnEffectOfTheInstrumentsAloneIsASensorFault) {
+  EXPECT_EQ(Verdict::kSensorFault, verdictOf({effect("time_skew")}));
+  EXPECT_EQ(Verdict::kSensorFault, verdictOf({effect("time_skew"), effect("current_offset")}));
+  EXPECT_EQ(Verdict::kSeveral, verdictOf({effect("time_skew"), effect("ocv_soc")}));
+}
+
+TEST(Verdict, FaultsOfTheInstrumentsAreNamedWhenNothingElseIs) {
+  EXPECT_EQ(Verdict::kSensorFault, verdictOf({}, {"clipping"}));
+  EXPECT_EQ(Verdict::kSensorFault, verdictOf({}, {"clipping"}, learned()));
+  EXPECT_EQ(Verdict::kNamed, verdictOf({effect("cpe2")}, {"clipping"}));
+}
+
+TEST(Verdict, FaultsOfTheInstrumentsDoNotHideATone) {
+  Unexplained tone;
+  tone.is_tone = true;
+  EXPECT_EQ(Verdict::kUnknown, verdictOf({}, {"quantisation"}, tone));
+}
+
+TEST(Verdict, WhatLooksLikeTheInstrumentsIsTheirFaultOnlyWhereTheyHaveOne) {
+  EXPECT_EQ(Verdict::kUnknown, verdictOf({columnsOf(Family::kInstrument)}));
+  EXPECT_EQ(Verdict::kSensorFault, verdictOf({columnsOf(Family::kInstrument)}, {"quantisation"}));
 }
 
 TEST(Summary, SaysWhatIsPartOfSomethingUnknown) {
   Diagnosis diagnosis;
   diagnosis.verdict = Verdict::kUnknown;
-  diagnosis.candidates = {{"contact_resistance", 9.0, 200.0, 20.0, 0.9, ""}, {"ocv_soc", 9.0, 100.0, 20.0, 0.0, "others explain more of it"}};
+  diagnosis.candidates = {{"contact_resistance", 200.0, 0.9, "", "instrument"},
+                          {"ocv_soc", 100.0, 0.0, "others explain more of it", "open_circuit"}};
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("contact_resistance"));
   EXPECT_EQ(std::string::npos, summaryOf(diagnosis).find("ocv_soc"));
+}
+
+TEST(Summary, OfSomethingUnknownSaysItsFamilyAndWhetherItIsLearnt) {
+  Diagnosis diagnosis;
+  diagnosis.verdict = Verdict::kUnknown;
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("no family"));
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("nothing that could be learnt"));
+  diagnosis.family = Family::kAcid;
+  diagnosis.learned.emplace();
+  diagnosis.learned->is_used = true;
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find(familySentence(Family::kAcid)));
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("is in the extended model"));
+  diagnosis.learned->is_used = false;
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("nothing that could be learnt"));
 }
 
 TEST(Summary, SaysWhetherTheErrorOnWhatWasHeldOutFalls) {
@@ -57,45 +109,6 @@ TEST(Summary, SaysWhetherTheErrorOnWhatWasHeldOutFalls) {
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("the error falls from 300.0 mV to 100.0 mV"));
   diagnosis.fit.extended_holdout.rmse = 0.4;
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("the error does not fall: it goes from 300.0 mV to 400.0 mV"));
-}
-
-TEST(Verdict, FaultsOfTheInstrumentsAreNamedWhenNothingElseIs) {
-  EXPECT_EQ(Verdict::kSensorFault, judge(named({}), {{"clipping"}, {}}, {1.0, 1.0, 0.0}, kThresholds));
-  EXPECT_EQ(Verdict::kNamed, judge(named({effect("cpe2")}), {{"clipping"}, {}}, {90.0, 1.0, 1.0}, kThresholds));
-}
-
-TEST(Verdict, FaultsOfTheInstrumentsDoNotHideWhatTheyCannotLeave) {
-  EXPECT_EQ(Verdict::kUnknown, judge(named({}), {{"quantisation"}, {}}, {200.0, 200.0, 0.0}, kThresholds));
-}
-
-TEST(Verdict, WhatWouldBeExplainedByTheLeastGainIsNamed) {
-  Remainder left{90.0, 30.0, 0.1, false, 40.0, 360.0};
-  const double gain = leastGainToExplain(left, kThresholds);
-  EXPECT_NEAR(0.7 / 0.3 * 360.0 - 40.0, gain, 1e-9);
-  left.explained = (left.gained + gain) / (left.gained + gain + left.left);
-  EXPECT_EQ(Verdict::kNamed, judge(named({effect("cpe2")}), {}, left, kThresholds));
-  left.explained -= 1e-6;
-  EXPECT_EQ(Verdict::kUnknown, judge(named({effect("cpe2")}), {}, left, kThresholds));
-  EXPECT_EQ(0.0, leastGainToExplain({90.0, 1.0, 1.0, false, 40.0, 10.0}, kThresholds));
-}
-
-TEST(Verdict, OneEffectIsNamedAndTwoAreSeveral) {
-  const Remainder well_explained{90.0, 1.0, 1.0};
-  EXPECT_EQ(Verdict::kNamed, judge(named({effect("ocv_soc")}), {}, well_explained, kThresholds));
-  EXPECT_EQ(Verdict::kSeveral, judge(named({effect("ocv_soc"), effect("cpe2")}), {}, well_explained, kThresholds));
-}
-
-TEST(Verdict, AnEffectThatAnotherCouldReplaceIsAmbiguous) {
-  EXPECT_EQ(Verdict::kAmbiguous,
-            judge(named({effect("fast_arc", {"sensor_lag"})}), {}, {90.0, 1.0, 1.0}, kThresholds));
-}
-
-TEST(Verdict, AnEffectOfTheInstrumentsAloneIsASensorFault) {
-  EXPECT_EQ(Verdict::kSensorFault, judge(named({effect("time_skew")}), {}, {90.0, 1.0, 1.0}, kThresholds));
-}
-
-TEST(Verdict, ANameThatExplainsLittleOfWhatIsThereIsUnknown) {
-  EXPECT_EQ(Verdict::kUnknown, judge(named({effect("contact_resistance")}), {}, {90.0, 60.0, 0.4}, kThresholds));
 }
 
 TEST(NextExperiment, TellsTheTiedApart) {

@@ -64,14 +64,14 @@ TEST(DiagnosisPage, EscapesEverySentenceOfADiagnosis) {
   test::MadeDiagnosis made = test::madeUnknown();
   Diagnosis& d = made.diagnosis;
   const std::string evil = "<i>evil</i>";
-  d.summary = d.next_experiment = d.force->description = d.force->nearest = evil;
-  d.force->terms = d.instrument = d.outside = {evil};
-  d.mismatch[0].regime = d.candidates[0].id = d.candidates[0].rejected_because = evil;
+  d.summary = d.next_experiment = d.learned->description = evil;
+  d.learned->terms = d.instrument = d.outside = {evil};
+  d.mismatch[0].regime = d.candidates[0].id = d.candidates[0].rejected_because = d.candidates[0].family = evil;
   d.regimes = {{evil, "mean", 5, 0.1, 0.0, 0.2, 0.01, true}};
   d.absorption = {{evil, evil, 5.0, 0.1}};
   d.fit.regimes = {{evil, 10, 0.1, 0.1, 0.0, -0.1, 0.1}};
   NamedEffect effect;
-  effect.id = evil;
+  effect.id = effect.family = evil;
   effect.absorbed_into = effect.tied_with = {evil};
   effect.parameters = {{evil, evil, 1.0, 0.1, 0.9, 1.1, false}};
   d.effects = {effect};
@@ -86,9 +86,34 @@ TEST(DiagnosisPage, TellsWhatBecameWorse) {
 }
 
 TEST_F(PlottedPage, DrawsOneModelWhenNothingWasAdded) {
-  test::MadeDiagnosis made = test::madeUnknown();
+  const test::MadeDiagnosis made = test::madeNoMismatch();
   EXPECT_EQ(pageOf(made).find("\"extended\":["), std::string::npos);
   EXPECT_NE(pageOf(made).find("\"base\":["), std::string::npos);
+}
+
+TEST_F(PlottedPage, DrawsWhatWasLearntBesideTheBaseModel) {
+  EXPECT_NE(pageOf(test::madeUnknown()).find("\"extended\":["), std::string::npos);
+}
+
+TEST(DiagnosisPage, TellsWhatWasLearntItsKindAndWhatItAddsUnderACurrent) {
+  const std::string page = pageOf(test::madeUnknown());
+  for (const char* piece : {"moves the voltage by 61.0 mV RMS", "It is in the extended model", "charging is limited by how fast",
+                            "memory of charging over 10 s", "current of 20 A", "+113.0", "\xe2\x88\x92" "1.1"})
+    EXPECT_NE(page.find(piece), std::string::npos) << piece;
+}
+
+TEST(DiagnosisPage, ComparesTheModelThatHoldsALearntForceWithTheBaseModel) {
+  const std::string page = pageOf(test::madeUnknown());
+  EXPECT_EQ(page.find("Nothing was added"), std::string::npos);
+  EXPECT_NE(page.find("hold-out, extended"), std::string::npos);
+}
+
+TEST(DiagnosisPage, OfALearntForceThatForetellsNothingSaysThatItIsNotUsed) {
+  test::MadeDiagnosis made = test::madeUnknown();
+  made.diagnosis.learned->is_used = false;
+  const std::string page = pageOf(made);
+  EXPECT_NE(page.find("It is not used."), std::string::npos);
+  EXPECT_EQ(page.find("memory of charging over 10 s"), std::string::npos);
 }
 
 TEST_F(PlottedPage, HoldsTheLowestVoltageOfALongDrive) {

@@ -20,10 +20,11 @@ TEST(DiagnosisJson, HoldsTheContractsFields) {
   const Json json = diagnosisJson(test::madeNamed().diagnosis);
   EXPECT_EQ(json["schema"], "battery_sof/diagnosis/1");
   EXPECT_EQ(json["verdict"], "named");
-  expectKeys(json, {"summary", "effects", "candidates", "mismatch", "fit", "next_experiment"});
-  expectKeys(json["effects"].at(0), {"id", "confidence", "absorbed_into", "parameters"});
+  expectKeys(json, {"summary", "effects", "candidates", "mismatch", "fit", "next_experiment", "family", "probability", "relevance",
+                    "learned", "evidence"});
+  expectKeys(json["effects"].at(0), {"id", "family", "probability", "confidence", "absorbed_into", "parameters"});
   expectKeys(json["effects"][0]["parameters"].at(0), {"name", "value", "std", "unit"});
-  expectKeys(json["candidates"].at(0), {"id", "holdout_gain_percent", "evidence", "confidence", "rejected_because"});
+  expectKeys(json["candidates"].at(0), {"id", "family", "holdout_gain_percent", "evidence", "confidence", "rejected_because"});
   expectKeys(json["mismatch"].at(0), {"from_s", "to_s", "regime", "mean_error_v", "peak_error_v", "p_value"});
   for (const char* part : {"train", "holdout"}) {
     expectKeys(json["fit"][part], {"from_s", "to_s"});
@@ -31,6 +32,26 @@ TEST(DiagnosisJson, HoldsTheContractsFields) {
       expectKeys(json["fit"][model][part], {"q_dyn_percent", "rmse_v", "max_abs_v", "crank_mae_v", "charge_bias_v"});
   }
   EXPECT_EQ(json["fit"]["extended"]["holdout"]["rmse_v"], 0.0064);
+  EXPECT_EQ(json["candidates"][0]["holdout_gain_percent"], 95.0);
+  EXPECT_EQ(json["family"], "acceptance");
+  EXPECT_EQ(json["probability"], 0.97);
+}
+
+TEST(DiagnosisJson, HoldsWhatIsLeftBesideItsLimits) {
+  const Json relevance = diagnosisJson(test::madeNamed().diagnosis)["relevance"];
+  EXPECT_EQ(relevance, (Json{{"rmse_v", 0.0004}, {"crank_v", 0.002}, {"charge_share", 0.006},
+                             {"limits", {{"rmse_v", 0.0015}, {"crank_v", 0.010}, {"charge_share", 0.03}}}}));
+}
+
+TEST(DiagnosisJson, HoldsWhatWasLearnt) {
+  const Json learned = diagnosisJson(test::madeUnknown().diagnosis)["learned"];
+  EXPECT_EQ(learned["used"], true);
+  EXPECT_EQ(learned["left_out_base_rmse_v"], 0.064);
+  EXPECT_EQ(learned["left_out_rmse_v"], 0.021);
+  EXPECT_EQ(learned["families"].at(0), (Json{{"family", "acceptance"}, {"gain", 340.0}, {"rms_v", 0.058}}));
+  EXPECT_EQ(learned["answers_to_a"], 20.0);
+  EXPECT_EQ(learned["answers"].at(2), (Json{{"time_s", 10.0}, {"charging_v", 0.052}, {"discharging_v", -0.0004}}));
+  EXPECT_EQ(learned["terms"].at(0), "memory of charging over 10 s");
 }
 
 TEST(DiagnosisJson, HasNullForWhatIsAbsentOrNotFinite) {
@@ -40,8 +61,9 @@ TEST(DiagnosisJson, HasNullForWhatIsAbsentOrNotFinite) {
   EXPECT_TRUE(json["fit"]["base"]["holdout"]["q_dyn_percent"].is_null());
   EXPECT_TRUE(json["fit"]["base"]["holdout"]["crank_mae_v"].is_null());
   EXPECT_TRUE(json["mismatch"][0]["peak_error_v"].is_null());
-  EXPECT_TRUE(json["candidates"][0]["holdout_gain_percent"].is_number());
-  EXPECT_TRUE(diagnosisJson(test::madeNoMismatch().diagnosis)["force"].is_null());
+  EXPECT_TRUE(json["candidates"][0]["holdout_gain_percent"].is_null());
+  const Json nothing = diagnosisJson(test::madeNoMismatch().diagnosis);
+  for (const char* key : {"learned", "family", "probability"}) EXPECT_TRUE(nothing.at(key).is_null()) << key;
   EXPECT_EQ(Json::parse(json.dump()), json);
 }
 
@@ -49,7 +71,7 @@ TEST(DiagnosisJson, OfAnEmptyDiagnosisHasEveryField) {
   const Json json = diagnosisJson({});
   EXPECT_EQ(json["verdict"], "insufficient_data");
   EXPECT_TRUE(json["effects"].empty() && json["effects"].is_array());
-  expectKeys(json, {"summary", "candidates", "mismatch", "fit", "next_experiment"});
+  expectKeys(json, {"summary", "candidates", "mismatch", "fit", "next_experiment", "family", "probability", "relevance", "learned"});
 }
 
 TEST(DiagnosisJson, SurvivesFileNamesOfAnyBytes) {
@@ -70,6 +92,13 @@ TEST(DiagnosisText, TellsWhatAMailNeeds) {
   for (const char* piece : {"named: The battery takes charge", "charge_acceptance", "hidden before in r_charge", "at a bound",
                             "long charge", "95 %", "hold-out", "121.0", "6.4", "became worse in post charge rest",
                             "could be here unseen: gassing", "14.4 V"})
+    EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
+}
+
+TEST(DiagnosisText, TellsTheFamilyWhatWasLearntAndWhatIsTooSmallToMatter) {
+  const std::string text = diagnosisText(test::madeUnknown().diagnosis);
+  for (const char* piece : {"family       acceptance", "0.94", "learnt       What the currents", "memory of charging over 10 s",
+                            "too small    0.4 mV RMS of structure is left"})
     EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
 }
 

@@ -251,6 +251,8 @@ DiagnosisReport someReport() {
   NamedEffect gassing;
   gassing.id = "gassing";
   gassing.confidence = 0.97;
+  gassing.family = "side_reactions";
+  gassing.probability = 0.98;
   gassing.absorbed_into = {"r_charge"};
   DiagnosedParameter current;
   current.name = "i_gas";
@@ -261,6 +263,8 @@ DiagnosisReport someReport() {
   diagnosis.effects = {gassing};
   Candidate other;
   other.id = "ocv_soc";
+  other.family = "open_circuit";
+  other.evidence = 7.5;
   other.rejected_because = "no gain on held-out blocks";
   diagnosis.candidates = {other};
   MismatchSegment segment;
@@ -268,6 +272,9 @@ DiagnosisReport someReport() {
   segment.regime = "long_charge";
   segment.mean_error = -0.2;
   diagnosis.mismatch = {segment};
+  diagnosis.family = Family::kSideReactions;
+  diagnosis.probability = 0.98;
+  diagnosis.left.rmse = 0.0004;
   diagnosis.fit.train = {100.0, 1450.0, 135000};
   diagnosis.fit.base_holdout.rmse = 0.05;
   diagnosis.fit.extended_holdout.rmse = 0.02;
@@ -283,12 +290,19 @@ TEST(MessageOf, DiagnosisSaysEverythingAndNanForWhatIsMissing) {
   EXPECT_EQ(message.samples, 180000u);
   EXPECT_EQ(message.verdict, DiagnosisMessage::NAMED);
   EXPECT_EQ(message.summary, "gassing is missing");
+  EXPECT_EQ(message.family, "side_reactions");
+  EXPECT_EQ(message.probability, 0.98);
+  EXPECT_EQ(message.left_rmse, 0.0004);
   ASSERT_EQ(message.effects.size(), 1u);
   EXPECT_EQ(message.effects[0].absorbed_into[0], "r_charge");
   EXPECT_EQ(message.effects[0].parameters[0].upper, 0.03);
   EXPECT_TRUE(std::isnan(message.effects[0].parameters[0].lower));
   EXPECT_TRUE(std::isnan(message.effects[0].parameters[0].std));
   EXPECT_TRUE(std::isnan(message.candidates[0].holdout_gain_percent));
+  EXPECT_EQ(message.effects[0].family, "side_reactions");
+  EXPECT_EQ(message.effects[0].probability, 0.98);
+  EXPECT_EQ(message.candidates[0].family, "open_circuit");
+  EXPECT_EQ(message.candidates[0].evidence, 7.5);
   EXPECT_EQ(message.candidates[0].rejected_because, "no gain on held-out blocks");
   EXPECT_EQ(message.mismatch[0].mean_error, -0.2);
   EXPECT_EQ(message.base_holdout.rmse, 0.05);
@@ -304,6 +318,7 @@ TEST(MessageOf, DiagnosisThatComparedNothingHasNoMetrics) {
   const DiagnosisMessage message = messageOf(report, {});
   EXPECT_EQ(message.verdict, DiagnosisMessage::INSUFFICIENT_DATA);
   EXPECT_TRUE(message.effects.empty());
+  EXPECT_EQ(message.family, "");
   EXPECT_TRUE(std::isnan(message.base_holdout.rmse) && std::isnan(message.holdout_from));
   EXPECT_FALSE(message.adopted);
 }
