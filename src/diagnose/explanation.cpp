@@ -27,6 +27,8 @@ constexpr int kWander = 24;            // steps of a voltage channel's random wa
 constexpr double kMostWander = 0.0012; // [V] a root minute, of a voltage channel
 constexpr std::size_t kClosest = 5;    // effects that are tried in a step, and the first of every family
 constexpr std::size_t kFittedWell = 2;  // of them, that are fitted to the end
+constexpr int kSwaps = 3;              // rounds in which places may be taken by what does better
+constexpr double kClose = 0.8;         // of the best one's gain: fitted to the end, too
 constexpr double kPromised = 0.5;      // of the grid's gain, that a search has to reach to be on its way
 constexpr double kWorthATry = 0.1;     // of the best one's gain on the grid
 
@@ -57,6 +59,8 @@ Coordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, double 
     c.centre = 5.0;
     return c;
   }
+  // A process that lasts longer than a third of the recording is charge counted or drift: other effects are for that.
+  if (info.unit == "s") c.upper = std::max(std::min(info.upper, span / 3.0), 2.0 * info.lower);
   if (info.logarithmic) {
     c.std = c.strength ? kWideStrength : info.prior_std.value_or(kWideShape);
     c.centre = c.strength ? std::log(gone) : std::log(info.magnitude);
@@ -65,7 +69,8 @@ Coordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, double 
   c.zero = c.strength ? gone : 0.0;
   c.unit = std::max(std::abs(info.magnitude - c.zero), 1e-12);
   if (c.strength && c.unit < 1e-9 * (std::abs(info.upper) + std::abs(gone))) c.unit = 0.25 * (info.upper - gone);
-  c.std = c.strength ? kWideStrength : info.prior_std.value_or(kWideShape * c.unit) / c.unit;
+  const double reach = 0.25 * std::max(std::abs(info.upper - c.zero), std::abs(info.lower - c.zero)) / c.unit;
+  c.std = c.strength ? std::max(kWideStrength, reach) : info.prior_std.value_or(kWideShape * c.unit) / c.unit;
   c.centre = c.strength ? 0.0 : info.magnitude / c.unit;
   return c;
 }
@@ -405,17 +410,24 @@ class Explainer {
       const ParameterInfo& info = next.model.parameters()[static_cast<std::size_t>(c.row)];
       if (state.model.parameterRow(info.name)) continue;
       const double there = from.point.parameters[*alone.parameterRow(info.name)];
-      next.point.parameters[c.row] = c.strength && !c.logarithmic ? c.value(share * c.of(there)) : there;
+      next.point.parameters[c.row] = c.strength && !c.logarithmic ? c.value(std::clamp(share, -most(c), most(c)) * c.of(there)) : there;
     }
     for (Eigen::Index k = 1; k < next.model.stateCount(); ++k)
       if (next.model.states()[static_cast<std::size_t>(k)].begins_as_u_c2) next.point.state[k] = next.point.state[0];
     begin(next);
-    if (next.evidence - state.evidence > kPromised * gain) return next;
+    if (next.evidence - state.evidence > kPromised * gain && !isDistorted(state)) return next;
     // A circuit that has taken the effect up is far from where it belongs: once more from Table I.
     State typical = next;
     for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
     begin(typical);
     return typical.evidence > next.evidence ? typical : next;
+  }
+
+  /// Whether double layer or kinetics stand far from where any battery's do.
+  static bool isDistorted(const State& state) {
+    for (const Eigen::Index row : {static_cast<Eigen::Index>(kRowC2), static_cast<Eigen::Index>(kRowBeta)})
+      if (std::abs(std::log(state.point.parameters[row] / tableOne()[static_cast<std::size_t>(row)].magnitude)) > baseDirectionStd(row)) return true;
+    return false;
   }
 
   /// The first steps of a search.
@@ -426,7 +438,10 @@ class Explainer {
       state.evidence = -std::numeric_limits<double>::infinity();
   }
 
-  /// Multiple of a grid point that a state's errors ask for; within a tenth and three, and at least a tenth.
+  /// Multiple of its magnitude at which a strength's search may begin: nearby, but for strengths of wide bounds.
+  static double most(const Coordinate& c) { return std::max(3.0, c.std); }
+
+  /// Multiple of a grid point that a state's errors ask for; at least a tenth.
   double strengthOf(const State& state, const GridPoint& from) const {
     const Sums sums = sumsOf(state, false);
     Eigen::MatrixXd columns(sums.columns.rows(), sums.columns.cols() + 1);
@@ -437,7 +452,7 @@ class Explainer {
     for (Eigen::Index k = sums.problem.known(); k + 1 < H.rows(); ++k)
       H(k, k) += std::pow(state.fit.noise / std::max(state.fit.strength[static_cast<std::size_t>(sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])], 1e-6), 2) / found_.temper;
     const double share = H.ldlt().solve(columns.transpose() * sums.targets)[H.rows() - 1];
-    return std::abs(share) < 0.1 ? std::copysign(0.1, share) : std::clamp(share, -3.0, 3.0);
+    return std::abs(share) < 0.1 ? std::copysign(0.1, share) : share;
   }
 
   State withColumns(const State& state, Family family) const {
@@ -468,8 +483,10 @@ class Explainer {
     }
     const auto best_first = [](const State& a, const State& b) { return a.evidence > b.evidence; };
     std::stable_sort(fitted.begin(), fitted.end(), best_first);
-    for (std::size_t k = 0; k < std::min(kFittedWell, fitted.size()); ++k)
-      if (std::isfinite(fitted[k].evidence)) improve(fitted[k]);
+    const double best_gain = fitted.empty() ? 0.0 : fitted.front().evidence - state.evidence;
+    for (std::size_t k = 0; k < fitted.size(); ++k)
+      if (k < kFittedWell || fitted[k].evidence - state.evidence > kClose * best_gain)
+        if (std::isfinite(fitted[k].evidence)) improve(fitted[k]);
     std::stable_sort(fitted.begin(), fitted.end(), best_first);
     for (const State& one : fitted) found_.weighed.push_back({one.members.back(), one.evidence - state.evidence});
     return fitted;
@@ -554,15 +571,33 @@ class Explainer {
     found_.base_evidence = start.evidence;
     found_.model = state.model;
     found_.point = state.point;
-    for (const std::string& id : state.members) takePlace(state, withoutMember(state, id), familyOf(id), id);
-    for (const Family family : state.learnt) {
-      State without = state;
-      without.learnt.erase(family);
-      improve(without);
-      takePlace(state, without, family, "");
-    }
+    takePlaces(state);
     std::stable_sort(found_.components.begin(), found_.components.end(), [](const Component& a, const Component& b) { return a.gain > b.gain; });
     takeRest(state);
+  }
+
+  /// Every part's place. Where another does better in one, it is taken and the places are weighed once more.
+  void takePlaces(State& state) {
+    for (int round = 0; round < kSwaps; ++round) {
+      found_.components.clear();
+      better_.reset();
+      for (const std::string& id : state.members) takePlace(state, withoutMember(state, id), familyOf(id), id);
+      for (const Family family : state.learnt) {
+        State without = state;
+        without.learnt.erase(family);
+        improve(without);
+        takePlace(state, without, family, "");
+      }
+      if (!better_ || round + 1 == kSwaps) break;
+      state = std::move(*better_);
+    }
+    found_.evidence = state.evidence;
+    found_.model = state.model;
+    found_.point = state.point;
+  }
+
+  void weighRival(const State& rival, const State& state) {
+    if (rival.evidence > std::max(state.evidence, better_ ? better_->evidence : state.evidence) + rules_.tie) better_ = rival;
   }
 
   /// What a part is worth, what it adds, and what could stand in its place.
@@ -572,6 +607,7 @@ class Explainer {
     std::map<Family, double> rivals = {{family, one.gain}};
     for (const State& member : withMembers(without, std::nullopt)) {
       if (!std::isfinite(member.evidence)) continue;
+      weighRival(member, state);
       const double gain = member.evidence - without.evidence;
       const Family of = familyOf(member.members.back());
       if (of == family && !id.empty() && member.members.back() != id && gain > one.gain - rules_.tie) one.tied.push_back(member.members.back());
@@ -579,7 +615,9 @@ class Explainer {
     }
     for (const Family other : kAllFamilies) {
       if (without.learnt.count(other) || other == family) continue;
-      const double gain = withColumns(without, other).evidence - without.evidence;
+      const State learnt = withColumns(without, other);
+      weighRival(learnt, state);
+      const double gain = learnt.evidence - without.evidence;
       if (!rivals.count(other) || gain > rivals[other]) rivals[other] = gain;
     }
     double sum = 0.0;
@@ -693,6 +731,7 @@ class Explainer {
   Eigen::MatrixXd free_, free_products_;  // the table's columns and the wander's ramps
   double most_wander_ = 0.0;
   std::vector<GridPoint> grid_;
+  std::optional<State> better_;  // than the state, by what could stand in a place
   Explanation found_;
 };
 

@@ -332,6 +332,8 @@ LeftOutErrors leftOutErrors(const BaseResponse& response, const ForceTable& tabl
     const Eigen::Index begin = response.training * block / blocks, end = response.training * (block + 1) / blocks;
     BaseResponse rest = response;
     rest.weight.segment(begin, end - begin).setZero();
+    // What the first state was shows in the first block alone: without it nothing is known of it.
+    if (begin == 0) rest.sensitivity.col(kBaseDirections - 1).setZero();
     const ForceFit fit = learnForce(rest, table, {}, wanted);
     for (Eigen::Index row = begin; row < end; ++row) {
       if (!(response.weight[row] > 0.0)) continue;
@@ -381,12 +383,13 @@ std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current) {
   Eigen::VectorXd values(static_cast<Eigen::Index>(force.columns.size()));
   ForceMemory rested(force.columns, force.context);
   rested.advance({0.0, 0.0, 0.0, false, 0.0, 0.0}, values);
-  const double rest = summed(force, values);
-  ForceMemory charged = rested, discharged = rested;
+  ForceMemory charged = rested, discharged = rested, resting = rested;
   std::vector<ForceAnswer> answers;
   double next = step;
   for (double time = step; time <= force.context.span / 3.0; time += step) {
     const double u = 2.0 / force.context.beta * std::asinh(0.5 * current);  // the settled double layer
+    resting.advance({step, 0.0, 0.0, false, 0.0, 0.0}, values);
+    const double rest = summed(force, values);
     charged.advance({step, current, current, false, u, 0.0}, values);
     const double up = summed(force, values) - rest;
     discharged.advance({step, -current, -current, false, -u, 0.0}, values);

@@ -10,6 +10,9 @@
 namespace battery_sof {
 namespace {
 
+/// Whether the extended model is another than the base model.
+bool hasExtended(const Diagnosis& d) { return !d.effects.empty() || (d.learned && d.learned->is_used); }
+
 constexpr double kFullColorZ = 15.0;   // |z| from which the map's colour no longer deepens
 constexpr double kNotableZ = 4.0;      // |z| from which a cell is set in bold: 1 in 16,000 by chance alone
 constexpr std::size_t kSegmentsListed = 60;
@@ -240,7 +243,7 @@ std::string told(const std::optional<double>& value, double scale) {
 }
 
 std::string metricTable(const Diagnosis& d) {
-  const bool is_extended = !d.effects.empty();
+  const bool is_extended = hasExtended(d);
   std::vector<std::vector<Cell>> rows;
   for (const MetricRow& row : metricRows(d.fit)) {
     rows.push_back({{escaped(row.title + " [" + row.unit + "]")}, numberCell(told(row.base_holdout, row.scale))});
@@ -350,7 +353,7 @@ std::string effectsSection(const Diagnosis& d) {
 
 std::string comparisonSection(const Diagnosis& d) {
   if (!(d.fit.holdout.to > d.fit.holdout.from)) return "";
-  const std::string note = d.effects.empty() ? "Nothing was added: these are the base model\xe2\x80\x99s errors. " : "";
+  const std::string note = !hasExtended(d) ? "Nothing was added: these are the base model\xe2\x80\x99s errors. " : "";
   return section("comparison", "Before and after",
                  paragraph(note + "The hold-out is the end of the drive: no fit and no choice has seen it. Better is a higher "
                                   "Q_dyn and less of everything else.", "class=\"note\"") +
