@@ -38,7 +38,7 @@ study: build
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target suitability_experiment session_experiment -j$(JOBS)
 	@$(PYTHON) scripts/study "$(BUILD)" $(if $(DATA),--data "$(DATA)")
 
-# The sets behind the diagnosis' thresholds: some 40 minutes on two cores, goes on where it was cut off.
+# Effects, nulls, decoys and unknowns counted: some 40 minutes on two cores, goes on where it was cut off.
 calibrate: build
 	@$(PYTHON) scripts/calibrate_diagnosis "$(BUILD)" --first-seed 1001 --set null=200 structural_null=60 effect=10 decoy=3 unknown=4
 

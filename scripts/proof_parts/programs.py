@@ -82,13 +82,13 @@ def essentials(diagnosis):
         "effects": [{"id": e["id"], "confidence": e["confidence"], "evidence": e.get("evidence"), "tied_with": e.get("tied_with", []),
                      "parameters": [{k: p.get(k) for k in ("name", "value", "lower", "upper", "at_bound")} for p in e["parameters"]]}
                     for e in diagnosis["effects"]],
-        "candidates": [{k: c.get(k) for k in ("id", "evidence", "score_z", "holdout_gain_percent", "rejected_because")}
+        "candidates": [{k: c.get(k) for k in ("id", "evidence", "family", "holdout_gain_percent", "rejected_because")}
                        for c in diagnosis["candidates"]],
         "holdout": {side: {m: fit[side]["holdout"].get(m) for m in METRICS} for side in ("base", "extended")} if fit else None,
         "hidden": [d["id"] for d in diagnosis["detectable"] if not d["visible"]],
         "mismatch": [[m["from_s"], m["to_s"], m["regime"], m["mean_error_v"]] for m in diagnosis["mismatch"]],
         "instrument": diagnosis["instrument"], "next_experiment": diagnosis["next_experiment"],
-        "omnibus": diagnosis.get("omnibus")}
+        "family": diagnosis.get("family"), "probability": diagnosis.get("probability")}
 
 
 class Workplace:

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kGridStep = 1.5;      // prior standard deviations between the shapes tried
 constexpr int kInstants = 9;           // instants tried over a recording
-constexpr int kIterations = 12, kFirstIterations = 4;
+constexpr int kIterations = 12, kFirstIterations = 4, kTasteIterations = 2;
 constexpr double kSettled = 0.1;       // nats
 constexpr double kLeastTemper = 0.02;  // instruments' errors hang together for seconds, what lasts longer is physics
 constexpr double kWideShape = 0.7;     // standard deviation of a shape's logarithm where the catalogue has none
@@ -143,8 +143,8 @@ class Explainer {
     takeTemper(start);
     State typical = start;
     for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
-    begin(start);
-    begin(typical);
+    begin(start, kFirstIterations);
+    begin(typical, kFirstIterations);
     if (typical.evidence > start.evidence) start = std::move(typical);
     improve(start);
     tell("trying the catalogue's effects");
@@ -414,13 +414,16 @@ class Explainer {
     }
     for (Eigen::Index k = 1; k < next.model.stateCount(); ++k)
       if (next.model.states()[static_cast<std::size_t>(k)].begins_as_u_c2) next.point.state[k] = next.point.state[0];
-    begin(next);
-    if (next.evidence - state.evidence > kPromised * gain && !isDistorted(state)) return next;
-    // A circuit that has taken the effect up is far from where it belongs: once more from Table I.
-    State typical = next;
-    for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
-    begin(typical);
-    return typical.evidence > next.evidence ? typical : next;
+    begin(next, kTasteIterations);
+    if (!(next.evidence - state.evidence > kPromised * gain) || isDistorted(state)) {
+      // A circuit that has taken the effect up is far from where it belongs: once more from Table I.
+      State typical = next;
+      for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
+      begin(typical, kTasteIterations);
+      if (typical.evidence > next.evidence) next = std::move(typical);
+    }
+    if (std::isfinite(next.evidence)) improve(next, kFirstIterations - kTasteIterations);
+    return next;
   }
 
   /// Whether double layer or kinetics stand far from where any battery's do.
@@ -431,9 +434,9 @@ class Explainer {
   }
 
   /// The first steps of a search.
-  void begin(State& state) const {
+  void begin(State& state, int iterations) const {
     if (place(state))
-      improve(state, kFirstIterations);
+      improve(state, iterations);
     else
       state.evidence = -std::numeric_limits<double>::infinity();
   }
@@ -504,6 +507,20 @@ class Explainer {
     return more < std::max(rules_.relevance.rmse, 0.5 * columns.fit.noise);
   }
 
+  /// By what one explanation is taken before another: of two that are as good the one with fewer effects, an equation before columns.
+  double rankOf(const State& state) const {
+    const double parts = static_cast<double>(state.learnt.size()) + 0.5 * static_cast<double>(state.model.effects().size());
+    return state.evidence - rules_.tie * parts;
+  }
+
+  /// What stands for a family beside a state: the best of its effects where that does as well as its columns, else those.
+  State standingFor(Family family, const State& beside, const std::vector<State>& members) const {
+    State learnt = withColumns(beside, family);
+    for (const State& member : members)
+      if (familyOf(member.members.back()) == family) return doesAsWell(member, learnt) ? member : learnt;
+    return learnt;
+  }
+
   /// Whether a part moves the voltage by enough to matter.
   bool matters(const State& with, const State& without) const {
     return rmsBesideBase(modelled(with) - modelled(without)) >= std::max(rules_.relevance.rmse, 0.5 * with.fit.noise);
@@ -515,11 +532,8 @@ class Explainer {
     State best = state;
     for (const Family family : kAllFamilies) {
       if (state.learnt.count(family)) continue;
-      const State learnt = withColumns(state, family);
-      const auto member = std::find_if(members.begin(), members.end(), [&](const State& one) { return familyOf(one.members.back()) == family; });
-      const bool named = member != members.end() && doesAsWell(*member, learnt);
-      const State& of_family = named ? *member : learnt;
-      if (of_family.evidence > best.evidence && matters(of_family, state)) best = of_family;
+      const State of_family = standingFor(family, state, members);
+      if (rankOf(of_family) > rankOf(best) && matters(of_family, state)) best = of_family;
     }
     if (best.evidence - state.evidence < rules_.least_gain) return false;
     state = std::move(best);
@@ -596,8 +610,14 @@ class Explainer {
     found_.point = state.point;
   }
 
+  /// Whether an effect holds another: as good as that alone, it adds nothing.
+  static bool needs(const std::string& id, const std::string& other) {
+    const std::vector<std::string>& ids = effectInfo(id).needs;
+    return std::find(ids.begin(), ids.end(), other) != ids.end();
+  }
+
   void weighRival(const State& rival, const State& state) {
-    if (rival.evidence > std::max(state.evidence, better_ ? better_->evidence : state.evidence) + rules_.tie) better_ = rival;
+    if (rankOf(rival) > std::max(rankOf(state), better_ ? rankOf(*better_) : rankOf(state)) + kSettled) better_ = rival;
   }
 
   /// What a part is worth, what it adds, and what could stand in its place.
@@ -605,19 +625,21 @@ class Explainer {
     Component one{family, id, state.evidence - without.evidence, 0.0, {}, 1.0};
     one.rms = rmsBesideBase(modelled(state) - modelled(without));
     std::map<Family, double> rivals = {{family, one.gain}};
-    for (const State& member : withMembers(without, std::nullopt)) {
+    const std::vector<State> members = withMembers(without, std::nullopt);
+    for (const State& member : members) {
       if (!std::isfinite(member.evidence)) continue;
-      weighRival(member, state);
       const double gain = member.evidence - without.evidence;
       const Family of = familyOf(member.members.back());
-      if (of == family && !id.empty() && member.members.back() != id && gain > one.gain - rules_.tie) one.tied.push_back(member.members.back());
+      if (of == family && !id.empty() && member.members.back() != id && gain > one.gain - rules_.tie && !needs(member.members.back(), id))
+        one.tied.push_back(member.members.back());
+      if (of == family) weighRival(member, state);
       if (!rivals.count(of) || gain > rivals[of]) rivals[of] = gain;
     }
     for (const Family other : kAllFamilies) {
       if (without.learnt.count(other) || other == family) continue;
-      const State learnt = withColumns(without, other);
-      weighRival(learnt, state);
-      const double gain = learnt.evidence - without.evidence;
+      const State standing = standingFor(other, without, members);
+      weighRival(standing, state);
+      const double gain = standing.evidence - without.evidence;
       if (!rivals.count(other) || gain > rivals[other]) rivals[other] = gain;
     }
     double sum = 0.0;
