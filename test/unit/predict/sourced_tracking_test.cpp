@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "battery_sof/identify/identification.hpp"
 #include "battery_sof/naive/charge_phases.hpp"
@@ -100,12 +101,23 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
   const Series series = sourcedDrive(900, battery(), 10, {1, 0});
   TrackedModel tracked({});
   tracked.install(standingAt(series, 0, 1), 10.0);
+  const FollowedPrediction offline = predictMixed(standingAt(series, 0, 1), series, {1, series.size()});
   std::vector<double> compared;
+  int taken_over = 0;
   for (std::size_t n = 1; n < series.size(); ++n)
     for (const ChargeComparison& charge : tracked.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0).charges) {
       compared.push_back(charge.time);
       EXPECT_NEAR(charge.duration, 10.0, 1e-9);
+      const auto first = std::lower_bound(series.time.begin(), series.time.end(), charge.time) - series.time.begin() - 1;
+      const auto drives = offline.voltage_drives.begin() + first;
+      const double followed =
+          std::accumulate(offline.current.begin() + first, offline.current.begin() + first + 10, 0.0) / 10.0;
+      const bool source_took_over = !*(drives - 1) && std::count(drives, drives + 10, 0) == 0;
+      // Saved behind a source, the state ramps from its own voltage at the measured current.
+      EXPECT_NEAR(charge.modelled_current, followed, source_took_over ? 1e-6 : 0.3) << charge.time;
+      taken_over += source_took_over ? 1 : 0;
     }
+  EXPECT_GT(taken_over, 8);
   SourceWatch watch(findSource(series).rule);
   std::vector<char> imposed{0};
   for (std::size_t n = 1; n < series.size(); ++n)
