@@ -138,6 +138,33 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
   EXPECT_EQ(static_cast<std::size_t>(tracked.longChargeContest().score().events), 0u) << "no naive predictor";
 }
 
+TEST(TrackedModel, WhenTheClockJumpsPastEventsMoveWithIt) {
+  const Series series = sourcedDrive(700, battery(), 11, {1, 0});
+  TrackedModel tracked({});
+  tracked.install(standingAt(series, 0, 1), 10.0);
+  for (std::size_t n = 1; n < series.size(); ++n)
+    tracked.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0);
+  const Experience before = tracked.now().experience;
+  ASSERT_GT(before.cranks.size(), 3u);
+  ASSERT_GT(before.charges.size(), 3u);
+  const double moved = 50.0 - series.time.back();
+  for (const double jump : {moved, -20.0}) {  // and once more
+    const double at = tracked.stateTime() + jump;
+    tracked.moveTo({at, -20.0, 12.4}, jump, 10.0);
+  }
+  const Experience after = tracked.now().experience;
+  ASSERT_EQ(after.cranks.size(), before.cranks.size());
+  ASSERT_EQ(after.charges.size(), before.charges.size());
+  for (std::size_t k = 0; k < after.cranks.size(); ++k) {
+    EXPECT_NEAR(after.cranks[k].time, before.cranks[k].time + moved - 20.0, 1e-9);
+    EXPECT_EQ(after.cranks[k].minimum, before.cranks[k].minimum);
+  }
+  for (std::size_t k = 0; k < after.charges.size(); ++k) {
+    EXPECT_NEAR(after.charges[k].time, before.charges[k].time + moved - 20.0, 1e-9);
+    EXPECT_EQ(after.charges[k].modelled, before.charges[k].modelled);
+  }
+}
+
 TEST(StateTracker, WithoutASourceEverySampleIsSettledAtOnce) {
   StateTracker tracker(knownModel(), 10.0);
   for (int n = 1; n < 20; ++n) {
