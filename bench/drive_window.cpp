@@ -42,6 +42,7 @@ DriveWindow simulatedWindow() {
   if (!choice.range) throw std::runtime_error("benchmark window: " + choice.message);
   DriveWindow window;
   window.series = slice(drive, *choice.range);
+  window.max_gap = gapThreshold(window.series);
   if (window.series.size() < kFourMinutes || !holdsCrank(window.series))
     throw std::runtime_error("benchmark window: " + choice.message + ", but no crank or too short");
   const IdentifyOptions options;

@@ -10,6 +10,7 @@ namespace battery_sof_bench {
 /// What every contender is given.
 struct DriveWindow {
   battery_sof::Series series;                                     ///< 240 s at 100 Hz
+  double max_gap = 0.0;                                           ///< [s], gapThreshold(series)
   std::vector<battery_sof::BaseNormalEquations::Sample> samples;  ///< with the weights of eq. 3
   battery_sof::IndexRange range() const { return {0, series.size()}; }
 };

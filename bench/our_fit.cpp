@@ -11,8 +11,11 @@ using namespace battery_sof;
 
 Fit searchOnly(const DriveWindow& window) {
   const IdentifyOptions options;
-  const BaseNormalEquations equations(window.samples, BaseParameters{}.i0);
-  const BaseFit fit = searchWindow(window.samples, equations, options);
+  const WindowSamples samples(window.series, window.range(),
+                              {options.crank_weight, options.crank_weight_current}, window.max_gap,
+                              options.masked);
+  const BaseNormalEquations equations(samples, BaseParameters{}.i0);
+  const BaseFit fit = searchWindow(samples, equations, options);
   return {fit.parameters, fit.u_c2_first, fit.cost, fit.iterations};
 }
 

@@ -23,11 +23,18 @@ struct Contender {
   int evaluations = 0;  ///< passes over all samples
 };
 
-/// Processor time: every contender runs on one thread, and other programs' turns do not count.
+constexpr double kTurn = 10.0;  ///< [ms], a contender's turn takes at least so long
+
+/// Processor time of one run: every contender runs on one thread, and other programs' turns do not count. A first run is
+/// not counted: it takes back the memory that the contender before has returned to the system.
 double millisecondsOf(const std::function<void()>& run) {
-  const std::clock_t begin = std::clock();
   run();
-  return 1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  const std::clock_t begin = std::clock();
+  for (int runs = 1;; ++runs) {
+    run();
+    const double passed = 1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    if (passed >= kTurn) return passed / runs;
+  }
 }
 
 /// All contenders, each of which has shown to end in the same optimum.

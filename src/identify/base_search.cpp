@@ -244,8 +244,9 @@ BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions
   return search(equations, options, start, 0.0);
 }
 
-BaseFit searchWindow(const std::vector<BaseNormalEquations::Sample>& samples,
-                     const BaseNormalEquations& equations, const IdentifyOptions& options) {
+template <typename Samples>
+BaseFit searchWindow(const Samples& samples, const BaseNormalEquations& equations,
+                     const IdentifyOptions& options) {
   BaseFit start = startOf(options);
   if (samples.size() >= kCoarseFrom) {
     const BaseNormalEquations coarse(coarsened(samples, kCoarseFactor), start.parameters.i0);
@@ -259,6 +260,11 @@ BaseFit searchWindow(const std::vector<BaseNormalEquations::Sample>& samples,
   }
   return search(equations, options, start, kTrustedGain);
 }
+
+template BaseFit searchWindow(const std::vector<BaseNormalEquations::Sample>&,
+                              const BaseNormalEquations&, const IdentifyOptions&);
+template BaseFit searchWindow(const WindowSamples&, const BaseNormalEquations&,
+                              const IdentifyOptions&);
 
 BaseFit searchAsInPaper(const BaseNormalEquations& equations, const IdentifyOptions& options,
                         const FirstSample& first) {

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "battery_sof/identify/covariance.hpp"
+#include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/identify/fit_description.hpp"
 #include "battery_sof/identify/window_experience.hpp"
 
@@ -16,7 +17,6 @@ constexpr std::size_t kCompressFrom = 4000;
 // Standard errors come from the full rate up to here: 13 MB of Jacobian with sixteen unknowns.
 constexpr std::size_t kFullRateErrors = 100000;
 constexpr int kWhiteningRounds = 2;
-constexpr double kOhms = 0.01;  // [Ohm], r_charge's magnitude
 constexpr int kFirstIterations = 20;  // before weights are taken anew
 // Share of the cost below which a step is not worth taking: a tenth of what half a standard error makes of it.
 constexpr double kEnough = 1e-4;
@@ -215,7 +215,7 @@ FitScores scoresBothWays(const Series& series, IndexRange range, const Drive& dr
   scores.current_rmse = std::sqrt(squares_a / currents);
   const double voltages = static_cast<double>(residual.size()) - currents;
   // A window wholly behind a source shows no voltage's error: its currents', through 10 mOhm.
-  scores.rmse = voltages > 0.0 ? std::sqrt(of_voltage.squaredNorm() / voltages) : kOhms * *scores.current_rmse;
+  scores.rmse = voltages > 0.0 ? std::sqrt(of_voltage.squaredNorm() / voltages) : kOhmsOfCurrentError * *scores.current_rmse;
   return scores;
 }
 

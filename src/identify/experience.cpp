@@ -14,4 +14,9 @@ void keep(std::vector<T>& past, const T& event, std::size_t most) {
 void Experience::add(const PastCrank& crank) { keep(cranks, crank, kMost); }
 void Experience::add(const PastCharge& charge) { keep(charges, charge, 2 * kMost); }
 
+void Experience::moveBy(double moved) {
+  for (PastCrank& crank : cranks) crank.time += moved;
+  for (PastCharge& charge : charges) charge.time += moved;
+}
+
 }  // namespace battery_sof

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
-#include <tuple>
 
 #include "battery_sof/identify/fit_quality.hpp"
 #include "battery_sof/identify/window.hpp"
-#include "battery_sof/recording/events.hpp"
+#include "battery_sof/recording/sampling.hpp"
 
 namespace battery_sof {
 
@@ -30,6 +29,11 @@ std::optional<double> standardError(const Eigen::MatrixXd& covariance, Eigen::In
 
 FittedModel unfitted(const Series& series, IndexRange range, const std::vector<std::string>& effects,
                      FitStatus status, const std::string& message) {
+  return unfitted(series, range, excitedRange(series, range), effects, status, message);
+}
+
+FittedModel unfitted(const Series& series, IndexRange range, const ExcitedRange& excited,
+                     const std::vector<std::string>& effects, FitStatus status, const std::string& message) {
   const BatteryModel composition(effects);
   FittedModel model;
   model.effects = composition.effects();
@@ -42,7 +46,7 @@ FittedModel unfitted(const Series& series, IndexRange range, const std::vector<s
     model.window.from = series.time[range.first];
     model.window.to = series.time[range.last - 1];
     model.state = {model.window.to, 0.0, series.current[range.last - 1]};
-    model.excited = excitedRange(series, range);
+    model.excited = excited;
   }
   for (const ParameterInfo& info : composition.parameters())
     model.estimates.push_back(
@@ -52,42 +56,29 @@ FittedModel unfitted(const Series& series, IndexRange range, const std::vector<s
   return model;
 }
 
-namespace {
-
-/// RMS difference of the cranks' measured and modelled minima [V], and their number.
-std::pair<double, int> crankErrors(const Series& series, IndexRange range,
-                                   const std::vector<double>& modelled, double crank_current) {
-  EventLimits limits;
-  limits.crank_current = crank_current;
-  double sum = 0.0;
-  int cranks = 0;
-  for (const Event& event : detectEvents(slice(series, range), limits)) {
-    if (event.kind != EventKind::kCrank) continue;
-    const auto first = modelled.begin() + static_cast<std::ptrdiff_t>(event.range.first);
-    const auto last = modelled.begin() + static_cast<std::ptrdiff_t>(event.range.last);
-    const double error = event.min_voltage - *std::min_element(first, last);
-    sum += error * error;
-    ++cranks;
-  }
-  return {cranks > 0 ? std::sqrt(sum / cranks) : 0.0, cranks};
-}
-
-}  // namespace
-
 FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
                    double rho, double crank_current) {
-  const auto begin = series.voltage.begin();
-  const std::vector<double> measured(begin + static_cast<std::ptrdiff_t>(range.first),
-                                     begin + static_cast<std::ptrdiff_t>(range.last));
-  std::vector<double> modelled(measured);
-  for (std::size_t n = 0; n < modelled.size(); ++n) modelled[n] -= residual[n];
+  EventLimits limits;
+  limits.crank_current = crank_current;
+  const double max_gap = gapThreshold(medianInterval(series.time, range));
+  const auto residualAt = [&](std::size_t n) { return residual[static_cast<Eigen::Index>(n)]; };
+  return scoresOf(series, range,
+                  {residual.squaredNorm(), rho,
+                   crankErrors(series, range.first, detectCranks(series, range, limits, max_gap), residualAt)},
+                  medianInterval(series));
+}
+
+FitScores scoresOf(const Series& series, IndexRange range, const FitErrors& errors, double interval) {
+  const double count = static_cast<double>(range.size());
   FitScores scores;
-  scores.q_dyn_percent = qDyn(measured, modelled).value_or(0.0);
-  scores.rmse = rootMeanSquareError(measured, modelled);
-  std::tie(scores.crank_error_std, scores.cranks) =
-      crankErrors(series, range, modelled, crank_current);
-  if (scores.cranks == 0) scores.crank_error_std = scores.rmse;
-  scores.residual_correlation_time = medianInterval(series) * (1.0 + rho) / (1.0 - rho);
+  scores.q_dyn_percent = qDyn({series.voltage.data() + range.first, static_cast<Eigen::Index>(range.size())},
+                              errors.squares).value_or(0.0);
+  scores.rmse = std::sqrt(errors.squares / count);
+  scores.cranks = static_cast<int>(errors.cranks.size());
+  double squares = 0.0;
+  for (const double error : errors.cranks) squares += error * error;
+  scores.crank_error_std = scores.cranks > 0 ? std::sqrt(squares / scores.cranks) : scores.rmse;
+  scores.residual_correlation_time = interval * (1.0 + errors.rho) / (1.0 - errors.rho);
   return scores;
 }
 

@@ -4,17 +4,16 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
-#include <tuple>
 
 #include "battery_sof/identify/base_search.hpp"
 #include "battery_sof/identify/composition_identification.hpp"
 #include "battery_sof/identify/covariance.hpp"
 #include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/identify/fit_description.hpp"
-#include "battery_sof/identify/fit_quality.hpp"
 #include "battery_sof/identify/follower.hpp"
 #include "battery_sof/identify/window.hpp"
 #include "battery_sof/recording/events.hpp"
+#include "battery_sof/recording/sampling.hpp"
 
 namespace battery_sof {
 namespace {
@@ -23,6 +22,32 @@ namespace {
 constexpr double kMinCurrentSpan = 0.5;  // [A]
 constexpr const char* kChargingPhysics = "fresh_sulphate";
 constexpr double kSlowSampling = 0.25;   // [s], from here on a crank's rise falls between samples
+
+/// A window, and what several steps ask of its samples.
+struct Window {
+  const Series& series;
+  IndexRange range;
+  double interval;  // [s], of the whole series
+  ExcitedRange excited;
+
+  double maxGap() const { return gapThreshold(interval); }
+  double duration() const { return series.time[range.last - 1] - series.time[range.first]; }
+};
+
+Window windowOf(const Series& series, IndexRange range) {
+  const double interval = medianInterval(series);
+  return {series, range, interval, excitedRange(series, range, gapThreshold(interval))};
+}
+
+/// @param current [A], a crank falls to this or below.
+std::vector<Event> cranksOf(const Window& window, double current) {
+  const auto& [series, range, interval, excited] = window;
+  const bool is_whole = range.size() == series.size();
+  EventLimits limits;
+  limits.crank_current = current;
+  return detectCranks(series, range, limits,
+                      gapThreshold(is_whole ? interval : medianInterval(series.time, range)));
+}
 
 void requirePositiveOption(bool ok, const char* name, double value, const char* expected) {
   if (ok) return;
@@ -66,8 +91,9 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
 }
 
 /// Paper: the first sample sets the state and is left out of the sums (n = 2 to N in eqs. 3 and 4).
-BaseFit searchPaper(std::vector<BaseNormalEquations::Sample> samples, const FirstSample& first,
+BaseFit searchPaper(const WindowSamples& window, const FirstSample& first,
                     const IdentifyOptions& options) {
+  auto samples = window.copied();
   samples.front().weight = 0.0;
   return searchAsInPaper(BaseNormalEquations(samples, BaseParameters{}.i0), options, first);
 }
@@ -83,12 +109,16 @@ Eigen::VectorXd physicalScale(const BaseParameters& p) {
   return scale;
 }
 
-/// Columns with those of parameters held at a bound emptied: nothing is estimated there.
-void holdBounded(BaseNormalEquations::Columns& columns, const BaseParameters& p) {
-  if (atBound(tableOne()[0], p.r_discharge)) columns.col(kColumnDischarge).setZero();
-  if (atBound(tableOne()[1], p.r_charge)) columns.col(kColumnCharge).setZero();
-  if (atBound(tableOne()[2], p.c2)) columns.col(kColumnLogC2).setZero();
-  if (atBound(tableOne()[3], p.beta)) columns.col(kColumnLogBeta).setZero();
+/// A matrix over the columns with those of parameters held at a bound emptied: nothing is estimated there.
+void holdBounded(Eigen::MatrixXd& matrix, const BaseParameters& p) {
+  const std::array<double, 4> values = {p.r_discharge, p.r_charge, p.c2, p.beta};
+  static constexpr std::array<int, 4> kColumnOf = {kColumnDischarge, kColumnCharge, kColumnLogC2,
+                                                   kColumnLogBeta};
+  for (std::size_t j = 0; j < values.size(); ++j) {
+    if (!atBound(tableOne()[j], values[j])) continue;
+    matrix.row(kColumnOf[j]).setZero();
+    matrix.col(kColumnOf[j]).setZero();
+  }
 }
 
 /// From the order of BaseColumn to that of CovarianceRow.
@@ -102,15 +132,6 @@ Eigen::MatrixXd inPhysicalOrder(const Eigen::MatrixXd& covariance, const BasePar
       ordered(j, k) = covariance(kColumnOfRow[j], kColumnOfRow[k]) * scale[kColumnOfRow[j]] *
                       scale[kColumnOfRow[k]];
   return ordered;
-}
-
-/// State at the window's last sample, from the pass's last row.
-Overpotential lastState(const Series& series, IndexRange range,
-                        const BaseNormalEquations& equations,
-                        const BaseNormalEquations::Columns& columns, const BaseParameters& p) {
-  const auto row = columns.row(columns.rows() - 1);
-  return {series.voltage[range.last - 1] - equations.offset() - row[kColumnTarget],
-          row[kColumnInitial], row[kColumnLogC2] / p.c2, row[kColumnLogBeta] / p.beta};
 }
 
 std::vector<ParameterEstimate> estimatesOf(const BaseParameters& p,
@@ -138,38 +159,38 @@ void carryCovariance(Eigen::MatrixXd& covariance, const Overpotential& carried) 
   covariance = T * covariance * T.transpose();
 }
 
+/// Newey and West's, of what a fit leaves.
+Eigen::MatrixXd covarianceOf(const BaseParameters& p, const BaseResidual& left, Eigen::Index width) {
+  Sandwich parts{left.information, left.bartlettProducts(width)};
+  holdBounded(parts.A, p);
+  holdBounded(parts.B, p);
+  return inPhysicalOrder(combined(parts), p);
+}
+
 /// Fills in everything that follows from where the search ended.
-FittedModel describeFit(const Series& series, IndexRange range, const IdentifyOptions& options,
-                        const BaseFit& fit, const BaseNormalEquations& equations,
-                        const Eigen::VectorXd& weight) {
+FittedModel describeFit(const Window& window, const BaseFit& fit,
+                        BaseNormalEquations equations, const std::vector<Event>& cranks) {
+  const auto& [series, range, interval, excited] = window;
   const BaseParameters& p = fit.parameters;
-  auto columns = equations.columns({p.c2, p.beta, fit.u_c2_first});
-  const Eigen::VectorXd residual =
-      (columns.col(kColumnTarget) - p.r_discharge * columns.col(kColumnDischarge) -
-       p.r_charge * columns.col(kColumnCharge))
-          .array() -
-      (p.u_dc - equations.offset());
-  const double rho = std::clamp(lagOneCorrelation(residual), -0.9999, 0.9999);
+  const BaseResidual left = std::move(equations).residual({p.c2, p.beta, fit.u_c2_first},
+                                                          {p.r_discharge, p.r_charge, p.u_dc});
+  const double rho = std::clamp(left.lagOne(), -0.9999, 0.9999);
 
-  const Overpotential last = lastState(series, range, equations, columns, p);
-  holdBounded(columns, p);
-
-  FittedModel model = unfitted(series, range, {}, fit.status, "");
+  FittedModel model = unfitted(series, range, excited, {}, fit.status, "");
   model.parameters = p;
   model.iterations = fit.iterations;
-  model.covariance =
-      inPhysicalOrder(sandwichCovariance(columns.leftCols(static_cast<int>(kCovarianceRows)),
-                                         residual, weight, bartlettWidth(rho, residual.size())),
-                      p);
+  model.covariance = covarianceOf(p, left, bartlettWidth(rho, static_cast<Eigen::Index>(range.size())));
   model.estimates = estimatesOf(p, model.covariance);
-  model.scores = scoresOf(series, range, residual, rho, options.crank_weight_current);
+  const auto residualAt = [&](std::size_t n) { return left.at(n); };
+  const FitErrors errors{left.squares(), rho, crankErrors(series, range.first, cranks, residualAt)};
+  model.scores = scoresOf(series, range, errors, interval);
   if (std::none_of(model.estimates.begin(), model.estimates.begin() + kRowUDc,
                    [](const ParameterEstimate& estimate) { return estimate.determined; }))
     model.status = FitStatus::kNotExcited;
   model.message = sentenceOf(model);
-  model.state = {series.time[range.last - 1], last.value, series.current[range.last - 1]};
+  model.state = {series.time[range.last - 1], left.last.value, series.current[range.last - 1]};
   model.first_state = {fit.u_c2_first};
-  carryCovariance(model.covariance, last);
+  carryCovariance(model.covariance, left.last);
   return model;
 }
 
@@ -178,6 +199,49 @@ bool imposesVoltage(const IdentifyOptions& options, IndexRange range) {
   const auto begin = options.source->imposes_voltage.begin();
   return std::any_of(begin + static_cast<std::ptrdiff_t>(range.first),
                      begin + static_cast<std::ptrdiff_t>(range.last), [](char imposed) { return imposed; });
+}
+
+/// A window that no model can be fitted to, and why.
+std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& options) {
+  const auto& [series, range, interval, excited] = window;
+  std::ostringstream message;
+  FitStatus status = FitStatus::kNotExcited;
+  const double span = excited.max_current - excited.min_current;
+  if (range.size() < kMinFitSamples) {
+    status = FitStatus::kWindowTooShort;
+    message << "the window has " << range.size() << " samples, at least " << kMinFitSamples << " are needed";
+  } else if (span < kMinCurrentSpan) {
+    message << "the current moves by " << span << " A in the window, at least " << kMinCurrentSpan
+            << " A are needed to tell a resistance from an offset";
+  } else {
+    return std::nullopt;
+  }
+  return unfitted(series, range, excited, options.effects, status, message.str());
+}
+
+double suitabilityOf(const FittedModel& model, const WindowSamples& samples, double duration) {
+  if (const auto& share = model.scores.left_out_share_percent) return std::clamp(*share / 100.0, 0.0, 1.0);
+  return predictionSuitability(model.scores.rmse, windowExcitation(samples, duration));
+}
+
+FittedModel fitted(const Window& window, const IdentifyOptions& options) {
+  const auto& [series, range, interval, excited] = window;
+  const WindowSamples samples(series, range, {options.crank_weight, options.crank_weight_current},
+                              window.maxGap(), options.masked);
+  BaseNormalEquations equations(samples, BaseParameters{}.i0);
+  const FirstSample first = {series.current[range.first], series.voltage[range.first]};
+  const BaseFit fit = options.start == FitStart::kPaper ? searchPaper(samples, first, options)
+                                                        : searchWindow(samples, equations, options);
+  const std::vector<Event> cranks = cranksOf(window, EventLimits().crank_current);
+  const bool weighs_cranks = options.crank_weight_current == EventLimits().crank_current;
+  const bool is_base = options.effects.empty() && !options.whiten && !imposesVoltage(options, range);
+  FittedModel model =
+      is_base ? describeFit(window, fit, std::move(equations),
+                            weighs_cranks ? cranks : cranksOf(window, options.crank_weight_current))
+              : identifyComposition(series, range, options, fit);
+  if (!model.source) model.naive = fitNaiveDrivenByCurrent(series, range, cranks);
+  model.suitability = suitabilityOf(model, samples, window.duration());
+  return model;
 }
 
 }  // namespace
@@ -189,44 +253,10 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
     charging.effects = {kChargingPhysics};
     return identify(series, range, charging);
   }
-  const std::string start = options.start == FitStart::kPaper ? "paper" : "robust";
-  const auto refuse = [&](FitStatus status, const std::string& message) {
-    FittedModel model = unfitted(series, range, options.effects, status, message);
-    model.start = start;
-    return model;
-  };
-  if (range.size() < kMinFitSamples)
-    return refuse(FitStatus::kWindowTooShort, "the window has " + std::to_string(range.size()) +
-                                                  " samples, at least " +
-                                                  std::to_string(kMinFitSamples) + " are needed");
-  const auto [low, high] =
-      std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
-                          series.current.begin() + static_cast<std::ptrdiff_t>(range.last));
-  if (*high - *low < kMinCurrentSpan) {
-    std::ostringstream message;
-    message << "the current moves by " << *high - *low << " A in the window, at least "
-            << kMinCurrentSpan << " A are needed to tell a resistance from an offset";
-    return refuse(FitStatus::kNotExcited, message.str());
-  }
-  auto samples = fitSamples(series, range, options.crank_weight, options.crank_weight_current);
-  if (!options.masked.empty())
-    for (std::size_t n = 0; n < samples.size(); ++n)
-      if (options.masked[range.first + n]) samples[n].weight = 0.0;
-  const BaseNormalEquations equations(samples, BaseParameters{}.i0);
-  const FirstSample first = {series.current[range.first], series.voltage[range.first]};
-  const BaseFit fit = options.start == FitStart::kPaper ? searchPaper(samples, first, options)
-                                                        : searchWindow(samples, equations, options);
-  Eigen::VectorXd weight(static_cast<Eigen::Index>(samples.size()));
-  for (std::size_t n = 0; n < samples.size(); ++n) weight[n] = samples[n].weight;
-  FittedModel model =
-      options.effects.empty() && !options.whiten && !imposesVoltage(options, range)
-          ? describeFit(series, range, options, fit, equations, weight)
-          : identifyComposition(series, range, options, fit);
-  model.start = start;
-  if (!model.source) model.naive = fitNaive(series, range, std::vector<char>(series.size(), 0));
-  model.suitability = model.scores.left_out_share_percent
-                          ? std::clamp(*model.scores.left_out_share_percent / 100.0, 0.0, 1.0)
-                          : predictionSuitability(model.scores.rmse, windowExcitation(series, range));
+  const Window window = windowOf(series, range);
+  const std::optional<FittedModel> refusal = refused(window, options);
+  FittedModel model = refusal ? *refusal : fitted(window, options);
+  model.start = options.start == FitStart::kPaper ? "paper" : "robust";
   return model;
 }
 

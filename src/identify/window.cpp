@@ -21,13 +21,15 @@ constexpr double kNearlyBest = 0.95;  // of the best suitability: then the later
 constexpr int kHopsPerWindow = 8;
 
 /// Information that a window's current carries on (linear parameters, ln c2, ln beta, first state).
-Eigen::Matrix<double, 6, 6> information(const Series& series, IndexRange range) {
+Eigen::Matrix<double, 6, 6> information(const WindowSamples& samples) {
   // Averages of ten keep the information to a few per cent at a tenth of the cost; slow recordings
   // are taken as they are.
-  const std::size_t factor = range.size() >= 4000 ? 10 : 1;
-  const auto samples = coarsened(fitSamples(series, range, 1.0, -1.0), factor);
+  const std::size_t factor = samples.size() >= 4000 ? 10 : 1;
+  auto averages = coarsened(samples, factor);
+  for (std::size_t k = 0; k < averages.size(); ++k)
+    averages[k].weight = static_cast<double>(std::min(factor, samples.size() - k * factor));
   const BaseParameters nominal;
-  const BaseNormalEquations equations(samples, nominal.i0);
+  const BaseNormalEquations equations(averages, nominal.i0);
   return equations.sums({nominal.c2, nominal.beta, 0.0}).weighted.topLeftCorner<6, 6>();
 }
 
@@ -86,17 +88,6 @@ std::vector<IndexRange> candidates(const Series& series, IndexRange searched, do
   return windows;
 }
 
-double shareOfTime(const Series& series, IndexRange range, bool charging) {
-  double time = 0.0;
-  const double longest = gapThreshold(series);
-  for (std::size_t n = range.first + 1; n < range.last; ++n) {
-    const double dt = series.time[n] - series.time[n - 1];
-    const double i = series.current[n];
-    if (dt <= longest && (charging ? i > 0.0 : i < 0.0)) time += dt;
-  }
-  return time;
-}
-
 std::string sentence(const Series& series, IndexRange range, double suitability) {
   std::ostringstream text;
   text << "window " << series.time[range.first] << " to " << series.time[range.last - 1] << " s, "
@@ -112,12 +103,18 @@ double defaultWindowLength(const Series& series) {
 
 double windowExcitation(const Series& series, IndexRange range) {
   if (range.size() < kMinFitSamples) return 0.0;
-  const double interval =
-      (series.time[range.last - 1] - series.time[range.first]) / static_cast<double>(range.size());
+  const std::vector<char> none;
+  return windowExcitation(WindowSamples(series, range, {}, gapThreshold(series), none),
+                          series.time[range.last - 1] - series.time[range.first]);
+}
+
+double windowExcitation(const WindowSamples& samples, double duration) {
+  if (samples.size() < kMinFitSamples) return 0.0;
+  const double interval = duration / static_cast<double>(samples.size());
   const double inflation = std::max(1.0, 2.0 * kAssumedCorrelation / interval);
   double product = 1.0;
   for (double relative :
-       relativeErrors(information(series, range), kAssumedError * kAssumedError * inflation))
+       relativeErrors(information(samples), kAssumedError * kAssumedError * inflation))
     product *= std::max(kEnough / (kEnough + relative), kNotExcited);
   return std::pow(product, 0.25);
 }
@@ -159,40 +156,49 @@ double predictionSuitability(double rmse, double excitation) {
 
 namespace {
 
-/// Longest time without a change of the current's direction [s]; beyond half an ampere, as rests go (EventLimits).
-double longestRun(const Series& series, IndexRange range, bool charge) {
-  constexpr double kRest = 0.5;  // [A]
-  const double max_gap = gapThreshold(series);
-  double longest = 0.0, run = 0.0;
-  for (std::size_t n = range.first + 1; n < range.last; ++n) {
-    const double i = charge ? series.current[n] : -series.current[n];
-    const double interval = series.time[n] - series.time[n - 1];
-    run = i > kRest && interval <= max_gap ? run + interval : 0.0;
-    longest = std::max(longest, run);
+constexpr double kRest = 0.5;  // [A], where a run of one direction ends, as rests go (EventLimits)
+
+/// Where a run ends that flows at sample n. @param sign 1 charging, -1 discharging.
+std::size_t endOfRun(const Series& series, std::size_t n, std::size_t last, double sign,
+                     double max_gap) {
+  for (++n; n < last; ++n)
+    if (!(sign * series.current[n] > kRest) || series.time[n] - series.time[n - 1] > max_gap) break;
+  return n;
+}
+
+/// How long current flowed either way, run by run.
+void addFlowTimes(const Series& series, IndexRange range, double max_gap, ExcitedRange& excited) {
+  for (std::size_t n = range.first + 1, next; n < range.last; n = next) {
+    next = n + 1;
+    const double i = series.current[n];
+    if (i == 0.0 || series.time[n] - series.time[n - 1] > max_gap) continue;
+    const bool runs = std::abs(i) > kRest;
+    if (runs) next = endOfRun(series, n, range.last, i > 0.0 ? 1.0 : -1.0, max_gap);
+    const double time = series.time[next - 1] - series.time[n - 1];
+    (i > 0.0 ? excited.charge_time : excited.discharge_time) += time;
+    double& longest = i > 0.0 ? excited.longest_charge : excited.longest_discharge;
+    if (runs) longest = std::max(longest, time);
   }
-  return longest;
 }
 
 }  // namespace
 
 ExcitedRange excitedRange(const Series& series, IndexRange range) {
+  return excitedRange(series, range, gapThreshold(series));
+}
+
+ExcitedRange excitedRange(const Series& series, IndexRange range, double max_gap) {
   ExcitedRange excited;
   if (range.empty()) return excited;
-  const auto at = [&](const std::vector<double>& values, std::size_t n) {
-    return values.begin() + static_cast<std::ptrdiff_t>(n);
+  const auto values = [&](const std::vector<double>& all) {
+    return Eigen::Map<const Eigen::ArrayXd>(all.data() + range.first,
+                                            static_cast<Eigen::Index>(range.size()));
   };
-  const auto [i_low, i_high] =
-      std::minmax_element(at(series.current, range.first), at(series.current, range.last));
-  const auto [u_low, u_high] =
-      std::minmax_element(at(series.voltage, range.first), at(series.voltage, range.last));
-  excited.min_current = *i_low;
-  excited.max_current = *i_high;
-  excited.min_voltage = *u_low;
-  excited.max_voltage = *u_high;
-  excited.discharge_time = shareOfTime(series, range, false);
-  excited.charge_time = shareOfTime(series, range, true);
-  excited.longest_discharge = longestRun(series, range, false);
-  excited.longest_charge = longestRun(series, range, true);
+  excited.min_current = values(series.current).minCoeff();
+  excited.max_current = values(series.current).maxCoeff();
+  excited.min_voltage = values(series.voltage).minCoeff();
+  excited.max_voltage = values(series.voltage).maxCoeff();
+  addFlowTimes(series, range, max_gap, excited);
   excited.temperature =
       temperatureAt(series, 0.5 * (series.time[range.first] + series.time[range.last - 1]));
   return excited;

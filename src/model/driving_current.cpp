@@ -2,12 +2,6 @@
 
 namespace battery_sof {
 
-HeldCurrent heldCurrent(double time_before, double current_before, double time, double current,
-                        double max_gap) {
-  const double duration = time - time_before;
-  return {duration > max_gap ? 0.0 : 0.5 * (current_before + current), duration};
-}
-
 Overpotential advanceToSample(const OverpotentialStep& step, const Overpotential& before,
                               const Series& series, std::size_t n, double max_gap) {
   const HeldCurrent held = heldCurrent(series.time[n - 1], series.current[n - 1], series.time[n],
@@ -18,11 +12,10 @@ Overpotential advanceToSample(const OverpotentialStep& step, const Overpotential
 std::vector<HeldCurrent> heldCurrents(const Series& series, IndexRange range, double max_gap) {
   std::vector<HeldCurrent> held;
   held.reserve(range.size());
-  for (std::size_t n = range.first; n < range.last; ++n) {
+  for (std::size_t n = range.first; n < range.last; ++n)
     held.push_back(n == range.first ? HeldCurrent{series.current[n], 0.0}
                                     : heldCurrent(series.time[n - 1], series.current[n - 1],
                                                   series.time[n], series.current[n], max_gap));
-  }
   return held;
 }
 

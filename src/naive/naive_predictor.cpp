@@ -1,5 +1,6 @@
 #include "battery_sof/naive/naive_predictor.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +12,7 @@
 #include "battery_sof/naive/charge_phases.hpp"
 #include "battery_sof/recording/channel_statistics.hpp"
 #include "battery_sof/recording/events.hpp"
+#include "battery_sof/recording/sampling.hpp"
 
 namespace battery_sof {
 namespace {
@@ -24,21 +26,26 @@ constexpr double kShort = 10.0, kLong = 60.0;  // [s]
 constexpr std::array kStudent95 = {6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895, 1.860, 1.833,
                                    1.812, 1.796, 1.782, 1.771, 1.761, 1.753, 1.746, 1.740, 1.734};
 
-struct Bounds {
-  double lower = 0.0, upper = 0.0;
-};
+/// Several values or samples, where they lie.
+using Values = Eigen::Map<const Eigen::ArrayXd>;
+
+Values allOf(const std::vector<double>& values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+
+Values valuesIn(const std::vector<double>& values, IndexRange range) {
+  return {values.data() + range.first, static_cast<Eigen::Index>(range.size())};
+}
 
 double standardDeviation(const std::vector<double>& errors) {
-  double squares = 0.0;
-  for (const double error : errors) squares += error * error;
-  return errors.empty() ? 0.0 : std::sqrt(squares / static_cast<double>(errors.size()));
+  return errors.empty() ? 0.0 : std::sqrt(allOf(errors).square().mean());
 }
 
 /// Bounds that nine in ten further errors keep: quantiles of many, Student's t for few; otherwise's
 /// for a single one.
 Bounds ninetyPercent(const std::vector<double>& errors, Bounds otherwise) {
   const std::size_t count = errors.size();
-  if (count >= kFewestForTails) return {quantile(errors, 0.05), quantile(errors, 0.95)};
+  if (count >= kFewestForTails) return centralRange(errors, 0.05);
   if (count < 2) return otherwise;
   const double n = static_cast<double>(count);
   const double width = kStudent95[count - 2] * standardDeviation(errors) *
@@ -61,31 +68,21 @@ Points pointsWhere(const Series& series, IndexRange window,
   return points;
 }
 
-double meanOf(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
-
-std::optional<NaiveLine> lineThrough(const Points& points) {
-  if (points.x.size() < kFewestSamples) return std::nullopt;
-  const double x = meanOf(points.x), y = meanOf(points.y);
-  double squares = 0.0, products = 0.0;
-  for (std::size_t k = 0; k < points.x.size(); ++k) {
-    squares += (points.x[k] - x) * (points.x[k] - x);
-    products += (points.x[k] - x) * (points.y[k] - y);
-  }
+std::optional<NaiveLine> lineThrough(const Values& x, const Values& y) {
   NaiveLine line;
-  line.samples = points.x.size();
+  line.samples = static_cast<std::size_t>(x.size());
+  if (line.samples < kFewestSamples) return std::nullopt;
+  line.centre = x.mean();
+  const double level = y.mean();
+  const double squares = (x - line.centre).square().sum();
+  const double products = ((x - line.centre) * (y - level)).sum();
   line.slope = squares > 0.0 ? products / squares : 0.0;
-  line.intercept = y - line.slope * x;
-  line.centre = x;
-  line.spread = std::sqrt(squares / static_cast<double>(points.x.size()));
-  std::vector<double> errors;
-  for (std::size_t k = 0; k < points.x.size(); ++k)
-    errors.push_back(points.y[k] - line.at(points.x[k]));
-  const Bounds bounds = ninetyPercent(errors, {});
+  line.intercept = level - line.slope * line.centre;
+  line.spread = std::sqrt(squares / static_cast<double>(line.samples));
+  std::vector<double> errors(line.samples);
+  Eigen::Map<Eigen::ArrayXd>(errors.data(), x.size()) = y - (line.intercept + line.slope * x);
   line.std = standardDeviation(errors);
+  const Bounds bounds = ninetyPercent(errors, {});
   line.lower_error = bounds.lower;
   line.upper_error = bounds.upper;
   return line;
@@ -153,17 +150,9 @@ std::optional<NaiveHistory> chargesOver(const Series& series, IndexRange window,
   for (const std::size_t first : beginnings) {
     const auto samples = beginningOfCharge(series, window, first, duration, imposes_voltage);
     if (!samples) continue;
-    means.push_back(meanOf({series.current.begin() + static_cast<std::ptrdiff_t>(samples->first),
-                            series.current.begin() + static_cast<std::ptrdiff_t>(samples->last)}));
+    means.push_back(valuesIn(series.current, *samples).mean());
   }
   return historyOf(means, otherwise);
-}
-
-std::vector<NaiveCrank> cranksIn(const Series& part) {
-  std::vector<NaiveCrank> cranks;
-  for (const Event& event : detectEvents(part))
-    if (event.kind == EventKind::kCrank) cranks.push_back({event.peak_current, event.min_voltage});
-  return cranks;
 }
 
 /// What a crank's minimum has beyond the line, from the first `count` cranks; recent ones weigh
@@ -177,9 +166,11 @@ double beyondLine(const std::vector<NaiveCrank>& cranks, std::size_t count, cons
   return sum / (weights + kLineWeight);
 }
 
-std::optional<NaiveCranks> naiveCranks(const std::vector<NaiveCrank>& cranks,
+std::optional<NaiveCranks> naiveCranks(const std::vector<Event>& events,
                                        const std::optional<NaiveLine>& line) {
-  if (cranks.empty()) return std::nullopt;
+  if (events.empty()) return std::nullopt;
+  std::vector<NaiveCrank> cranks;
+  for (const Event& event : events) cranks.push_back({event.peak_current, event.min_voltage});
   std::vector<double> currents, minima;
   for (const NaiveCrank& crank : cranks) {
     currents.push_back(crank.current);
@@ -246,16 +237,29 @@ NaiveInterval NaiveLine::around(double x) const {
 NaivePredictor fitNaive(const Series& series, IndexRange window,
                         const std::vector<char>& imposes_voltage) {
   const auto beginnings = chargeBeginnings(series, window, imposes_voltage);
+  const Points imposed = pointsWhere(series, window, imposes_voltage, true);
+  const Points free = pointsWhere(series, window, imposes_voltage, false);
   NaivePredictor naive;
-  naive.current_from_voltage = lineThrough(pointsWhere(series, window, imposes_voltage, true));
-  naive.voltage_from_current = lineThrough(pointsWhere(series, window, imposes_voltage, false));
+  naive.current_from_voltage = lineThrough(allOf(imposed.x), allOf(imposed.y));
+  naive.voltage_from_current = lineThrough(allOf(free.x), allOf(free.y));
   Bounds of_line;
   if (naive.current_from_voltage)
     of_line = {naive.current_from_voltage->lower_error, naive.current_from_voltage->upper_error};
   naive.phase = medianPhase(series, window, imposes_voltage, beginnings, of_line);
   naive.charge_10s = chargesOver(series, window, imposes_voltage, beginnings, kShort, of_line);
   naive.charge_60s = chargesOver(series, window, imposes_voltage, beginnings, kLong, of_line);
-  naive.cranks = naiveCranks(cranksIn(slice(series, window)), naive.voltage_from_current);
+  const double max_gap = gapThreshold(medianInterval(series.time, window));
+  naive.cranks =
+      naiveCranks(detectCranks(series, window, {}, max_gap), naive.voltage_from_current);
+  return naive;
+}
+
+NaivePredictor fitNaiveDrivenByCurrent(const Series& series, IndexRange window,
+                                       const std::vector<Event>& cranks) {
+  NaivePredictor naive;
+  naive.voltage_from_current =
+      lineThrough(valuesIn(series.current, window), valuesIn(series.voltage, window));
+  naive.cranks = naiveCranks(cranks, naive.voltage_from_current);
   return naive;
 }
 

@@ -1,12 +1,13 @@
 #include "battery_sof/naive/ridge.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+
+#include "battery_sof/naive/ridge_fit.hpp"
 
 namespace battery_sof {
 namespace {
@@ -23,7 +24,6 @@ constexpr std::size_t kMostRows = 20000;
 constexpr int kBlocks = 6;
 constexpr double kPenaltyUnit = 1e-2;
 constexpr int kWeakestPenalty = -3, kStrongestPenalty = 4;  // powers of ten
-constexpr double kNoSpread = 1e-12;
 
 void requireRanges(const Series& series, IndexRange train, IndexRange test) {
   const bool valid = train.first < train.last && train.last <= series.size() &&
@@ -80,41 +80,14 @@ MatrixXd columnsOf(const VectorXd& time, const VectorXd& current, double interva
       columns.push_back(columns.back().cwiseProduct(charging));
     }
   }
-  MatrixXd x(time.size(), static_cast<Index>(columns.size()) + 1);
-  x.col(0).setOnes();
-  for (std::size_t c = 0; c < columns.size(); ++c) x.col(static_cast<Index>(c) + 1) = columns[c];
+  MatrixXd x(time.size(), static_cast<Index>(columns.size()));
+  for (std::size_t c = 0; c < columns.size(); ++c) x.col(static_cast<Index>(c)) = columns[c];
   return x;
 }
 
 struct Rows {
   MatrixXd x;
   VectorXd y;
-};
-
-/// Normal equations of some rows, added and taken off as blocks are held out.
-struct NormalEquations {
-  MatrixXd squares;
-  VectorXd products;
-  double count = 0.0;
-
-  static NormalEquations of(const MatrixXd& x, const VectorXd& y) {
-    NormalEquations equations;
-    equations.squares = MatrixXd::Zero(x.cols(), x.cols());
-    equations.squares.selfadjointView<Eigen::Lower>().rankUpdate(x.transpose());
-    equations.products = x.transpose() * y;
-    equations.count = static_cast<double>(x.rows());
-    return equations;
-  }
-
-  NormalEquations without(const NormalEquations& block) const {
-    return {squares - block.squares, products - block.products, count - block.count};
-  }
-
-  VectorXd solve(double penalty) const {
-    MatrixXd damped = squares / count;
-    damped.diagonal().tail(damped.rows() - 1).array() += kPenaltyUnit * penalty;
-    return damped.selfadjointView<Eigen::Lower>().ldlt().solve(products / count);
-  }
 };
 
 /// Rows of a range of the columns, every k-th of very many.
@@ -130,42 +103,13 @@ Rows trainingRows(const MatrixXd& x, const Series& series, IndexRange train, std
   return rows;
 }
 
-/// Mean 0 and standard deviation 1 over the training rows, the constant excepted.
-void standardise(Rows& rows, MatrixXd& x) {
-  for (Index c = 1; c < x.cols(); ++c) {
-    const double mean = rows.x.col(c).mean();
-    const double std = std::sqrt((rows.x.col(c).array() - mean).square().mean()) + kNoSpread;
-    rows.x.col(c) = (rows.x.col(c).array() - mean) / std;
-    x.col(c) = (x.col(c).array() - mean) / std;
-  }
-}
-
-struct Block {
-  Index first, size;
-  NormalEquations equations;
-};
-
-std::vector<Block> blocksOf(const Rows& rows) {
-  std::vector<Block> blocks;
-  for (Index b = 0; b < kBlocks; ++b) {
-    const Index first = b * rows.x.rows() / kBlocks, last = (b + 1) * rows.x.rows() / kBlocks;
-    blocks.push_back({first, last - first,
-                      NormalEquations::of(rows.x.middleRows(first, last - first),
-                                          rows.y.segment(first, last - first))});
-  }
-  return blocks;
-}
-
-double heldOutSquares(const Rows& rows, const NormalEquations& all,
-                      const std::vector<Block>& blocks, double penalty) {
-  double squares = 0.0;
-  for (const Block& block : blocks) {
-    const VectorXd weights = all.without(block.equations).solve(penalty);
-    squares += (rows.x.middleRows(block.first, block.size) * weights -
-                rows.y.segment(block.first, block.size))
-                   .squaredNorm();
-  }
-  return squares;
+RidgeOptions options() {
+  RidgeOptions options;
+  options.blocks = kBlocks;
+  options.of_mean = true;
+  for (int power = kWeakestPenalty; power <= kStrongestPenalty; ++power)
+    options.penalties.push_back(kPenaltyUnit * std::pow(10.0, power));
+  return options;
 }
 
 }  // namespace
@@ -176,27 +120,17 @@ RidgePrediction ridgeVoltage(const Series& series, IndexRange train, IndexRange 
   const auto size = static_cast<Index>(std::max(train.last, test.last) - first);
   const VectorXd time = Eigen::Map<const VectorXd>(series.time.data() + first, size);
   const VectorXd current = Eigen::Map<const VectorXd>(series.current.data() + first, size);
-  MatrixXd x = columnsOf(time, current, medianInterval(series));
-  Rows rows = trainingRows(x, series, train, first);
-  standardise(rows, x);
-  const auto blocks = blocksOf(rows);
-  const auto all = NormalEquations::of(rows.x, rows.y);
+  const MatrixXd x = columnsOf(time, current, medianInterval(series));
+  const Rows rows = trainingRows(x, series, train, first);
+  VectorXd left_out;
+  const RidgeFit fit = fitRidge(rows.x, rows.y, options(), &left_out);
+  const VectorXd voltage = fit.ofRows(x.middleRows(static_cast<Index>(test.first - first), static_cast<Index>(test.size())));
 
   RidgePrediction prediction;
-  prediction.columns = static_cast<std::size_t>(x.cols());
+  prediction.columns = static_cast<std::size_t>(x.cols()) + 1;
   prediction.rows = static_cast<std::size_t>(rows.x.rows());
-  double least = 0.0;
-  for (int power = kWeakestPenalty; power <= kStrongestPenalty; ++power) {
-    const double penalty = std::pow(10.0, power);
-    const double squares = heldOutSquares(rows, all, blocks, penalty);
-    if (power > kWeakestPenalty && !(squares < least)) continue;
-    least = squares;
-    prediction.penalty = penalty;
-  }
-  prediction.held_out_rmse = std::sqrt(least / static_cast<double>(rows.y.size()));
-  const VectorXd voltage =
-      x.middleRows(static_cast<Index>(test.first - first), static_cast<Index>(test.size())) *
-      all.solve(prediction.penalty);
+  prediction.penalty = fit.penalty / kPenaltyUnit;
+  prediction.held_out_rmse = std::sqrt((rows.y - left_out).squaredNorm() / static_cast<double>(rows.y.size()));
   prediction.voltage.assign(voltage.data(), voltage.data() + voltage.size());
   return prediction;
 }

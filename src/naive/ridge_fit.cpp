@@ -29,10 +29,12 @@ std::vector<Block> blocksOf(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, 
   return blocks;
 }
 
+/// @param rows that the products are summed over.
 Eigen::VectorXd solved(Eigen::MatrixXd products, const Eigen::VectorXd& targets, double penalty,
-                       double constant_penalty) {
+                       Eigen::Index rows, const RidgeOptions& options) {
+  if (options.of_mean) penalty *= static_cast<double>(rows);
   products.diagonal().array() += penalty;
-  products(0, 0) += penalty * (constant_penalty - 1.0);
+  products(0, 0) += penalty * (options.constant_penalty - 1.0);
   return products.ldlt().solve(targets);
 }
 
@@ -53,6 +55,12 @@ double RidgeFit::at(const Eigen::Ref<const Eigen::VectorXd>& columns) const {
   Eigen::ArrayXd x = columns.array();
   if (lower.size() > 0) x = x.max(lower.array()).min(upper.array());
   return constant + (weight.array() * (x - centre.array()) / scale.array()).sum();
+}
+
+Eigen::VectorXd RidgeFit::ofRows(const Eigen::Ref<const Eigen::MatrixXd>& X) const {
+  Eigen::VectorXd values(X.rows());
+  for (Eigen::Index n = 0; n < X.rows(); ++n) values[n] = at(X.row(n).transpose());
+  return values;
 }
 
 RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options,
@@ -78,7 +86,7 @@ RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Ridg
     for (const Block& block : blocks)
       without.segment(block.first, block.count) =
           Z.middleRows(block.first, block.count) *
-          solved(products - block.products, targets - block.targets, penalty, options.constant_penalty);
+          solved(products - block.products, targets - block.targets, penalty, y.size() - block.count, options);
     const double error = (y - without).squaredNorm();
     if (!(error < least)) continue;
     least = error;
@@ -94,7 +102,7 @@ RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Ridg
     if (left_out) left_out->setZero();
     return RidgeFit();
   }
-  const Eigen::VectorXd w = share * solved(products, targets, fit.penalty, options.constant_penalty);
+  const Eigen::VectorXd w = share * solved(products, targets, fit.penalty, y.size(), options);
   fit.constant = w[0];
   fit.weight = w.tail(X.cols());
   if (options.clipped) {

@@ -10,7 +10,6 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kOhmsOfCurrentError = 0.01;  // [Ohm], r_charge's magnitude
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
 
 constexpr double kLookBack = 300.0;  // [s], of a source's past that its judgement rests on, as driveOf()

@@ -49,6 +49,7 @@ void TrackedModel::moveTo(const StreamSample& first, double moved, double max_ga
   fitted_until_ += moved;
   FittedModel there = *model_;
   there.experience = tracker_->experience();
+  there.experience.moveBy(moved);
   setStateFromVoltage(there, first.time, first.current, first.voltage);
   tracker_.emplace(there, max_gap);
   tracker_->setScales(crank_scale_, charge_scale_);

@@ -25,34 +25,43 @@ EventKind kindBySign(double current, const EventLimits& limits) {
   return current > 0.0 ? EventKind::kCharge : EventKind::kDischarge;
 }
 
-/// The stretch around a sample, within bounds, in which the current stays at or below half the
-/// crank current.
-IndexRange widened(const Series& series, std::size_t sample, IndexRange bounds, double half) {
+/// The stretch around a sample, within bounds and without a gap, in which the current stays at or
+/// below half the crank current.
+IndexRange widened(const Series& series, std::size_t sample, IndexRange bounds, double half,
+                   double max_gap) {
+  const auto joined = [&](std::size_t n) { return series.time[n] - series.time[n - 1] <= max_gap; };
   IndexRange range{sample, sample + 1};
-  while (range.first > bounds.first && series.current[range.first - 1] <= half) --range.first;
-  while (range.last < bounds.last && series.current[range.last] <= half) ++range.last;
+  while (range.first > bounds.first && series.current[range.first - 1] <= half &&
+         joined(range.first))
+    --range.first;
+  while (range.last < bounds.last && series.current[range.last] <= half && joined(range.last))
+    ++range.last;
   return range;
 }
 
-void markCranks(const Series& series, IndexRange bounds, const EventLimits& limits,
-                std::vector<EventKind>& kinds) {
-  for (std::size_t k = bounds.first; k < bounds.last; ++k) {
-    if (series.current[k] > limits.crank_current) continue;
-    const IndexRange range = widened(series, k, bounds, 0.5 * limits.crank_current);
+std::vector<IndexRange> crankRanges(const Series& series, IndexRange bounds,
+                                    const EventLimits& limits, double max_gap) {
+  std::vector<IndexRange> cranks;
+  const auto end = series.current.begin() + static_cast<std::ptrdiff_t>(bounds.last);
+  for (std::size_t from = bounds.first;;) {
+    const auto low = std::find_if(series.current.begin() + static_cast<std::ptrdiff_t>(from), end,
+                                  [&](double i) { return i <= limits.crank_current; });
+    if (low == end) return cranks;
+    const auto k = static_cast<std::size_t>(low - series.current.begin());
+    const IndexRange range = widened(series, k, bounds, 0.5 * limits.crank_current, max_gap);
     const double duration = series.time[range.last - 1] - series.time[range.first];
-    if (duration <= limits.crank_max_duration) {
-      std::fill(kinds.begin() + range.first, kinds.begin() + range.last, EventKind::kCrank);
-    }
-    k = range.last - 1;
+    if (duration <= limits.crank_max_duration) cranks.push_back(range);
+    from = range.last;
   }
 }
 
 std::vector<EventKind> kindOfEverySample(const Series& series, const EventLimits& limits,
-                                         const std::vector<IndexRange>& stretches) {
+                                         double max_gap) {
   std::vector<EventKind> kinds(series.size());
   std::transform(series.current.begin(), series.current.end(), kinds.begin(),
                  [&](double current) { return kindBySign(current, limits); });
-  for (const IndexRange& stretch : stretches) markCranks(series, stretch, limits, kinds);
+  for (const IndexRange& range : crankRanges(series, {0, series.size()}, limits, max_gap))
+    std::fill(kinds.begin() + range.first, kinds.begin() + range.last, EventKind::kCrank);
   return kinds;
 }
 
@@ -136,11 +145,21 @@ std::string describe(EventKind kind) {
 
 std::vector<Event> detectEvents(const Series& series, const EventLimits& limits) {
   requireValid(limits);
-  const std::vector<IndexRange> stretches = contiguousRanges(series, gapThreshold(series));
-  const std::vector<EventKind> kinds = kindOfEverySample(series, limits, stretches);
+  const double max_gap = gapThreshold(series);
+  const std::vector<EventKind> kinds = kindOfEverySample(series, limits, max_gap);
   std::vector<Event> events;
-  for (const IndexRange& stretch : stretches) cutIntoEvents(series, stretch, kinds, events);
+  for (const IndexRange& stretch : contiguousRanges(series, max_gap))
+    cutIntoEvents(series, stretch, kinds, events);
   return events;
+}
+
+std::vector<Event> detectCranks(const Series& series, IndexRange range, const EventLimits& limits,
+                                double max_gap) {
+  requireValid(limits);
+  std::vector<Event> cranks;
+  for (const IndexRange& crank : crankRanges(series, range, limits, max_gap))
+    cranks.push_back(describeEvent(series, crank, EventKind::kCrank));
+  return cranks;
 }
 
 EventSummary summarise(const Series& series, const std::vector<Event>& events) {

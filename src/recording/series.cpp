@@ -1,6 +1,9 @@
 #include "battery_sof/recording/series.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
+
+#include "battery_sof/recording/sampling.hpp"
 
 namespace battery_sof {
 namespace {
@@ -22,20 +25,53 @@ IndexRange rangeBetween(const std::vector<double>& time, double from, double to)
   return {first, std::max(first, firstAfter(time, to))};
 }
 
+/// Median of some of the intervals, evenly spread; n of them are there.
+double probedInterval(const double* time, std::size_t n) {
+  std::vector<double> probes(std::min<std::size_t>(n, 255));
+  for (std::size_t k = 0; k < probes.size(); ++k) {
+    const std::size_t at = k * n / probes.size();
+    probes[k] = time[at + 1] - time[at];
+  }
+  const auto middle = probes.begin() + static_cast<std::ptrdiff_t>(probes.size() / 2);
+  std::nth_element(probes.begin(), middle, probes.end());
+  return *middle;
+}
+
+/// Whether so many of n intervals equal a value that it is their median: what evenly sampled recordings have.
+bool isMedian(double value, const double* time, std::size_t n) {
+  std::size_t below = 0, above = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double interval = time[k + 1] - time[k];
+    below += interval < value ? 1 : 0;
+    above += interval > value ? 1 : 0;
+  }
+  return 2 * below < n && 2 * above < n;
+}
+
 }  // namespace
 
 double medianInterval(const Series& series) {
-  if (series.size() < 2) return 0.0;
-  std::vector<double> interval(series.size() - 1);
-  std::transform(series.time.begin() + 1, series.time.end(), series.time.begin(), interval.begin(),
+  return medianInterval(series.time, {0, series.size()});
+}
+
+double medianInterval(const std::vector<double>& time, IndexRange range) {
+  if (range.size() < 2) return 0.0;
+  const double probed = probedInterval(time.data() + range.first, range.size() - 1);
+  if (isMedian(probed, time.data() + range.first, range.size() - 1)) return probed;
+  const auto first = time.begin() + range.first, last = time.begin() + range.last;
+  std::vector<double> interval(range.size() - 1);
+  std::transform(first + 1, last, first, interval.begin(),
                  [](double later, double earlier) { return later - earlier; });
   const auto middle = interval.begin() + interval.size() / 2;
   std::nth_element(interval.begin(), middle, interval.end());
   if (interval.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(interval.begin(), middle));
+  const Eigen::Map<const Eigen::ArrayXd> lower(interval.data(), middle - interval.begin());
+  return 0.5 * (*middle + lower.maxCoeff());
 }
 
-double gapThreshold(const Series& series) { return std::max(10.0 * medianInterval(series), 5.0); }
+double gapThreshold(const Series& series) { return gapThreshold(medianInterval(series)); }
+
+double gapThreshold(double median_interval) { return std::max(10.0 * median_interval, 5.0); }
 
 std::vector<IndexRange> contiguousRanges(const Series& series, double max_gap) {
   std::vector<IndexRange> ranges;

@@ -192,6 +192,7 @@ YAML::Node fitNode(const FittedModel& model) {
   node["q_dyn_percent"] = model.scores.q_dyn_percent;
   node["rmse_v"] = model.scores.rmse;
   if (model.scores.current_rmse) node["current_rmse_a"] = *model.scores.current_rmse;
+  if (model.scores.left_out_share_percent) node["left_out_share_percent"] = *model.scores.left_out_share_percent;
   node["crank_error_v"] = model.scores.crank_error_std;
   node["cranks"] = model.scores.cranks;
   node["residual_correlation_time_s"] = model.scores.residual_correlation_time;
@@ -385,6 +386,7 @@ void readFit(const Reader& root, FittedModel& model) {
   model.scores.q_dyn_percent = fit.number("q_dyn_percent");
   model.scores.rmse = fit.number("rmse_v");
   if (fit.has("current_rmse_a")) model.scores.current_rmse = fit.number("current_rmse_a");
+  if (fit.has("left_out_share_percent")) model.scores.left_out_share_percent = fit.number("left_out_share_percent");
   model.scores.crank_error_std = fit.number("crank_error_v");
   model.scores.cranks = fit.get<int>("cranks", "a whole number");
   model.scores.residual_correlation_time = fit.number("residual_correlation_time_s");

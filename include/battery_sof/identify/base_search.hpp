@@ -26,9 +26,12 @@ BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions
  *
  * A last step that promises less than 1e-5 of the cost (0.5 standard errors in 24,000 samples) is taken on the strength of
  * the linearised model; its error is of second order. The optimum is that of all samples to better than 1e-4.
+ *
+ * @param samples as of BaseNormalEquations, those that the equations were made of.
  */
-BaseFit searchWindow(const std::vector<BaseNormalEquations::Sample>& samples,
-                     const BaseNormalEquations& equations, const IdentifyOptions& options);
+template <typename Samples>
+BaseFit searchWindow(const Samples& samples, const BaseNormalEquations& equations,
+                     const IdentifyOptions& options);
 
 /// First samples of a window, which the paper's start (eq. 5) rests on.
 struct FirstSample {

@@ -6,6 +6,9 @@
 
 namespace battery_sof {
 
+/// What turns a current's error into that of a voltage [Ohm]: r_charge's magnitude.
+inline constexpr double kOhmsOfCurrentError = 0.01;
+
 /// What a model will miss some time ahead.
 struct ErrorForecast {
   double mean = 0.0;      ///< measured minus modelled voltage [V]

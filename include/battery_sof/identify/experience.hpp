@@ -32,6 +32,7 @@ struct Experience {
 
   void add(const PastCrank& crank);
   void add(const PastCharge& charge);
+  void moveBy(double moved);  ///< puts every event onto a clock that jumped. @param moved [s]
 };
 
 }  // namespace battery_sof

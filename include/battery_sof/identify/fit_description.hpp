@@ -1,12 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/identify/levenberg_marquardt.hpp"
+#include "battery_sof/recording/events.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {
@@ -18,6 +21,10 @@ std::optional<double> standardError(const Eigen::MatrixXd& covariance, Eigen::In
 FittedModel unfitted(const Series& series, IndexRange range, const std::vector<std::string>& effects,
                      FitStatus status, const std::string& message);
 
+/// The same where excitedRange() of the range is known.
+FittedModel unfitted(const Series& series, IndexRange range, const ExcitedRange& excited,
+                     const std::vector<std::string>& effects, FitStatus status, const std::string& message);
+
 /**
  * @brief Scores of a fit over its window.
  * @param residual u_b - u_m, one a sample of the range [V].  @param rho its lag-one autocorrelation.
@@ -25,6 +32,30 @@ FittedModel unfitted(const Series& series, IndexRange range, const std::vector<s
  */
 FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
                    double rho, double crank_current);
+
+/// What the scores of a fit are made of.
+struct FitErrors {
+  double squares = 0.0;   ///< sum of the residual's over the range [V^2]
+  double rho = 0.0;       ///< the residual's lag-one autocorrelation
+  std::vector<double> cranks;  ///< measured less modelled minimum of each crank [V]
+};
+
+/// The same. @param interval [s], medianInterval(series).
+FitScores scoresOf(const Series& series, IndexRange range, const FitErrors& errors, double interval);
+
+/// @return measured less modelled minimum of each crank [V]. @param first of the range.  @param residualAt [V], of its n-th sample.
+template <typename ResidualAt>
+std::vector<double> crankErrors(const Series& series, std::size_t first, const std::vector<Event>& cranks,
+                                ResidualAt&& residualAt) {
+  std::vector<double> errors;
+  for (const Event& crank : cranks) {
+    double modelled = std::numeric_limits<double>::infinity();
+    for (std::size_t n = crank.range.first; n < crank.range.last; ++n)
+      modelled = std::min(modelled, series.voltage[n] - residualAt(n - first));
+    errors.push_back(crank.min_voltage - modelled);
+  }
+  return errors;
+}
 
 /// @return the same end in the words of a fit.
 FitStatus fitStatusOf(MinimizeStatus status);

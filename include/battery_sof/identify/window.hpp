@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "battery_sof/identify/base_normal_equations.hpp"
 #include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/recording/series.hpp"
 
@@ -43,6 +44,9 @@ double defaultWindowLength(const Series& series);
  */
 double windowExcitation(const Series& series, IndexRange range);
 
+/// The same of a window's samples, whatever their weights. @param duration [s], first sample to last.
+double windowExcitation(const WindowSamples& samples, double duration);
+
 /**
  * @brief Chooses the best excited window of the wanted length without a gap inside; of windows within 5 % of the best
  * excitation, the latest, because the battery's state moves on.
@@ -64,5 +68,8 @@ double predictionSuitability(double rmse, double excitation);
 
 /// @return what the samples of the range drove the battery through.
 ExcitedRange excitedRange(const Series& series, IndexRange range);
+
+/// The same where gapThreshold(series) is known. @param max_gap [s].
+ExcitedRange excitedRange(const Series& series, IndexRange range, double max_gap);
 
 }  // namespace battery_sof

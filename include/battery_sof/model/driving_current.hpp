@@ -22,8 +22,11 @@ struct HeldCurrent {
  *
  * @param max_gap [s], see gapThreshold().
  */
-HeldCurrent heldCurrent(double time_before, double current_before, double time, double current,
-                        double max_gap);
+inline HeldCurrent heldCurrent(double time_before, double current_before, double time,
+                               double current, double max_gap) {
+  const double duration = time - time_before;
+  return {duration > max_gap ? 0.0 : 0.5 * (current_before + current), duration};
+}
 
 /// @return the state at sample n, from that at sample n - 1. @param n at least 1.
 Overpotential advanceToSample(const OverpotentialStep& step, const Overpotential& before,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "battery_sof/model/driving_current.hpp"
@@ -37,11 +38,15 @@ class OverpotentialSweep {
   /// @param held see heldCurrents().  @param i0 exchange current [A], > 0.
   OverpotentialSweep(const std::vector<HeldCurrent>& held, double i0);
 
-  /// @param held_at function of the sample's index that returns its HeldCurrent.
-  template <typename HeldAt>
-  OverpotentialSweep(std::size_t size, double i0, HeldAt&& held_at);
+  /// A window whose blocks are still to be driven. @param size samples.
+  explicit OverpotentialSweep(std::size_t size) : blocks_((size + kBlock - 1) / kBlock) {}
 
-  Eigen::Index blocks() const { return static_cast<Eigen::Index>(driven_.size()); }
+  /// Sets what a block's samples are reached with. @param held in lane order, duration 0 past the window's end.
+  void drive(Eigen::Index block, const HeldBlock& held, double i0) {
+    shareCurrents(held, i0, blocks_[static_cast<std::size_t>(block)].driven, widestInstructionSet());
+  }
+
+  Eigen::Index blocks() const { return static_cast<Eigen::Index>(blocks_.size()); }
 
   /// Calls visit(block index, const States&) for every block in order.
   template <typename Visitor>
@@ -52,28 +57,18 @@ class OverpotentialSweep {
   template <typename Visitor>
   void runInLanes(const Point& point, InstructionSet set, Visitor&& visit) const;
 
+  /// The last pass: runInLanes() that uses the sweep up. @return the blocks with the derivatives in the place of the currents.
+  template <typename Visitor>
+  std::vector<SweptBlock> runOut(const Point& point, InstructionSet set, Visitor&& visit) &&;
+
  private:
   static OverpotentialScale scaleOf(const Point& point);
   static OverpotentialCarried begin(const Point& point);
+  static void keepDerivatives(const OverpotentialStates& states, SweptBlock& block);
   static void inSampleOrder(const OverpotentialStates& lanes, States& states);
 
-  std::vector<DrivenBlock> driven_;
+  std::vector<SweptBlock> blocks_;
 };
-
-template <typename HeldAt>
-OverpotentialSweep::OverpotentialSweep(std::size_t size, double i0, HeldAt&& held_at)
-    : driven_((size + kBlock - 1) / kBlock) {
-  HeldBlock block;
-  for (std::size_t first = 0; first < size; first += kBlock) {
-    for (int k = 0; k < kBlock; ++k) {
-      const std::size_t n = first + static_cast<std::size_t>(k);
-      const HeldCurrent held = n < size ? held_at(n) : HeldCurrent{0.0, 0.0};
-      block.current[lanePosition(k)] = held.current;
-      block.duration[lanePosition(k)] = held.duration;
-    }
-    shareCurrents(block, i0, driven_[first / kBlock], widestInstructionSet());
-  }
-}
 
 template <typename Visitor>
 void OverpotentialSweep::runInLanes(const Point& point, InstructionSet set,
@@ -82,9 +77,19 @@ void OverpotentialSweep::runInLanes(const Point& point, InstructionSet set,
   OverpotentialCarried carried = begin(point);
   OverpotentialStates states;
   for (Eigen::Index block = 0; block < blocks(); ++block) {
-    sweepOverpotential(driven_[static_cast<std::size_t>(block)], scale, carried, states, set);
+    sweepOverpotential(blocks_[static_cast<std::size_t>(block)].driven, scale, carried, states, set);
     visit(block, states);
   }
+}
+
+template <typename Visitor>
+std::vector<SweptBlock> OverpotentialSweep::runOut(const Point& point, InstructionSet set,
+                                                   Visitor&& visit) && {
+  runInLanes(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
+    visit(block, states);
+    keepDerivatives(states, blocks_[static_cast<std::size_t>(block)]);
+  });
+  return std::move(blocks_);
 }
 
 template <typename Visitor>

@@ -8,6 +8,8 @@
 
 namespace battery_sof {
 
+struct Event;
+
 /// A number with the bounds in which nine in ten are expected, from the errors the fitted window
 /// itself shows.
 struct NaiveInterval {
@@ -96,6 +98,11 @@ struct NaivePredictor {
  */
 NaivePredictor fitNaive(const Series& series, IndexRange window,
                         const std::vector<char>& imposes_voltage);
+
+/// @return fitNaive() of a window in which no voltage is imposed: v(i) and cranks. @param cranks of
+/// the window, as detectCranks() finds them with the default limits.
+NaivePredictor fitNaiveDrivenByCurrent(const Series& series, IndexRange window,
+                                       const std::vector<Event>& cranks);
 
 /// Per-sample prediction of a range in the mixed direction, with bounds for nine in ten.
 struct NaiveSeries {

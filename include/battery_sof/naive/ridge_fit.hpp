@@ -10,6 +10,7 @@ struct RidgeOptions {
   std::vector<double> penalties;  ///< [1], tried one by one; those of the normal equations of scaled columns
   int blocks = 6;                 ///< consecutive blocks of the cross-validation
   double constant_penalty = 0.0;  ///< share of the penalty that the constant bears [1]
+  bool of_mean = false;           ///< penalties are those of the mean over the rows that are fitted, not of their sum
   bool clipped = false;           ///< columns are held inside what the fit saw
   bool shrunk = false;            ///< the prediction is scaled by what the left-out blocks ask for, in [0, 1]
 };
@@ -23,16 +24,19 @@ struct RidgeFit {
   Eigen::VectorXd centre, scale, weight;  ///< one a column; columns that never moved weigh nothing
   Eigen::VectorXd lower, upper;           ///< columns are held inside these; empty: they are not
   double constant = 0.0;
-  double penalty = 0.0;                   ///< the one chosen
+  double penalty = 0.0;                   ///< the one chosen, as given
   double gain = 0.0;  ///< 1 - squared error of the left-out blocks over that of predicting zero [1]
   bool empty() const { return weight.size() == 0; }
   double at(const Eigen::Ref<const Eigen::VectorXd>& columns) const;
+  Eigen::VectorXd ofRows(const Eigen::Ref<const Eigen::MatrixXd>& X) const;  ///< at() of every row
 };
 
 /**
  * @brief Ridge regression with a penalty chosen by leaving consecutive blocks out.
  *
  *     w = argmin sum_n (y_n - c - w' z_n)^2 + lambda (|w|^2 + p c^2),   z: columns less their mean, by their deviation
+ *
+ * lambda is a penalty, or the number of rows times it (of_mean).
  *
  * @param X    one row a sample.  @param y as many.
  * @param left_out set to the prediction of every sample by a fit without its block, scaled like the fit's own; may be null.

@@ -51,4 +51,12 @@ std::size_t countReversals(const std::vector<double>& values, IndexRange range, 
 /// @return the value below which the given share [0, 1] of values lies; 0 for no values.
 double quantile(std::vector<double> values, double share);
 
+/// Two ends of a range.
+struct Bounds {
+  double lower = 0.0, upper = 0.0;
+};
+
+/// @return quantile() of tail and of 1 - tail. @param tail [0, 0.5].
+Bounds centralRange(const std::vector<double>& values, double tail);
+
 }  // namespace battery_sof

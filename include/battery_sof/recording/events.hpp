@@ -47,6 +47,15 @@ struct Event {
  */
 std::vector<Event> detectEvents(const Series& series, const EventLimits& limits = {});
 
+/**
+ * @brief The cranks alone, as detectEvents() finds them in slice(series, range); for those who ask for nothing else.
+ *
+ * @param range of the series; the events' ranges are the series' too.
+ * @param max_gap [s], longest interval that is joined: gapThreshold() of the range.
+ * @throws as detectEvents().
+ */
+std::vector<Event> detectCranks(const Series& series, IndexRange range, const EventLimits& limits, double max_gap);
+
 /// How often one kind of event happened and how long in all.
 struct EventTotals {
   std::size_t count = 0;

@@ -105,5 +105,44 @@ TEST(ExcitedRange, HoldsTheExtremesAndTheTimeSpentEachWay) {
   EXPECT_DOUBLE_EQ(*excited.temperature, 300.0);
 }
 
+TEST(ExcitedRange, AddsUpIntervalsAndRunsAsTheirDefinitionSays) {
+  test::Random random(4);
+  for (int round = 0; round < 30; ++round) {
+    Series series;
+    double level = 0.0;
+    for (int k = 0; k < 500; ++k) {
+      if (random.uniform(0.0, 1.0) < 0.1) level = random.uniform(0.0, 1.0) < 0.3 ? 0.0 : random.uniform(-2.0, 2.0);
+      series.time.push_back((series.empty() ? 0.0 : series.time.back()) +
+                            (random.uniform(0.0, 1.0) < 0.02 ? 30.0 : 1.0));
+      series.current.push_back(level);
+      series.voltage.push_back(12.0 + 0.1 * random.normal());
+    }
+    double time[2] = {0.0, 0.0}, run[2] = {0.0, 0.0}, longest[2] = {0.0, 0.0};
+    const IndexRange range{7, 480};
+    for (std::size_t n = range.first + 1; n < range.last; ++n)
+      for (const int way : {0, 1}) {
+        const double i = way == 0 ? series.current[n] : -series.current[n];
+        const double interval = series.time[n] - series.time[n - 1];
+        const bool joined = interval <= 10.0;
+        time[way] += joined && i > 0.0 ? interval : 0.0;
+        run[way] = joined && i > 0.5 ? run[way] + interval : 0.0;
+        longest[way] = std::max(longest[way], run[way]);
+      }
+    const ExcitedRange excited = excitedRange(series, range, 10.0);
+    EXPECT_NEAR(excited.charge_time, time[0], 1e-9);
+    EXPECT_NEAR(excited.discharge_time, time[1], 1e-9);
+    EXPECT_NEAR(excited.longest_charge, longest[0], 1e-9);
+    EXPECT_NEAR(excited.longest_discharge, longest[1], 1e-9);
+  }
+}
+
+TEST(WindowExcitation, AsksForNoWeights) {
+  const Series series = test::baseDrive(6, 100.0);
+  const std::vector<char> masked(series.size(), 1);
+  const IndexRange range{17, series.size()};
+  const WindowSamples samples(series, range, {10.0, -20.0}, 5.0, masked);
+  EXPECT_DOUBLE_EQ(windowExcitation(samples, series.time.back() - series.time[17]), windowExcitation(series, range));
+}
+
 }  // namespace
 }  // namespace battery_sof

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "battery_sof/naive/charge_phases.hpp"
+#include "battery_sof/recording/events.hpp"
 #include "support/synthetic_recording.hpp"
 
 namespace battery_sof {
@@ -72,6 +73,24 @@ TEST(ChargePhases, SlowSamplingShowsNoTenSeconds) {
   Driven driven;
   for (int k = 0; k < 10; ++k) driven.add(60.0, k < 5 ? -20.0 : 10.0, 13.0, k >= 5);
   EXPECT_FALSE(beginningOfCharge(driven.series, driven.all(), 5, 10.0, driven.imposes_voltage));
+}
+
+TEST(FitNaive, OfAWindowThatTheCurrentDrivesIsTheSameFromItsCranks) {
+  const Driven driven = drive(6, 1.0, 0.5);
+  const IndexRange window{10, driven.series.size() - 5};
+  const NaivePredictor by_mask = fitNaive(driven.series, window, std::vector<char>(driven.series.size(), 0));
+  const NaivePredictor by_cranks =
+      fitNaiveDrivenByCurrent(driven.series, window, detectCranks(driven.series, window, {}, 10.0));
+  ASSERT_TRUE(by_cranks.voltage_from_current);
+  EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->slope, by_mask.voltage_from_current->slope);
+  EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->lower_error, by_mask.voltage_from_current->lower_error);
+  EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->std, by_mask.voltage_from_current->std);
+  ASSERT_TRUE(by_cranks.cranks);
+  EXPECT_EQ(by_cranks.cranks->events, 6U);
+  EXPECT_EQ(by_mask.cranks->events, 6U);
+  EXPECT_DOUBLE_EQ(by_cranks.cranks->intercept, by_mask.cranks->intercept);
+  EXPECT_FALSE(by_cranks.current_from_voltage || by_cranks.phase || by_cranks.charge_10s);
+  EXPECT_FALSE(by_mask.current_from_voltage || by_mask.phase || by_mask.charge_10s);
 }
 
 TEST(FitNaive, FindsTheLineOfTheLoads) {

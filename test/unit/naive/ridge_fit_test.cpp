@@ -49,6 +49,27 @@ double closedForm(const Regression& of, double penalty, double constant_penalty,
   return w[0] + ((at.transpose() - mean).array() / scale.array() * w.tail(of.X.cols()).transpose().array()).sum();
 }
 
+TEST(FitRidge, APenaltyOfTheMeanIsOneOfTheSumTimesTheRows) {
+  const Regression made = regression(60, 0.3);
+  RidgeOptions options = with({0.01});
+  options.of_mean = true;
+  Eigen::VectorXd left_out;
+  const RidgeFit fit = fitRidge(made.X, made.y, options, &left_out);
+  EXPECT_EQ(fit.penalty, 0.01);
+  const Eigen::VectorXd values = fit.ofRows(made.X);
+  ASSERT_EQ(values.size(), 60);
+  for (Eigen::Index n = 0; n < 60; ++n) {
+    const Eigen::VectorXd at = made.X.row(n).transpose();
+    EXPECT_NEAR(values[n], closedForm(made, 0.01 * 60.0, 0.0, at), 1e-9);
+    EXPECT_EQ(values[n], fit.at(at));
+  }
+  // A block of ten is predicted from fifty rows.
+  RidgeOptions of_sum = with({0.01 * 50.0});
+  Eigen::VectorXd by_sum;
+  fitRidge(made.X, made.y, of_sum, &by_sum);
+  EXPECT_TRUE(left_out.isApprox(by_sum, 1e-12));
+}
+
 TEST(FitRidge, IsTheClosedFormOfItsNormalEquations) {
   const Regression made = regression(60, 0.3);
   Eigen::VectorXd at(3);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "battery_sof/identify/identification.hpp"
 #include "battery_sof/naive/charge_phases.hpp"
@@ -100,12 +101,23 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
   const Series series = sourcedDrive(900, battery(), 10, {1, 0});
   TrackedModel tracked({});
   tracked.install(standingAt(series, 0, 1), 10.0);
+  const FollowedPrediction offline = predictMixed(standingAt(series, 0, 1), series, {1, series.size()});
   std::vector<double> compared;
+  int taken_over = 0;
   for (std::size_t n = 1; n < series.size(); ++n)
     for (const ChargeComparison& charge : tracked.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0).charges) {
       compared.push_back(charge.time);
       EXPECT_NEAR(charge.duration, 10.0, 1e-9);
+      const auto first = std::lower_bound(series.time.begin(), series.time.end(), charge.time) - series.time.begin() - 1;
+      const auto drives = offline.voltage_drives.begin() + first;
+      const double followed =
+          std::accumulate(offline.current.begin() + first, offline.current.begin() + first + 10, 0.0) / 10.0;
+      const bool source_took_over = !*(drives - 1) && std::count(drives, drives + 10, 0) == 0;
+      // Saved behind a source, the state ramps from its own voltage at the measured current.
+      EXPECT_NEAR(charge.modelled_current, followed, source_took_over ? 1e-6 : 0.3) << charge.time;
+      taken_over += source_took_over ? 1 : 0;
     }
+  EXPECT_GT(taken_over, 8);
   SourceWatch watch(findSource(series).rule);
   std::vector<char> imposed{0};
   for (std::size_t n = 1; n < series.size(); ++n)
@@ -124,6 +136,33 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
   EXPECT_LE(learnt, compared.size() + long_ones);
   EXPECT_GE(learnt + 1, compared.size() + long_ones);
   EXPECT_EQ(static_cast<std::size_t>(tracked.longChargeContest().score().events), 0u) << "no naive predictor";
+}
+
+TEST(TrackedModel, WhenTheClockJumpsPastEventsMoveWithIt) {
+  const Series series = sourcedDrive(700, battery(), 11, {1, 0});
+  TrackedModel tracked({});
+  tracked.install(standingAt(series, 0, 1), 10.0);
+  for (std::size_t n = 1; n < series.size(); ++n)
+    tracked.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0);
+  const Experience before = tracked.now().experience;
+  ASSERT_GT(before.cranks.size(), 3u);
+  ASSERT_GT(before.charges.size(), 3u);
+  const double moved = 50.0 - series.time.back();
+  for (const double jump : {moved, -20.0}) {  // and once more
+    const double at = tracked.stateTime() + jump;
+    tracked.moveTo({at, -20.0, 12.4}, jump, 10.0);
+  }
+  const Experience after = tracked.now().experience;
+  ASSERT_EQ(after.cranks.size(), before.cranks.size());
+  ASSERT_EQ(after.charges.size(), before.charges.size());
+  for (std::size_t k = 0; k < after.cranks.size(); ++k) {
+    EXPECT_NEAR(after.cranks[k].time, before.cranks[k].time + moved - 20.0, 1e-9);
+    EXPECT_EQ(after.cranks[k].minimum, before.cranks[k].minimum);
+  }
+  for (std::size_t k = 0; k < after.charges.size(); ++k) {
+    EXPECT_NEAR(after.charges[k].time, before.charges[k].time + moved - 20.0, 1e-9);
+    EXPECT_EQ(after.charges[k].modelled, before.charges[k].modelled);
+  }
 }
 
 TEST(StateTracker, WithoutASourceEverySampleIsSettledAtOnce) {

@@ -99,6 +99,34 @@ TEST(Events, EverySampleOfADriveBelongsToExactlyOneEvent) {
   expectEverySampleInOneEvent(series, detectEvents(series));
 }
 
+TEST(Cranks, AloneAreThoseOfAllTheEvents) {
+  test::Random random(5);
+  for (int round = 0; round < 50; ++round) {
+    Series series;
+    for (int k = 0; k < 400; ++k) {
+      const double current = std::round(random.uniform(-300.0, 40.0) * random.uniform(0.0, 1.0));
+      series.time.push_back((series.empty() ? 0.0 : series.time.back()) +
+                            (random.uniform(0.0, 1.0) < 0.05 ? 20.0 : 1.0));
+      series.current.push_back(current);
+      series.voltage.push_back(12.5 + 0.005 * current + 0.1 * random.normal());
+    }
+    const IndexRange range{30, 350};
+    const Series part = slice(series, range);
+    std::vector<Event> expected;
+    for (const Event& event : detectEvents(part, {-200.0, 3.0, 0.5}))
+      if (event.kind == EventKind::kCrank) expected.push_back(event);
+    const auto cranks = detectCranks(series, range, {-200.0, 3.0, 0.5}, gapThreshold(part));
+    ASSERT_EQ(cranks.size(), expected.size());
+    for (std::size_t k = 0; k < cranks.size(); ++k) {
+      EXPECT_EQ(cranks[k].range.first, expected[k].range.first + range.first);
+      EXPECT_EQ(cranks[k].range.last, expected[k].range.last + range.first);
+      EXPECT_EQ(cranks[k].peak_current, expected[k].peak_current);
+      EXPECT_EQ(cranks[k].min_voltage, expected[k].min_voltage);
+      EXPECT_EQ(cranks[k].charge, expected[k].charge);
+    }
+  }
+}
+
 TEST(Events, AnEmptySeriesHasNone) { EXPECT_TRUE(detectEvents({}).empty()); }
 
 TEST(Events, WrongLimitsAreRefused) {

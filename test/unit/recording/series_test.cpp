@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "battery_sof/recording/sampling.hpp"
+#include "support/synthetic_recording.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -21,8 +26,30 @@ TEST(MedianInterval, IsTheMeanOfTheTwoMiddleOnesOfAnEvenCount) {
   EXPECT_DOUBLE_EQ(medianInterval(seriesAt({0.0, 1.0, 4.0, 6.0, 100.0})), 2.5);
 }
 
+TEST(MedianInterval, IsThatOfSortedIntervalsHoweverManyOfThemAreEqual) {
+  test::Random random(3);
+  for (const double jitter : {0.0, 1e-13, 0.004})
+    for (const std::size_t count : {2U, 3U, 300U, 1001U, 2000U}) {
+      std::vector<double> time, intervals;
+      for (std::size_t k = 0; k < count; ++k)
+        time.push_back(100.0 + 0.01 * static_cast<double>(k) + jitter * random.uniform(0.0, 1.0));
+      for (std::size_t k = 1; k < count; ++k) intervals.push_back(time[k] - time[k - 1]);
+      std::sort(intervals.begin(), intervals.end());
+      const std::size_t n = intervals.size();
+      EXPECT_DOUBLE_EQ(medianInterval(seriesAt(time)), 0.5 * (intervals[(n - 1) / 2] + intervals[n / 2]));
+    }
+}
+
+TEST(MedianInterval, OfARangeIsThatOfItsSlice) {
+  const Series series = seriesAt({0.0, 1.0, 3.0, 7.0, 15.0, 31.0, 32.0});
+  for (std::size_t first = 0; first < series.size(); ++first)
+    for (std::size_t last = first; last <= series.size(); ++last)
+      EXPECT_EQ(medianInterval(series.time, {first, last}), medianInterval(slice(series, {first, last})));
+  EXPECT_EQ(gapThreshold(medianInterval(series)), gapThreshold(series));
+}
+
 TEST(MedianInterval, IsZeroForFewerThanTwoSamples) {
-  EXPECT_EQ(medianInterval({}), 0.0);
+  EXPECT_EQ(medianInterval(Series()), 0.0);
   EXPECT_EQ(medianInterval(seriesAt({7.0})), 0.0);
 }
 

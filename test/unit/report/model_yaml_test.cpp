@@ -254,6 +254,8 @@ TEST_F(ModelYamlBothWays, ReadsBackSourceNaivePredictorsPastEventsAndWhatWasLear
   EXPECT_EQ(back.learned.voltage.weight, model.learned.voltage.weight);
   EXPECT_EQ(back.state.memory.numbers(), model.state.memory.numbers());
   EXPECT_EQ(back.scores.current_rmse, model.scores.current_rmse);
+  ASSERT_TRUE(model.scores.left_out_share_percent);
+  EXPECT_EQ(back.scores.left_out_share_percent, model.scores.left_out_share_percent);
   EXPECT_EQ(modelYaml(back), *text_);
 }
 
@@ -277,6 +279,7 @@ TEST_F(ModelYamlBothWays, AFileWithoutThemIsAModelWithoutThem) {
   EXPECT_TRUE(back.experience.cranks.empty() && back.experience.charges.empty());
   EXPECT_FALSE(back.state.memory.begun);
   EXPECT_EQ(back.voltage_lag, 0u);
+  EXPECT_FALSE(back.scores.left_out_share_percent);
 }
 
 TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithASource) {
