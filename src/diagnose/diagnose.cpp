@@ -233,7 +233,7 @@ class Diagnoser {
     const double limit = std::max(options_.relevance.rmse, 0.5 * learned.force.noise);
     const bool matters = learned.force.rms >= limit;
     found_.left = {explained_.left_rms, explained_.left_crank, explained_.left_charge_share, options_.relevance};
-    found_.left.limits.rmse = std::max(options_.relevance.rmse, 0.5 * explained_.noise);
+    found_.left.limits.rmse = explained_.relevant;
     learned.is_used = matters && learned.left_out.force < learned.left_out.base;
     if (!learned.is_used && learned.left_out.base <= kPlausible) return;
     describeLearned(learned);

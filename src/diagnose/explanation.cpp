@@ -27,6 +27,7 @@ constexpr int kWander = 24;            // steps of a voltage channel's random wa
 constexpr double kMostWander = 0.0012; // [V] a root minute, of a voltage channel
 constexpr std::size_t kClosest = 5;    // effects that are tried in a step, and the first of every family
 constexpr std::size_t kFittedWell = 2;  // of them, that are fitted to the end
+constexpr double kBudget = 4e6;        // rows simulated with derivatives; then what stands is told
 constexpr int kSwaps = 3;              // rounds in which places may be taken by what does better
 constexpr double kClose = 0.8;         // of the best one's gain: fitted to the end, too
 constexpr double kPromised = 0.5;      // of the grid's gain, that a search has to reach to be on its way
@@ -130,6 +131,20 @@ class Explainer {
     free_.leftCols(table.values.cols()) = table.values(counted_, Eigen::all);
     free_.rightCols(kWander) = wander();
     free_products_ = free_.transpose() * free_;
+    takeRelevance();
+  }
+
+  /// What an RMS has to be to matter: of a voltage as it is, of a current that a source draws out its share of the current.
+  void takeRelevance() {
+    double square = 0.0, currents = 0.0, imposed = 0.0;
+    for (const Eigen::Index row : counted_) {
+      if (!response_.voltage_drives[static_cast<std::size_t>(row)]) continue;
+      square += std::pow(rows_.currentOf(row) * response_.resistance[row], 2);
+      imposed += 1.0;
+    }
+    if (imposed > 0.0) currents = rules_.relevance.charge_share * std::sqrt(square / imposed);
+    const double share = imposed / static_cast<double>(counted_.size()), rmse = rules_.relevance.rmse;
+    relevant_ = std::sqrt((1.0 - share) * rmse * rmse + share * std::pow(std::max(rmse, currents), 2));
   }
 
   Explanation run(const std::function<void(const std::string&)>& progress) {
@@ -218,6 +233,7 @@ class Explainer {
 
   /// Simulates a state where it stands. @return whether the model has a voltage there.
   bool place(State& state) const {
+    spent_ += static_cast<double>(counted_.size());
     Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(), static_cast<Eigen::Index>(state.coordinates.size()));
     for (std::size_t j = 0; j < state.coordinates.size(); ++j) {
       const Coordinate& c = state.coordinates[j];
@@ -458,15 +474,19 @@ class Explainer {
     return std::abs(share) < 0.1 ? std::copysign(0.1, share) : share;
   }
 
+  /// A state with a family's columns beside it; the circuit moves along once they are taken.
   State withColumns(const State& state, Family family) const {
     State next = state;
     next.learnt.insert(family);
-    improve(next);
+    weigh(next);
     return next;
   }
 
+  bool isSpent() const { return spent_ > kBudget; }
+
   /// The likeliest effects beside a state, each fitted; best first. @param only of one family, or all.
   std::vector<State> withMembers(const State& state, std::optional<Family> only) {
+    if (isSpent()) return {};
     const std::vector<double> gains = gridGains(state);
     std::map<std::string, std::size_t> best;
     for (std::size_t g = 0; g < grid_.size(); ++g) {
@@ -504,7 +524,7 @@ class Explainer {
   bool doesAsWell(const State& member, const State& columns) const {
     if (member.evidence > columns.evidence - rules_.tie) return true;
     const double more = std::sqrt(std::max(0.0, std::pow(member.fit.noise, 2) - std::pow(columns.fit.noise, 2)));
-    return more < std::max(rules_.relevance.rmse, 0.5 * columns.fit.noise);
+    return more < std::max(relevant_, 0.5 * columns.fit.noise);
   }
 
   /// By what one explanation is taken before another: of two that are as good the one with fewer effects, an equation before columns.
@@ -523,7 +543,7 @@ class Explainer {
 
   /// Whether a part moves the voltage by enough to matter.
   bool matters(const State& with, const State& without) const {
-    return rmsBesideBase(modelled(with) - modelled(without)) >= std::max(rules_.relevance.rmse, 0.5 * with.fit.noise);
+    return rmsBesideBase(modelled(with) - modelled(without)) >= std::max(relevant_, 0.5 * with.fit.noise);
   }
 
   /// Takes in the family of greatest evidence. @return whether one was worth it.
@@ -537,6 +557,7 @@ class Explainer {
     }
     if (best.evidence - state.evidence < rules_.least_gain) return false;
     state = std::move(best);
+    improve(state);
     return true;
   }
 
@@ -602,8 +623,9 @@ class Explainer {
         improve(without);
         takePlace(state, without, family, "");
       }
-      if (!better_ || round + 1 == kSwaps) break;
+      if (!better_ || round + 1 == kSwaps || isSpent()) break;
       state = std::move(*better_);
+      improve(state);
     }
     found_.evidence = state.evidence;
     found_.model = state.model;
@@ -675,6 +697,7 @@ class Explainer {
         part += free_.col(static_cast<Eigen::Index>(k)) * all.z[static_cast<Eigen::Index>(state.coordinates.size() + k)];
     found_.left_rms = rmsBesideBase(part);
     found_.noise = state.fit.noise;
+    found_.relevant = std::max(relevant_, 0.5 * state.fit.noise);
     takeLeft(part);
     takeLeastStrengths(state);
     double most = rules_.least_gain;
@@ -722,7 +745,7 @@ class Explainer {
       const double length = std::max(1e-300, point.added.squaredNorm() - cross.dot(factor.solve(cross)));
       const double information = found_.temper * length / (state.fit.noise * state.fit.noise);
       const double evident = std::sqrt(2.0 * (rules_.least_gain + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) / information);
-      const double matters = std::max(rules_.relevance.rmse, 0.5 * state.fit.noise) / std::sqrt(length / static_cast<double>(counted_.size()));
+      const double matters = std::max(relevant_, 0.5 * state.fit.noise) / std::sqrt(length / static_cast<double>(counted_.size()));
       found_.least.push_back(leastStrength(point, std::max(evident, matters)));
     }
   }
@@ -751,8 +774,9 @@ class Explainer {
   RowSimulation rows_;
   std::vector<Eigen::Index> counted_;
   Eigen::MatrixXd free_, free_products_;  // the table's columns and the wander's ramps
-  double most_wander_ = 0.0;
+  double most_wander_ = 0.0, relevant_ = 0.0;  // [V]
   std::vector<GridPoint> grid_;
+  mutable double spent_ = 0.0;   // rows simulated with derivatives
   std::optional<State> better_;  // than the state, by what could stand in a place
   Explanation found_;
 };

@@ -58,6 +58,7 @@ struct Explanation {
   double base_evidence = 0.0;         ///< of the base circuit alone
   double temper = 1.0;                ///< share of rows that count as independent once all that can be learnt is taken out
   double noise = 0.0;                 ///< [V], RMS of what is left of a row
+  double relevant = 0.0;              ///< [V], RMS below which nothing came into it
   double left_rms = 0.0;              ///< [V], of what the library would still take beside it
   double left_crank = 0.0;            ///< [V], mean magnitude of that while cranking
   double left_charge_share = 0.0;     ///< [1], of the charging current, that it stands for
