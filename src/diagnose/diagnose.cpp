@@ -402,7 +402,7 @@ class Diagnoser {
     if (!one.tied.empty()) effect.confidence = each;
     found_.effects.push_back(effect);
     for (const std::string& id : one.tied) {
-      NamedEffect rival{id, each, {}, {}, one.gain, one.rms, {one.member}, familyId(one.family), one.probability};
+      NamedEffect rival{id, each, {}, {}, one.gain, one.rms, {one.member}, familyId(familyOf(id)), one.probability};
       for (const std::string& other : one.tied)
         if (other != id) rival.tied_with.push_back(other);
       found_.effects.push_back(rival);

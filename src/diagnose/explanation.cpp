@@ -27,6 +27,7 @@ constexpr int kWander = 24;            // steps of a voltage channel's random wa
 constexpr double kMostWander = 0.0012; // [V] a root minute, of a voltage channel
 constexpr std::size_t kClosest = 5;    // effects that are tried in a step, and the first of every family
 constexpr std::size_t kFittedWell = 2;  // of them, that are fitted to the end
+constexpr double kDiscrepancy = 0.1;   // of the structure's gain, that physics beside it must bring
 constexpr double kBudget = 4e6;        // rows simulated with derivatives; then what stands is told
 constexpr int kSwaps = 3;              // rounds in which places may be taken by what does better
 constexpr double kClose = 0.8;         // of the best one's gain: fitted to the end, too
@@ -108,6 +109,7 @@ struct State {
   std::vector<std::string> members;  // named ones, without what they need
   LinearFit fit;
   double evidence = -std::numeric_limits<double>::infinity();
+  double structure_gain = 0.0;     // of ln evidence, by the structure taken in
 };
 
 /// What an effect adds to the base circuit at one point of its grid.
@@ -546,6 +548,12 @@ class Explainer {
     return rmsBesideBase(modelled(with) - modelled(without)) >= std::max(relevant_, 0.5 * with.fit.noise);
   }
 
+  /// Nats that a family must bring. A battery's own structure is never quite the catalogue's: what is left of it is no physics.
+  double needed(const State& state, Family family) const {
+    const bool physics = family != Family::kStructure && family != Family::kInstrument;
+    return physics ? std::max(rules_.least_gain, kDiscrepancy * state.structure_gain) : rules_.least_gain;
+  }
+
   /// Takes in the family of greatest evidence. @return whether one was worth it.
   bool extend(State& state) {
     const std::vector<State> members = withMembers(state, std::nullopt);
@@ -553,9 +561,13 @@ class Explainer {
     for (const Family family : kAllFamilies) {
       if (state.learnt.count(family)) continue;
       const State of_family = standingFor(family, state, members);
+      if (of_family.evidence - state.evidence < needed(state, family)) continue;
       if (rankOf(of_family) > rankOf(best) && matters(of_family, state)) best = of_family;
     }
-    if (best.evidence - state.evidence < rules_.least_gain) return false;
+    if (best.members.size() + best.learnt.size() == state.members.size() + state.learnt.size()) return false;
+    const bool structural = best.learnt.size() > state.learnt.size() ? best.learnt.count(Family::kStructure) > state.learnt.count(Family::kStructure)
+                                                                     : familyOf(best.members.back()) == Family::kStructure;
+    if (structural) best.structure_gain = std::max(state.structure_gain, best.evidence - state.evidence);
     state = std::move(best);
     improve(state);
     return true;
@@ -578,7 +590,7 @@ class Explainer {
     for (const std::string& id : std::vector<std::string>(state.members)) {
       if (state.members.size() + state.learnt.size() < 2) return;
       State without = withoutMember(state, id);
-      if (state.evidence - without.evidence < rules_.least_gain || !matters(state, without)) state = std::move(without);
+      if (state.evidence - without.evidence < needed(state, familyOf(id)) || !matters(state, without)) state = std::move(without);
     }
   }
 
@@ -652,7 +664,7 @@ class Explainer {
       if (!std::isfinite(member.evidence)) continue;
       const double gain = member.evidence - without.evidence;
       const Family of = familyOf(member.members.back());
-      if (of == family && !id.empty() && member.members.back() != id && gain > one.gain - rules_.tie && !needs(member.members.back(), id))
+      if (!id.empty() && member.members.back() != id && gain > one.gain - rules_.tie && !needs(member.members.back(), id))
         one.tied.push_back(member.members.back());
       if (of == family) weighRival(member, state);
       if (!rivals.count(of) || gain > rivals[of]) rivals[of] = gain;

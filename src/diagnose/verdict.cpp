@@ -20,10 +20,27 @@ std::string joined(const std::vector<std::string>& parts, const std::string& las
   return text;
 }
 
-std::string named(const std::string& id) {
+/// An effect in words; the id of what has none.
+std::string titleOrId(const std::string& id) {
   for (const EffectInfo& info : effectCatalogue())
-    if (info.id == id) return id + " (" + info.title + ")";
+    if (info.id == id) return info.title;
   return id;
+}
+
+std::string capitalised(std::string sentence) {
+  if (!sentence.empty() && sentence[0] >= 'a' && sentence[0] <= 'z') sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
+  return sentence;
+}
+
+/// The families in words, then the effects that stand for them.
+std::string missing(const Diagnosis& diagnosis, const std::string& last) {
+  std::vector<std::string> families, effects;
+  for (const NamedEffect& effect : diagnosis.effects) {
+    const std::string family = familySentence(familyOf(effect.id));
+    if (std::find(families.begin(), families.end(), family) == families.end()) families.push_back(family);
+    effects.push_back(titleOrId(effect.id));
+  }
+  return capitalised(joined(families, " and ")) + " (" + joined(effects, last) + ")";
 }
 
 std::string gainSentence(const Diagnosis& diagnosis) {
@@ -38,7 +55,7 @@ std::string gainSentence(const Diagnosis& diagnosis) {
 std::string partOfIt(const Diagnosis& diagnosis) {
   std::vector<std::string> ids;
   for (const Candidate& candidate : diagnosis.candidates)
-    if (candidate.rejected_because.empty()) ids.push_back(named(candidate.id));
+    if (candidate.rejected_because.empty()) ids.push_back(titleOrId(candidate.id));
   return ids.empty() ? "" : "; " + joined(ids, " and ") + (ids.size() == 1 ? " is" : " are") + " part of it";
 }
 
@@ -107,7 +124,7 @@ std::string nextExperiment(const Diagnosis& diagnosis) {
     case Verdict::kNoMismatch: {
       for (const Detectable& one : diagnosis.detectable)
         if (!one.visible && effectInfo(one.id).tier() == 'P')
-          return "This recording could not have shown " + named(one.id) + "; it would take " + effectInfo(one.id).tells_apart + ".";
+          return "This recording could not have shown " + one.id + " (" + titleOrId(one.id) + "); it would take " + effectInfo(one.id).tells_apart + ".";
       return "Nothing is open; the same recording at another temperature would widen what the model is good for.";
     }
     default: break;
@@ -121,18 +138,15 @@ std::string nextExperiment(const Diagnosis& diagnosis) {
 
 std::string summaryOf(const Diagnosis& diagnosis) {
   std::vector<std::string> ids;
-  for (const NamedEffect& effect : diagnosis.effects) ids.push_back(named(effect.id));
+  for (const NamedEffect& effect : diagnosis.effects) ids.push_back(titleOrId(effect.id));
   switch (diagnosis.verdict) {
     case Verdict::kNoMismatch:
       return "Model and measurement agree as well as this recording can tell (" +
              withUnit(1e3 * diagnosis.fit.base_holdout.rmse, "%.1f", "mV") + " RMS on the part that was held out).";
     case Verdict::kNamed:
-      return "The base model lacks " + ids.front() + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
-    case Verdict::kSeveral:
-      return "The base model lacks " + joined(ids, " and ") + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
+    case Verdict::kSeveral: return missing(diagnosis, " and ") + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kAmbiguous:
-      return "The base model lacks " + joined(ids, " or ") + ", some of which this recording cannot tell apart" +
-             gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
+      return missing(diagnosis, " or ") + ", some of which this recording cannot tell apart" + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kUnknown:
       return (diagnosis.family ? "Of what is missing the kind is known and the form is not: " + familySentence(*diagnosis.family)
                                : std::string("Model and measurement part in a way that no family of effects explains")) +

@@ -17,7 +17,7 @@ struct Component {
   std::string member;             ///< id; empty: the family's columns
   double gain = 0.0;              ///< of ln evidence, by which the whole would be worse without it [1]
   double rms = 0.0;               ///< [V], what it adds over the training rows that the base circuit cannot
-  std::vector<std::string> tied;  ///< ids of its family that would do as well
+  std::vector<std::string> tied;  ///< ids that would do as well in its place
   double probability = 1.0;       ///< of its family in this place, against the other families' best [0, 1]
 };
 

@@ -81,8 +81,8 @@ TEST(Summary, SaysWhatIsPartOfSomethingUnknown) {
   diagnosis.verdict = Verdict::kUnknown;
   diagnosis.candidates = {{"contact_resistance", 200.0, 0.9, "", "instrument"},
                           {"ocv_soc", 100.0, 0.0, "others explain more of it", "open_circuit"}};
-  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("contact_resistance"));
-  EXPECT_EQ(std::string::npos, summaryOf(diagnosis).find("ocv_soc"));
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find(effectInfo("contact_resistance").title));
+  EXPECT_EQ(std::string::npos, summaryOf(diagnosis).find(effectInfo("ocv_soc").title));
 }
 
 TEST(Summary, OfSomethingUnknownSaysItsFamilyAndWhetherItIsLearnt) {
