@@ -587,6 +587,9 @@ class Explainer {
       const std::vector<State> members = withMembers(without, family);
       if (!members.empty() && doesAsWell(members.front(), state)) state = members.front();
     }
+    for (const std::string& id : state.members)
+      if (familyOf(id) == Family::kStructure)
+        state.structure_gain = std::max(state.structure_gain, state.evidence - withoutMember(state, id).evidence);
     for (const std::string& id : std::vector<std::string>(state.members)) {
       if (state.members.size() + state.learnt.size() < 2) return;
       State without = withoutMember(state, id);
