@@ -390,17 +390,22 @@ class Explainer {
     }
   }
 
-  /// Gain of ln evidence by each grid point beside a state, noise taken anew, any multiple of it allowed.
-  std::vector<double> gridGains(const State& state) const {
-    const Sums sums = sumsOf(state, false);
-    const Eigen::VectorXd left = sums.targets - sums.columns * state.fit.z;
+  /// Factors of the columns' products with their priors, in units of the tempered noise.
+  Eigen::LDLT<Eigen::MatrixXd> penalised(const Sums& sums, const State& state) const {
     Eigen::MatrixXd H = sums.problem.products;
     for (Eigen::Index k = 0; k < H.rows(); ++k) {
       const double s = k < sums.problem.known() ? sums.problem.known_std[k]
                                                 : std::max(state.fit.strength[static_cast<std::size_t>(sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])], 1e-6);
       H(k, k) += state.fit.noise * state.fit.noise / (found_.temper * s * s);
     }
-    const Eigen::LDLT<Eigen::MatrixXd> factor(H);
+    return Eigen::LDLT<Eigen::MatrixXd>(H);
+  }
+
+  /// Gain of ln evidence by each grid point beside a state, noise taken anew, any multiple of it allowed.
+  std::vector<double> gridGains(const State& state) const {
+    const Sums sums = sumsOf(state, false);
+    const Eigen::VectorXd left = sums.targets - sums.columns * state.fit.z;
+    const Eigen::LDLT<Eigen::MatrixXd> factor = penalised(sums, state);
     const double rss = left.squaredNorm(), rows = found_.temper * sums.problem.rows;
     std::vector<double> gains;
     for (const GridPoint& point : grid_) {
@@ -465,14 +470,9 @@ class Explainer {
   /// Multiple of a grid point that a state's errors ask for; at least a tenth.
   double strengthOf(const State& state, const GridPoint& from) const {
     const Sums sums = sumsOf(state, false);
-    Eigen::MatrixXd columns(sums.columns.rows(), sums.columns.cols() + 1);
-    columns.leftCols(sums.columns.cols()) = sums.columns;
-    columns.rightCols(1) = from.added;
-    Eigen::MatrixXd H = columns.transpose() * columns;
-    for (Eigen::Index k = 0; k < sums.problem.known(); ++k) H(k, k) += std::pow(state.fit.noise / sums.problem.known_std[k], 2) / found_.temper;
-    for (Eigen::Index k = sums.problem.known(); k + 1 < H.rows(); ++k)
-      H(k, k) += std::pow(state.fit.noise / std::max(state.fit.strength[static_cast<std::size_t>(sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])], 1e-6), 2) / found_.temper;
-    const double share = H.ldlt().solve(columns.transpose() * sums.targets)[H.rows() - 1];
+    const Eigen::VectorXd cross = sums.columns.transpose() * from.added;
+    const double length = from.added.squaredNorm() - cross.dot(penalised(sums, state).solve(cross));
+    const double share = from.added.dot(sums.targets - sums.columns * state.fit.z) / std::max(length, 1e-300);
     return std::abs(share) < 0.1 ? std::copysign(0.1, share) : share;
   }
 
@@ -672,6 +672,15 @@ class Explainer {
       if (of == family) weighRival(member, state);
       if (!rivals.count(of) || gain > rivals[of]) rivals[of] = gain;
     }
+    if (!id.empty())
+      for (const std::string& alike : effectInfo(id).same_as)
+        if (!isUsed(alike, state) && std::find(one.tied.begin(), one.tied.end(), alike) == one.tied.end()) one.tied.push_back(alike);
+    if (id.empty() && !better_)
+      for (const State& member : members)
+        if (familyOf(member.members.back()) == family && doesAsWell(member, state)) {
+          better_ = member;
+          break;
+        }
     for (const Family other : kAllFamilies) {
       if (without.learnt.count(other) || other == family) continue;
       const State standing = standingFor(other, without, members);
@@ -746,13 +755,7 @@ class Explainer {
   /// From the information that the typical strength's signature holds, linearly.
   void takeLeastStrengths(const State& state) {
     const Sums sums = sumsOf(state, false);
-    Eigen::MatrixXd H = sums.problem.products;
-    for (Eigen::Index k = 0; k < H.rows(); ++k) {
-      const double s = k < sums.problem.known() ? sums.problem.known_std[k]
-                                                : std::max(state.fit.strength[static_cast<std::size_t>(sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])], 1e-6);
-      H(k, k) += state.fit.noise * state.fit.noise / (found_.temper * s * s);
-    }
-    const Eigen::LDLT<Eigen::MatrixXd> factor(H);
+    const Eigen::LDLT<Eigen::MatrixXd> factor = penalised(sums, state);
     std::set<std::string> done;
     for (const GridPoint& point : grid_) {
       if (isUsed(point.id, state) || !done.insert(point.id).second) continue;

@@ -30,7 +30,7 @@ struct WeighedMember {
 /// Below what nothing is worth telling: in the currency of those who ask.
 struct Relevance {
   double rmse = 0.001;        ///< [V], RMS over the training part; half the noise where that is more
-  double crank = 0.010;       ///< [V], of a crank's lowest voltage
+  double crank = 0.010;       ///< [V], of a cranking voltage; what is left is told beside it, nothing is decided by it
   double charge_share = 0.03; ///< [1], of the charging current
 };
 

@@ -11,7 +11,7 @@ namespace battery_sof {
  * @brief JSON of `sof diagnose`, schema battery_sof/diagnosis/1. Absent and not finite numbers are null.
  *
  * Beside the contract's fields: program, recording; effects: title, evidence, voltage_rms_v, tied_with, and parameters'
- * lower, upper (of the 95 % interval), at_bound; candidates: title, score_z; fit.regimes; regimes; absorption; instrument;
+ * lower, upper (of the 95 % interval), at_bound; candidates: title, family; fit.regimes; regimes; absorption; instrument;
  * force; detectable; outside.
  */
 nlohmann::json diagnosisJson(const Diagnosis& diagnosis);
