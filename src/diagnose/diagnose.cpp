@@ -225,19 +225,32 @@ class Diagnoser {
   void learn() {
     const Drive full = fullDrive(screened_.series, train_, screened_.limits.masked);
     const WhitenedFit& beside = driving_ ? base_ : final_;
-    const BaseResponse response = baseResponse(beside.model, beginning(beside.point, full), full, full.samples.size());
+    BaseResponse response = baseResponse(beside.model, beginning(beside.point, full), full, full.samples.size());
+    takeForceDirections(response, beside.model, beginning(beside.point, full), full);
     const ForceTable table = forceTable(full, response, beside.point.parameters[kRowBeta]);
     LearnedFinding learned;
     learned.left_out = leftOutErrors(response, table, kLeftOutBlocks, isTimeless);
-    learned.force = learnForce(response, table, {}, isTimeless).force;
-    const double limit = std::max(options_.relevance.rmse, 0.5 * learned.force.noise);
-    const bool matters = learned.force.rms >= limit;
+    ForceFit fit = learnForce(response, table, isTimeless);
+    learned.force = std::move(fit.force);
+    learned.families = std::move(fit.families);
+    learned.rms = fit.rms;
+    const double limit = std::max(options_.relevance.rmse, 0.5 * fit.noise);
+    const bool matters = learned.rms >= limit;
     found_.left = {explained_.left_rms, explained_.left_crank, explained_.left_charge_share, options_.relevance};
     found_.left.limits.rmse = explained_.relevant;
     learned.is_used = matters && learned.left_out.force < learned.left_out.base;
     if (!learned.is_used && learned.left_out.base <= kPlausible) return;
     describeLearned(learned);
+    if (learned.is_used) withForce_ = composedWith(beside, std::make_shared<const LearnedForce>(learned.force));
     found_.learned = std::move(learned);
+  }
+
+  /// A fit with a force beside it, as it was learnt.
+  static WhitenedFit composedWith(const WhitenedFit& beside, std::shared_ptr<const LearnedForce> force) {
+    WhitenedFit fit = beside;
+    fit.model = withForce(beside.model, std::move(force));
+    fit.point.parameters = withFactors(fit.model, beside.point.parameters);
+    return fit;
   }
 
   static void describeLearned(LearnedFinding& learned) {
@@ -250,7 +263,7 @@ class Diagnoser {
       if (learned.terms.size() < kTermsTold && !contains(learned.terms, term.second)) learned.terms.push_back(term.second);
     char text[200];
     std::snprintf(text, sizeof text, "What the currents and their memory say beside the equations moves the voltage by %.1f mV RMS and takes "
-                  "the error on left-out blocks from %.1f to %.1f mV.", 1e3 * learned.force.rms, 1e3 * learned.left_out.base,
+                  "the error on left-out blocks from %.1f to %.1f mV.", 1e3 * learned.rms, 1e3 * learned.left_out.base,
                   1e3 * learned.left_out.force);
     learned.description = text;
   }
@@ -268,8 +281,8 @@ class Diagnoser {
     if (!explained_.components.empty()) {
       found_.family = explained_.components.front().family;
       found_.probability = explained_.components.front().probability;
-    } else if (found_.verdict == Verdict::kUnknown && rest.is_learned && !found_.learned->force.families.empty()) {
-      found_.family = found_.learned->force.families.front().family;
+    } else if (found_.verdict == Verdict::kUnknown && rest.is_learned && !found_.learned->families.empty()) {
+      found_.family = found_.learned->families.front().family;
     }
     takeCandidates();
     if (options_.lists_detectable) takeDetectable();
@@ -359,6 +372,7 @@ class Diagnoser {
   FittedModel completed(const WhitenedFit& fit) const {
     IdentifyOptions options;
     options.effects = fit.model.effects();
+    options.force = fit.model.force();
     options.masked = screened_.limits.masked;
     options.voltage_lsb_std = screened_.limits.voltage_lsb_std;
     FittedModel model = completedModel(screened_.series, train_, options, fit.point, fit.noise);
@@ -370,7 +384,7 @@ class Diagnoser {
   void takeEffects() {
     found_.base = completed(base_);
     has_effects_ = !explained_.model.effects().empty();
-    found_.extended = has_effects_ && !driving_ ? completed(final_) : found_.base;
+    found_.extended = driving_ ? found_.base : withForce_ ? completed(*withForce_) : has_effects_ ? completed(final_) : found_.base;
     if (driving_) takeBothWays();
     if (found_.verdict == Verdict::kUnknown || found_.verdict == Verdict::kNoMismatch) return;
     for (const Component& one : explained_.components)
@@ -472,12 +486,10 @@ class Diagnoser {
         candidate.holdout_gain_percent = 100.0 * (1.0 - fit.extended_holdout.rmse / fit.base_holdout.rmse);
   }
 
+  /// Where a source drives, what was learnt of the voltage from the current; the model that is handed on answers in the other direction.
   std::vector<double> extendedVoltage() const {
-    const bool learned = found_.learned && found_.learned->is_used;
-    if (!learned) return has_effects_ && !driving_ ? voltageOf(found_.extended) : found_.base_voltage;
-    const WhitenedFit& beside = driving_ ? base_ : final_;
-    const Drive whole = fullDrive(whole_, {0, series_.size()});
-    return voltageWithForce(beside.model, beginning(beside.point, whole), found_.learned->force, whole);
+    if (!driving_) return voltageOf(found_.extended);
+    return withForce_ ? voltageOf(withForce_->model, withForce_->point) : found_.base_voltage;
   }
 
   /// The hold-out in the direction that is imposed, and beside what needs no physics.
@@ -528,8 +540,9 @@ class Diagnoser {
   }
 
   /// The whole recording from the training part's first state on.
-  std::vector<double> voltageOf(const FittedModel& model) const {
-    const Eigen::VectorXd voltage = simulatedVoltage(compositionOf(model), pointOfFirst(model), fullDrive(whole_, {0, series_.size()}));
+  std::vector<double> voltageOf(const FittedModel& model) const { return voltageOf(compositionOf(model), pointOfFirst(model)); }
+  std::vector<double> voltageOf(const BatteryModel& model, const CompositionPoint& point) const {
+    const Eigen::VectorXd voltage = simulatedVoltage(model, point, fullDrive(whole_, {0, series_.size()}));
     return {voltage.data(), voltage.data() + voltage.size()};
   }
 
@@ -545,6 +558,7 @@ class Diagnoser {
   Drive drive_, quiet_;
   WhitenedSearch search_;
   WhitenedFit base_, final_;
+  std::optional<WhitenedFit> withForce_;  // where what was learnt is used
   std::optional<DrivingSource> driving_;
   FittedModel base_both_ways_;
   Explanation explained_;

@@ -241,7 +241,7 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   const Eigen::VectorXd weighted = pass.weight.cwiseSqrt().cwiseProduct(pass.residual);
   const double rho = std::clamp(lagOneCorrelation(fitted.channels ? weighted : pass.residual), -0.9999, 0.9999);
 
-  FittedModel found = unfitted(series, range, model.effects(), fitted.fit.status, "");
+  FittedModel found = unfitted(series, range, model, fitted.fit.status, "");
   found.parameters = baseParameters(fitted.fit.point.parameters);
   found.iterations = fitted.fit.iterations;
   const Eigen::MatrixXd covariance = covarianceOf(problem, fitted, pass, rho);
@@ -285,7 +285,7 @@ FittedModel identifyBothWays(const BatteryModel& model, const Series& series, In
 
 FittedModel identifyComposition(const Series& series, IndexRange range,
                                 const IdentifyOptions& options, const BaseFit& base) {
-  const BatteryModel model(options.effects);
+  const BatteryModel model(options.effects, options.force);
   if (options.source) return identifyBothWays(model, series, range, options, base);
   const Drive full = fullDrive(series, range, options.masked);
   const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
@@ -305,7 +305,7 @@ FittedModel identifyComposition(const Series& series, IndexRange range,
 
 FittedModel completedModel(const Series& series, IndexRange range, const IdentifyOptions& options,
                            const CompositionPoint& optimum, const NoiseModel& noise) {
-  const BatteryModel model(options.effects);
+  const BatteryModel model(options.effects, options.force);
   const Drive full = fullDrive(series, range, options.masked);
   const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
   const Drive& drive = range.size() > kCompressFrom ? compressed : full;

@@ -27,16 +27,16 @@ std::optional<double> standardError(const Eigen::MatrixXd& covariance, Eigen::In
   return variance > 0.0 && std::isfinite(variance) ? std::optional(std::sqrt(variance)) : std::nullopt;
 }
 
-FittedModel unfitted(const Series& series, IndexRange range, const std::vector<std::string>& effects,
+FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel& composition,
                      FitStatus status, const std::string& message) {
-  return unfitted(series, range, excitedRange(series, range), effects, status, message);
+  return unfitted(series, range, excitedRange(series, range), composition, status, message);
 }
 
 FittedModel unfitted(const Series& series, IndexRange range, const ExcitedRange& excited,
-                     const std::vector<std::string>& effects, FitStatus status, const std::string& message) {
-  const BatteryModel composition(effects);
+                     const BatteryModel& composition, FitStatus status, const std::string& message) {
   FittedModel model;
   model.effects = composition.effects();
+  model.force = composition.force();
   model.status = status;
   model.message = message;
   const Eigen::Index rows = composition.parameterCount() + composition.stateCount();

@@ -21,7 +21,7 @@ bool isUsable(const FittedModel& model) {
   return model.status == FitStatus::kConverged || model.status == FitStatus::kIterationLimit;
 }
 
-BatteryModel compositionOf(const FittedModel& model) { return BatteryModel(model.effects); }
+BatteryModel compositionOf(const FittedModel& model) { return BatteryModel(model.effects, model.force); }
 
 ModelPoint pointOf(const FittedModel& model) {
   const BatteryModel composition = compositionOf(model);
@@ -38,6 +38,7 @@ ModelPoint pointOf(const FittedModel& model) {
     point.state[static_cast<Eigen::Index>(k) + 1] = model.state.further[k];
   point.time = model.state.time;
   point.reference_time = model.window.from;
+  point.force_memory = model.state.force_memory;
   return point;
 }
 
@@ -71,7 +72,8 @@ FittedModel rested(FittedModel model) {
   const BatteryModel composition = compositionOf(model);
   const Eigen::VectorXd rest = composition.restState();
   model.state = {model.state.time, rest[0], 0.0,
-                 std::vector<double>(rest.data() + 1, rest.data() + rest.size())};
+                 std::vector<double>(rest.data() + 1, rest.data() + rest.size()),
+                 std::nullopt, {}, model.force ? restedMemory(*model.force, model.state.force_memory) : std::vector<double>()};
   const Eigen::Index states = composition.stateCount();
   model.covariance.bottomRows(states).setZero();
   model.covariance.rightCols(states).setZero();
@@ -81,7 +83,7 @@ FittedModel rested(FittedModel model) {
 void takeState(FittedModel& model, const Simulation& simulation, double current) {
   const Eigen::VectorXd state = simulation.state();
   model.state = {simulation.time(), state[0], current,
-                 std::vector<double>(state.data() + 1, state.data() + state.size())};
+                 std::vector<double>(state.data() + 1, state.data() + state.size()), std::nullopt, {}, simulation.forceMemory()};
   if (simulation.lanes() == 0) return;
   const Eigen::Index parameters = model.covariance.rows() - state.size();
   const Eigen::MatrixXd factor = covarianceFactor(model.covariance);

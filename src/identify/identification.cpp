@@ -72,7 +72,7 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
   }
   requirePositiveOption(options.more_starts >= 0, "more_starts", options.more_starts, "at least 0");
   requirePositiveOption(options.threads >= 0, "threads", options.threads, "at least 0");
-  BatteryModel known(options.effects);
+  BatteryModel known(options.effects, options.force);
   if (!options.masked.empty() && options.masked.size() != series.size())
     throw std::invalid_argument("masked has " + std::to_string(options.masked.size()) +
                                 " entries for a recording of " + std::to_string(series.size()));
@@ -176,7 +176,7 @@ FittedModel describeFit(const Window& window, const BaseFit& fit,
                                                           {p.r_discharge, p.r_charge, p.u_dc});
   const double rho = std::clamp(left.lagOne(), -0.9999, 0.9999);
 
-  FittedModel model = unfitted(series, range, excited, {}, fit.status, "");
+  FittedModel model = unfitted(series, range, excited, BatteryModel(), fit.status, "");
   model.parameters = p;
   model.iterations = fit.iterations;
   model.covariance = covarianceOf(p, left, bartlettWidth(rho, static_cast<Eigen::Index>(range.size())));
@@ -216,7 +216,7 @@ std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& 
   } else {
     return std::nullopt;
   }
-  return unfitted(series, range, excited, options.effects, status, message.str());
+  return unfitted(series, range, excited, BatteryModel(options.effects, options.force), status, message.str());
 }
 
 double suitabilityOf(const FittedModel& model, const WindowSamples& samples, double duration) {

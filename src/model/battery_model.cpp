@@ -10,22 +10,25 @@ bool contains(const std::vector<std::string>& ids, const std::string& id) {
   return std::find(ids.begin(), ids.end(), id) != ids.end();
 }
 
-void requireSound(const std::vector<std::string>& effects) {
-  for (std::size_t k = 0; k < effects.size(); ++k) {
-    const EffectInfo& info = effectInfo(effects[k]);
-    if (std::count(effects.begin(), effects.end(), info.id) > 1)
-      throw std::invalid_argument("effect \"" + info.id + "\" is given twice");
-    for (const std::string& need : info.needs)
+void requireSound(const std::vector<std::string>& effects, bool has_force) {
+  for (const std::string& id : effects) {
+    if (std::count(effects.begin(), effects.end(), id) > 1)
+      throw std::invalid_argument("effect \"" + id + "\" is given twice");
+    if (id == kLearnedEffect) continue;
+    for (const std::string& need : effectInfo(id).needs)
       if (!contains(effects, need))
-        throw std::invalid_argument("effect \"" + info.id + "\" has no meaning without \"" + need +
+        throw std::invalid_argument("effect \"" + id + "\" has no meaning without \"" + need +
                                     "\"");
   }
+  if (contains(effects, kLearnedEffect) != has_force)
+    throw std::invalid_argument(has_force ? "a learnt force is given, and \"" + kLearnedEffect + "\" is not among the effects"
+                                          : "effect \"" + kLearnedEffect + "\" has no meaning without the force that was learnt, as a model file holds it");
 }
 
 }  // namespace
 
-BatteryModel::BatteryModel(const std::vector<std::string>& effects) {
-  requireSound(effects);
+BatteryModel::BatteryModel(const std::vector<std::string>& effects, std::shared_ptr<const LearnedForce> force) : force_(std::move(force)) {
+  requireSound(effects, force_ != nullptr);
   for (const ParameterInfo& info : tableOne()) {
     parameters_.push_back(info);
     parameters_.back().logarithmic = info.name == "c2" || info.name == "beta";
@@ -34,19 +37,21 @@ BatteryModel::BatteryModel(const std::vector<std::string>& effects) {
   parameters_.push_back({"u_dc", "u_dc", "V", BaseParameters{}.u_dc, 0.0, 100.0, "paper, eq. 4"});
   parameters_.back().linear = true;
   states_.push_back({"u_c2", "V", 0.0, 0.2, -2.0, 2.0});
-  for (const EffectInfo& info : effectCatalogue()) {
-    if (!contains(effects, info.id)) continue;
+  for (const EffectInfo& info : effectCatalogue())
+    if (contains(effects, info.id)) infos_.push_back(info);
+  if (force_) infos_.push_back(learnedInfo(*force_));
+  for (const EffectInfo& info : infos_) {
     effects_.push_back(info.id);
     first_parameter_.push_back(parameterCount());
     first_state_.push_back(stateCount());
     parameters_.insert(parameters_.end(), info.parameters.begin(), info.parameters.end());
     states_.insert(states_.end(), info.states.begin(), info.states.end());
   }
-  for (const std::string& id : effects_)
-    for (const ParameterInfo& info : effectInfo(id).beside)
+  for (const EffectInfo& effect : infos_)
+    for (const ParameterInfo& info : effect.beside)
       if (const auto row = parameterRow(info.name)) parameters_[static_cast<std::size_t>(*row)] = info;
-  for (const std::string& id : effects_)
-    for (const std::string& bent : effectInfo(id).bends)
+  for (const EffectInfo& effect : infos_)
+    for (const std::string& bent : effect.bends)
       if (const auto row = parameterRow(bent)) parameters_[static_cast<std::size_t>(*row)].linear = false;
 }
 

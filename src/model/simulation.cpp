@@ -116,6 +116,8 @@ Eigen::Map<const Eigen::VectorXd> Simulation::currentDerivatives() const {
 double Simulation::time() const { return engine_->time(); }
 Eigen::VectorXd Simulation::state() const { return engine_->state(); }
 Eigen::MatrixXd Simulation::stateDerivatives() const { return engine_->stateDerivatives(); }
+std::vector<double> Simulation::forceMemory() const { return engine_->forceMemory(); }
+double Simulation::beyondLearned() const { return engine_->beyondLearned(); }
 Eigen::Index Simulation::lanes() const { return engine_->lanes(); }
 
 }  // namespace battery_sof

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "battery_sof/model/simulation.hpp"
+#include "force_run.hpp"
 #include "narrow_layer.hpp"
 
 namespace battery_sof {
@@ -27,6 +28,8 @@ class Simulation::Engine {
   virtual double time() const = 0;
   virtual Eigen::VectorXd state() const = 0;
   virtual Eigen::MatrixXd stateDerivatives() const = 0;
+  virtual std::vector<double> forceMemory() const = 0;
+  virtual double beyondLearned() const = 0;
   virtual Eigen::Index lanes() const = 0;
 };
 
@@ -86,6 +89,7 @@ class EngineOf final : public Simulation::Engine {
     for (Eigen::Index j = 0; j < model.stateCount(); ++j)
       x_.push_back(seeded(start.state[j], seeds, parameters + j, S()));
     findHooks();
+    if (model.force()) force_ = std::make_unique<ForceRun<S>>(model.force(), start.force_memory);
     layer_ = layerFor(lanesOfLayer(seeds));
     present_ = bareModel();
   }
@@ -96,6 +100,7 @@ class EngineOf final : public Simulation::Engine {
         reference_time_(other.reference_time_),
         activity_state_(other.activity_state_),
         ladder_state_(other.ladder_state_),
+        force_parameter_(other.force_parameter_),
         steps_finely_(other.steps_finely_),
         adapts_(other.adapts_),
         is_wide_(other.is_wide_),
@@ -105,6 +110,7 @@ class EngineOf final : public Simulation::Engine {
         model_(other.model_),
         members_(other.members_),
         layer_(other.layer_->clone()),
+        force_(other.force_ ? std::make_unique<ForceRun<S>>(*other.force_) : nullptr),
         p_(other.p_),
         x_(other.x_),
         present_(other.present_),
@@ -122,7 +128,7 @@ class EngineOf final : public Simulation::Engine {
     for (const Member& member : members_)
       if (member.effect->hooks.sense)
         kernel(member).sense(&p_[member.parameter], step, held, end);
-    pass(held, end, step.duration, step.slope, step.time);
+    pass(held, end, step.duration, step.slope, step.time, {S(step.held), S(step.current), step.gap});
   }
 
   double advanceAtVoltage(double voltage, double duration, double most_current) override {
@@ -143,6 +149,12 @@ class EngineOf final : public Simulation::Engine {
       if (i < most_current) letCurrentFollow(voltage);
     return i;
   }
+
+  /// The current over an interval as a learnt force sees it: the measured one.
+  struct Seen {
+    S held, end;
+    bool gap;
+  };
 
   void followVoltage(const DriveStep& step, double voltage) override {
     S held(step.held), shown(step.current);
@@ -200,15 +212,18 @@ class EngineOf final : public Simulation::Engine {
     const S held(i), u(step.u);
     const S a = layer_->imbalance(p_.data(), present, held, duration, x_[0], step.u);
     const S b = S(othersVoltage(held, duration, u, present) + u - voltage);
-    const S du = S((a + b * (1.0 / resistance)) * (-1.0 / (step.slope + 1.0 / resistance)));
+    const double grip = force_ ? 1.0 + slopes.forceSlope(i, duration, step.u, slope_present) : 1.0;  // d(voltage) / du, i held
+    const S du = S((a + b * (1.0 / resistance)) * (-1.0 / (step.slope + grip / resistance)));
     const S mean = S(0.5 * (x_[0] + u + du));
     const S moved = S(u + du - x_[0]);
     source_trend_ = 0.0;
-    source_current_ = S(held - (b + du) * (1.0 / resistance));
+    source_current_ = S(held - (b + grip * du) * (1.0 / resistance));
+    const S start = x_[0];
     x_[0] = S(u + du);
     reaction_ = reactionOf(source_current_, moved, mean, duration);
     advanceMembers(source_current_, duration, mean, present, false);
     time_ = end_time;
+    moveForce(start, x_[0], duration, {source_current_, source_current_, false}, present);
     show({source_current_, 0.0, duration, presentAt(end_time)});
     return true;
   }
@@ -226,7 +241,7 @@ class EngineOf final : public Simulation::Engine {
         voltage = S(voltage + kernel(member).voltage(&p_[member.parameter], stateOf(member), instant));
     std::swap(x_, kept_);
     std::swap(reaction_, kept_reaction_);
-    return voltage;
+    return force_ ? S(voltage + forceAfter(i, duration, u, present)) : voltage;
   }
   /// Terminal voltage at an instant, and what the channel makes of it.
   void show(const Instant<S>& instant) {
@@ -234,6 +249,7 @@ class EngineOf final : public Simulation::Engine {
     for (const Member& member : members_)
       if (member.effect->hooks.voltage)
         terminal_ = S(terminal_ + kernel(member).voltage(&p_[member.parameter], stateOf(member), instant));
+    if (force_) terminal_ = S(terminal_ + force_->voltage());
     voltage_ = terminal_;
     for (const Member& member : members_)
       if (member.effect->hooks.show)
@@ -274,9 +290,20 @@ class EngineOf final : public Simulation::Engine {
         slopes(static_cast<Eigen::Index>(j), k) = derivativesOf(x_[j])[k];
     return slopes;
   }
+  std::vector<double> forceMemory() const override {
+    std::vector<double> memory;
+    if (force_)
+      for (const S& x : force_->state()) memory.push_back(valueOf(x));
+    return memory;
+  }
+  double beyondLearned() const override { return force_ ? force_->beyond() : 0.0; }
 
   /// One interval under a held current of the battery itself.
   void pass(const S& held, const S& end, double duration, double slope, double end_time) {
+    pass(held, end, duration, slope, end_time, {held, end, false});
+  }
+  void pass(const S& held, const S& end, double duration, double slope, double end_time, const Seen& seen) {
+    const S before = force_ ? x_[0] : S(0.0);
     for (double done = 0.0; done < duration;) {
       const double piece = pieceOf(duration, done);
       done = done + piece < duration * (1.0 - 1e-12) ? done + piece : duration;
@@ -288,6 +315,7 @@ class EngineOf final : public Simulation::Engine {
     }
     time_ = end_time;
     const Present<S>& present = presentAt(end_time);
+    moveForce(before, x_[0], duration, seen, present);
     show({end, slope, duration, present});
   }
 
@@ -319,6 +347,8 @@ class EngineOf final : public Simulation::Engine {
   }
 
   void findHooks() {
+    for (std::size_t k = 0; k < model_->effects().size(); ++k)
+      if (model_->effects()[k] == kLearnedEffect) force_parameter_ = static_cast<int>(model_->firstParameter(k));
     for (const Member& member : members_) {
       const EffectHooks& hooks = member.effect->hooks;
       if (hooks.activity) activity_state_ = member.state;
@@ -397,6 +427,39 @@ class EngineOf final : public Simulation::Engine {
     layer_ = std::move(wide);
   }
 
+  /// A learnt force, where there is one, over an interval in which u_c2 went from `before` to `end`.
+  void moveForce(const S& before, const S& end, double duration, const Seen& seen, const Present<S>& present) {
+    if (!force_) return;
+    const S mean = S(0.5 * (before + end));
+    force_->advance({{duration, seen.end, seen.held, seen.gap, end, present.time}, before, conductanceOf(mean, present), present.c2},
+                    force_parameter_ >= 0 ? &p_[static_cast<std::size_t>(force_parameter_)] : nullptr);
+  }
+
+  /// A learnt force after a step under a current [V]; moves nothing.
+  S forceAfter(const S& i, double duration, const S& u, const Present<S>& present) {
+    kept_force_ = force_->state();
+    moveForce(x_[0], u, duration, {i, i, false}, present);
+    std::swap(force_->state(), kept_force_);
+    return force_->voltage();
+  }
+  /// Its slope to u_c2 at the step's end [1].
+  double forceSlope(double i, double duration, double u, const Present<S>& present) {
+    return derivativesOf(forceAfter(S(i), duration, S(u, Eigen::Matrix<double, 1, 1>::Ones()), present))[0];
+  }
+
+  /// d i_r2 / d u_c2 [1/Ohm].
+  S conductanceOf(const S& u, const Present<S>& present) const {
+    using std::exp;
+    constexpr double kMostExponent = 300.0;
+    const auto bounded = [](const S& x) { return std::abs(valueOf(x)) > kMostExponent ? S(std::copysign(kMostExponent, valueOf(x))) : x; };
+    const S up = S(present.alpha * present.beta), down = S(present.beta - up);
+    S charging = S(present.i0 * present.reactivity * exp(bounded(S(up * u))));
+    if (activity_state_ >= 0) charging = S(charging * exp(x_[static_cast<std::size_t>(activity_state_)]));
+    const S discharging = S(present.i0 * exp(bounded(S(-(down * u)))));
+    const S free = S(up * charging + down * discharging), limit = S(1.0 + charging * present.inverse_supply);
+    return S((free - (charging - discharging) * (up * charging * present.inverse_supply) / limit) / limit);
+  }
+
   static const EffectKernel<S>& kernel(const Member& member) { return kernelOf(*member.effect, S()); }
   S* stateOf(const Member& member) {
     return member.state < static_cast<int>(x_.size()) ? &x_[member.state] : nullptr;
@@ -470,11 +533,14 @@ class EngineOf final : public Simulation::Engine {
       for (std::size_t j = 0; j < p_.size(); ++j)
         here.parameters[static_cast<Eigen::Index>(j)] = valueOf(p_[j]);
       here.state = state();
+      here.force_memory = forceMemory();
       probe_ = std::make_unique<EngineOf<Slope>>(*model_, here, Eigen::MatrixXd());
     }
     EngineOf<Slope>& same = *probe_;
     same.time_ = time_;
     for (std::size_t j = 0; j < x_.size(); ++j) same.x_[j] = Slope(valueOf(x_[j]));
+    if (force_)
+      for (std::size_t j = 0; j < force_->state().size(); ++j) same.force_->state()[j] = Slope(valueOf(force_->state()[j]));
     same.layer_->suggestStep(layer_->suggestedStep());
     return same;
   }
@@ -519,6 +585,9 @@ class EngineOf final : public Simulation::Engine {
         S((valueOf(terminal_) - terminal_ + voltage - valueOf(voltage)) / slope(slopes.terminal_));
     source_current_ = S(source_current_ + follow);
     for (std::size_t j = 0; j < x_.size(); ++j) x_[j] = S(x_[j] + slope(slopes.x_[j]) * follow);
+    if (force_)
+      for (std::size_t j = 0; j < force_->state().size(); ++j)
+        force_->state()[j] = S(force_->state()[j] + slope(slopes.force_->state()[j]) * follow);
     terminal_ = S(terminal_ + slope(slopes.terminal_) * follow);
     voltage_ = S(voltage_ + slope(slopes.voltage_) * follow);
   }
@@ -526,12 +595,15 @@ class EngineOf final : public Simulation::Engine {
   Eigen::Index lanes_;
   double time_, reference_time_;
   int activity_state_ = -1, ladder_state_ = -1;
+  int force_parameter_ = -1;  // first factor
   bool steps_finely_ = false, adapts_ = false, is_wide_ = false, limits_reaction_ = false;
   double longest_piece_ = 0.0;  // [s], see EffectHooks
   unsigned intervals_ = 0;  // since fading numbers were dropped
   std::shared_ptr<const BatteryModel> model_;
   std::vector<Member> members_;
   std::unique_ptr<LayerOf<S>> layer_;
+  std::unique_ptr<ForceRun<S>> force_;
+  std::vector<S> kept_force_;  // work space of othersVoltage()
   std::vector<S> p_, x_;
   Present<S> present_;
   S voltage_ = S(0.0), terminal_ = S(0.0), source_current_ = S(0.0), current_error_ = S(0.0);

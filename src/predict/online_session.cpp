@@ -195,6 +195,7 @@ IdentificationJob OnlineSession::makeJob() {
   if (!extension_) return job;
   job.extended_options = options_.identify;
   job.extended_options->effects = extension_->effects;
+  job.extended_options->force = extension_->force;
   if (extended) job.extended_incumbent = extended->accepted();
   return job;
 }
@@ -283,14 +284,14 @@ void OnlineSession::install(TrackedModel& tracked, const IdentificationTrial& tr
 // ----------------------------------------------------------------------------------------------------
 // extended composition
 
-void OnlineSession::extendWith(const std::vector<std::string>& effects, double from_driving) {
+void OnlineSession::extendWith(const std::vector<std::string>& effects, double from_driving, std::shared_ptr<const LearnedForce> force) {
   if (effects.empty()) throw std::invalid_argument("extendWith: no effects are given");
   if (options_.identify.start == FitStart::kPaper)
     throw std::invalid_argument("extendWith: effects need the robust start");
-  BatteryModel{effects};  // throws for what cannot be composed
+  BatteryModel(effects, force);  // throws for what cannot be composed
   const std::optional<Extension>& last = next_extension_ ? next_extension_ : extension_;
-  if (last && sorted(last->effects) == sorted(effects)) return;
-  next_extension_ = Extension{effects, from_driving, {}};
+  if (last && sorted(last->effects) == sorted(effects) && last->force == force) return;
+  next_extension_ = Extension{effects, std::move(force), from_driving, {}};
 }
 
 void OnlineSession::beginDueExtension() {

@@ -138,10 +138,10 @@ Json weightJson(const FamilyWeight& weight) {
 Json learnedJson(const std::optional<LearnedFinding>& learned) {
   if (!learned) return nullptr;
   return {{"used", learned->is_used},
-          {"rms_v", number(learned->force.rms)},
+          {"rms_v", number(learned->rms)},
           {"left_out_base_rmse_v", number(learned->left_out.base)},
           {"left_out_rmse_v", number(learned->left_out.force)},
-          {"families", listOf(learned->force.families, weightJson)},
+          {"families", listOf(learned->families, weightJson)},
           {"terms", learned->terms},
           {"answers_to_a", number(learned->answer_current)},
           {"answers", listOf(learned->answers, answerJson)},

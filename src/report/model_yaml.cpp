@@ -9,6 +9,8 @@
 
 #include "battery_sof/recording/atomic_file.hpp"
 #include "battery_sof/report/version.hpp"
+#include "force_yaml.hpp"
+#include "yaml_reader.hpp"
 
 namespace battery_sof {
 namespace {
@@ -92,13 +94,6 @@ YAML::Node errorsNode(const FittedModel& model) {
   }
   node["crank_intervals"] = scaleNode(model.crank_scale);
   node["charge_intervals"] = scaleNode(model.charge_scale);
-  return node;
-}
-
-YAML::Node flow(const std::vector<double>& values) {
-  YAML::Node node(YAML::NodeType::Sequence);
-  for (const double value : values) node.push_back(value);
-  node.SetStyle(YAML::EmitterStyle::Flow);
   return node;
 }
 
@@ -201,49 +196,6 @@ YAML::Node fitNode(const FittedModel& model) {
   return node;
 }
 
-/// Access to a document's fields with messages that name file, field, finding and expectation.
-class Reader {
- public:
-  Reader(YAML::Node node, std::string source, std::string path)
-      : node_(std::move(node)), source_(std::move(source)), path_(std::move(path)) {}
-
-  Reader at(const std::string& key) const {
-    if (!node_.IsMap() || !node_[key]) fail(key, "is missing");
-    return {node_[key], source_, path_ + "." + key};
-  }
-  bool has(const std::string& key) const { return node_.IsMap() && node_[key]; }
-
-  template <typename T>
-  T get(const std::string& key, const char* expected) const {
-    const Reader field = at(key);
-    try {
-      return field.node_.as<T>();
-    } catch (const YAML::Exception&) {
-      fail(key, "is \"" + textOf(field.node_) + "\", expected " + expected);
-    }
-  }
-  double number(const std::string& key) const {
-    const double value = get<double>(key, "a number");
-    if (!std::isfinite(value)) fail(key, "is not finite, expected a finite number");
-    return value;
-  }
-  std::string text(const std::string& key) const { return get<std::string>(key, "text"); }
-  const YAML::Node& node() const { return node_; }
-
-  [[noreturn]] void fail(const std::string& key, const std::string& what) const {
-    throw ModelFileError(source_ + ": " + (path_ + "." + key).substr(1) + " " + what);
-  }
-
- private:
-  static std::string textOf(const YAML::Node& node) {
-    std::ostringstream text;
-    text << node;
-    return text.str().substr(0, 60);
-  }
-  YAML::Node node_;
-  std::string source_, path_;
-};
-
 FitStatus statusOf(const Reader& fit) {
   const std::string text = fit.text("status");
   for (FitStatus status : {FitStatus::kConverged, FitStatus::kIterationLimit, FitStatus::kStalled,
@@ -291,8 +243,9 @@ void readParameters(const Reader& root, FittedModel& model) {
 /// What "parameters" and "effects" say must be a composition.
 void readEffects(const Reader& root, FittedModel& model) {
   const auto ids = root.get<std::vector<std::string>>("effects", "a list of ids");
+  if (root.has("force")) model.force = std::make_shared<const LearnedForce>(forceOf(root.at("force")));
   try {
-    model.effects = BatteryModel(ids).effects();
+    model.effects = BatteryModel(ids, model.force).effects();
   } catch (const std::invalid_argument& error) {
     root.fail("effects", std::string("cannot be used: ") + error.what());
   }
@@ -532,6 +485,7 @@ RidgeFit ridgeOf(const Reader& node) {
 void readLearned(const Reader& root, FittedModel& model) {
   if (root.at("state").has("memory"))
     model.state.memory = DriveMemory::fromNumbers(numbersOf(root.at("state"), "memory", DriveMemory::kNumbers));
+  if (model.force) model.state.force_memory = numbersOf(root.at("state"), "force_memory", model.force->memorySize());
   if (!root.has("learned")) return;
   const Reader node = root.at("learned");
   const auto read = [&](const char* key, Eigen::Index columns, RidgeFit& fit) {
@@ -582,6 +536,10 @@ std::string modelYaml(const FittedModel& model) {
   }
   if (!model.learned.voltage.empty()) root["learned"]["voltage"] = ridgeNode(model.learned.voltage);
   if (model.state.memory.begun) root["state"]["memory"] = flow(model.state.memory.numbers());
+  if (model.force) {
+    root["force"] = forceNode(*model.force);
+    root["state"]["force_memory"] = flow(model.state.force_memory);
+  }
 
   YAML::Emitter out;
   out.SetDoublePrecision(17);

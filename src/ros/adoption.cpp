@@ -3,11 +3,12 @@
 #include <algorithm>
 
 #include "battery_sof/model/effect.hpp"
+#include "battery_sof/model/learned_force.hpp"
 
 namespace battery_sof {
 namespace {
 
-bool isInstrument(const std::string& id) { return effectInfo(id).tier() == 'I'; }
+bool isInstrument(const std::string& id) { return id != kLearnedEffect && effectInfo(id).tier() == 'I'; }
 
 std::string listed(const std::vector<std::string>& ids) {
   std::string text;
@@ -22,12 +23,12 @@ Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
   const bool names = diagnosis.verdict == Verdict::kNamed || diagnosis.verdict == Verdict::kSeveral;
   const std::vector<std::string>& effects = diagnosis.extended.effects;
   if (!allowed) return {{}, "not asked for: parameter adopt_diagnosis is false"};
-  if (!names) return {{}, "nothing to adopt: the verdict is " + describe(diagnosis.verdict)};
+  if (!names && !diagnosis.extended.force) return {{}, "nothing to adopt: the verdict is " + describe(diagnosis.verdict)};
   if (std::all_of(effects.begin(), effects.end(), isInstrument))
     return {
         {},
         "nothing to adopt: instruments are to be repaired, not modelled (" + listed(effects) + ")"};
-  return {effects, "runs beside the base model and answers while it errs less: " + listed(effects)};
+  return {effects, "runs beside the base model and answers while it errs less: " + listed(effects), diagnosis.extended.force};
 }
 
 }  // namespace battery_sof

@@ -60,8 +60,8 @@ BatterySofNode::BatterySofNode(ros::NodeHandle node, ros::NodeHandle private_nod
       worker_([this](const IdentificationJob& job) { return onIdentified(job); }, kNice),
       diagnoses_(private_node_,
                  {options_.diagnose_period, options_.session.identify_period, options_.adopt_diagnosis},
-                 [this](const std::vector<std::string>& effects, double from_driving) {
-                   onAdopted(effects, from_driving);
+                 [this](const Adoption& adoption, double from_driving) {
+                   onAdopted(adoption, from_driving);
                  }),
       diagnostics_([this] { return snapshot(); }),
       question_spinner_(1, &question_queue_),
@@ -396,9 +396,9 @@ bool BatterySofNode::onIdentify(Identify::Request&, Identify::Response& response
 // ----------------------------------------------------------------------------------------------------
 // diagnosis
 
-void BatterySofNode::onAdopted(const std::vector<std::string>& effects, double from_driving) {
+void BatterySofNode::onAdopted(const Adoption& adoption, double from_driving) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  session_.extendWith(effects, from_driving);
+  session_.extendWith(adoption.effects, from_driving, adoption.force);
 }
 
 std::optional<std::future<DiagnosisRunner::Outcome>> BatterySofNode::beginDiagnosis(

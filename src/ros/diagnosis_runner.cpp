@@ -64,7 +64,7 @@ DiagnosisRunner::Outcome DiagnosisRunner::run(const Job& job) {
 Adoption DiagnosisRunner::adopt(const Diagnosis& diagnosis, double from_driving) {
   Adoption adoption = adoptionOf(diagnosis, options_.adopt);
   try {
-    if (!adoption.effects.empty()) adopt_(adoption.effects, from_driving);
+    if (!adoption.effects.empty()) adopt_(adoption, from_driving);
   } catch (const std::exception& error) {
     adoption = {{}, std::string("not adopted: ") + error.what()};
   }

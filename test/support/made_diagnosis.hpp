@@ -172,8 +172,8 @@ inline MadeDiagnosis madeUnknown() {
   LearnedFinding learned;
   learned.is_used = true;
   learned.left_out = {0.064, 0.021};
-  learned.force.rms = 0.061;
-  learned.force.families = {{Family::kAcceptance, 340.0, 0.058}, {Family::kAcid, 12.0, 0.004}};
+  learned.rms = 0.061;
+  learned.families = {{Family::kAcceptance, 340.0, 0.058}, {Family::kAcid, 12.0, 0.004}};
   learned.answers = {{0.1, 0.0002, 0.0}, {1.0, 0.0061, 0.0001}, {10.0, 0.052, -0.0004}, {100.0, 0.113, -0.0011}};
   learned.terms = {"memory of charging over 10 s", "memory of charging over 30 s"};
   learned.description = "What the currents and their memory say beside the equations moves the voltage by 61.0 mV RMS.";

@@ -7,7 +7,7 @@
 
 #include "battery_sof/diagnose/explanation.hpp"
 #include "battery_sof/identify/fitted_model.hpp"
-#include "battery_sof/learn/learned_force.hpp"
+#include "battery_sof/learn/force_fit.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {
@@ -118,6 +118,8 @@ struct Comparison {
 /// What was learnt where no equation stands for it.
 struct LearnedFinding {
   LearnedForce force;
+  std::vector<FamilyWeight> families; ///< strongest first
+  double rms = 0.0;                   ///< of the force over the training part, the circuit's share taken out [V]
   LeftOutErrors left_out;             ///< on blocks of the training part: whether it is worth using
   bool is_used = false;               ///< in the extended model's voltage
   std::vector<std::string> terms;     ///< what it follows most, in words

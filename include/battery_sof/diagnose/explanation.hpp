@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "battery_sof/diagnose/row_simulation.hpp"
-#include "battery_sof/learn/learned_force.hpp"
+#include "battery_sof/learn/force_fit.hpp"
 
 namespace battery_sof {
 

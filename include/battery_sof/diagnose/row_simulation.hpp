@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "battery_sof/identify/composition_fit.hpp"
-#include "battery_sof/learn/learned_force.hpp"
+#include "battery_sof/learn/force_fit.hpp"
 #include "battery_sof/model/battery_model.hpp"
 #include "battery_sof/model/drive.hpp"
 

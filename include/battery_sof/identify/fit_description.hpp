@@ -18,12 +18,12 @@ namespace battery_sof {
 std::optional<double> standardError(const Eigen::MatrixXd& covariance, Eigen::Index row);
 
 /// The model of a window that was not fitted, and why: magnitudes, nothing determined.
-FittedModel unfitted(const Series& series, IndexRange range, const std::vector<std::string>& effects,
+FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel& composition,
                      FitStatus status, const std::string& message);
 
 /// The same where excitedRange() of the range is known.
 FittedModel unfitted(const Series& series, IndexRange range, const ExcitedRange& excited,
-                     const std::vector<std::string>& effects, FitStatus status, const std::string& message);
+                     const BatteryModel& composition, FitStatus status, const std::string& message);
 
 /**
  * @brief Scores of a fit over its window.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -46,6 +47,7 @@ struct ModelState {
   std::vector<double> further = {};  ///< the effects' states, in the order of BatteryModel::states()
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery at that time, when known
   DriveMemory memory = {};  ///< what drove it lately; begun only where something was learnt
+  std::vector<double> force_memory = {};  ///< of a learnt force, see Simulation::forceMemory()
 };
 
 /// The part of a recording that was fitted.
@@ -105,6 +107,7 @@ struct FittedModel {
   ModelState state;
   std::vector<double> first_state;  ///< at the window's first sample; not stored in MODEL.yaml
   std::vector<std::string> effects;  ///< ids of further physics; empty for the base model
+  std::shared_ptr<const LearnedForce> force;  ///< what the effect "learned" is; none without it
   FitWindow window;
   FitStatus status = FitStatus::kConverged;
   std::string message;  ///< one sentence

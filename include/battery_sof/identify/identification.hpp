@@ -43,7 +43,8 @@ struct IdentifyOptions {
 
   /// Without `effects`, where a source imposes the voltage in the window: with the physics of charging (fresh_sulphate).
   bool chooses_effects = false;
-  std::vector<std::string> effects = {};  ///< ids of further physics, see effectCatalogue()
+  std::vector<std::string> effects = {};  ///< ids of further physics, see effectCatalogue(); "learned" with `force`
+  std::shared_ptr<const LearnedForce> force = nullptr;  ///< learnt before (learnForce()); its factors are fitted
   bool whiten = false;     ///< cost of residuals whitened by a fitted noise model in place of eq. 3
   int more_starts = 2;     ///< of a composition, beside the base model's optimum and the effects' magnitudes
   int threads = 1;         ///< for the starts; 0: as many as the machine has; the result is the same

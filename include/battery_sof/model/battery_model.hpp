@@ -2,11 +2,13 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "battery_sof/model/effect.hpp"
+#include "battery_sof/model/learned_force.hpp"
 
 namespace battery_sof {
 
@@ -21,10 +23,10 @@ enum BaseRow { kRowRDischarge, kRowRCharge, kRowC2, kRowBeta, kRowUDc, kBaseRows
  */
 class BatteryModel {
  public:
-  /// @param effects ids in any order.
-  /// @throws std::invalid_argument for an unknown id, one given twice, or one whose needs are not among them; the message
-  ///   says which and what is known.
-  explicit BatteryModel(const std::vector<std::string>& effects = {});
+  /// @param effects ids in any order; "learned" (kLearnedEffect) with the force that it is.
+  /// @throws std::invalid_argument for an unknown id, one given twice, one whose needs are not among them, "learned" without a
+  ///   force or the other way round; the message says which and what is known.
+  explicit BatteryModel(const std::vector<std::string>& effects = {}, std::shared_ptr<const LearnedForce> force = nullptr);
 
   const std::vector<std::string>& effects() const { return effects_; }  ///< in catalogue order
   const std::vector<ParameterInfo>& parameters() const { return parameters_; }
@@ -40,12 +42,19 @@ class BatteryModel {
   /// @return every state of a battery at rest.
   Eigen::VectorXd restState() const;
 
+  /// What an effect of this composition is, by position in effects().
+  const EffectInfo& effect(std::size_t k) const { return infos_[k]; }
+  /// The learnt force; none without "learned".
+  const std::shared_ptr<const LearnedForce>& force() const { return force_; }
+
   /// First row of an effect's parameters and of its states, by position in effects().
   Eigen::Index firstParameter(std::size_t effect) const { return first_parameter_[effect]; }
   Eigen::Index firstState(std::size_t effect) const { return first_state_[effect]; }
 
  private:
   std::vector<std::string> effects_;
+  std::vector<EffectInfo> infos_;
+  std::shared_ptr<const LearnedForce> force_;
   std::vector<ParameterInfo> parameters_;
   std::vector<StateInfo> states_;
   std::vector<Eigen::Index> first_parameter_, first_state_;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <vector>
 
 #include "battery_sof/model/battery_model.hpp"
 #include "battery_sof/model/drive.hpp"
@@ -14,6 +15,7 @@ struct ModelPoint {
   Eigen::VectorXd state;        ///< in the order of BatteryModel::states()
   double time = 0.0;            ///< [s], of the state
   double reference_time = 0.0;  ///< [s], where drifts and steps count their time from: the window's first sample
+  std::vector<double> force_memory = {};  ///< of a learnt force, see Simulation::forceMemory(); empty: it begins with the simulation
 };
 
 /**
@@ -108,6 +110,10 @@ class Simulation {
   Eigen::VectorXd state() const;
   /// d state / d lane, states x lanes.
   Eigen::MatrixXd stateDerivatives() const;
+  /// What a learnt force remembers, LearnedForce::memorySize() numbers; empty without one.
+  std::vector<double> forceMemory() const;
+  /// By how much a learnt force would differ if it were not held inside what it was learnt on [V]; 0 without one.
+  double beyondLearned() const;
   Eigen::Index lanes() const;
 
   class Engine;

@@ -109,12 +109,12 @@ class OnlineSession {
    *
    * The same composition again changes nothing. With another one an identification is due at once; its fit takes the place of
    * the extended model before it under the same rule as any new fit, and the contest goes on.
-   * @param effects the whole composition, as in IdentifyOptions.
+   * @param effects, force the whole composition, as in IdentifyOptions; a force that was learnt anew makes another composition.
    * @param from_driving [s] of driving(), not before: what comes from a computation of unknown length takes effect at one
    *   moment of the drive, however fast that is played.
    * @throws std::invalid_argument for an empty composition, one that cannot be, or FitStart::kPaper.
    */
-  void extendWith(const std::vector<std::string>& effects, double from_driving = 0.0);
+  void extendWith(const std::vector<std::string>& effects, double from_driving = 0.0, std::shared_ptr<const LearnedForce> force = nullptr);
   /// @return true while questions are answered by the extended model.
   bool doesExtendedAnswer() const { return &inUse() != &contenders_.base; }
   /// [s], sum of sampling intervals without the gaps.
@@ -162,6 +162,7 @@ class OnlineSession {
   /// A composition that was offered.
   struct Extension {
     std::vector<std::string> effects;
+    std::shared_ptr<const LearnedForce> force;  // of "learned" among them
     double from_driving = 0.0;  // [s]
     std::string outcome;        // of its last fit, one sentence
   };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,13 +12,14 @@ namespace battery_sof {
 struct Adoption {
   std::vector<std::string> effects;  ///< the extended composition; empty: nothing
   std::string sentence;
+  std::shared_ptr<const LearnedForce> force = nullptr;  ///< of "learned" among the effects
 };
 
 /**
  * @brief Whether a diagnosis' extended composition goes on trial beside the base model.
  *
  * It does when the verdict is named or several and the composition holds structure or physics
- * (tiers S and P). Instrument effects (tier I) come along with those, and the sentence names them
+ * (tiers S and P), and whenever it holds a force that was learnt. Instrument effects (tier I) come along with those, and the sentence names them
  * all; alone they do not: a faulty instrument wants repair, and a question's currents are true
  * ones, not what that instrument would have read.
  * @param allowed parameter adopt_diagnosis.

@@ -77,7 +77,7 @@ class BatterySofNode {
   bool onIdentify(Identify::Request& request, Identify::Response& response);
   std::optional<std::future<DiagnosisRunner::Outcome>> beginDiagnosis(Diagnose::Response& response);
   bool onDiagnose(Diagnose::Request& request, Diagnose::Response& response);
-  void onAdopted(const std::vector<std::string>& effects, double from_driving);
+  void onAdopted(const Adoption& adoption, double from_driving);
 
   // These want mutex_ held.
   void take(const RawSample& sample);

@@ -43,7 +43,7 @@ class DiagnosisRunner {
   };
   using Outcome = DiagnosisOutcome;
   /// Called on the runner's thread with what goes on trial.
-  using Adopt = std::function<void(const std::vector<std::string>& effects, double from_driving)>;
+  using Adopt = std::function<void(const Adoption& adoption, double from_driving)>;
 
   DiagnosisRunner(ros::NodeHandle private_node, Options options, Adopt adopt);
   /// Breaks a running diagnosis off at its next stage.

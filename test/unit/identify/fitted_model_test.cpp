@@ -22,7 +22,7 @@ Eigen::MatrixXd randomCovariance(Eigen::Index size, Eigen::Index rank, std::uint
 /// A composition at its magnitudes with a covariance, standing at 100 s.
 FittedModel modelOf(const std::vector<std::string>& effects) {
   const Series series = livelyMinute(0.1);
-  FittedModel model = unfitted(series, whole(series), effects, FitStatus::kConverged, "");
+  FittedModel model = unfitted(series, whole(series), BatteryModel(effects), FitStatus::kConverged, "");
   const BatteryModel composition(effects);
   const Eigen::VectorXd p = typicalPoint(composition);
   model.parameters = baseParameters(p);

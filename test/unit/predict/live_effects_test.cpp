@@ -17,7 +17,7 @@ using namespace test;
 /// recording.
 FittedModel standingAt(const std::vector<std::string>& effects, const Series& series,
                        std::size_t n) {
-  FittedModel model = unfitted(series, {0, n + 1}, effects, FitStatus::kConverged, "");
+  FittedModel model = unfitted(series, {0, n + 1}, BatteryModel(effects), FitStatus::kConverged, "");
   const BatteryModel composition(effects);
   Eigen::VectorXd p = typicalPoint(composition);
   if (const auto row = composition.parameterRow("contact_time")) p[*row] = series.time[n] + 20.0;

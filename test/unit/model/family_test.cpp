@@ -1,4 +1,4 @@
-#include "battery_sof/learn/family.hpp"
+#include "battery_sof/model/family.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/learn/learned_force.hpp"
+#include "battery_sof/learn/force_fit.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -16,7 +16,6 @@ constexpr double kTimesNear = 0.9;    // quantile of the overpotential above whi
 constexpr int kMostColumns = 12;
 constexpr double kFirstTemper = 0.05;
 constexpr int kPasses = 3;
-constexpr double kExtraStd = 0.2;     // [V], of a further column of unit RMS
 const std::array<double, kBaseDirections> kDirectionStd = {0.01, 0.01, 1.5, 0.7, 0.5, 0.2};
 
 double medianDuration(const Drive& drive) {
@@ -143,8 +142,6 @@ ForceContext contextOf(const Drive& drive, const BaseResponse& response, double 
   return context;
 }
 
-bool isUnbounded(ForceKind kind) { return kind == ForceKind::kCharge || kind == ForceKind::kSlowCharge; }
-
 /// Means of a memory's columns over the rows.
 Eigen::MatrixXd rawColumns(const Drive& drive, const BaseResponse& response, ForceMemory& memory) {
   const auto columns = static_cast<Eigen::Index>(memory.columns().size());
@@ -171,21 +168,20 @@ std::vector<T> kept(const std::vector<T>& all, const std::vector<Eigen::Index>& 
 
 /// Everything a fit of rows needs, the rows that do not count left out.
 struct Rows {
-  Eigen::MatrixXd columns;  // all rows: six directions, extra ones, the table's
+  Eigen::MatrixXd columns;  // all rows: six directions, the table's
   Eigen::MatrixXd training; // those of them that are learnt from
   Eigen::VectorXd targets;
   LinearProblem problem;
   std::vector<Eigen::Index> used;  // columns of the table
 };
 
-Rows rowsOf(const BaseResponse& response, const ForceTable& table, const Eigen::MatrixXd& extra, const ColumnFilter& wanted) {
+Rows rowsOf(const BaseResponse& response, const ForceTable& table, const ColumnFilter& wanted) {
   Rows rows;
   for (Eigen::Index k = 0; k < table.values.cols(); ++k)
     if (!wanted || wanted(table.columns[static_cast<std::size_t>(k)])) rows.used.push_back(k);
-  const Eigen::Index known = kBaseDirections + extra.cols(), free = static_cast<Eigen::Index>(rows.used.size());
+  const Eigen::Index known = kBaseDirections, free = static_cast<Eigen::Index>(rows.used.size());
   rows.columns.resize(response.error.size(), known + free);
   rows.columns.leftCols(kBaseDirections) = response.sensitivity;
-  if (extra.cols() > 0) rows.columns.middleCols(kBaseDirections, extra.cols()) = extra;
   rows.columns.rightCols(free) = table.values(Eigen::all, rows.used);
   std::vector<Eigen::Index> counted;
   for (Eigen::Index row = 0; row < response.training; ++row)
@@ -197,19 +193,14 @@ Rows rowsOf(const BaseResponse& response, const ForceTable& table, const Eigen::
   problem.targets = rows.training.transpose() * rows.targets;
   problem.square = rows.targets.squaredNorm();
   problem.rows = static_cast<double>(counted.size());
-  problem.known_std = Eigen::VectorXd::Constant(known, kExtraStd);
-  problem.known_std.head(kBaseDirections) = Eigen::Map<const Eigen::VectorXd>(kDirectionStd.data(), kBaseDirections);
-  for (Eigen::Index j = 0; j < extra.cols(); ++j) {
-    const double rms = std::sqrt(rows.training.col(kBaseDirections + j).squaredNorm() / problem.rows);
-    problem.known_std[kBaseDirections + j] = kExtraStd / std::max(rms, 1e-12);
-  }
+  problem.known_std = Eigen::Map<const Eigen::VectorXd>(kDirectionStd.data(), kBaseDirections);
   for (const Eigen::Index k : rows.used)
     problem.group.push_back(static_cast<int>(groupOf(table.columns[static_cast<std::size_t>(k)].kind)));
   problem.groups = kForceGroups;
   return rows;
 }
 
-/// The base circuit and the extra columns alone, as good as they get.
+/// The base circuit alone, as good as it gets.
 Eigen::VectorXd withoutForce(const Rows& rows) {
   const std::vector<char> none(kForceGroups, 0);
   return fitSomeGroups(rows.problem, 1.0, none).z;
@@ -223,6 +214,31 @@ double rmsBesideBase(const Rows& rows, const Eigen::VectorXd& z, Eigen::Index kn
   return std::sqrt((part - base * taken).squaredNorm() / rows.problem.rows);
 }
 
+/// Which of the free columns belong to a family, 1 each.
+Eigen::VectorXd ofFamily(const Rows& rows, const ForceTable& table, Family family) {
+  Eigen::VectorXd own(static_cast<Eigen::Index>(rows.used.size()));
+  for (Eigen::Index k = 0; k < own.size(); ++k)
+    own[k] = table.columns[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(k)])].family == family ? 1.0 : 0.0;
+  return own;
+}
+
+/// One factor a family that moves anything: how well its part is known along itself.
+std::vector<LearnedForce::Part> partsOf(const Rows& rows, const ForceTable& table, const LinearFit& grouped, const Eigen::VectorXd& weight) {
+  std::vector<LearnedForce::Part> parts;
+  const Eigen::Index known = rows.problem.known(), free = weight.size();
+  for (const Family family : kAllFamilies) {
+    const Eigen::VectorXd own = ofFamily(rows, table, family);
+    if (own.maxCoeff() <= 0.0) continue;
+    const Eigen::VectorXd part = weight.cwiseProduct(own);
+    const Eigen::VectorXd along = rows.problem.products.bottomRightCorner(free, free) * part;
+    const double square = part.dot(along);
+    const Eigen::VectorXd direction = along.cwiseProduct(own) / std::max(square, 1e-300);
+    const double variance = direction.dot(grouped.covariance.block(known, known, free, free) * direction);
+    parts.push_back({family, square > 0.0 ? std::min(1.0, std::sqrt(std::max(0.0, variance))) : 1.0});
+  }
+  return parts;
+}
+
 std::vector<FamilyWeight> familiesOf(const Rows& rows, const ForceTable& table, const SparseFit& sparse, const Eigen::VectorXd& weight) {
   std::array<double, kFamilies> gain{};
   for (const SparseStep& step : sparse.path)
@@ -230,9 +246,7 @@ std::vector<FamilyWeight> familiesOf(const Rows& rows, const ForceTable& table, 
   std::vector<FamilyWeight> families;
   const Eigen::Index known = rows.problem.known();
   for (const Family family : kAllFamilies) {
-    Eigen::VectorXd own = weight;
-    for (Eigen::Index k = 0; k < own.size(); ++k)
-      if (table.columns[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(k)])].family != family) own[k] = 0.0;
+    const Eigen::VectorXd own = weight.cwiseProduct(ofFamily(rows, table, family));
     if (gain[static_cast<std::size_t>(family)] > 0.0)
       families.push_back({family, gain[static_cast<std::size_t>(family)], rmsBesideBase(rows, own, known)});
   }
@@ -246,6 +260,40 @@ double baseDirectionStd(Eigen::Index direction) { return kDirectionStd[static_ca
 
 BaseResponse baseResponse(const BatteryModel& model, const ModelPoint& start, const Drive& drive, std::size_t training) {
   return Responder(model, start, drive, training).run();
+}
+
+BatteryModel withForce(const BatteryModel& model, std::shared_ptr<const LearnedForce> force) {
+  std::vector<std::string> effects = model.effects();
+  effects.push_back(kLearnedEffect);
+  return BatteryModel(effects, std::move(force));
+}
+
+Eigen::VectorXd withFactors(const BatteryModel& with_force, const Eigen::VectorXd& parameters) {
+  Eigen::VectorXd all = with_force.typicalParameters();
+  all.head(parameters.size()) = parameters;
+  return all;
+}
+
+void takeForceDirections(BaseResponse& response, const BatteryModel& model, const ModelPoint& start, const Drive& drive) {
+  for (const Eigen::Index direction : {Eigen::Index{kRowC2}, Eigen::Index{kRowBeta}, kBaseDirections - 1}) {
+    auto force = std::make_shared<LearnedForce>();
+    force->context.span = 1.0;
+    force->base_change = Eigen::VectorXd::Unit(kBaseDirections, direction);
+    Simulation alone(model, start), moved(withForce(model, force), start);
+    for (Eigen::Index row = 0; row < response.time.size(); ++row) {
+      const auto begin = response.first[static_cast<std::size_t>(row)], end = response.first[static_cast<std::size_t>(row) + 1];
+      double sum = 0.0, counted = 0.0;
+      for (std::size_t n = begin; n < end; ++n) {
+        const DriveSample& sample = drive.samples[n];
+        alone.advance(sample.step);
+        moved.advance(sample.step);
+        if (!(sample.count > 0.0)) continue;
+        sum += moved.voltage() - alone.voltage();
+        counted += 1.0;
+      }
+      if (counted > 0.0) response.sensitivity(row, direction) = sum / counted;
+    }
+  }
 }
 
 Eigen::VectorXd answered(const BaseResponse& response, const Eigen::VectorXd& force) {
@@ -284,8 +332,8 @@ ForceTable forceTable(const Drive& drive, const BaseResponse& response, double b
   return table;
 }
 
-ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const Eigen::MatrixXd& extra, const ColumnFilter& wanted) {
-  const Rows rows = rowsOf(response, table, extra, wanted);
+ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const ColumnFilter& wanted) {
+  const Rows rows = rowsOf(response, table, wanted);
   const Eigen::Index known = rows.problem.known(), free = rows.problem.products.cols() - known;
   const Eigen::VectorXd alone = withoutForce(rows);
   const Eigen::VectorXd left = rows.targets - rows.training * alone;
@@ -307,7 +355,7 @@ ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const
   const Eigen::VectorXd z = 0.5 * (grouped.z + sparse.fit.z);
   const double own = independentShare(left);
   const std::vector<char> none(kForceGroups, 0);
-  force.gain = fitGroupsFrom(rows.problem, own, grouped).evidence - fitSomeGroups(rows.problem, own, none).evidence;
+  fit.gain = fitGroupsFrom(rows.problem, own, grouped).evidence - fitSomeGroups(rows.problem, own, none).evidence;
   force.columns = kept(table.columns, rows.used);
   force.context = table.context;
   force.lower = table.lower(rows.used);
@@ -316,13 +364,13 @@ ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const
   force.scale = table.scale(rows.used);
   force.weight = z.tail(free);
   force.base_change = response.expected + z.head(kBaseDirections);
-  force.families = familiesOf(rows, table, sparse, force.weight);
-  force.noise = std::sqrt((rows.targets - rows.training * z).squaredNorm() / rows.problem.rows);
-  force.rms = rmsBesideBase(rows, force.weight, known);
+  force.parts = partsOf(rows, table, grouped, force.weight);
+  fit.families = familiesOf(rows, table, sparse, force.weight);
+  fit.noise = std::sqrt((rows.targets - rows.training * z).squaredNorm() / rows.problem.rows);
+  fit.rms = rmsBesideBase(rows, force.weight, known);
   const Eigen::VectorXd from = response.sensitivity * response.expected;
   fit.predicted = from + rows.columns * z;
   fit.base = from + rows.columns.leftCols(known) * alone.head(known);
-  fit.deviation = (rows.columns * grouped.covariance).cwiseProduct(rows.columns).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
   return fit;
 }
 
@@ -334,7 +382,7 @@ LeftOutErrors leftOutErrors(const BaseResponse& response, const ForceTable& tabl
     rest.weight.segment(begin, end - begin).setZero();
     // What the first state was shows in the first block alone: without it nothing is known of it.
     if (begin == 0) rest.sensitivity.col(kBaseDirections - 1).setZero();
-    const ForceFit fit = learnForce(rest, table, {}, wanted);
+    const ForceFit fit = learnForce(rest, table, wanted);
     for (Eigen::Index row = begin; row < end; ++row) {
       if (!(response.weight[row] > 0.0)) continue;
       base += std::pow(response.error[row] - fit.base[row], 2);
@@ -362,21 +410,6 @@ double summed(const LearnedForce& force, const Eigen::VectorXd& values) {
 }
 
 }  // namespace
-
-std::vector<double> voltageWithForce(const BatteryModel& model, const ModelPoint& start, const LearnedForce& force, const Drive& drive) {
-  Simulation simulation(model, start, directionSeeds(start) * force.base_change);
-  ForceMemory memory(force.columns, force.context);
-  Eigen::VectorXd values(static_cast<Eigen::Index>(force.columns.size()));
-  std::vector<double> voltage;
-  voltage.reserve(drive.samples.size());
-  for (const DriveSample& sample : drive.samples) {
-    const DriveStep& step = sample.step;
-    simulation.advance(step);
-    memory.advance({step.duration, step.current, step.held, step.gap, simulation.state()[0], step.time - drive.first_time}, values);
-    voltage.push_back(simulation.voltage() + simulation.voltageDerivatives()[0] + summed(force, values));
-  }
-  return voltage;
-}
 
 std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current) {
   const double step = std::max(0.1, force.context.interval);

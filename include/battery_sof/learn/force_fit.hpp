@@ -7,14 +7,12 @@
 #include <vector>
 
 #include "battery_sof/learn/evidence.hpp"
-#include "battery_sof/learn/force_columns.hpp"
 #include "battery_sof/model/battery_model.hpp"
 #include "battery_sof/model/drive.hpp"
+#include "battery_sof/model/learned_force.hpp"
 #include "battery_sof/model/simulation.hpp"
 
 namespace battery_sof {
-
-constexpr Eigen::Index kBaseDirections = 6;  ///< r_discharge, r_charge, ln c2, ln beta, u_dc, first u_c2
 
 /// @return what a direction may move by beforehand: Table I's orders of magnitude, half a volt, what a double layer holds.
 double baseDirectionStd(Eigen::Index direction);
@@ -48,6 +46,14 @@ struct BaseResponse {
  */
 BaseResponse baseResponse(const BatteryModel& model, const ModelPoint& start, const Drive& drive, std::size_t training);
 
+/// Takes the directions of the double layer as a LearnedForce carries them along, so that what is learnt is what is used.
+/// @param response of the same model, start and drive, which the current drives throughout.
+void takeForceDirections(BaseResponse& response, const BatteryModel& model, const ModelPoint& start, const Drive& drive);
+
+/// @return the composition with a force beside it, and the point with every factor as learnt. @param at in the order of `model`.
+BatteryModel withForce(const BatteryModel& model, std::shared_ptr<const LearnedForce> force);
+Eigen::VectorXd withFactors(const BatteryModel& with_force, const Eigen::VectorXd& parameters);
+
 /**
  * @brief What a force p added to the terminal voltage would do to the rows' errors.
  *
@@ -76,40 +82,29 @@ struct FamilyWeight {
   double rms = 0.0;   ///< of its part of the force over the training part, the base circuit's share taken out [V]
 };
 
-/**
- * @brief A force learnt beside a base circuit: e = J d + X w.
- *
- * Mean of a fit with one strength a family and of a sparse one, both of greatest evidence, tempered by the share of rows
- * that count as independent (docs/diagnosis.md). The circuit stays linear in its six directions.
- */
-struct LearnedForce {
-  std::vector<ForceColumn> columns;
-  ForceContext context;
-  Eigen::VectorXd lower, upper, centre, scale;  ///< as in ForceTable
-  Eigen::VectorXd weight;       ///< [V], of columns of unit RMS
-  Eigen::VectorXd base_change;  ///< d of the six directions
-  std::vector<FamilyWeight> families;  ///< strongest first
-  double noise = 0.0;           ///< [V], RMS of what is left over the training part
-  double gain = 0.0;            ///< of ln evidence, tempered by the base circuit's own residual [1]: what speaks for there being any force
-  double rms = 0.0;             ///< of the force over the training part, the base circuit's share taken out [V]
-};
-
 using ColumnFilter = std::function<bool(const ForceColumn&)>;
 
-/// A fit of a force and what it says of every row.
+/// A fit of a force, what it says of every row and how much the data ask for it.
 struct ForceFit {
   LearnedForce force;
+  std::vector<FamilyWeight> families;  ///< strongest first
+  double noise = 0.0;  ///< [V], RMS of what is left over the training part
+  double gain = 0.0;   ///< of ln evidence, tempered by the base circuit's own residual [1]: what speaks for there being any force
+  double rms = 0.0;    ///< of the force over the training part, the base circuit's share taken out [V]
   Eigen::VectorXd predicted;   ///< J d + X w of every row, also beyond the training part [V]
   Eigen::VectorXd base;        ///< J d' of every row, d' fitted without a force [V]
-  Eigen::VectorXd deviation;   ///< standard deviation of predicted by the posterior of the grouped fit [V]
 };
 
 /**
- * @param extra further columns with a strength of their own, rows x any, such as effects' [V]; taken as known to be possible.
+ * @brief Learns a force beside a circuit: e = J d + X w.
+ *
+ * Mean of a fit with one strength a group and of a sparse one, both of greatest evidence, tempered by the share of rows
+ * that count as independent (docs/diagnosis.md). The circuit stays linear in its six directions. A family's factor is as uncertain
+ * as the grouped fit's posterior says of its part along itself.
+ *
  * @param wanted columns of the table that take part; none given: all.
  */
-ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const Eigen::MatrixXd& extra = {},
-                    const ColumnFilter& wanted = nullptr);
+ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const ColumnFilter& wanted = nullptr);
 
 /// Errors on blocks of the training part, each left out of what is learnt [V, RMS over the rows].
 struct LeftOutErrors {
@@ -122,15 +117,6 @@ LeftOutErrors leftOutErrors(const BaseResponse& response, const ForceTable& tabl
 
 /// Whether a column may be used beyond the time it was learnt in: its own clock has no part in it.
 bool isTimeless(const ForceColumn& column);
-
-/**
- * @brief Terminal voltage of a composition with a force beside it, the current driving throughout.
- *
- *     u = u_m + (d u_m / d directions) base_change + sum_k w_k (x_k - centre_k) / scale_k
- *
- * @return one a sample of the drive [V].
- */
-std::vector<double> voltageWithForce(const BatteryModel& model, const ModelPoint& start, const LearnedForce& force, const Drive& drive);
 
 /// What a force adds while a held current flows.
 struct ForceAnswer {

@@ -1,10 +1,13 @@
-#include "battery_sof/learn/force_columns.hpp"
+#include "battery_sof/model/force_columns.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
+#include <utility>
+
+#include "force_kernel.hpp"
 
 namespace battery_sof {
 namespace {
@@ -13,12 +16,7 @@ constexpr std::array<double, 10> kTimes = {0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300
 constexpr std::array<double, 6> kEdgeTimes = {0.005, 0.01, 0.02, 0.05, 0.1, 0.15};                           // [s]
 constexpr double kFastest = 0.06;      // [s]; sampled more slowly, edges are single samples
 constexpr double kSlowMemory = 100.0;  // [s]; a memory of the current that lasts longer is the acid's
-constexpr double kLeastReserve = 1e-3; // [1], of a reserve that is spent
-constexpr double kMostBend = 3.0;      // [1], overpotentials beyond it say nothing more of kinetics
 constexpr int kSteps = 6;              // instants at which a contact may have changed
-constexpr double kHour = 3600.0;
-
-enum Shared { kChargeState, kDrawnState, kChangeState, kLastCurrent, kBegunState, kSharedStates };
 
 class Library {
  public:
@@ -128,28 +126,64 @@ class Library {
   std::vector<ForceColumn> columns_;
 };
 
-double softplus(double x) { return x > 30.0 ? x : std::log1p(std::exp(std::max(x, -30.0))); }
-
-double highPart(const ForceColumn& column, double overpotential) {
-  return softplus((overpotential - column.time) / column.scale);
+const std::vector<std::pair<ForceKind, const char*>>& kindIds() {
+  static const std::vector<std::pair<ForceKind, const char*>> ids = {
+      {ForceKind::kChargeMemory, "charge_memory"},
+      {ForceKind::kDischargeMemory, "discharge_memory"},
+      {ForceKind::kMemory, "memory"},
+      {ForceKind::kLogChargeMemory, "log_charge_memory"},
+      {ForceKind::kLogDischargeMemory, "log_discharge_memory"},
+      {ForceKind::kCompressedMemory, "compressed_memory"},
+      {ForceKind::kMemoryOfCompressed, "memory_of_compressed"},
+      {ForceKind::kMemoryOfCharging, "memory_of_charging"},
+      {ForceKind::kFresh, "fresh"},
+      {ForceKind::kFreshCharging, "fresh_charging"},
+      {ForceKind::kAcceptanceReserve, "acceptance_reserve"},
+      {ForceKind::kDischargeReserve, "discharge_reserve"},
+      {ForceKind::kSinceCharge, "since_charge"},
+      {ForceKind::kCompressed, "compressed"},
+      {ForceKind::kSaturating, "saturating"},
+      {ForceKind::kLogMagnitude, "log_magnitude"},
+      {ForceKind::kSmallCurrent, "small_current"},
+      {ForceKind::kRest, "rest"},
+      {ForceKind::kCharge, "charge"},
+      {ForceKind::kChargeSquared, "charge_squared"},
+      {ForceKind::kSlowCharge, "slow_charge"},
+      {ForceKind::kPath, "path"},
+      {ForceKind::kEdge, "edge"},
+      {ForceKind::kChange, "change"},
+      {ForceKind::kChangeBefore, "change_before"},
+      {ForceKind::kOverpotentialMagnitude, "overpotential_magnitude"},
+      {ForceKind::kOverpotentialSquared, "overpotential_squared"},
+      {ForceKind::kOverpotentialCubed, "overpotential_cubed"},
+      {ForceKind::kOverpotentialLogCosh, "overpotential_log_cosh"},
+      {ForceKind::kHighOverpotential, "high_overpotential"},
+      {ForceKind::kHighMemory, "high_memory"},
+      {ForceKind::kHighSum, "high_sum"},
+      {ForceKind::kTimeCurrent, "time_current"},
+      {ForceKind::kTimeMagnitude, "time_magnitude"},
+      {ForceKind::kTimeSquaredCurrent, "time_squared_current"},
+      {ForceKind::kTimeOverpotential, "time_overpotential"},
+      {ForceKind::kWarmCurrent, "warm_current"},
+      {ForceKind::kTime, "time"},
+      {ForceKind::kStepCurrent, "step_current"},
+  };
+  return ids;
 }
-
-/// Time constant of a column's low pass [s]; 0 without one.
-double lowPassTime(const ForceColumn& column) {
-  switch (column.kind) {
-    case ForceKind::kHighMemory: return column.charge;
-    case ForceKind::kChargeMemory: case ForceKind::kDischargeMemory: case ForceKind::kMemory:
-    case ForceKind::kLogChargeMemory: case ForceKind::kLogDischargeMemory: case ForceKind::kCompressedMemory:
-    case ForceKind::kMemoryOfCompressed: case ForceKind::kMemoryOfCharging: case ForceKind::kFresh:
-    case ForceKind::kFreshCharging: case ForceKind::kSlowCharge: case ForceKind::kEdge: case ForceKind::kWarmCurrent:
-      return column.time;
-    default: return 0.0;
-  }
-}
-
-bool isReserve(ForceKind kind) { return kind == ForceKind::kAcceptanceReserve || kind == ForceKind::kDischargeReserve; }
 
 }  // namespace
+
+std::string kindId(ForceKind kind) {
+  for (const auto& [known, id] : kindIds())
+    if (known == kind) return id;
+  throw std::logic_error("a column of an unknown kind");
+}
+
+std::vector<ForceKind> allForceKinds() {
+  std::vector<ForceKind> kinds;
+  for (const auto& each : kindIds()) kinds.push_back(each.first);
+  return kinds;
+}
 
 ForceGroup groupOf(ForceKind kind) {
   switch (kind) {
@@ -176,10 +210,7 @@ ForceGroup groupOf(ForceKind kind) {
 std::vector<ForceColumn> forceLibrary(const ForceContext& context) { return Library(context).take(); }
 
 ForceMemory::ForceMemory(std::vector<ForceColumn> columns, ForceContext context)
-    : columns_(std::move(columns)), context_(context), state_(columns_.size() + kSharedStates, 0.0), share_(columns_.size(), 0.0) {
-  for (std::size_t k = 0; k < columns_.size(); ++k)
-    if (isReserve(columns_[k].kind)) state_[k] = 1.0;
-}
+    : columns_(std::move(columns)), context_(context), state_(freshColumnStates(columns_)) {}
 
 void ForceMemory::setState(const std::vector<double>& state) {
   if (state.size() != state_.size())
@@ -188,98 +219,12 @@ void ForceMemory::setState(const std::vector<double>& state) {
   state_ = state;
 }
 
-void ForceMemory::takeShares(double duration) {
-  if (duration == share_duration_) return;
-  share_duration_ = duration;
-  for (std::size_t k = 0; k < columns_.size(); ++k) {
-    const double time = lowPassTime(columns_[k]);
-    share_[k] = time > 0.0 ? -std::expm1(-duration / time) : 0.0;
-  }
-}
-
-double ForceMemory::lowPass(std::size_t k, double input) {
-  const bool begun = state_[columns_.size() + kBegunState] != 0.0;
-  state_[k] = begun ? state_[k] + share_[k] * (input - state_[k]) : input;
-  return state_[k];
-}
-
-/// c of a reserve that `out` empties and time and `in` fill [1].
-double ForceMemory::reserve(std::size_t k, double out, double in, const ForceMoment& moment) {
-  const ForceColumn& column = columns_[k];
-  const double filling = 1.0 / column.time + in / column.scale, emptying = out / column.scale;
-  const double end = filling / (filling + emptying);
-  state_[k] = end + (state_[k] - end) * std::exp(-moment.duration * (filling + emptying));
-  return std::max(state_[k], kLeastReserve);
-}
-
-double ForceMemory::valueOf(std::size_t k, const ForceMoment& moment) {
-  const ForceColumn& column = columns_[k];
-  const double* shared = state_.data() + columns_.size();
-  const double i = moment.current, flowed = moment.gap ? 0.0 : i;  // what memories see: across a gap the battery rests
-  const double charging = std::max(flowed, 0.0), discharging = std::max(-flowed, 0.0);
-  const double u = moment.overpotential, t = moment.time / context_.span;
-  const auto bent = [&] { return std::clamp(column.scale * u, -kMostBend, kMostBend); };
-  switch (column.kind) {
-    case ForceKind::kChargeMemory: return lowPass(k, charging);
-    case ForceKind::kDischargeMemory: return lowPass(k, discharging);
-    case ForceKind::kMemory: return lowPass(k, flowed);
-    case ForceKind::kLogChargeMemory: return std::log1p(lowPass(k, charging) / column.scale);
-    case ForceKind::kLogDischargeMemory: return std::log1p(lowPass(k, discharging) / column.scale);
-    case ForceKind::kCompressedMemory: return std::asinh(lowPass(k, flowed) / column.scale);
-    case ForceKind::kMemoryOfCompressed: return lowPass(k, std::asinh(flowed / column.scale));
-    case ForceKind::kMemoryOfCharging: return lowPass(k, std::asinh(charging / column.scale));
-    case ForceKind::kFresh: return column.scale / (column.scale + column.time * lowPass(k, discharging));
-    case ForceKind::kFreshCharging:
-      return std::max(i, 0.0) * column.scale / (column.scale + column.time * lowPass(k, discharging));
-    case ForceKind::kAcceptanceReserve: return -std::log(reserve(k, charging, discharging, moment));
-    case ForceKind::kDischargeReserve: return std::log(reserve(k, discharging, charging, moment));
-    case ForceKind::kSinceCharge: return i < -1.0 ? std::exp(-shared[kDrawnState] / column.scale) : 0.0;
-    case ForceKind::kCompressed: return std::asinh(i / column.scale);
-    case ForceKind::kSaturating: return std::tanh(i / column.scale);
-    case ForceKind::kLogMagnitude: return std::log1p(std::abs(i) / column.scale);
-    case ForceKind::kSmallCurrent: return i * std::exp(-std::abs(i) / column.scale);
-    case ForceKind::kRest: return std::exp(-std::abs(i) / column.scale);
-    case ForceKind::kCharge: return shared[kChargeState];
-    case ForceKind::kChargeSquared: return shared[kChargeState] * shared[kChargeState];
-    case ForceKind::kSlowCharge: return lowPass(k, shared[kChargeState]);
-    case ForceKind::kPath: {
-      const double towards = flowed > 0.0 ? 1.0 : -1.0;
-      state_[k] = towards + (state_[k] - towards) * std::exp(-std::abs(flowed) * moment.duration / column.scale);
-      return state_[k];
-    }
-    case ForceKind::kEdge: return i - lowPass(k, i);
-    case ForceKind::kChange: return moment.gap ? 0.0 : i - shared[kLastCurrent];
-    case ForceKind::kChangeBefore: return shared[kChangeState];
-    case ForceKind::kOverpotentialMagnitude: return std::abs(u);
-    case ForceKind::kOverpotentialSquared: return bent() * bent();
-    case ForceKind::kOverpotentialCubed: return bent() * bent() * bent();
-    case ForceKind::kOverpotentialLogCosh: return std::log(std::cosh(std::clamp(column.scale * u, -30.0, 30.0)));
-    case ForceKind::kHighOverpotential: return highPart(column, u);
-    case ForceKind::kHighMemory: return lowPass(k, highPart(column, u));
-    case ForceKind::kHighSum: return state_[k] += moment.duration * highPart(column, u);
-    case ForceKind::kTimeCurrent: return t * i;
-    case ForceKind::kTimeMagnitude: return t * std::abs(i);
-    case ForceKind::kTimeSquaredCurrent: return t * t * i;
-    case ForceKind::kTimeOverpotential: return t * u;
-    case ForceKind::kWarmCurrent: return i * lowPass(k, flowed * flowed);
-    case ForceKind::kTime: return t;
-    case ForceKind::kStepCurrent: return moment.time >= column.time ? i : 0.0;
-  }
-  throw std::logic_error("a column of an unknown kind");
-}
-
 void ForceMemory::advance(const ForceMoment& moment, Eigen::Ref<Eigen::VectorXd> values) {
-  takeShares(moment.duration);
-  double* shared = state_.data() + columns_.size();
-  const bool begun = shared[kBegunState] != 0.0;
-  if (!begun) shared[kLastCurrent] = moment.current;
-  if (!moment.gap) shared[kChargeState] += moment.duration * moment.held / kHour;
-  const double flowed = moment.gap ? 0.0 : moment.current;
-  shared[kDrawnState] = std::max(0.0, shared[kDrawnState] - moment.duration * flowed);
-  for (std::size_t k = 0; k < columns_.size(); ++k) values[static_cast<Eigen::Index>(k)] = valueOf(k, moment);
-  shared[kChangeState] = moment.gap ? 0.0 : moment.current - shared[kLastCurrent];
-  shared[kLastCurrent] = moment.current;
-  shared[kBegunState] = 1.0;
+  if (moment.duration != share_duration_) {
+    share_duration_ = moment.duration;
+    takeShares(columns_, moment.duration, share_);
+  }
+  ColumnKernel<double>{columns_, context_, share_, state_.data()}.advance(moment, values.data());
 }
 
 std::string describe(const ForceColumn& column) {

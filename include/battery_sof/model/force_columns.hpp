@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/learn/family.hpp"
+#include "battery_sof/model/family.hpp"
 
 namespace battery_sof {
 
@@ -51,6 +51,12 @@ enum class ForceKind {
   kStepCurrent,            ///< i from `time` on [A]
 };
 
+/// @return every kind, in the order above.
+std::vector<ForceKind> allForceKinds();
+
+/// @return a kind's id in files: "charge_memory", "discharge_memory", ...
+std::string kindId(ForceKind kind);
+
 /// Kinds whose columns share one strength.
 enum class ForceGroup { kCharge, kDischarge, kCurrent, kStatic, kChargeCounted, kEdges, kKinetics, kHighVoltage, kTime };
 constexpr int kForceGroups = 9;
@@ -77,15 +83,17 @@ struct ForceContext {
 /// @return the library: memories by decades of time from the sampling to a third of the span, no equation of the catalogue.
 std::vector<ForceColumn> forceLibrary(const ForceContext& context);
 
-/// A sample as columns see it.
-struct ForceMoment {
+/// A sample as columns see it, in arithmetic S.
+template <typename S>
+struct ForceMomentOf {
   double duration = 0.0;       ///< [s], since the sample before
-  double current = 0.0;        ///< [A]
-  double held = 0.0;           ///< [A], mean over the interval; 0 across a gap
+  S current = S(0.0);          ///< [A]
+  S held = S(0.0);             ///< [A], mean over the interval; 0 across a gap
   bool gap = false;            ///< the battery rested in between
-  double overpotential = 0.0;  ///< u_c2 of the base circuit [V]
+  S overpotential = S(0.0);    ///< u_c2 of the base circuit [V]
   double time = 0.0;           ///< [s], since the first sample of the training part
 };
+using ForceMoment = ForceMomentOf<double>;
 
 /**
  * @brief Values of columns along a drive, sample by sample, looking at nothing that comes later.
@@ -106,14 +114,9 @@ class ForceMemory {
   const std::vector<ForceColumn>& columns() const { return columns_; }
 
  private:
-  double lowPass(std::size_t k, double input);
-  double reserve(std::size_t k, double out, double in, const ForceMoment& moment);
-  double valueOf(std::size_t k, const ForceMoment& moment);
-  void takeShares(double duration);
-
   std::vector<ForceColumn> columns_;
   ForceContext context_;
-  std::vector<double> state_;   // one a column, then shared ones: charge, drawn, two changes, begun
+  std::vector<double> state_;   // one a column, then those that columns share
   std::vector<double> share_;   // 1 - exp(-duration / time), one a column
   double share_duration_ = -1.0;
 };

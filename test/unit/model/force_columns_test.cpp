@@ -1,4 +1,4 @@
-#include "battery_sof/learn/force_columns.hpp"
+#include "battery_sof/model/force_columns.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/learn/learned_force.hpp"
+#include "battery_sof/learn/force_fit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -194,7 +194,7 @@ TEST(LeftOutErrors, OfAMemoryOfChargingThatNoColumnHasFallByMoreThanHalf) {
 
 TEST(LearnForce, PutsAMemoryOfChargingIntoTheFamilyOfAcceptance) {
   const Learnt learnt(withRootOfCharging(tenHertz(400.0, 4), 0.02));
-  const LearnedForce force = learnForce(learnt.response, learnt.table).force;
+  const ForceFit force = learnForce(learnt.response, learnt.table);
   ASSERT_FALSE(force.families.empty());
   EXPECT_EQ("acceptance", familyId(force.families.front().family));
   EXPECT_GT(force.gain, 6.0);
@@ -202,7 +202,7 @@ TEST(LearnForce, PutsAMemoryOfChargingIntoTheFamilyOfAcceptance) {
 
 TEST(LearnForce, OfTheBaseCircuitsOwnVoltageFindsNoForce) {
   const Learnt learnt(tenHertz(400.0, 4));
-  const LearnedForce force = learnForce(learnt.response, learnt.table).force;
+  const ForceFit force = learnForce(learnt.response, learnt.table);
   EXPECT_LT(force.gain, 3.0);
   EXPECT_LT(force.rms, 0.0002);
   EXPECT_NEAR(0.001, force.noise, 1e-4);
@@ -210,7 +210,7 @@ TEST(LearnForce, OfTheBaseCircuitsOwnVoltageFindsNoForce) {
 
 TEST(LearnForce, TakesOnlyTheColumnsThatAreWanted) {
   const Learnt learnt(withRootOfCharging(tenHertz(200.0, 4), 0.02));
-  const ForceFit fit = learnForce(learnt.response, learnt.table, {}, isTimeless);
+  const ForceFit fit = learnForce(learnt.response, learnt.table, isTimeless);
   EXPECT_LT(fit.force.columns.size(), learnt.table.columns.size());
   for (const ForceColumn& column : fit.force.columns) EXPECT_TRUE(isTimeless(column)) << describe(column);
 }
@@ -218,18 +218,25 @@ TEST(LearnForce, TakesOnlyTheColumnsThatAreWanted) {
 // ---------------------------------------------------------------------------------------------
 // used
 
-TEST(VoltageWithForce, OfNoWeightIsTheSimulations) {
-  const Learnt learnt(tenHertz(120.0, 5));
-  EXPECT_EQ(voltages(BatteryModel(), truePoint(), learnt.drive), voltageWithForce(BatteryModel(), truePoint(), forceOf(learnt.table, 0.0), learnt.drive));
-}
-
-TEST(VoltageWithForce, IsWhatTheFitSaysOfEveryRowAlsoBeyondTheTrainingPart) {
-  const Learnt learnt(withRootOfCharging(tenHertz(400.0, 4), 0.02), 0.75);
-  const ForceFit fit = learnForce(learnt.response, learnt.table, {}, isTimeless);
-  const std::vector<double> voltage = voltageWithForce(BatteryModel(), truePoint(), fit.force, learnt.drive);
+TEST(WithForce, IsWhatTheFitSaysOfEveryRowAlsoBeyondTheTrainingPart) {
+  Learnt learnt(withRootOfCharging(tenHertz(400.0, 4), 0.02), 0.75);
+  takeForceDirections(learnt.response, BatteryModel(), truePoint(), learnt.drive);
+  const ForceFit fit = learnForce(learnt.response, learnt.table, isTimeless);
+  const BatteryModel model = withForce(BatteryModel(), std::make_shared<const LearnedForce>(fit.force));
+  const std::vector<double> voltage = voltages(model, pointOf(model, withFactors(model, truePoint().parameters)), learnt.drive);
   const std::vector<double> base = voltages(BatteryModel(), truePoint(), learnt.drive);
   ASSERT_EQ(voltage.size(), static_cast<std::size_t>(fit.predicted.size()));
   for (std::size_t n = 0; n < voltage.size(); ++n) ASSERT_NEAR(base[n] + fit.predicted[static_cast<Eigen::Index>(n)], voltage[n], 1e-9) << n;
+}
+
+TEST(TakeForceDirections, HardlyChangesTheSensitivities) {
+  const Learnt learnt(tenHertz(300.0, 5));
+  BaseResponse taken = learnt.response;
+  takeForceDirections(taken, BatteryModel(), truePoint(), learnt.drive);
+  for (Eigen::Index direction = 0; direction < kBaseDirections; ++direction) {
+    const Eigen::VectorXd exact = learnt.response.sensitivity.col(direction);
+    EXPECT_LT(rms(taken.sensitivity.col(direction) - exact), 0.02 * rms(exact)) << direction;
+  }
 }
 
 TEST(AnswersOf, AreZeroWithoutACurrent) {
