@@ -39,6 +39,7 @@ struct VoltageStep {
 struct MeanCurrent {
   double value = 0.0;           // [A]
   double highest = 0.0;         // [A]
+  double beyond_learned = 0.0;  // [V], Simulation::beyondLearned() at its most
   Eigen::VectorXd derivatives;  // to the lanes
 };
 
@@ -54,6 +55,7 @@ MeanCurrent meanCurrent(Simulation simulation, const std::vector<VoltageStep>& s
     const double i = simulation.advanceAtVoltage(step.voltage + shift(since), step.duration, i_limit);
     mean.value += i * step.duration;
     mean.highest = std::max(mean.highest, i);
+    mean.beyond_learned = std::max(mean.beyond_learned, simulation.beyondLearned());
     // At the limit the current does not depend on the battery.
     if (simulation.lanes() > 0 && i < i_limit)
       mean.derivatives += simulation.currentDerivatives() * step.duration;
@@ -76,7 +78,7 @@ std::vector<VoltageStep> stepsOf(const ChargeAcceptanceQuery& query) {
 
 struct ExpectedCurrent {
   Interval current;
-  double highest;
+  double highest, beyond_learned;
 };
 
 /// Mean current with its interval: the lanes' share, and what a standard deviation of the voltage's error moves it by.
@@ -88,12 +90,12 @@ ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<Volt
   double duration = 0.0;
   for (const VoltageStep& step : steps) duration += step.duration;
   const double own = model.noise ? model.noise->white_std : model.scores.rmse;
-  const double error = std::sqrt(errors.forecast(0.5 * duration).variance + own * own);
+  const double error = std::sqrt(errors.forecast(0.5 * duration).variance + own * own + std::pow(mean.beyond_learned, 2));
   const MeanCurrent moved = meanCurrent(simulationOf(model), steps, i_limit,
                                         [&](double since) { return expected(since) - error; });
   const double variance = mean.derivatives.squaredNorm() + std::pow(mean.value - moved.value, 2);
   const double half = kNinetyPercent * model.charge_scale.factor * std::sqrt(variance);
-  return {{mean.value, mean.value - half, std::min(mean.value + half, i_limit)}, mean.highest};
+  return {{mean.value, mean.value - half, std::min(mean.value + half, i_limit)}, mean.highest, mean.beyond_learned};
 }
 
 }  // namespace
@@ -122,6 +124,7 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
   QueryRange range;
   range.charges = true;
   range.most_current = mean.highest;
+  range.beyond_learned = mean.beyond_learned;
   range.most_voltage = query.u_boost;
   range.charge_duration = query.t_sof2;
   range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / 3600.0;

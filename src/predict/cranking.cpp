@@ -108,7 +108,7 @@ double crankError(const FittedModel& model, double current) {
 }
 
 Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
-                       double ahead) {
+                       double ahead, double* beyond_learned) {
   const ErrorTracker errors(model);
   const double own = crankError(model, lowestCurrent(query));
   std::optional<Interval> lowest;
@@ -116,6 +116,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
     const Interval u =
         voltageAnswer(now, errors.forecastThrough(ahead + since), own, model.crank_scale);
     if (!lowest || u.value <= lowest->value) lowest = u;
+    if (beyond_learned) *beyond_learned = std::max(*beyond_learned, now.beyondLearned());
   };
   if (!query.crank.empty()) {
     run(simulation, query.crank, look);
@@ -150,10 +151,11 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
   else
     run(simulation, query.load, [](const Simulation&, double) {});
   const double t_stop = query.load.empty() ? query.t_stop : query.load.duration();
-  answer.u_min = lowestOfCrank(std::move(simulation), model, query, t_stop);
+  QueryRange range = rangeOf(query);
+  answer.u_min = lowestOfCrank(std::move(simulation), model, query, t_stop, &range.beyond_learned);
   if (query.u_required) answer.capable = answer.u_min->lower >= *query.u_required;
 
-  const std::string reasons = extrapolationOf(model, rangeOf(query), capacity);
+  const std::string reasons = extrapolationOf(model, range, capacity);
   answer.valid = reasons.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
   answer.message = sentence("lowest voltage %.2f V, 90 %% between %.2f and %.2f V",

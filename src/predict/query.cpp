@@ -16,6 +16,7 @@ constexpr double kLongestProfile = 86400.0;                      // [s], a day
 constexpr std::size_t kMostPoints = 100000;
 constexpr double kCurrentReach = 1.25;     // of the largest current of the window
 constexpr double kVoltageReach = 0.3;      // [V] above the window's highest
+constexpr double kLearnedReach = 0.010;  // [V], of a learnt force held at its range's end: relevant to a crank
 constexpr double kTemperatureReach = 10.0; // [K]
 constexpr double kConstantCharge = 0.01;   // of capacity: paper, section V ("within 1 %")
 constexpr double kShortCharge = 10.0;      // [s]: depletion builds up over 5 to 40 s (PHYSICS 1.2, P2)
@@ -122,6 +123,9 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
                        range.charge_moved, capacity));
   reasons.add(range.charge_moved > capacity,
               sentence("it moves %.0f Ah, more than the battery's %g Ah", range.charge_moved, capacity));
+  reasons.add(range.beyond_learned > kLearnedReach,
+              sentence("what was learnt beside the equations is held at its range's end, %.0f mV from where it would be",
+                       1e3 * range.beyond_learned));
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;
   if (temperature && seen.temperature)
     reasons.add(std::abs(*temperature - *seen.temperature) > kTemperatureReach,
@@ -147,7 +151,7 @@ void hold(Simulation& simulation, double current, double duration) {
 Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
                        const IntervalScale& scale) {
   const double variance =
-      simulation.voltageDerivatives().squaredNorm() + error.variance + own * own;
+      simulation.voltageDerivatives().squaredNorm() + error.variance + own * own + std::pow(simulation.beyondLearned(), 2);
   const double half = kNinetyPercent * scale.factor * std::sqrt(variance);
   const double u = simulation.voltage() + error.mean;
   return {u, u - half, u + half};

@@ -130,6 +130,15 @@ class StopScan {
   bool monotone_ = true;
 };
 
+/// By how much a learnt force is held at its range's end in a crank after a stop [V].
+double beyondLearnedAfter(const FittedModel& model, const CrankingQuery& crank, double t_stop) {
+  Simulation simulation = simulationOf(model);
+  hold(simulation, crank.i_load, t_stop);
+  double beyond = simulation.beyondLearned();
+  lowestOfCrank(std::move(simulation), model, crank, t_stop, &beyond);
+  return beyond;
+}
+
 std::string shown(double t_stop) { return std::isinf(t_stop) ? "no end" : sentence("%.1f s", t_stop); }
 
 /// What lies beyond the longest stop that is vouched for.
@@ -207,6 +216,7 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
     range.least_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
   range.charge_moved = std::min(-query.i_load * std::min(value, kLongest) / 3600.0, held_for);
   range.temperature = query.temperature;
+  if (model.force) range.beyond_learned = beyondLearnedAfter(model, crank, std::min(value, kLongest));
   const std::string reasons = extrapolationOf(model, range, capacity);
   answer.valid = reasons.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;

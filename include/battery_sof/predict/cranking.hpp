@@ -50,8 +50,9 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
 std::string faultsOf(const CrankingQuery& query);
 
 /// Lowest voltage of a crank that begins where a simulation stands, `ahead` [s] after the model's state.
+/// @param beyond_learned raised to Simulation::beyondLearned() of any moment of the crank [V]; may be null.
 Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
-                       double ahead);
+                       double ahead, double* beyond_learned = nullptr);
 
 /// What a crank misses by itself, beyond normal driving [V].
 double crankError(const FittedModel& model, double current);

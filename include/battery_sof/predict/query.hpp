@@ -33,6 +33,7 @@ struct QueryRange {
   std::optional<double> temperature;     ///< [K], at which it will happen; else the model's state's
   bool charges = false;                  ///< needs r_charge, else r_discharge
   ChargeEvidence evidence = {};          ///< what past charges say of a charge
+  double beyond_learned = 0.0;           ///< [V], most by which a learnt force was held inside what it was learnt on
 };
 
 /// The most charge that a model's equations hold for [Ah]: all of the capacity where the open-circuit voltage may move
@@ -50,7 +51,8 @@ double chargeHeldFor(const FittedModel& model, double capacity);
  * chargeHeldFor(); for charges beyond
  * 10 s a limit of charge acceptance (charge_acceptance) and a charge as long as 10 s in the window (PHYSICS 5.3).
  *
- * More than the capacity is never held.
+ * More than the capacity is never held. A learnt force that would differ by more than 10 mV if it were not held inside its range
+ * is not to be relied on.
  *
  * @return reasons, joined by "; "; empty when there is none.
  */
@@ -62,8 +64,9 @@ void hold(Simulation& simulation, double current, double duration);
 /**
  * @brief A predicted voltage with its 90 % interval.
  *
- *     value = u_m + e,   var = factor^2 ( sum_k (du / d lane_k)^2 + var(e) + own^2 )
+ *     value = u_m + e,   var = factor^2 ( sum_k (du / d lane_k)^2 + var(e) + own^2 + beyond^2 )
  *
+ * beyond: Simulation::beyondLearned().
  * @param error what the model will miss then (ErrorTracker).  @param own what the event adds [V].
  */
 Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,

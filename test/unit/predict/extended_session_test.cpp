@@ -3,6 +3,7 @@
 
 #include "battery_sof/predict/online_session.hpp"
 #include "support/composed.hpp"
+#include "support/learnt_drive.hpp"
 
 namespace battery_sof {
 namespace {
@@ -134,6 +135,22 @@ TEST(ExtendedSession, AnotherCompositionThatFitsWorseLeavesTheOneBeforeInUse) {
   player.play(series, 11000, 11100);
   EXPECT_THAT(session.status().effects, ElementsAre(kMissing[0]));
   EXPECT_THAT(session.status().extension, HasSubstr("the fit with gassing was refused: on the most recent"));
+}
+
+TEST(ExtendedSession, WhatWasLearntAnswersWhereItErrsLess) {
+  const Series series = withMemoryOfCharging(900.0);
+  OnlineSession session(options());
+  Player player{session};
+  player.play(series, 0, 9000);
+  session.extendWith({kLearnedEffect}, 0.0, forceLearntFrom(series, 9000));
+  player.play(series, 9000, series.size());
+  const SessionStatus status = session.status();
+  EXPECT_TRUE(session.doesExtendedAnswer()) << status.extension;
+  EXPECT_THAT(status.effects, ElementsAre(kLearnedEffect));
+  ASSERT_TRUE(status.contest);
+  EXPECT_LT(status.contest->extended_rmse, 0.5 * status.contest->base_rmse);
+  EXPECT_TRUE(session.predictCranking(kQuery).u_min);
+  EXPECT_THROW(session.extendWith({kLearnedEffect}), std::invalid_argument) << "no force";
 }
 
 TEST(ExtendedSession, ClockThatJumpsBackKeepsWhoAnswers) {
