@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "battery_sof/diagnose/diagnose.hpp"
 #include "battery_sof/predict/online_session.hpp"
 #include "battery_sof/recording/csv.hpp"
 
@@ -19,20 +20,42 @@ void print(const std::string& recording, const SessionEvents& events, const Onli
                 c.expected_current.upper, session.chargeScale().factor);
 }
 
-/// Plays a recording through a session; identifications end before the next sample.
-void play(const std::string& path, const CsvColumns& columns, const SessionOptions& options,
-          const std::vector<std::string>& extension) {
+/// What is tried beside the base model: effects from the beginning on, or what a diagnosis of the buffer finds at a moment.
+struct Trial {
+  std::vector<std::string> effects;
+  double diagnose_at = 0.0;  // [s] of driving; 0: never
+};
+
+/// Diagnoses what is buffered and offers what was found, as the node does with ~adopt_diagnosis.
+void adoptDiagnosis(OnlineSession& session) {
+  Recording buffered;
+  buffered.series = session.series();
+  buffered.offered = buffered.series.size();
+  DiagnoseOptions options;
+  options.lists_detectable = false;
+  const Diagnosis found = diagnose(buffered, options);
+  std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(), found.summary.c_str());
+  if (!found.extended.effects.empty()) session.extendWith(found.extended.effects, 0.0, found.extended.force);
+}
+
+/// Plays a recording through a session; identifications and diagnosis end before the next sample.
+void play(const std::string& path, const CsvColumns& columns, const SessionOptions& options, const Trial& trial) {
   const Recording recording = readCsv(path, columns);
   OnlineSession session(options);
-  if (!extension.empty()) session.extendWith(extension);
+  if (!trial.effects.empty()) session.extendWith(trial.effects);
+  bool is_diagnosed = trial.diagnose_at <= 0.0;
   for (std::size_t n = 0; n < recording.series.size(); ++n) {
     const SessionEvents events = session.push(
         {recording.series.time[n], recording.series.current[n], recording.series.voltage[n],
          std::nullopt});
     print(recording.name, events, session);
+    if (!is_diagnosed && session.driving() >= trial.diagnose_at) {
+      is_diagnosed = true;
+      adoptDiagnosis(session);
+    }
     if (auto job = session.takeDueJob()) {
       session.finish(runIdentification(*job));
-      if (!extension.empty()) std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(), session.status().extension.c_str());
+      if (!session.status().extension.empty()) std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(), session.status().extension.c_str());
     }
   }
 }
@@ -42,12 +65,13 @@ void play(const std::string& path, const CsvColumns& columns, const SessionOptio
 int main(int argc, char** argv) {
   CLI::App app("Plays recordings (CSV) through a session and prints every crank and charge with what was expected.");
   std::vector<std::string> recordings;
-  std::vector<std::string> extension;
+  Trial trial;
   SessionOptions options;
   CsvColumns columns;
   app.add_option("REC", recordings, "CSV recordings")->required();
   app.add_option("--effects", options.identify.effects, "ids of further physics")->delimiter(',');
-  app.add_option("--extend", extension, "ids on trial beside the base model; standard error says who answers")->delimiter(',');
+  app.add_option("--extend", trial.effects, "ids on trial beside the base model; standard error says who answers")->delimiter(',');
+  app.add_option("--diagnose-at", trial.diagnose_at, "[s] of driving, when the buffer is diagnosed and what is found goes on trial; 0: never");
   app.add_option("--identify-period", options.identify_period, "[s]");
   app.add_option("--time-column", columns.time);
   app.add_option("--current-column", columns.current);
@@ -56,7 +80,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   std::puts("recording,kind,time_s,current_a_or_voltage_v,measured,expected,lower,upper,scale");
   try {
-    for (const auto& path : recordings) play(path, columns, options, extension);
+    for (const auto& path : recordings) play(path, columns, options, trial);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "session_experiment: %s\n", error.what());
     return 2;
