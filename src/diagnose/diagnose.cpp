@@ -33,7 +33,7 @@ constexpr std::size_t kLeastForRidge = 60;  // samples, as ridgeVoltage() asks f
 constexpr std::size_t kCompressFrom = 4000;  // samples
 constexpr double kSlowLength = 10.0;         // sampling intervals that may be averaged where the current is held
 constexpr double kEdge = 5.0;                // [A]
-constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid; before it as much as a channel may be late
+constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], docs/physics.md#noise-of-a-residual; a channel may be late
 constexpr double kShortSteps = 6000.0;       // [s] of a slow recording beyond which short steps would take minutes
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
 constexpr int kLeftOutBlocks = 4;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 
@@ -20,6 +21,15 @@ TEST(EffectsPage, HoldsTheCatalogueAsItIs) {
   const auto from = begin + kBegin.size();
   EXPECT_EQ(page.substr(from, end - from), catalogueMarkdown(effectsByTier()))
       << "docs/effects.md is behind: run scripts/update_effects_page";
+}
+
+TEST(EffectsPage, EveryEffectCitesItsOwnSectionOfThePhysics) {
+  for (const EffectInfo& effect : effectCatalogue()) {
+    const std::string section = "docs/physics.md#" + effect.id;
+    EXPECT_TRUE(std::any_of(effect.parameters.begin(), effect.parameters.end(), [&](const ParameterInfo& info) {
+      return info.source.find(section) != std::string::npos;
+    })) << effect.id;
+  }
 }
 
 TEST(CatalogueJson, NamesWhatAnEffectNeedsAndBends) {
