@@ -122,8 +122,14 @@ class Diagnoser {
   Diagnosis insufficient(const std::string& lack) {
     found_.verdict = Verdict::kInsufficientData;
     found_.summary = "The recording cannot answer: " + lack + ".";
+    tellSource();
     found_.next_experiment = nextExperiment(found_);
     return std::move(found_);
+  }
+
+  void tellSource() {
+    found_.source = overviewOf(findSource(series_), series_);
+    found_.source_share = found_.source.share;
   }
 
   void fitBase() {
@@ -237,6 +243,9 @@ class Diagnoser {
     learned.is_used = matters && learned.left_out.force < learned.left_out.base;
     if (!learned.is_used && learned.left_out.base <= kPlausible) return;
     describeLearned(learned);
+    const std::vector<double>& current = screened_.series.current;
+    const auto [least, most] = std::minmax_element(current.begin(), current.begin() + static_cast<std::ptrdiff_t>(train_.last));
+    learned.curve = curveOf(learned.force, *least, *most);
     found_.learned = std::move(learned);
   }
 
@@ -482,8 +491,7 @@ class Diagnoser {
 
   /// The hold-out in the direction that is imposed, and beside what needs no physics.
   void compareBothWays() {
-    const Source source = findSource(series_);
-    found_.source_share = source.share;
+    tellSource();
     const std::optional<DrivingSource> driving = drivingSource(series_);
     const std::vector<char> drives = driving ? driving->imposes_voltage : std::vector<char>(series_.size(), 0);
     Comparison& fit = found_.fit;

@@ -378,7 +378,7 @@ std::vector<double> voltageWithForce(const BatteryModel& model, const ModelPoint
   return voltage;
 }
 
-std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current) {
+std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current, double longest) {
   const double step = std::max(0.1, force.context.interval);
   Eigen::VectorXd values(static_cast<Eigen::Index>(force.columns.size()));
   ForceMemory rested(force.columns, force.context);
@@ -386,7 +386,7 @@ std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current) {
   ForceMemory charged = rested, discharged = rested, resting = rested;
   std::vector<ForceAnswer> answers;
   double next = step;
-  for (double time = step; time <= force.context.span / 3.0; time += step) {
+  for (double time = step; time <= std::min(longest, force.context.span / 3.0); time += step) {
     const double u = 2.0 / force.context.beta * std::asinh(0.5 * current);  // the settled double layer
     resting.advance({step, 0.0, 0.0, false, 0.0, 0.0}, values);
     const double rest = summed(force, values);

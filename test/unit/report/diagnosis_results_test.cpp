@@ -37,6 +37,18 @@ TEST(DiagnosisJson, HoldsTheContractsFields) {
   EXPECT_EQ(json["probability"], 0.97);
 }
 
+TEST(DiagnosisJson, TellsWhoImposesWhatBesideTheShare) {
+  const test::MadeDiagnosis made = test::madeNamed();
+  const Json json = diagnosisJson(made.diagnosis);
+  EXPECT_EQ(json["source"], made.diagnosis.source.share);
+  EXPECT_EQ(json["imposed"]["seen"], true);
+  EXPECT_EQ(json["imposed"]["voltage"].size(), 8u);
+  EXPECT_EQ(json["imposed"]["voltage"][0]["from_s"], 25.8);
+  EXPECT_EQ(json["imposed"]["voltage"][0]["to_s"], 75.0);
+  expectKeys(json["imposed"]["reasons"].at(1), {"imposed", "reason", "stretches", "samples"});
+  EXPECT_EQ(json["imposed"]["reasons"][1]["imposed"], "voltage");
+}
+
 TEST(DiagnosisJson, HoldsWhatIsLeftBesideItsLimits) {
   const Json relevance = diagnosisJson(test::madeNamed().diagnosis)["relevance"];
   EXPECT_EQ(relevance, (Json{{"rmse_v", 0.0004}, {"crank_v", 0.002}, {"charge_share", 0.006},
