@@ -16,8 +16,9 @@ std::vector<ForceAtCurrent> curveOf(const LearnedForce& force, double least, dou
       if (size > std::max(most, -least)) continue;
       const std::vector<ForceAnswer> answers = answersOf(force, size, kLate);
       if (answers.empty()) continue;
-      if (size <= most) curve.push_back({size, answers.front().charging, answers.back().charging});
-      if (size <= -least) curve.push_back({-size, answers.front().discharging, answers.back().discharging});
+      const ForceAnswer &early = answers.front(), &late = answers.back();
+      if (size <= most) curve.push_back({size, early.charging, late.charging, early.charging_std, late.charging_std});
+      if (size <= -least) curve.push_back({-size, early.discharging, late.discharging, early.discharging_std, late.discharging_std});
     }
   std::sort(curve.begin(), curve.end(), [](const ForceAtCurrent& a, const ForceAtCurrent& b) { return a.current < b.current; });
   return curve;

@@ -128,11 +128,13 @@ Json fitJson(const Comparison& fit) {
 }
 
 Json answerJson(const ForceAnswer& answer) {
-  return {{"time_s", number(answer.time)}, {"charging_v", number(answer.charging)}, {"discharging_v", number(answer.discharging)}};
+  return {{"time_s", number(answer.time)}, {"charging_v", number(answer.charging)}, {"discharging_v", number(answer.discharging)},
+          {"charging_std_v", number(answer.charging_std)}, {"discharging_std_v", number(answer.discharging_std)}};
 }
 
 Json atCurrentJson(const ForceAtCurrent& at) {
-  return {{"current_a", number(at.current)}, {"early_v", number(at.early)}, {"late_v", number(at.late)}};
+  return {{"current_a", number(at.current)}, {"early_v", number(at.early)}, {"late_v", number(at.late)},
+          {"early_std_v", number(at.early_std)}, {"late_std_v", number(at.late_std)}};
 }
 
 Json weightJson(const FamilyWeight& weight) {

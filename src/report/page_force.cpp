@@ -11,13 +11,19 @@ namespace battery_sof {
 namespace {
 
 constexpr double kLeft = 56.0, kRight = 628.0, kTop = 12.0, kBottom = 196.0;  // of a chart of 640 by 232
+constexpr double kNormal95 = 1.96;  // standard deviations
 constexpr double kTicks = 5.0;                                               // about as many on an axis
 
-/// A line of a chart; x and y in the axes' units.
+/// A point of a line in the axes' units; half its 95 % band is 0 where that is not known.
+struct Point {
+  double x, y, half_band;
+};
+
+/// A line of a chart.
 struct Curve {
   std::string name, css_class;
   bool is_round;  ///< dots and a solid line, else squares and a dashed one: told apart without colour
-  std::vector<std::pair<double, double>> points;
+  std::vector<Point> points;
 };
 
 struct Axis {
@@ -72,25 +78,37 @@ std::string gridHtml(const Axis& x, const Axis& y, const std::string& unit) {
          label(kRight, kBottom + 32.0, "end", unit);
 }
 
+/// 95 % of the posterior about a line: along its upper side and back along the lower one.
+std::string bandHtml(const Curve& curve, const Axis& x, const Axis& y) {
+  std::string upper, lower;
+  bool is_known = false;
+  for (const Point& point : curve.points) {
+    is_known = is_known || point.half_band > 0.0;
+    upper += sentence("%s%.1f %.1f", upper.empty() ? "M" : "L", xOf(x, point.x), yOf(y, point.y + point.half_band));
+    lower = sentence("L%.1f %.1f", xOf(x, point.x), yOf(y, point.y - point.half_band)) + lower;
+  }
+  return is_known ? element("path", "", "class=\"band\" d=\"" + upper + lower + "z\"") : "";
+}
+
 std::string curveHtml(const Curve& curve, const Axis& x, const Axis& y) {
   std::string path, marks;
-  for (const auto& [at, value] : curve.points) {
-    const double px = xOf(x, at), py = yOf(y, value);
+  for (const Point& point : curve.points) {
+    const double px = xOf(x, point.x), py = yOf(y, point.y);
     path += sentence("%s%.1f %.1f", path.empty() ? "M" : "L", px, py);
     marks += curve.is_round ? element("circle", "", sentence("cx=\"%.1f\" cy=\"%.1f\" r=\"3\"", px, py))
                             : element("rect", "", sentence("x=\"%.1f\" y=\"%.1f\" width=\"6\" height=\"6\"", px - 3.0, py - 3.0));
   }
   const std::string dashes = curve.is_round ? "" : " stroke-dasharray=\"6 4\"";
-  return element("g", element("title", curve.name) + element("path", "", "d=\"" + path + "\"" + dashes) + marks,
+  return element("g", element("title", curve.name) + bandHtml(curve, x, y) + element("path", "", "d=\"" + path + "\"" + dashes) + marks,
                  "class=\"" + curve.css_class + "\"");
 }
 
 Axis valueAxis(const std::vector<Curve>& curves) {
   Axis axis{0.0, 0.0, false};
   for (const Curve& curve : curves)
-    for (const auto& point : curve.points) {
-      axis.low = std::min(axis.low, point.second);
-      axis.high = std::max(axis.high, point.second);
+    for (const Point& point : curve.points) {
+      axis.low = std::min(axis.low, point.y - point.half_band);
+      axis.high = std::max(axis.high, point.y + point.half_band);
     }
   const double room = std::max(0.08 * (axis.high - axis.low), 0.05);
   return {axis.low - room, axis.high + room, false};
@@ -109,16 +127,20 @@ std::string chartHtml(const std::string& title, const Axis& x, const std::string
                  "class=\"chart\"");
 }
 
+Point pointOf(double x, double volts, const std::optional<double>& std) {
+  return {x, 1e3 * volts, std && std::isfinite(*std) ? 1e3 * kNormal95 * *std : 0.0};
+}
+
 /// What it adds over the time since a rest: the memory of charging and discharging.
 std::string memoryChart(const LearnedFinding& learned) {
   Curve charging{"charging", "extended", true, {}}, discharging{"discharging", "base", false, {}};
   for (const ForceAnswer& one : learned.answers) {
     if (!std::isfinite(one.charging) || !std::isfinite(one.discharging)) continue;
-    charging.points.emplace_back(one.time, 1e3 * one.charging);
-    discharging.points.emplace_back(one.time, 1e3 * one.discharging);
+    charging.points.push_back(pointOf(one.time, one.charging, one.charging_std));
+    discharging.points.push_back(pointOf(one.time, one.discharging, one.discharging_std));
   }
-  if (charging.points.size() < 2 || !(charging.points.back().first > charging.points.front().first)) return "";
-  const Axis time{charging.points.front().first, charging.points.back().first, true};
+  if (charging.points.size() < 2 || !(charging.points.back().x > charging.points.front().x)) return "";
+  const Axis time{charging.points.front().x, charging.points.back().x, true};
   return chartHtml(sentence("What it adds after so long a current of %.0f A [mV]", learned.answer_current), time, "time since a rest [s]",
                    {charging, discharging});
 }
@@ -128,12 +150,17 @@ std::string currentChart(const LearnedFinding& learned) {
   Curve early{"at once", "extended", true, {}}, late{"after a minute", "base", false, {}};
   for (const ForceAtCurrent& at : learned.curve) {
     if (!std::isfinite(at.early) || !std::isfinite(at.late)) continue;
-    early.points.emplace_back(at.current, 1e3 * at.early);
-    late.points.emplace_back(at.current, 1e3 * at.late);
+    early.points.push_back(pointOf(at.current, at.early, at.early_std));
+    late.points.push_back(pointOf(at.current, at.late, at.late_std));
   }
-  if (early.points.size() < 2 || !(early.points.back().first > early.points.front().first)) return "";
-  const Axis current{early.points.front().first, early.points.back().first, false};
+  if (early.points.size() < 2 || !(early.points.back().x > early.points.front().x)) return "";
+  const Axis current{early.points.front().x, early.points.back().x, false};
   return chartHtml("What it adds over the current [mV]", current, "current [A], positive into the battery", {early, late});
+}
+
+std::string bandNote(const LearnedFinding& learned) {
+  const bool is_known = std::any_of(learned.answers.begin(), learned.answers.end(), [](const ForceAnswer& one) { return one.charging_std.has_value(); });
+  return is_known ? element("p", "Bands: 95 % by the posterior of what was learnt; what no column can follow is not in them.", "class=\"note\"") : "";
 }
 
 std::string answerTable(const LearnedFinding& learned) {
@@ -178,7 +205,7 @@ std::string nearestHtml(const Diagnosis& d) {
 std::string forceHtml(const Diagnosis& d) {
   const LearnedFinding& learned = *d.learned;
   const std::string charts = memoryChart(learned) + currentChart(learned), numbers = answerTable(learned) + currentTable(learned);
-  return nearestHtml(d) + charts + (numbers.empty() ? "" : element("details", element("summary", "The same in numbers") + numbers));
+  return nearestHtml(d) + charts + bandNote(learned) + (numbers.empty() ? "" : element("details", element("summary", "The same in numbers") + numbers));
 }
 
 }  // namespace battery_sof

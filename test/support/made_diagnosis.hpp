@@ -191,7 +191,8 @@ inline MadeDiagnosis madeUnknown() {
   learned.left_out = {0.064, 0.021};
   learned.force.rms = 0.061;
   learned.force.families = {{Family::kAcceptance, 340.0, 0.058}, {Family::kAcid, 12.0, 0.004}};
-  learned.answers = {{0.1, 0.0002, 0.0}, {1.0, 0.0061, 0.0001}, {10.0, 0.052, -0.0004}, {100.0, 0.113, -0.0011}};
+  learned.answers = {{0.1, 0.0002, 0.0, 0.0001, 0.0001}, {1.0, 0.0061, 0.0001, 0.001, 0.0005}, {10.0, 0.052, -0.0004, 0.004, 0.002},
+                     {100.0, 0.113, -0.0011, 0.011, 0.005}};
   learned.curve = {{-100.0, -0.0002, -0.006}, {-10.0, 0.0, -0.001}, {1.0, 0.0001, 0.004}, {10.0, 0.0001, 0.05}, {50.0, 0.0004, 0.21}};
   learned.terms = {"memory of charging over 10 s", "memory of charging over 30 s"};
   learned.description = "What the currents and their memory say beside the equations moves the voltage by 61.0 mV RMS.";

@@ -87,6 +87,7 @@ struct LearnedForce {
   ForceContext context;
   Eigen::VectorXd lower, upper, centre, scale;  ///< as in ForceTable
   Eigen::VectorXd weight;       ///< [V], of columns of unit RMS
+  Eigen::MatrixXd covariance;   ///< of weight by the posterior of the grouped fit [V^2]; empty: not known
   Eigen::VectorXd base_change;  ///< d of the six directions
   std::vector<FamilyWeight> families;  ///< strongest first
   double noise = 0.0;           ///< [V], RMS of what is left over the training part
@@ -137,6 +138,7 @@ struct ForceAnswer {
   double time = 0.0;        ///< [s], since a rest
   double charging = 0.0;    ///< [V]
   double discharging = 0.0; ///< [V]
+  std::optional<double> charging_std = std::nullopt, discharging_std = std::nullopt;  ///< [V], by the force's covariance; none without it
 };
 
 /// @brief A force as an engineer reads it: what it adds under a held current from rest on, less what it adds at rest.

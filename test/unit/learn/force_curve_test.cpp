@@ -36,6 +36,16 @@ TEST(CurveOf, IsTheMemoryOfATenthOfASecondAndOfAMinute) {
   }
 }
 
+TEST(CurveOf, IsAsUncertainAsTheWeightAndSaysNothingWithoutItsCovariance) {
+  LearnedForce force = memoryOfCharging();
+  EXPECT_FALSE(curveOf(force, -20.0, 20.0).back().late_std);
+  force.covariance = Eigen::MatrixXd::Constant(1, 1, 0.002 * 0.002);  // a tenth of the weight
+  for (const ForceAtCurrent& at : curveOf(force, -20.0, 20.0)) {
+    EXPECT_NEAR(at.early_std.value(), 0.1 * at.early, 1e-12) << at.current;
+    EXPECT_NEAR(at.late_std.value(), 0.1 * at.late, 1e-12) << at.current;
+  }
+}
+
 TEST(CurveOf, StaysInsideWhatTheColumnSaw) {
   const std::vector<ForceAtCurrent> curve = curveOf(memoryOfCharging(), 0.0, 200.0);
   EXPECT_NEAR(curve.back().late, 0.02 / 8.0 * 30.0, 1e-12);

@@ -123,6 +123,15 @@ TEST(DiagnosisPage, DrawsALearntForceOverTimeAndOverTheCurrent) {
   EXPECT_EQ(countOf(markup, "stroke-dasharray"), 2u);
 }
 
+TEST(DiagnosisPage, DrawsABandWhereTheDeviationIsKnown) {
+  test::MadeDiagnosis made = test::madeUnknown();
+  EXPECT_EQ(countOf(markupOf(pageOf(made)), "class=\"band\""), 2u);  // over time; the curve over the current has none here
+  EXPECT_NE(pageOf(made).find("Bands: 95 %"), std::string::npos);
+  for (ForceAnswer& one : made.diagnosis.learned->answers) one.charging_std.reset(), one.discharging_std.reset();
+  EXPECT_EQ(countOf(markupOf(pageOf(made)), "class=\"band\""), 0u);
+  EXPECT_EQ(pageOf(made).find("Bands: 95 %"), std::string::npos);
+}
+
 TEST(DiagnosisPage, DrawsADecadeOfTimeAsWideAsTheNext) {
   const std::string markup = markupOf(pageOf(test::madeUnknown()));
   for (const char* at : {"cx=\"56.0\"", "cx=\"246.7\"", "cx=\"437.3\"", "cx=\"628.0\""}) EXPECT_NE(markup.find(at), std::string::npos) << at;

@@ -62,7 +62,10 @@ TEST(DiagnosisJson, HoldsWhatWasLearnt) {
   EXPECT_EQ(learned["left_out_rmse_v"], 0.021);
   EXPECT_EQ(learned["families"].at(0), (Json{{"family", "acceptance"}, {"gain", 340.0}, {"rms_v", 0.058}}));
   EXPECT_EQ(learned["answers_to_a"], 20.0);
-  EXPECT_EQ(learned["answers"].at(2), (Json{{"time_s", 10.0}, {"charging_v", 0.052}, {"discharging_v", -0.0004}}));
+  EXPECT_EQ(learned["answers"].at(2), (Json{{"time_s", 10.0}, {"charging_v", 0.052}, {"discharging_v", -0.0004},
+                                               {"charging_std_v", 0.004}, {"discharging_std_v", 0.002}}));
+  EXPECT_EQ(learned["curve"].size(), 5u);
+  EXPECT_EQ(learned["curve"].at(3), (Json{{"current_a", 10.0}, {"early_v", 0.0001}, {"late_v", 0.05}, {"early_std_v", nullptr}, {"late_std_v", nullptr}}));
   EXPECT_EQ(learned["terms"].at(0), "memory of charging over 10 s");
 }
 
