@@ -1,4 +1,4 @@
-"""The base circuit B of PHYSICS 1.0, simulated by an exact step. Written for the benchmark alone: nothing of the product is in it.
+"""The base circuit (docs/physics.md#base-circuit), simulated by an exact step. Written for the benchmark alone: nothing of the product is in it.
 
     u = u_dc + u_2 + r(i) i,   r = r_discharge (i < 0) or r_charge (i >= 0)
     C_2 du_2/dt = i - 2 I_0 sinh(beta u_2 / 2)

@@ -5,7 +5,7 @@ PHYSICS = {"gassing", "charge_acceptance", "sulphate_history", "acid_transport",
            "high_rate_depletion", "coup_de_fouet", "self_heating", "parameter_drift", "parasitic_load", "fresh_sulphate"}
 INSTRUMENT = {"current_offset", "current_gain", "time_skew", "sensor_lag", "quantisation", "contact_resistance", "clipping",
               "dropouts", "voltage_drift", "aliasing"}
-# Classes that no recording tells apart (PHYSICS 1.4): naming one names the other.
+# Classes that no recording tells apart (docs/physics.md#effects-that-cannot-be-told-apart): naming one names the other.
 ALIKE = [{"current_offset", "parasitic_load"}, {"fast_arc", "sensor_lag"}, {"inductance", "time_skew"}]
 LARGEST_CLASS = 3
 

@@ -36,7 +36,7 @@ def cases_of(sealed, results):
 
 
 def figures(cases):
-    """Every metric of PHYSICS 3.3 that can be had, in its order."""
+    """Every metric of the benchmark (docs/physics.md#cases-with-known-truth) that can be had, in its order."""
     at = collections.defaultdict(list)
     for case in cases:
         at[case.level].append(case)
@@ -83,7 +83,7 @@ def figures(cases):
     count("decoy_structure", "D1", "fault named as structure", lambda c: judged.wrong_names(c, tiers=STRUCTURE), "")
     count("decoy_found", "D1", "fault found: in a named class, or the instruments' screen speaks", judged.fault_found, "")
     count("unknown", "U1", "called unknown", verdict_is("unknown"), ">= 85 %")
-    # PHYSICS 3.2 has a falling C_2 out of the catalogue, 1.2 has it in (P10).
+    # A falling C_2 counts as out of the catalogue, which has it as a drift (docs/physics.md#cases-with-known-truth).
     count("unknown_or_drift", "U1", "called unknown, or a falling C_2 by the name that P10 has for it",
           lambda c: c.whole["verdict"] == "unknown" or c.label["id"] == "capacitance_fall" and judged.first_class(c.whole) == ["parameter_drift"], "")
     count("unknown_named", "U1", "given a name of tier P",

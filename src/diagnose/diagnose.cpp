@@ -33,7 +33,7 @@ constexpr std::size_t kLeastForRidge = 60;  // samples, as ridgeVoltage() asks f
 constexpr std::size_t kCompressFrom = 4000;  // samples
 constexpr double kSlowLength = 10.0;         // sampling intervals that may be averaged where the current is held
 constexpr double kEdge = 5.0;                // [A]
-constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], PHYSICS 2.1's edge grid; before it as much as a channel may be late
+constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], docs/physics.md#noise-of-a-residual; a channel may be late
 constexpr double kShortSteps = 6000.0;       // [s] of a slow recording beyond which short steps would take minutes
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
 constexpr int kLeftOutBlocks = 4;
@@ -122,8 +122,14 @@ class Diagnoser {
   Diagnosis insufficient(const std::string& lack) {
     found_.verdict = Verdict::kInsufficientData;
     found_.summary = "The recording cannot answer: " + lack + ".";
+    tellSource();
     found_.next_experiment = nextExperiment(found_);
     return std::move(found_);
+  }
+
+  void tellSource() {
+    found_.source = overviewOf(findSource(series_), series_);
+    found_.source_share = found_.source.share;
   }
 
   void fitBase() {
@@ -242,6 +248,9 @@ class Diagnoser {
     if (!learned.is_used && learned.left_out.base <= kPlausible) return;
     describeLearned(learned);
     if (learned.is_used) withForce_ = composedWith(beside, std::make_shared<const LearnedForce>(learned.force));
+    const std::vector<double>& current = screened_.series.current;
+    const auto [least, most] = std::minmax_element(current.begin(), current.begin() + static_cast<std::ptrdiff_t>(train_.last));
+    learned.curve = curveOf(learned.force, *least, *most);
     found_.learned = std::move(learned);
   }
 
@@ -494,8 +503,7 @@ class Diagnoser {
 
   /// The hold-out in the direction that is imposed, and beside what needs no physics.
   void compareBothWays() {
-    const Source source = findSource(series_);
-    found_.source_share = source.share;
+    tellSource();
     const std::optional<DrivingSource> driving = drivingSource(series_);
     const std::vector<char> drives = driving ? driving->imposes_voltage : std::vector<char>(series_.size(), 0);
     Comparison& fit = found_.fit;

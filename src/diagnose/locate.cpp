@@ -23,7 +23,7 @@ void requireOneSize(const char* function, const WhitenedFit& fit, const Drive& d
 
 // ---------------------------------------------------------------------------------------------- regimes
 
-constexpr std::size_t kLeastEpisodes = 5;  // PHYSICS 2.2, L2
+constexpr std::size_t kLeastEpisodes = 5;  // docs/physics.md#regimes
 constexpr int kFlips = 4999;
 constexpr double kDiscoveryRate = 0.02;  // so that a recording without mismatch alarms in at most 2 % of cases
 constexpr double kEndShare = 0.2;           // of an episode
@@ -247,7 +247,7 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const Drive& d
 
 namespace {
 
-constexpr std::array<double, 4> kWindows{10.0, 30.0, 100.0, 300.0};  // [s], PHYSICS 2.2, L3
+constexpr std::array<double, 4> kWindows{10.0, 30.0, 100.0, 300.0};  // [s], docs/physics.md#stretches-of-time
 constexpr double kStride = 0.1;        // of a window's length
 constexpr double kLeastSamples = 10.0; // a window with fewer is no window
 constexpr std::size_t kSimulated = 200;

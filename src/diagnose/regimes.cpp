@@ -9,7 +9,7 @@
 namespace battery_sof {
 namespace {
 
-// PHYSICS 2.2, L2.
+// docs/physics.md#regimes
 constexpr double kEdgeStep = 30.0;          // [A]
 constexpr double kEdgeReach = 0.15;         // [s]
 constexpr double kLongChargeTime = 10.0;    // [s]

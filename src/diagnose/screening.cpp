@@ -15,8 +15,8 @@ constexpr double kLeastCharge = 20.0;        // [As] that must flow in either di
 constexpr double kSlow = 0.15;               // [s]; sampled more slowly, edges cannot be set aside
 constexpr double kLostShare = 0.005;         // of the samples; a second in three minutes
 constexpr std::size_t kFewestFreezes = 3;
-constexpr double kCoarseVoltage = 0.0099;    // [V], 10 mV but for printed digits; most effects leave less than 20 mV (PHYSICS 1.1, 1.2)
-constexpr double kCoarseCurrent = 0.495;     // [A], 0.5 A: PHYSICS 1.3's offset
+constexpr double kCoarseVoltage = 0.0099;    // [V], 10 mV but for printed digits; most effects leave less than 20 mV (docs/physics.md#visibility)
+constexpr double kCoarseCurrent = 0.495;     // [A], 0.5 A: the offset of docs/physics.md#current_offset
 constexpr double kStillShare = 0.25;         // of the samples repeat the one before: noise of less than a step
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
 

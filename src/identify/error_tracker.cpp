@@ -10,7 +10,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kAverage = 0.1;        // [s], PHYSICS 2.1
+constexpr double kAverage = 0.1;        // [s], docs/physics.md#noise-of-a-residual
 constexpr std::size_t kLeastAverages = 30;
 
 NoiseFilter<double> filterOf(const std::optional<NoiseModel>& noise, const Discrepancy& discrepancy) {

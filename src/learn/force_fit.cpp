@@ -363,6 +363,7 @@ ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const
   force.centre = table.centre(rows.used);
   force.scale = table.scale(rows.used);
   force.weight = z.tail(free);
+  force.covariance = grouped.covariance.bottomRightCorner(free, free);
   force.base_change = response.expected + z.head(kBaseDirections);
   force.parts = partsOf(rows, table, grouped, force.weight);
   fit.families = familiesOf(rows, table, sparse, force.weight);
@@ -411,23 +412,37 @@ double summed(const LearnedForce& force, const Eigen::VectorXd& values) {
 
 }  // namespace
 
-std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current) {
+namespace {
+
+/// Standard deviation of a force's change from some columns' values to others.
+std::optional<double> changeStd(const LearnedForce& force, const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
+  if (force.covariance.rows() != force.weight.size()) return std::nullopt;
+  Eigen::VectorXd change = to - from;
+  for (Eigen::Index k = 0; k < change.size(); ++k)
+    if (!isUnbounded(force.columns[static_cast<std::size_t>(k)].kind))
+      change[k] = std::clamp(to[k], force.lower[k], force.upper[k]) - std::clamp(from[k], force.lower[k], force.upper[k]);
+  change.array() /= force.scale.array();
+  return std::sqrt(std::max(change.dot(force.covariance * change), 0.0));
+}
+
+}  // namespace
+
+std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current, double longest) {
   const double step = std::max(0.1, force.context.interval);
-  Eigen::VectorXd values(static_cast<Eigen::Index>(force.columns.size()));
+  Eigen::VectorXd rest(static_cast<Eigen::Index>(force.columns.size())), up = rest, down = rest;
   ForceMemory rested(force.columns, force.context);
-  rested.advance({0.0, 0.0, 0.0, false, 0.0, 0.0}, values);
+  rested.advance({0.0, 0.0, 0.0, false, 0.0, 0.0}, rest);
   ForceMemory charged = rested, discharged = rested, resting = rested;
   std::vector<ForceAnswer> answers;
   double next = step;
-  for (double time = step; time <= force.context.span / 3.0; time += step) {
+  for (double time = step; time <= std::min(longest, force.context.span / 3.0); time += step) {
     const double u = 2.0 / force.context.beta * std::asinh(0.5 * current);  // the settled double layer
-    resting.advance({step, 0.0, 0.0, false, 0.0, 0.0}, values);
-    const double rest = summed(force, values);
-    charged.advance({step, current, current, false, u, 0.0}, values);
-    const double up = summed(force, values) - rest;
-    discharged.advance({step, -current, -current, false, -u, 0.0}, values);
+    resting.advance({step, 0.0, 0.0, false, 0.0, 0.0}, rest);
+    charged.advance({step, current, current, false, u, 0.0}, up);
+    discharged.advance({step, -current, -current, false, -u, 0.0}, down);
     if (time + 1e-9 < next) continue;
-    answers.push_back({time, up, summed(force, values) - rest});
+    const double unmoved = summed(force, rest);
+    answers.push_back({time, summed(force, up) - unmoved, summed(force, down) - unmoved, changeStd(force, rest, up), changeStd(force, rest, down)});
     next *= 1.5;
   }
   return answers;

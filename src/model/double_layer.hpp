@@ -9,7 +9,7 @@
 namespace battery_sof {
 
 /**
- * @brief A fractional capacitance as a capacitance and a ladder of relaxing ones (Foster form; PHYSICS 4.2).
+ * @brief A fractional capacitance as a capacitance and a ladder of relaxing ones (Foster form; docs/physics.md#constant-phase-element).
  *
  *     C w_c^g d^(1-g) u / dt^(1-g)  =  C [ h du/dt + sum_k l_k (u - v_k) ],   dv_k/dt = w_k (u - v_k)
  *     h = sinc(pi g) (w_c / w_hi)^g,   l_k = g sinc(pi g) w_c^g w_k^(1-g) ln(ratio)
@@ -18,7 +18,7 @@ namespace battery_sof {
  */
 template <typename S>
 struct Ladder {
-  static constexpr double kCorner = 0.3;  // w_c [rad/s], keeps the meaning of C: PHYSICS 1.1
+  static constexpr double kCorner = 0.3;  // w_c [rad/s], keeps the meaning of C: docs/physics.md#cpe2
   static constexpr double kSlowest = 1e-5, kFastest = 1e3;  // [rad/s]
 
   S head;                             // h [1]

@@ -8,7 +8,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kChargeCurrent = 2.0;  // [A], PHYSICS 2.2 (long charge)
+constexpr double kChargeCurrent = 2.0;  // [A], docs/physics.md#regimes
 constexpr double kLeastImposed = 0.9;   // share of samples, as beginningOfCharge()
 
 void append(Series& series, const StreamSample& sample) {

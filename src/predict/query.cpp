@@ -19,7 +19,7 @@ constexpr double kVoltageReach = 0.3;      // [V] above the window's highest
 constexpr double kLearnedReach = 0.010;  // [V], of a learnt force held at its range's end: relevant to a crank
 constexpr double kTemperatureReach = 10.0; // [K]
 constexpr double kConstantCharge = 0.01;   // of capacity: paper, section V ("within 1 %")
-constexpr double kShortCharge = 10.0;      // [s]: depletion builds up over 5 to 40 s (PHYSICS 1.2, P2)
+constexpr double kShortCharge = 10.0;      // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 
 bool has(const FittedModel& model, const char* id) {
   return std::find(model.effects.begin(), model.effects.end(), id) != model.effects.end();

@@ -12,7 +12,7 @@ namespace {
 constexpr double kCoarseVoltage = 0.005;     // [V], a crank's drop of 2 V in 400 steps
 constexpr double kVeryCoarseVoltage = 0.05;  // [V]
 constexpr double kCoarseCurrent =
-    0.05;  // [A], the least current offset worth finding (PHYSICS 1.3, I1)
+    0.05;  // [A], the least current offset worth finding (docs/physics.md#current_offset)
 constexpr double kVeryCoarseCurrent = 1.0;  // [A]
 
 std::vector<double> startsOf(const Evidence& evidence, const std::vector<IndexRange>& runs) {

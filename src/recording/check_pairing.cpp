@@ -14,7 +14,7 @@ constexpr std::size_t kEdgesForSkew = 6;
 constexpr std::size_t kEdgesForDoubt = 10;
 constexpr double kNoCorrelation =
     0.3;  // channels of different recordings reach 0.26 by chance in 100 edges
-constexpr double kLeastSkew = 0.003;  // [s]; leaves 1.5 mV at 100 Hz (PHYSICS 1.3: 10 mV for 20 ms)
+constexpr double kLeastSkew = 0.003;  // [s]; leaves 1.5 mV at 100 Hz (docs/physics.md#time_skew)
 constexpr double kLeastSkewSamples = 0.3;  // what noise and unfiltered edges move the lag by
 constexpr double kWholeSampleGain =
     1.5;  // how much better a shift by a whole sample must explain the edges
@@ -28,7 +28,7 @@ constexpr std::size_t kRestSamples = 20;
 constexpr double kRestVoltage = 13.0;  // [V], above it a charger holds the battery
 constexpr double kRestDrift = 0.05;    // [V], from the first to the last quarter
 constexpr double kLeastOffsetShare =
-    2e-4;  // of the largest current: 0.05 A of 250 A (PHYSICS 1.3, I1)
+    2e-4;  // of the largest current: 0.05 A of 250 A (docs/physics.md#current_offset)
 
 double median(const std::vector<double>& values, IndexRange range) {
   return quantile({values.begin() + range.first, values.begin() + range.last}, 0.5);

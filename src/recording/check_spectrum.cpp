@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kUneven = 0.5;            // of an interval; more and the phase is lost
-constexpr double kLeastAmplitude = 0.001;  // [V], what a fit's residual is judged by (PHYSICS 2.3)
+constexpr double kLeastAmplitude = 0.001;  // [V], what a fit's residual is judged by (docs/physics.md#aliasing)
 constexpr double kLeastNoiseShare = 0.5;   // of the noise, from the same place
 constexpr double kProportion = 2.0;  // of the resistance at edges, within which impedances lie
 constexpr int kTaps = 2;             // samples to either side of the shift between channels

@@ -18,7 +18,7 @@ constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 /// What lies between the battery's terminals and the recording.
 struct AcquisitionOptions {
   double sample_rate_hz = 100.0;  ///< of the recording; the simulation's rate is a whole multiple
-  double cutoff_hz = 20.0;  ///< of the anti-aliasing Bessel filter (PHYSICS 4.3); 0: no filter
+  double cutoff_hz = 20.0;  ///< of the anti-aliasing Bessel filter (docs/physics.md#acquisition); 0: no filter
   NoiseOptions voltage_noise{0.001, 0.0, 2.0, 0.0};
   NoiseOptions current_noise{0.05, 0.0, 2.0, 0.0};
   double voltage_step_v = 0.001;        ///< quantisation; 0 for none
@@ -74,7 +74,7 @@ class SampledChannel {
 };
 
 /**
- * @brief The recording of a simulated battery (paper, section V; PHYSICS 4.3).
+ * @brief The recording of a simulated battery (paper, section V; docs/physics.md#acquisition).
  *
  * Gain and offset of the current, lags, the same Bessel filter on both channels at the simulation's
  * rate, decimation with the filter's delay taken out of the stamps, tone and drift of the voltage,

@@ -12,7 +12,7 @@ enum class DriftingParameter { kROhmic, kR1, kCpe2Capacitance, kU0 };
 /**
  * @brief Pieces of physics that Fig. 4 does not have, each off unless its switch is on.
  *
- * Numbers are typical values for a 12 V, 50 Ah VRLA block (PHYSICS 1.1 to 1.3); i is positive into
+ * Numbers are typical values for a 12 V, 50 Ah VRLA block (docs/physics.md); i is positive into
  * the battery, (x)+ is max(x, 0), LP_tau a first-order low-pass. All voltages lie in series with
  * Fig. 4's. The last six describe batteries that no catalogue of effects lists.
  */

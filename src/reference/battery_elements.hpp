@@ -32,7 +32,7 @@ struct Conditions {
 Conditions atTemperature(const BatteryParameters& parameters, double temperature);
 
 /**
- * @brief Voltage across r_1 and dv/di (paper, III-B; PHYSICS 4.1).
+ * @brief Voltage across r_1 and dv/di (paper, III-B; docs/physics.md#reference-circuit).
  *
  *     v = r(i) i,   r(i) = [r_1c s + r_1d (1 - s)] / (1 + |i| / i_x)
  *     s = 1 / (1 + exp(-(i - i_s) / i_w))
@@ -51,7 +51,7 @@ struct ReactionRates {
 ReactionRates reactionRates(const BatteryParameters& parameters, double i0, double u2);
 
 /**
- * @brief Charge-transfer current (paper, eq. 1) at a relative Pb2+ concentration p (PHYSICS P2; p =
+ * @brief Charge-transfer current (paper, eq. 1) at a relative Pb2+ concentration p (docs/physics.md#charge_acceptance; p =
  * 1 is eq. 1 itself).
  *
  *     i_r2 = I_0 { p exp(alpha beta u) - exp((alpha - 1) beta u) }

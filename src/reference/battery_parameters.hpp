@@ -11,7 +11,7 @@ namespace battery_sof_reference {
  * @brief Elements of the paper's Fig. 4 for a 12 V, 50 Ah VRLA block (6 cells, CCA 800 A) at 25
  * degC.
  *
- * Defaults are those of PHYSICS 4.1 unless a source is given; they are typical values of such
+ * Defaults are those of docs/physics.md#reference-circuit unless a source is given; they are typical values of such
  * blocks, not a fit to one.
  */
 struct BatteryParameters {
@@ -43,27 +43,27 @@ struct BatteryParameters {
   double u_gas_v = 14.1;   ///< threshold of Fig. 4's gassing branch [V]
   double r_gas_ohm = 0.8;  ///< its resistance [Ohm]
   double gas_current_a =
-      0.05;  ///< Tafel law: current at 14.4 V, 25 degC [A] (PHYSICS P1: Schiffer 2007)
+      0.05;  ///< Tafel law: current at 14.4 V, 25 degC [A] (docs/physics.md#gassing)
   double gas_slope_per_v = 1.83;  ///< Tafel law: slope [1/V] (the same)
   double gas_slope_per_k = 0.06;  ///< Tafel law: temperature slope [1/K] (the same)
 
   double lead_ion_limit_a =
-      60.0;  ///< i_lim [A], largest lasting charging current (PHYSICS P2); 20 to 200 A
-  double lead_ion_time_s = 15.0;  ///< tau_d [s] (PHYSICS P2); 3 to 40 s
+      60.0;  ///< i_lim [A], largest lasting charging current (docs/physics.md#charge_acceptance); 20 to 200 A
+  double lead_ion_time_s = 15.0;  ///< tau_d [s] (docs/physics.md#charge_acceptance); 3 to 40 s
 
-  double r_per_k = -0.006;             ///< relative change of r_i and r_1 [1/K] (PHYSICS P9)
-  double activation_j_per_mol = 50e3;  ///< of I_0 [J/mol] (PHYSICS P9: 40 to 60 kJ/mol)
-  double lead_ion_halving_k = 15.0;    ///< i_lim halves with every such step down [K] (PHYSICS P2)
+  double r_per_k = -0.006;             ///< relative change of r_i and r_1 [1/K] (docs/physics.md#self_heating)
+  double activation_j_per_mol = 50e3;  ///< of I_0 [J/mol] (docs/physics.md#self_heating: 40 to 60 kJ/mol)
+  double lead_ion_halving_k = 15.0;    ///< i_lim halves with every such step down [K] (docs/physics.md#charge_acceptance)
   double heat_capacity_j_per_k =
-      13e3;  ///< of the block [J/K] (PHYSICS P9: 12 to 15 kJ/K for 17 kg)
-  double thermal_resistance_k_per_w = 1.0;  ///< block to surroundings [K/W] (PHYSICS P9: 0.5 to 2)
+      13e3;  ///< of the block [J/K] (docs/physics.md#self_heating: 12 to 15 kJ/K for 17 kg)
+  double thermal_resistance_k_per_w = 1.0;  ///< block to surroundings [K/W] (docs/physics.md#self_heating: 0.5 to 2)
 };
 
 /// How side reactions are described.
 enum class GassingLaw {
   kNone,
   kThreshold,  ///< Fig. 4: i_g = max(0, (U_x - u_gas) / r_gas)
-  kTafel,      ///< PHYSICS P1: i_g = I_g exp(c_u (U_x - 14.4 V) + c_T (T - 25 degC))
+  kTafel,      ///< docs/physics.md#gassing: i_g = I_g exp(c_u (U_x - 14.4 V) + c_T (T - 25 degC))
 };
 
 /// Which pieces of Fig. 4 act. As default-constructed: all of Fig. 4 and nothing else.
@@ -78,8 +78,8 @@ struct BatteryEffects {
   bool ocv_slope = true;              ///< off: u_0 stays at its value for the first SOC
   GassingLaw gassing = GassingLaw::kThreshold;
   bool charge_acceptance =
-      false;                  ///< on: Pb2+ depletion limits charging (PHYSICS P2; not in Fig. 4)
-  bool self_heating = false;  ///< on: losses warm the block (PHYSICS P9; not in Fig. 4)
+      false;                  ///< on: Pb2+ depletion limits charging (docs/physics.md#charge_acceptance; not in Fig. 4)
+  bool self_heating = false;  ///< on: losses warm the block (docs/physics.md#self_heating; not in Fig. 4)
 };
 
 /// @return everything off but r_1's two values: the circuit of the paper's Fig. 3.

@@ -12,7 +12,7 @@ struct CaseKind {
 };
 
 /**
- * @brief All kinds of cases a diagnosis can be tried on (PHYSICS 3.2).
+ * @brief All kinds of cases a diagnosis can be tried on (docs/physics.md#cases-with-known-truth).
  *
  * null: the base circuit. structural_null: another structure, no tier-P effect. effect: one effect
  * on the base circuit. decoy: one instrument fault on it. unknown: a force outside the catalogue.
@@ -30,17 +30,17 @@ std::vector<std::string> additionsOf(const CaseKind& kind);
 double usualDuration(const CaseKind& kind);
 
 /// What a kind is when nothing is left of its additions but what they need.
-/// @param effects that are true nevertheless, ids of PHYSICS.
+/// @param effects that are true nevertheless, ids of the catalogue.
 CaseKind nestedKind(const CaseKind& kind, const std::vector<std::string>& effects);
 
 /// What a good diagnosis may say to a case.
 struct Expectation {
   std::vector<std::string> verdicts;  ///< any of them
   std::vector<std::string> effects;   ///< those that are true
-  std::vector<std::string> ties;      ///< those that cannot be told from them (PHYSICS 1.4)
+  std::vector<std::string> ties;      ///< those that cannot be told from them (docs/physics.md#effects-that-cannot-be-told-apart)
 };
 
-/// @param kind one of caseKinds().  @param effects true ones, ids of PHYSICS.
+/// @param kind one of caseKinds().  @param effects true ones, ids of the catalogue.
 Expectation expectationOf(const CaseKind& kind, const std::vector<std::string>& effects);
 
 }  // namespace battery_sof_reference

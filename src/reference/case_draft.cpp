@@ -10,7 +10,7 @@ namespace {
 constexpr std::uint32_t kBatteryStream = 10, kDriveStream = 11, kEffectStream = 12;
 constexpr double kReferenceSoc = 0.8;  // of BatteryParameters::u0_v
 constexpr double kOhmicShare = 0.4;    // of the smaller total resistance
-constexpr double kCutoffShare = 0.2;   // of the sample rate; 20 Hz at 100 Hz (PHYSICS 4.3)
+constexpr double kCutoffShare = 0.2;   // of the sample rate; 20 Hz at 100 Hz (docs/physics.md#acquisition)
 constexpr double kShortest = 60.0, kLongest = 14400.0;  // [s]
 
 void requireKnown(const CaseKind& kind) {

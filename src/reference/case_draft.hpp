@@ -18,12 +18,12 @@ struct CaseDraft {
   std::string structure = "base";          ///< of the truth: base, porous, or of drawStructure()
   std::map<std::string, double> strength;  ///< of what was added, by key of the scenario
   std::vector<double> scale;               ///< times which each addition was made
-  std::vector<std::string> effects;        ///< true effects, ids of PHYSICS
+  std::vector<std::string> effects;        ///< true effects, ids of the catalogue
   std::optional<double> regime_from;       ///< nothing earlier can show the effect [s]
   bool quiet = false;                      ///< recorded without noise and quantisation
 };
 
-/// The base circuit with its parameters, noise and quantisation drawn (PHYSICS 3.1).
+/// The base circuit with its parameters, noise and quantisation drawn (docs/physics.md#cases-with-known-truth).
 void drawBase(CaseDraft& draft, Dice& dice);
 
 /// Another structure in place of the base circuit's, without any tier-P effect: two_electrodes,
@@ -36,7 +36,7 @@ void drawPorous(CaseDraft& draft, Dice& dice);
 /// A random drive with rests and cranks in its duration, voltage-limited at 13.5 to 14.6 V.
 void drawDrive(CaseDraft& draft, Dice& dice);
 
-/// Adds what is needed to see an effect, e.g. rests for acid transport. @param id of PHYSICS.
+/// Adds what is needed to see an effect, e.g. rests for acid transport. @param id of the catalogue.
 void exercise(CaseDraft& draft, const std::string& id, Dice& dice);
 
 /// Keeps a drawn drive's charge within about 0.5 Ah.
@@ -52,7 +52,7 @@ void exerciseMask(CaseDraft& draft, const std::string& id, Dice& dice);
 
 /**
  * @brief Switches an effect, fault or unlisted force on, at a strength in the upper half of its
- * typical range (PHYSICS 1.1 to 1.3) times a scale.
+ * typical range (docs/physics.md) times a scale.
  *
  * The scale acts on gamma (class Strength); at 0 nothing is left of it but what it needs, e.g.
  * charge_acceptance of gassing. What is drawn does not depend on it.

@@ -8,7 +8,7 @@ namespace battery_sof_reference {
 namespace {
 
 constexpr double kSecondsPerHour = 3600.0;
-constexpr double kInrush = 0.12;             // [s] (PHYSICS 4.4)
+constexpr double kInrush = 0.12;             // [s] (docs/physics.md#drives)
 constexpr double kTrendTime = 1200.0;        // [s], in which a trend moves what is drawn for it
 constexpr double kLongestCrank = 1.0;        // [s]
 constexpr double kSwingAgainstTrend = 0.25;  // of its length
@@ -88,7 +88,7 @@ void exerciseCharging(Scenario& s, Dice& dice) {
   s.voltage_limit = dice.between({14.2, 14.6});
 }
 
-/// The same charge right after a discharge, and after a rest (PHYSICS P3).
+/// The same charge right after a discharge, and after a rest (docs/physics.md#sulphate_history).
 void exerciseHistory(Scenario& s, Dice& dice) {
   exerciseCharging(s, dice);
   const double current = dice.between({35.0, 45.0});

@@ -9,7 +9,7 @@
 namespace battery_sof_reference {
 namespace {
 
-constexpr double kLeastCapacitance = 300.0;  // [F] (PHYSICS S5)
+constexpr double kLeastCapacitance = 300.0;  // [F] (docs/physics.md#second_electrode)
 constexpr double kDistinct = 4.0;            // ratio of time constants
 constexpr Range kLeadIonLimit{20.0, 70.0};   // [A]
 constexpr Range kLeadIonTime{3.0, 40.0};     // [s]

@@ -6,7 +6,7 @@
 
 namespace battery_sof_reference {
 
-/// Noise of one channel (PHYSICS 2.1): white, first-order autoregressive and a random walk, added
+/// Noise of one channel (docs/physics.md#noise-of-a-residual): white, first-order autoregressive and a random walk, added
 /// up.
 struct NoiseOptions {
   double white = 0.0;              ///< standard deviation a sample [V or A]

@@ -33,7 +33,7 @@ struct DriveSample {
 };
 
 /**
- * @brief A city drive of a start-stop car, as the paper's data set 3 describes it (PHYSICS 4.4, set 3).
+ * @brief A city drive of a start-stop car, as the paper's data set 3 describes it (docs/physics.md#drives).
  *
  * Stops (-15 to -35 A, 8 to 40 s), cranks (-230 to -300 A for 0.12 s, then -120 to -180 A for 0.3 to 0.7 s), and between them
  * two to four rounds of acceleration, cruising and regenerative braking. While charging, the current is reduced so that

@@ -26,7 +26,7 @@ struct LadderState {
 };
 
 /**
- * @brief A CPE as a passive ladder: a capacitor beside series RC branches (PHYSICS 4.2, Foster
+ * @brief A CPE as a passive ladder: a capacitor beside series RC branches (docs/physics.md#constant-phase-element, Foster
  * form).
  *
  *     s^p = (sin(p pi) / pi) int_0^inf w^(p-1) s / (s + w) dw,   0 < p < 1

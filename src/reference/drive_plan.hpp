@@ -42,7 +42,7 @@ struct PulseOptions {
 };
 
 /**
- * @brief Data set 1 (paper, V-A; PHYSICS 4.4): charge and discharge in quick turns, a share of
+ * @brief Data set 1 (paper, V-A; docs/physics.md#drives): charge and discharge in quick turns, a share of
  * rests, pulses.
  *
  * The turns' lengths lean so that the charge stays near charge_target_ah, by a factor of two in the
@@ -59,13 +59,13 @@ struct AlternatingOptions {
 };
 
 /**
- * @brief Data set 2 (paper, V-B; PHYSICS 4.4): data set 1 with long charges in the second half and
+ * @brief Data set 2 (paper, V-B; docs/physics.md#drives): data set 1 with long charges in the second half and
  * a last discharge.
  *
  * From from_s on, each long charge begins when it will end at or below highest_charge_ah, is
  * followed by a discharge, and then by turns that lean to discharging until the next one fits. The
  * last minute begins at highest_charge_ah, reached by one more long charge: final_hold_s at
- * final_hold_a, then a ramp to final_peak_a at final_s, then rest. PHYSICS' 18 s of holding would
+ * final_hold_a, then a ramp to final_peak_a at final_s, then rest. Holding for 18 s would
  * take 1.1 Ah out, more than the paper's 1 % of 50 Ah; 31 s keep within it.
  */
 struct LongChargesOptions {
@@ -84,7 +84,7 @@ struct LongChargesOptions {
 };
 
 /**
- * @brief Data set 3 (paper, V-C; PHYSICS 4.4): a start-stop car in town.
+ * @brief Data set 3 (paper, V-C; docs/physics.md#drives): a start-stop car in town.
  *
  * Stop, crank (inrush, then plateau), and rounds of acceleration, cruise and braking (recuperation
  * falling to 60 %), again and again. While early_cranks last, each of these cycles takes early_s /

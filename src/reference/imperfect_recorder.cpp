@@ -135,7 +135,7 @@ ImperfectRecorder drawRecorder(double rate, double duration, Dice& dice) {
   r.voltage.ripple = dice.between({0.1e-3, 1e-3});
   r.current.ripple = dice.between({0.01, 0.1});
   r.ripple_hz = logBetween(dice, {20.0, 480.0});
-  // PHYSICS 2.1 and JUDGE 6: up to 2 mV over 2 s and 0.6 mV a root minute.
+  // docs/physics.md#imperfect-recorders: up to 2 mV over 2 s and 0.6 mV a root minute.
   r.voltage.noise = {dice.between({0.3e-3, 1.5e-3}), dice.between({0.5e-3, 2e-3}),
                      logBetween(dice, {1.0, 4.0}), dice.between({0.1e-3, 0.6e-3})};
   r.current.noise = {dice.between({0.01, 0.06}), 0.0, 2.0, 0.0};

@@ -10,7 +10,7 @@ namespace battery_sof_reference {
  * @brief A 12 V block of six equal cells with porous electrodes; 50 Ah as defaults stand.
  *
  * Values of Sulzer et al. 2019 (17 Ah), area scaled to 50 Ah and thickness by 0.8 for a spiral
- * block (PHYSICS 4.5), unless said otherwise.
+ * block (docs/physics.md#porous-electrode), unless said otherwise.
  */
 struct PorousParameters {
   double capacity_ah = 50.0;             ///< for the state of charge alone [Ah]
@@ -40,8 +40,8 @@ struct PorousParameters {
   double gas_slope_per_v = 19.0;        ///< of each, 0.12 V a decade [1/V]
 
   bool lead_ion = false;
-  double lead_ion_limit_a = 60.0;  ///< largest lasting charging current (PHYSICS P2) [A]
-  double lead_ion_time_s = 15.0;   ///< (PHYSICS P2) [s]
+  double lead_ion_limit_a = 60.0;  ///< largest lasting charging current (docs/physics.md#charge_acceptance) [A]
+  double lead_ion_time_s = 15.0;   ///< (docs/physics.md#charge_acceptance) [s]
 
   int cells_per_region = 15;  ///< of the grid
 };
@@ -62,7 +62,7 @@ struct PorousState {
 };
 
 /**
- * @brief Porous-electrode model of a lead-acid block in one dimension (PHYSICS 4.5).
+ * @brief Porous-electrode model of a lead-acid block in one dimension (docs/physics.md#porous-electrode).
  *
  *     d(eps c)/dt = d/dx(eps^1.5 D dc/dx) - t+ di_e/dx /F + s a j/F,    s_n = 1/2, s_p = 3/2
  *     i_e = kappa eps^1.5 (chi (RT/F) dlnc/dx - dphi_e/dx)

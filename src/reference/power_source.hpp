@@ -26,7 +26,7 @@ struct Demand {
  */
 class PowerSource {
  public:
-  /// @param slew [A/s], > 0; 3 kA/s for starter and wiring (PHYSICS 4.4).
+  /// @param slew [A/s], > 0; 3 kA/s for starter and wiring (docs/physics.md#drives).
   explicit PowerSource(double slew = 3000.0) : slew_(slew) {}
 
   /// @return the battery one step later.

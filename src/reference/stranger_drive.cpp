@@ -12,7 +12,7 @@ namespace battery_sof_reference {
 namespace {
 
 constexpr double kSecondsPerHour = 3600.0;
-constexpr double kInrush = 0.12;  // [s], of a starter (PHYSICS 4.4)
+constexpr double kInrush = 0.12;  // [s], of a starter (docs/physics.md#drives)
 
 Phase steady(double duration, double current) { return {duration, current, current}; }
 Phase rest(double duration) { return steady(duration, 0.0); }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <regex>
 #include <sstream>
 
 #include "wording.hpp"
@@ -122,10 +123,16 @@ std::string codes(const std::vector<std::string>& names) {
   return joined(marked, ", ");
 }
 
+/// Sections of docs/physics.md as links of a page beside it.
+std::string linked(const std::string& source) {
+  static const std::regex section(R"(docs/(physics\.md#([a-z0-9_]+)))");
+  return std::regex_replace(source, section, "[$2]($1)");
+}
+
 std::string parameterRow(const ParameterInfo& info) {
   return "| " + code(info.name) + " | " + info.symbol + " | " + info.unit + " | " +
          number(info.magnitude) + " | " + number(info.lower) + " to " + number(info.upper) + " | " +
-         joined(rolesOf(info), ", ") + " | " + info.source + " |\n";
+         joined(rolesOf(info), ", ") + " | " + linked(info.source) + " |\n";
 }
 
 std::string effectMarkdown(const EffectInfo& effect) {

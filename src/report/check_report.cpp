@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <vector>
 
 #include "battery_sof/recording/events.hpp"
-#include "battery_sof/recording/source.hpp"
+#include "battery_sof/recording/source_overview.hpp"
 #include "wording.hpp"
 
 namespace battery_sof {
@@ -22,26 +21,6 @@ constexpr EventKind kKinds[] = {EventKind::kCrank, EventKind::kDischarge, EventK
 
 EventSummary summaryOf(const Recording& recording) {
   return summarise(recording.series, detectEvents(recording.series));
-}
-
-struct ReasonTotals {
-  std::size_t stretches = 0, samples = 0;
-  Imposed imposed = Imposed::kCurrent;
-};
-
-std::map<std::string, ReasonTotals> totalsByReason(const Source& source) {
-  std::map<std::string, ReasonTotals> totals;
-  for (const SourceStretch& stretch : source.stretches) {
-    ReasonTotals& of_reason = totals[stretch.reason];
-    ++of_reason.stretches;
-    of_reason.samples += stretch.range.size();
-    of_reason.imposed = stretch.imposed;
-  }
-  return totals;
-}
-
-std::string nameOf(Imposed imposed) {
-  return imposed == Imposed::kVoltage ? "voltage" : "current";
 }
 
 struct Extremes {
@@ -151,12 +130,12 @@ std::string eventsText(const EventSummary& summary) {
 
 std::string sourceText(const Source& source) {
   std::string text = "\n  source\n" + wrapped("    ", source.summary);
-  for (const auto& [reason, totals] : totalsByReason(source)) {
-    std::string lead = "    " + nameOf(totals.imposed);
+  for (const ImposedTotals& totals : totalsOf(source)) {
+    std::string lead = "    " + describe(totals.imposed);
     lead.resize(13, ' ');
     text += wrapped(lead, std::to_string(totals.samples) + " samples in " +
                               std::to_string(totals.stretches) +
-                              (totals.stretches == 1 ? " stretch: " : " stretches: ") + reason);
+                              (totals.stretches == 1 ? " stretch: " : " stretches: ") + totals.reason);
   }
   return text;
 }
@@ -235,15 +214,15 @@ json eventsJson(const EventSummary& summary) {
 
 json sourceJson(const Source& source) {
   json reasons = json::array();
-  for (const auto& [reason, totals] : totalsByReason(source))
-    reasons.push_back({{"reason", reason},
-                       {"imposed", nameOf(totals.imposed)},
+  for (const ImposedTotals& totals : totalsOf(source))
+    reasons.push_back({{"reason", totals.reason},
+                       {"imposed", describe(totals.imposed)},
                        {"stretches", totals.stretches},
                        {"samples", totals.samples}});
   return {{"seen", source.seen},
           {"share", source.share},
           {"least_current_a", source.seen ? json(source.rule.least_current) : json(nullptr)},
-          {"charges_begin_with", nameOf(source.rule.charge_begins)},
+          {"charges_begin_with", describe(source.rule.charge_begins)},
           {"stretches", source.stretches.size()},
           {"reasons", reasons},
           {"summary", source.summary}};

@@ -128,7 +128,13 @@ Json fitJson(const Comparison& fit) {
 }
 
 Json answerJson(const ForceAnswer& answer) {
-  return {{"time_s", number(answer.time)}, {"charging_v", number(answer.charging)}, {"discharging_v", number(answer.discharging)}};
+  return {{"time_s", number(answer.time)}, {"charging_v", number(answer.charging)}, {"discharging_v", number(answer.discharging)},
+          {"charging_std_v", number(answer.charging_std)}, {"discharging_std_v", number(answer.discharging_std)}};
+}
+
+Json atCurrentJson(const ForceAtCurrent& at) {
+  return {{"current_a", number(at.current)}, {"early_v", number(at.early)}, {"late_v", number(at.late)},
+          {"early_std_v", number(at.early_std)}, {"late_std_v", number(at.late_std)}};
 }
 
 Json weightJson(const FamilyWeight& weight) {
@@ -145,6 +151,7 @@ Json learnedJson(const std::optional<LearnedFinding>& learned) {
           {"terms", learned->terms},
           {"answers_to_a", number(learned->answer_current)},
           {"answers", listOf(learned->answers, answerJson)},
+          {"curve", listOf(learned->curve, atCurrentJson)},
           {"description", learned->description}};
 }
 
@@ -322,6 +329,18 @@ std::string restText(const Diagnosis& d) {
   return text.empty() ? text : "\n" + text;
 }
 
+Json imposedJson(const SourceOverview& source) {
+  return {{"seen", source.seen},
+          {"summary", source.summary},
+          {"reasons", listOf(source.totals, [](const ImposedTotals& totals) -> Json {
+             return {{"imposed", describe(totals.imposed)}, {"reason", totals.reason}, {"stretches", totals.stretches},
+                     {"samples", totals.samples}};
+           })},
+          {"voltage", listOf(source.voltage_imposed, [](const ImposedTime& time) -> Json {
+             return {{"from_s", number(time.from)}, {"to_s", number(time.to)}};
+           })}};
+}
+
 }  // namespace
 
 nlohmann::json diagnosisJson(const Diagnosis& d) {
@@ -335,6 +354,7 @@ nlohmann::json diagnosisJson(const Diagnosis& d) {
           {"mismatch", listOf(d.mismatch, segmentJson)},
           {"fit", fitJson(d.fit)},
           {"source", number(d.source_share)},
+          {"imposed", imposedJson(d.source)},
           {"naive", d.fit.naive_ridge ? metricsJson(*d.fit.naive_ridge) : Json(nullptr)},
           {"naive_line", d.fit.naive_line ? metricsJson(*d.fit.naive_line) : Json(nullptr)},
           {"next_experiment", d.next_experiment},

@@ -298,20 +298,6 @@ std::string listHtml(const std::vector<std::string>& sentences) {
   return element("ul", items);
 }
 
-std::string answerTable(const LearnedFinding& learned) {
-  double largest = std::numeric_limits<double>::min();
-  for (const ForceAnswer& one : learned.answers) largest = std::max({largest, std::abs(one.charging), std::abs(one.discharging)});
-  const auto cell = [&](double value) -> Cell {
-    return {withMinusSigns(sentence("%+.1f", 1e3 * value)),
-            sentence("class=\"heat %s\" style=\"--strength:%.2f\"", value > 0.0 ? "more" : "less", std::abs(value) / largest)};
-  };
-  std::vector<std::vector<Cell>> rows;
-  for (const ForceAnswer& one : learned.answers)
-    rows.push_back({{threeDigits(one.time) + " s"}, cell(one.charging), cell(one.discharging)});
-  return rows.empty() ? "" : element("h3", sentence("What it adds after so long a current of %.0f A [mV]", learned.answer_current)) +
-                                 table({"since a rest", "charging", "discharging"}, rows, "class=\"map\"");
-}
-
 }  // namespace
 
 std::string section(const std::string& id, const std::string& title, const std::string& body) {
@@ -380,7 +366,7 @@ std::string unexplainedSection(const Diagnosis& d) {
   if (!learned.is_used) return section("unexplained", "What no equation stands for", html);
   if (d.family) html += paragraph("Its kind: " + escaped(familySentence(*d.family)) + ".");
   html += element("h3", "What it follows most") + listHtml(learned.terms);
-  return section("unexplained", "What no equation stands for", html + answerTable(learned));
+  return section("unexplained", "What no equation stands for", html + forceHtml(d));
 }
 
 std::string nextSection(const Diagnosis& d) {

@@ -14,7 +14,8 @@ namespace {
 constexpr std::size_t kBuckets = 1000;       // a plot is about 1000 pixels wide
 constexpr std::size_t kWholeSamples = 4000;  // of cranks that are shown at full rate
 constexpr double kCrankMargin = 0.5;         // [s], before and after a crank that is shown at full rate
-constexpr std::size_t kStretchesShown = 1000;
+constexpr std::size_t kStretchesShown = 4000;
+constexpr double kHatching = 5.0;            // of a drawing's width of 1000
 
 /// What a plot draws: the recording, the models' voltages, and which samples of them.
 struct Drawing {
@@ -117,10 +118,18 @@ std::string driveText(const Drawing& drawing) {
     text += ",\n\"extended\":" + columnText(drawing, [&](std::size_t n) { return d.extended_voltage[n]; }, 4);
   text += ",\n\"mismatch\":" + stretchesText(drawing, d.mismatch) + ",\n\"cranks\":" +
           stretchesText(drawing, drawing.cranks);
+  text += ",\n\"imposed\":" + stretchesText(drawing, d.source.voltage_imposed);
   if (d.fit.holdout.to > d.fit.holdout.from)
     text += ",\n\"holdout\":[" + shortNumber(d.fit.holdout.from - drawing.t0, 3) + "," +
             shortNumber(d.fit.holdout.to - drawing.t0, 3) + "]";
   return text + "}";
+}
+
+std::string imposedKey(const Drawing& drawing) {
+  const std::size_t stretches = drawing.diagnosis.source.voltage_imposed.size();
+  std::string text = element("span", "", "class=\"swatch imposed\"") + sentence(" hatched: a source imposes the voltage (%zu stretches", stretches);
+  if (stretches > kStretchesShown) text += sentence(", the first %zu drawn", kStretchesShown);
+  return text + "); elsewhere the current is imposed. ";
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -147,6 +156,22 @@ Scale scaleOf(const Drawing& drawing, const std::vector<Line>& lines) {
   return scale;
 }
 
+/// Upright hatching where a source imposes the voltage, with a solid foot, so that short stretches are seen.
+std::string imposedBands(const Drawing& drawing) {
+  const Series& series = drawing.recording.series;
+  const std::vector<ImposedTime>& stretches = drawing.diagnosis.source.voltage_imposed;
+  const Scale time{series.time.front(), series.time.back()};
+  std::string lines, feet;
+  for (std::size_t k = 0; k < std::min(stretches.size(), kStretchesShown); ++k) {
+    const double left = 1000.0 * time.share(stretches[k].from), right = 1000.0 * time.share(stretches[k].to);
+    for (double x = kHatching * std::ceil(left / kHatching); x < right; x += kHatching) lines += sentence("M%.1f 0V240", x);
+    feet += sentence("M%.1f 240H%.1fV245H%.1fz", left, right, left);
+  }
+  if (feet.empty()) return "";
+  return element("path", element("title", "a source imposes the voltage"), "class=\"imposed\" d=\"" + lines + "\"") +
+         element("path", "", "class=\"foot\" d=\"" + feet + "\"");
+}
+
 std::string polyline(const Drawing& drawing, const Line& line, const Scale& value) {
   const Series& series = drawing.recording.series;
   const Scale time{series.time.front(), series.time.back()};
@@ -160,10 +185,11 @@ std::string polyline(const Drawing& drawing, const Line& line, const Scale& valu
   return element("path", element("title", escaped(line.name)), "class=\"" + line.css_class + "\" d=\"" + path + "\"");
 }
 
-std::string drawingHtml(const Drawing& drawing, const std::string& title, const std::vector<Line>& lines) {
+std::string drawingHtml(const Drawing& drawing, const std::string& title, const std::vector<Line>& lines,
+                        const std::string& bands = "") {
   const Series& series = drawing.recording.series;
   const Scale value = scaleOf(drawing, lines);
-  std::string paths, key;
+  std::string paths = bands, key;
   for (const Line& line : lines) {
     paths += polyline(drawing, line, value);
     key += element("span", element("i", "", "style=\"border-color:var(--" + line.css_class + ")\"") + line.name);
@@ -191,7 +217,8 @@ std::string drawingsHtml(const Drawing& drawing) {
   if (drawing.hasExtended()) add("extended", d.extended_voltage);
   std::string html = element("p", "These plots cannot be zoomed: the program was built without the plot library "
                                   "(package libjs-dygraphs).", "class=\"note\"");
-  html += drawingHtml(drawing, "Terminal voltage [V]", voltages);
+  html += drawingHtml(drawing, "Terminal voltage [V]", voltages, imposedBands(drawing));
+  if (!d.source.voltage_imposed.empty()) html += element("p", imposedKey(drawing), "class=\"note\"");
   if (!errors.empty()) html += drawingHtml(drawing, "Measured minus model [mV]", errors);
   return html + drawingHtml(drawing, "Current [A]", {{"current", "current", [&](std::size_t n) { return series.current[n]; }}});
 }
@@ -223,6 +250,7 @@ std::string plotsHtml(const Drawing& drawing) {
 
 std::string keyHtml(const Drawing& drawing) {
   std::string text = "Drag to zoom, double-click to see all again, shift and drag to move. ";
+  if (!drawing.diagnosis.source.voltage_imposed.empty()) text += imposedKey(drawing);
   if (!drawing.diagnosis.mismatch.empty())
     text += element("span", "", "class=\"swatch mismatch\"") + " where the base model errs beyond chance. ";
   if (drawing.diagnosis.fit.holdout.to > drawing.diagnosis.fit.holdout.from)
@@ -240,9 +268,9 @@ std::string keyHtml(const Drawing& drawing) {
 std::string plotsSection(const Recording& recording, const Diagnosis& diagnosis, bool zoomable) {
   if (recording.series.size() < 2) return "";
   const Drawing drawing = drawingOf(recording, diagnosis);
-  if (!zoomable) return section("drive", "The drive", drawingsHtml(drawing));
+  if (!zoomable) return section("drive", "The drive", drawingsHtml(drawing) + sourceHtml(diagnosis));
   return section("drive", "The drive",
-                 plotsHtml(drawing) + keyHtml(drawing) +
+                 plotsHtml(drawing) + keyHtml(drawing) + sourceHtml(diagnosis) +
                      element("script", driveText(drawing), "type=\"application/json\" id=\"drive-data\""));
 }
 

@@ -12,12 +12,16 @@ namespace battery_sof {
 double clockOrigin(const Series& series);
 
 std::string plotsSection(const Recording& recording, const Diagnosis& diagnosis, bool zoomable);
+/// Who imposes the voltage and who the current: one bar with the shares, and the reasons. Not a section: it goes below the plots.
+std::string sourceHtml(const Diagnosis& diagnosis);
 std::string whereSection(const Diagnosis& diagnosis, double clock_origin);
 std::string evidenceSection(const Diagnosis& diagnosis);
 std::string effectsSection(const Diagnosis& diagnosis);
 std::string comparisonSection(const Diagnosis& diagnosis);
 std::string hiddenSection(const Diagnosis& diagnosis);
 std::string unexplainedSection(const Diagnosis& diagnosis);
+/// A learnt force as charts over time and current, the nearest equation, and the numbers. @param diagnosis with something learnt.
+std::string forceHtml(const Diagnosis& diagnosis);
 std::string nextSection(const Diagnosis& diagnosis);
 std::string readingSection();
 

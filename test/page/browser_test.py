@@ -110,6 +110,18 @@ class DiagnosisPage(unittest.TestCase):
         for pixels in painted:
             self.assertGreater(pixels, 1000)
 
+    def test_the_voltage_plot_is_hatched_where_a_source_imposes_the_voltage(self):
+        self.open('named.html')
+        alpha = ('(() => { const graph = window.diagnosisPlots[%d], area = graph.getArea(), canvas = graph.hidden_;'
+                 'const scale = canvas.width / canvas.clientWidth, x = scale * graph.toDomXCoord(%f);'
+                 'const data = canvas.getContext("2d").getImageData(x - 3, scale * (area.y + area.h - 3), 6, 1).data;'
+                 'return data.filter((value, k) => k %% 4 === 1 && value > 120 && data[k - 1] < 60).length; })()')
+        self.assertGreater(self.run_js(alpha % (0, 50.0)), 3)
+        self.assertEqual(self.run_js(alpha % (0, 110.0)), 0)
+        self.assertEqual(self.run_js(alpha % (2, 50.0)), 0)
+        self.assertIn('hatched', self.run_js('document.querySelector("#drive .note").textContent'))
+        self.assertRegex(self.run_js('document.querySelector("#imposed .strip").getAttribute("aria-label")'), r'voltage imposed \d')
+
     def test_a_drag_zooms_every_plot_and_a_double_click_shows_all_again(self):
         self.open('named.html')
         whole = self.ranges()

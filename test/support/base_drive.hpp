@@ -17,7 +17,7 @@ inline BaseParameters drivenBattery() {
   return p;
 }
 
-/// Current like the paper's data set 1 (PHYSICS 4.4): charges and discharges of 2 to 9 s, rests,
+/// Current like the paper's data set 1 (docs/physics.md#drives): charges and discharges of 2 to 9 s, rests,
 /// and a 1 s pulse every minute or so. The first pulse comes within 40 s. [A]
 inline std::vector<double> dataSetOneCurrent(double duration, double interval, std::uint64_t seed) {
   Random random(seed);

@@ -10,7 +10,7 @@
 namespace battery_sof {
 
 /**
- * @brief Which base parameter wants another value where (PHYSICS 2.2, L4: Chow and Lagrange multiplier).
+ * @brief Which base parameter wants another value where (docs/physics.md#absorption).
  *
  *     s_jg = J_j 1_g,   z = (M K s)' v / (|M K s| s_v),   change = (M K s)' v / |M K s|^2,   M = 1 - Q Q'
  *
@@ -40,7 +40,7 @@ Exchange exchangeOf(const std::vector<const Drive*>& parts, const std::vector<co
 /**
  * @brief Whether a part fits better with another part's parameters than with its own: E_k(theta_j) < E_k(theta_k) - 12.
  *
- * That is no physics but an optimiser that stopped early (PHYSICS 2.2, L4.3). Less than 12 could not be
+ * That is no physics but an optimiser that stopped early (docs/physics.md#absorption). Less than 12 could not be
  * taken for a mismatch.
  */
 bool optimiserFailed(const Exchange& exchange);

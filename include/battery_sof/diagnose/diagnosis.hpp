@@ -7,8 +7,10 @@
 
 #include "battery_sof/diagnose/explanation.hpp"
 #include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/learn/force_curve.hpp"
 #include "battery_sof/learn/force_fit.hpp"
 #include "battery_sof/recording/series.hpp"
+#include "battery_sof/recording/source_overview.hpp"
 
 namespace battery_sof {
 
@@ -125,6 +127,7 @@ struct LearnedFinding {
   std::vector<std::string> terms;     ///< what it follows most, in words
   double answer_current = 20.0;       ///< [A], of answers
   std::vector<ForceAnswer> answers;   ///< what it adds under that current
+  std::vector<ForceAtCurrent> curve;  ///< the same over the currents of the training part, ascending
   std::string description;            ///< one sentence
 };
 
@@ -155,6 +158,7 @@ struct Diagnosis {
   std::vector<Absorption> absorption;
   std::vector<std::string> instrument;  ///< what the instrument screen said, a sentence each
   double source_share = 0.0;      ///< of the samples whose voltage a source imposes [0, 1] (findSource())
+  SourceOverview source;          ///< who imposes what over the whole recording
   std::optional<Family> family;   ///< of the verdict: what moves the voltage most; none when nothing is missing, or nothing fits
   double probability = 0.0;       ///< of it [0, 1]
   double evidence_base = 0.0, evidence_extended = 0.0;  ///< ln evidence, tempered

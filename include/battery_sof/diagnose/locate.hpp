@@ -10,7 +10,7 @@
 namespace battery_sof {
 
 /**
- * @brief Mean, slope and end value of the error in every regime with at least five episodes (PHYSICS 2.2, L2).
+ * @brief Mean, slope and end value of the error in every regime with at least five episodes (docs/physics.md#regimes).
  *
  * Value: mean over episodes of the error's mean, of its Theil-Sen slope (episodes of five samples and a second), of its mean
  * over their last fifth; with the 95 % interval of a mean of neighbouring, hence dependent, episodes (Newey and West 1987).
@@ -21,7 +21,7 @@ namespace battery_sof {
  *
  *     x_j = sum over n of episode j and on to the next of (M K s)_n v_n,   p: share of 4999 draws of signs with |sum +-x_j| >= |sum x_j|
  *
- * Innovations are independent, and what the parameters absorb is gone (PHYSICS 0.1).
+ * Innovations are independent, and what the parameters absorb is gone (docs/physics.md#what-the-base-circuit-absorbs).
  *
  * @return alarm: among those that the step-up procedure of Benjamini and Hochberg (1995) keeps at 0.02 over all statistics,
  *   and the interval excludes 0. The signs are seeded: same input, same answer.
@@ -30,7 +30,7 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const Drive& d
                                           const std::vector<Regime>& regimes);
 
 /**
- * @brief Stretches of time where innovations do not cancel (PHYSICS 2.2, L3; MOSUM).
+ * @brief Stretches of time where innovations do not cancel (docs/physics.md#stretches-of-time; MOSUM).
  *
  *     M = |sum f v| / sqrt(sum f^2)   over windows of 10, 30, 100, 300 s,   f = 1, sign(i), |i|
  *

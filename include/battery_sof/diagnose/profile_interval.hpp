@@ -13,7 +13,7 @@ struct ProfileInterval {
 };
 
 /**
- * @brief Interval of one parameter by its profile likelihood (PHYSICS 2.6).
+ * @brief Interval of one parameter by its profile likelihood (docs/physics.md#profile-likelihood).
  *
  *     { p : min over all others of D(p) - D(optimum) < 3.84 },   D: -2 ln likelihood with priors, the noise held
  *

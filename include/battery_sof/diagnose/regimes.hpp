@@ -9,7 +9,7 @@
 
 namespace battery_sof {
 
-/// What a battery is doing (PHYSICS 2.2, L2).
+/// What a battery is doing (docs/physics.md#regimes).
 enum class Regime {
   kEdge,
   kCrank,

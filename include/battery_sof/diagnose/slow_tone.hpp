@@ -14,7 +14,7 @@ struct SlowTone {
 };
 
 /**
- * @brief Looks for a tone of one period in the innovation, which no current and no memory of it explains (PHYSICS 2.2, L1; I10).
+ * @brief Looks for a tone of one period in the innovation, which no current and no memory of it explains (docs/physics.md#slow-tones).
  *
  *     P(f) = |DFT of the innovation, in bins of a second|^2,   power = max over f of P(f) ln 2 / median of P around f
  *

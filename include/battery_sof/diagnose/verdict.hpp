@@ -32,7 +32,7 @@ struct Unexplained {
  */
 Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments, const Unexplained& rest);
 
-/// @return what no current and voltage can show (PHYSICS 0.7).
+/// @return what no current and voltage can show (docs/physics.md#what-the-base-circuit-absorbs).
 std::vector<std::string> outsideWhatSignalsShow();
 
 /// @return what to record next, in one or two sentences.

@@ -13,7 +13,7 @@ namespace battery_sof {
  *
  *     e = u_b - u_m,   v = K e   (Whitening),   Q: orthonormal basis of K J, J = d u_m / d coordinates
  *
- * What the parameters can take up lies in the span of Q: a hypothesis' signature s counts by (1 - Q Q') K s (PHYSICS 0.1).
+ * What parameters take up lies in the span of Q: a signature s counts by (1 - Q Q') K s (docs/physics.md#what-the-base-circuit-absorbs).
  */
 struct WhitenedFit {
   BatteryModel model = BatteryModel();

@@ -10,7 +10,7 @@ namespace battery_sof {
 /**
  * @brief What a residual is made of when the model is right: white noise, noise with a memory, and a walk.
  *
- *     e = d + a + w,   d: random walk,  a: AR(1) with time constant ar_time,  w: white          (PHYSICS 2.1)
+ *     e = d + a + w,   d: random walk,  a: AR(1) with time constant ar_time,  w: white          (docs/physics.md#noise-of-a-residual)
  */
 struct NoiseModel {
   double white_std = 0.002;  ///< [V], of one sample; an average of m samples has white_std / sqrt(m)

@@ -123,10 +123,11 @@ struct ForceAnswer {
   double time = 0.0;        ///< [s], since a rest
   double charging = 0.0;    ///< [V]
   double discharging = 0.0; ///< [V]
+  std::optional<double> charging_std = std::nullopt, discharging_std = std::nullopt;  ///< [V], by the force's covariance; none without it
 };
 
 /// @brief A force as an engineer reads it: what it adds under a held current from rest on, less what it adds at rest.
-/// @param current [A], > 0; charged and discharged with.
-std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current);
+/// @param current [A], > 0; charged and discharged with.  @param longest [s]; never more than a third of what was learnt from.
+std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current, double longest = 1e9);
 
 }  // namespace battery_sof

@@ -87,7 +87,7 @@ struct Overpotential {
  *     C_2 du_c2/dt = i - i_r2(u_c2)                                            (paper, Fig. 3 and eq. 1)
  *
  * alpha = 0.5: exact. With E = exp(beta u / 2) the equation is a Riccati equation; its step is the symmetric linear map of
- * ClosedFormStep, in which every term is positive, so nothing cancels and no step is unstable (PHYSICS 1.0 gives the
+ * ClosedFormStep, in which every term is positive, so nothing cancels and no step is unstable (docs/physics.md#base-circuit: the
  * same step as tanh).
  * alpha != 0.5: SDIRK of order 2, L-stable (Alexander 1977), with step control to 1e-6 V a step.
  *

@@ -21,7 +21,7 @@ struct StateInfo {
 };
 
 /**
- * @brief One further piece of physics, or of the instruments, as a reader needs to know it (PHYSICS, section 1).
+ * @brief One further piece of physics, or of the instruments, as a reader needs to know it (docs/physics.md).
  *
  * The equations themselves stand in src/model/effects/<id>.cpp, one file an effect, and nowhere else: simulation,
  * derivatives, fit, prediction, diagnosis and reports all read that file.

@@ -39,6 +39,7 @@ struct LearnedForce {
   Eigen::VectorXd lower, upper;   ///< of the training part, in the columns' units; a column is held inside
   Eigen::VectorXd centre, scale;  ///< mean and RMS about it over the training part, in the columns' units
   Eigen::VectorXd weight;         ///< [V], of columns of unit RMS
+  Eigen::MatrixXd covariance;     ///< of weight, where it was learnt [V^2]; empty: not known. Files do not hold it
   Eigen::VectorXd base_change;    ///< d [Ohm, Ohm, 1, 1, V, V]
   std::vector<Part> parts;        ///< one a family that has columns
 

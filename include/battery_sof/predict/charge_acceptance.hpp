@@ -21,7 +21,7 @@ struct ChargeAcceptanceAnswer {
 };
 
 /**
- * @brief Mean current at a held voltage with a current limit (paper, Fig. 2; PHYSICS 5.3).
+ * @brief Mean current at a held voltage with a current limit (paper, Fig. 2; docs/physics.md#sof2).
  *
  *     u_b(t) = u_boost  or  i(t) = i_limit,    i_boost = 1/t_sof2 int_0^t_sof2 i dt
  *

@@ -23,7 +23,7 @@ struct ChargeComparison {
 
 /**
  * @brief Finds charges as they begin and sets the model's current at the measured voltage beside the measured one: the
- * error of SOF2 (PHYSICS 2.7).
+ * error of SOF2 (docs/physics.md#sof2).
  *
  * A charge begins when the current rises above 2 A from below it and is compared after 10 s; a shorter one is dropped.
  * The model is frozen at the last sample before it.

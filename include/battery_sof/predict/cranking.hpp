@@ -29,7 +29,7 @@ struct CrankingAnswer {
 };
 
 /**
- * @brief Lowest voltage during a crank after a stop phase (paper, Fig. 1; PHYSICS 5.1).
+ * @brief Lowest voltage during a crank after a stop phase (paper, Fig. 1; docs/physics.md#sof1).
  *
  *     u_SOF1 = min over (t_stop, t_stop + t_cranking] of u_b(t),   i = i_load, then i_cranking
  *

@@ -49,7 +49,7 @@ double chargeHeldFor(const FittedModel& model, double capacity);
  *
  * Currents up to 1.25 times, voltages up to 0.3 V above and temperatures within 10 K of the window's; a charge moved of at most
  * chargeHeldFor(); for charges beyond
- * 10 s a limit of charge acceptance (charge_acceptance) and a charge as long as 10 s in the window (PHYSICS 5.3).
+ * 10 s a limit of charge acceptance (charge_acceptance) and a charge as long as 10 s in the window (docs/physics.md#sof2).
  *
  * More than the capacity is never held. A learnt force that would differ by more than 10 mV if it were not held inside its range
  * is not to be relied on.

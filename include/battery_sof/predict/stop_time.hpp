@@ -38,7 +38,7 @@ struct StopTimeAnswer {
 };
 
 /**
- * @brief Longest stop after which the crank still holds u_required (PHYSICS 5.2).
+ * @brief Longest stop after which the crank still holds u_required (docs/physics.md#stop-time).
  *
  *     t_stop = sup { t : u_SOF1(t') >= u_required for all t' <= t }
  *

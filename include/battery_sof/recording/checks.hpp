@@ -47,7 +47,7 @@ std::string describe(Severity severity);
  * @brief Lints a recording: rate, gaps, clock, missing values, clipping, quantisation, sign, offset, skew, stuck values,
  * aliasing, voltage level and excitation.
  *
- * Methods (PHYSICS 1.3, tier I). A fault is named on its own evidence only:
+ * Methods (docs/physics.md#instruments). A fault is named on its own evidence only:
  * - clipping: an extreme value repeats while the other channel moves both ways, as it does through a crank whose peak is
  *   cut off; or it repeats, where the channel flickers elsewhere, for longer than its own noise would leave it unmoved (chance
  *   below 0.001 in the whole recording, faster than 5 Hz); or, for single samples at slow rates, the extreme stands out from scattered values below it. A current that

@@ -23,7 +23,7 @@ Series withEstimatedCurrent(const Series& series, const InstrumentLimits& limits
 
 /**
  * @brief Masks half a minute behind each stretch in which both channels are cut off: nothing tells the charge that flowed,
- * and the battery remembers it (PHYSICS 1.0: 50 s at rest, less under load).
+ * and the battery remembers it (docs/physics.md#base-circuit: 50 s at rest, less under load).
  */
 void maskBehindUnknownCharge(const Series& series, InstrumentLimits& limits);
 

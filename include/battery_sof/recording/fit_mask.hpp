@@ -34,8 +34,8 @@ struct InstrumentLimits {
 };
 
 /**
- * @brief Samples that a fit must leave out, and the noise that quantisation adds (PHYSICS 1.3, I5,
- * I7, I8).
+ * @brief Samples that a fit must leave out, and the noise that quantisation adds (docs/physics.md#quantisation,
+ * docs/physics.md#clipping, docs/physics.md#dropouts).
  *
  * - clipped: every sample at a limit that the clipping check proves. A current held by a source and
  *   a voltage held by a regulator are not clipped.

@@ -62,7 +62,7 @@ double medianInterval(const Series& series);
  * @brief The interval above which two neighbouring samples are not joined: max(10 * median interval, 5 s).
  *
  * Ten intervals are more than a lost message; below 5 s the battery's slow state moves less than a tenth of its
- * rest time constant (50 s, PHYSICS 1.0).
+ * rest time constant (50 s, docs/physics.md#base-circuit).
  */
 double gapThreshold(const Series& series);
 

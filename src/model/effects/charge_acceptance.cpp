@@ -11,8 +11,8 @@ struct ChargeAcceptance {
             "i_r2 = I_0 { p exp(alpha beta u) - exp((alpha - 1) beta u) }\n"
             "dp/dt = (1 - p) / tau_d - i_r2 / (i_lim tau_d)",
             {strength("inverse_limiting_current", "1/i_lim", "1/A", 1.0 / 60.0, 0.0, 0.2,
-                      "PHYSICS 1.2"),
-             shape("refill_time", "tau_d", "s", 12.0, 1.0, 600.0, 0.8, "PHYSICS 1.2")},
+                      "docs/physics.md#charge_acceptance"),
+             shape("refill_time", "tau_d", "s", 12.0, 1.0, 600.0, 0.8, "docs/physics.md#charge_acceptance")},
             {{"log_activity", "1", 0.0, 0.5, -5.0, 2.0}},
             {"acid_transport", "charge_transfer", "sulphate_history", "ocv_hysteresis"},
             "a discharge of the same size and length as the charge: acid reacts to it, lead ions do not",

@@ -11,7 +11,7 @@ struct Cpe2 {
                     "S1",
                     "the double layer is a fractional capacitance",
                     "C_2 w_c^(1-p) d^p u_c2/dt^p in place of C_2 du_c2/dt, w_c = 0.3 rad/s",
-                    {strength("dispersion", "1 - p", "1", 0.12, 0.0, 0.4, "PHYSICS 1.1")},
+                    {strength("dispersion", "1 - p", "1", 0.12, 0.0, 0.4, "docs/physics.md#cpe2")},
                     {},
                     {"second_electrode", "acid_transport", "fast_arc"},
                     "a rest of a minute after a long step: the slope of log|du/dt| against log t",

@@ -9,7 +9,7 @@ struct CurrentOffset {
             "I1",
             "the current sensor reads an offset",
             "i = i_measured - i_o",
-            {strength("current_offset", "i_o", "A", 0.5, -5.0, 5.0, "PHYSICS 1.3")},
+            {strength("current_offset", "i_o", "A", 0.5, -5.0, 5.0, "docs/physics.md#current_offset")},
             {},
             {"gassing", "charge_transfer", "parasitic_load"},
             "the reading with the battery disconnected",

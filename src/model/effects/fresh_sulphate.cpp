@@ -12,14 +12,14 @@ struct FreshSulphate {
   static constexpr bool kOnRequest = true;
   // [s]; the supply stays as it is over a piece. Half of it changes a crank's minimum at 1 Hz by less than 1 mV.
   static constexpr double kLongestPiece = 0.5;
-  // What a blocked electrode does with a current that is forced on it: gassing of an aged 72 Ah block (Schiffer 2007). Below
+  // What a blocked electrode does with a current that is forced on it: gassing (docs/physics.md#fresh_sulphate). Below
   // 14.4 V it is a few hundredths of an ampere.
   static constexpr double kGassing = 0.03, kGassingVoltage = 14.4, kGassingSlope = 1.83;  // [A], [V], [1/V]
   static constexpr double kLeast = 1e-3;  // [As], so that an emptied reservoir leaves a slope
 
   static EffectInfo info() {
     ParameterInfo present = held(strength("fresh_sulphate_share", "z", "1", 1.0, 0.0, 1.0,
-                                          "0: the base model, 1: the law; between them a path for a search"));
+                                          "docs/physics.md#fresh_sulphate; 0: the base model, 1: the law, between them a path for a search"));
     return {"fresh_sulphate",
             "P12",
             "charge is accepted while what was just discharged is still fresh",

@@ -5,7 +5,7 @@ namespace {
 
 struct Gassing {
   static constexpr double kReferenceVoltage = 14.4;  // [V]
-  static constexpr double kTemperatureSlope = 0.06;  // [1/K], Schiffer 2007 after PHYSICS 1.2
+  static constexpr double kTemperatureSlope = 0.06;  // [1/K], docs/physics.md#gassing (Schiffer 2007)
 
   static EffectInfo info() {
     return {"gassing",
@@ -13,9 +13,9 @@ struct Gassing {
             "side reactions: gassing and the oxygen cycle",
             "C_2 du_c2/dt = i - i_g - i_r2,  i_g = 1 / (1/i_t + 1/i_O2)\n"
             "i_t = I_g exp(c_u (u_dc + u_c2 - 14.4 V) + 0.06/K T)",
-            {strength("gassing_current", "I_g", "A", 0.3, 0.0, 3.0, "PHYSICS 1.2"),
-             shape("gassing_slope", "c_u", "1/V", 1.83, 0.8, 3.0, 0.3, "Schiffer 2007"),
-             held(shape("oxygen_limit", "i_O2", "A", 3.0, 0.3, 30.0, 0.7, "PHYSICS 1.2"))},
+            {strength("gassing_current", "I_g", "A", 0.3, 0.0, 3.0, "docs/physics.md#gassing"),
+             shape("gassing_slope", "c_u", "1/V", 1.83, 0.8, 3.0, 0.3, "Schiffer 2007: docs/physics.md#gassing"),
+             held(shape("oxygen_limit", "i_O2", "A", 3.0, 0.3, 30.0, 0.7, "docs/physics.md#gassing"))},
             {},
             {"current_offset", "charge_transfer", "charge_acceptance", "parasitic_load"},
             "two constant-voltage plateaus at least 0.6 V apart, 10 min each, and the rest after them",

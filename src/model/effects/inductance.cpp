@@ -11,7 +11,7 @@ struct Inductance {
             "S6",
             "inductance of battery and wiring",
             "u += L di/dt",
-            {linearStrength("inductance", "L", "H", 1e-6, 0.0, 5e-6, "PHYSICS 1.1")},
+            {linearStrength("inductance", "L", "H", 1e-6, 0.0, 5e-6, "docs/physics.md#inductance")},
             {},
             {"time_skew"},
             "nothing at 100 Hz: its trace is that of a shift between the channels",

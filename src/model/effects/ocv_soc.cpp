@@ -9,7 +9,7 @@ struct OcvSoc {
             "P5",
             "the open-circuit voltage moves with the state of charge",
             "dq/dt = i,  u += k_s q",
-            {linearStrength("ocv_slope", "k_s", "V/Ah", 0.027, 0.0, 0.3, "PHYSICS 1.2")},
+            {linearStrength("ocv_slope", "k_s", "V/Ah", 0.027, 0.0, 0.3, "docs/physics.md#ocv_soc")},
             {{"charge", "Ah"}},
             {"acid_transport", "ocv_hysteresis", "voltage_drift"},
             "a rest of an hour after 0.5 Ah: what stays is the state of charge",

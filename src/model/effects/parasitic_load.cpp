@@ -9,7 +9,7 @@ struct ParasiticLoad {
             "P11",
             "a load or self-discharge that the sensor does not see",
             "i = i_measured + i_p",
-            {strength("parasitic_current", "i_p", "A", -0.1, -0.3, 0.0, "PHYSICS 1.2")},
+            {strength("parasitic_current", "i_p", "A", -0.1, -0.3, 0.0, "docs/physics.md#parasitic_load")},
             {},
             {"current_offset", "gassing"},
             "nothing in current and voltage: it is an offset of the current",

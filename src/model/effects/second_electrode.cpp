@@ -10,10 +10,10 @@ struct SecondElectrode {
             "the other electrode has a double layer and a slope of its own",
             "C_3 du_3/dt = i - 2 I_03 sinh(u_3 / (2 B_3)),  C_3 = tau_3 I_03 / B_3,  u += u_3",
             // With the time constant in place of C_3 the voltage is linear in B_3.
-            {linearStrength("b3", "B_3", "V", 0.02, 0.0, 0.1, "PHYSICS 1.1"),
+            {linearStrength("b3", "B_3", "V", 0.02, 0.0, 0.1, "docs/physics.md#second_electrode"),
              shape("electrode_time_3", "tau_3", "s", 40.0, 0.5, 10000.0, 2.0,
-                   "PHYSICS 1.1: 300 to 6000 F at 5 to 40 mV; from 100 F, what is faster is fast_arc"),
-             held(shape("exchange_current_3", "I_03", "A", 1.0, 0.2, 5.0, 0.3, "PHYSICS 1.1"))},
+                   "docs/physics.md#second_electrode: 300 to 6000 F at 5 to 40 mV; from 100 F, what is faster is fast_arc"),
+             held(shape("exchange_current_3", "I_03", "A", 1.0, 0.2, 5.0, 0.3, "docs/physics.md#second_electrode"))},
             {{"u_3_over_b3", "1", 0.0, 1.0, -15.0, 15.0}},
             {"cpe2", "acid_transport"},
             "a rest of a minute after a long step: one knee or two",

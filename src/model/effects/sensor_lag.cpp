@@ -12,7 +12,7 @@ struct SensorLag {
             "one channel lags behind the other",
             "tau > 0: tau du_shown/dt = u - u_shown\n"
             "tau < 0: i = i_measured + |tau| di_measured/dt",
-            {strength("channel_lag", "tau", "s", 0.02, -0.1, 0.1, "PHYSICS 1.3")},
+            {strength("channel_lag", "tau", "s", 0.02, -0.1, 0.1, "docs/physics.md#sensor_lag")},
             {{"lagged_voltage", "V"}, {"voltage_before", "V"}},
             {"fast_arc", "time_skew"},
             "a resistor on the same channels: a lag slows all of r i, an arc only its own share",

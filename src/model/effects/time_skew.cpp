@@ -11,7 +11,7 @@ struct TimeSkew {
             "I3",
             "current and voltage channels are shifted in time",
             "i(t) = i_measured(t - d); d > 0: the voltage comes late",
-            {strength("channel_skew", "d", "s", 0.01, -2.5, 2.5, "PHYSICS 1.3; bounds: two samples of a logger at 1 Hz")},
+            {strength("channel_skew", "d", "s", 0.01, -2.5, 2.5, "docs/physics.md#time_skew; bounds: two samples of a logger at 1 Hz")},
             {},
             {"inductance", "fast_arc", "sensor_lag"},
             "edges up and down: the error is antisymmetric and follows r di/dt",

@@ -9,7 +9,7 @@ struct VoltageDrift {
             "I9",
             "the voltage channel drifts",
             "u_shown = u + d_1 t; a constant offset leaves no trace",
-            {linearStrength("voltage_drift", "d_1", "V/h", 0.01, -0.2, 0.2, "PHYSICS 1.3")},
+            {linearStrength("voltage_drift", "d_1", "V/h", 0.01, -0.2, 0.2, "docs/physics.md#voltage_drift")},
             {},
             {"ocv_soc", "acid_transport"},
             "a reference voltage on the same channel",

@@ -26,6 +26,28 @@
     drive.mismatch.forEach((stretch) => band(stretch[0], stretch[1], 'shade-mismatch'));
   }
 
+  // Hatched, with a solid foot: told from the other shades without colour, and seen where it is short.
+  function shadeImposed(canvas, area, graph) {
+    shade(canvas, area, graph);
+    const tile = document.createElement('canvas');
+    tile.width = tile.height = 8;
+    const pen = tile.getContext('2d');
+    pen.strokeStyle = color('imposed');
+    pen.beginPath();
+    [-4, 4, 12].forEach((x) => { pen.moveTo(x - 6, 10); pen.lineTo(x + 6, -2); });
+    pen.stroke();
+    const hatch = canvas.createPattern(tile, 'repeat');
+    drive.imposed.forEach((stretch) => {
+      const left = Math.max(graph.toDomXCoord(stretch[0]), area.x);
+      const width = Math.min(graph.toDomXCoord(stretch[1]), area.x + area.w) - left;
+      if (width <= 0) return;
+      canvas.fillStyle = hatch;
+      canvas.fillRect(left, area.y, width, area.h);
+      canvas.fillStyle = color('imposed-foot');
+      canvas.fillRect(left, area.y + area.h - 5, width, 5);
+    });
+  }
+
   function colors(names) {
     return { colors: names.map(color), axisLineColor: color('line'), gridLineColor: color('line'),
       rangeSelectorPlotStrokeColor: color('current'), rangeSelectorPlotFillColor: color('line'),
@@ -92,7 +114,7 @@
 
   const column = (name) => (n) => drive[name][n];
   plot('plot-voltage', [{ name: 'measured', at: column('measured'), width: 2.6 }].concat(
-    models.map((name) => ({ name: name, at: column(name) }))), 3, {});
+    models.map((name) => ({ name: name, at: column(name) }))), 3, { underlayCallback: shadeImposed });
   plot('plot-error', models.map((name) => ({ name: name, at: error(name) })), 1, {});
   plot('plot-current', [{ name: 'current', at: column('current') }], 1,
     { showRangeSelector: true, rangeSelectorHeight: 32, rangeSelectorPlotLineWidth: 1 });

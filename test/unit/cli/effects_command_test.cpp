@@ -60,7 +60,7 @@ TEST(SofEffects, StatesEverythingThatIsKnownOfOneEffect) {
 
 TEST(SofEffects, SaysWhatIsHeldWhatIsKnownBeforehandAndWhereAStrengthVanishes) {
   const std::string out = effects({"gassing"}).out;
-  EXPECT_TRUE(contains(out, "free, no effect at 0 (PHYSICS 1.2)")) << out;
+  EXPECT_TRUE(contains(out, "free, no effect at 0 (docs/physics.md#gassing)")) << out;
   EXPECT_TRUE(contains(out, "free, searched as a logarithm, known to a factor of 1.35")) << out;
   EXPECT_TRUE(contains(out, "held, searched as a logarithm")) << out;
   EXPECT_TRUE(contains(out, "bends          u_dc")) << out;

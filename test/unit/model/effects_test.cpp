@@ -143,7 +143,7 @@ TEST_P(EveryEffect, AtItsMagnitudeChangesTheVoltage) {
   const auto without = voltages(model_, pointOf(model_, vanished(model_)), drive);
   double most = 0.0;
   for (std::size_t n = 0; n < with.size(); ++n) most = std::max(most, std::abs(with[n] - without[n]));
-  // A minute barely warms a battery, and side reactions hide (PHYSICS 0.5).
+  // A minute barely warms a battery, and side reactions hide (docs/physics.md#what-the-base-circuit-absorbs).
   EXPECT_GT(most, 1e-5);
 }
 

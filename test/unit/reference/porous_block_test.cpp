@@ -57,7 +57,7 @@ TEST(PorousBlock, OpenCircuitVoltageRisesByAVoltAndAHalfPerUnitOfCharge) {
   EXPECT_LT(slope, 1.8);
 }
 
-/// The negative plates' double layer against their fast reaction: the fast arc of PHYSICS 1.1.
+/// The negative plates' double layer against their fast reaction: the fast arc (docs/physics.md#fast_arc).
 TEST(PorousBlock, ItsResistanceGrowsWithinTenthsOfASecond) {
   const PorousBlock block({}, 0.8);
   const double rested = block.voltage(block.rested());

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
+
+#include "battery_sof/diagnose/diagnosis.hpp"
 
 namespace battery_sof {
 namespace {
@@ -20,6 +23,33 @@ TEST(EffectsPage, HoldsTheCatalogueAsItIs) {
   const auto from = begin + kBegin.size();
   EXPECT_EQ(page.substr(from, end - from), catalogueMarkdown(effectsByTier()))
       << "docs/effects.md is behind: run scripts/update_effects_page";
+}
+
+TEST(EffectsPage, EveryEffectCitesItsOwnSectionOfThePhysics) {
+  for (const EffectInfo& effect : effectCatalogue()) {
+    const std::string section = "docs/physics.md#" + effect.id;
+    EXPECT_TRUE(std::any_of(effect.parameters.begin(), effect.parameters.end(), [&](const ParameterInfo& info) {
+      return info.source.find(section) != std::string::npos;
+    })) << effect.id;
+  }
+}
+
+/// The section of an effect in docs/physics.md; empty without one.
+std::string physicsOf(const std::string& id) {
+  std::ifstream file(std::string(BATTERY_SOF_SOURCE_DIR) + "/docs/physics.md");
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  const auto begin = page.find("\n### " + id + "\n");
+  if (begin == std::string::npos) return "";
+  return page.substr(begin, std::min(page.find("\n### ", begin + 1), page.find("\n# ", begin + 1)) - begin);
+}
+
+TEST(PhysicsPage, SaysOfEveryEffectItsFamilySignatureLookAlikesAndOtherForms) {
+  for (const EffectInfo& effect : effectCatalogue()) {
+    const std::string section = physicsOf(effect.id);
+    EXPECT_NE(section.find("Family `" + familyId(familyOf(effect.id)) + "`"), std::string::npos) << effect.id;
+    for (const char* said : {"Signature: ", "Look-alike", "Other forms: "}) EXPECT_NE(section.find(said), std::string::npos) << effect.id << ": " << said;
+    for (const std::string& other : effect.look_alikes) EXPECT_NE(section.find("`" + other + "`"), std::string::npos) << effect.id << ": " << other;
+  }
 }
 
 TEST(CatalogueJson, NamesWhatAnEffectNeedsAndBends) {

@@ -64,7 +64,8 @@ TEST(DiagnosisPage, EscapesEverySentenceOfADiagnosis) {
   test::MadeDiagnosis made = test::madeUnknown();
   Diagnosis& d = made.diagnosis;
   const std::string evil = "<i>evil</i>";
-  d.summary = d.next_experiment = d.learned->description = evil;
+  d.summary = d.next_experiment = d.learned->description = d.source.summary = d.source.totals[0].reason = evil;
+  d.candidates.push_back({evil, 1.0, 0.0, evil, "acceptance"});  // the nearest to what was learnt
   d.learned->terms = d.instrument = d.outside = {evil};
   d.mismatch[0].regime = d.candidates[0].id = d.candidates[0].rejected_because = d.candidates[0].family = evil;
   d.regimes = {{evil, "mean", 5, 0.1, 0.0, 0.2, 0.01, true}};
@@ -108,12 +109,105 @@ TEST(DiagnosisPage, ComparesTheModelThatHoldsALearntForceWithTheBaseModel) {
   EXPECT_NE(page.find("hold-out, extended"), std::string::npos);
 }
 
+std::size_t countOf(const std::string& text, const std::string& piece) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(piece); at != std::string::npos; at = text.find(piece, at + 1)) ++count;
+  return count;
+}
+
+TEST(DiagnosisPage, DrawsALearntForceOverTimeAndOverTheCurrent) {
+  const std::string markup = markupOf(pageOf(test::madeUnknown()));
+  EXPECT_EQ(countOf(markup, "<figure class=\"chart\">"), 2u);
+  EXPECT_EQ(countOf(markup, "<circle"), 4u + 5u);
+  EXPECT_EQ(countOf(markup, "<rect"), 4u + 5u);
+  EXPECT_EQ(countOf(markup, "stroke-dasharray"), 2u);
+}
+
+TEST(DiagnosisPage, DrawsABandWhereTheDeviationIsKnown) {
+  test::MadeDiagnosis made = test::madeUnknown();
+  EXPECT_EQ(countOf(markupOf(pageOf(made)), "class=\"band\""), 2u);  // over time; the curve over the current has none here
+  EXPECT_NE(pageOf(made).find("Bands: 95 %"), std::string::npos);
+  for (ForceAnswer& one : made.diagnosis.learned->answers) one.charging_std.reset(), one.discharging_std.reset();
+  EXPECT_EQ(countOf(markupOf(pageOf(made)), "class=\"band\""), 0u);
+  EXPECT_EQ(pageOf(made).find("Bands: 95 %"), std::string::npos);
+}
+
+TEST(DiagnosisPage, DrawsADecadeOfTimeAsWideAsTheNext) {
+  const std::string markup = markupOf(pageOf(test::madeUnknown()));
+  for (const char* at : {"cx=\"56.0\"", "cx=\"246.7\"", "cx=\"437.3\"", "cx=\"628.0\""}) EXPECT_NE(markup.find(at), std::string::npos) << at;
+}
+
+TEST(DiagnosisPage, DrawsNoPointThatIsNotANumberAndNoChartOfOnePoint) {
+  test::MadeDiagnosis made = test::madeUnknown();
+  made.diagnosis.learned->curve[2].late = std::nan("");
+  EXPECT_EQ(countOf(markupOf(pageOf(made)), "<circle"), 4u + 4u);
+  made.diagnosis.learned->answers.resize(1);
+  made.diagnosis.learned->curve.clear();
+  EXPECT_EQ(countOf(markupOf(pageOf(made)), "<figure class=\"chart\">"), 0u);
+}
+
+TEST(DiagnosisPage, NamesTheNearestEquationOfTheFamilyThatALearntForceFollows) {
+  test::MadeDiagnosis made = test::madeUnknown();
+  EXPECT_NE(pageOf(made).find("No equation of the catalogue in it was weighed."), std::string::npos);
+  made.diagnosis.candidates.push_back({"sulphate_history", 12.0, 0.0, "too little", "acceptance"});
+  made.diagnosis.candidates.push_back({"charge_acceptance", 31.0, 0.0, "leaves what matters", "acceptance"});
+  EXPECT_NE(pageOf(made).find("<code>charge_acceptance</code> (evidence 31; leaves what matters)."), std::string::npos);
+}
+
 TEST(DiagnosisPage, OfALearntForceThatForetellsNothingSaysThatItIsNotUsed) {
   test::MadeDiagnosis made = test::madeUnknown();
   made.diagnosis.learned->is_used = false;
   const std::string page = pageOf(made);
   EXPECT_NE(page.find("It is not used."), std::string::npos);
   EXPECT_EQ(page.find("memory of charging over 10 s"), std::string::npos);
+}
+
+/// Of a page: its one line of JSON that begins with a name.
+std::string dataOf(const std::string& page, const std::string& name) {
+  const std::size_t begin = page.find("\n\"" + name + "\":");
+  return begin == std::string::npos ? "" : page.substr(begin + 1, page.find('\n', begin + 1) - begin - 1);
+}
+
+TEST_F(PlottedPage, DrawsWhereASourceImposesTheVoltage) {
+  const test::MadeDiagnosis made = test::madeNamed();
+  EXPECT_EQ(dataOf(pageOf(made), "imposed").rfind("\"imposed\":[[25.8,75],[175.8,225]", 0), 0u) << dataOf(pageOf(made), "imposed");
+  EXPECT_NE(pageOf(made).find("hatched: a source imposes the voltage (8 stretches)"), std::string::npos);
+}
+
+TEST(DiagnosisPage, TellsTheSharesOfWhatIsImposedInWords) {
+  const test::MadeDiagnosis made = test::madeNamed();
+  const double share = 100.0 * made.diagnosis.source.share;
+  char words[120];
+  std::snprintf(words, sizeof words, "aria-label=\"voltage imposed %.1f %%, current imposed %.1f %% of the samples\"", share, 100.0 - share);
+  for (const bool zoomable : {true, false}) {
+    const std::string markup = markupOf(pageOf(made, zoomable));
+    for (const std::string& piece : std::vector<std::string>{words, "class=\"strip\"", "the voltage is held while the current moves", "A source holds the voltage"})
+      EXPECT_NE(markup.find(piece), std::string::npos) << piece;
+  }
+}
+
+TEST(DiagnosisPage, WithoutASourceDrawsNoShareAndNoStretch) {
+  test::MadeDiagnosis made = test::madeNamed();
+  made.diagnosis.source = {false, 0.0, "Nothing charges the battery: the current is imposed throughout.",
+                           {{"nothing in the recording charges the battery", Imposed::kCurrent, 1, 10}}, {}};
+  for (const bool zoomable : {true, false}) {
+    const std::string markup = markupOf(pageOf(made, zoomable));
+    EXPECT_NE(markup.find("Nothing charges the battery"), std::string::npos);
+    EXPECT_EQ(markup.find("class=\"strip\""), std::string::npos);
+    EXPECT_EQ(markup.find("swatch imposed"), std::string::npos);
+  }
+}
+
+TEST(DiagnosisPage, DrawsWhatIsImposedWithoutTheLibraryToo) {
+  test::MadeDiagnosis made = test::madeNamed();
+  const auto feetOf = [](const std::string& page) {
+    const std::size_t begin = page.find("class=\"foot\" d=\"");
+    const std::string feet = begin == std::string::npos ? "" : page.substr(begin, page.find('>', begin) - begin);
+    return std::count(feet.begin(), feet.end(), 'z');
+  };
+  EXPECT_EQ(feetOf(pageOf(made, false)), 8);
+  made.diagnosis.source.voltage_imposed.clear();
+  EXPECT_EQ(feetOf(pageOf(made, false)), 0);
 }
 
 TEST_F(PlottedPage, HoldsTheLowestVoltageOfALongDrive) {

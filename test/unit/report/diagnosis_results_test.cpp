@@ -37,6 +37,18 @@ TEST(DiagnosisJson, HoldsTheContractsFields) {
   EXPECT_EQ(json["probability"], 0.97);
 }
 
+TEST(DiagnosisJson, TellsWhoImposesWhatBesideTheShare) {
+  const test::MadeDiagnosis made = test::madeNamed();
+  const Json json = diagnosisJson(made.diagnosis);
+  EXPECT_EQ(json["source"], made.diagnosis.source.share);
+  EXPECT_EQ(json["imposed"]["seen"], true);
+  EXPECT_EQ(json["imposed"]["voltage"].size(), 8u);
+  EXPECT_EQ(json["imposed"]["voltage"][0]["from_s"], 25.8);
+  EXPECT_EQ(json["imposed"]["voltage"][0]["to_s"], 75.0);
+  expectKeys(json["imposed"]["reasons"].at(1), {"imposed", "reason", "stretches", "samples"});
+  EXPECT_EQ(json["imposed"]["reasons"][1]["imposed"], "voltage");
+}
+
 TEST(DiagnosisJson, HoldsWhatIsLeftBesideItsLimits) {
   const Json relevance = diagnosisJson(test::madeNamed().diagnosis)["relevance"];
   EXPECT_EQ(relevance, (Json{{"rmse_v", 0.0004}, {"crank_v", 0.002}, {"charge_share", 0.006},
@@ -50,7 +62,10 @@ TEST(DiagnosisJson, HoldsWhatWasLearnt) {
   EXPECT_EQ(learned["left_out_rmse_v"], 0.021);
   EXPECT_EQ(learned["families"].at(0), (Json{{"family", "acceptance"}, {"gain", 340.0}, {"rms_v", 0.058}}));
   EXPECT_EQ(learned["answers_to_a"], 20.0);
-  EXPECT_EQ(learned["answers"].at(2), (Json{{"time_s", 10.0}, {"charging_v", 0.052}, {"discharging_v", -0.0004}}));
+  EXPECT_EQ(learned["answers"].at(2), (Json{{"time_s", 10.0}, {"charging_v", 0.052}, {"discharging_v", -0.0004},
+                                               {"charging_std_v", 0.004}, {"discharging_std_v", 0.002}}));
+  EXPECT_EQ(learned["curve"].size(), 5u);
+  EXPECT_EQ(learned["curve"].at(3), (Json{{"current_a", 10.0}, {"early_v", 0.0001}, {"late_v", 0.05}, {"early_std_v", nullptr}, {"late_std_v", nullptr}}));
   EXPECT_EQ(learned["terms"].at(0), "memory of charging over 10 s");
 }
 
