@@ -669,13 +669,21 @@ class Explainer {
     return withColumns(with, Family::kStructure).evidence - withColumns(without, Family::kStructure).evidence < rules_.least_gain;
   }
 
-  /// Takes in the family of greatest evidence. @return whether one was worth it.
+  static std::set<std::string> partsOf(const State& state) {
+    std::set<std::string> parts(state.members.begin(), state.members.end());
+    for (const Family family : state.learnt) parts.insert(familyId(family));
+    return parts;
+  }
+
+  /// Takes in the family of greatest evidence. The same parts get the same family once: what was taken and let go does not come
+  /// again and again. @return whether one was worth it.
   bool extend(State& state) {
     const std::vector<State> members = withMembers(state, std::nullopt);
     State best = state;
     std::optional<Family> chosen;
+    const std::set<std::string> parts = partsOf(state);
     for (const Family family : kAllFamilies) {
-      if (state.learnt.count(family)) continue;
+      if (state.learnt.count(family) || tried_.count({parts, family})) continue;
       const State of_family = standingFor(family, state, members);
       if (of_family.evidence - state.evidence < needed(state, family) || isHeldByStructure(of_family, state, family)) continue;
       if (!(rankOf(of_family) > rankOf(best)) || !matters(of_family, state) || isRestOfNamed(of_family, state, family)) continue;
@@ -683,6 +691,7 @@ class Explainer {
       chosen = family;
     }
     if (!chosen) return false;
+    tried_.insert({parts, *chosen});
     if (best.learnt.size() > state.learnt.size()) best = membersFor(*chosen, state, best);
     best.explained[*chosen] = std::hypot(explainedBy(*chosen, state), beyond(best, state));
     if (*chosen == Family::kStructure) best.structure_gain = std::max(state.structure_gain, best.evidence - state.evidence);
@@ -916,6 +925,7 @@ class Explainer {
   Eigen::MatrixXd free_, free_products_;  // the table's columns and the wander's ramps
   double most_wander_ = 0.0, relevant_ = 0.0;  // [V]
   std::vector<GridPoint> grid_;
+  std::set<std::pair<std::set<std::string>, Family>> tried_;  // families taken beside these parts
   mutable double spent_ = 0.0;   // rows simulated with derivatives
   std::optional<State> better_;  // than the state, by what could stand in a place
   Explanation found_;
