@@ -15,6 +15,7 @@
 #include "battery_sof/diagnose/regimes.hpp"
 #include "battery_sof/diagnose/screening.hpp"
 #include "battery_sof/diagnose/slow_tone.hpp"
+#include "battery_sof/diagnose/unseen_current.hpp"
 #include "battery_sof/diagnose/verdict.hpp"
 #include "battery_sof/identify/composition_identification.hpp"
 #include "battery_sof/identify/error_tracker.hpp"
@@ -181,10 +182,19 @@ class Diagnoser {
     found_.absorption = absorptionMap(base_, quiet_, regimes_);
   }
 
-  /// Families and effects, in the direction that is imposed.
+  /// Families and effects, in the direction that is imposed. Who imposes what is told from samples of one instant: where a slow
+  /// recording's channels turn out to be shifted, a step that one of them shows late looked like a source, and the current drives.
   void explainErrors() {
+    driving_ = drivingSource(screened_.series);
+    const std::vector<std::string> ids = hypotheses();
+    explainErrors(ids);
+    if (!driving_ || !screened_.slow || !contains(explained_.model.effects(), "time_skew")) return;
+    driving_.reset();
+    explainErrors(ids);
+  }
+
+  void explainErrors(const std::vector<std::string>& ids) {
     const Series& series = screened_.series;
-    driving_ = drivingSource(series);
     std::vector<char> masked = screened_.limits.masked;
     Series sound = series;
     if (driving_) {
@@ -197,7 +207,7 @@ class Diagnoser {
     const ForceTable table = forceTable(imposed, response, base_.point.parameters[kRowBeta]);
     ExplanationRules rules;
     rules.relevance = options_.relevance;
-    explained_ = explain(imposed, imposed.samples.size(), table, base_.point, hypotheses(), options_.given, rules, options_.progress);
+    explained_ = explain(imposed, imposed.samples.size(), table, base_.point, ids, options_.given, rules, options_.progress);
   }
 
   std::vector<std::string> hypotheses() {
@@ -221,6 +231,7 @@ class Diagnoser {
   void fitFinal() {
     const auto& ids = explained_.model.effects();
     at_edges_ = !screened_.slow && std::any_of(ids.begin(), ids.end(), [](const std::string& id) { return effectInfo(id).acts_at_edges; });
+    if (screened_.slow) quiet_ = withUnseen(quiet_, explained_.model, explained_.point, explained_.noise);
     final_ = ids.empty() ? base_ : fitWhitened(explained_.model, finalDrive(), {explained_.point}, std::nullopt, search_);
     found_.mismatch = mismatchSegments(base_, quiet_, regimes_, at_edges_ ? base_.noise : final_.noise);
   }

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "battery_sof/diagnose/hypotheses.hpp"
+#include "battery_sof/diagnose/unseen_current.hpp"
 #include "battery_sof/model/effect.hpp"
 
 namespace battery_sof {
@@ -23,6 +24,7 @@ constexpr double kLeastTemper = 0.02;  // instruments' errors hang together for 
 constexpr double kWideShape = 0.7;     // standard deviation of a shape's logarithm where the catalogue has none
 constexpr double kWideStrength = 2.0;  // magnitudes
 constexpr double kCrankCurrent = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
+constexpr int kNoiseRounds = 4;        // in which noise and what the sampling cannot know are told apart
 constexpr int kWander = 24;            // steps of a voltage channel's random walk over the training part
 constexpr double kMostWander = 0.0012; // [V] a root minute, of a voltage channel
 constexpr std::size_t kClosest = 5;    // effects that are tried in a step, and the first of every family
@@ -31,6 +33,7 @@ constexpr double kDiscrepancy = 0.1;   // of the structure's gain, that physics 
 constexpr double kBudget = 4e6;        // rows simulated with derivatives; then what stands is told
 constexpr int kSwaps = 3;              // rounds in which places may be taken by what does better
 constexpr double kClose = 0.8;         // of the best one's gain: fitted to the end, too
+constexpr double kWeak = 0.01;         // of a grid point's strengths, from where a search begins that went astray
 constexpr double kPromised = 0.5;      // of the grid's gain, that a search has to reach to be on its way
 constexpr double kWorthATry = 0.1;     // of the best one's gain on the grid
 
@@ -105,11 +108,14 @@ struct State {
   std::vector<Coordinate> coordinates;
   Eigen::VectorXd error;
   Eigen::MatrixXd sensitivity;
+  Eigen::VectorXd unseen;  // [V^2], of the rows' errors by what the sampling cannot know; empty: nothing
+  Eigen::VectorXd trust;   // s / sqrt(s^2 + unseen) [1]; empty: ones
   std::set<Family> learnt;
   std::vector<std::string> members;  // named ones, without what they need
   LinearFit fit;
   double evidence = -std::numeric_limits<double>::infinity();
   double structure_gain = 0.0;     // of ln evidence, by the structure taken in
+  std::map<Family, double> explained;  // [V], by the families taken in
 };
 
 /// What an effect adds to the base circuit at one point of its grid.
@@ -124,7 +130,7 @@ class Explainer {
  public:
   Explainer(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
             const std::vector<std::string>& ids, const std::vector<std::string>& given, const ExplanationRules& rules)
-      : table_(table), rules_(rules), ids_(given.empty() ? ids : given), given_(given), base_(base),
+      : drive_(drive), table_(table), rules_(rules), ids_(given.empty() ? ids : given), given_(given), base_(base),
         response_(baseResponse(BatteryModel(), {base.parameters, base.state, drive.first_time, drive.first_time}, drive, training)),
         rows_(drive, response_, base) {
     for (Eigen::Index row = 0; row < response_.training; ++row)
@@ -193,7 +199,7 @@ class Explainer {
   /// Takes in what is known to be there, from where it fits best.
   void take(State& state, const std::string& id) {
     if (isUsed(id, state)) return;
-    const std::vector<double> gains = gridGains(state);
+    const std::vector<double> gains = gridGains(state, grid_);
     std::optional<std::size_t> best;
     for (std::size_t g = 0; g < grid_.size(); ++g)
       if (grid_[g].id == id && (!best || gains[g] > gains[*best])) best = g;
@@ -245,13 +251,16 @@ class Explainer {
     if (errors.error.size() == 0) return false;
     state.error = errors.error(counted_);
     state.sensitivity = errors.sensitivity(counted_, Eigen::all);
+    const Eigen::VectorXd unseen = unseenVariance(drive_, response_, state.model, state.point);
+    state.unseen = unseen.size() > 0 ? Eigen::VectorXd(unseen(counted_)) : Eigen::VectorXd();
+    if (state.unseen.size() == 0) state.trust.resize(0);
     return true;
   }
 
   struct Sums {
     LinearProblem problem;
-    Eigen::MatrixXd columns;
-    Eigen::VectorXd targets;
+    Eigen::MatrixXd columns;  // times the rows' trust
+    Eigen::VectorXd targets;  // likewise
   };
 
   Sums sumsOf(const State& state, bool all) const {
@@ -282,10 +291,16 @@ class Explainer {
     sums.columns.leftCols(known) = state.sensitivity;
     for (Eigen::Index j = 0; j < free; ++j) sums.columns.col(known + j) = free_.col(used[static_cast<std::size_t>(j)]);
     sums.targets = state.error - state.sensitivity * expected;
-    problem.products.resize(known + free, known + free);
-    problem.products.leftCols(known) = sums.columns.transpose() * state.sensitivity;
-    problem.products.topRightCorner(known, free) = problem.products.bottomLeftCorner(free, known).transpose();
-    problem.products.bottomRightCorner(free, free) = free_products_(used, used);
+    if (state.trust.size() > 0) {
+      sums.columns = state.trust.asDiagonal() * sums.columns;
+      sums.targets = state.trust.cwiseProduct(sums.targets);
+      problem.products = sums.columns.transpose() * sums.columns;
+    } else {
+      problem.products.resize(known + free, known + free);
+      problem.products.leftCols(known) = sums.columns.transpose() * state.sensitivity;
+      problem.products.topRightCorner(known, free) = problem.products.bottomLeftCorner(free, known).transpose();
+      problem.products.bottomRightCorner(free, free) = free_products_(used, used);
+    }
     problem.targets = sums.columns.transpose() * sums.targets;
     problem.square = sums.targets.squaredNorm();
     problem.rows = static_cast<double>(counted_.size());
@@ -299,8 +314,28 @@ class Explainer {
   }
 
   void weigh(State& state) const {
+    weighOnce(state);
+    for (int round = 0; round < kNoiseRounds && state.unseen.size() > 0; ++round) {
+      State next = state;
+      next.trust = trustAt(state.fit.noise, state.unseen);
+      weighOnce(next);
+      if (!(next.evidence > state.evidence)) return;
+      state = std::move(next);
+    }
+  }
+
+  void weighOnce(State& state) const {
     state.fit = fitOf(sumsOf(state, false));
     state.evidence = state.fit.evidence;
+    if (state.trust.size() > 0) state.evidence += found_.temper * state.trust.array().log().sum();
+  }
+
+  static Eigen::VectorXd trustAt(double noise, const Eigen::VectorXd& unseen) {
+    return (1.0 + unseen.array() / (noise * noise)).rsqrt().matrix();
+  }
+
+  static Eigen::VectorXd trusted(const State& state, const Eigen::VectorXd& rows) {
+    return state.trust.size() > 0 ? Eigen::VectorXd(state.trust.cwiseProduct(rows)) : rows;
   }
 
   /// Gauss-Newton steps in all coordinates, the columns solved along, while ln evidence grows.
@@ -353,6 +388,17 @@ class Explainer {
     return point;
   }
 
+  /// States that a model has beyond another begin as u_c2 where they stand for a part of it; the other's keep what was fitted.
+  static void beginNewStates(const BatteryModel& model, CompositionPoint& point, const BatteryModel& nested) {
+    const auto isNew = [&](const StateInfo& info) {
+      return std::none_of(nested.states().begin(), nested.states().end(), [&](const StateInfo& old) { return old.name == info.name; });
+    };
+    for (Eigen::Index k = 1; k < model.stateCount(); ++k) {
+      const StateInfo& info = model.states()[static_cast<std::size_t>(k)];
+      if (info.begins_as_u_c2 && isNew(info)) point.state[k] = point.state[0];
+    }
+  }
+
   std::vector<CompositionPoint> gridOf(const BatteryModel& model) const {
     const CompositionPoint typical = magnitudesOf(model);
     std::vector<CompositionPoint> points = {typical};
@@ -375,19 +421,31 @@ class Explainer {
   }
 
   void takeGrid() {
-    const Eigen::VectorXd base = response_.error(counted_);
-    for (const std::string& id : ids_) {
-      const BatteryModel model = enlarged(BatteryModel(), id);
-      bool one_sided = true;
-      for (const Coordinate& c : coordinatesOf(model))
-        if (c.strength && !c.logarithmic && c.lower < c.zero) one_sided = false;
-      for (const CompositionPoint& point : gridOf(model)) {
-        const RowErrors with = rows_.errors(model, point);
-        if (with.error.size() == 0) continue;
-        GridPoint one{id, point, one_sided, base - with.error(counted_)};
-        if (one.added.squaredNorm() > 1e-14) grid_.push_back(std::move(one));
-      }
+    State circuit;
+    circuit.point = base_;
+    circuit.error = response_.error(counted_);
+    for (const std::string& id : ids_)
+      for (GridPoint& point : gridBeside(circuit, id)) grid_.push_back(std::move(point));
+  }
+
+  /// What an effect adds to a state at the points of its grid.
+  std::vector<GridPoint> gridBeside(const State& state, const std::string& id) const {
+    const BatteryModel alone = enlarged(BatteryModel(), id), model = enlarged(state.model, id);
+    bool one_sided = true;
+    for (const Coordinate& c : coordinatesOf(alone))
+      if (c.strength && !c.logarithmic && c.lower < c.zero) one_sided = false;
+    std::vector<GridPoint> grid;
+    for (const CompositionPoint& point : gridOf(alone)) {
+      CompositionPoint there = embedded(state.model, state.point, model);
+      for (const ParameterInfo& info : alone.parameters())
+        if (!state.model.parameterRow(info.name)) there.parameters[*model.parameterRow(info.name)] = point.parameters[*alone.parameterRow(info.name)];
+      beginNewStates(model, there, state.model);
+      const RowErrors with = rows_.errors(model, there);
+      if (with.error.size() == 0) continue;
+      GridPoint one{id, point, one_sided, state.error - with.error(counted_)};
+      if (one.added.squaredNorm() > 1e-14) grid.push_back(std::move(one));
     }
+    return grid;
   }
 
   /// Factors of the columns' products with their priors, in units of the tempered noise.
@@ -402,17 +460,17 @@ class Explainer {
   }
 
   /// Gain of ln evidence by each grid point beside a state, noise taken anew, any multiple of it allowed.
-  std::vector<double> gridGains(const State& state) const {
+  std::vector<double> gridGains(const State& state, const std::vector<GridPoint>& grid) const {
     const Sums sums = sumsOf(state, false);
     const Eigen::VectorXd left = sums.targets - sums.columns * state.fit.z;
     const Eigen::LDLT<Eigen::MatrixXd> factor = penalised(sums, state);
     const double rss = left.squaredNorm(), rows = found_.temper * sums.problem.rows;
     std::vector<double> gains;
-    for (const GridPoint& point : grid_) {
-      const Eigen::VectorXd cross = sums.columns.transpose() * point.added;
-      const double length = point.added.squaredNorm() - cross.dot(factor.solve(cross)), along = point.added.dot(left);
+    for (const GridPoint& point : grid) {
+      const Eigen::VectorXd added = trusted(state, point.added), cross = sums.columns.transpose() * added;
+      const double length = added.squaredNorm() - cross.dot(factor.solve(cross)), along = added.dot(left);
       gains.push_back(0.0);
-      if (!(length > 1e-8 * point.added.squaredNorm()) || (point.one_sided && along < 0.0)) continue;
+      if (!(length > 1e-8 * added.squaredNorm()) || (point.one_sided && along < 0.0)) continue;
       const double share = std::min(along * along / length / rss, 1.0 - 1e-9);
       gains.back() = -0.5 * rows * std::log1p(-share) - 0.5 * std::log1p(kWideStrength * kWideStrength * rows * length / (rss * (1.0 - share)));
     }
@@ -421,13 +479,35 @@ class Explainer {
 
   /// A state with one effect more, from a point of its grid; the first steps of its fit. @param gain that the grid promises.
   State withMember(const State& state, const GridPoint& from, double gain) const {
+    const double share = from.added.squaredNorm() > 0.0 ? strengthOf(state, from) : 1.0;
+    State next = enlargedBy(state, from, share);
+    begin(next, kTasteIterations);
+    const auto keepsPromise = [&] { return next.evidence - state.evidence > kPromised * gain; };
+    if (!keepsPromise() || isDistorted(state)) {
+      // A circuit that has taken the effect up is far from where it belongs: once more from Table I.
+      State typical = next;
+      for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
+      begin(typical, kTasteIterations);
+      if (typical.evidence > next.evidence) next = std::move(typical);
+    }
+    if (!keepsPromise()) {
+      // The linear guess overshot: once more from hardly any of it, beside what fits without.
+      State weak = enlargedBy(state, from, std::copysign(kWeak, share));
+      begin(weak, kTasteIterations);
+      if (weak.evidence > next.evidence) next = std::move(weak);
+    }
+    if (std::isfinite(next.evidence)) improve(next, kFirstIterations - kTasteIterations);
+    return next;
+  }
+
+  /// A state with one effect more at a multiple of a grid point's strengths; not placed.
+  State enlargedBy(const State& state, const GridPoint& from, double share) const {
     State next = state;
     next.model = enlarged(state.model, from.id);
     next.members.push_back(from.id);
     next.coordinates = coordinatesOf(next.model);
     next.point = embedded(state.model, state.point, next.model);
     const BatteryModel alone = enlarged(BatteryModel(), from.id);
-    const double share = from.added.squaredNorm() > 0.0 ? strengthOf(state, from) : 1.0;
     for (const Coordinate& c : next.coordinates) {
       if (c.row < kBaseRows || c.row >= next.model.parameterCount()) continue;
       const ParameterInfo& info = next.model.parameters()[static_cast<std::size_t>(c.row)];
@@ -435,17 +515,7 @@ class Explainer {
       const double there = from.point.parameters[*alone.parameterRow(info.name)];
       next.point.parameters[c.row] = c.strength && !c.logarithmic ? c.value(std::clamp(share, -most(c), most(c)) * c.of(there)) : there;
     }
-    for (Eigen::Index k = 1; k < next.model.stateCount(); ++k)
-      if (next.model.states()[static_cast<std::size_t>(k)].begins_as_u_c2) next.point.state[k] = next.point.state[0];
-    begin(next, kTasteIterations);
-    if (!(next.evidence - state.evidence > kPromised * gain) || isDistorted(state)) {
-      // A circuit that has taken the effect up is far from where it belongs: once more from Table I.
-      State typical = next;
-      for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
-      begin(typical, kTasteIterations);
-      if (typical.evidence > next.evidence) next = std::move(typical);
-    }
-    if (std::isfinite(next.evidence)) improve(next, kFirstIterations - kTasteIterations);
+    beginNewStates(next.model, next.point, state.model);
     return next;
   }
 
@@ -470,9 +540,9 @@ class Explainer {
   /// Multiple of a grid point that a state's errors ask for; at least a tenth.
   double strengthOf(const State& state, const GridPoint& from) const {
     const Sums sums = sumsOf(state, false);
-    const Eigen::VectorXd cross = sums.columns.transpose() * from.added;
-    const double length = from.added.squaredNorm() - cross.dot(penalised(sums, state).solve(cross));
-    const double share = from.added.dot(sums.targets - sums.columns * state.fit.z) / std::max(length, 1e-300);
+    const Eigen::VectorXd added = trusted(state, from.added), cross = sums.columns.transpose() * added;
+    const double length = added.squaredNorm() - cross.dot(penalised(sums, state).solve(cross));
+    const double share = added.dot(sums.targets - sums.columns * state.fit.z) / std::max(length, 1e-300);
     return std::abs(share) < 0.1 ? std::copysign(0.1, share) : share;
   }
 
@@ -486,14 +556,21 @@ class Explainer {
 
   bool isSpent() const { return spent_ > kBudget; }
 
-  /// The likeliest effects beside a state, each fitted; best first. @param only of one family, or all.
+  /// The likeliest effects beside a state, each fitted; best first. @param only of one family, its grid taken anew beside the
+  /// state: a side reaction shows where the circuit with its acceptance lets the voltage rise, and not where the circuit alone does.
   std::vector<State> withMembers(const State& state, std::optional<Family> only) {
     if (isSpent()) return {};
-    const std::vector<double> gains = gridGains(state);
+    std::vector<GridPoint> anew;
+    if (only)
+      for (const std::string& id : ids_)
+        if (familyOf(id) == *only && !isUsed(id, state))
+          for (GridPoint& point : gridBeside(state, id)) anew.push_back(std::move(point));
+    const std::vector<GridPoint>& grid = only ? anew : grid_;
+    const std::vector<double> gains = gridGains(state, grid);
     std::map<std::string, std::size_t> best;
-    for (std::size_t g = 0; g < grid_.size(); ++g) {
-      const std::string& id = grid_[g].id;
-      if (isUsed(id, state) || (only && familyOf(id) != *only) || !(gains[g] > 0.0)) continue;
+    for (std::size_t g = 0; g < grid.size(); ++g) {
+      const std::string& id = grid[g].id;
+      if (isUsed(id, state) || !(gains[g] > 0.0)) continue;
       if (!best.count(id) || gains[g] > gains[best[id]]) best[id] = g;
     }
     std::vector<std::size_t> order;
@@ -502,11 +579,11 @@ class Explainer {
     std::set<Family> seen;
     std::vector<State> fitted;
     for (std::size_t k = 0; k < order.size(); ++k) {
-      const bool first_of_family = seen.insert(familyOf(grid_[order[k]].id)).second;
+      const bool first_of_family = seen.insert(familyOf(grid[order[k]].id)).second;
       if (k >= kClosest && !(first_of_family && gains[order[k]] > kWorthATry * gains[order.front()])) continue;
-      fitted.push_back(withMember(state, grid_[order[k]], gains[order[k]]));
+      fitted.push_back(withMember(state, grid[order[k]], gains[order[k]]));
     }
-    const auto best_first = [](const State& a, const State& b) { return a.evidence > b.evidence; };
+    const auto best_first = [this](const State& a, const State& b) { return rankOf(a) > rankOf(b); };
     std::stable_sort(fitted.begin(), fitted.end(), best_first);
     const double best_gain = fitted.empty() ? 0.0 : fitted.front().evidence - state.evidence;
     for (std::size_t k = 0; k < fitted.size(); ++k)
@@ -522,11 +599,25 @@ class Explainer {
     return std::find(there.begin(), there.end(), id) != there.end();
   }
 
-  /// Whether an effect stands for its family's columns: as evident, or what they explain beyond it does not matter.
-  bool doesAsWell(const State& member, const State& columns) const {
+  /// What the fit of a state explains beyond that of another [V].
+  static double beyond(const State& more, const State& less) {
+    return std::sqrt(std::max(0.0, std::pow(less.fit.noise, 2) - std::pow(more.fit.noise, 2)));
+  }
+
+  /// What the effects of a family that a state has explain [V].
+  static double explainedBy(Family family, const State& state) {
+    const bool named = std::any_of(state.members.begin(), state.members.end(), [&](const std::string& id) { return familyOf(id) == family; });
+    return named && state.explained.count(family) ? state.explained.at(family) : 0.0;
+  }
+
+  /// Whether effects stand for their family's columns: as evident, or these find nothing beside them that matters, or no more
+  /// than a battery's own law differs from the catalogue's. @param without the family.
+  bool doesAsWell(const State& member, const State& columns, Family family, const State& without) const {
     if (member.evidence > columns.evidence - rules_.tie) return true;
-    const double more = std::sqrt(std::max(0.0, std::pow(member.fit.noise, 2) - std::pow(columns.fit.noise, 2)));
-    return more < std::max(relevant_, 0.5 * columns.fit.noise);
+    const State beside = withColumns(member, family);
+    if (beside.evidence - member.evidence < rules_.least_gain) return true;
+    const double family_brings = std::hypot(beyond(beside, without), explainedBy(family, without));
+    return beyond(beside, member) < std::max({relevant_, 0.5 * beside.fit.noise, kDiscrepancy * family_brings});
   }
 
   /// By what one explanation is taken before another: of two that are as good the one with fewer effects, an equation before columns.
@@ -539,8 +630,20 @@ class Explainer {
   State standingFor(Family family, const State& beside, const std::vector<State>& members) const {
     State learnt = withColumns(beside, family);
     for (const State& member : members)
-      if (familyOf(member.members.back()) == family) return doesAsWell(member, learnt) ? member : learnt;
+      if (familyOf(member.members.back()) == family) return doesAsWell(member, learnt, family, beside) ? member : learnt;
     return learnt;
+  }
+
+  /// The same once a family is chosen: its effects one after the other, while each is worth it, until they do as well as its columns.
+  State membersFor(Family family, const State& beside, State columns) {
+    State best = beside;
+    for (int count = 0; count < rules_.most_components; ++count) {
+      const std::vector<State> members = withMembers(best, family);
+      if (members.empty() || members.front().evidence - best.evidence < rules_.least_gain || !matters(members.front(), best)) break;
+      best = members.front();
+      if (doesAsWell(best, columns, family, beside)) return best;
+    }
+    return columns;
   }
 
   /// Whether a part moves the voltage by enough to matter.
@@ -554,20 +657,44 @@ class Explainer {
     return physics ? std::max(rules_.least_gain, kDiscrepancy * state.structure_gain) : rules_.least_gain;
   }
 
-  /// Takes in the family of greatest evidence. @return whether one was worth it.
+  /// Whether columns are no more than what the effects named of their family may leave of it.
+  bool isRestOfNamed(const State& columns, const State& state, Family family) const {
+    if (columns.learnt.size() == state.learnt.size()) return false;
+    return beyond(columns, state) < kDiscrepancy * std::hypot(beyond(columns, state), explainedBy(family, state));
+  }
+
+  /// Whether physics beside an effect of structure is no more than the structure's columns hold: another circuit than the catalogue's.
+  bool isHeldByStructure(const State& with, const State& without, Family family) const {
+    if (family == Family::kStructure || family == Family::kInstrument || !(explainedBy(Family::kStructure, without) > 0.0)) return false;
+    return withColumns(with, Family::kStructure).evidence - withColumns(without, Family::kStructure).evidence < rules_.least_gain;
+  }
+
+  static std::set<std::string> partsOf(const State& state) {
+    std::set<std::string> parts(state.members.begin(), state.members.end());
+    for (const Family family : state.learnt) parts.insert(familyId(family));
+    return parts;
+  }
+
+  /// Takes in the family of greatest evidence. The same parts get the same family once: what was taken and let go does not come
+  /// again and again. @return whether one was worth it.
   bool extend(State& state) {
     const std::vector<State> members = withMembers(state, std::nullopt);
     State best = state;
+    std::optional<Family> chosen;
+    const std::set<std::string> parts = partsOf(state);
     for (const Family family : kAllFamilies) {
-      if (state.learnt.count(family)) continue;
+      if (state.learnt.count(family) || tried_.count({parts, family})) continue;
       const State of_family = standingFor(family, state, members);
-      if (of_family.evidence - state.evidence < needed(state, family)) continue;
-      if (rankOf(of_family) > rankOf(best) && matters(of_family, state)) best = of_family;
+      if (of_family.evidence - state.evidence < needed(state, family) || isHeldByStructure(of_family, state, family)) continue;
+      if (!(rankOf(of_family) > rankOf(best)) || !matters(of_family, state) || isRestOfNamed(of_family, state, family)) continue;
+      best = of_family;
+      chosen = family;
     }
-    if (best.members.size() + best.learnt.size() == state.members.size() + state.learnt.size()) return false;
-    const bool structural = best.learnt.size() > state.learnt.size() ? best.learnt.count(Family::kStructure) > state.learnt.count(Family::kStructure)
-                                                                     : familyOf(best.members.back()) == Family::kStructure;
-    if (structural) best.structure_gain = std::max(state.structure_gain, best.evidence - state.evidence);
+    if (!chosen) return false;
+    tried_.insert({parts, *chosen});
+    if (best.learnt.size() > state.learnt.size()) best = membersFor(*chosen, state, best);
+    best.explained[*chosen] = std::hypot(explainedBy(*chosen, state), beyond(best, state));
+    if (*chosen == Family::kStructure) best.structure_gain = std::max(state.structure_gain, best.evidence - state.evidence);
     state = std::move(best);
     improve(state);
     return true;
@@ -585,7 +712,7 @@ class Explainer {
         continue;
       }
       const std::vector<State> members = withMembers(without, family);
-      if (!members.empty() && doesAsWell(members.front(), state)) state = members.front();
+      if (!members.empty() && doesAsWell(members.front(), state, family, without)) state = members.front();
     }
     for (const std::string& id : state.members)
       if (familyOf(id) == Family::kStructure)
@@ -593,7 +720,8 @@ class Explainer {
     for (const std::string& id : std::vector<std::string>(state.members)) {
       if (state.members.size() + state.learnt.size() < 2) return;
       State without = withoutMember(state, id);
-      if (state.evidence - without.evidence < needed(state, familyOf(id)) || !matters(state, without)) state = std::move(without);
+      if (state.evidence - without.evidence < needed(state, familyOf(id)) || !matters(state, without) || isHeldByStructure(state, without, familyOf(id)))
+        state = std::move(without);
     }
   }
 
@@ -638,7 +766,7 @@ class Explainer {
         improve(without);
         takePlace(state, without, family, "");
       }
-      if (!better_ || round + 1 == kSwaps || isSpent()) break;
+      if (!better_ || !given_.empty() || round + 1 == kSwaps || isSpent()) break;
       state = std::move(*better_);
       improve(state);
     }
@@ -677,7 +805,7 @@ class Explainer {
         if (!isUsed(alike, state) && std::find(one.tied.begin(), one.tied.end(), alike) == one.tied.end()) one.tied.push_back(alike);
     if (id.empty() && !better_)
       for (const State& member : members)
-        if (familyOf(member.members.back()) == family && doesAsWell(member, state)) {
+        if (familyOf(member.members.back()) == family && doesAsWell(member, state, family, without)) {
           better_ = member;
           break;
         }
@@ -697,9 +825,11 @@ class Explainer {
   /// What a state says of the counted rows, up to what is common to all [V].
   Eigen::VectorXd modelled(const State& state) const {
     const auto known = static_cast<Eigen::Index>(state.coordinates.size());
-    const Sums sums = sumsOf(state, false);
-    const Eigen::Index free = sums.columns.cols() - known - kWander;
-    return sums.columns.middleCols(known, free) * state.fit.z.segment(known, free) - state.error;
+    Eigen::VectorXd said = -state.error;
+    Eigen::Index j = known;
+    for (std::size_t k = 0; k < table_.columns.size(); ++k)
+      if (state.learnt.count(table_.columns[k].family)) said += free_.col(static_cast<Eigen::Index>(k)) * state.fit.z[j++];
+    return said;
   }
 
   double rmsBesideBase(const Eigen::VectorXd& part) const {
@@ -714,7 +844,7 @@ class Explainer {
   void takeRest(const State& state) {
     const Sums sums = sumsOf(state, true);
     const LinearFit all = fitOf(sums);
-    found_.left_gain = all.evidence - state.evidence;
+    found_.left_gain = all.evidence - state.fit.evidence;
     Eigen::VectorXd part = Eigen::VectorXd::Zero(free_.rows());
     for (std::size_t k = 0; k < table_.columns.size(); ++k)
       if (!state.learnt.count(table_.columns[k].family))
@@ -759,8 +889,8 @@ class Explainer {
     std::set<std::string> done;
     for (const GridPoint& point : grid_) {
       if (isUsed(point.id, state) || !done.insert(point.id).second) continue;
-      const Eigen::VectorXd cross = sums.columns.transpose() * point.added;
-      const double length = std::max(1e-300, point.added.squaredNorm() - cross.dot(factor.solve(cross)));
+      const Eigen::VectorXd added = trusted(state, point.added), cross = sums.columns.transpose() * added;
+      const double length = std::max(1e-300, added.squaredNorm() - cross.dot(factor.solve(cross)));
       const double information = found_.temper * length / (state.fit.noise * state.fit.noise);
       const double evident = std::sqrt(2.0 * (rules_.least_gain + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) / information);
       const double matters = std::max(relevant_, 0.5 * state.fit.noise) / std::sqrt(length / static_cast<double>(counted_.size()));
@@ -784,6 +914,7 @@ class Explainer {
     return {point.id, "", "", std::nullopt, 0.0};
   }
 
+  const Drive& drive_;
   const ForceTable& table_;
   ExplanationRules rules_;
   std::vector<std::string> ids_, given_;
@@ -794,6 +925,7 @@ class Explainer {
   Eigen::MatrixXd free_, free_products_;  // the table's columns and the wander's ramps
   double most_wander_ = 0.0, relevant_ = 0.0;  // [V]
   std::vector<GridPoint> grid_;
+  std::set<std::pair<std::set<std::string>, Family>> tried_;  // families taken beside these parts
   mutable double spent_ = 0.0;   // rows simulated with derivatives
   std::optional<State> better_;  // than the state, by what could stand in a place
   Explanation found_;

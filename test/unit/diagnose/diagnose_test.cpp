@@ -114,7 +114,7 @@ TEST(Diagnose, WhatIsConfirmedIsNamedOnceItIsPutIn) {
   EXPECT_THROW(diagnose(recordingOfDrive(600.0), options), std::invalid_argument);
 }
 
-TEST(Diagnose, OneSampleASecondWhoseVoltageIsHalfASecondLateIsTheInstruments) {
+TEST(Diagnose, OneSampleASecondWhoseVoltageIsHalfASecondLateIsNamedSo) {
   constexpr std::size_t kSecond = 100, kLate = 50;  // samples at 100 Hz
   const Series fast = baseDrive(3, 1200.0);
   Recording recording;
@@ -126,6 +126,10 @@ TEST(Diagnose, OneSampleASecondWhoseVoltageIsHalfASecondLateIsTheInstruments) {
   }
   recording.offered = recording.series.size();
   const Diagnosis diagnosis = diagnose(recording);
+  ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
+  EXPECT_EQ("time_skew", diagnosis.effects.front().id);
+  ASSERT_FALSE(diagnosis.effects.front().parameters.empty());
+  EXPECT_NEAR(0.5, diagnosis.effects.front().parameters.front().value, 0.1);
   EXPECT_EQ(Family::kInstrument, diagnosis.family) << diagnosis.summary;
 }
 
