@@ -122,7 +122,8 @@ std::string chartHtml(const std::string& title, const Axis& x, const std::string
     key += element("span", element("i", "", "style=\"border-color:var(--" + curve.css_class + ");border-top-style:" +
                                                 (curve.is_round ? "solid" : "dashed") + "\"") + curve.name);
   }
-  const std::string svg = element("svg", lines, "viewBox=\"0 0 640 232\" role=\"img\" aria-label=\"" + title + "; the table below has the numbers\"");
+  const std::string svg = element("svg", lines, "viewBox=\"0 0 640 232\" role=\"img\" aria-label=\"" + title +
+                                                    "; the table below has the numbers\"");
   return element("figure", element("figcaption", element("span", title, "class=\"what\"") + element("span", key, "class=\"legend\"")) + svg,
                  "class=\"chart\"");
 }
@@ -159,8 +160,9 @@ std::string currentChart(const LearnedFinding& learned) {
 }
 
 std::string bandNote(const LearnedFinding& learned) {
-  const bool is_known = std::any_of(learned.answers.begin(), learned.answers.end(), [](const ForceAnswer& one) { return one.charging_std.has_value(); });
-  return is_known ? element("p", "Bands: 95 % by the posterior of what was learnt; what no column can follow is not in them.", "class=\"note\"") : "";
+  const auto has_band = [](const ForceAnswer& one) { return one.charging_std.has_value(); };
+  if (std::none_of(learned.answers.begin(), learned.answers.end(), has_band)) return "";
+  return element("p", "Bands: 95 % by the posterior of what was learnt; what no column can follow is not in them.", "class=\"note\"");
 }
 
 std::string answerTable(const LearnedFinding& learned) {
@@ -204,8 +206,9 @@ std::string nearestHtml(const Diagnosis& d) {
 
 std::string forceHtml(const Diagnosis& d) {
   const LearnedFinding& learned = *d.learned;
-  const std::string charts = memoryChart(learned) + currentChart(learned), numbers = answerTable(learned) + currentTable(learned);
-  return nearestHtml(d) + charts + bandNote(learned) + (numbers.empty() ? "" : element("details", element("summary", "The same in numbers") + numbers));
+  const std::string numbers = answerTable(learned) + currentTable(learned);
+  return nearestHtml(d) + memoryChart(learned) + currentChart(learned) + bandNote(learned) +
+         (numbers.empty() ? "" : element("details", element("summary", "The same in numbers") + numbers));
 }
 
 }  // namespace battery_sof

@@ -127,7 +127,8 @@ std::string driveText(const Drawing& drawing) {
 
 std::string imposedKey(const Drawing& drawing) {
   const std::size_t stretches = drawing.diagnosis.source.voltage_imposed.size();
-  std::string text = element("span", "", "class=\"swatch imposed\"") + sentence(" hatched: a source imposes the voltage (%zu stretches", stretches);
+  std::string text = element("span", "", "class=\"swatch imposed\"") +
+                     sentence(" hatched: a source imposes the voltage (%zu stretches", stretches);
   if (stretches > kStretchesShown) text += sentence(", the first %zu drawn", kStretchesShown);
   return text + "); elsewhere the current is imposed. ";
 }
