@@ -2,9 +2,13 @@
 
 #include <array>
 #include <cmath>
+#include <type_traits>
 #include <vector>
 
+#include "battery_sof/model/closed_form_slopes.hpp"
+#include "battery_sof/model/matched_flow.hpp"
 #include "effects/effect_definition.hpp"
+#include "step_trail.hpp"
 
 namespace battery_sof {
 
@@ -89,13 +93,15 @@ class DoubleLayer {
                S* log_activity, S* ladder) {
     if (duration <= 0.0) return;
     if (isPlain(present)) {
-      u = S(closedFormAdvance(clamped(S(present.beta * u)), current, present.i0,
-                              S(present.beta * (0.5 * duration) / present.c2)) /
-            present.beta);
+      advancePlain(present, current, duration, u);
+      return;
+    }
+    prepare(p, present);
+    if (!has_activity_ && !has_ladder_) {
+      flow(p, present, current, duration, u);
       return;
     }
     load(u, log_activity, ladder);
-    prepare(p, present);
     double left = duration;
     while (left > 0.0) {
       double h = std::min(left, suggested_);
@@ -158,9 +164,13 @@ class DoubleLayer {
   /// Length of the next implicit step [s], as the last ones suggest; part of what makes two runs alike.
   double suggestedStep() const { return suggested_; }
   void suggestStep(double step) { suggested_ = step; }
+  /// @param trail of the trials of a hold, in which this one takes part; null: none. Arithmetic Slope leaves its roots in it.
+  void useTrail(StepTrail* trail) { trail_ = trail; }
 
  private:
   static constexpr double kTolerance = 4e-5;  // [V] between one implicit step and its halves
+  static constexpr double kFlowTolerance = 2e-6;  // [V], what a matched step misses
+  static constexpr double kSecant = 1e-3;     // [V], over which a side current's slope is taken
   static constexpr double kShortest = 1e-7;   // [s]
   static constexpr double kMostExponent = 300.0;
   static constexpr double kMostMoved = 0.01;   // [V], a first guess goes on at the last step's rate up to here
@@ -180,15 +190,91 @@ class DoubleLayer {
   bool isPlain(const Present<S>& present) const {
     return side_.empty() && !has_activity_ && !has_ladder_ && !is_limited_ && isHalf(present.alpha);
   }
+  /// The exact step: values and slopes in doubles, then one sum over what may carry derivatives.
+  static void advancePlain(const Present<S>& present, const S& current, double duration, S& u) {
+    const double beta = valueOf(present.beta), c2 = valueOf(present.c2), half_rate = 0.5 * beta * duration / c2;
+    const double wanted = beta * valueOf(u), w = std::clamp(wanted, -2.0 * kMostExponent, 2.0 * kMostExponent);
+    const ClosedFormSlopes after = closedFormSlopes(w, valueOf(current), valueOf(present.i0), half_rate);
+    if constexpr (std::is_same_v<S, double>) {
+      u = after.w / beta;
+    } else {
+      const double to_w = w == wanted ? after.to_w : 0.0, rate = after.to_half_rate * half_rate;
+      u.derivatives() = to_w * u.derivatives() + (after.to_current / beta) * current.derivatives() +
+                        ((to_w * w + rate - after.w) / (beta * beta)) * present.beta.derivatives() -
+                        (rate / (beta * c2)) * present.c2.derivatives() + (after.to_i0 / beta) * present.i0.derivatives();
+      u.value() = after.w / beta;
+    }
+  }
+  /// Matched steps of the layer's voltage alone, as long as the current at their end is the one that was assumed.
+  void flow(const S* p, const Present<S>& present, const S& current, double duration, S& u) {
+    const bool charging_is_steeper = valueOf(charging_slope_) >= valueOf(discharging_slope_);
+    const S k = charging_is_steeper ? charging_slope_ : discharging_slope_;
+    const S storage = S(2.0 * present.c2 / k);
+    MatchedCurrent<S> at = currentAt(p, present, u, k);
+    for (double left = duration; left > 0.0;) {
+      double h = std::min(left, suggested_);
+      if (h > 0.999 * left) h = left;
+      const FlowEnd<S> end = matchedFlow(at, current, k, S(storage * (1.0 / h)));
+      const S next = S(u + end.moved);
+      const MatchedCurrent<S> after = currentAt(p, present, next, k);
+      const double grown = valueOf(end.growth);
+      const double assumed = valueOf(at.value) + valueOf(at.rising) * (grown - 1.0) - valueOf(at.falling) * (1.0 / grown - 1.0);
+      const double slope = valueOf(k) * (valueOf(after.rising) + valueOf(after.falling));
+      const double error = flowError(valueOf(after.value) - assumed, slope, h / valueOf(present.c2));
+      const double wanted = h * std::clamp(0.9 * std::pow(kFlowTolerance / std::max(error, 1e-12), 0.25), 0.2, 4.0);
+      const bool accepted = error <= kFlowTolerance || h <= kShortest;
+      if (accepted) {
+        u = next;
+        at = after;
+        left -= h;
+      }
+      suggested_ = std::max(accepted && h < suggested_ ? std::max(wanted, suggested_) : wanted, kShortest);
+    }
+  }
+  /// @return [V]: a current that is missed in the end by `missed` and began right has been missed by as much as grows with the
+  /// third power of time; over long steps the layer settles where it is not.
+  static double flowError(double missed, double slope, double inverse_rate) {
+    const double error = std::abs(missed) * inverse_rate / (4.0 + slope * inverse_rate);
+    return std::isfinite(error) ? error : HUGE_VAL;
+  }
+
+  /// What flows through the layer around u. @param k [1/V], of the exponentials that stand for it.
+  MatchedCurrent<S> currentAt(const S* p, const Present<S>& present, const S& u, const S& k) const {
+    using std::exp;
+    const S risen = S(exp(bounded(S(charging_slope_ * u))));
+    const S charging = is_limited_ ? S(present.i0 * present.reactivity * risen) : S(present.i0 * risen);
+    const S discharging = is_symmetric_ ? S(present.i0 / risen) : S(present.i0 * exp(bounded(S(-discharging_slope_ * u))));
+    MatchedCurrent<S> at = is_limited_ ? limitedAt(present, charging, discharging, k) : reactionAt(charging, discharging, k);
+    for (const BoundEffect& side : side_) {
+      const S here = kernelOf(*side.effect, u).sideCurrent(parametersOf(p, side), u, present);
+      const S beyond = kernelOf(*side.effect, u).sideCurrent(parametersOf(p, side), S(u + kSecant), present);
+      const S half_slope = S((beyond - here) * (0.5 / kSecant) / k);
+      at.value = S(at.value + here);
+      at.rising = S(at.rising + half_slope);
+      at.falling = S(at.falling + half_slope);
+    }
+    return at;
+  }
+  MatchedCurrent<S> reactionAt(const S& charging, const S& discharging, const S& k) const {
+    if (is_symmetric_) return {S(charging - discharging), charging, discharging};
+    const S a = S(charging_slope_ / k), b = S(discharging_slope_ / k);
+    return {S(charging - discharging), S(0.5 * (a * (1.0 + a) * charging + b * (1.0 - b) * discharging)),
+            S(0.5 * (a * (1.0 - a) * charging + b * (1.0 + b) * discharging))};
+  }
+  /// Of the reaction with a limited supply; slope and curvature in units of k and its square.
+  MatchedCurrent<S> limitedAt(const Present<S>& present, const S& charging, const S& discharging, const S& k) const {
+    const S a = S(charging_slope_ / k), b = S(discharging_slope_ / k);
+    const S fed = S(a * charging * present.inverse_supply), share = S(1.0 / (1.0 + charging * present.inverse_supply));
+    const S value = S((charging - discharging) * share);
+    const S slope = S((a * charging + b * discharging - value * fed) * share);
+    const S curvature = S((a * a * charging - b * b * discharging - 2.0 * slope * fed - value * a * fed) * share);
+    return {value, positivePart(S(0.5 * (slope + curvature))), positivePart(S(0.5 * (slope - curvature)))};
+  }
+
   static bool isHalf(double alpha) { return alpha == 0.5; }
   template <typename D>
   static bool isHalf(const Eigen::AutoDiffScalar<D>& alpha) {
     return alpha.value() == 0.5 && (alpha.derivatives().array() == 0.0).all();
-  }
-  template <typename T>
-  static T clamped(const T& exponent) {
-    const double value = valueOf(exponent);
-    return std::abs(value) > 2.0 * kMostExponent ? T(std::copysign(2.0 * kMostExponent, value)) : exponent;
   }
   template <typename T>
   static T bounded(const T& exponent) {
@@ -295,7 +381,7 @@ class DoubleLayer {
                               held,
                               present_slope_,
                               h};
-    const Root root = solve(values, guess);
+    const Root root = rootOf(values, guess, h, valueOf(current));
     S activity(1.0);
     const S rest = balance<S>(
         stage, S(root.u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
@@ -304,6 +390,7 @@ class DoubleLayer {
     // the implicit function's.
     const S moved = S(rest * (-1.0 / root.slope));
     to[0] = S(root.u + moved);
+    leaveOnTrail({h, valueOf(current), valueOf(to[0]), 0.0, root.slope, root.activity_slope}, to[0]);
     if (has_activity_) to[1] = S(activity + root.activity_slope * moved);
     if (has_ladder_)
       for (int k = 0; k < kLadderRungs; ++k) {
@@ -333,6 +420,24 @@ class DoubleLayer {
     double u, slope;        // of the balance
     double activity_slope;  // d activity / du
   };
+  /// Where a step ends, from where an earlier trial of the same hold ended it: so close by its slopes serve as they are.
+  Root rootOf(const Stage<Slope>& stage, double guess, double h, double current) const {
+    const StepTrail::Root* hint = trail_ ? trail_->hint(h) : nullptr;
+    if (!hint) return solve(stage, guess);
+    const double moved = hint->to_current * (current - hint->current);
+    if (std::abs(moved) <= kSettled) return {hint->u + moved, hint->slope, hint->activity_slope};
+    return solve(stage, hint->u + moved);
+  }
+  void leaveOnTrail(StepTrail::Root root, const S& u) const {
+    if (!trail_) return;
+    if constexpr (std::is_same_v<S, Slope>) {
+      root.to_current = u.derivatives()[0];
+      trail_->leave(root);
+    } else {
+      trail_->skip();
+    }
+  }
+
   /// Newton's method inside a bracket that grows from the start; the balance rises with u.
   Root solve(const Stage<Slope>& stage, double start) const {
     Slope activity(1.0);
@@ -389,6 +494,7 @@ class DoubleLayer {
   double dispersion_ = -1.0;
   double suggested_ = 1.0;  // [s]
   double rate_ = 0.0;       // of u in the last step [V/s]
+  StepTrail* trail_ = nullptr;
   S charging_slope_ = S(0.0), discharging_slope_ = S(0.0);  // alpha beta, (1 - alpha) beta [1/V]
   Slope charging_slope_value_ = Slope(0.0), discharging_slope_value_ = Slope(0.0);
   Present<Slope> present_slope_;

@@ -52,7 +52,7 @@ class ForceRun {
   double beyond() const { return beyond_; }      ///< [V], by which columns were held inside their ranges then
   std::vector<S>& state() { return state_; }
   const std::vector<S>& state() const { return state_; }
-  void setVoltage(const S& voltage) { voltage_ = voltage; }
+  void setBeyond(double beyond) { beyond_ = beyond; }
 
  private:
   /// Exact step of the linearised double layer under what it answers to, all held at the interval's middle.

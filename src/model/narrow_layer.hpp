@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <stdexcept>
 #include <vector>
@@ -25,6 +26,8 @@ class LayerOf {
                       double u) const = 0;
   virtual double suggestedStep() const = 0;
   virtual void suggestStep(double step) = 0;
+  /// As DoubleLayer::useTrail().
+  virtual void useTrail(StepTrail* trail) = 0;
 };
 
 /// In S itself.
@@ -47,6 +50,7 @@ class WideLayer final : public LayerOf<S> {
   }
   double suggestedStep() const override { return layer_.suggestedStep(); }
   void suggestStep(double step) override { layer_.suggestStep(step); }
+  void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
 
  private:
   DoubleLayer<S> layer_;
@@ -102,6 +106,7 @@ class NarrowLayer final : public LayerOf<S> {
   }
   double suggestedStep() const override { return layer_.suggestedStep(); }
   void suggestStep(double step) override { layer_.suggestStep(step); }
+  void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
 
  private:
   void prepare(const S* p, const Present<S>& present) {
@@ -137,6 +142,102 @@ class NarrowLayer final : public LayerOf<S> {
     x.value() = narrow.value();
     for (std::size_t k = 0; k < shape_.lanes.size(); ++k)
       x.derivatives()[shape_.lanes[k]] = narrow.derivatives()[static_cast<Eigen::Index>(k)];
+  }
+
+  DoubleLayer<Dual<N>> layer_;
+  Shape shape_;
+  std::vector<Dual<N>> p_;
+  Present<Dual<N>> present_;
+};
+
+/**
+ * @brief In numbers of N derivatives, one for each quantity that flows into a step; chained to the lanes of S afterwards.
+ *
+ * For a simulation behind a source, where every lane reaches the layer: what flows into its implicit steps is few all the same
+ * (its states, the current, capacitance, slope and the parameters of what is bound to it). For layers without ladder.
+ */
+template <typename S, int N>
+class LocalLayer final : public LayerOf<S> {
+ public:
+  /// What of it never changes.
+  struct Shape {
+    std::vector<int> parameters;  ///< of the effects that are bound to the layer
+    std::size_t parameter_count;  ///< of all
+    bool has_activity;
+    bool adapts;                  ///< an effect changes the base model's parameters
+    Eigen::Index firstFree() const { return kActivity + (has_activity ? 1 : 0); }
+    /// Quantities that flow into a step; at most N.
+    Eigen::Index inputs() const { return firstFree() + static_cast<Eigen::Index>(parameters.size()) + (adapts ? kAdapted : 0); }
+  };
+  LocalLayer(DoubleLayer<Dual<N>> layer, Shape shape) : layer_(std::move(layer)), shape_(std::move(shape)) {}
+  std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<LocalLayer>(*this); }
+
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, S& u, S* log_activity, S*) override {
+    prepare(p, present);
+    const Dual<N> held = own(current, kCurrent);
+    Dual<N> local_u = own(u, kU), local_activity = log_activity ? own(*log_activity, kActivity) : Dual<N>(0.0);
+    layer_.advance(p_.data(), present_, held, duration, local_u, log_activity ? &local_activity : nullptr, nullptr);
+    const S before = u;
+    const S activity_before = log_activity ? *log_activity : S(0.0);
+    const auto chain = [&](const Dual<N>& local, S& x) {
+      const auto& d = local.derivatives();
+      x.value() = local.value();
+      x.derivatives() = d[kU] * before.derivatives() + d[kCurrent] * current.derivatives() + d[kC2] * present.c2.derivatives() +
+                        d[kBeta] * present.beta.derivatives() + d[kUDc] * present.u_dc.derivatives();
+      if (log_activity) x.derivatives() += d[kActivity] * activity_before.derivatives();
+      Eigen::Index k = shape_.firstFree();
+      for (const int j : shape_.parameters) x.derivatives() += d[k++] * p[j].derivatives();
+      if (!shape_.adapts) return;
+      for (const S* adapted : adaptedOf(present)) x.derivatives() += d[k++] * adapted->derivatives();
+    };
+    chain(local_u, u);
+    if (log_activity) chain(local_activity, *log_activity);
+  }
+  SourceStep atSource(const S*, const Present<S>&, double, double, double, double) override {
+    throw std::logic_error("a local layer is asked for a source's step");
+  }
+  S imbalance(const S*, const Present<S>&, const S&, double, const S&, double) const override {
+    throw std::logic_error("a local layer is asked for a source's step");
+  }
+  double suggestedStep() const override { return layer_.suggestedStep(); }
+  void suggestStep(double step) override { layer_.suggestStep(step); }
+  void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
+
+ private:
+  enum Input { kU, kCurrent, kC2, kBeta, kUDc, kActivity };
+  static constexpr int kAdapted = 6;
+
+  static std::array<const S*, kAdapted> adaptedOf(const Present<S>& f) {
+    return {&f.i0, &f.alpha, &f.acceptance, &f.warming, &f.reactivity, &f.inverse_supply};
+  }
+  /// A quantity as the k-th of the inputs. What follows no lane stays a number: a symmetric reaction is known by it.
+  static Dual<N> own(const S& x, Eigen::Index k) {
+    Dual<N> local(x.value());
+    if ((x.derivatives().array() != 0.0).any()) local.derivatives()[k] = 1.0;
+    return local;
+  }
+  void prepare(const S* p, const Present<S>& present) {
+    const bool first = p_.empty();
+    if (first) {
+      for (std::size_t j = 0; j < shape_.parameter_count; ++j) p_.push_back(Dual<N>(p[j].value()));
+      for (std::size_t k = 0; k < shape_.parameters.size(); ++k) {
+        const auto j = static_cast<std::size_t>(shape_.parameters[k]);
+        p_[j] = own(p[j], shape_.firstFree() + static_cast<Eigen::Index>(k));
+      }
+    }
+    if (first || shape_.adapts) takePresent(present);
+    present_.time = present.time;
+  }
+  void takePresent(const Present<S>& f) {
+    const auto number = [](const S& x) { return Dual<N>(x.value()); };
+    present_ = {number(f.r_discharge), number(f.r_charge),   own(f.c2, kC2),        own(f.beta, kBeta), own(f.u_dc, kUDc),
+                number(f.i0),          number(f.alpha),      number(f.acceptance),  number(f.warming),  number(f.dispersion),
+                number(f.reactivity),  number(f.inverse_supply), f.time};
+    if (!shape_.adapts) return;
+    Eigen::Index k = shape_.firstFree() + static_cast<Eigen::Index>(shape_.parameters.size());
+    Dual<N>* locals[] = {&present_.i0,      &present_.alpha,      &present_.acceptance,
+                         &present_.warming, &present_.reactivity, &present_.inverse_supply};
+    for (std::size_t j = 0; j < kAdapted; ++j) *locals[j] = own(*adaptedOf(f)[j], k++);
   }
 
   DoubleLayer<Dual<N>> layer_;

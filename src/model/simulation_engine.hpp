@@ -8,6 +8,7 @@
 #include "battery_sof/model/simulation.hpp"
 #include "force_run.hpp"
 #include "narrow_layer.hpp"
+#include "source_search.hpp"
 
 namespace battery_sof {
 
@@ -119,7 +120,11 @@ class EngineOf final : public Simulation::Engine {
         source_current_(other.source_current_),
         current_error_(other.current_error_),
         reaction_(other.reaction_),
-        source_trend_(other.source_trend_) {}  // the probe is work space: a copy makes its own
+        source_trend_(other.source_trend_),
+        source_move_(other.source_move_),
+        source_resistance_(other.source_resistance_),
+        source_bend_(other.source_bend_),
+        last_current_(other.last_current_) {}  // the probe is work space: a copy makes its own
   EngineOf& operator=(const EngineOf&) = delete;
   std::unique_ptr<Engine> clone() const override { return std::make_unique<EngineOf>(*this); }
 
@@ -129,6 +134,7 @@ class EngineOf final : public Simulation::Engine {
       if (member.effect->hooks.sense)
         kernel(member).sense(&p_[member.parameter], step, held, end);
     pass(held, end, step.duration, step.slope, step.time, {S(step.held), S(step.current), step.gap});
+    source_trend_ = source_move_ = 0.0;
   }
 
   double advanceAtVoltage(double voltage, double duration, double most_current) override {
@@ -141,13 +147,7 @@ class EngineOf final : public Simulation::Engine {
     if (limits_reaction_ && activity_state_ < 0 && ladder_state_ < 0 && !steps_finely_ &&
         stepAtSource(voltage, duration, most_current))
       return valueOf(source_current_);
-    const double i = currentFor(valueOf(voltage), duration, most_current);
-    source_trend_ = valueOf(source_current_) != 0.0 ? i - valueOf(source_current_) : 0.0;
-    source_current_ = S(i);
-    pass(source_current_, source_current_, duration, 0.0, time_ + duration);
-    if constexpr (!std::is_same_v<S, double>)
-      if (i < most_current) letCurrentFollow(voltage);
-    return i;
+    return advanceBySearch(voltage, duration, most_current);
   }
 
   /// The current over an interval as a learnt force sees it: the measured one.
@@ -172,7 +172,7 @@ class EngineOf final : public Simulation::Engine {
     if (ramp < step.duration) {
       pass(S(0.0), S(0.0), step.duration - ramp, 0.0, step.time - ramp);
       source_current_ = S(0.0);
-      source_trend_ = 0.0;
+      source_trend_ = source_move_ = 0.0;
     }
     // Before its first step a simulation has shown no voltage to ramp from.
     const S from = valueOf(terminal_) != 0.0 ? terminal_ : S(voltage);
@@ -216,8 +216,9 @@ class EngineOf final : public Simulation::Engine {
     const S du = S((a + b * (1.0 / resistance)) * (-1.0 / (step.slope + grip / resistance)));
     const S mean = S(0.5 * (x_[0] + u + du));
     const S moved = S(u + du - x_[0]);
-    source_trend_ = 0.0;
+    source_trend_ = source_move_ = 0.0;
     source_current_ = S(held - (b + grip * du) * (1.0 / resistance));
+    last_current_ = valueOf(source_current_);
     const S start = x_[0];
     x_[0] = S(u + du);
     reaction_ = reactionOf(source_current_, moved, mean, duration);
@@ -267,6 +268,7 @@ class EngineOf final : public Simulation::Engine {
   }
 
   double resistanceOver(double current, double duration) override {
+    trail_.clear();
     excessOf(current, 0.0, duration);
     return probe_->terminal_.derivatives()[0];
   }
@@ -304,6 +306,7 @@ class EngineOf final : public Simulation::Engine {
   }
   void pass(const S& held, const S& end, double duration, double slope, double end_time, const Seen& seen) {
     const S before = force_ ? x_[0] : S(0.0);
+    last_current_ = valueOf(end);
     for (double done = 0.0; done < duration;) {
       const double piece = pieceOf(duration, done);
       done = done + piece < duration * (1.0 - 1e-12) ? done + piece : duration;
@@ -388,6 +391,8 @@ class EngineOf final : public Simulation::Engine {
       rows.insert(rows.end(), {kRowRDischarge, kRowRCharge, kRowUDc});
     for (const Member& member : members_) {
       if (!reachesLayer(member.effect->hooks)) continue;
+      // A side reaction goes with the electrode's voltage against its own equilibrium, not with u_c2 alone.
+      if (member.effect->hooks.side_current) rows.push_back(kRowUDc);
       const EffectInfo& info = member.effect->info;
       for (std::size_t j = 0; j < info.parameters.size(); ++j)
         rows.push_back(member.parameter + static_cast<Eigen::Index>(j));
@@ -422,9 +427,25 @@ class EngineOf final : public Simulation::Engine {
   void widen() {
     if (is_wide_) return;
     is_wide_ = true;
-    auto wide = std::make_unique<WideLayer<S>>(layerOf<S>());
+    std::unique_ptr<LayerOf<S>> wide = localFor<8>();
+    if (!wide) wide = localFor<16>();
+    if (!wide) wide = std::make_unique<WideLayer<S>>(layerOf<S>());
     wide->suggestStep(layer_->suggestedStep());
     layer_ = std::move(wide);
+  }
+  /// @return nothing unless the layer has implicit steps, into which at most N quantities flow, fewer than S has lanes.
+  template <int N>
+  std::unique_ptr<LayerOf<S>> localFor() const {
+    if constexpr (N < kWidth) {
+      typename LocalLayer<S, N>::Shape shape{{}, p_.size(), activity_state_ >= 0, adapts_};
+      for (const Member& member : members_)
+        if (member.effect->hooks.side_current || member.effect->hooks.activity)
+          for (std::size_t j = 0; j < member.effect->info.parameters.size(); ++j)
+            shape.parameters.push_back(member.parameter + static_cast<int>(j));
+      const bool is_implicit = !shape.parameters.empty() && !limits_reaction_ && ladder_state_ < 0;
+      if (is_implicit && shape.inputs() <= N) return std::make_unique<LocalLayer<S, N>>(layerOf<Dual<N>>(), shape);
+    }
+    return nullptr;
   }
 
   /// A learnt force, where there is one, over an interval in which u_c2 went from `before` to `end`.
@@ -549,32 +570,152 @@ class EngineOf final : public Simulation::Engine {
   double excessOf(double i, double voltage, double duration) {
     const Slope current(i, Eigen::Matrix<double, 1, 1>::Ones());
     EngineOf<Slope>& trial = probe();
+    trail_.begin();
+    trial.layer_->useTrail(&trail_);
     trial.pass(current, current, duration, 0.0, time_ + duration);
+    trial.layer_->useTrail(nullptr);
     return valueOf(trial.terminal_) - voltage;
   }
 
-  /// Newton's method inside a bracket; the terminal voltage rises with the current. Convergence is quadratic: a step below
-  /// kLastStep leaves less than 1e-8 A.
-  double currentFor(double voltage, double duration, double most_current) {
-    constexpr double kLastStep = 1e-5;  // [A]
-    constexpr double kReach = 1e4;      // [A], below the bracket's upper end
-    double low = -HUGE_VAL, high = HUGE_VAL;
-    double i = std::min(valueOf(source_current_) + source_trend_, most_current);
-    for (int k = 0; k < 100; ++k) {
-      const double excess = excessOf(i, voltage, duration);
-      if (i >= most_current && excess <= 0.0) return most_current;
-      (excess > 0.0 ? high : low) = i;
-      const double step = excess / probe_->terminal_.derivatives()[0];
-      if (std::abs(step) < kLastStep) return std::min(i - step, most_current);
-      double next = std::min(i - step, most_current);
-      const double top = std::min(high, most_current);
-      if (!(next > low && next < high)) next = 0.5 * (std::max(low, top - kReach) + top);
-      i = next;
+  /// Holds the current that ends at the voltage. Trials go in the probe; the last step of the search is taken in arithmetic S.
+  double advanceBySearch(const S& voltage, double duration, double most_current) {
+    const double wanted = valueOf(voltage), before = last_current_;
+    const double move = valueOf(terminal_) != 0.0 ? wanted - valueOf(terminal_) : 0.0;
+    SourceSearch search(firstCurrent(move), most_current);
+    search.expectBend(source_bend_);
+    trail_.clear();
+    bool done = false;
+    for (int k = 0; k < SourceSearch::kMostTrials && !done; ++k) {
+      const double tried = search.current(), excess = excessOf(tried, wanted, duration);
+      if (search.isLimited(excess)) {
+        holdAtMost(tried, duration);
+        break;
+      }
+      search.take(excess, probe_->terminal_.derivatives()[0]);
+      const bool is_last = k + 1 == SourceSearch::kMostTrials || !std::isfinite(excess);
+      done = is_last ? adopt(voltage, duration, tried, search) : land(voltage, duration, tried, search);
     }
-    return i;
+    source_bend_ = search.bend();
+    last_current_ = valueOf(source_current_);
+    source_trend_ = before != 0.0 ? last_current_ - before : 0.0;
+    source_move_ = move;
+    source_resistance_ = probe_->terminal_.derivatives()[0];
+    return last_current_;
+  }
+
+  /// What flows next: the trend goes on, but for what the voltage moves otherwise than it did.
+  double firstCurrent(double move) const {
+    return last_current_ + source_trend_ + (source_resistance_ > 0.0 ? (move - source_move_) / source_resistance_ : 0.0);
+  }
+
+  /// Ends a search where it is about to. @return false, nothing moved, when it has to go on.
+  bool land(const S& voltage, double duration, double tried, SourceSearch& search) {
+    if constexpr (std::is_same_v<S, double>) return search.isThere() && adopt(voltage, duration, tried, search);
+    if (lanes_ == kWidth) return search.isThere(kLastStepByProbe) && adopt(voltage, duration, tried, search);
+    return search.isNear() && passAlong(voltage, duration, search);
+  }
+
+  /// Ends where the probe ended, and what its slopes make of the last step.
+  bool adopt(const S& voltage, double duration, double tried, const SourceSearch& search) {
+    if constexpr (std::is_same_v<S, double>) {
+      takeProbe(search.current() - tried);
+      source_current_ = search.current();
+    } else {
+      source_current_ = S(search.current());
+      passAsTried(source_current_, duration);
+      letCurrentFollow(voltage);
+    }
+    return true;
+  }
+  void holdAtMost(double most_current, double duration) {
+    source_current_ = S(most_current);
+    if constexpr (std::is_same_v<S, double>)
+      takeProbe(0.0);
+    else
+      passAsTried(source_current_, duration);
+  }
+
+  /// One pass of the hold in arithmetic S, from where the trials know its implicit steps to end.
+  void passAsTried(const S& current, double duration) {
+    trail_.begin();
+    layer_->useTrail(&trail_);
+    pass(current, current, duration, 0.0, time_ + duration);
+    layer_->useTrail(nullptr);
+  }
+
+  /// The probe's end with `more` current [A], to first order.
+  void takeProbe(double more) {
+    const auto there = [more](const Slope& x) { return x.value() + x.derivatives()[0] * more; };
+    const EngineOf<Slope>& from = *probe_;
+    for (std::size_t j = 0; j < x_.size(); ++j) x_[j] = S(there(from.x_[j]));
+    terminal_ = S(there(from.terminal_));
+    voltage_ = S(there(from.voltage_));
+    reaction_ = S(there(from.reaction_));
+    if (force_) {
+      for (std::size_t j = 0; j < force_->state().size(); ++j) force_->state()[j] = S(there(from.force_->state()[j]));
+      force_->setBeyond(from.force_->beyond());
+    }
+    layer_->suggestStep(from.layer_->suggestedStep());
+    intervals_ = from.intervals_;
+    time_ = from.time_;
+  }
+
+  /**
+   * @brief The hold in arithmetic S with the current as one lane more: Newton's last step, and the implicit function's derivatives.
+   *
+   * @return false, nothing moved, when that step is longer than a last one may be; `search` goes on from there.
+   */
+  bool passAlong(const S& voltage, double duration, SourceSearch& search) {
+    if constexpr (std::is_same_v<S, double>) {
+      return false;
+    } else {
+      const double time = time_, suggested = layer_->suggestedStep();
+      const S reaction = reaction_, terminal = terminal_, shown = voltage_;
+      kept_ = x_;
+      if (force_) kept_force_ = force_->state();
+      S held(search.current());
+      held.derivatives()[lanes_] = 1.0;
+      passAsTried(held, duration);
+      search.take(valueOf(terminal_) - valueOf(voltage), terminal_.derivatives()[lanes_]);
+      if (search.isThere()) {
+        foldCurrent(held, search.current(), voltage);
+        return true;
+      }
+      std::swap(x_, kept_);
+      if (force_) std::swap(force_->state(), kept_force_);
+      reaction_ = reaction;
+      terminal_ = terminal;
+      voltage_ = shown;
+      time_ = time;
+      layer_->suggestStep(suggested);
+      return false;
+    }
+  }
+
+  /// Takes the current's lane up into the others: it is what keeps the terminal at the voltage. @param end [A], of the search.
+  void foldCurrent(const S& held, double end, const S& voltage) {
+    const Eigen::Index own = lanes_;
+    S follow = S((voltage - terminal_) * (1.0 / terminal_.derivatives()[own]));
+    follow.value() = end - valueOf(held);
+    follow.derivatives()[own] = 0.0;
+    const auto fold = [&](S& x) {
+      const double slope = x.derivatives()[own];
+      x.derivatives()[own] = 0.0;
+      x.value() += slope * follow.value();
+      x.derivatives() += slope * follow.derivatives();
+    };
+    source_current_ = held;
+    fold(source_current_);
+    for (S& x : x_) fold(x);
+    if (force_)
+      for (S& x : force_->state()) fold(x);
+    fold(terminal_);
+    fold(voltage_);
+    fold(reaction_);
   }
 
   static constexpr int kWidth = Width<S>::value;
+  static constexpr double kLastStepByProbe = 1e-5;  // [A], where derivatives are the last trial's
 
   /// Lets the current that was solved for follow the lanes so that the terminal voltage stays: the implicit function's
   /// derivative, by the slopes that the probe has to the current.
@@ -610,7 +751,10 @@ class EngineOf final : public Simulation::Engine {
   S reaction_ = S(0.0);  // of the last piece [A], where an effect asks for it
   S kept_reaction_ = S(0.0);
   std::vector<S> kept_;  // work space of othersVoltage()
-  double source_trend_ = 0.0;  // [A], change of source_current_ with the last step
+  // Of the last hold behind a source, for the next one's first guess: [A] that the current and [V] that the voltage moved, [Ohm],
+  // [1/A] as SourceSearch::bend(); and the last current of all [A].
+  double source_trend_ = 0.0, source_move_ = 0.0, source_resistance_ = 0.0, source_bend_ = 0.2, last_current_ = 0.0;
+  StepTrail trail_;  // work space of a search
   std::unique_ptr<EngineOf<Slope>> probe_;
 };
 

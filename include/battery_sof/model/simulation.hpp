@@ -23,12 +23,12 @@ struct ModelPoint {
  *
  *     C_2 du_c2/dt = i - i_r2(u_c2, ...) - side currents,   u = u_dc + u_c2 + r(i) i + voltages of the effects
  *
- * Without an effect on the double layer a step is exact (ClosedFormStep). Otherwise the double layer and what is bound to
- * it (activity of the reaction, ladder of a fractional capacitance) are stepped together by an implicit Euler step that is
- * extrapolated to second order (a step against two halves), its length chosen so that the two differ by at most 0.04 mV:
- * L-stable, positive activities stay positive, no interval is too long. Effects' own states have exact steps; where they
- * act back on others (history, warming, drift), intervals are cut to 0.1 s, beyond 20 s to a two-hundredth of the time passed.
- * Beyond |alpha beta u_c2| = 300 the reaction's exponentials stay at that value.
+ * Without an effect on the double layer a step is exact (ClosedFormStep); without one that has a memory there it is exact for a
+ * current matched at its beginning, its length chosen so that it misses at most 2 uV (matchedFlow). Otherwise layer, activity and
+ * ladder of a fractional capacitance are stepped together by an implicit Euler step, extrapolated to second order (a step against two
+ * halves) and so long that the two differ by at most 0.04 mV: L-stable, positive activities stay positive, no interval is too
+ * long. Effects' own states have exact steps; where they act back on others (history, warming, drift), intervals are cut to 0.1 s,
+ * beyond 20 s to a two-hundredth of the time passed. Beyond |alpha beta u_c2| = 300 the reaction's exponentials stay at that value.
  *
  * Derivatives are forward sensitivities of the very step that is taken: every number carries its derivatives along
  * (Eigen's AutoDiffScalar, fixed-size arrays of 8, 16, 24 or 48 lanes; the implicit steps carry only those that can reach

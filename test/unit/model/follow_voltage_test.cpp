@@ -144,6 +144,34 @@ TEST(FollowVoltage, LanesChangeNothingOfTheCurrent) {
   }
 }
 
+TEST(FollowVoltage, DerivativesAreTheSameWhetherTheCurrentHasALaneOfItsOwnOrNot) {
+  // 8 and 16 lanes fill their arrays: then the last trial's slopes stand in for those along the current.
+  const std::vector<std::vector<std::string>> compositions = {
+      {"charge_transfer"}, {"gassing"}, {"charge_acceptance"}, {"charge_acceptance", "gassing", "acid_transport"},
+      {"ocv_soc", "contact_resistance"}};
+  for (const auto& effects : compositions) {
+    const BatteryModel model(effects);
+    const ModelPoint start = pointOf(model, typicalPoint(model));
+    const Eigen::Index rows = model.parameterCount() + model.stateCount();
+    for (const Eigen::Index filled : {8, 16}) {
+      const Eigen::Index lanes = std::min<Eigen::Index>(filled, rows);
+      Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(rows, filled);
+      seeds.leftCols(lanes) = Eigen::MatrixXd::Identity(rows, rows).leftCols(lanes);
+      Simulation full(model, start, seeds), spare(model, start, seeds.leftCols(std::min<Eigen::Index>(lanes, filled - 1)));
+      Eigen::ArrayXd worst = Eigen::ArrayXd::Zero(spare.lanes()), largest = worst;
+      for (const DriveSample& sample : startStop(model, start.parameters, 0.3)) {
+        ASSERT_NEAR(full.follow(sample), spare.follow(sample), 1e-6) << listed(effects);
+        if (!sample.voltage_drives) continue;
+        const Eigen::ArrayXd expected = full.currentErrorDerivatives().head(spare.lanes());
+        worst = worst.max((spare.currentErrorDerivatives().array() - expected).abs());
+        largest = largest.max(expected.abs());
+      }
+      // An implicit step's slope is good to 1e-5 (DoubleLayer).
+      EXPECT_TRUE((worst <= 1e-5 * largest).all()) << listed(effects) << " " << filled << ": " << (worst / largest).transpose();
+    }
+  }
+}
+
 TEST(FollowVoltage, ARampAtOneHertzAgreesWithAFinerOne) {
   // 13 to 14.2 V within 2 s, held, and back: the two holds of a second against ten of 0.1 s. What differs is the first-order
   // error of the implicit step: 2 % of the largest current (141 A) in the base model, settled eight seconds later; 16 % of 10.6 A
