@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 #include "battery_sof/identify/composition_fit.hpp"
-#include "battery_sof/learn/learned_force.hpp"
+#include "battery_sof/learn/force_fit.hpp"
 
 namespace battery_sof {
 
