@@ -232,12 +232,12 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
                       const Fitted& fitted) {
   const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current, true, fitted.channels};
   const auto& [series, range, full, compressed] = on;
-  const CompositionProblem over_all(model, full, cost, fitted.fit.point);
-  const Eigen::VectorXd residual = over_all.residual(fitted.fit.x);
-
   const Drive& for_errors = range.size() <= kFullRateErrors ? full : compressed;
   const CompositionProblem problem(model, for_errors, cost, fitted.fit.point);
   const Pass pass = passOver(model, for_errors, problem, fitted.fit);
+  // A pass over the whole window has its residual already; otherwise weights play no part in one.
+  const Eigen::VectorXd residual =
+      &for_errors == &full ? pass.residual : CompositionProblem(model, full, FitCost(), fitted.fit.point).residual(fitted.fit.x);
   const Eigen::VectorXd weighted = pass.weight.cwiseSqrt().cwiseProduct(pass.residual);
   const double rho = std::clamp(lagOneCorrelation(fitted.channels ? weighted : pass.residual), -0.9999, 0.9999);
 

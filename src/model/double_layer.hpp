@@ -221,7 +221,7 @@ class DoubleLayer {
       const double assumed = valueOf(at.value) + valueOf(at.rising) * (grown - 1.0) - valueOf(at.falling) * (1.0 / grown - 1.0);
       const double slope = valueOf(k) * (valueOf(after.rising) + valueOf(after.falling));
       const double error = flowError(valueOf(after.value) - assumed, slope, h / valueOf(present.c2));
-      const double wanted = h * std::clamp(0.9 * std::pow(kFlowTolerance / std::max(error, 1e-12), 0.25), 0.2, 4.0);
+      const double wanted = h * std::clamp(0.9 * std::sqrt(std::sqrt(kFlowTolerance / std::max(error, 1e-12))), 0.2, 4.0);
       const bool accepted = error <= kFlowTolerance || h <= kShortest;
       if (accepted) {
         u = next;
