@@ -30,7 +30,8 @@ constexpr double kMostWander = 0.0012; // [V] a root minute, of a voltage channe
 constexpr std::size_t kClosest = 5;    // effects that are tried in a step, and the first of every family
 constexpr std::size_t kFittedWell = 2;  // of them, that are fitted to the end
 constexpr double kDiscrepancy = 0.1;   // of the structure's gain, that physics beside it must bring
-constexpr double kBudget = 4e6;        // rows simulated with derivatives; then what stands is told
+constexpr double kBudget = 4e6;        // rows simulated with the derivatives of a usual composition; then what stands is told
+constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 constexpr int kSwaps = 3;              // rounds in which places may be taken by what does better
 constexpr double kClose = 0.8;         // of the best one's gain: fitted to the end, too
 constexpr double kWeak = 0.01;         // of a grid point's strengths, from where a search begins that went astray
@@ -241,7 +242,7 @@ class Explainer {
 
   /// Simulates a state where it stands. @return whether the model has a voltage there.
   bool place(State& state) const {
-    spent_ += static_cast<double>(counted_.size());
+    spent_ += static_cast<double>(counted_.size()) * static_cast<double>(state.coordinates.size()) / kUsualCoordinates;
     Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(), static_cast<Eigen::Index>(state.coordinates.size()));
     for (std::size_t j = 0; j < state.coordinates.size(); ++j) {
       const Coordinate& c = state.coordinates[j];

@@ -6,6 +6,7 @@
 #include "reference/case_draft.hpp"
 #include "reference/scenario_file.hpp"
 #include "reference/simulation.hpp"
+#include "reference/stranger_case.hpp"
 
 namespace battery_sof {
 namespace {
@@ -108,6 +109,24 @@ TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
   EXPECT_EQ("current_dependent_resistance", diagnosis.effects.front().id);
   EXPECT_EQ(Family::kStructure, diagnosis.family) << diagnosis.summary;
   EXPECT_TRUE(namesBeyondStructure(diagnosis).empty()) << diagnosis.summary;
+}
+
+/// A family was taken, let go beside the others and taken again, without end.
+TEST(DiagnoseCases, AFamilyThatComesAndGoesIsAnswered) {
+  reference::StrangerOrder order;
+  order.family = "acceptance";
+  order.form = "spread_refill";
+  order.seed = 3701564531710842015u;
+  Recording recording;
+  recording.name = "stranger";
+  for (const reference::RecordedSample& sample : reference::drawStrangerCase(order).samples) {
+    recording.series.time.push_back(sample.time);
+    recording.series.current.push_back(sample.current);
+    recording.series.voltage.push_back(sample.voltage);
+  }
+  recording.offered = recording.series.size();
+  const Diagnosis diagnosis = diagnosisOf(recording);
+  EXPECT_EQ(Family::kAcceptance, diagnosis.family) << diagnosis.summary;
 }
 
 /// The catalogue's structure is not quite this circuit: what is left of it had been called a gain error.
