@@ -138,7 +138,7 @@ TEST(LearnedEffect, DerivativesOfTheCurrentAgreeWithDifferencesBehindASource) {
       double largest = 0.0;
       for (std::size_t n = 0; n < up.size(); ++n) largest = std::max(largest, std::abs(slopes[n][direction]));
       for (std::size_t n = 0; n < up.size(); ++n)
-        ASSERT_NEAR((up[n] - down[n]) / (2.0 * step), slopes[n][direction], 1e-3 * largest + 1e-6)
+        ASSERT_NEAR((up[n] - down[n]) / (2.0 * step), slopes[n][direction], 1e-3 * largest + 1e-12 / step)
             << (effects.empty() ? "base" : effects.front()) << " " << direction << " at step " << n;
     }
   }
