@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "battery_sof/diagnose/absorption.hpp"
 #include "battery_sof/diagnose/comparison.hpp"
@@ -189,8 +190,13 @@ class Diagnoser {
     const std::vector<std::string> ids = hypotheses();
     explainErrors(ids);
     if (!driving_ || !screened_.slow || !contains(explained_.model.effects(), "time_skew")) return;
-    driving_.reset();
+    const Explanation behind_source = std::exchange(explained_, Explanation());
+    const std::optional<DrivingSource> source = std::exchange(driving_, std::nullopt);
     explainErrors(ids);
+    // Behind a source that is there the current alone never tells the voltage to what instruments leave, whatever the shift.
+    if (contains(explained_.model.effects(), "time_skew") && explained_.noise < kPlausible) return;
+    explained_ = behind_source;
+    driving_ = source;
   }
 
   void explainErrors(const std::vector<std::string>& ids) {
