@@ -318,7 +318,7 @@ std::string restText(const Diagnosis& d) {
   std::string text;
   for (const std::string& what : d.instrument) text += wrapped("instrument   ", what);
   if (d.learned) {
-    text += wrapped("learnt       ", d.learned->description + (d.learned->is_used ? " It is in the extended model." : " It is not used."));
+    text += wrapped("learnt       ", d.learned->description + " " + useOfLearned(d));
     if (d.learned->is_used)
       for (const std::string& term : d.learned->terms) text += wrapped(kIndent, term);
   }
@@ -373,6 +373,12 @@ nlohmann::json diagnosisJson(const Diagnosis& d) {
 std::string diagnosisText(const Diagnosis& d) {
   return verdictText(d) + mismatchText(d) + regimesText(d) + absorptionText(d) + effectsText(d) +
          rejectedText(d) + comparisonText(d) + hiddenText(d) + restText(d);
+}
+
+std::string useOfLearned(const Diagnosis& diagnosis) {
+  if (!diagnosis.learned->is_used) return "It is not used.";
+  if (diagnosis.extended.force || diagnosis.source_share == 0.0) return "It is in the extended model.";
+  return "It is in the extended voltage; a model file answers in the direction that the source imposes and has what was learnt there.";
 }
 
 }  // namespace battery_sof

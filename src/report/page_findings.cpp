@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "battery_sof/predict/query.hpp"
+#include "battery_sof/report/diagnosis_results.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
 #include "wording.hpp"
@@ -362,7 +363,7 @@ std::string hiddenSection(const Diagnosis& d) {
 std::string unexplainedSection(const Diagnosis& d) {
   if (!d.learned) return "";
   const LearnedFinding& learned = *d.learned;
-  std::string html = paragraph(escaped(learned.description) + (learned.is_used ? " It is in the extended model." : " It is not used."));
+  std::string html = paragraph(escaped(learned.description + " " + useOfLearned(d)));
   if (!learned.is_used) return section("unexplained", "What no equation stands for", html);
   if (d.family) html += paragraph("Its kind: " + escaped(familySentence(*d.family)) + ".");
   html += element("h3", "What it follows most") + listHtml(learned.terms);

@@ -19,4 +19,7 @@ nlohmann::json diagnosisJson(const Diagnosis& diagnosis);
 /// The same to read or to paste into a mail: plain text of at most 100 columns, verdict first.
 std::string diagnosisText(const Diagnosis& diagnosis);
 
+/// @return whether and where what was learnt is used, as a sentence. @param diagnosis one with Diagnosis::learned.
+std::string useOfLearned(const Diagnosis& diagnosis);
+
 }  // namespace battery_sof
