@@ -510,6 +510,32 @@ class Diagnoser {
     for (Candidate& candidate : found_.candidates)
       if (candidate.rejected_because.empty() && fit.base_holdout.rmse > 0.0)
         candidate.holdout_gain_percent = 100.0 * (1.0 - fit.extended_holdout.rmse / fit.base_holdout.rmse);
+    if (fit.extended_holdout.rmse > fit.base_holdout.rmse) withhold();
+  }
+
+  /// What predicts the hold-out worse than the base model is told and not given. Where a source drives, the model that is handed on
+  /// answers in the other direction and stays.
+  void withhold() {
+    Comparison& fit = found_.fit;
+    found_.withheld_rmse = fit.extended_holdout.rmse;
+    found_.extended_voltage = found_.base_voltage;
+    if (found_.learned) found_.learned->is_used = false;
+    if (driving_) {
+      takeErrorsOfBase(fit.base_train, fit.extended_train);
+      takeErrorsOfBase(fit.base_holdout, fit.extended_holdout);
+    } else {
+      found_.extended = found_.base;
+      fit.extended_train = fit.base_train;
+      fit.extended_holdout = fit.base_holdout;
+    }
+    fit.regimes = compareRegimes(whole_, holdout_, found_.base_voltage, found_.extended_voltage, masked_);
+  }
+
+  static void takeErrorsOfBase(const ErrorMetrics& base, ErrorMetrics& extended) {
+    const ErrorMetrics shares = std::exchange(extended, base);
+    extended.share_percent = shares.share_percent;
+    extended.current_share_percent = shares.current_share_percent;
+    extended.voltage_share_percent = shares.voltage_share_percent;
   }
 
   /// Where a source drives, what was learnt of the voltage from the current; the model that is handed on answers in the other direction.

@@ -45,10 +45,10 @@ std::string missing(const Diagnosis& diagnosis, const std::string& last) {
 
 std::string gainSentence(const Diagnosis& diagnosis) {
   const ErrorMetrics& before = diagnosis.fit.base_holdout;
-  const ErrorMetrics& after = diagnosis.fit.extended_holdout;
-  const std::string course = after.rmse < before.rmse ? "falls" : "does not fall: it goes";
+  const double after = diagnosis.withheld_rmse.value_or(diagnosis.fit.extended_holdout.rmse);
+  const std::string course = after < before.rmse ? "falls" : "does not fall: it goes";
   return "; on the part that was held out the error " + course + " from " + withUnit(1e3 * before.rmse, "%.1f", "mV") + " to " +
-         withUnit(1e3 * after.rmse, "%.1f", "mV") + " RMS";
+         withUnit(1e3 * after, "%.1f", "mV") + " RMS" + (diagnosis.withheld_rmse ? ", so the base model is given" : "");
 }
 
 /// Effects beside a family that only its columns stand for.

@@ -363,6 +363,7 @@ nlohmann::json diagnosisJson(const Diagnosis& d) {
           {"family", d.family ? Json(familyId(*d.family)) : Json(nullptr)},
           {"probability", d.family ? number(d.probability) : Json(nullptr)},
           {"relevance", relevanceJson(d.left)},
+          {"withheld_rmse_v", number(d.withheld_rmse)},
           {"learned", learnedJson(d.learned)},
           {"evidence", {{"base", number(d.evidence_base)}, {"extended", number(d.evidence_extended)}, {"temper", number(d.temper)}}},
           {"instrument", d.instrument},
@@ -378,7 +379,7 @@ std::string diagnosisText(const Diagnosis& d) {
 std::string useOfLearned(const Diagnosis& diagnosis) {
   if (!diagnosis.learned->is_used) return "It is not used.";
   if (diagnosis.extended.force || diagnosis.source_share == 0.0) return "It is in the extended model.";
-  return "It is in the extended voltage; a model file answers in the direction that the source imposes and has what was learnt there.";
+  return "It is in the extended model's voltage; a model file answers in the direction that the source imposes and has what was learnt there.";
 }
 
 }  // namespace battery_sof

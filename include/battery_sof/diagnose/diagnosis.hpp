@@ -168,6 +168,8 @@ struct Diagnosis {
   std::vector<Detectable> detectable;
   std::vector<std::string> outside;     ///< what no recording of current and voltage can show
   Comparison fit;
+  /// [V], RMS on the hold-out of an extended model that predicts it worse than the base model: it is not given, extended is the base model.
+  std::optional<double> withheld_rmse;
   std::string next_experiment;
 
   FittedModel base, extended;  ///< fitted to the training part; state at its last sample; extended equals base when nothing was added

@@ -109,6 +109,9 @@ TEST(Summary, SaysWhetherTheErrorOnWhatWasHeldOutFalls) {
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("the error falls from 300.0 mV to 100.0 mV"));
   diagnosis.fit.extended_holdout.rmse = 0.4;
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("the error does not fall: it goes from 300.0 mV to 400.0 mV"));
+  diagnosis.fit.extended_holdout.rmse = 0.3;
+  diagnosis.withheld_rmse = 0.4;
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("it goes from 300.0 mV to 400.0 mV RMS, so the base model is given"));
 }
 
 TEST(NextExperiment, TellsTheTiedApart) {
