@@ -261,7 +261,9 @@ class Diagnoser {
     const bool matters = learned.rms >= limit;
     found_.left = {explained_.left_rms, explained_.left_crank, explained_.left_charge_share, options_.relevance};
     found_.left.limits.rmse = explained_.relevant;
-    learned.is_used = matters && learned.left_out.force < learned.left_out.base;
+    // Where nothing else came in, it alone would be the alarm: it takes as much evidence as any other component.
+    const bool is_evident = !explained_.components.empty() || fit.gain >= ExplanationRules().least_gain;
+    learned.is_used = matters && is_evident && learned.left_out.force < learned.left_out.base;
     if (!learned.is_used && learned.left_out.base <= kPlausible) return;
     describeLearned(learned);
     if (learned.is_used) withForce_ = composedWith(beside, std::make_shared<const LearnedForce>(learned.force));
