@@ -323,8 +323,9 @@ std::string restText(const Diagnosis& d) {
       for (const std::string& term : d.learned->terms) text += wrapped(kIndent, term);
   }
   if (d.verdict != Verdict::kInsufficientData)
-    text += wrapped("too small    ", millivolts(d.left.rmse) + " mV RMS of structure is left; below " + millivolts(d.left.limits.rmse) +
-                                         " mV nothing is told");
+    text += d.left.rmse < d.left.limits.rmse
+                ? wrapped("too small    ", millivolts(d.left.rmse) + " mV RMS of structure is left; below " + millivolts(d.left.limits.rmse) + " mV nothing is told")
+                : wrapped("left         ", "columns of the currents would take up " + millivolts(d.left.rmse) + " mV RMS beside the equations");
   if (!d.next_experiment.empty()) text += wrapped("next         ", d.next_experiment);
   return text.empty() ? text : "\n" + text;
 }
