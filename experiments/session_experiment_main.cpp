@@ -26,7 +26,7 @@ struct Trial {
   double diagnose_at = 0.0;  // [s] of driving; 0: never
 };
 
-/// Diagnoses what is buffered and offers what was found, as the node does with ~adopt_diagnosis.
+/// Diagnoses what is buffered and offers the extended composition whatever its verdict; the node offers named physics and what was learnt.
 void adoptDiagnosis(OnlineSession& session) {
   Recording buffered;
   buffered.series = session.series();

@@ -24,6 +24,8 @@ Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
   const std::vector<std::string>& effects = diagnosis.extended.effects;
   if (!allowed) return {{}, "not asked for: parameter adopt_diagnosis is false"};
   if (!names && !diagnosis.extended.force) return {{}, "nothing to adopt: the verdict is " + describe(diagnosis.verdict)};
+  if (diagnosis.withheld_rmse)
+    return {{}, "nothing to adopt: what was found predicts the part that was held out worse than the base model"};
   if (std::all_of(effects.begin(), effects.end(), isInstrument))
     return {
         {},

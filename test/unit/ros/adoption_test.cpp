@@ -41,6 +41,22 @@ TEST(AdoptionOf, VerdictsThatNameNoPhysicsAdoptNothingAndSayWhy) {
   }
 }
 
+TEST(AdoptionOf, WhatWasLearntGoesOnTrialWhateverTheVerdict) {
+  Diagnosis diagnosis = saying(Verdict::kUnknown, {kLearnedEffect});
+  diagnosis.extended.force = std::make_shared<const LearnedForce>();
+  const Adoption adoption = adoptionOf(diagnosis, true);
+  EXPECT_THAT(adoption.effects, ElementsAre(kLearnedEffect));
+  EXPECT_EQ(diagnosis.extended.force, adoption.force);
+}
+
+TEST(AdoptionOf, WhatPredictsTheHoldOutWorseIsNotAdoptedAndSaysSo) {
+  Diagnosis diagnosis = saying(Verdict::kNamed, {});
+  diagnosis.withheld_rmse = 0.01;
+  const Adoption adoption = adoptionOf(diagnosis, true);
+  EXPECT_THAT(adoption.effects, IsEmpty());
+  EXPECT_THAT(adoption.sentence, HasSubstr("held out worse than the base model"));
+}
+
 TEST(AdoptionOf, InstrumentsAloneAreNotAdopted) {
   const Adoption adoption = adoptionOf(saying(Verdict::kNamed, {"current_offset"}), true);
   EXPECT_THAT(adoption.effects, IsEmpty());
