@@ -166,6 +166,20 @@ TEST(Diagnose, UnknownHypothesesAreRefusedByName) {
       std::invalid_argument);
 }
 
+TEST(Diagnose, WhatPredictsTheHoldOutWorseThanTheBaseModelIsToldAndNotGiven) {
+  Recording recording = withSlope(0.1, 2.0);
+  const Series plain = recordingOfDrive(900.0).series;
+  for (std::size_t k = 3 * plain.size() / 4; k < plain.size(); ++k)  // from here on the slope is the other way round
+    recording.series.voltage[k] = 2.0 * plain.voltage[k] - recording.series.voltage[k];
+  const Diagnosis diagnosis = diagnose(recording);
+  ASSERT_TRUE(diagnosis.withheld_rmse) << diagnosis.summary;
+  EXPECT_GT(*diagnosis.withheld_rmse, diagnosis.fit.base_holdout.rmse);
+  EXPECT_EQ(diagnosis.fit.base_holdout.rmse, diagnosis.fit.extended_holdout.rmse);
+  EXPECT_TRUE(diagnosis.extended.effects.empty());
+  EXPECT_EQ(diagnosis.base_voltage, diagnosis.extended_voltage);
+  EXPECT_NE(std::string::npos, diagnosis.summary.find("so the base model is given")) << diagnosis.summary;
+}
+
 TEST(Diagnose, AHoldoutOfEverythingIsRefused) {
   DiagnoseOptions options;
   options.holdout_share = 1.0;
