@@ -37,20 +37,21 @@ BatteryModel::BatteryModel(const std::vector<std::string>& effects, std::shared_
   parameters_.push_back({"u_dc", "u_dc", "V", BaseParameters{}.u_dc, 0.0, 100.0, "paper, eq. 4"});
   parameters_.back().linear = true;
   states_.push_back({"u_c2", "V", 0.0, 0.2, -2.0, 2.0});
+  std::vector<EffectInfo> infos;
   for (const EffectInfo& info : effectCatalogue())
-    if (contains(effects, info.id)) infos_.push_back(info);
-  if (force_) infos_.push_back(learnedInfo(*force_));
-  for (const EffectInfo& info : infos_) {
+    if (contains(effects, info.id)) infos.push_back(info);
+  if (force_) infos.push_back(learnedInfo(*force_));
+  for (const EffectInfo& info : infos) {
     effects_.push_back(info.id);
     first_parameter_.push_back(parameterCount());
     first_state_.push_back(stateCount());
     parameters_.insert(parameters_.end(), info.parameters.begin(), info.parameters.end());
     states_.insert(states_.end(), info.states.begin(), info.states.end());
   }
-  for (const EffectInfo& effect : infos_)
+  for (const EffectInfo& effect : infos)
     for (const ParameterInfo& info : effect.beside)
       if (const auto row = parameterRow(info.name)) parameters_[static_cast<std::size_t>(*row)] = info;
-  for (const EffectInfo& effect : infos_)
+  for (const EffectInfo& effect : infos)
     for (const std::string& bent : effect.bends)
       if (const auto row = parameterRow(bent)) parameters_[static_cast<std::size_t>(*row)].linear = false;
 }

@@ -42,8 +42,6 @@ class BatteryModel {
   /// @return every state of a battery at rest.
   Eigen::VectorXd restState() const;
 
-  /// What an effect of this composition is, by position in effects().
-  const EffectInfo& effect(std::size_t k) const { return infos_[k]; }
   /// The learnt force; none without "learned".
   const std::shared_ptr<const LearnedForce>& force() const { return force_; }
 
@@ -53,7 +51,6 @@ class BatteryModel {
 
  private:
   std::vector<std::string> effects_;
-  std::vector<EffectInfo> infos_;
   std::shared_ptr<const LearnedForce> force_;
   std::vector<ParameterInfo> parameters_;
   std::vector<StateInfo> states_;
