@@ -98,7 +98,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   Relevance& relevance = arguments->options.relevance;
   command->add_option("--relevance-rmse", relevance.rmse, "[V] RMS below which nothing is told; half the noise where that is more")
       ->capture_default_str();
-  command->add_option("--relevance-crank", relevance.crank, "[V] of a cranking voltage: what is left is told beside it")->capture_default_str();
+  command->add_option("--relevance-crank", relevance.crank, "[V], mean over cranks, that something must add to be told")->capture_default_str();
   command->add_option("--relevance-charge", relevance.charge_share, "share of the charging current below which nothing is told where a source draws it")->capture_default_str();
   command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")
       ->capture_default_str();

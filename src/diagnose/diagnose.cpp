@@ -39,6 +39,7 @@ constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], docs/physics.md#
 constexpr double kShortSteps = 6000.0;       // [s] of a slow recording beyond which short steps would take minutes
 constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
 constexpr int kLeftOutBlocks = 4;
+constexpr double kToldRight = 0.7;           // [1], of the families told of batteries of unknown law: docs/diagnosis.md
 constexpr double kPlausible = 0.02;          // [V], what instruments may leave of a vehicle's recording
 constexpr double kLowestVoltage = 10.5, kHighestVoltage = 15.5;  // [V] a block of lead-acid cells
 constexpr std::size_t kTermsTold = 4;
@@ -306,6 +307,8 @@ class Diagnoser {
     found_.evidence_base = explained_.base_evidence;
     found_.evidence_extended = explained_.evidence;
     found_.temper = explained_.temper;
+    // The evidence weighs families against each other and does not know that a battery's law may be none of them.
+    for (Component& one : explained_.components) one.probability *= kToldRight;
     if (!explained_.components.empty()) {
       found_.family = explained_.components.front().family;
       found_.probability = explained_.components.front().probability;

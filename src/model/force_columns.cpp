@@ -16,6 +16,7 @@ constexpr std::array<double, 10> kTimes = {0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300
 constexpr std::array<double, 6> kEdgeTimes = {0.005, 0.01, 0.02, 0.05, 0.1, 0.15};                           // [s]
 constexpr double kFastest = 0.06;      // [s]; sampled more slowly, edges are single samples
 constexpr double kSlowMemory = 100.0;  // [s]; a memory of the current that lasts longer is the acid's
+constexpr std::array<double, 4> kOnsets = {-4.0, -2.0, 0.0, 2.0};  // widths from what is high
 constexpr int kSteps = 6;              // instants at which a contact may have changed
 
 class Library {
@@ -43,20 +44,23 @@ class Library {
   void takeMemories() {
     for (const double time : kTimes) {
       if (!fits(time)) continue;
-      const Family slow = time >= kSlowMemory ? Family::kAcid : Family::kStructure;
       add(Family::kAcceptance, ForceKind::kChargeMemory, time);
       add(Family::kAcid, ForceKind::kDischargeMemory, time);
-      add(slow, ForceKind::kMemory, time);
+      takeMemory(time >= kSlowMemory ? Family::kAcid : Family::kStructure, time);
       if (time == 3.0 || time == 30.0 || time == 300.0 || time == 3000.0) {
         add(Family::kAcceptance, ForceKind::kLogChargeMemory, time, 5.0);
         add(Family::kAcid, ForceKind::kLogDischargeMemory, time, 20.0);
         add(Family::kAcceptance, ForceKind::kMemoryOfCharging, time, 2.0);
       }
-      if (time == 1.0 || time == 10.0 || time == 100.0 || time == 1000.0) {
-        add(slow, ForceKind::kCompressedMemory, time, 5.0);
-        add(slow, ForceKind::kMemoryOfCompressed, time, 5.0);
-      }
     }
+  }
+
+  /// Alike in both directions of the current.
+  void takeMemory(Family family, double time) {
+    add(family, ForceKind::kMemory, time);
+    if (time != 1.0 && time != 10.0 && time != 100.0 && time != 1000.0) return;
+    add(family, ForceKind::kCompressedMemory, time, 5.0);
+    add(family, ForceKind::kMemoryOfCompressed, time, 5.0);
   }
 
   void takeReserves() {
@@ -72,7 +76,7 @@ class Library {
     for (const double scale : {500.0, 2000.0})
       for (const double time : {30.0, 300.0})
         if (fits(time)) add(Family::kAcid, ForceKind::kDischargeReserve, time, scale);
-    for (const double scale : {30.0, 100.0, 300.0}) add(Family::kOpenCircuit, ForceKind::kSinceCharge, 0.0, scale);
+    for (const double scale : {10.0, 30.0, 100.0, 300.0, 1000.0}) add(Family::kOpenCircuit, ForceKind::kSinceCharge, 0.0, scale);
   }
 
   void takeStatic() {
@@ -105,10 +109,15 @@ class Library {
     add(Family::kStructure, ForceKind::kOverpotentialSquared, 0.0, scale);
     add(Family::kStructure, ForceKind::kOverpotentialCubed, 0.0, scale);
     add(Family::kStructure, ForceKind::kOverpotentialLogCosh, 0.0, scale);
-    add(Family::kSideReactions, ForceKind::kHighOverpotential, context_.high, context_.high_width);
-    for (const double time : {10.0, 100.0})
-      if (fits(time)) add(Family::kSideReactions, ForceKind::kHighMemory, context_.high, context_.high_width, time);
-    add(Family::kSideReactions, ForceKind::kHighSum, context_.high, context_.high_width);
+    for (const double widths : kOnsets) takeHigh(context_.high + widths * context_.high_width);
+  }
+
+  /// Where a side reaction sets in is the electrode's and the acid's: several voltages.
+  void takeHigh(double onset) {
+    add(Family::kSideReactions, ForceKind::kHighOverpotential, onset, context_.high_width);
+    for (const double time : {3.0, 10.0, 30.0, 100.0, 300.0})
+      if (fits(time)) add(Family::kSideReactions, ForceKind::kHighMemory, onset, context_.high_width, time);
+    add(Family::kSideReactions, ForceKind::kHighSum, onset, context_.high_width);
   }
 
   void takeTime() {

@@ -18,7 +18,7 @@ struct Component {
   double gain = 0.0;              ///< of ln evidence, by which the whole would be worse without it [1]
   double rms = 0.0;               ///< [V], what it adds over the training rows that the base circuit cannot
   std::vector<std::string> tied;  ///< ids that would do as well in its place
-  double probability = 1.0;       ///< of its family in this place, against the other families' best [0, 1]
+  double probability = 1.0;       ///< of its family in this place, if it is one of the families that were weighed [0, 1]
 };
 
 /// An effect that was fitted in some step.
@@ -27,10 +27,10 @@ struct WeighedMember {
   double gain = 0.0;  ///< of ln evidence beside what had been accepted before [1]
 };
 
-/// Below what nothing is worth telling: in the currency of those who ask.
+/// What a part has to add to be worth telling, in the currency of those who ask: any of the three.
 struct Relevance {
   double rmse = 0.001;        ///< [V], RMS over the training part; half the noise where that is more
-  double crank = 0.010;       ///< [V], of a cranking voltage; what is left is told beside it, nothing is decided by it
+  double crank = 0.010;       ///< [V], mean magnitude while cranking; half the noise where that is more
   double charge_share = 0.03; ///< [1], of the charging current
 };
 
@@ -62,7 +62,6 @@ struct Explanation {
   double left_rms = 0.0;              ///< [V], of what the library would still take beside it
   double left_crank = 0.0;            ///< [V], mean magnitude of that while cranking
   double left_charge_share = 0.0;     ///< [1], of the charging current, that it stands for
-  double left_gain = 0.0;             ///< of ln evidence, by the library beside it
   std::optional<Family> left_family;  ///< that gains most beside it
   std::vector<WeighedMember> weighed; ///< in the order in which they came
   std::vector<LeastStrength> least;   ///< of every effect that is not in it

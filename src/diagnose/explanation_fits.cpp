@@ -1,0 +1,349 @@
+#include "explanation_fits.hpp"
+
+#include <stdexcept>
+
+#include "battery_sof/diagnose/hypotheses.hpp"
+#include "battery_sof/diagnose/unseen_current.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kLeastTemper = 0.02;  // instruments' errors hang together for seconds, what lasts longer is physics
+constexpr double kFirstTemper = 0.05, kSettledTemper = 1e-4;  // the same from any state before
+constexpr int kTemperPasses = 8, kPolishes = 2;
+constexpr double kPolished = 1e-3;  // nats
+constexpr double kCrankCurrent = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
+constexpr int kNoiseRounds = 4;        // in which noise and what the sampling cannot know are told apart
+constexpr int kWander = 24;            // steps of a voltage channel's random walk over the training part
+constexpr double kMostWander = 0.0012; // [V] a root minute, of a voltage channel
+constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
+
+}  // namespace
+
+ExplanationFits::ExplanationFits(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
+                                 const Relevance& relevance)
+    : drive_(drive), table_(table), base_(base),
+      response_(baseResponse(BatteryModel(), {base.parameters, base.state, drive.first_time, drive.first_time}, drive, training)),
+      rows_(drive, response_, base) {
+  for (Eigen::Index row = 0; row < response_.training; ++row)
+    if (response_.weight[row] > 0.0) counted_.push_back(row);
+  free_.resize(static_cast<Eigen::Index>(counted_.size()), table.values.cols() + kWander);
+  free_.leftCols(table.values.cols()) = table.values(counted_, Eigen::all);
+  free_.rightCols(kWander) = wander();
+  free_products_ = free_.transpose() * free_;
+  takeRelevance(relevance);
+}
+
+ExplanationState ExplanationFits::baseState() const {
+  ExplanationState state;
+  state.point = base_;
+  state.coordinates = coordinatesOf(state.model);
+  if (!place(state)) throw std::invalid_argument("explain: the base circuit has no finite voltage where it begins");
+  return state;
+}
+
+Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model, const CompositionPoint& point) const {
+  const RowErrors errors = rows_.errors(model, point);
+  return errors.error.size() > 0 ? Eigen::VectorXd(errors.error(counted_)) : Eigen::VectorXd();
+}
+
+std::vector<FitCoordinate> ExplanationFits::coordinatesOf(const BatteryModel& model) const {
+  std::vector<FitCoordinate> all;
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
+    const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
+    if (info.held) continue;
+    all.push_back(j < kBaseRows ? baseCoordinate(info, j, base_.parameters[kRowUDc]) : effectCoordinate(info, j, table_.context.span));
+  }
+  for (Eigen::Index k = 0; k < model.stateCount(); ++k) {
+    const StateInfo& info = model.states()[static_cast<std::size_t>(k)];
+    if (k == 0) {
+      FitCoordinate c;
+      c.row = model.parameterCount();
+      c.centre = base_.state[0];
+      c.std = baseDirectionStd(kBaseDirections - 1);
+      all.push_back(c);
+    } else if (info.initial_std) {
+      all.push_back(stateCoordinate(info, model.parameterCount() + k, base_.state[0]));
+    }
+  }
+  return all;
+}
+
+double& ExplanationFits::at(CompositionPoint& point, Eigen::Index row) {
+  return row < point.parameters.size() ? point.parameters[row] : point.state[row - point.parameters.size()];
+}
+
+bool ExplanationFits::place(ExplanationState& state) const {
+  spent_ += static_cast<double>(counted_.size()) * static_cast<double>(state.coordinates.size()) / kUsualCoordinates;
+  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(), static_cast<Eigen::Index>(state.coordinates.size()));
+  for (std::size_t j = 0; j < state.coordinates.size(); ++j) {
+    const FitCoordinate& c = state.coordinates[j];
+    seeds(c.row, static_cast<Eigen::Index>(j)) = c.slope(at(state.point, c.row));
+  }
+  const RowErrors errors = rows_.errors(state.model, state.point, seeds);
+  if (errors.error.size() == 0) return false;
+  state.error = errors.error(counted_);
+  state.sensitivity = errors.sensitivity(counted_, Eigen::all);
+  const Eigen::VectorXd unseen = unseenVariance(drive_, response_, state.model, state.point);
+  state.unseen = unseen.size() > 0 ? Eigen::VectorXd(unseen(counted_)) : Eigen::VectorXd();
+  if (state.unseen.size() == 0) state.trust.resize(0);
+  return true;
+}
+
+ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all) const {
+  ExplanationSums sums;
+  const auto known = static_cast<Eigen::Index>(state.coordinates.size());
+  LinearProblem& problem = sums.problem;
+  Eigen::VectorXd expected(known);  // prior means from where the state stands
+  problem.known_std.resize(known);
+  CompositionPoint point = state.point;
+  for (Eigen::Index j = 0; j < known; ++j) {
+    const FitCoordinate& c = state.coordinates[static_cast<std::size_t>(j)];
+    expected[j] = c.centre - c.of(at(point, c.row));
+    problem.known_std[j] = c.std;
+  }
+  std::vector<Eigen::Index> used;
+  for (std::size_t k = 0; k < table_.columns.size(); ++k)
+    if (all || state.learnt.count(table_.columns[k].family)) {
+      used.push_back(static_cast<Eigen::Index>(k));
+      problem.group.push_back(static_cast<int>(groupOf(table_.columns[k].kind)));
+    }
+  problem.group.insert(problem.group.end(), kWander, kForceGroups);
+  problem.groups = kForceGroups + 1;
+  problem.most.assign(kForceGroups + 1, GroupPrior().most);
+  problem.most.back() = most_wander_;
+  for (int k = 0; k < kWander; ++k) used.push_back(static_cast<Eigen::Index>(table_.columns.size()) + k);
+  const auto free = static_cast<Eigen::Index>(used.size());
+  sums.columns.resize(state.error.size(), known + free);
+  sums.columns.leftCols(known) = state.sensitivity;
+  for (Eigen::Index j = 0; j < free; ++j) sums.columns.col(known + j) = free_.col(used[static_cast<std::size_t>(j)]);
+  sums.targets = state.error - state.sensitivity * expected;
+  if (state.trust.size() > 0) {
+    sums.columns = state.trust.asDiagonal() * sums.columns;
+    sums.targets = state.trust.cwiseProduct(sums.targets);
+    problem.products = sums.columns.transpose() * sums.columns;
+  } else {
+    problem.products.resize(known + free, known + free);
+    problem.products.leftCols(known) = sums.columns.transpose() * state.sensitivity;
+    problem.products.topRightCorner(known, free) = problem.products.bottomLeftCorner(free, known).transpose();
+    problem.products.bottomRightCorner(free, free) = free_products_(used, used);
+  }
+  problem.targets = sums.columns.transpose() * sums.targets;
+  problem.square = sums.targets.squaredNorm();
+  problem.rows = static_cast<double>(counted_.size());
+  return sums;
+}
+
+void ExplanationFits::weigh(ExplanationState& state) const {
+  weighOnce(state);
+  for (int round = 0; round < kNoiseRounds && state.unseen.size() > 0; ++round) {
+    ExplanationState next = state;
+    next.trust = trustAt(state.fit.noise, state.unseen);
+    weighOnce(next);
+    if (!(next.evidence > state.evidence)) return;
+    state = std::move(next);
+  }
+}
+
+void ExplanationFits::improve(ExplanationState& state, int iterations, double settled) const {
+  weigh(state);
+  for (int round = 0; round < iterations; ++round) {
+    const double before = state.evidence;
+    bool moved = false;
+    for (double step = 1.0; step > 0.05 && !moved; step *= 0.35) {
+      ExplanationState next = state;
+      for (std::size_t j = 0; j < next.coordinates.size(); ++j) {
+        const FitCoordinate& c = next.coordinates[j];
+        double& value = at(next.point, c.row);
+        const double x = c.of(value), target = c.centre + state.fit.z[static_cast<Eigen::Index>(j)];
+        value = c.value(x + step * (target - x));
+      }
+      if (!place(next)) continue;
+      weigh(next);
+      if (!(next.evidence > state.evidence)) continue;
+      state = std::move(next);
+      moved = true;
+    }
+    if (!moved || state.evidence - before < settled) return;
+  }
+}
+
+void ExplanationFits::begin(ExplanationState& state, int iterations) const {
+  if (place(state))
+    improve(state, iterations);
+  else
+    state.evidence = -std::numeric_limits<double>::infinity();
+}
+
+void ExplanationFits::settle(ExplanationState& state) {
+  weigh(state);
+  const auto key = std::make_pair(std::set<std::string>(state.members.begin(), state.members.end()), state.learnt);
+  const auto known = known_.find(key);
+  if (known != known_.end()) {
+    ExplanationState other = state;
+    other.point = movedTo(state.model, known->second.first, known->second.second);
+    if (place(other)) weigh(other);
+    if (other.evidence > state.evidence) state = std::move(other);
+  }
+  improve(state);
+  known_.insert_or_assign(key, std::make_pair(state.model, state.point));
+}
+
+void ExplanationFits::polish(ExplanationState& state) {
+  for (int round = 0; round < kPolishes; ++round) {
+    takeTemper(state);
+    improve(state, kMostIterations, kPolished);
+  }
+  takeTemper(state);
+  weigh(state);
+}
+
+void ExplanationFits::takeTemper(const ExplanationState& state) {
+  temper_ = kFirstTemper;
+  const ExplanationSums sums = sumsOf(state, true);
+  LinearFit fit;
+  for (int pass = 0; pass < kTemperPasses; ++pass) {
+    fit = pass == 0 ? fitGroups(sums.problem, temper_) : fitGroupsFrom(sums.problem, temper_, fit);
+    const double before = std::exchange(temper_, std::max(kLeastTemper, independentShare(sums.targets - sums.columns * fit.z)));
+    if (std::abs(temper_ - before) < kSettledTemper * before) return;
+  }
+}
+
+ExplanationState ExplanationFits::withColumns(const ExplanationState& state, Family family) const {
+  ExplanationState next = state;
+  next.learnt.insert(family);
+  weigh(next);
+  return next;
+}
+
+ExplanationState ExplanationFits::withoutMember(const ExplanationState& state, const std::string& id) {
+  ExplanationState next = state;
+  next.members.erase(std::find(next.members.begin(), next.members.end(), id));
+  next.model = BatteryModel();
+  for (const std::string& other : next.members)
+    if (!isUsed(other, next)) next.model = enlarged(next.model, other);
+  next.coordinates = coordinatesOf(next.model);
+  next.point = movedTo(next.model, state.model, state.point);
+  if (place(next)) settle(next);
+  return next;
+}
+
+bool ExplanationFits::isUsed(const std::string& id, const ExplanationState& state) {
+  const auto& there = state.model.effects();
+  return std::find(there.begin(), there.end(), id) != there.end();
+}
+
+Eigen::VectorXd ExplanationFits::trusted(const ExplanationState& state, const Eigen::VectorXd& rows) {
+  return state.trust.size() > 0 ? Eigen::VectorXd(state.trust.cwiseProduct(rows)) : rows;
+}
+
+Eigen::LDLT<Eigen::MatrixXd> ExplanationFits::penalised(const ExplanationSums& sums, const ExplanationState& state) const {
+  Eigen::MatrixXd H = sums.problem.products;
+  for (Eigen::Index k = 0; k < H.rows(); ++k) {
+    const double s = k < sums.problem.known() ? sums.problem.known_std[k]
+                                              : std::max(state.fit.strength[static_cast<std::size_t>(sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])], 1e-6);
+    H(k, k) += state.fit.noise * state.fit.noise / (temper_ * s * s);
+  }
+  return Eigen::LDLT<Eigen::MatrixXd>(H);
+}
+
+Eigen::VectorXd ExplanationFits::modelled(const ExplanationState& state) const {
+  const auto known = static_cast<Eigen::Index>(state.coordinates.size());
+  Eigen::VectorXd said = -state.error;
+  Eigen::Index j = known;
+  for (std::size_t k = 0; k < table_.columns.size(); ++k)
+    if (state.learnt.count(table_.columns[k].family)) said += free_.col(static_cast<Eigen::Index>(k)) * state.fit.z[j++];
+  return said;
+}
+
+Eigen::VectorXd ExplanationFits::leftToLearn(const ExplanationState& state) const {
+  const LinearFit all = fitOf(sumsOf(state, true));
+  Eigen::VectorXd part = Eigen::VectorXd::Zero(free_.rows());
+  for (std::size_t k = 0; k < table_.columns.size(); ++k)
+    if (!state.learnt.count(table_.columns[k].family))
+      part += free_.col(static_cast<Eigen::Index>(k)) * all.z[static_cast<Eigen::Index>(state.coordinates.size() + k)];
+  return part;
+}
+
+Eigen::VectorXd ExplanationFits::besideBase(const Eigen::VectorXd& part) const {
+  const Eigen::MatrixXd J = response_.sensitivity(counted_, Eigen::all);
+  Eigen::MatrixXd H = J.transpose() * J;
+  H.diagonal().array() += 1e-9 * H.diagonal().array();
+  return part - J * H.ldlt().solve(J.transpose() * part);
+}
+
+double ExplanationFits::crankOf(const Eigen::VectorXd& part) const {
+  double sum = 0.0, cranks = 0.0;
+  for (std::size_t n = 0; n < counted_.size(); ++n) {
+    if (!(rows_.currentOf(counted_[n]) < kCrankCurrent)) continue;
+    sum += std::abs(part[static_cast<Eigen::Index>(n)]);
+    cranks += 1.0;
+  }
+  return cranks > 0.0 ? sum / cranks : 0.0;
+}
+
+double ExplanationFits::chargeShareOf(const Eigen::VectorXd& part) const {
+  double charge = 0.0, currents = 0.0;
+  for (std::size_t n = 0; n < counted_.size(); ++n) {
+    const double current = rows_.currentOf(counted_[n]);
+    if (!(current > kChargeCurrent)) continue;
+    charge += std::abs(part[static_cast<Eigen::Index>(n)]);
+    currents += current;
+  }
+  const double resistance = base_.parameters[kRowRCharge] + 2.0 / base_.parameters[kRowBeta] / kTypicalCharge;
+  return currents > 0.0 ? charge / resistance / currents : 0.0;
+}
+
+LinearFit ExplanationFits::fitOf(const ExplanationSums& sums) const {
+  std::vector<char> active(kForceGroups + 1, 0);
+  for (const int group : sums.problem.group) active[static_cast<std::size_t>(group)] = 1;
+  return fitSomeGroups(sums.problem, temper_, active);
+}
+
+double ExplanationFits::beyond(const ExplanationState& more, const ExplanationState& less) {
+  return std::sqrt(std::max(0.0, std::pow(less.fit.noise, 2) - std::pow(more.fit.noise, 2)));
+}
+
+Eigen::MatrixXd ExplanationFits::wander() {
+  const double from = response_.time[counted_.front()], length = (response_.time[counted_.back()] - from) / kWander;
+  Eigen::MatrixXd ramps(static_cast<Eigen::Index>(counted_.size()), kWander);
+  for (std::size_t n = 0; n < counted_.size(); ++n)
+    for (int k = 0; k < kWander; ++k)
+      ramps(static_cast<Eigen::Index>(n), k) = std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
+  most_wander_ = kMostWander * std::sqrt(length / 60.0);
+  return ramps;
+}
+
+void ExplanationFits::takeRelevance(const Relevance& relevance) {
+  double square = 0.0, currents = 0.0, imposed = 0.0;
+  for (const Eigen::Index row : counted_) {
+    if (!response_.voltage_drives[static_cast<std::size_t>(row)]) continue;
+    square += std::pow(rows_.currentOf(row) * response_.resistance[row], 2);
+    imposed += 1.0;
+  }
+  if (imposed > 0.0) currents = relevance.charge_share * std::sqrt(square / imposed);
+  const double share = imposed / static_cast<double>(counted_.size()), rmse = relevance.rmse;
+  relevant_ = std::sqrt((1.0 - share) * rmse * rmse + share * std::pow(std::max(rmse, currents), 2));
+}
+
+void ExplanationFits::weighOnce(ExplanationState& state) const {
+  state.fit = fitOf(sumsOf(state, false));
+  state.evidence = state.fit.evidence;
+  if (state.trust.size() > 0) state.evidence += temper_ * state.trust.array().log().sum();
+}
+
+Eigen::VectorXd ExplanationFits::trustAt(double noise, const Eigen::VectorXd& unseen) {
+  return (1.0 + unseen.array() / (noise * noise)).rsqrt().matrix();
+}
+
+CompositionPoint ExplanationFits::movedTo(const BatteryModel& model, const BatteryModel& from, const CompositionPoint& there) const {
+  CompositionPoint point = embedded(BatteryModel(), base_, model);
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j)
+    point.parameters[j] = there.parameters[*from.parameterRow(model.parameters()[static_cast<std::size_t>(j)].name)];
+  for (Eigen::Index k = 0; k < model.stateCount(); ++k)
+    for (Eigen::Index m = 0; m < from.stateCount(); ++m)
+      if (model.states()[static_cast<std::size_t>(k)].name == from.states()[static_cast<std::size_t>(m)].name) point.state[k] = there.state[m];
+  return point;
+}
+
+}  // namespace battery_sof

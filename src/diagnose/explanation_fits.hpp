@@ -1,0 +1,108 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <utility>
+
+#include "battery_sof/diagnose/explanation.hpp"
+#include "explanation_state.hpp"
+
+namespace battery_sof {
+
+/// ExplanationSums over the counted rows for a state's linear fit.
+struct ExplanationSums {
+  LinearProblem problem;
+  Eigen::MatrixXd columns;  // times the rows' trust
+  Eigen::VectorXd targets;  // likewise
+};
+
+/**
+ * @brief Fits of compositions and of families' columns beside them to the rows of one drive, at one temper for all.
+ *
+ * A set of parts has one fit: the best that any path has come to (settle()).
+ */
+class ExplanationFits {
+ public:
+  static constexpr int kMostIterations = 12;
+
+  /// @param training samples that are learnt from.  @param base circuit fitted to them.
+  ExplanationFits(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base, const Relevance& relevance);
+
+  /// The base circuit where it was fitted. @throws std::invalid_argument if it has no finite voltage there.
+  ExplanationState baseState() const;
+  std::vector<FitCoordinate> coordinatesOf(const BatteryModel& model) const;
+  static double& at(CompositionPoint& point, Eigen::Index row);
+  /// Simulates a state where it stands. @return whether the model has a voltage there.
+  bool place(ExplanationState& state) const;
+  ExplanationSums sumsOf(const ExplanationState& state, bool all) const;
+  void weigh(ExplanationState& state) const;
+  /// Gauss-Newton steps in all coordinates, the columns solved along, while ln evidence grows. @param settled nats.
+  void improve(ExplanationState& state, int iterations = kMostIterations, double settled = 0.1) const;
+  /// The first steps of a search.
+  void begin(ExplanationState& state, int iterations) const;
+  /// Fits a state to the end, from where it stands or from the best that another path has come to with the same parts.
+  void settle(ExplanationState& state);
+  /// Takes the share of rows that count as independent once all that can be learnt beside a state is taken out.
+  void takeTemper(const ExplanationState& state);
+  /// Fits a state closely and takes the temper there: one score for one set, whichever way led to it.
+  void polish(ExplanationState& state);
+  /// A state with a family's columns beside it; the circuit moves along once they are taken.
+  ExplanationState withColumns(const ExplanationState& state, Family family) const;
+  ExplanationState withoutMember(const ExplanationState& state, const std::string& id);
+  static bool isUsed(const std::string& id, const ExplanationState& state);
+  static Eigen::VectorXd trusted(const ExplanationState& state, const Eigen::VectorXd& rows);
+  /// Factors of the columns' products with their priors, in units of the tempered noise.
+  Eigen::LDLT<Eigen::MatrixXd> penalised(const ExplanationSums& sums, const ExplanationState& state) const;
+  /// What a state says of the counted rows, up to what is common to all [V].
+  Eigen::VectorXd modelled(const ExplanationState& state) const;
+  /// What the library would take beside a state, of the families that it has not [V].
+  Eigen::VectorXd leftToLearn(const ExplanationState& state) const;
+  /// What of a part of the counted rows the base circuit's parameters cannot take up [V].
+  Eigen::VectorXd besideBase(const Eigen::VectorXd& part) const;
+  static double rms(const Eigen::VectorXd& part) { return std::sqrt(part.squaredNorm() / static_cast<double>(part.size())); }
+  /// Mean magnitude of a part of the counted rows while cranking [V]; 0 without a crank.
+  double crankOf(const Eigen::VectorXd& part) const;
+  /// A part of the counted rows as a share of the charging current [1].
+  double chargeShareOf(const Eigen::VectorXd& part) const;
+  LinearFit fitOf(const ExplanationSums& sums) const;
+  /// What the fit of a state explains beyond that of another [V].
+  static double beyond(const ExplanationState& more, const ExplanationState& less);
+
+  const CompositionPoint& base() const { return base_; }
+  const BaseResponse& response() const { return response_; }
+  const std::vector<Eigen::Index>& counted() const { return counted_; }  ///< rows that are learnt from and have a measurement
+  double temper() const { return temper_; }
+  bool isSpent() const { return spent_ > kBudget; }
+  /// What an RMS has to be to matter beside a state [V].
+  double relevantBeside(const ExplanationState& state) const { return std::max(relevant_, 0.5 * state.fit.noise); }
+  double relevant() const { return relevant_; }
+  /// Errors of the counted rows [V]; empty where the composition has no voltage.
+  Eigen::VectorXd errorsOf(const BatteryModel& model, const CompositionPoint& point) const;
+
+ private:
+  static constexpr double kBudget = 4e6;  // rows simulated with the derivatives of a usual composition; then what stands is told
+
+  /// A voltage channel's random walk: ramps one after the other, each of a random height.
+  Eigen::MatrixXd wander();
+  /// What an RMS has to be to matter: of a voltage as it is, of a current that a source draws out its share of the current.
+  void takeRelevance(const Relevance& relevance);
+  void weighOnce(ExplanationState& state) const;
+  static Eigen::VectorXd trustAt(double noise, const Eigen::VectorXd& unseen);
+  /// A point of a composition that holds all of another's parameters and states, as a point of the other.
+  CompositionPoint movedTo(const BatteryModel& model, const BatteryModel& from, const CompositionPoint& there) const;
+
+  using Parts = std::pair<std::set<std::string>, std::set<Family>>;
+
+  const Drive& drive_;
+  const ForceTable& table_;
+  CompositionPoint base_;
+  BaseResponse response_;
+  RowSimulation rows_;
+  std::vector<Eigen::Index> counted_;
+  Eigen::MatrixXd free_, free_products_;       // the table's columns and the wander's ramps
+  double most_wander_ = 0.0, relevant_ = 0.0;  // [V]
+  double temper_ = 1.0;
+  std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits
+  mutable double spent_ = 0.0;                                        // rows simulated with derivatives
+};
+
+}  // namespace battery_sof
