@@ -23,3 +23,6 @@ if(BATTERY_SOF_PYTHON AND NOT pybind11_FOUND)
   message(FATAL_ERROR "BATTERY_SOF_PYTHON is ON, but pybind11, Python's headers or numpy were not found for "
     "${Python3_EXECUTABLE}; expected the packages pybind11-dev, python3-dev and python3-numpy")
 endif()
+if(NOT BATTERY_SOF_PYTHON)
+  message(STATUS "No Python module: BATTERY_SOF_PYTHON is OFF (by default where pybind11-dev, python3-dev or python3-numpy is missing)")
+endif()
