@@ -1,6 +1,6 @@
 # make demo | test | test-core | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
-BUILD_CORE ?= $(BUILD)-core
+BUILD_CORE ?= $(BUILD)/core
 JOBS ?= $(shell nproc)
 PYTHON := /usr/bin/python3
 CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBATTERY_SOF_WERROR=ON
@@ -58,4 +58,4 @@ proof-quick: build
 	@$(PYTHON) scripts/proof quick --build "$(BUILD)" --seal test/proof/quick --out "$(BUILD)/proof/quick"
 
 clean:
-	rm -rf "$(BUILD)" "$(BUILD_CORE)"
+	rm -rf "$(BUILD)"

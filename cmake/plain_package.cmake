@@ -18,6 +18,7 @@ configure_package_config_file(cmake/${PROJECT_NAME}Config.cmake.in ${CMAKE_BINAR
   INSTALL_DESTINATION ${CONFIG_DESTINATION})
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/${PROJECT_NAME}ConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
-#catkin_lint: ignore missing_install_file external_directory missing_file
+#catkin_lint: ignore_once missing_file wrong_install_destination
 install(FILES ${package_files} DESTINATION ${CONFIG_DESTINATION})
+#catkin_lint: ignore_once wrong_install_destination
 install(DIRECTORY config/scenarios DESTINATION ${SHARE_DESTINATION})
