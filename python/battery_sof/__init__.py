@@ -9,8 +9,8 @@ the recording's own clock.
     model = battery_sof.identify(recording, from_s=0.0, to_s=240.0)
     answer = battery_sof.crank(model, i_load=-15.0, t_stop=60.0, i_cranking=-400.0, u_required=7.2)
 
-In a build with ROS the messages are in the same package (battery_sof.msg, battery_sof.srv); who imports those alone loads
-neither numpy nor the core.
+In a build with ROS the messages are in the same package (battery_sof.msg, battery_sof.srv); who imports those alone does
+not load the core.
 """
 
 from typing import TYPE_CHECKING, Any, List
