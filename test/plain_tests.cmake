@@ -17,7 +17,7 @@ function(battery_sof_gtest name)
   endforeach()
   add_executable(${name} ${sources})
   target_include_directories(${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
-  target_compile_definitions(${name} PRIVATE
+  target_compile_definitions(${name} PRIVATE BATTERY_SOF_WITHOUT_ROS
     BATTERY_SOF_SOURCE_DIR="${PROJECT_SOURCE_DIR}" BATTERY_SOF_TEST_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
   target_link_libraries(${name} PRIVATE ${ARG_LINK} ${matchers} GTest::gtest_main)
   add_test(NAME ${name} COMMAND ${name})
