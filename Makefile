@@ -1,10 +1,11 @@
-# make demo | test | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | test-core | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
+BUILD_CORE ?= $(BUILD)/core
 JOBS ?= $(shell nproc)
 PYTHON := /usr/bin/python3
 CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBATTERY_SOF_WERROR=ON
 
-.PHONY: build demo test bench reproduce study calibrate proof proof-quick deps clean
+.PHONY: build demo test test-core bench reproduce study calibrate proof proof-quick deps clean
 
 deps:
 	@bash scripts/install_dependencies
@@ -21,6 +22,12 @@ demo: build
 test: build
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target tests -j$(JOBS)
 	@cd "$(BUILD)" && CTEST_OUTPUT_ON_FAILURE=1 bash ../scripts/with_ros ctest --no-tests=error
+
+# The build without ROS (docs/core.md), and what can differ in it: files and commands, the installed package, Python.
+test-core: deps
+	@cmake -S . -B "$(BUILD_CORE)" -DBATTERY_SOF_ROS=OFF $(CMAKE_FLAGS)
+	@cmake --build "$(BUILD_CORE)" --target core_checks -j$(JOBS)
+	@cd "$(BUILD_CORE)" && ctest -L core_checks --output-on-failure --no-tests=error
 
 bench: deps
 	@bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS) -DBATTERY_SOF_BENCH=ON

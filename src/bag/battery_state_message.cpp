@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "battery_sof/recording/number_text.hpp"
+
 namespace battery_sof {
 
 namespace {
@@ -17,6 +19,7 @@ constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 
 double shortestDecimal(float value) {
   if (!std::isfinite(value)) return value;
+  const ClassicNumbers classic;
   char text[32];
   for (int digits = 6; digits <= 9; ++digits) {
     std::snprintf(text, sizeof(text), "%.*g", digits, static_cast<double>(value));

@@ -5,20 +5,19 @@
 
 #include <array>
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 
+#include "battery_sof/identify/recording_fit.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/resample.hpp"
+#include "battery_sof/recording/number_text.hpp"
 
 namespace battery_sof {
 namespace {
 
 constexpr double kEpochClock = 1e8;     // [s]; a clock above it counts from 1970
 constexpr double kProgressAfter = 2.0;  // [s]
-constexpr double kHighRate = 200.0;     // [Hz]
 
 double steadySeconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -65,34 +64,21 @@ Recording loadRecording(const RecordingArguments& arguments) {
                                : readCsv(arguments.path, arguments.columns);
 }
 
-Series atDesignRate(const Series& series) {
-  const double interval = medianInterval(series);
-  return interval > 0.0 && interval < 1.0 / kHighRate ? resample(series) : series;
-}
-
 std::optional<double> parseTime(const std::string& text, const Series& series, const char* option) {
   if (text.empty()) return std::nullopt;
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (*end != '\0' || !std::isfinite(value))
+  const std::optional<double> value = numberOf(text);
+  if (!value || !std::isfinite(*value))
     throw UsageError(std::string(option) + " is \"" + text +
                      "\", expected seconds, e.g. 60 or +60");
   if (series.empty()) return value;
   const bool relative =
-      text[0] == '+' || (series.time.front() > kEpochClock && value < kEpochClock);
-  return relative ? series.time.front() + value : value;
+      text[0] == '+' || (series.time.front() > kEpochClock && *value < kEpochClock);
+  return relative ? series.time.front() + *value : *value;
 }
 
 IndexRange rangeOf(const WindowArguments& arguments, const Series& series) {
-  const double from = parseTime(arguments.from, series, "--from").value_or(series.time.front());
-  const double to = parseTime(arguments.to, series, "--to").value_or(series.time.back());
-  const IndexRange range = indexRange(series, from, to);
-  if (!range.empty()) return range;
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "no sample from %.3f to %.3f s; the recording holds %.3f to %.3f s", from, to,
-                series.time.front(), series.time.back());
-  throw UsageError(text);
+  return samplesBetween(series, parseTime(arguments.from, series, "--from"),
+                        parseTime(arguments.to, series, "--to"));
 }
 
 void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json,
@@ -120,7 +106,7 @@ std::string fileHash(const std::string& path) {
   std::string text = "sha256:";
   for (unsigned int k = 0; k < length; ++k) {
     char pair[3];
-    std::snprintf(pair, sizeof pair, "%02x", digest[k]);
+    printClassic(pair, sizeof pair, "%02x", digest[k]);
     text += pair;
   }
   return text;

@@ -11,6 +11,7 @@
 #include "battery_sof/bag/bag_storage.hpp"
 #include "battery_sof/cli/sof.hpp"
 #include "battery_sof/recording/csv.hpp"
+#include "battery_sof/recording/resample.hpp"
 
 namespace battery_sof {
 
@@ -46,9 +47,6 @@ void addJsonOption(CLI::App& command, std::string& json);
 /// Reads a bag or CSV file. @throws RecordingError.
 Recording loadRecording(const RecordingArguments& arguments);
 
-/// The recording at 100 Hz when it is sampled above 200 Hz (paper, section V), unchanged otherwise.
-Series atDesignRate(const Series& series);
-
 /**
  * @brief A time of the command line on the recording's clock [s].
  *
@@ -58,7 +56,7 @@ Series atDesignRate(const Series& series);
  */
 std::optional<double> parseTime(const std::string& text, const Series& series, const char* option);
 
-/// @return samples between --from and --to. @throws UsageError when there are none.
+/// @return samples between --from and --to. @throws std::invalid_argument when there are none.
 IndexRange rangeOf(const WindowArguments& arguments, const Series& series);
 
 /// Prints text, or JSON instead when json is "-"; writes JSON to a file when json names one.

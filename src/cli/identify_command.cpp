@@ -1,11 +1,8 @@
 #include <chrono>
 #include <ostream>
 
-#include "battery_sof/identify/error_tracker.hpp"
-#include "battery_sof/identify/identification.hpp"
-#include "battery_sof/identify/window.hpp"
+#include "battery_sof/identify/recording_fit.hpp"
 #include "battery_sof/recording/checks.hpp"
-#include "battery_sof/recording/fit_mask.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 #include "battery_sof/report/results.hpp"
 #include "command.hpp"
@@ -29,37 +26,21 @@ void warn(const CommandLine& line, const Recording& recording) {
       line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
 }
 
-FittedModel withoutWindow(const WindowChoice& choice) {
-  FittedModel model;
-  model.status = FitStatus::kNotExcited;
-  model.message = choice.message;
-  return model;
+FitRequest requestOf(const IdentifyArguments& arguments, const Series& series) {
+  FitRequest request;
+  request.from = parseTime(arguments.window.from, series, "--from");
+  request.to = parseTime(arguments.window.to, series, "--to");
+  request.chooses_window = arguments.automatic;
+  request.options = arguments.options;
+  request.options.start = arguments.start == "paper" ? FitStart::kPaper : FitStart::kRobust;
+  request.options.chooses_effects = !arguments.names_effects;
+  return request;
 }
 
-/// The window of the command line, or the best one inside it.
-WindowChoice windowOf(const IdentifyArguments& arguments, const Series& series) {
-  const IndexRange searched = rangeOf(arguments.window, series);
-  const bool both = !arguments.window.from.empty() && !arguments.window.to.empty();
-  if (both && !arguments.automatic) return {searched, 0.0, ""};
-  WindowSearch search;
-  search.from = series.time[searched.first];
-  search.to = series.time[searched.last - 1];
-  return chooseWindow(series, search);
-}
-
-FittedModel fit(const IdentifyArguments& arguments, const Series& series) {
-  const WindowChoice choice = windowOf(arguments, series);
-  if (!choice.range) return withoutWindow(choice);
-  IdentifyOptions options = arguments.options;
-  options.start = arguments.start == "paper" ? FitStart::kPaper : FitStart::kRobust;
-  const InstrumentLimits limits = instrumentLimits(series);
-  options.masked = limits.withoutClipped();
-  options.voltage_lsb_std = limits.voltage_lsb_std;
-  if (options.start != FitStart::kPaper) options.source = drivingSource(series, choice.range->last);
-  options.chooses_effects = !arguments.names_effects;
+FittedModel fit(const Series& series, const FitRequest& request) {
+  const FitPlan plan = planFit(series, request);
   const auto begin = std::chrono::steady_clock::now();
-  FittedModel model = identify(series, *choice.range, options);
-  if (isUsable(model)) fitErrors(model, series, *choice.range);
+  FittedModel model = fitPlanned(series, plan);
   model.fit_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return model;
@@ -90,7 +71,8 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   warn(line, recording);
   const Series series = atDesignRate(recording.series);
   progress.stage("identifying");
-  FittedModel model = fit(arguments, series);
+  const FitRequest request = requestOf(arguments, series);
+  FittedModel model = fit(series, request);
   model.recording = recording.name;
   model.recording_hash = fileHash(arguments.recording.path);
   if (!isUsable(model)) {
@@ -98,7 +80,7 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
     line.err << "sof: no model: " << model.message << "\n";
     return kExitNegative;
   }
-  carryState(model, series, rangeOf({"", arguments.window.to}, series).last - 1);
+  carryToEnd(model, series, request);
   writeModelFile(arguments.out, model);
   emit(line, identifyText(model), identifyJson(model), arguments.json);
   return kExitDone;

@@ -1,10 +1,10 @@
 #include "query_options.hpp"
 
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <sstream>
 
+#include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 
 namespace battery_sof {
@@ -47,11 +47,10 @@ class ProfileFile {
   double number(std::size_t column, const char* name) const {
     if (column >= cells_.size()) refuse(sentence("has no %s, expected a finite number", name));
     const std::string& cell = cells_[column];
-    char* end = nullptr;
-    const double value = std::strtod(cell.c_str(), &end);
-    if (cell.empty() || *end != '\0' || !std::isfinite(value))
+    const std::optional<double> value = numberOf(cell);
+    if (!value || !std::isfinite(*value))
       refuse(sentence("%s is \"%s\", expected a finite number", name, cell.c_str()));
-    return value;
+    return *value;
   }
 
   [[noreturn]] void refuse(const std::string& fault) const {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -26,6 +25,7 @@
 #include "battery_sof/predict/both_ways.hpp"
 #include "battery_sof/recording/clipped_current.hpp"
 #include "battery_sof/recording/fit_mask.hpp"
+#include "battery_sof/recording/number_text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -291,7 +291,7 @@ class Diagnoser {
     for (const auto& term : terms)
       if (learned.terms.size() < kTermsTold && !contains(learned.terms, term.second)) learned.terms.push_back(term.second);
     char text[200];
-    std::snprintf(text, sizeof text, "What the currents and their memory say beside the equations moves the voltage by %.1f mV RMS and takes "
+    printClassic(text, sizeof text, "What the currents and their memory say beside the equations moves the voltage by %.1f mV RMS and takes "
                   "the error on left-out blocks from %.1f to %.1f mV.", 1e3 * learned.rms, 1e3 * learned.left_out.base,
                   1e3 * learned.left_out.force);
     learned.description = text;

@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "battery_sof/recording/number_text.hpp"
 
 namespace battery_sof {
 namespace {
 
 std::string withUnit(double value, const char* format, const char* unit) {
   char text[64];
-  std::snprintf(text, sizeof text, format, value);
+  printClassic(text, sizeof text, format, value);
   return std::string(text) + " " + unit;
 }
 

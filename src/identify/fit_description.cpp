@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "battery_sof/identify/fit_quality.hpp"
 #include "battery_sof/identify/window.hpp"
+#include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/sampling.hpp"
 
 namespace battery_sof {
@@ -83,7 +83,7 @@ FitScores scoresOf(const Series& series, IndexRange range, const FitErrors& erro
 }
 
 std::string sentenceOf(const FittedModel& model) {
-  std::ostringstream text;
+  ClassicStream text;
   switch (model.status) {
     case FitStatus::kConverged:
       text << "converged after " << model.iterations << " iterations";

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 #include "battery_sof/identify/base_search.hpp"
@@ -13,6 +12,7 @@
 #include "battery_sof/identify/follower.hpp"
 #include "battery_sof/identify/window.hpp"
 #include "battery_sof/recording/events.hpp"
+#include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/sampling.hpp"
 
 namespace battery_sof {
@@ -51,7 +51,7 @@ std::vector<Event> cranksOf(const Window& window, double current) {
 
 void requirePositiveOption(bool ok, const char* name, double value, const char* expected) {
   if (ok) return;
-  std::ostringstream message;
+  ClassicStream message;
   message << name << " is " << value << ", expected " << expected;
   throw std::invalid_argument(message.str());
 }
@@ -204,7 +204,7 @@ bool imposesVoltage(const IdentifyOptions& options, IndexRange range) {
 /// A window that no model can be fitted to, and why.
 std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& options) {
   const auto& [series, range, interval, excited] = window;
-  std::ostringstream message;
+  ClassicStream message;
   FitStatus status = FitStatus::kNotExcited;
   const double span = excited.max_current - excited.min_current;
   if (range.size() < kMinFitSamples) {

@@ -1,12 +1,12 @@
 #include "battery_sof/identify/noise_model.hpp"
 
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 #include <unsupported/Eigen/AutoDiff>
 
 #include "battery_sof/identify/levenberg_marquardt.hpp"
 #include "battery_sof/identify/noise_filter.hpp"
+#include "battery_sof/recording/number_text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -16,7 +16,7 @@ constexpr std::size_t kLeastSamples = 30;
 void requireSound(const NoiseModel& noise) {
   const auto require = [](bool ok, const char* name, double value, const char* expected) {
     if (ok && std::isfinite(value)) return;
-    std::ostringstream text;
+    ClassicStream text;
     text << name << " is " << value << ", expected " << expected;
     throw std::invalid_argument(text.str());
   };

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include "battery_sof/identify/base_normal_equations.hpp"
+#include "battery_sof/recording/number_text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -89,7 +89,7 @@ std::vector<IndexRange> candidates(const Series& series, IndexRange searched, do
 }
 
 std::string sentence(const Series& series, IndexRange range, double suitability) {
-  std::ostringstream text;
+  ClassicStream text;
   text << "window " << series.time[range.first] << " to " << series.time[range.last - 1] << " s, "
        << range.size() << " samples, suitability " << suitability;
   return text.str();

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 #include "battery_sof/model/closed_form_step.hpp"
+#include "battery_sof/recording/number_text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -22,7 +22,7 @@ constexpr double kNewtonTolerance = 1e-13;  // [V]
 
 void requirePositive(double value, const char* name) {
   if (std::isfinite(value) && value > 0.0) return;
-  std::ostringstream message;
+  ClassicStream message;
   message << name << " is " << value << ", expected a finite value above 0";
   throw std::invalid_argument(message.str());
 }
@@ -155,7 +155,7 @@ double OverpotentialStep::advance(double u_c2, double current, double dt) const 
 Overpotential OverpotentialStep::advance(const Overpotential& before, double current,
                                          double dt) const {
   if (!(dt >= 0.0) || !std::isfinite(current) || !std::isfinite(before.value)) {
-    std::ostringstream message;
+    ClassicStream message;
     message << "step of u_c2 = " << before.value << " V under " << current << " A over " << dt
             << " s: all must be finite and the interval not negative";
     throw std::invalid_argument(message.str());

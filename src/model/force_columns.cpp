@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
 #include "force_kernel.hpp"
+
+#include "battery_sof/recording/number_text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -239,7 +240,7 @@ void ForceMemory::advance(const ForceMoment& moment, Eigen::Ref<Eigen::VectorXd>
 std::string describe(const ForceColumn& column) {
   const auto text = [](const char* format, double one, double two = 0.0) {
     char buffer[120];
-    std::snprintf(buffer, sizeof buffer, format, one, two);
+    printClassic(buffer, sizeof buffer, format, one, two);
     return std::string(buffer);
   };
   switch (column.kind) {

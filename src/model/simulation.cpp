@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 #include "simulation_engine.hpp"
+
+#include "battery_sof/recording/number_text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 void requireFinite(const Eigen::VectorXd& values, const char* what) {
   for (Eigen::Index j = 0; j < values.size(); ++j)
     if (!std::isfinite(values[j])) {
-      std::ostringstream text;
+      ClassicStream text;
       text << what << " " << j << " is " << values[j] << ", expected a finite number";
       throw std::invalid_argument(text.str());
     }
@@ -21,7 +22,7 @@ void requireFinite(const Eigen::VectorXd& values, const char* what) {
 
 void requireSize(Eigen::Index size, Eigen::Index expected, const char* what) {
   if (size == expected) return;
-  std::ostringstream text;
+  ClassicStream text;
   text << what << ": " << size << " given, the composition has " << expected;
   throw std::invalid_argument(text.str());
 }
@@ -77,7 +78,7 @@ void Simulation::advance(const DriveStep& step) { engine_->advance(step); }
 
 double Simulation::advanceAtVoltage(double voltage, double duration, double most_current) {
   if (!std::isfinite(voltage) || !std::isfinite(most_current) || !(duration > 0.0)) {
-    std::ostringstream text;
+    ClassicStream text;
     text << "advanceAtVoltage(" << voltage << " V, " << duration << " s, " << most_current
          << " A): expected finite values and a duration above 0";
     throw std::invalid_argument(text.str());

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 
@@ -11,6 +10,7 @@
 #include "battery_sof/predict/query.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
 #include "battery_sof/recording/intake.hpp"
+#include "battery_sof/recording/number_text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -25,7 +25,7 @@ constexpr double kStartSpan = 1.0;       // [s], samples that the first state is
 std::string describeSample(const char* name, std::size_t index, double value,
                            const char* expected) {
   char text[160];
-  std::snprintf(text, sizeof text, "%s[%zu] is %g, expected %s", name, index, value, expected);
+  printClassic(text, sizeof text, "%s[%zu] is %g, expected %s", name, index, value, expected);
   return text;
 }
 
@@ -61,7 +61,7 @@ std::string extrapolation(const FittedModel& model, const std::vector<double>& c
       *high <= kExtrapolation * std::max(model.excited.max_current, 0.0))
     return "";
   char text[200];
-  std::snprintf(text, sizeof text,
+  printClassic(text, sizeof text,
                 "the profile spans %.1f to %.1f A but the window only %.1f to %.1f A", *low, *high,
                 model.excited.min_current, model.excited.max_current);
   return text;

@@ -7,6 +7,7 @@
 
 #include "battery_sof/predict/prediction_interval.hpp"
 #include "battery_sof/recording/intake.hpp"
+#include "battery_sof/recording/number_text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -75,6 +76,7 @@ std::string sentence(const char* pattern, ...) {
   char text[320];
   std::va_list arguments;
   va_start(arguments, pattern);
+  const ClassicNumbers classic;
   std::vsnprintf(text, sizeof text, pattern, arguments);
   va_end(arguments);
   return text;

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <stdexcept>
 #include <string>
 
 #include "battery_sof/recording/channel_statistics.hpp"
+#include "battery_sof/recording/number_text.hpp"
 #include "check_parts.hpp"
 
 namespace battery_sof {
@@ -59,13 +59,13 @@ std::vector<double> someTimes(const std::vector<double>& times) {
 std::string number(double value) {
   char text[32];
   const bool is_large = std::abs(value) >= 1e3 && std::abs(value) < 1e9;
-  std::snprintf(text, sizeof text, is_large ? "%.0f" : "%.4g", value);
+  printClassic(text, sizeof text, is_large ? "%.0f" : "%.4g", value);
   return text;
 }
 
 std::string twoDigits(double value) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.2g", value);
+  printClassic(text, sizeof text, "%.2g", value);
   return text;
 }
 

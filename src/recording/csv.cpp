@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -14,13 +13,14 @@
 
 #include "battery_sof/recording/atomic_file.hpp"
 #include "battery_sof/recording/intake.hpp"
+#include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/sample_list.hpp"
 
 namespace battery_sof {
 namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr double kZeroCelsius = 273.15;  // [K], definition of the degree Celsius
-constexpr double kUnsortedShare = 0.1;   // more clock steps back than this is an unsorted file
 constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
 // ---------------------------------------------------------------------------------------------
@@ -162,16 +162,9 @@ Layout readLayout(const std::filesystem::path& path, Lines& lines, const CsvColu
 // ---------------------------------------------------------------------------------------------
 // cells into numbers
 
-/// The whole cell as a number, NaN for an empty one; nothing when it is text. The cell ends in a
-/// character no number has.
+/// The whole cell as a number, NaN for an empty one; nothing when it is text.
 std::optional<double> parseNumber(std::string_view cell) {
-  if (cell.empty()) return kMissing;
-  char* end = nullptr;
-  const double value = std::strtod(cell.data(), &end);
-  if (end == cell.data() + cell.size() && cell.find_first_of("xX") == std::string_view::npos) {
-    return value;
-  }
-  return std::nullopt;
+  return cell.empty() ? kMissing : numberOf(cell);
 }
 
 /// Days from 1970-01-01 to a date of the Gregorian calendar: 365 a year, and the leap days since
@@ -273,23 +266,11 @@ void readRows(Lines& lines, const Layout& layout, const CsvColumns& columns, Rec
 // --------------------------------------------------------------------------------------------- the
 // whole file
 
-void requireUsable(const std::filesystem::path& path, const Recording& recording) {
+void requireSamples(const std::filesystem::path& path, const Recording& recording) {
   if (recording.offered == 0) {
     throw RecordingError(path.string() + ": has a header line but no sample below it");
   }
-  const RejectedCounts& rejected = recording.rejected;
-  if (rejected.clock_step_back > kUnsortedShare * recording.offered) {
-    throw RecordingError(path.string() +
-                         ": is not sorted by time: " + std::to_string(rejected.clock_step_back) +
-                         " of " + std::to_string(recording.offered) + " samples go back in time");
-  }
-  if (recording.series.empty()) {
-    throw RecordingError(path.string() + ": holds no usable sample: of " +
-                         std::to_string(recording.offered) + ", " +
-                         std::to_string(rejected.missing_value) + " lack a value, " +
-                         std::to_string(rejected.not_finite) + " are not finite, " +
-                         std::to_string(rejected.out_of_range) + " are out of range");
-  }
+  requireUsable(path.string(), recording);
 }
 
 /// Fewest digits whose value satisfies is_exact; 17 always tell two doubles apart.
@@ -297,8 +278,8 @@ template <typename Exact>
 void appendDigits(std::string& text, double value, Exact is_exact) {
   char buffer[32];
   for (int digits = 15; digits <= 17; ++digits) {
-    std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
-    if (is_exact(std::strtod(buffer, nullptr))) break;
+    printClassic(buffer, sizeof buffer, "%.*g", digits, value);
+    if (is_exact(*numberOf(buffer))) break;
   }
   text += buffer;
 }
@@ -371,7 +352,7 @@ Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns) 
   Recording recording;
   recording.name = path.filename().string();
   readRows(lines, layout, columns, recording);
-  requireUsable(path, recording);
+  requireSamples(path, recording);
   return recording;
 }
 

@@ -209,4 +209,10 @@ Series resample(const Series& series, const ResampleOptions& options) {
   return result;
 }
 
+Series atDesignRate(const Series& series) {
+  constexpr double kHighRate = 200.0;  // [Hz]
+  const double interval = medianInterval(series);
+  return interval > 0.0 && interval < 1.0 / kHighRate ? resample(series) : series;
+}
+
 }  // namespace battery_sof

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
 #include "battery_sof/recording/channel_statistics.hpp"
 #include "battery_sof/recording/edges.hpp"
 #include "battery_sof/recording/events.hpp"
+#include "battery_sof/recording/number_text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -200,7 +200,7 @@ std::string summaryOf(const Source& source) {
   char text[200];
   if (source.share == 0.0)
     return "The battery is charged by a source that imposes the current; no voltage is held.";
-  std::snprintf(text, sizeof text,
+  printClassic(text, sizeof text,
                 "A source holds the voltage in %.3g %% of the samples, those above %.3g A%s.",
                 100.0 * source.share, source.rule.least_current,
                 source.rule.charge_begins == Imposed::kCurrent

@@ -2,18 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <regex>
 #include <sstream>
 
 #include "wording.hpp"
+
+#include "battery_sof/recording/number_text.hpp"
 
 namespace battery_sof {
 namespace {
 
 std::string number(double value) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
+  printClassic(text, sizeof text, "%.4g", value);
   return text;
 }
 

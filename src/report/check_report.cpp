@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
 #include "battery_sof/recording/events.hpp"
+#include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/source_overview.hpp"
 #include "wording.hpp"
 
@@ -39,7 +39,7 @@ Extremes extremesOf(const std::vector<double>& values) {
 std::string number(double value) {
   char text[32];
   const bool is_large = std::abs(value) >= 1e3 && std::abs(value) < 1e12;
-  std::snprintf(text, sizeof text, is_large ? "%.14g" : "%.5g",
+  printClassic(text, sizeof text, is_large ? "%.14g" : "%.5g",
                 is_large ? std::round(10.0 * value) / 10.0 : value);
   return text;
 }
@@ -115,7 +115,7 @@ std::string eventsText(const EventSummary& summary) {
   for (const EventKind kind : kKinds) {
     const EventTotals& totals = summary.of(kind);
     char line[80];
-    std::snprintf(line, sizeof line, "    %-10s %8zu   %s\n", describe(kind).c_str(), totals.count,
+    printClassic(line, sizeof line, "    %-10s %8zu   %s\n", describe(kind).c_str(), totals.count,
                   duration(totals.duration).c_str());
     text += line;
   }

@@ -32,7 +32,7 @@ T oneOf(const Reader& node, const char* key, const All& all, const Name& name) {
 }
 
 std::vector<double> numbersOf(const Reader& node, const char* key, std::size_t count) {
-  const auto numbers = node.get<std::vector<double>>(key, "numbers");
+  const auto numbers = node.numbers(key, "numbers");
   if (numbers.size() != count) node.fail(key, "has " + std::to_string(numbers.size()) + " numbers, expected " + std::to_string(count));
   for (const double x : numbers)
     if (!std::isfinite(x)) node.fail(key, "has a number that is not finite");
@@ -55,7 +55,7 @@ YAML::Node forceNode(const LearnedForce& force) {
   YAML::Node node;
   node["context"] = flow({force.context.interval, force.context.span, force.context.beta, force.context.high, force.context.high_width});
   node["circuit"] = flow({force.base_change.data(), force.base_change.data() + force.base_change.size()});
-  for (const LearnedForce::Part& part : force.parts) node["factor_std"][familyId(part.family)] = part.std;
+  for (const LearnedForce::Part& part : force.parts) node["factor_std"][familyId(part.family)] = scalar(part.std);
   for (const char* name : kNumbers) node["numbers"].push_back(name);
   node["numbers"].SetStyle(YAML::EmitterStyle::Flow);
   node["columns"] = YAML::Node(YAML::NodeType::Sequence);

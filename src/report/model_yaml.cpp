@@ -29,7 +29,7 @@ YAML::Node correlationNode(const Eigen::MatrixXd& covariance) {
     YAML::Node row;
     row.SetStyle(YAML::EmitterStyle::Flow);
     for (int k = 0; k < covariance.cols(); ++k) {
-      row.push_back(j == k ? 1.0 : correlation(covariance, j, k));
+      row.push_back(scalar(j == k ? 1.0 : correlation(covariance, j, k)));
     }
     rows.push_back(row);
   }
@@ -39,8 +39,8 @@ YAML::Node correlationNode(const Eigen::MatrixXd& covariance) {
 YAML::Node parameterNode(const ParameterEstimate& estimate) {
   YAML::Node node;
   node.SetStyle(YAML::EmitterStyle::Flow);
-  node["value"] = estimate.value;
-  if (estimate.std) node["std"] = *estimate.std;
+  node["value"] = scalar(estimate.value);
+  if (estimate.std) node["std"] = scalar(*estimate.std);
   node["unit"] = estimate.unit;
   if (estimate.held) node["held"] = true;
   node["at_bound"] = estimate.at_bound;
@@ -50,19 +50,19 @@ YAML::Node parameterNode(const ParameterEstimate& estimate) {
 
 YAML::Node stateNode(const FittedModel& model) {
   YAML::Node node;
-  node["time_s"] = model.state.time;
-  node["u_c2_v"] = model.state.u_c2;
+  node["time_s"] = scalar(model.state.time);
+  node["u_c2_v"] = scalar(model.state.u_c2);
   const auto std_of = [&](Eigen::Index row) { return std::sqrt(std::max(0.0, model.covariance(row, row))); };
   const BatteryModel composition = compositionOf(model);
   const Eigen::Index first = composition.parameterCount();
-  node["u_c2_std_v"] = std_of(first);
-  node["current_a"] = model.state.current;
+  node["u_c2_std_v"] = scalar(std_of(first));
+  node["current_a"] = scalar(model.state.current);
   for (Eigen::Index j = 1; j < composition.stateCount(); ++j) {
     const StateInfo& info = composition.states()[static_cast<std::size_t>(j)];
     YAML::Node state;
     state.SetStyle(YAML::EmitterStyle::Flow);
-    state["value"] = model.state.further[static_cast<std::size_t>(j) - 1];
-    state["std"] = std_of(first + j);
+    state["value"] = scalar(model.state.further[static_cast<std::size_t>(j) - 1]);
+    state["std"] = scalar(std_of(first + j));
     state["unit"] = info.unit;
     node["further"][info.name] = state;
   }
@@ -72,9 +72,9 @@ YAML::Node stateNode(const FittedModel& model) {
 YAML::Node scaleNode(const IntervalScale& scale) {
   YAML::Node node;
   node.SetStyle(YAML::EmitterStyle::Flow);
-  node["factor"] = scale.factor;
-  node["events"] = scale.events;
-  node["inside"] = scale.inside;
+  node["factor"] = scalar(scale.factor);
+  node["events"] = scalar(scale.events);
+  node["inside"] = scalar(scale.inside);
   return node;
 }
 
@@ -82,14 +82,14 @@ YAML::Node scaleNode(const IntervalScale& scale) {
 YAML::Node errorsNode(const FittedModel& model) {
   YAML::Node node;
   if (model.noise) {
-    node["white_std_v"] = model.noise->white_std;
-    node["ar_std_v"] = model.noise->ar_std;
-    node["ar_time_s"] = model.noise->ar_time;
-    node["walk_std_v_per_sqrt_s"] = model.noise->walk_std;
+    node["white_std_v"] = scalar(model.noise->white_std);
+    node["ar_std_v"] = scalar(model.noise->ar_std);
+    node["ar_time_s"] = scalar(model.noise->ar_time);
+    node["walk_std_v_per_sqrt_s"] = scalar(model.noise->walk_std);
     const Discrepancy& d = model.discrepancy;
-    node["now"]["drift_v"] = d.drift;
-    node["now"]["colored_v"] = d.colored;
-    for (const double p : {d.p_dd, d.p_da, d.p_aa}) node["now"]["covariance_v2"].push_back(p);
+    node["now"]["drift_v"] = scalar(d.drift);
+    node["now"]["colored_v"] = scalar(d.colored);
+    for (const double p : {d.p_dd, d.p_da, d.p_aa}) node["now"]["covariance_v2"].push_back(scalar(p));
     node["now"]["covariance_v2"].SetStyle(YAML::EmitterStyle::Flow);
   }
   node["crank_intervals"] = scaleNode(model.crank_scale);
@@ -99,12 +99,12 @@ YAML::Node errorsNode(const FittedModel& model) {
 
 YAML::Node sourceNode(const SourceRule& rule) {
   YAML::Node node;
-  node["least_current_a"] = rule.least_current;
+  node["least_current_a"] = scalar(rule.least_current);
   node["charge_begins"] = rule.charge_begins == Imposed::kVoltage ? "voltage" : "current";
-  node["current_noise_a"] = rule.current_noise;
-  node["voltage_noise_v"] = rule.voltage_noise;
-  if (rule.resistance) node["resistance_ohm"] = *rule.resistance;
-  node["max_gap_s"] = rule.max_gap;
+  node["current_noise_a"] = scalar(rule.current_noise);
+  node["voltage_noise_v"] = scalar(rule.voltage_noise);
+  if (rule.resistance) node["resistance_ohm"] = scalar(*rule.resistance);
+  node["max_gap_s"] = scalar(rule.max_gap);
   return node;
 }
 
@@ -122,7 +122,7 @@ YAML::Node naiveNode(const NaivePredictor& naive) {
   if (naive.phase) {
     const NaivePhase& p = *naive.phase;
     node["phase"]["current_a"] = flow(p.current);
-    node["phase"]["step_s"] = p.step;
+    node["phase"]["step_s"] = scalar(p.step);
     node["phase"]["errors"] = flow({p.std, p.lower_error, p.upper_error, static_cast<double>(p.charges)});
   }
   if (naive.cranks) {
@@ -155,26 +155,26 @@ YAML::Node ridgeNode(const RidgeFit& fit) {
   node["weight"] = flow(numbersOf(fit.weight));
   node["lower"] = flow(numbersOf(fit.lower));
   node["upper"] = flow(numbersOf(fit.upper));
-  node["constant"] = fit.constant;
-  node["penalty"] = fit.penalty;
-  node["gain"] = fit.gain;
+  node["constant"] = scalar(fit.constant);
+  node["penalty"] = scalar(fit.penalty);
+  node["gain"] = scalar(fit.gain);
   return node;
 }
 
 YAML::Node windowNode(const FittedModel& model) {
   YAML::Node node;
-  node["from_s"] = model.window.from;
-  node["to_s"] = model.window.to;
-  node["samples"] = model.window.samples;
-  node["min_current_a"] = model.excited.min_current;
-  node["max_current_a"] = model.excited.max_current;
-  node["min_voltage_v"] = model.excited.min_voltage;
-  node["max_voltage_v"] = model.excited.max_voltage;
-  node["discharge_time_s"] = model.excited.discharge_time;
-  node["charge_time_s"] = model.excited.charge_time;
-  node["longest_discharge_s"] = model.excited.longest_discharge;
-  node["longest_charge_s"] = model.excited.longest_charge;
-  if (model.excited.temperature) node["temperature_c"] = *model.excited.temperature - kKelvin;
+  node["from_s"] = scalar(model.window.from);
+  node["to_s"] = scalar(model.window.to);
+  node["samples"] = scalar(model.window.samples);
+  node["min_current_a"] = scalar(model.excited.min_current);
+  node["max_current_a"] = scalar(model.excited.max_current);
+  node["min_voltage_v"] = scalar(model.excited.min_voltage);
+  node["max_voltage_v"] = scalar(model.excited.max_voltage);
+  node["discharge_time_s"] = scalar(model.excited.discharge_time);
+  node["charge_time_s"] = scalar(model.excited.charge_time);
+  node["longest_discharge_s"] = scalar(model.excited.longest_discharge);
+  node["longest_charge_s"] = scalar(model.excited.longest_charge);
+  if (model.excited.temperature) node["temperature_c"] = scalar(*model.excited.temperature - kKelvin);
   return node;
 }
 
@@ -183,16 +183,16 @@ YAML::Node fitNode(const FittedModel& model) {
   node["status"] = describe(model.status);
   node["message"] = model.message;
   node["start"] = model.start;
-  node["iterations"] = model.iterations;
-  node["q_dyn_percent"] = model.scores.q_dyn_percent;
-  node["rmse_v"] = model.scores.rmse;
-  if (model.scores.current_rmse) node["current_rmse_a"] = *model.scores.current_rmse;
-  if (model.scores.left_out_share_percent) node["left_out_share_percent"] = *model.scores.left_out_share_percent;
-  node["crank_error_v"] = model.scores.crank_error_std;
-  node["cranks"] = model.scores.cranks;
-  node["residual_correlation_time_s"] = model.scores.residual_correlation_time;
-  node["suitability"] = model.suitability;
-  node["fit_ms"] = model.fit_ms;
+  node["iterations"] = scalar(model.iterations);
+  node["q_dyn_percent"] = scalar(model.scores.q_dyn_percent);
+  node["rmse_v"] = scalar(model.scores.rmse);
+  if (model.scores.current_rmse) node["current_rmse_a"] = scalar(*model.scores.current_rmse);
+  if (model.scores.left_out_share_percent) node["left_out_share_percent"] = scalar(*model.scores.left_out_share_percent);
+  node["crank_error_v"] = scalar(model.scores.crank_error_std);
+  node["cranks"] = scalar(model.scores.cranks);
+  node["residual_correlation_time_s"] = scalar(model.scores.residual_correlation_time);
+  node["suitability"] = scalar(model.suitability);
+  node["fit_ms"] = scalar(model.fit_ms);
   return node;
 }
 
@@ -265,7 +265,7 @@ void readCovariance(const Reader& root, FittedModel& model) {
   const Eigen::Index parameters = composition.parameterCount();
   const Eigen::Index size = parameters + composition.stateCount();
   const std::string expected = std::to_string(size) + " rows of " + std::to_string(size) + " numbers";
-  const auto rows = root.get<std::vector<std::vector<double>>>("correlation", expected.c_str());
+  const auto rows = root.rows("correlation", expected.c_str());
   const Reader state = root.at("state");
   Eigen::VectorXd std(size);
   for (Eigen::Index j = 0; j < parameters; ++j)
@@ -309,7 +309,7 @@ void readErrors(const Reader& root, FittedModel& model) {
     errors.fail("white_std_v", "and its neighbours must be above 0");
   model.noise = noise;
   const Reader now = errors.at("now");
-  const auto p = now.get<std::vector<double>>("covariance_v2", "three numbers");
+  const auto p = now.numbers("covariance_v2", "three numbers");
   if (p.size() != 3) now.fail("covariance_v2", "must be three numbers");
   model.discrepancy = {now.number("drift_v"), now.number("colored_v"), p[0], p[1], p[2]};
 }
@@ -349,7 +349,7 @@ void readFit(const Reader& root, FittedModel& model) {
 
 std::vector<double> numbersOf(const Reader& node, const std::string& key, std::size_t count) {
   const std::string expected = std::to_string(count) + " numbers";
-  const auto values = node.get<std::vector<double>>(key, expected.c_str());
+  const auto values = node.numbers(key, expected.c_str());
   if (values.size() != count) node.fail(key, "has " + std::to_string(values.size()) + " numbers, expected " + std::to_string(count));
   for (const double value : values)
     if (!std::isfinite(value)) node.fail(key, "holds a number that is not finite");
@@ -359,7 +359,7 @@ std::vector<double> numbersOf(const Reader& node, const std::string& key, std::s
 std::vector<std::vector<double>> rowsOf(const Reader& node, const std::string& key, std::size_t count) {
   if (!node.has(key)) return {};
   const std::string expected = "rows of " + std::to_string(count) + " numbers";
-  const auto rows = node.get<std::vector<std::vector<double>>>(key, expected.c_str());
+  const auto rows = node.rows(key, expected.c_str());
   for (const auto& row : rows) {
     if (row.size() != count) node.fail(key, "must be " + expected);
     for (const double value : row)
@@ -403,7 +403,7 @@ void readNaive(const Reader& root, FittedModel& model) {
   if (node.has("phase")) {
     const Reader phase = node.at("phase");
     NaivePhase p;
-    p.current = phase.get<std::vector<double>>("current_a", "numbers");
+    p.current = phase.numbers("current_a", "numbers");
     p.step = phase.number("step_s");
     const auto errors = numbersOf(phase, "errors", 4);
     p.std = errors[0];
@@ -460,7 +460,7 @@ void readExperience(const Reader& root, FittedModel& model) {
 
 RidgeFit ridgeOf(const Reader& node) {
   const auto take = [&](const char* key) {
-    const auto x = node.get<std::vector<double>>(key, "numbers");
+    const auto x = node.numbers(key, "numbers");
     return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size())));
   };
   RidgeFit fit;
@@ -517,8 +517,8 @@ std::string modelYaml(const FittedModel& model) {
   for (const auto& effect : model.effects) root["effects"].push_back(effect);
   for (const auto& estimate : model.estimates)
     root["parameters"][estimate.name] = parameterNode(estimate);
-  root["fixed"]["i0_a"] = model.parameters.i0;
-  root["fixed"]["alpha"] = model.parameters.alpha;
+  root["fixed"]["i0_a"] = scalar(model.parameters.i0);
+  root["fixed"]["alpha"] = scalar(model.parameters.alpha);
   root["correlation"] = correlationNode(model.covariance);
   root["state"] = stateNode(model);
   root["errors"] = errorsNode(model);
@@ -527,7 +527,7 @@ std::string modelYaml(const FittedModel& model) {
   root["naive"] = naiveNode(model.naive);
   if (model.source) {
     root["source"] = sourceNode(*model.source);
-    root["source"]["voltage_lag_samples"] = model.voltage_lag;
+    root["source"]["voltage_lag_samples"] = scalar(model.voltage_lag);
   }
   root["experience"] = experienceNode(model.experience);
   if (!model.learned.current.empty()) {

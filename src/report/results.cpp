@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "battery_sof/predict/query.hpp"
+#include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/report/version.hpp"
 
 namespace battery_sof {
@@ -16,6 +17,7 @@ void appendLine(std::string& text, const char* pattern, ...) {
   char line[512];
   std::va_list arguments;
   va_start(arguments, pattern);
+  const ClassicNumbers classic;
   std::vsnprintf(line, sizeof line, pattern, arguments);
   va_end(arguments);
   text += line;
@@ -40,7 +42,7 @@ const char* remarkOn(const ParameterEstimate& estimate) {
 std::string describe(const std::optional<Interval>& interval) {
   char text[80];
   if (!interval) return "-";
-  std::snprintf(text, sizeof text, "%.3f V, 90 %% between %.3f and %.3f V", interval->value,
+  printClassic(text, sizeof text, "%.3f V, 90 %% between %.3f and %.3f V", interval->value,
                 interval->lower, interval->upper);
   return text;
 }

@@ -1,10 +1,10 @@
 #include "wording.hpp"
 
 #include "battery_sof/predict/query.hpp"
+#include "battery_sof/recording/number_text.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 
 namespace battery_sof {
@@ -12,7 +12,7 @@ namespace {
 
 std::string formatted(const char* pattern, double value) {
   char text[48];
-  std::snprintf(text, sizeof text, pattern, value);
+  printClassic(text, sizeof text, pattern, value);
   return text;
 }
 

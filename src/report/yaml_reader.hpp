@@ -3,18 +3,52 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
-#include <sstream>
 #include <string>
 #include <vector>
 
+#include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/report/model_yaml.hpp"
+
+namespace battery_sof {
+
+// Numbers go through text in the classic locale: yaml-cpp's own conversions obey std::locale::global().
+
+/// @return a number in the digits that read back exactly, a whole number as it is.
+inline YAML::Node scalar(double value) {
+  char text[32];
+  printClassic(text, sizeof text, "%.17g", value);
+  if (!std::isfinite(value)) return YAML::Node(std::isnan(value) ? ".nan" : value > 0.0 ? ".inf" : "-.inf");
+  return YAML::Node(text);
+}
+inline YAML::Node scalar(int value) { return YAML::Node(std::to_string(value)); }
+inline YAML::Node scalar(std::size_t value) { return YAML::Node(std::to_string(value)); }
+
+/// A number to be read from a document; .inf and .nan are numbers that are not finite.
+struct Decimal {
+  double value = 0.0;
+};
+
+}  // namespace battery_sof
+
+template <>
+struct YAML::convert<battery_sof::Decimal> {
+  static bool decode(const Node& node, battery_sof::Decimal& decimal) {
+    if (!node.IsScalar()) return false;
+    const std::string& text = node.Scalar();
+    const std::size_t sign = text.find_first_not_of("+-") == 1 ? 1 : 0;
+    const bool special = text.compare(sign, 1, ".") == 0 && text.find_first_of("nN") != std::string::npos;
+    const auto value = battery_sof::numberOf(special ? text.substr(sign + 1) : text);
+    decimal.value = value.value_or(0.0);
+    return value.has_value();
+  }
+};
 
 namespace battery_sof {
 
 /// A list of numbers on one line.
 inline YAML::Node flow(const std::vector<double>& values) {
   YAML::Node node(YAML::NodeType::Sequence);
-  for (const double value : values) node.push_back(value);
+  for (const double value : values) node.push_back(scalar(value));
   node.SetStyle(YAML::EmitterStyle::Flow);
   return node;
 }
@@ -41,9 +75,17 @@ class Reader {
     }
   }
   double number(const std::string& key) const {
-    const double value = get<double>(key, "a number");
+    const double value = get<Decimal>(key, "a number").value;
     if (!std::isfinite(value)) fail(key, "is not finite, expected a finite number");
     return value;
+  }
+  std::vector<double> numbers(const std::string& key, const char* expected) const {
+    return valuesOf(get<std::vector<Decimal>>(key, expected));
+  }
+  std::vector<std::vector<double>> rows(const std::string& key, const char* expected) const {
+    std::vector<std::vector<double>> rows;
+    for (const auto& row : get<std::vector<std::vector<Decimal>>>(key, expected)) rows.push_back(valuesOf(row));
+    return rows;
   }
   /// Entries of a list.
   std::vector<Reader> listAt(const std::string& key) const {
@@ -61,8 +103,13 @@ class Reader {
   }
 
  private:
+  static std::vector<double> valuesOf(const std::vector<Decimal>& decimals) {
+    std::vector<double> values;
+    for (const Decimal& decimal : decimals) values.push_back(decimal.value);
+    return values;
+  }
   static std::string textOf(const YAML::Node& node) {
-    std::ostringstream text;
+    ClassicStream text;
     text << node;
     return text.str().substr(0, 60);
   }

@@ -26,8 +26,7 @@ struct CsvColumns {
  * Time is kept as written; dates become seconds since 1970-01-01 UTC. Cells may be quoted and have spaces around them;
  * a line break inside quotes is not understood. Blank lines, a byte-order mark, CRLF and one trailing comma are allowed.
  * A last line with too few cells and no line break was cut off while it was written: it counts as a missing value.
- * Numbers have a decimal point; the process must not have set LC_NUMERIC to a locale with a comma (C++ programs start
- * without one), here and in writeCsv.
+ * Numbers have a decimal point, whatever the locale, here and in writeCsv.
  *
  * @throws RecordingError when the file cannot be read, is empty, has a header only, lacks a column or has it twice, has
  *   a row with more or fewer cells than the header (file and line are named), has text where a number belongs (file,

@@ -89,4 +89,7 @@ class Decimator {
  */
 Series resample(const Series& series, const ResampleOptions& options = {});
 
+/// @return the series at 100 Hz when it is sampled above 200 Hz (paper, section V), unchanged otherwise: what models are fitted to.
+Series atDesignRate(const Series& series);
+
 }  // namespace battery_sof

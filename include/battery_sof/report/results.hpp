@@ -5,8 +5,7 @@
 
 #include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/predict/cranking.hpp"
-#include "battery_sof/predict/both_ways.hpp"
-#include "battery_sof/predict/scores.hpp"
+#include "battery_sof/predict/range_prediction.hpp"
 
 namespace battery_sof {
 
@@ -14,14 +13,6 @@ namespace battery_sof {
 nlohmann::json identifyJson(const FittedModel& model);
 /// The same for a reader: table of parameters with errors, scores, and the sentence that says how it ended.
 std::string identifyText(const FittedModel& model);
-
-/// What `sof predict` found, in every direction and beside what needs no physics.
-struct PredictionReport {
-  PredictionScores from_current;                ///< as the paper has it; its cranks are those of both_ways where that is
-  std::optional<BothWaysScores> both_ways;      ///< none when the current drives throughout
-  BothWaysScores naive;
-  std::optional<PredictionScores> naive_from_current;  ///< of the naive line; none without one
-};
 
 /// JSON of `sof predict`, schema battery_sof/prediction/1.
 nlohmann::json predictionJson(const PredictionReport& report);

@@ -1,8 +1,6 @@
 #include "battery_sof/cli/sof.hpp"
 
 #include <gtest/gtest.h>
-#include <rosbag/bag.h>
-#include <std_msgs/Float64.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,9 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "battery_sof/bag/bag_storage.hpp"
 #include "battery_sof/recording/csv.hpp"
-#include "support/sof_command.hpp"
+#include "support/drive_in_folder.hpp"
 #include "support/start_stop.hpp"
 
 namespace battery_sof {
@@ -24,36 +21,7 @@ namespace fs = std::filesystem;
 using test::Outcome;
 using test::sof;
 
-/// A five-minute drive in a folder.
-class Sof : public test::InFolder {
- protected:
-  Sof() : InFolder("cli") {
-    drive_ = path("drive.csv");
-    writeCsv(drive_, test::baseDrive(1, 300.0));
-    model_ = path("model.yaml");
-  }
-
-  Outcome identify() const {
-    return sof({"identify", drive_, "--from", "0", "--to", "240", "--out", model_});
-  }
-
-  /// check, identify and convert all refuse a recording with one line that holds every given piece.
-  void expectRefused(const std::string& file, const std::vector<std::string>& pieces) const {
-    const std::vector<std::vector<std::string>> calls = {{"check", file},
-                                                         {"identify", file, "--out", model_},
-                                                         {"convert", file, path("converted.csv")}};
-    for (const auto& call : calls) {
-      const Outcome outcome = sof(call);
-      EXPECT_EQ(outcome.code, 2) << call[0];
-      for (const auto& piece : pieces)
-        EXPECT_NE(outcome.err.find(piece), std::string::npos) << outcome.err;
-    }
-    EXPECT_FALSE(fs::exists(model_));
-    EXPECT_FALSE(fs::exists(path("converted.csv")));
-  }
-
-  std::string drive_, model_;
-};
+using Sof = test::DriveInFolder;
 
 TEST_F(Sof, PrintsItsVersionAndHelpAndSucceeds) {
   EXPECT_EQ(sof({"--version"}).code, 0);
@@ -421,51 +389,6 @@ TEST_F(Sof, CountsMissingInfiniteAndRepeatedSamplesByReason) {
   EXPECT_EQ(rejected["not_finite"], 1);
   EXPECT_EQ(rejected["duplicate_stamp"], 1);
   EXPECT_EQ(rejected["clock_step_back"], 1);
-}
-
-TEST_F(Sof, RefusesATruncatedBag) {
-  writeBag(path("whole.bag"), test::baseDrive(1, 20.0));
-  fs::copy_file(path("whole.bag"), path("truncated.bag"));
-  fs::resize_file(path("truncated.bag"), fs::file_size(path("whole.bag")) / 2);
-  expectRefused(path("truncated.bag"), {"truncated.bag"});
-}
-
-TEST_F(Sof, RefusesABagWithoutTheTopicAndListsItsTopics) {
-  writeBag(path("other.bag"), test::baseDrive(1, 1.0), "starter_battery");
-  expectRefused(path("other.bag"), {"battery_state", "starter_battery"});
-  EXPECT_EQ(sof({"check", path("other.bag"), "--topic", "starter_battery"}).code, 0);
-}
-
-TEST_F(Sof, RefusesATopicOfAnotherType) {
-  rosbag::Bag bag(path("type.bag"), rosbag::bagmode::Write);
-  bag.write("battery_state", ros::Time(1.0), std_msgs::Float64());
-  bag.close();
-  expectRefused(path("type.bag"), {"std_msgs/Float64", "sensor_msgs/BatteryState"});
-}
-
-TEST_F(Sof, ConvertsToABagAndBackWithoutChangingASample) {
-  ASSERT_EQ(sof({"convert", drive_, path("drive.bag")}).code, 0);
-  ASSERT_EQ(sof({"convert", path("drive.bag"), path("back.csv")}).code, 0);
-  const Series before = readCsv(drive_).series, after = readCsv(path("back.csv")).series;
-  ASSERT_EQ(before.size(), after.size());
-  for (std::size_t n = 0; n < before.size(); ++n) {
-    EXPECT_NEAR(after.time[n], before.time[n], 1e-9);
-    EXPECT_NEAR(after.current[n], before.current[n], 3e-5);  // single precision in the message
-    EXPECT_NEAR(after.voltage[n], before.voltage[n], 1e-6);
-  }
-}
-
-TEST_F(Sof, GivesTheSameModelForABagAsForItsCsv) {
-  ASSERT_EQ(sof({"convert", drive_, path("drive.bag")}).code, 0);
-  const auto fit = [&](const std::string& file) {
-    return nlohmann::json::parse(
-        sof({"identify", file, "--from", "0", "--to", "240", "--out", model_, "--json", "-"}).out);
-  };
-  const auto csv = fit(drive_), bag = fit(path("drive.bag"));
-  for (std::size_t j = 0; j < 5; ++j)
-    EXPECT_NEAR(bag["parameters"][j]["value"].get<double>(),
-                csv["parameters"][j]["value"].get<double>(),
-                1e-5 * csv["parameters"][j]["value"].get<double>());
 }
 
 TEST_F(Sof, LeavesNoHalfWrittenFileWhenTheFolderDoesNotExist) {

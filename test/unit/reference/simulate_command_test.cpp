@@ -1,9 +1,6 @@
 #include "reference/simulate_command.hpp"
 
 #include <gtest/gtest.h>
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
-#include <sensor_msgs/BatteryState.h>
 
 #include <cmath>
 #include <filesystem>
@@ -56,21 +53,6 @@ TEST_F(SimulateCommand, WritesCsvWithTheContractsColumns) {
   for (; std::getline(lines, line); last = line) ++count;
   EXPECT_EQ(count, 2000);
   EXPECT_EQ(last.rfind("19.99,", 0), 0u) << last;
-}
-
-TEST_F(SimulateCommand, WritesABagOfBatteryStatesStampedWithTheTime) {
-  ASSERT_EQ(simulate({scenario_, path("out.bag")}).code, 0);
-  rosbag::Bag bag(path("out.bag"), rosbag::bagmode::Read);
-  rosbag::View view(bag, rosbag::TopicQuery("/battery_state"));
-  ASSERT_EQ(view.size(), 2000u);
-  std::uint64_t n = 0;
-  for (const auto& instance : view) {
-    const auto message = instance.instantiate<sensor_msgs::BatteryState>();
-    ASSERT_NE(message, nullptr);
-    ASSERT_EQ(message->header.stamp.toNSec(), 10000000ULL * n++);
-    ASSERT_GT(message->voltage, 9.0f);
-    ASSERT_TRUE(std::isnan(message->temperature) && std::isnan(message->charge));
-  }
 }
 
 TEST_F(SimulateCommand, CsvAndBagHoldTheSameSeedsDrive) {

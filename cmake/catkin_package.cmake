@@ -1,0 +1,31 @@
+# The catkin package: messages, what other packages find, where things are installed.
+if(CMAKE_INSTALL_PREFIX_INITIALIZED_TO_DEFAULT)
+  set(CMAKE_INSTALL_PREFIX ${CMAKE_BINARY_DIR}/install CACHE PATH "install space" FORCE)
+endif()
+find_package(catkin REQUIRED COMPONENTS
+  diagnostic_msgs diagnostic_updater message_generation rosbag_storage roscpp sensor_msgs std_msgs)
+
+# The Python module and the messages are one Python package. What catkin_python_setup() would say: its __init__.py is in the
+# sources (python/), so genpy installs none.
+if(BATTERY_SOF_PYTHON)
+  set(${PROJECT_NAME}_CATKIN_PYTHON_SETUP_HAS_PACKAGE_INIT TRUE)
+endif()
+add_message_files(DIRECTORY msg)
+add_service_files(DIRECTORY srv)
+generate_messages(DEPENDENCIES std_msgs)
+
+# The extras bring battery_sof::core, the target that the plain package has too.
+catkin_package(
+  INCLUDE_DIRS include
+  LIBRARIES ${PROJECT_NAME} ${PROJECT_NAME}_bag ${PROJECT_NAME}_ros
+  CATKIN_DEPENDS diagnostic_msgs diagnostic_updater message_runtime rosbag_storage roscpp sensor_msgs std_msgs
+  DEPENDS EIGEN3
+  CFG_EXTRAS ${PROJECT_NAME}-extras.cmake)
+
+set(LIBRARY_DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
+set(PROGRAM_DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+set(HEADER_DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
+set(SHARE_DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+set(CONFIG_DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION}/cmake)
+set(PYTHON_DESTINATION ${CATKIN_PACKAGE_PYTHON_DESTINATION})
+set(PYTHON_BUILD_FOLDER ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_PYTHON_DESTINATION})

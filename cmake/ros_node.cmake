@@ -1,0 +1,37 @@
+# The node and the library behind it, and what is installed of a catkin package alone.
+file(GLOB ros_sources CONFIGURE_DEPENDS src/ros/*.cpp)
+list(FILTER ros_sources EXCLUDE REGEX "_main\\.cpp$")
+add_library(${PROJECT_NAME}_ros ${ros_sources})
+target_include_directories(${PROJECT_NAME}_ros SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
+target_link_libraries(${PROJECT_NAME}_ros PUBLIC ${PROJECT_NAME}_bag ${catkin_LIBRARIES} Threads::Threads)
+add_dependencies(${PROJECT_NAME}_ros ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
+
+add_executable(${PROJECT_NAME}_node src/ros/battery_sof_node_main.cpp)
+target_include_directories(${PROJECT_NAME}_node SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
+target_link_libraries(${PROJECT_NAME}_node ${PROJECT_NAME}_ros)
+add_dependencies(${PROJECT_NAME}_node ${${PROJECT_NAME}_EXPORTED_TARGETS})
+
+export(TARGETS ${PROJECT_NAME} NAMESPACE ${PROJECT_NAME}::
+  FILE ${CATKIN_DEVEL_PREFIX}/${CONFIG_DESTINATION}/${PROJECT_NAME}Targets.cmake)
+install(TARGETS ${PROJECT_NAME}_ros
+  ARCHIVE DESTINATION ${LIBRARY_DESTINATION}
+  LIBRARY DESTINATION ${LIBRARY_DESTINATION})
+install(TARGETS ${PROJECT_NAME}_node RUNTIME DESTINATION ${PROGRAM_DESTINATION})
+install(DIRECTORY config launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+catkin_install_python(PROGRAMS scripts/ask_and_compare scripts/plot_prediction
+  DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+
+# catkin writes its setup files to the prefix known when configuring; `cmake --install build --prefix P` gets its own here.
+install(CODE "
+  if(NOT CMAKE_INSTALL_PREFIX STREQUAL \"${CMAKE_INSTALL_PREFIX}\")
+    file(GLOB setup_files \"${CMAKE_BINARY_DIR}/catkin_generated/installspace/*setup*\" \"${CMAKE_BINARY_DIR}/catkin_generated/installspace/env.sh\")
+    foreach(setup_file IN LISTS setup_files)
+      file(READ \"\${setup_file}\" text)
+      string(REPLACE \"${CMAKE_INSTALL_PREFIX}\" \"\${CMAKE_INSTALL_PREFIX}\" text \"\${text}\")
+      file(COPY \"\${setup_file}\" DESTINATION \"\${CMAKE_INSTALL_PREFIX}\")  # brings the permissions
+      get_filename_component(setup_name \"\${setup_file}\" NAME)
+      file(WRITE \"\${CMAKE_INSTALL_PREFIX}/\${setup_name}\" \"\${text}\")
+    endforeach()
+    file(WRITE \"\${CMAKE_INSTALL_PREFIX}/.catkin\" \"\")
+  endif()
+")

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <locale.h>
+
+#include <cstddef>
+#include <locale>
+#include <optional>
+#include <sstream>
+#include <string_view>
+
+namespace battery_sof {
+
+// Numbers as text with a point for the decimals, whatever locale the program around the core has set: with setlocale(), with
+// std::locale::global(), or as Python's locale.setlocale().
+
+/**
+ * @return the whole text as a number: decimal, an exponent, a sign, inf and nan as strtod() knows them, infinite or 0 where a
+ *   double cannot hold it; none for anything else (empty, blanks around it, hexadecimal, a comma).
+ */
+std::optional<double> numberOf(std::string_view text);
+
+/// std::snprintf() in the classic locale.
+__attribute__((format(printf, 3, 4))) int printClassic(char* text, std::size_t size, const char* pattern, ...);
+
+/// While it lives, this thread's C functions (printf, strtod) read and write numbers as in the classic locale.
+class ClassicNumbers {
+ public:
+  ClassicNumbers();
+  ~ClassicNumbers();
+  ClassicNumbers(const ClassicNumbers&) = delete;
+  ClassicNumbers& operator=(const ClassicNumbers&) = delete;
+
+ private:
+  locale_t before_;
+};
+
+/// A text to write into in the classic locale.
+class ClassicStream : public std::ostringstream {
+ public:
+  ClassicStream() { imbue(std::locale::classic()); }
+};
+
+}  // namespace battery_sof

@@ -1,0 +1,40 @@
+"""What a vehicle's 12 V battery can still do, from the current and voltage of driving.
+
+Units are SI (V, A, s, Ohm, F); current is positive into the battery, so loads and cranks are negative. Times are seconds on
+the recording's own clock.
+
+    import battery_sof
+
+    recording = battery_sof.Recording(time_s, current_a, voltage_v)
+    model = battery_sof.identify(recording, from_s=0.0, to_s=240.0)
+    answer = battery_sof.crank(model, i_load=-15.0, t_stop=60.0, i_cranking=-400.0, u_required=7.2)
+
+In a build with ROS the messages are in the same package (battery_sof.msg, battery_sof.srv); who imports those alone does
+not load the core.
+"""
+
+from typing import TYPE_CHECKING, Any, List
+
+if TYPE_CHECKING:
+    from .api import (Model, Recording, charge, crank, diagnose, identify, predict, stop_time, version)
+    from .results import (Candidate, ChargeAnswer, CrankAnswer, CrankScore, Diagnosis, Effect, Metrics, Mismatch, Parameter,
+                          Prediction, StopTimeAnswer)
+
+_PLACES = {
+    **dict.fromkeys(("Model", "Recording", "charge", "crank", "diagnose", "identify", "predict", "stop_time", "version"),
+                    "api"),
+    **dict.fromkeys(("Candidate", "ChargeAnswer", "CrankAnswer", "CrankScore", "Diagnosis", "Effect", "Metrics", "Mismatch",
+                     "Parameter", "Prediction", "StopTimeAnswer"), "results"),
+}
+__all__ = sorted(_PLACES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+    return getattr(import_module("." + _PLACES[name], __name__), name)
+
+
+def __dir__() -> List[str]:
+    return sorted([*globals(), *__all__])

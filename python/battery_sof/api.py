@@ -1,0 +1,231 @@
+"""Recordings, models and the questions to them. Every ValueError carries the core's sentence."""
+
+import hashlib
+import json
+from os import PathLike, fspath
+from typing import Any, Dict, List, Optional, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .results import (Candidate, ChargeAnswer, CrankAnswer, CrankScore, Diagnosis, Effect, Metrics, Mismatch, Parameter,
+                      Prediction, StopTimeAnswer, made)
+
+Path = Union[str, "PathLike[str]"]
+Numbers = npt.ArrayLike
+
+
+class Recording:
+    """Current and voltage of one battery over time, n accepted samples.
+
+    Attributes: name; time_s [s], current_a [A], positive into the battery, voltage_v [V], arrays of the shape (n,), copies;
+    offered, the number of samples there were; rejected, how many were refused, by reason.
+    """
+
+    name: str
+    time_s: np.ndarray
+    current_a: np.ndarray
+    voltage_v: np.ndarray
+    offered: int
+    rejected: Dict[str, int]
+
+    def __init__(self, time_s: Numbers, current_a: Numbers, voltage_v: Numbers, temperature_c: Optional[Numbers] = None,
+                 name: str = "arrays") -> None:
+        """A recording from arrays of one shape (m,).
+
+        time_s [s] increases; current_a [A] is positive into the battery; voltage_v [V] is measured at the terminals;
+        temperature_c [degC] may hold NaN where it was not measured. Samples that cannot be (NaN, a clock that steps back,
+        above 5000 A or 100 V) are refused and counted.
+
+        Raises ValueError when the shapes differ, more than a tenth goes back in time, or no sample is usable.
+        """
+        temperature = None if temperature_c is None else np.asarray(temperature_c, dtype=float)
+        self._hold(_core.Recording.from_arrays(np.asarray(time_s, dtype=float), np.asarray(current_a, dtype=float),
+                                               np.asarray(voltage_v, dtype=float), temperature, name))
+
+    @classmethod
+    def from_csv(cls, path: Path, *, time_column: str = "time_s", current_column: str = "current_a",
+                 voltage_column: str = "voltage_v", temperature_column: Optional[str] = None,
+                 discharge_positive: bool = False) -> "Recording":
+        """A recording from a CSV file with a header line.
+
+        The columns hold time [s, or UTC date and time], current [A], voltage [V] and, optionally, temperature [degC];
+        discharge_positive: the file counts current out of the battery as positive.
+
+        Raises ValueError naming file, line and column of what cannot be read.
+        """
+        recording = cls.__new__(cls)
+        recording._hold(_core.Recording.from_csv(fspath(path), time_column, current_column, voltage_column,
+                                                 temperature_column, discharge_positive, _hash(path)))
+        return recording
+
+    def _hold(self, core: _core.Recording) -> None:
+        self._core = core
+        self.name, self.offered, self.rejected = core.name, core.offered, core.rejected
+        self.time_s, self.current_a, self.voltage_v = core.time_s, core.current_a, core.voltage_v
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def __repr__(self) -> str:
+        return f"Recording({self.name!r}, {len(self)} samples, {self.time_s[0]:g} to {self.time_s[-1]:g} s)"
+
+
+class Model:
+    """A fitted model with the state that a question begins from; made by identify(), diagnose() and Model.read().
+
+    Attributes: parameters, by name; effects, ids of further physics; from_s, to_s and samples of its window; status, message;
+    usable: whether it answers questions; q_dyn_percent; rmse_v [V] over the window; suitability [0, 1]; state_time_s [s],
+    where its state stands; covariance, shape (k, k), of the parameters in their order and then the states [units squared].
+    """
+
+    parameters: Dict[str, Parameter]
+    effects: List[str]
+    from_s: float
+    to_s: float
+    samples: int
+    status: str
+    message: str
+    usable: bool
+    q_dyn_percent: float
+    rmse_v: float
+    suitability: float
+    state_time_s: float
+    covariance: np.ndarray
+
+    def __init__(self, core: _core.Model) -> None:
+        self._core = core
+        self.details: Dict[str, Any] = json.loads(core.json())  #: the whole JSON of `sof identify`
+        self.parameters = {each["name"]: made(Parameter, each) for each in self.details["parameters"]}
+        self.from_s, self.to_s = self.details["window"]["from_s"], self.details["window"]["to_s"]
+        for name in ("effects", "samples", "status", "message", "q_dyn_percent", "rmse_v", "suitability"):
+            setattr(self, name, self.details[name])
+        self.state_time_s = self.details["state"]["time_s"]
+        self.usable, self.covariance = core.usable, core.covariance
+
+    @classmethod
+    def read(cls, path: Path) -> "Model":
+        """Reads a MODEL.yaml, of this module or of `sof identify`. Raises ValueError naming the field that is wrong."""
+        return cls(_core.Model.read(fspath(path)))
+
+    def save(self, path: Path) -> None:
+        """Writes MODEL.yaml, which `sof` and the node read too; whole or not at all.
+
+        Raises ValueError when the model is not usable, RuntimeError when the file cannot be written.
+        """
+        self._core.write(fspath(path))
+
+    def rested(self) -> "Model":
+        """The model after a rest so long that every state is at rest."""
+        return Model(self._core.rested())
+
+    def __repr__(self) -> str:
+        return f"Model({self.status}, {self.from_s:g} to {self.to_s:g} s, effects {self.effects})"
+
+
+def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
+             choose_window: bool = False, effects: Optional[Sequence[str]] = None, whiten: bool = False,
+             start: str = "robust", threads: int = 1) -> Model:
+    """Fits the model to a window of a recording, as `sof identify` does.
+
+    from_s, to_s [s]: the window where both are given, else where the best one is looked for (with choose_window also then);
+    the state is carried to to_s, else to the recording's end. effects: ids of further physics; None lets the recording choose,
+    [] is the base model. whiten: a cost of whitened residuals. start: "robust" or "paper". threads: 0 for all; changes no
+    result.
+
+    A window that determines no model gives one that is not usable; its message says why. Raises ValueError for a range without
+    samples, unknown effects and options outside their ranges.
+    """
+    return Model(_core.identify(recording._core, from_s, to_s, choose_window, None if effects is None else list(effects),
+                                whiten, start, threads))
+
+
+def predict(model: Model, recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
+            drive: Optional[str] = None) -> Prediction:
+    """Runs a model through a recording from from_s to to_s [s] and scores it, as `sof predict` does.
+
+    drive: "mixed", by the voltage where a source imposes it; "current", throughout; None, as the model was fitted.
+    A recording above 200 Hz is predicted at 100 Hz.
+
+    Raises ValueError when the model is not usable, there is no such sample, or no source is seen for "mixed".
+    """
+    arrays, text = _core.predict(model._core, recording._core, from_s, to_s, drive)
+    details = json.loads(text)
+    return made(Prediction, details, cranks=[made(CrankScore, each) for each in details["cranks"]], details=details,
+                **arrays)
+
+
+def crank(model: Model, *, i_load: float, t_stop: float, i_cranking: float, t_cranking: float = 1.0,
+          u_required: Optional[float] = None, capacity_ah: float = 50.0) -> CrankAnswer:
+    """SOF1: lowest voltage of a crank of i_cranking [A, below 0] for t_cranking [s] after a stop of t_stop [s] at i_load [A, at
+    most 0], and whether it holds u_required [V]. The event begins where the model's state stands.
+
+    capacity_ah: nominal [Ah]. Raises ValueError for a question outside these ranges.
+    """
+    return made(CrankAnswer, json.loads(_core.crank(model._core, i_load, t_stop, i_cranking, t_cranking, u_required,
+                                                    capacity_ah)))
+
+
+def stop_time(model: Model, *, i_load: float, i_cranking: float, u_required: float, t_cranking: float = 1.0,
+              capacity_ah: float = 50.0) -> StopTimeAnswer:
+    """Longest stop [s] at i_load [A, at most 0] after which a crank of i_cranking [A, below 0] for t_cranking [s] still holds
+    u_required [V].
+
+    capacity_ah: nominal [Ah]. Raises ValueError for a question outside these ranges.
+    """
+    return made(StopTimeAnswer, json.loads(_core.stop_time(model._core, i_load, i_cranking, t_cranking, u_required,
+                                                           capacity_ah)))
+
+
+def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float = 5000.0,
+           capacity_ah: float = 50.0) -> ChargeAnswer:
+    """SOF2: mean current [A, positive into the battery] over t_sof2 [s] at the held voltage u_boost [V] from a source that gives
+    at most i_limit [A].
+
+    capacity_ah: nominal [Ah]. Raises ValueError for a question outside these ranges.
+    """
+    return made(ChargeAnswer, json.loads(_core.charge(model._core, u_boost, t_sof2, i_limit, capacity_ah)))
+
+
+def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
+             holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
+             threads: int = 1) -> Diagnosis:
+    """Finds where the base model and a recording part and which physics is missing, as `sof diagnose` does; takes minutes.
+
+    from_s, to_s [s]: the stretch; its last holdout_share is kept for the comparison alone. hypotheses: ids to weigh, none for
+    all. given: ids that are known to be there; nothing is searched for. threads: 0 for all; changes no result.
+
+    Raises ValueError for a range without samples, unknown ids and options outside their ranges.
+    """
+    core = _core.diagnose(recording._core, from_s, to_s, holdout_share, list(hypotheses), list(given), threads)
+    details = json.loads(core.json())
+    effects = [made(Effect, each, parameters=[made(Parameter, one) for one in each["parameters"]])
+               for each in details["effects"]]
+    return made(Diagnosis, details, effects=effects, candidates=[made(Candidate, each) for each in details["candidates"]],
+                mismatch=[made(Mismatch, each) for each in details["mismatch"]], **_metrics(details), base=Model(core.base()),
+                extended=Model(core.extended()), time_s=core.time_s(), base_voltage_v=core.base_voltage(),
+                extended_voltage_v=core.extended_voltage(), text=core.text(), details=details, _core=core)
+
+
+def version() -> str:
+    """The version of the core."""
+    return _core.version()
+
+
+def _hash(path: Path) -> str:
+    """sha256 of a file, as MODEL.yaml names it; empty when it cannot be read, which reading it will say."""
+    digest = hashlib.sha256()
+    try:
+        with open(path, "rb") as file:
+            for block in iter(lambda: file.read(1 << 16), b""):
+                digest.update(block)
+    except OSError:
+        return ""
+    return "sha256:" + digest.hexdigest()
+
+
+def _metrics(details: Dict[str, Any]) -> Dict[str, Optional[Metrics]]:
+    fit = details.get("fit") or {}
+    return {f"{model}_{part}": made(Metrics, fit[model][part]) if (fit.get(model) or {}).get(part) else None
+            for model in ("base", "extended") for part in ("train", "holdout")}

@@ -1,0 +1,196 @@
+#include <chrono>
+#include <stdexcept>
+
+#include "battery_sof/diagnose/diagnose.hpp"
+#include "battery_sof/identify/recording_fit.hpp"
+#include "battery_sof/predict/range_prediction.hpp"
+#include "battery_sof/recording/atomic_file.hpp"
+#include "battery_sof/report/answers.hpp"
+#include "battery_sof/report/diagnosis_page.hpp"
+#include "battery_sof/report/diagnosis_results.hpp"
+#include "battery_sof/report/model_yaml.hpp"
+#include "battery_sof/report/results.hpp"
+#include "bindings.hpp"
+
+namespace battery_sof::python {
+
+namespace py = pybind11;
+
+namespace {
+
+using Seconds = std::optional<double>;
+
+void requireUsableModel(const FittedModel& model) {
+  if (!isUsable(model)) throw std::invalid_argument("no model: " + model.message);
+}
+
+void nameOrigin(FittedModel& model, const HeldRecording& held) {
+  model.recording = held.recording.name;
+  model.recording_hash = held.hash;
+}
+
+FitStart startOf(const std::string& name) {
+  if (name == "robust") return FitStart::kRobust;
+  if (name == "paper") return FitStart::kPaper;
+  throw std::invalid_argument("start is \"" + name + "\", expected robust or paper");
+}
+
+DriveMode driveOf(const std::optional<std::string>& name) {
+  if (!name) return DriveMode::kAsFitted;
+  if (*name == "mixed") return DriveMode::kMixed;
+  if (*name == "current") return DriveMode::kCurrent;
+  throw std::invalid_argument("drive is \"" + *name + "\", expected mixed, current or None");
+}
+
+FittedModel identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
+                         const std::optional<std::vector<std::string>>& effects, bool whiten, const std::string& start,
+                         int threads) {
+  const py::gil_scoped_release released;
+  FitRequest request{from, to, chooses_window, {}};
+  request.options.chooses_effects = !effects.has_value();
+  if (effects) request.options.effects = *effects;
+  request.options.whiten = whiten;
+  request.options.start = startOf(start);
+  request.options.threads = threads;
+  const FitPlan plan = planFit(held.fitted, request);
+  const auto begin = std::chrono::steady_clock::now();
+  FittedModel model = fitPlanned(held.fitted, plan);
+  model.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  nameOrigin(model, held);
+  if (isUsable(model)) carryToEnd(model, held.fitted, request);
+  return model;
+}
+
+py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
+  py::dict arrays;
+  arrays["time_s"] = numpyOf(part.time);
+  arrays["current_a"] = numpyOf(part.current);
+  arrays["voltage_v"] = numpyOf(part.voltage);
+  arrays["predicted_v"] = numpyOf(course.voltage);
+  arrays["lower_v"] = numpyOf(course.voltage_lower);
+  arrays["upper_v"] = numpyOf(course.voltage_upper);
+  arrays["predicted_a"] = numpyOf(course.current);
+  arrays["lower_a"] = numpyOf(course.current_lower);
+  arrays["upper_a"] = numpyOf(course.current_upper);
+  py::array_t<bool> driven(static_cast<py::ssize_t>(course.voltage_drives.size()));
+  for (py::ssize_t n = 0; n < driven.size(); ++n)
+    driven.mutable_at(n) = course.voltage_drives[static_cast<std::size_t>(n)] != 0;
+  arrays["voltage_drives"] = driven;
+  return arrays;
+}
+
+std::pair<py::dict, std::string> predictHeld(const FittedModel& model, const HeldRecording& held, Seconds from,
+                                             Seconds to, const std::optional<std::string>& drive) {
+  RangePrediction prediction;
+  Series part;
+  {
+    const py::gil_scoped_release released;
+    requireUsableModel(model);
+    const IndexRange range = samplesBetween(held.fitted, from, to);
+    prediction = predictRange(model, held.fitted, range, driveOf(drive));
+    part = slice(held.fitted, range);
+  }
+  return {arraysOf(part, prediction.course), predictionJson(prediction.report).dump()};
+}
+
+/// An answer as JSON. @throws std::invalid_argument for a query that is none.
+template <typename Answer, typename ToJson>
+std::string told(const Answer& answer, const ToJson& json) {
+  if (answer.code == AnswerCode::kInvalidQuery) throw std::invalid_argument(answer.message);
+  return json(answer).dump();
+}
+
+std::string askCrank(const FittedModel& model, double i_load, double t_stop, double i_cranking, double t_cranking,
+                     std::optional<double> u_required, double capacity_ah) {
+  const py::gil_scoped_release released;
+  CrankingQuery query{i_load, t_stop, i_cranking, t_cranking, u_required};
+  return told(predictCranking(model, query, capacity_ah), crankingJson);
+}
+
+std::string askStopTime(const FittedModel& model, double i_load, double i_cranking, double t_cranking,
+                        double u_required, double capacity_ah) {
+  const py::gil_scoped_release released;
+  const StopTimeQuery query{i_load, i_cranking, t_cranking, u_required};
+  return told(predictStopTime(model, query, capacity_ah), stopTimeJson);
+}
+
+std::string askCharge(const FittedModel& model, double u_boost, double t_sof2, double i_limit, double capacity_ah) {
+  const py::gil_scoped_release released;
+  const ChargeAcceptanceQuery query{u_boost, t_sof2, i_limit};
+  return told(predictChargeAcceptance(model, query, capacity_ah), chargeAcceptanceJson);
+}
+
+HeldDiagnosis diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to, double holdout_share,
+                           const std::vector<std::string>& hypotheses, const std::vector<std::string>& given,
+                           int threads) {
+  const py::gil_scoped_release released;
+  HeldDiagnosis result{held.recording, {}};
+  result.stretch.series = slice(held.fitted, samplesBetween(held.fitted, from, to));
+  DiagnoseOptions options;
+  options.holdout_share = holdout_share;
+  options.hypotheses = hypotheses;
+  options.given = given;
+  options.threads = threads;
+  result.diagnosis = diagnose(result.stretch, options);
+  nameOrigin(result.diagnosis.base, held);
+  nameOrigin(result.diagnosis.extended, held);
+  return result;
+}
+
+Numbers covarianceOf(const FittedModel& model) {
+  Numbers rows({model.covariance.rows(), model.covariance.cols()});
+  for (Eigen::Index j = 0; j < model.covariance.rows(); ++j)
+    for (Eigen::Index k = 0; k < model.covariance.cols(); ++k) rows.mutable_at(j, k) = model.covariance(j, k);
+  return rows;
+}
+
+void defineModel(py::module_& module) {
+  py::class_<FittedModel>(module, "Model")
+      .def_static("read", [](const std::string& path) {
+        const py::gil_scoped_release released;
+        return readModelFile(path);
+      })
+      .def_property_readonly("usable", &isUsable)
+      .def_property_readonly("covariance", &covarianceOf)
+      .def_property_readonly("recording_hash", [](const FittedModel& model) { return model.recording_hash; })
+      .def("json", [](const FittedModel& model) { return identifyJson(model).dump(); })
+      .def("rested", [](const FittedModel& model) {
+        requireUsableModel(model);
+        return rested(model);
+      })
+      .def("write", [](const FittedModel& model, const std::string& path) {
+        const py::gil_scoped_release released;
+        requireUsableModel(model);
+        writeModelFile(path, model);
+      });
+}
+
+void defineDiagnosis(py::module_& module) {
+  py::class_<HeldDiagnosis>(module, "Diagnosis")
+      .def("json", [](const HeldDiagnosis& held) { return diagnosisJson(held.diagnosis).dump(); })
+      .def("text", [](const HeldDiagnosis& held) { return diagnosisText(held.diagnosis); })
+      .def("base", [](const HeldDiagnosis& held) { return held.diagnosis.base; })
+      .def("extended", [](const HeldDiagnosis& held) { return held.diagnosis.extended; })
+      .def("time_s", [](const HeldDiagnosis& held) { return numpyOf(held.stretch.series.time); })
+      .def("base_voltage", [](const HeldDiagnosis& held) { return numpyOf(held.diagnosis.base_voltage); })
+      .def("extended_voltage", [](const HeldDiagnosis& held) { return numpyOf(held.diagnosis.extended_voltage); })
+      .def("write_page", [](const HeldDiagnosis& held, const std::string& path) {
+        const py::gil_scoped_release released;
+        writeFileAtomically(path, diagnosisPage(held.stretch, held.diagnosis));
+      });
+}
+
+}  // namespace
+
+void defineModels(py::module_& module) {
+  defineModel(module);
+  defineDiagnosis(module);
+  module.def("identify", &identifyHeld);
+  module.def("predict", &predictHeld);
+  module.def("crank", &askCrank);
+  module.def("stop_time", &askStopTime);
+  module.def("charge", &askCharge);
+  module.def("diagnose", &diagnoseHeld);
+}
+
+}  // namespace battery_sof::python

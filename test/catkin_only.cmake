@@ -1,0 +1,36 @@
+# Tests of the catkin package alone: what needs ROS, and what would say the same a second time in a build without it.
+battery_sof_gtest(bag_test FOLDERS unit/bag LINK battery_sof_bag ${catkin_LIBRARIES})
+battery_sof_gtest(node_options_test FOLDERS unit/ros LINK battery_sof_ros ${YAML_CPP_LIBRARIES})
+battery_sof_gtest(property_test FOLDERS property LINK battery_sof battery_sof_reference)
+battery_sof_gtest(architecture_test FOLDERS architecture)
+target_compile_definitions(architecture_test PRIVATE BATTERY_SOF_CXX="${CMAKE_CXX_COMPILER}"
+  BATTERY_SOF_EIGEN_DIR="${EIGEN3_INCLUDE_DIRS}")
+
+file(GLOB rostests CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/ros/*.test)
+foreach(file ${rostests})
+  get_filename_component(name ${file} NAME_WE)
+  battery_sof_rostest(${name})
+endforeach()
+
+# The diagnosis page in a browser.
+add_executable(made_pages EXCLUDE_FROM_ALL page/made_pages_main.cpp)
+target_include_directories(made_pages PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+target_link_libraries(made_pages battery_sof)
+add_dependencies(tests made_pages)
+get_target_property(made_pages_folder made_pages RUNTIME_OUTPUT_DIRECTORY)
+add_test(NAME diagnosis_page_in_a_browser
+  COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/page/browser_test.py"
+    "${made_pages_folder}/made_pages" "${CMAKE_CURRENT_BINARY_DIR}/page")
+set_tests_properties(diagnosis_page_in_a_browser PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 120)
+
+# The benchmark of the diagnosis: its arithmetic, and a tenth of it as a whole (some minutes).
+add_test(NAME proof_counts_right COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/proof/proof_test.py")
+set_tests_properties(proof_counts_right PROPERTIES TIMEOUT 120)
+add_test(NAME proof_quick
+  COMMAND "${PYTHON_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/proof" quick --build "${CMAKE_BINARY_DIR}"
+    --seal "${CMAKE_CURRENT_SOURCE_DIR}/proof/quick" --out "${CMAKE_BINARY_DIR}/proof/quick")
+set_tests_properties(proof_quick PROPERTIES TIMEOUT 600)
+
+# What judges the diagnosis on forms that no catalogue has: its arithmetic.
+add_test(NAME strangers_count_right COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/strangers/strangers_test.py")
+set_tests_properties(strangers_count_right PROPERTIES TIMEOUT 120)

@@ -1,0 +1,283 @@
+"""The Python module beside the command `sof` on the same recording: the same numbers, and errors in the core's words."""
+
+import dataclasses
+import inspect
+import json
+import locale
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import typing
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+import battery_sof
+from battery_sof import api, results
+
+SOF = os.environ["BATTERY_SOF_COMMAND"]
+SCENARIO = Path(__file__).parents[2] / "config" / "scenarios" / "city_drive.yaml"
+
+
+def set_german(folder):
+    """Numbers with a comma, where a German locale is installed or can be made in the folder."""
+    made = subprocess.run(["localedef", "-i", "de_DE", "-f", "UTF-8", folder / "de_DE.UTF-8"], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE)
+    if made.returncode == 0:
+        os.environ["LOCPATH"] = str(folder)
+    try:
+        locale.setlocale(locale.LC_ALL, "de_DE.UTF-8")
+    except locale.Error:
+        return False
+    return True
+
+
+class Drive(unittest.TestCase):
+    """A drive of six minutes, and what `sof` says of it."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.keeper = tempfile.TemporaryDirectory(prefix="battery sof ")
+        cls.addClassCleanup(cls.keeper.cleanup)
+        cls.folder = Path(cls.keeper.name)
+        cls.csv, cls.yaml = cls.folder / "drive.csv", cls.folder / "model.yaml"
+        subprocess.run([SOF, "simulate", SCENARIO, cls.csv, "--duration", "360"], check=True, stdout=subprocess.PIPE)
+        cls.told = cls.sof("identify", cls.csv, "--from", "0", "--to", "240", "--out", cls.yaml)
+        cls.recording = battery_sof.Recording.from_csv(cls.csv)
+        cls.model = battery_sof.identify(cls.recording, from_s=0.0, to_s=240.0)
+
+    @staticmethod
+    def sof(*arguments):
+        done = subprocess.run([SOF, *map(str, arguments), "--json", "-"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        if done.returncode == 2:
+            raise AssertionError(done.stderr.decode())
+        return json.loads(done.stdout)
+
+    def assert_same(self, ask, told):
+        """The saved model answers with the command's very numbers; the fitted one's covariance has not been through text."""
+        self.assertEqual(told, dataclasses.asdict(ask(battery_sof.Model.read(self.yaml))))
+        for name, value in dataclasses.asdict(ask(self.model)).items():
+            if isinstance(value, float):
+                self.assertAlmostEqual(value, told[name], delta=1e-9 * abs(value), msg=name)
+            else:
+                self.assertEqual(value, told[name], name)
+
+
+class TestRecording(Drive):
+    def test_arrays_and_file_give_the_same_samples(self):
+        columns = np.loadtxt(self.csv, delimiter=",", skiprows=1, unpack=True)
+        recording = battery_sof.Recording(*columns[:3])
+        for name in ("time_s", "current_a", "voltage_v"):
+            np.testing.assert_array_equal(getattr(recording, name), getattr(self.recording, name))
+        self.assertEqual(len(recording), 36000)
+        self.assertEqual(recording.time_s.dtype, np.float64)
+
+    def test_what_cannot_be_a_sample_is_refused_and_counted(self):
+        t = [0.0, 1.0, 1.0, 2.0, 3.0, *range(4, 20)]
+        i = [1.0, math.nan, 1.0, 6000.0, math.inf, *[1.0] * 16]
+        recording = battery_sof.Recording(t, i, [12.0] * 21)
+        self.assertEqual((len(recording), recording.offered), (18, 21))
+        self.assertEqual((recording.rejected["missing_value"], recording.rejected["not_finite"],
+                          recording.rejected["out_of_range"]), (1, 1, 1))
+
+    def test_errors_are_the_cores_sentences(self):
+        with self.assertRaisesRegex(ValueError, "^current_a has 2 values, expected 3 as time_s$"):
+            battery_sof.Recording([0, 1, 2], [1, 2], [12, 12, 12])
+        with self.assertRaisesRegex(ValueError, "^time_s has 2 dimensions, expected one$"):
+            battery_sof.Recording([[0, 1]], [1, 2], [12, 12])
+        with self.assertRaisesRegex(ValueError, "^arrays: has no sample, expected at least one$"):
+            battery_sof.Recording([], [], [])
+        with self.assertRaisesRegex(ValueError, "back: is not sorted by time: 2 of 3 samples go back in time"):
+            battery_sof.Recording([3, 2, 1], [1, 1, 1], [12, 12, 12], name="back")
+        with self.assertRaisesRegex(ValueError, "none.csv: cannot be read: No such file"):
+            battery_sof.Recording.from_csv(self.folder / "none.csv")
+        with self.assertRaisesRegex(ValueError, 'has no column "amps"; its columns are: time_s, current_a, voltage_v'):
+            battery_sof.Recording.from_csv(self.csv, current_column="amps")
+
+    def test_the_other_sign_of_current_is_turned_round(self):
+        turned = battery_sof.Recording.from_csv(self.csv, discharge_positive=True)
+        np.testing.assert_array_equal(turned.current_a, -self.recording.current_a)
+
+
+class TestModel(Drive):
+    def test_parameters_and_scores_are_those_of_the_command(self):
+        self.assertEqual([dataclasses.asdict(each) for each in self.model.parameters.values()],
+                         [{**each} for each in self.told["parameters"]])
+        for name in ("samples", "effects", "status", "message", "q_dyn_percent", "rmse_v", "suitability"):
+            self.assertEqual(getattr(self.model, name), self.told[name], name)
+        self.assertEqual((self.model.from_s, self.model.to_s), (0.0, 240.0))
+        self.assertTrue(self.model.usable)
+
+    def test_covariance_is_that_of_the_standard_errors(self):
+        count = len(self.model.parameters)
+        self.assertEqual(self.model.covariance.shape, (count + 1, count + 1))
+        errors = [each.std for each in self.model.parameters.values()]
+        np.testing.assert_allclose(np.sqrt(np.diag(self.model.covariance))[:count], errors, rtol=1e-12)
+
+    def test_the_file_is_the_one_the_command_writes(self):
+        path = self.folder / "saved.yaml"
+        self.model.save(path)
+        lines = [[line for line in file.read_text().splitlines() if "fit_ms" not in line] for file in (path, self.yaml)]
+        self.assertEqual(lines[0], lines[1])
+
+    def test_a_model_that_was_saved_answers_as_before(self):
+        path = self.folder / "again.yaml"
+        self.model.save(path)
+        question = dict(i_load=-15.0, t_stop=60.0, i_cranking=-400.0)
+        before, after = (battery_sof.crank(model, **question) for model in (self.model, battery_sof.Model.read(path)))
+        self.assertAlmostEqual(before.u_min, after.u_min, places=12)
+
+    def test_a_recording_without_a_change_gives_no_usable_model_and_says_why(self):
+        n = np.arange(1000.0)
+        model = battery_sof.identify(battery_sof.Recording(n, 0 * n - 1.0, 0 * n + 12.5))
+        self.assertFalse(model.usable)
+        self.assertNotEqual(model.message, "")
+        with self.assertRaisesRegex(ValueError, "^no model: "):
+            model.save(self.folder / "unusable.yaml")
+        with self.assertRaisesRegex(ValueError, "^no model: "):
+            battery_sof.predict(model, self.recording)
+        self.assertFalse(battery_sof.crank(model, i_load=0.0, t_stop=1.0, i_cranking=-100.0).valid)
+
+    def test_errors_are_the_cores_sentences(self):
+        with self.assertRaisesRegex(ValueError, r"no sample from 500.000 to 600.000 s; the recording holds 0.000 to 359.990 s"):
+            battery_sof.identify(self.recording, from_s=500.0, to_s=600.0)
+        with self.assertRaisesRegex(ValueError, "gasing"):
+            battery_sof.identify(self.recording, effects=["gasing"])
+        with self.assertRaisesRegex(ValueError, 'start is "cold", expected robust or paper'):
+            battery_sof.identify(self.recording, start="cold")
+        broken = self.folder / "broken.yaml"
+        broken.write_text("schema: other\n")
+        with self.assertRaisesRegex(ValueError, 'broken.yaml: schema is "other", expected "battery_sof/model/1"'):
+            battery_sof.Model.read(broken)
+
+
+class TestAnswers(Drive):
+    def test_crank(self):
+        self.assert_same(
+            lambda model: battery_sof.crank(model, i_load=-15.0, t_stop=60.0, i_cranking=-400.0, u_required=7.2),
+            self.sof("crank", self.yaml, "--i-load=-15", "--t-stop=60", "--i-cranking=-400", "--u-required=7.2"))
+
+    def test_stop_time(self):
+        self.assert_same(lambda model: battery_sof.stop_time(model, i_load=-15.0, i_cranking=-400.0, u_required=8.0),
+                         self.sof("stop-time", self.yaml, "--i-load=-15", "--i-cranking=-400", "--u-required=8"))
+
+    def test_charge(self):
+        self.assert_same(lambda model: battery_sof.charge(model, u_boost=14.2, t_sof2=5.0, i_limit=80.0),
+                         self.sof("charge", self.yaml, "--u-boost=14.2", "--t-sof2=5", "--i-limit=80"))
+
+    def test_a_rested_model_answers_as_with_rested(self):
+        self.assert_same(
+            lambda model: battery_sof.crank(model.rested(), i_load=-15.0, t_stop=60.0, i_cranking=-400.0),
+            self.sof("crank", self.yaml, "--i-load=-15", "--t-stop=60", "--i-cranking=-400", "--rested"))
+
+    def test_a_question_that_is_none_is_an_error(self):
+        with self.assertRaisesRegex(ValueError, "i_cranking"):
+            battery_sof.crank(self.model, i_load=-15.0, t_stop=60.0, i_cranking=400.0)
+        with self.assertRaisesRegex(ValueError, "u_boost"):
+            battery_sof.charge(self.model, u_boost=-1.0)
+
+    def test_prediction(self):
+        prediction = battery_sof.predict(self.model, self.recording, from_s=240.0, to_s=360.0)
+        path = self.folder / "prediction.csv"
+        told = self.sof("predict", self.yaml, self.csv, "--from", "240", "--to", "360", "--csv", path)
+        for name in ("q_dyn_percent", "rmse_v", "max_abs_v", "coverage_90", "crank_mae_v"):
+            self.assertAlmostEqual(getattr(prediction, name), told[name], places=9)
+        self.assertGreater(len(prediction.cranks), 0)
+        self.assertEqual(len(prediction.cranks), len(told["cranks"]))
+        written = np.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding=None)
+        for name in ("time_s", "current_a", "voltage_v", "predicted_v", "lower_v", "upper_v", "predicted_a"):
+            np.testing.assert_allclose(getattr(prediction, name), written[name], atol=6e-7, err_msg=name)
+        np.testing.assert_array_equal(prediction.voltage_drives, written["driven_by"] == "voltage")
+
+    def test_a_direction_that_is_none_is_an_error(self):
+        with self.assertRaisesRegex(ValueError, 'drive is "voltage", expected mixed, current or None'):
+            battery_sof.predict(self.model, self.recording, drive="voltage")
+
+    def test_the_locale_changes_nothing(self):
+        before = locale.setlocale(locale.LC_ALL)
+        self.addCleanup(os.environ.pop, "LOCPATH", None)
+        self.addCleanup(locale.setlocale, locale.LC_ALL, before)
+        if not set_german(self.folder):
+            self.skipTest("no German locale, and no package `locales` to make one of")
+        self.assertEqual(locale.format_string("%.1f", 1.5), "1,5")
+        recording = battery_sof.Recording.from_csv(self.csv)
+        np.testing.assert_array_equal(recording.voltage_v, self.recording.voltage_v)
+        read = battery_sof.Model.read(self.yaml)
+        self.assertEqual(read.rmse_v, self.told["rmse_v"])
+
+
+class TestDiagnosis(Drive):
+    def test_diagnosis_is_that_of_the_command(self):
+        diagnosis = battery_sof.diagnose(self.recording, from_s=0.0, to_s=300.0, given=["cpe2"])
+        model = self.folder / "extended.yaml"
+        told = self.sof("diagnose", self.csv, "--from", "0", "--to", "300", "--given", "cpe2", "--out", model)
+        for name in ("verdict", "summary", "family", "probability", "next_experiment"):
+            self.assertEqual(getattr(diagnosis, name), told[name], name)
+        self.assertEqual(diagnosis.details["fit"], told["fit"])
+        self.assertEqual(diagnosis.extended_holdout.rmse_v, told["fit"]["extended"]["holdout"]["rmse_v"])
+        self.assertEqual(diagnosis.extended.effects, battery_sof.Model.read(model).effects)
+        self.assertEqual(diagnosis.time_s.shape, diagnosis.extended_voltage_v.shape)
+        page = self.folder / "page.html"
+        diagnosis.write_page(page)
+        self.assertIn(diagnosis.summary.split(",")[0].split("'")[0], page.read_text())
+
+    def test_other_threads_run_while_it_works(self):
+        ticks, done = [], threading.Event()
+
+        def tick():
+            while not done.is_set():
+                ticks.append(time.monotonic())
+                time.sleep(0.002)
+
+        interval = sys.getswitchinterval()
+        ticker = threading.Thread(target=tick)
+        ticker.start()
+        begin = time.monotonic()
+        battery_sof.identify(self.recording, effects=["cpe2", "gassing"])
+        took = time.monotonic() - begin
+        done.set()
+        ticker.join()
+        self.assertGreater(took, 5 * interval)
+        during = [each for each in ticks if begin < each < begin + took]
+        self.assertGreater(len(during), took / 0.05)
+
+    def test_a_share_that_is_none_is_an_error(self):
+        with self.assertRaisesRegex(ValueError, "holdout_share is"):
+            battery_sof.diagnose(self.recording, holdout_share=2.0)
+
+
+class TestDescriptions(unittest.TestCase):
+    def test_everything_public_is_described_and_typed(self):
+        for name in battery_sof.__all__:
+            thing = getattr(battery_sof, name)
+            self.assertTrue(inspect.getdoc(thing), name)
+            if inspect.isfunction(thing):
+                hints = typing.get_type_hints(thing, vars(api))
+                self.assertEqual(set(inspect.signature(thing).parameters) | {"return"}, set(hints), name)
+
+    def test_fields_of_results_are_typed(self):
+        self.assertEqual(typing.get_type_hints(results.CrankAnswer)["u_min"], typing.Optional[float])
+
+    def test_names_that_are_none_are_an_error(self):
+        with self.assertRaisesRegex(AttributeError, "has no attribute 'crnak'"):
+            battery_sof.crnak
+
+    def test_the_stub_names_what_the_compiled_part_has(self):
+        from battery_sof import _core
+        stub = Path(_core.__file__).with_name("_core.pyi").read_text()
+        for name in dir(_core):
+            if not name.startswith("_"):
+                self.assertRegex(stub, rf"(def|class) {name}\b")
+
+    def test_version_is_the_commands(self):
+        said = subprocess.run([SOF, "--version"], check=True, stdout=subprocess.PIPE).stdout.decode()
+        self.assertEqual(said.strip(), "sof " + battery_sof.version())
+
+
+if __name__ == "__main__":
+    unittest.main()
