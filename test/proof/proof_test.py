@@ -256,14 +256,15 @@ class Families(unittest.TestCase):
 
     def test_counts_stand_beside_those_of_names(self):
         cases = [case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("named", (one,))) for one in ("ocv_soc", "ocv_hysteresis", "cpe2")]
+        cases.append(case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("several", ("cpe2",), ("ocv_soc",))))
         cases.append(case("N1", "null", "-", [], answer("unknown", family="acid", probability=0.95)))
         scored = by_family.scored(cases)
         row = scored["levels"]["C1"]
-        self.assertEqual((row["by_name"][1], row["right"], row["beside"], row["wrong"], row["none"], row["missed"], row["n"]), (1, 2, 0, 1, 0, 0, 3))
+        self.assertEqual((row["by_name"][1], row["right"], row["beside"], row["wrong"], row["none"], row["missed"], row["n"]), (1, 3, 1, 1, 0, 0, 4))
         self.assertEqual(scored["alarms"], {"N1": (1, 1)})
         text = "\n".join(by_family.lines(scored))
-        self.assertIn("| C1 | in the first class, at most three | 1 of 3", text)
-        self.assertEqual(by_family.entries(scored)["levels"]["C1"]["right"]["k"], 2)
+        self.assertIn("| C1 | in the first class, at most three | 1 of 4", text)
+        self.assertEqual(by_family.entries(scored)["levels"]["C1"]["right"]["k"], 3)
 
     def test_probabilities_are_held_against_what_is_true(self):
         cases = [case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("named", ("ocv_soc",), family="open_circuit", probability=0.8)),

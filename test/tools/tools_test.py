@@ -143,6 +143,7 @@ class RealPlan(unittest.TestCase):
     def test_cases_follow_from_the_seed_and_not_from_who_else_is_asked(self):
         self.assertEqual(self.rows(50), self.rows(50))
         self.assertNotEqual([row["seed"] for row in self.rows(50)], [row["seed"] for row in self.rows(50, seed=2)])
+        self.assertEqual(len({row["seed"] for row in self.rows(400)}), 400)
         everything = {row["name"]: row for row in self.rows(400)}
         for row in self.rows(8, only=["frc_robot"]):
             if row["turn"] < 2:
