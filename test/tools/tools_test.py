@@ -77,6 +77,11 @@ class Effects(unittest.TestCase):
         with self.assertRaisesRegex(Failure, "exit code 2: .*gasing"):
             call([program(BUILD, "sof"), "effects", "gasing"])
 
+    def test_a_program_that_is_stopped_from_outside_is_no_failure(self):
+        with self.assertRaisesRegex(SystemExit, "stopped from outside"):
+            call(["/bin/sh", "-c", "kill -TERM $$"])
+        self.assertRaises(Failure, call, ["/bin/sh", "-c", "kill -SEGV $$"])
+
     def test_a_page_without_marks_is_refused(self):
         page = "before\n" + update_effects_page.BEGIN + "old\n" + update_effects_page.END + "after\n"
         self.assertEqual(update_effects_page.with_catalogue(page, "new\n"), page.replace("old", "new"))

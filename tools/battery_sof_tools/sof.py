@@ -3,12 +3,14 @@
 import glob
 import json
 import os
+import signal
 import subprocess
 import tempfile
 
 from .files import digest
 
 ANSWERED = (0, 1)  # exit codes with an answer: done, an honest negative outcome
+STOPPED = (signal.SIGTERM, signal.SIGINT)  # not the program's fault
 RECORDING, ANSWER = "recording.csv", "answer.json"
 
 
@@ -48,6 +50,8 @@ def call(command, cwd=None, patience_s=None):
         told = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=patience_s, env=libraries_beside(command[0]))
     except subprocess.TimeoutExpired:
         raise Failure(f"{name}: no answer within {patience_s:g} s") from None
+    if -told.returncode in STOPPED:
+        raise SystemExit(f"{name}: stopped from outside; call again to go on")
     if told.returncode not in ANSWERED:
         raise Failure(f"{name}: exit code {told.returncode}: {told.stderr.strip()[:300]}")
     return told.stdout
