@@ -18,6 +18,8 @@ install(TARGETS ${PROJECT_NAME}_ros
   LIBRARY DESTINATION ${LIBRARY_DESTINATION})
 install(TARGETS ${PROJECT_NAME}_node RUNTIME DESTINATION ${PROGRAM_DESTINATION})
 install(DIRECTORY config launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+# These two are whole in one file each: the package of the other scripts (tools/) is for this checkout, and catkin_python_setup()
+# would install it to the prefix known when configuring, whatever --prefix says.
 catkin_install_python(PROGRAMS scripts/ask_and_compare scripts/plot_prediction
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 

@@ -25,7 +25,7 @@ set_tests_properties(diagnosis_page_in_a_browser PROPERTIES SKIP_RETURN_CODE 77 
 
 # The benchmark of the diagnosis: its arithmetic, and a tenth of it as a whole (some minutes).
 add_test(NAME proof_counts_right COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/proof/proof_test.py")
-set_tests_properties(proof_counts_right PROPERTIES TIMEOUT 120)
+set_tests_properties(proof_counts_right PROPERTIES TIMEOUT 120 ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
 add_test(NAME proof_quick
   COMMAND "${PYTHON_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/proof" quick --build "${CMAKE_BINARY_DIR}"
     --seal "${CMAKE_CURRENT_SOURCE_DIR}/proof/quick" --out "${CMAKE_BINARY_DIR}/proof/quick")
@@ -34,3 +34,9 @@ set_tests_properties(proof_quick PROPERTIES TIMEOUT 600)
 # What judges the diagnosis on forms that no catalogue has: its arithmetic.
 add_test(NAME strangers_count_right COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/strangers/strangers_test.py")
 set_tests_properties(strangers_count_right PROPERTIES TIMEOUT 120)
+
+# What the scripts share, and the shell scripts.
+add_test(NAME scripts_do_what_they_say COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/tools_test.py")
+set_tests_properties(scripts_do_what_they_say PROPERTIES TIMEOUT 300 ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
+add_test(NAME shell_scripts_are_clean COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/shell_test.py")
+set_tests_properties(shell_scripts_are_clean PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 60)

@@ -57,4 +57,6 @@ std::vector<std::string> membersOf(Family family) {
   return ids;
 }
 
+std::vector<std::string> namesOf(Family family) { return infoOf(family).members; }
+
 }  // namespace battery_sof

@@ -5,6 +5,7 @@
 
 #include "reference/program_frame.hpp"
 #include "reference/recording_output.hpp"
+#include "reference/stranger_beside.hpp"
 #include "reference/stranger_label.hpp"
 
 namespace battery_sof_reference {
@@ -12,7 +13,8 @@ namespace {
 
 struct Arguments {
   StrangerOrder order;
-  std::string out, label;
+  BesideOrder law;
+  std::string out, label, beside;
   bool list = false;
 };
 
@@ -29,8 +31,26 @@ void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--rate", order.rate, "of the recording [Hz]; the seed chooses 1, 10 or 100");
   app.add_option("--scale", order.scale, "times the strength, 0: the base circuit")
       ->capture_default_str();
+  app.add_option("--beside", arguments.beside,
+                 "recording, time_s,current_a,voltage_v: put the law of --family and --form into it");
+  app.add_option("--strength", arguments.law.strength, "of the law beside a recording")
+      ->capture_default_str();
+  app.add_option("--r-discharge", arguments.law.r_discharge, "of the battery beside [Ohm]")
+      ->capture_default_str();
+  app.add_option("--r-charge", arguments.law.r_charge, "of the battery beside [Ohm]")
+      ->capture_default_str();
   app.add_option("--out", arguments.out, "recording to write: .csv or .bag");
   app.add_option("--label", arguments.label, "what is true of it: .json");
+}
+
+void runBeside(Arguments arguments) {
+  if (arguments.out.empty()) throw std::invalid_argument("--out is required");
+  arguments.law.family = arguments.order.family;
+  arguments.law.form = arguments.order.form;
+  arguments.law.seed = arguments.order.seed;
+  Simulation recording;
+  recording.samples = besideRecording(readRecording(arguments.beside), arguments.law);
+  writeRecording(arguments.out, recording, false, Digits::kMany);
 }
 
 void run(const Arguments& arguments, std::ostream& out) {
@@ -39,6 +59,7 @@ void run(const Arguments& arguments, std::ostream& out) {
       out << one.kind << " " << one.family << " " << one.form << "\n";
     return;
   }
+  if (!arguments.beside.empty()) return runBeside(arguments);
   if (arguments.out.empty() || arguments.label.empty())
     throw std::invalid_argument("--out and --label are required");
   if (!isRecordingName(arguments.out))

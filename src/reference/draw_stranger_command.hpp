@@ -14,6 +14,9 @@ namespace battery_sof_reference {
  * --rate HZ hold what the seed would choose; --scale X is times the strength found; --list prints
  * kinds, families and forms, one "kind family form" a line. The same options give the same bytes.
  *
+ * `draw_stranger --beside REC.csv --family F --form X --strength S --out OUT.csv` puts a law into a
+ * recording that was measured (besideRecording()); there is no label.
+ *
  * @param arguments without the program's name.  @param out, err standard output and error.
  * @return 0 done, 1 no draw could be used, 2 wrong usage or input. Never throws.
  */

@@ -5,6 +5,7 @@
 #include <regex>
 #include <sstream>
 
+#include "battery_sof/model/family.hpp"
 #include "wording.hpp"
 
 #include "battery_sof/recording/number_text.hpp"
@@ -106,6 +107,7 @@ nlohmann::json effectJson(const EffectInfo& effect) {
   for (const StateInfo& info : effect.states) states.push_back(stateJson(info));
   return {{"id", effect.id},
           {"code", effect.code},
+          {"family", familyId(familyOf(effect.id))},
           {"title", effect.title},
           {"equations", linesOf(effect.equations)},
           {"parameters", parameters},
@@ -114,6 +116,13 @@ nlohmann::json effectJson(const EffectInfo& effect) {
           {"tells_apart", effect.tells_apart},
           {"needs", effect.needs},
           {"bends", effect.bends}};
+}
+
+nlohmann::json familiesJson() {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Family family : kAllFamilies)
+    list.push_back({{"id", familyId(family)}, {"sentence", familySentence(family)}, {"members", namesOf(family)}});
+  return list;
 }
 
 std::string code(const std::string& text) { return "`" + text + "`"; }
@@ -167,16 +176,18 @@ std::vector<EffectInfo> effectsByTier() {
 }
 
 std::string catalogueText(const std::vector<EffectInfo>& effects) {
-  std::size_t width = 2;
+  std::size_t width = 2, family_width = 6;
   for (const EffectInfo& effect : effects) width = std::max(width, effect.id.size());
-  std::string text = padded("id", width) + padded("code", 4) + "title\n";
+  for (const Family family : kAllFamilies) family_width = std::max(family_width, familyId(family).size());
+  std::string text = padded("id", width) + padded("code", 4) + padded("family", family_width) + "title\n";
   for (const EffectInfo& effect : effects)
-    text += padded(effect.id, width) + padded(effect.code, 4) + effect.title + "\n";
+    text += padded(effect.id, width) + padded(effect.code, 4) + padded(familyId(familyOf(effect.id)), family_width) + effect.title + "\n";
   return text;
 }
 
 std::string effectText(const EffectInfo& effect) {
-  std::string text = effect.id + " (" + effect.code + "): " + effect.title + "\n\nequations\n";
+  std::string text = effect.id + " (" + effect.code + "): " + effect.title + "\n\nfamily\n    " +
+                     familyId(familyOf(effect.id)) + ": " + familySentence(familyOf(effect.id)) + "\n\nequations\n";
   for (const std::string& line : linesOf(effect.equations)) text += "    " + line + "\n";
   text += "\nparameters\n";
   std::size_t width = 0;
@@ -201,13 +212,13 @@ std::string effectText(const EffectInfo& effect) {
 nlohmann::json catalogueJson(const std::vector<EffectInfo>& effects) {
   nlohmann::json list = nlohmann::json::array();
   for (const EffectInfo& effect : effects) list.push_back(effectJson(effect));
-  return {{"schema", "battery_sof/effects/1"}, {"effects", list}};
+  return {{"schema", "battery_sof/effects/1"}, {"effects", list}, {"families", familiesJson()}};
 }
 
 std::string catalogueMarkdown(const std::vector<EffectInfo>& effects) {
-  std::string text = "| id | code | title |\n|---|---|---|\n";
+  std::string text = "| id | code | family | title |\n|---|---|---|---|\n";
   for (const EffectInfo& effect : effects)
-    text += "| " + code(effect.id) + " | " + effect.code + " | " + effect.title + " |\n";
+    text += "| " + code(effect.id) + " | " + effect.code + " | " + code(familyId(familyOf(effect.id))) + " | " + effect.title + " |\n";
   text += "\n";
   for (const EffectInfo& effect : effects) text += effectMarkdown(effect);
   return text;

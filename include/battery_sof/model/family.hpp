@@ -34,4 +34,7 @@ Family familyOf(const std::string& effect);
 /// @return ids of the catalogue's effects of a family, in its order.
 std::vector<std::string> membersOf(Family family);
 
+/// @return everything familyOf() knows of a family: its effects, and faults that are no equations.
+std::vector<std::string> namesOf(Family family);
+
 }  // namespace battery_sof

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "battery_sof/model/effect.hpp"
+#include "battery_sof/model/family.hpp"
 #include "support/sof_command.hpp"
 
 namespace battery_sof {
@@ -22,7 +23,7 @@ bool contains(const std::string& text, const std::string& piece) {
   return text.find(piece) != std::string::npos;
 }
 
-TEST(SofEffects, ListsEveryEffectWithCodeAndTitleOneALine) {
+TEST(SofEffects, ListsEveryEffectWithCodeFamilyAndTitleOneALine) {
   const Outcome outcome = effects({});
   EXPECT_EQ(outcome.code, 0);
   for (const EffectInfo& info : effectCatalogue()) {
@@ -30,6 +31,7 @@ TEST(SofEffects, ListsEveryEffectWithCodeAndTitleOneALine) {
     ASSERT_NE(at, std::string::npos) << info.id;
     const std::string line = outcome.out.substr(at + 1, outcome.out.find('\n', at + 1) - at - 1);
     EXPECT_TRUE(contains(line, " " + info.code + " ")) << line;
+    EXPECT_TRUE(contains(line, " " + familyId(familyOf(info.id)) + " ")) << line;
     EXPECT_TRUE(contains(line, info.title)) << line;
   }
 }
@@ -55,6 +57,7 @@ TEST(SofEffects, StatesEverythingThatIsKnownOfOneEffect) {
     }
     for (const auto& other : info.look_alikes) EXPECT_TRUE(contains(outcome.out, other)) << info.id;
     EXPECT_TRUE(contains(outcome.out, info.tells_apart)) << info.id;
+    EXPECT_TRUE(contains(outcome.out, "family\n    " + familyId(familyOf(info.id)) + ": ")) << info.id;
   }
 }
 
@@ -91,6 +94,20 @@ TEST(SofEffects, GivesTheSameAsJson) {
       EXPECT_EQ(parameter["vanishes_at"].is_null(), !info.parameters[j].vanishes_at);
     }
   }
+}
+
+TEST(SofEffects, JsonHasTheFamilyOfEveryEffectAndTheMembersOfEveryFamily) {
+  const auto document = nlohmann::json::parse(effects({"--json", "-"}).out);
+  for (const auto& one : document["effects"]) EXPECT_EQ(one["family"], familyId(familyOf(one["id"])));
+  ASSERT_EQ(document["families"].size(), kFamilies);
+  std::size_t members = 0;
+  for (const auto& family : document["families"])
+    for (const auto& member : family["members"]) {
+      EXPECT_EQ(family["id"], familyId(familyOf(member)));
+      ++members;
+    }
+  EXPECT_EQ(members, effectCatalogue().size() + 4);  // four faults of sampling are no effects
+  EXPECT_EQ(nlohmann::json::parse(effects({"gassing", "--json", "-"}).out)["families"].size(), kFamilies);
 }
 
 TEST(SofEffects, WritesTheJsonOfOneEffectToAFile) {

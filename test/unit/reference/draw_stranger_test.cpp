@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "reference/stranger_beside.hpp"
+
 namespace battery_sof_reference {
 namespace {
 
@@ -84,6 +86,73 @@ TEST_F(DrawStranger, TheLabelSaysWhatIsTrue) {
   EXPECT_TRUE(null["family"].is_null());
   EXPECT_EQ(null["strength"], 0.0);
   EXPECT_EQ(null["visible_rms_v"]["training"], 0.0);
+}
+
+class BesideARecording : public DrawStranger {
+ protected:
+  BesideARecording() {
+    std::ofstream file(measured());
+    file << "time_s,current_a,voltage_v\n";
+    for (int n = 0; n < 600; ++n)
+      file << n << "," << (n / 20 % 3 - 1) * 30 << "," << 12.7 + (n / 20 % 3 - 1) * 0.2 << "\n";
+  }
+  fs::path measured() const { return folder_ / "measured.csv"; }
+  int put(const std::string& family, const std::string& form, const std::string& strength) {
+    return run({"--beside", measured().string(), "--family", family, "--form", form, "--seed", "3",
+                "--strength", strength, "--out", recording().string()});
+  }
+  std::vector<RecordedSample> after(const std::string& family, const std::string& form,
+                                    const std::string& strength) {
+    EXPECT_EQ(put(family, form, strength), 0) << err_.str();
+    return readRecording(recording());
+  }
+};
+
+TEST_F(BesideARecording, StrengthZeroLeavesTheRecordingAsItIs) {
+  const auto before = readRecording(measured());
+  for (const char* form : {"structure conducting_film", "instrument dead_band", "side_reactions impurity_shuttle"}) {
+    const std::string both = form;
+    const auto at = both.find(' ');
+    const auto now = after(both.substr(0, at), both.substr(at + 1), "0");
+    ASSERT_EQ(now.size(), before.size());
+    for (std::size_t n = 0; n < now.size(); ++n) {
+      EXPECT_NEAR(now[n].current, before[n].current, 1e-6) << form;
+      EXPECT_NEAR(now[n].voltage, before[n].voltage, 1e-8) << form;
+    }
+  }
+}
+
+TEST_F(BesideARecording, AForceAddsToTheVoltageInProportionAndLeavesTheCurrent) {
+  const auto before = readRecording(measured());
+  const auto once = after("structure", "conducting_film", "1"), twice = after("structure", "conducting_film", "2");
+  double largest = 0.0;
+  for (std::size_t n = 0; n < before.size(); ++n) {
+    EXPECT_NEAR(once[n].current, before[n].current, 1e-6);
+    EXPECT_NEAR(twice[n].voltage - before[n].voltage, 2.0 * (once[n].voltage - before[n].voltage), 1e-7);
+    largest = std::max(largest, std::abs(once[n].voltage - before[n].voltage));
+  }
+  EXPECT_GT(largest, 1e-3);
+}
+
+TEST_F(BesideARecording, AnInstrumentShowsAnotherCurrent) {
+  const auto now = after("instrument", "remanence", "1");
+  double largest = 0.0;
+  const auto before = readRecording(measured());
+  for (std::size_t n = 0; n < now.size(); ++n)
+    largest = std::max(largest, std::abs(now[n].current - before[n].current));
+  EXPECT_GT(largest, 0.05);
+  EXPECT_LE(largest, 0.5 + 1e-6);
+}
+
+TEST_F(BesideARecording, WhatIsWrongIsNamed) {
+  EXPECT_EQ(put("structure", "no_such_form", "1"), 2);
+  EXPECT_NE(err_.str().find("no form is \"structure no_such_form\""), std::string::npos);
+  std::ofstream(measured()) << "time_s,current_a,voltage_v\n0,1,12\n1,x,12\n";
+  EXPECT_EQ(put("structure", "conducting_film", "1"), 2);
+  EXPECT_NE(err_.str().find("measured.csv:3: \"1,x,12\""), std::string::npos) << err_.str();
+  std::ofstream(measured()) << "t,i,u\n0,1,12\n";
+  EXPECT_EQ(put("structure", "conducting_film", "1"), 2);
+  EXPECT_NE(err_.str().find("expected a header"), std::string::npos);
 }
 
 TEST_F(DrawStranger, WrongUsageIsSaidInASentence) {

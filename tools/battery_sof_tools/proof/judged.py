@@ -2,7 +2,8 @@
 
 import dataclasses
 
-from .names import INSTRUMENT, LARGEST_CLASS, PHYSICS, STRUCTURE, alike, holds
+from ..sof import Catalogue
+from .names import LARGEST_CLASS, alike, holds, with_alike
 
 SAYS_NOTHING = ("no_mismatch", "insufficient_data")
 # Strength in the label -> parameter of the product, and how one follows from the other.
@@ -20,10 +21,11 @@ STRENGTHS = {
 
 @dataclasses.dataclass
 class Case:
-    """A label, the answers to it, and what the model did that was told the truth (None without)."""
+    """A label, the answers to it, what the model did that was told the truth (None without), and the catalogue of effects."""
     label: dict
     answers: dict
     told: dict
+    catalogue: Catalogue
 
     @property
     def level(self):
@@ -41,7 +43,11 @@ class Case:
             return self.truths
         of_physics = {"porous_effect": lambda one: one != "ocv_soc" and (one != "acid_transport" or self.label["id"] == one)}
         wanted = of_physics.get(self.label["family"], lambda one: True)
-        return [one for one in self.truths if one in PHYSICS and wanted(one)]
+        return [one for one in self.truths if one in self.catalogue.physics and wanted(one)]
+
+    def families_of(self, names):
+        """Families of names and of what counts as one of them."""
+        return {self.catalogue.family(one) for one in with_alike(names)} - {None}
 
     @property
     def whole(self):
@@ -80,10 +86,10 @@ def any_class_true(case):
     return any(len(class_of(e)) <= LARGEST_CLASS and holds(class_of(e), case.added) for e in case.whole["effects"])
 
 
-def wrong_names(case, answer=None, tiers=PHYSICS | INSTRUMENT):
+def wrong_names(case, answer=None, tiers="PI"):
     """Names of these tiers whose class holds nothing that is true."""
     effects = (answer or case.whole)["effects"]
-    return [e["id"] for e in effects if e["id"] in tiers and not holds(class_of(e), case.truths)]
+    return [e["id"] for e in effects if case.catalogue.tier(e["id"]) in tiers and not holds(class_of(e), case.truths)]
 
 
 def weak_names(case, below=20.0):
@@ -92,14 +98,14 @@ def weak_names(case, below=20.0):
     for answer in case.answers.values():
         classes = {frozenset(class_of(e)): e for e in reversed(answer["effects"])}  # its first name stands for a class
         right += [holds(class_of(e), case.truths) for e in classes.values()
-                  if 0.0 < (e["evidence"] or 0.0) < below and e["id"] in PHYSICS | INSTRUMENT]
+                  if 0.0 < (e["evidence"] or 0.0) < below and case.catalogue.tier(e["id"]) in "PI"]
     return right
 
 
 def names_without_structure(case):
     """Wrong names whose class offers no piece of structure either."""
     wrong = wrong_names(case)
-    return [e["id"] for e in case.whole["effects"] if e["id"] in wrong and not set(class_of(e)) & STRUCTURE]
+    return [e["id"] for e in case.whole["effects"] if e["id"] in wrong and not set(class_of(e)) & case.catalogue.structure]
 
 
 def warned(case):

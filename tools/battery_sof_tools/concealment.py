@@ -3,8 +3,6 @@
 Current is positive while charging. Nothing is integrated across a gap (longer than three times the median interval): a memory decays
 with the time that passed, a charge stays. A step back of the clock counts as no time.
 """
-import csv
-import datetime
 import math
 
 import numpy as np
@@ -17,36 +15,8 @@ NEUTRAL = ("series_resistance", "voltage_step", "white_noise")  # the base circu
 NAMED = {name: name for name in UNITS}
 NAMED.update(discharge_missed="current_gain", charge_missed="current_gain", memory_resistance=None, **dict.fromkeys(NEUTRAL))
 CURRENT_SIDE = ("current_offset", "discharge_missed", "charge_missed", "time_skew")
-# Beyond these no battery, cable or instrument that is still in use goes.
-LIMITS = {"current_offset": 5.0, "contact_resistance": 0.02, "voltage_drift": 0.5, "acid_transport": 0.05, "ocv_soc": 0.5, "memory_resistance": 2e-4}
 DEPLETION_VOLTAGE = 0.15  # [V], kappa
 DEEPEST = 0.95  # [1], share of the acid that may be used up
-
-
-def seconds(text):
-    try:
-        return float(text)
-    except ValueError:
-        return datetime.datetime.fromisoformat(text).replace(tzinfo=datetime.timezone.utc).timestamp()
-
-
-def read(path, time, current, voltage, discharge_positive=False, start=-math.inf, end=math.inf):
-    """Time [s], current [A, positive into the battery] and voltage [V] of the rows that hold all three, from start to end."""
-    rows = []
-    with open(path, newline="") as file:
-        for row in csv.DictReader(file):
-            if row[time] and row[current] and row[voltage]:
-                rows.append((seconds(row[time]), float(row[current]), float(row[voltage])))
-    t, i, u = np.array(rows).T
-    kept = (t >= start) & (t <= end)
-    return t[kept], -i[kept] if discharge_positive else i[kept], u[kept]
-
-
-def write(path, t, i, u):
-    with open(path, "w") as file:
-        file.write("t_s,current_A,voltage_V\n")
-        for row in zip(t, i, u):
-            file.write("{:.6f},{:.6f},{:.6f}\n".format(*row))
 
 
 def steps(t):
@@ -136,17 +106,3 @@ def unexplained(name, t, i, added):
     basis = np.stack(columns, axis=1)
     rest = added - basis @ np.linalg.lstsq(basis, added, rcond=None)[0]
     return float(np.sqrt(np.mean(rest**2)))
-
-
-def strength_for(name, t, i, rms, tau, instant):
-    """Strength at which `unexplained` is rms [V], at most its limit; for a depletion at most the one that uses the acid up."""
-    if name != "high_rate_depletion":
-        return min(LIMITS[name], rms / unexplained(name, t, i, added_voltage(name, t, i, 1.0, tau, instant)))
-    low, high = 0.0, DEEPEST / np.max(low_pass(t, np.maximum(-i, 0.0), tau))
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        if unexplained(name, t, i, added_voltage(name, t, i, middle, tau, instant)) < rms:
-            low = middle
-        else:
-            high = middle
-    return high

@@ -5,10 +5,12 @@ import json
 import os
 import statistics
 
-from . import judged
-from .names import PHYSICS, STRUCTURE, holds, interval, rate
+from ..files import digest, lines_of
+from ..rates import interval, rate
+from . import by_family, judged
+from .names import holds
 from .run import ANSWERS, TOLD
-from .seal import digest, lines_of, opened
+from .seal import opened
 
 WITH_TRUTH = ("C1", "C2", "C3", "C4", "C5", "X1")
 SIDES = ("base", "extended", "told")
@@ -16,7 +18,7 @@ SHOWN_ERRORS = ("rmse_v", "charge_current_error_a", "crank_mae_v")
 Figure = collections.namedtuple("Figure", "key level text k n value target")  # a rate k of n, or a value over n cases
 
 
-def cases_of(sealed, results):
+def cases_of(sealed, results, catalogue):
     """Judged cases, what could not be judged, and what the seal says; nothing is opened unless both digests are right."""
     path = os.path.join(results, ANSWERS)
     with open(os.path.join(results, "answers.sha256")) as f:
@@ -31,7 +33,7 @@ def cases_of(sealed, results):
         if "failed" in one:
             failed.append(f"{label['name']} {label['level']} {label['family']} {label['id']}: {one['failed']}")
         else:
-            cases.append(judged.Case(label, one["answers"], told.get(label["name"])))
+            cases.append(judged.Case(label, one["answers"], told.get(label["name"]), catalogue))
     return said, cases, failed
 
 
@@ -55,7 +57,7 @@ def figures(cases):
     count("false_alarm", "N1", "false alarm: any verdict but no_mismatch", lambda c: c.whole["verdict"] != "no_mismatch", "<= 1/60")
     count("false_name", "N2", "false name: tier P or I, no true id in its class", judged.wrong_names, "<= 5 %")
     count("false_alone", "N2", "of these with no piece of structure in the class", judged.names_without_structure, "")
-    count("false_physics", "N2", "a name of tier P, no true id in its class", lambda c: judged.wrong_names(c, tiers=PHYSICS), "")
+    count("false_physics", "N2", "a name of tier P, no true id in its class", lambda c: judged.wrong_names(c, tiers="P"), "")
     for level, target in (("C1", ">= 97 %"), ("C2", ">= 85 %"), ("C3", ""), ("C4", ">= 75 %"), ("C5", ">= 95 %")):
         count(f"first_{level}", level, "first name true", judged.first_true, ">= 90 %" if level == "C1" else "")
         count(f"class_{level}", level, "truth in the first class, at most three names", judged.class_true, target)
@@ -79,15 +81,15 @@ def figures(cases):
     count("c5_warned", "C5", "warned before", judged.warned, ">= 95 %")
     count("c5_both", "C5", "warned before and named after", lambda c: judged.warned(c) and judged.class_true(c), ">= 95 %")
     count("c5_short_wrong", "C5", "a wrong name before", lambda c: judged.wrong_names(c, c.short), "")
-    count("decoy_physics", "D1", "fault named as physics", lambda c: judged.wrong_names(c, tiers=PHYSICS), "<= 3 %")
-    count("decoy_structure", "D1", "fault named as structure", lambda c: judged.wrong_names(c, tiers=STRUCTURE), "")
+    count("decoy_physics", "D1", "fault named as physics", lambda c: judged.wrong_names(c, tiers="P"), "<= 3 %")
+    count("decoy_structure", "D1", "fault named as structure", lambda c: judged.wrong_names(c, tiers="S"), "")
     count("decoy_found", "D1", "fault found: in a named class, or the instruments' screen speaks", judged.fault_found, "")
     count("unknown", "U1", "called unknown", verdict_is("unknown"), ">= 85 %")
     # A falling C_2 counts as out of the catalogue, which has it as a drift (docs/physics.md#cases-with-known-truth).
     count("unknown_or_drift", "U1", "called unknown, or a falling C_2 by the name that P10 has for it",
           lambda c: c.whole["verdict"] == "unknown" or c.label["id"] == "capacitance_fall" and judged.first_class(c.whole) == ["parameter_drift"], "")
     count("unknown_named", "U1", "given a name of tier P",
-          lambda c: c.whole["verdict"] != "unknown" and any(e["id"] in PHYSICS for e in c.whole["effects"]), "")
+          lambda c: c.whole["verdict"] != "unknown" and any(e["id"] in c.catalogue.physics for e in c.whole["effects"]), "")
     count("x1_class", "X1", "truth in some named class, at most three names", judged.any_class_true, ">= 75 %")
     count("x1_wrong", "X1", "some name of tier P or I wrong", judged.wrong_names, "<= 5 %")
     shown = at["C1"] + at["X1"]
@@ -147,7 +149,7 @@ def went_wrong(case):
     wrong = {"N1": lambda: case.whole["verdict"] != "no_mismatch", "N2": lambda: judged.wrong_names(case),
              "C3": lambda: not judged.class_true(case) or judged.wrong_names(case, case.short),
              "C5": lambda: not judged.class_true(case) or not judged.warned(case) or judged.wrong_names(case, case.short),
-             "D1": lambda: judged.wrong_names(case, tiers=PHYSICS) or not judged.fault_found(case),
+             "D1": lambda: judged.wrong_names(case, tiers="P") or not judged.fault_found(case),
              "U1": lambda: case.whole["verdict"] != "unknown",
              "X1": lambda: not judged.any_class_true(case) or judged.wrong_names(case)}
     return bool(wrong.get(case.level, lambda: not judged.class_true(case) or judged.wrong_names(case))())
@@ -165,11 +167,11 @@ def told_of(case):
     return text + (f" | {hard}" if hard else "")
 
 
-def score(sealed, results):
+def score(sealed, results, catalogue):
     """Everything that is reported."""
-    said, cases, failed = cases_of(sealed, results)
+    said, cases, failed = cases_of(sealed, results, catalogue)
     return {"seal": said, "cases": cases, "failed": failed, "figures": figures(cases), "confusion": confusion(cases),
-            "before_after": before_after(cases),
+            "before_after": before_after(cases), "families": by_family.scored(cases),
             "wrong": [told_of(case) for case in sorted(cases, key=lambda c: (c.level, c.label["id"])) if went_wrong(case)]}
 
 
@@ -178,4 +180,5 @@ def as_json(report):
     def entry(figure):
         low, high = interval(figure.k, figure.n) if figure.k is not None and figure.n else (None, None)
         return {"level": figure.level, "what": figure.text, "k": figure.k, "n": figure.n, "value": figure.value, "lower": low, "upper": high}
-    return json.dumps({"seal": report["seal"], "figures": {one.key: entry(one) for one in report["figures"]}}, indent=2)
+    return json.dumps({"seal": report["seal"], "figures": {one.key: entry(one) for one in report["figures"]},
+                       "families": by_family.entries(report["families"])}, indent=2)

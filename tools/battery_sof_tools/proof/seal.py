@@ -1,29 +1,16 @@
 """Seals a set of cases: draws their strengths, keeps their labels, and publishes the labels' digest."""
 
 import collections
-import concurrent.futures
-import hashlib
 import json
 import os
 import sys
 
+from ..files import append, digest, finished, lines_of
 from . import levels, strength
 from .programs import Failure, Programs, Workplace
 
 KEPT = ("name", "level", "family", "id", "seed", "scale", "duration_s", "z", "z_whole", "z_wanted", "z_short", "bias", "biased",
         "absorbed", "ratio", "as_wanted")
-
-
-def lines_of(path):
-    if not os.path.exists(path):
-        return []
-    with open(path) as f:
-        return [json.loads(line) for line in f if line.endswith("\n")]
-
-
-def digest(path):
-    with open(path, "rb") as f:
-        return hashlib.sha256(f.read()).hexdigest()
 
 
 def seal(build, secret, share, out, most_porous=None, duration_s=None, only=None, jobs=2):
@@ -87,20 +74,3 @@ def opened(folder):
     if digest(path) != said["labels_sha256"]:
         raise SystemExit(f"{path} is not what was sealed: digest {digest(path)}, seal.json says {said['labels_sha256']}")
     return said, lines_of(path)
-
-
-def append(path, entry):
-    with open(path, "a") as f:
-        f.write(json.dumps(entry) + "\n")
-
-
-def finished(jobs, work, todo, what):
-    """Results of work(*arguments) as they come, with progress on stderr."""
-    if not todo:
-        return
-    with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
-        pending = [pool.submit(work, *arguments) for arguments in todo]
-        for k, one in enumerate(concurrent.futures.as_completed(pending), 1):
-            yield one.result()
-            if sys.stderr.isatty() or k % 10 == 0 or k == len(todo):
-                print(f"{what} {k} of {len(todo)}", file=sys.stderr, flush=True)

@@ -9,9 +9,10 @@ import math
 import os
 import sys
 
+from ..files import append, digest, finished, lines_of
 from .levels import SHORT_S
 from .programs import Failure, Programs, Workplace
-from .seal import append, digest, finished, lines_of, opened
+from .seal import opened
 
 ANSWERS, TOLD = "answers.jsonl", "told.jsonl"
 TOLD_LEVELS = ("C1", "C4", "X1")

@@ -1,42 +1,28 @@
 """The two programs the benchmark calls: `draw_case` makes a case, `sof diagnose` is asked about its recording."""
 
-import glob
-import hashlib
 import json
 import os
 import shutil
 import subprocess
 import tempfile
 
-RECORDING, LABEL, ANSWER = "recording.csv", "label.json", "answer.json"
+from ..sof import RECORDING, Failure, call, diagnose, product_digest, program
+
+LABEL = "label.json"
 PATIENCE_S = 600.0  # of one diagnosis
 METRICS = ("rmse_v", "q_dyn_percent", "crank_mae_v", "charge_bias_v", "charge_current_error_a", "max_abs_v")
 
 
-class Failure(Exception):
-    """A program did not do what it was asked; the text says which and why."""
-
-
 class Programs:
     def __init__(self, build):
-        folder = os.path.abspath(os.path.join(build, "devel", "lib", "battery_sof"))
-        self.draw_case, self.sof = os.path.join(folder, "draw_case"), os.path.join(folder, "sof")
-        for program in (self.draw_case, self.sof):
-            if not os.access(program, os.X_OK):
-                raise SystemExit(f"{program} is missing: build it first (make build)")
+        self.draw_case, self.sof = program(build, "draw_case"), program(build, "sof")
 
     def product(self):
         """SHA-256 over `sof` and the product's libraries."""
-        libraries = glob.glob(os.path.join(os.path.dirname(os.path.dirname(self.sof)), "libbattery_sof*.so"))
-        total = hashlib.sha256()
-        for path in [self.sof] + sorted(path for path in libraries if "reference" not in path):
-            with open(path, "rb") as f:
-                total.update(f.read())
-        return total.hexdigest()
+        return product_digest(self.sof)
 
     def knows_given(self):
-        told = subprocess.run([self.sof, "diagnose", "--help"], capture_output=True, text=True)
-        return "--given" in told.stdout
+        return "--given" in call([self.sof, "diagnose", "--help"])
 
     def draw(self, case, folder, quiet=False):
         """Draws a case into a folder: path of the recording, and the label. Scale 1 is the generator's own."""
@@ -57,21 +43,10 @@ class Programs:
             return recording, json.load(f)
 
     def diagnose(self, recording, to_s=None, given=()):
-        """The answer to a recording that lies alone in a folder of its own, under a name that tells nothing."""
-        with tempfile.TemporaryDirectory(prefix="sof_") as folder:
-            os.link(recording, os.path.join(folder, RECORDING))
-            command = [self.sof, "diagnose", RECORDING, "--json", ANSWER, "--threads", "1"]
-            command += ["--to", f"{to_s:g}"] if to_s else []
-            command += ["--given", ",".join(given)] if given else []
-            try:
-                told = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S)
-            except subprocess.TimeoutExpired:
-                raise Failure(f"sof diagnose: no answer within {PATIENCE_S:g} s")
-            answer = os.path.join(folder, ANSWER)
-            if told.returncode not in (0, 1) or not os.path.exists(answer):
-                raise Failure(f"sof diagnose: exit code {told.returncode}: {told.stderr.strip()[:300]}")
-            with open(answer) as f:
-                return essentials(json.load(f))
+        """What is scored of the answer to a recording that lies alone in a folder of its own, under a name that tells nothing."""
+        options = ["--to", f"{to_s:g}"] if to_s else []
+        options += ["--given", ",".join(given)] if given else []
+        return essentials(diagnose(self.sof, recording, *options, patience_s=PATIENCE_S))
 
 
 def essentials(diagnosis):
@@ -79,7 +54,8 @@ def essentials(diagnosis):
     fit = diagnosis["fit"] or {}
     return {
         "verdict": diagnosis["verdict"],
-        "effects": [{"id": e["id"], "confidence": e["confidence"], "evidence": e.get("evidence"), "tied_with": e.get("tied_with", []),
+        "effects": [{"id": e["id"], "family": e.get("family"), "probability": e.get("probability"), "confidence": e["confidence"],
+                     "evidence": e.get("evidence"), "tied_with": e.get("tied_with", []),
                      "parameters": [{k: p.get(k) for k in ("name", "value", "lower", "upper", "at_bound")} for p in e["parameters"]]}
                     for e in diagnosis["effects"]],
         "candidates": [{k: c.get(k) for k in ("id", "evidence", "family", "holdout_gain_percent", "rejected_because")}

@@ -1,0 +1,324 @@
+"""What the scripts share: intervals, files, the catalogue as `sof` prints it, recordings, laws beside them, and how answers are counted."""
+
+import itertools
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.dont_write_bytecode = True
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+sys.path.insert(0, os.path.join(ROOT, "tools"))
+
+import numpy as np
+
+from battery_sof_tools import concealment, families, files, rates, recordings, tables, update_effects_page
+from battery_sof_tools.real import command, laws, plan, run, score
+from battery_sof_tools.sof import Catalogue, Failure, call, catalogue, program
+
+BUILD = os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build"))
+FORMS = {family: ["a", "b"] for family in ("acid", "ageing", "instrument")}
+
+
+class Rates(unittest.TestCase):
+    def test_wilson_is_the_root_of_the_score_test(self):
+        for k, n in ((0, 10), (3, 10), (9, 10), (10, 10), (45, 50)):
+            for p in rates.wilson(k, n):
+                if 0.0 < p < 1.0:
+                    self.assertAlmostEqual(abs(k / n - p) / np.sqrt(p * (1.0 - p) / n), rates.Z_95, places=9)
+        self.assertEqual((rates.wilson(0, 10)[0], rates.wilson(10, 10)[1]), (0.0, 1.0))
+
+    def test_a_rate_without_cases_is_no_case(self):
+        self.assertEqual(rates.rate(0, 0), "no case")
+        self.assertEqual(rates.rate(1, 2, rates.wilson), "1 of 2 = 50.0 % (9.5 to 90.5 %)")
+
+    def test_a_geometric_mean_is_that_of_logarithms(self):
+        self.assertAlmostEqual(rates.geometric_mean([0.5, 2.0, 8.0]), 2.0)
+        self.assertIsNone(rates.geometric_mean([]))
+
+
+class Files(unittest.TestCase):
+    def test_a_line_that_was_cut_off_is_left(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "rows")
+            files.append(path, {"a": 1})
+            with open(path, "a") as file:
+                file.write('{"a": 2')
+            self.assertEqual(files.lines_of(path), [{"a": 1}])
+            self.assertEqual(files.lines_of(path + "none"), [])
+
+    def test_another_value_than_the_kept_one_is_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "kept")
+            files.require_same(path, 1, "others")
+            files.require_same(path, 1, "others")
+            self.assertRaises(SystemExit, files.require_same, path, 2, "others")
+
+    def test_a_table_has_a_cell_for_every_column(self):
+        self.assertEqual(tables.table(["a", "b"], [[1, None]]), ["| a | b |", "|---|---|", "| 1 |  |"])
+
+
+class Effects(unittest.TestCase):
+    def test_every_effect_has_a_tier_and_a_family_of_those_that_are_printed(self):
+        known = catalogue(program(BUILD, "sof"))
+        self.assertGreater(len(known.codes), 20)
+        for name in known.codes:
+            self.assertIn(known.family(name), known.families)
+            self.assertIn(known.tier(name), "SPI")
+        self.assertEqual(known.tier("clipping"), "I")
+        self.assertEqual(known.sensors, known.family("clipping"))
+        self.assertEqual(sorted(known.structure | known.physics | known.instrument), sorted(known.family_of))
+
+    def test_a_name_of_no_family_has_none(self):
+        self.assertIsNone(Catalogue({"effects": [], "families": [{"id": "x", "members": ["y"]}]}).family("z"))
+
+    def test_a_program_that_fails_is_told_with_its_words(self):
+        with self.assertRaisesRegex(Failure, "exit code 2: .*gasing"):
+            call([program(BUILD, "sof"), "effects", "gasing"])
+
+    def test_a_program_that_is_stopped_from_outside_is_no_failure(self):
+        with self.assertRaisesRegex(SystemExit, "stopped from outside"):
+            call(["/bin/sh", "-c", "kill -TERM $$"])
+        self.assertRaises(Failure, call, ["/bin/sh", "-c", "kill -SEGV $$"])
+
+    def test_a_page_without_marks_is_refused(self):
+        page = "before\n" + update_effects_page.BEGIN + "old\n" + update_effects_page.END + "after\n"
+        self.assertEqual(update_effects_page.with_catalogue(page, "new\n"), page.replace("old", "new"))
+        self.assertRaises(SystemExit, update_effects_page.with_catalogue, "no marks", "new")
+
+
+class Recordings(unittest.TestCase):
+    def written(self, text):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        path = os.path.join(self.folder.name, "recording.csv")
+        with open(path, "w") as file:
+            file.write(text)
+        return path
+
+    def test_rows_with_a_missing_number_are_left_and_the_sign_is_turned(self):
+        path = self.written("a,b,c\n0,1,12\n1,,12\n2,3,12.5\n")
+        t, i, u = recordings.read(path, ("a", "b", "c"), True)
+        self.assertEqual((list(t), list(i), list(u)), ([0.0, 2.0], [-1.0, -3.0], [12.0, 12.5]))
+
+    def test_a_missing_column_is_named_with_those_there_are(self):
+        with self.assertRaisesRegex(SystemExit, "no column volts; there are a, b"):
+            recordings.read(self.written("a,b\n1,2\n"), ("a", "b", "volts"))
+
+    def test_dates_are_seconds(self):
+        path = self.written("t,i,u\n2017-03-25 07:00:00,1,12\n2017-03-25 07:01:00,1,12\n")
+        t, _, _ = recordings.read(path, ("t", "i", "u"))
+        self.assertEqual(t[1] - t[0], 60.0)
+
+    def test_what_is_written_is_read(self):
+        path = self.written("")
+        recordings.write(path, [0.0, 0.5], [-1.0, 2.0], [12.0, 12.5])
+        np.testing.assert_allclose(recordings.read(path), [[0.0, 0.5], [-1.0, 2.0], [12.0, 12.5]])
+
+    def test_nothing_is_carried_across_a_gap_but_what_decays(self):
+        t = np.array([0.0, 1.0, 2.0, 3.0, 103.0, 104.0])
+        passed = concealment.low_pass(t, np.ones(6), 10.0)
+        self.assertLess(passed[4], 1e-3 * passed[3])
+
+
+class Answers(unittest.TestCase):
+    def test_the_first_that_gives_a_family_a_probability_counts(self):
+        answer = {"family": "acid", "probability": None, "effects": [{"id": "x", "family": "acid", "probability": 0.7},
+                                                                     {"id": "y", "family": "acid", "probability": 0.2}]}
+        self.assertEqual(families.families_of(answer, None), {"acid": 0.7})
+
+    def test_several_true_families_make_one_of_them_right(self):
+        self.assertEqual(families.outcome("named", {"acid": 1.0}, {"acid", "ageing"}), "right")
+        self.assertEqual(families.outcome("named", {"acid": 1.0, "structure": 1.0}, {"acid", "ageing"}), "beside")
+
+
+class RealPlan(unittest.TestCase):
+    def rows(self, count, seed=1, **more):
+        return list(itertools.islice(plan.rounds(seed, FORMS, **more), count))
+
+    def test_a_round_has_every_family_of_every_recording_once(self):
+        with_laws, whole = len(recordings.MEASURED) - len(plan.NO_EFFECTS), len(recordings.MEASURED)
+        rows = self.rows(with_laws * len(FORMS) + whole * plan.ZEROS_A_ROUND)
+        kinds = [(row["recording"], row["kind"]) for row in rows if row["kind"] != plan.ZERO]
+        self.assertEqual((len(set(kinds)), len(kinds)), (with_laws * len(FORMS),) * 2)
+        self.assertEqual({row["turn"] for row in rows}, {0})
+        self.assertFalse({recording for recording, _ in kinds} & set(plan.NO_EFFECTS))
+
+    def test_cases_follow_from_the_seed_and_not_from_who_else_is_asked(self):
+        self.assertEqual(self.rows(50), self.rows(50))
+        self.assertNotEqual([row["seed"] for row in self.rows(50)], [row["seed"] for row in self.rows(50, seed=2)])
+        self.assertEqual(len({row["seed"] for row in self.rows(400)}), 400)
+        everything = {row["name"]: row for row in self.rows(400)}
+        for row in self.rows(8, only=["frc_robot"]):
+            if row["turn"] < 2:
+                self.assertEqual(everything[row["name"]], row)
+
+    def test_forms_take_turns(self):
+        row = {"kind": "acid", "recording": "frc_robot", "turn": 0}
+        self.assertNotEqual(plan.forms_in_turn(row, FORMS)[0], plan.forms_in_turn(dict(row, turn=1), FORMS)[0])
+
+    def test_an_hour_is_shown_and_a_day_where_samples_are_rare(self):
+        self.assertEqual(plan.stretch(np.arange(10000.0)), 3601)
+        self.assertEqual(plan.stretch(np.arange(0.0, 1e6, 60.0)), 1441)
+
+
+def drive(count=4000):
+    """Held currents [A] once a second, and a battery of 5 mOhm."""
+    dice = np.random.default_rng(3)
+    i = np.repeat(dice.uniform(-60.0, 30.0, count // 10), 10)
+    t = np.arange(float(len(i)))
+    return t, i, 12.6 + 5e-3 * i + 2e-3 * concealment.low_pass(t, i, 30.0) + dice.normal(0.0, 1e-3, len(t))
+
+
+class Laws(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.t, cls.i, cls.u = drive()
+        cls.beside = laws.Beside(cls.t, cls.i, cls.u)
+
+    def test_what_the_base_circuit_follows_is_not_visible(self):
+        followed = self.u + 3e-3 * self.i + 0.2
+        self.assertLess(self.beside.visible(self.i, followed)[0], 1e-9)
+        self.assertAlmostEqual(self.beside.resistances()[0], 5e-3, delta=2e-4)
+
+    def test_a_current_that_is_shown_wrong_is_visible_through_the_resistance(self):
+        wave = 2.0 * np.sin(2.0 * np.pi * self.t / 200.0)
+        seen = self.beside.visible(self.i + wave, self.u)[0]
+        self.assertAlmostEqual(seen, (5e-3 + 2e-3 / np.sqrt(1.0 + (2.0 * np.pi * 30.0 / 200.0)**2)) * np.sqrt(2.0), delta=2e-3)
+
+    def test_the_noise_put_in_at_zero_is_far_below_the_limit(self):
+        voltage, drawn = laws.neutral(self.t, self.i, self.u, 0.02, 5)
+        self.assertLess(self.beside.visible(self.i, voltage)[0], 0.15 * 0.02)
+        self.assertGreater(abs(drawn["level_v"]) + drawn["resistance_ohm"], 0.0)
+
+    def test_a_law_is_made_as_strong_as_it_is_wanted_and_refused_beyond_its_bounds(self):
+        draw = program(BUILD, "draw_stranger")
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "measured.csv")
+            recordings.write(path, self.t, self.i, self.u)
+            beside = laws.Beside(*recordings.read(path))
+            for family, form in (("structure", "conducting_film"), ("instrument", "thermostat_load")):
+                wanted = 2e-3
+                strength, shown, current, _ = laws.with_strength(draw, beside, path, family, form, 1, wanted, folder)
+                self.assertGreaterEqual(shown[0], wanted)
+                self.assertLessEqual(shown[0], 1.31 * wanted)
+                self.assertEqual(current is beside.i, family == "structure")
+                self.assertLessEqual(strength, laws.MOST_STRENGTH)
+            self.assertRaisesRegex(Failure, "too weak", laws.with_strength, draw, beside, path, "instrument", "remanence", 1, 1.0, folder)
+
+
+def told(*named, verdict="named", parts=(), base=0.1, extended=0.05, ridge=0.08):
+    return {"verdict": verdict, "families": {one: 0.95 for one in named}, "effects": [], "parts": list(parts), "limit_v": 0.01,
+            "holdout_v": {"base": base, "extended": extended, "ridge": ridge}}
+
+
+def put_in(kind, answer, recording="a"):
+    return {"name": "x", "recording": recording, "kind": kind, "seed": 1, "turn": 0, "drawn": {"form": "f"}, "answer": answer}
+
+
+class RealScore(unittest.TestCase):
+    UNCHANGED = {"a": told("structure", verdict="unknown"), "b": told(verdict="no_mismatch")}
+
+    def figures(self, rows):
+        return {what: text for what, text, _ in score.figures(score.cases_of(rows, self.UNCHANGED)[0])}
+
+    def test_new_is_what_is_not_named_without_it(self):
+        rows = [put_in("acid", told("structure", "acid")), put_in("acid", told("structure")), put_in("acid", told("ageing")),
+                put_in("acid", told("acid", "ageing"), "b")]
+        found = self.figures(rows)
+        self.assertTrue(found["put in: its family newly named"].startswith("2 of 4"))
+        self.assertTrue(found["of these with another beside it"].startswith("1 of 4"))
+        self.assertTrue(found["put in: only another family newly named"].startswith("1 of 4"))
+        self.assertTrue(found["put in: nothing new named"].startswith("1 of 4"))
+
+    def test_a_family_that_is_named_without_it_is_not_judged(self):
+        found = self.figures([put_in("structure", told("structure")), put_in("structure", told("acid"))])
+        self.assertEqual(found["put in: its family newly named"], "no case")
+        self.assertEqual(found["not judged, its family is named without it too"], "2 of 2")
+        self.assertTrue(found["of these still named"].startswith("1 of 2"))
+
+    def test_at_zero_what_is_new_is_wrong(self):
+        rows = [put_in(plan.ZERO, told("structure")), put_in(plan.ZERO, told("structure", "acid")), put_in(plan.ZERO, told(), "b")]
+        found = self.figures(rows)
+        self.assertTrue(found["zero: nothing new named"].startswith("2 of 3"))
+        self.assertTrue(found["zero: the verdict is as without"].startswith("0 of 3"))
+
+    def test_a_new_part_of_what_is_unknown_is_told(self):
+        rows = [put_in("acid", told("structure", verdict="unknown", parts=["acid"])), put_in("ageing", told("structure", parts=["acid"]))]
+        self.assertTrue(self.figures(rows)["put in: its family newly named or a new part of what is unknown"].startswith("1 of 2"))
+
+    def test_the_ridge_stands_beside(self):
+        found = self.figures([put_in("acid", told()), put_in("acid", told(extended=0.1, ridge=0.02))])
+        self.assertEqual(found["hold-out error, ridge regression over base, geometric mean"], "0.40 (n = 2)")
+        self.assertTrue(found["extended ahead of the ridge regression"].startswith("1 of 2"))
+
+    def test_the_page_counts_what_could_not_be_drawn(self):
+        rows = [put_in("acid", told("acid")), {"name": "y", "recording": "a", "kind": "ageing", "not_drawn": ["too weak"]},
+                {"name": "z", "recording": "a", "kind": "ageing", "failed": "no answer"}]
+        page = score.as_markdown(rows, self.UNCHANGED)
+        self.assertIn("1 cases: 1 with a law in them, 0 at zero; 1 could not be drawn, 1 failed.", page)
+        self.assertIn("Could not be drawn: ageing in a 1.", page)
+        self.assertIn("Failed: z: no answer", page)
+
+
+class RealRun(unittest.TestCase):
+    """With stand-ins for the programs' answers."""
+
+    class Bench:
+        def __init__(self, out):
+            self.out, self.asked = out, []
+
+        def case(self, case, forms):
+            self.asked.append(case["name"])
+            if case["kind"] == "ageing":
+                raise Failure("no answer")
+            return dict(case, drawn={"form": "a"}, answer=told())
+
+    def test_goes_on_where_it_was_cut_off(self):
+        with tempfile.TemporaryDirectory() as folder:
+            bench = self.Bench(folder)
+            run.run(bench, 1, FORMS, 5, 1.0, say=lambda *_: None)
+            first = list(bench.asked)
+            run.run(bench, 1, FORMS, 9, 1.0, say=lambda *_: None)
+            rows = files.lines_of(os.path.join(folder, run.ROWS))
+            self.assertEqual([row["name"] for row in rows], bench.asked)
+            self.assertEqual(len(set(bench.asked)), len(bench.asked))
+            self.assertEqual(sum("answer" in row for row in rows), 9)
+            self.assertEqual(bench.asked[:len(first)], first)
+            self.assertRaises(SystemExit, run.run, bench, 2, FORMS, 9, 1.0)
+
+    def test_nothing_is_asked_when_the_minutes_are_over(self):
+        with tempfile.TemporaryDirectory() as folder:
+            bench = self.Bench(folder)
+            run.run(bench, 1, FORMS, 5, 0.0, say=lambda *_: None)
+            self.assertEqual(bench.asked, [])
+
+    def test_without_the_folder_of_recordings_it_says_so(self):
+        self.assertRaisesRegex(SystemExit, "--data", command.main, ["nowhere"])
+
+
+class Entries(unittest.TestCase):
+    def test_every_script_of_the_package_finds_its_module_from_anywhere(self):
+        folder, found = os.path.join(ROOT, "scripts"), 0
+        for name in sorted(os.listdir(folder)):
+            with open(os.path.join(folder, name)) as file:
+                text = file.read()
+            if "battery_sof_tools" not in text:
+                continue
+            found += 1
+            self.assertLessEqual(len(text.splitlines()), 15, name)
+            module = text.split("from battery_sof_tools.")[1].split(" import main")[0]
+            path = os.path.join(ROOT, "tools", "battery_sof_tools", *module.split(".")) + ".py"
+            self.assertTrue(os.path.exists(path), name)
+        self.assertGreater(found, 12)
+
+    def test_help_is_printed_without_a_build(self):
+        for name in ("proof", "strangers", "proof_real", "conceal", "score_next_window", "calibrate_diagnosis"):
+            told_of = subprocess.run([sys.executable, os.path.join(ROOT, "scripts", name), "--help"], capture_output=True, text=True, cwd="/")
+            self.assertEqual(told_of.returncode, 0, told_of.stderr)
+            self.assertIn("usage", told_of.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

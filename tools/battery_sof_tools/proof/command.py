@@ -1,0 +1,95 @@
+"""The sealed benchmark of `sof diagnose` (docs/proof.md).
+
+    proof seal  --build B --seed-from HASH --out DIR [--share 1.0]     draws cases and strengths, publishes the labels' digest
+    proof run   --build B --seal DIR --out RESULTS                     shows every recording to `sof diagnose`
+    proof score --build B --seal DIR --out RESULTS [--markdown FILE] [--pictures FOLDER] [--json FILE]
+    proof quick --build B --seal DIR --out RESULTS                     run anew and score, with bounds: exit code 1 beyond them
+    proof sealed --build B --docs docs/proof --frozen docs/proof/frozen   all of it for the committed seal
+"""
+
+import argparse
+import os
+import shutil
+import sys
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one process a case; the same sums on every machine
+
+from ..files import digest
+from ..sof import catalogue, program
+from . import pages, quick, run, score, seal
+
+
+def do_seal(a):
+    seal.seal(a.build, a.seed_from, a.share, a.out, a.most_porous, a.duration, a.levels.split(",") if a.levels else None, a.jobs)
+
+
+def do_run(a):
+    run.run(a.build, a.seal, a.out, a.jobs)
+
+
+def do_score(a):
+    report = score.score(a.seal, a.out, catalogue(program(a.build, "sof")))
+    sys.stdout.write(pages.as_text(report))
+    pages.write(report, a.markdown, a.pictures)
+    if a.json:
+        with open(a.json, "w") as f:
+            f.write(score.as_json(report) + "\n")
+
+
+def do_quick(a):
+    """Every time anew: answers that were kept would hide what has changed."""
+    shutil.rmtree(a.out, ignore_errors=True)
+    run.run(a.build, a.seal, a.out, a.jobs, with_truth=False)
+    report = score.score(a.seal, a.out, catalogue(program(a.build, "sof")))
+    sys.stdout.write(pages.as_text(report))
+    said = quick.broken(report)
+    for one in said:
+        print("beyond its bound:", one)
+    sys.exit(1 if said else 0)
+
+
+def do_sealed(a):
+    """The committed digest must come out again from the frozen commit's hash."""
+    committed = os.path.join(a.docs, "seal.json")
+    if not os.path.exists(committed):
+        sys.exit(f"{committed} is missing: nothing is sealed yet (docs/proof.md says how)")
+    with open(a.frozen) as f:
+        secret = f.read().strip()
+    sealed, results = os.path.join(a.out, "seal"), os.path.join(a.out, "results")
+    if not os.path.exists(os.path.join(sealed, "seal.json")):
+        seal.seal(a.build, secret, 1.0, sealed, jobs=a.jobs)
+    if digest(committed) != digest(os.path.join(sealed, "seal.json")):
+        sys.exit(f"{sealed}/seal.json is not {committed}: other labels were sealed")
+    run.run(a.build, sealed, results, a.jobs)
+    a.seal, a.out = sealed, results
+    a.markdown, a.pictures, a.json = (os.path.join(a.docs, name) for name in ("score.md", "pictures", "score.json"))
+    do_score(a)
+
+
+def arguments(given):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    commands = parser.add_subparsers(dest="command", required=True)
+
+    def command(name, does, *options):
+        one = commands.add_parser(name)
+        one.set_defaults(does=does)
+        for option, settings in options:
+            one.add_argument(option, **settings)
+
+    build = ("--build", {"default": "build"})
+    out = ("--out", {"required": True})
+    jobs = ("--jobs", {"type": int, "default": os.cpu_count()})
+    sealed = ("--seal", {"required": True})
+    command("seal", do_seal, build, out, jobs, ("--seed-from", {"required": True}), ("--share", {"type": float, "default": 1.0}),
+            ("--most-porous", {"type": int, "default": None}), ("--duration", {"type": float, "default": None}),
+            ("--levels", {"help": "comma-separated; only these"}))
+    command("run", do_run, build, sealed, out, jobs)
+    command("score", do_score, build, sealed, out, ("--markdown", {}), ("--pictures", {}), ("--json", {}))
+    command("quick", do_quick, build, sealed, out, jobs)
+    command("sealed", do_sealed, build, out, jobs, ("--docs", {"required": True}), ("--frozen", {"required": True}))
+    return parser.parse_args(given)
+
+
+def main(given=None):
+    chosen = arguments(given)
+    return chosen.does(chosen)

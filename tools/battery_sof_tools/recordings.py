@@ -1,0 +1,86 @@
+"""Recordings as CSV files: reading any columns, writing time_s,current_a,voltage_v, and the measured ones by name.
+
+Current is positive into the battery in everything that is read here; a file of the other sign is turned round when it is read.
+"""
+
+import collections
+import csv
+import datetime
+import math
+import os
+
+import numpy as np
+
+COLUMNS = ("time_s", "current_a", "voltage_v")  # what `sof` reads without being told
+
+# path below the data folder, columns of time, current and voltage, sign, and the stretch that is taken [s]
+Measured = collections.namedtuple("Measured", "path columns discharge_positive start end")
+CAR = ("t_s", "current_A", "voltage_V")
+ALL = (-math.inf, math.inf)
+MEASURED = {
+    "frc_robot": Measured("frc_robot/match.csv", ("t_s", "current_A_minus_sum_of_channels", "voltage_V_roborio"), False, *ALL),
+    "second_match": Measured("frc_robot/second_match.csv", COLUMNS, False, *ALL),
+    "leaf_cell": Measured("leaf_cell/hppc_25c.csv", ("Time(s)", "Current(A)", "Voltage(V)"), False, *ALL),
+    "agm_bench": Measured("agm_bench/full_cycle.csv", CAR, False, *ALL),
+    "solar_vrla": Measured("solar_vrla/ten_days.csv", ("time", "current", "voltage"), True, *ALL),
+    "ev_12v": Measured("ev_12v/load.csv", COLUMNS, False, *ALL),
+    "small_car": Measured("small_car/trip.csv", COLUMNS, False, *ALL),
+    "ageing_bench": Measured("ageing_bench/cycles.csv", COLUMNS, False, *ALL),
+    "drive_1a": Measured("startstop_car/drive_1.csv", CAR, False, 5481.0, 10000.0),
+    "drive_1b": Measured("startstop_car/drive_1.csv", CAR, False, 10000.0, 15692.0),
+    "drive_2a": Measured("startstop_car/drive_2.csv", CAR, False, 4070.0, 8500.0),
+    "drive_2b": Measured("startstop_car/drive_2.csv", CAR, False, 10906.0, 15500.0),
+    "other_car_1": Measured("startstop_car/other_car_1.csv", CAR, False, 9194.0, 13599.0),
+}
+
+
+def seconds(text):
+    """[s] of a number, or of a date and time in UTC."""
+    try:
+        return float(text)
+    except ValueError:
+        return datetime.datetime.fromisoformat(text).replace(tzinfo=datetime.timezone.utc).timestamp()
+
+
+def read(path, columns=COLUMNS, discharge_positive=False, start=-math.inf, end=math.inf):
+    """Time [s], current [A, positive into the battery] and voltage [V] of the rows that hold all three, from start to end.
+
+    Raises SystemExit where the file or a column is missing: the sentence names it.
+    """
+    if not os.path.exists(path):
+        raise SystemExit(f"{path}: no such recording")
+    time, current, voltage = columns
+    rows = []
+    with open(path, newline="") as file:
+        reader = csv.DictReader(file)
+        missing = [one for one in columns if one not in (reader.fieldnames or ())]
+        if missing:
+            raise SystemExit(f"{path}: no column {', '.join(missing)}; there are {', '.join(reader.fieldnames or ())}")
+        for row in reader:
+            if row[time] and row[current] and row[voltage]:
+                rows.append((seconds(row[time]), float(row[current]), float(row[voltage])))
+    t, i, u = np.array(rows).reshape(-1, 3).T
+    kept = (t >= start) & (t <= end)
+    return t[kept], -i[kept] if discharge_positive else i[kept], u[kept]
+
+
+def measured(data, name):
+    """One of MEASURED below a data folder, as read() gives it."""
+    one = MEASURED[name]
+    return read(os.path.join(data, one.path), one.columns, one.discharge_positive, one.start, one.end)
+
+
+def write(path, t, i, u, columns=COLUMNS):
+    """A recording under the given header: 1 us, 1 uA, 1 uV."""
+    with open(path, "w") as file:
+        file.write(",".join(columns) + "\n")
+        for row in zip(t, i, u):
+            file.write("{:.6f},{:.6f},{:.6f}\n".format(*row))
+
+
+def column_options(columns, discharge_positive=False):
+    """What tells `sof` the columns of a file."""
+    options = []
+    for name, column in zip(("time", "current", "voltage"), columns):
+        options += [f"--{name}-column", column]
+    return options + (["--discharge-positive"] if discharge_positive else [])

@@ -1,0 +1,1 @@
+"""Repeats the paper's section V on simulated recordings."""

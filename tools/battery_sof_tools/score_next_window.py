@@ -1,0 +1,191 @@
+"""Scores what a model of a window says of the next one, driven by what is imposed, beside what needs no physics.
+
+    score_next_window REC [REC ...] [--effects IDS] [--picture OUT.png] [--json OUT.json] [--sof SOF] COLUMNS
+    score_next_window REC --split 0.75 COLUMNS
+
+Windows of --window seconds begin at the first sample and every --window from there; one counts when it and its successor each hold at least 80 %
+of the samples that the recording's median interval promises and no gap beyond 60 s, engine on or off. `sof identify` fits the window, `sof predict` runs
+the model on through the successor. With --split the first part of the recording is fitted and the rest predicted.
+
+share: of the variation explained, 1 - RMS error / spread; both quantities together, of the current where a source imposes the voltage, of the voltage elsewhere.
+10 s, 60 s: median error of the mean current after a discharge ends. cranks: mean error of the lowest voltage. naive: straight lines, median past charge, past
+cranks of the fitted window. "inside": share of events in their 90 % interval. "rank": Spearman's correlation of the window's suitability with the next window's
+share and crank error, inside the recording. Further options, such as --time-column, go to sof as they are.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import tempfile
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from . import recordings
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("recordings", nargs="+")
+    parser.add_argument("--sof", default="sof", help="the command")
+    parser.add_argument("--effects", help="ids for sof identify; without it sof's own choice")
+    parser.add_argument("--window", type=float, default=900.0, help="[s] fitted, and predicted")
+    parser.add_argument("--split", type=float, help="share of the recording's time that is fitted; the rest is predicted")
+    parser.add_argument("--picture", help="PNG to write")
+    parser.add_argument("--json", help="file to write every window's scores to")
+    parser.add_argument("--time-column", default="time_s")
+    parser.add_argument("--current-column", default="current_a")
+    parser.add_argument("--voltage-column", default="voltage_v")
+    parser.add_argument("--discharge-positive", action="store_true")
+    return parser.parse_args()
+
+
+def covered(t, start, window, interval):
+    """Whether enough of [start, start + window) was recorded."""
+    inside = t[(t >= start) & (t < start + window)]
+    edges = np.concatenate(([start], inside, [start + window]))
+    return len(inside) >= 0.8 * window / interval and np.max(np.diff(edges)) <= 60.0
+
+
+def starts(t, window):
+    interval = np.median(np.diff(t))
+    places = np.arange(t[0], t[-1] - 2.0 * window, window)
+    return [s for s in places if covered(t, s, window, interval) and covered(t, s + window, window, interval)], len(places)
+
+
+def run(command):
+    """JSON of a call of sof, or nothing when it has no answer."""
+    done = subprocess.run(command + ["--json", "-"], capture_output=True, text=True)
+    return json.loads(done.stdout) if done.returncode == 0 else None
+
+
+def score(args, recording, columns, t, ends):
+    """What sof predict says of the second of two neighbouring stretches after fitting the first; none where sof refuses. A sample belongs to one of them."""
+    before = t[t < ends[1]]
+    after = t[t >= ends[1]]
+    effects = ["--effects", args.effects] if args.effects else []
+    with tempfile.TemporaryDirectory() as folder:
+        model = os.path.join(folder, "model.yaml")
+        fit = run([args.sof, "identify", recording, *columns, "--from", repr(float(ends[0])), "--to", repr(float(before[-1])), "--out", model, *effects])
+        ahead = fit and run([args.sof, "predict", model, recording, *columns, "--from", repr(float(after[0])), "--to", repr(float(t[t < ends[2]][-1]))])
+    if not ahead:
+        return None
+    return {"suitability": fit["suitability"], "fit_ms": fit["fit_ms"], "effects": fit["effects"], "start_s": ends[0],
+            "model": ahead["mixed"] or from_current(ahead), "naive": ahead["naive"], "q_dyn": ahead["q_dyn_percent"]}
+
+
+def from_current(ahead):
+    """A model without a source: the current drives throughout, Q_dyn is the share."""
+    return {"share_percent": ahead["q_dyn_percent"], "current_share_percent": None, "voltage_share_percent": ahead["q_dyn_percent"], "charges": [],
+            "charges_60s": [], "cranks": ahead["cranks"], "crank_mae_v": ahead["crank_mae_v"]}
+
+
+def shares(found, who, key):
+    return np.array([f[who][key] for f in found if f[who][key] is not None], float)
+
+
+def events(found, who, key, measured, predicted):
+    """Errors and widths of events pooled over windows, and whether each fell into its interval."""
+    rows = [(e[measured], e[predicted], e["lower_" + measured[-1]], e["upper_" + measured[-1]]) for f in found for e in f[who][key]]
+    if not rows:
+        return None
+    m, p, low, high = np.array(rows, float).T
+    return {"error": np.abs(m - p), "inside": np.mean((m >= low) & (m <= high)), "width": np.median(high - low), "count": len(m)}
+
+
+def quartiles(values):
+    return "-" if len(values) == 0 else "{1:.1f} ({0:.0f} {2:.0f})".format(*np.percentile(values, [25, 50, 75]))
+
+
+def pooled(found, who):
+    return {"10 s": events(found, who, "charges", "measured_a", "predicted_a"), "60 s": events(found, who, "charges_60s", "measured_a", "predicted_a"),
+            "cranks": events(found, who, "cranks", "measured_min_v", "predicted_min_v")}
+
+
+def intervals(all_events):
+    text = []
+    for name, unit in (("cranks", "V"), ("10 s", "A")):
+        if all_events[name]:
+            text.append("{}: {:.0f} % of {} inside, {:.3g} {} wide".format(name, 100 * all_events[name]["inside"], all_events[name]["count"], all_events[name]["width"], unit))
+    return "; ".join(text)
+
+
+def rank(found):
+    """Correlation of suitability with the next window's share, and with its cranks' mean error."""
+    with_share = [(f["suitability"], f["model"]["share_percent"]) for f in found if f["model"]["share_percent"] is not None]
+    with_cranks = [(f["suitability"], f["model"]["crank_mae_v"]) for f in found if f["model"]["crank_mae_v"] is not None]
+    return ["-" if len(pairs) < 5 else "{:+.2f}".format(spearmanr(*zip(*pairs)).statistic) for pairs in (with_share, with_cranks)]
+
+
+def summary(label, found):
+    if not found:
+        print("{}: no window".format(label))
+        return
+    print("{}: {} windows; share in %: median (quartiles)".format(label, len(found)))
+    print("  {:<6} {:>18} {:>18} {:>18} {:>9} {:>9} {:>10}".format("", "both", "current", "voltage", "10 s", "60 s", "cranks"))
+    for who in ("model", "naive"):
+        e = pooled(found, who)
+        median = ["{:.2f} A".format(np.median(e[k]["error"])) if e[k] else "-" for k in ("10 s", "60 s")]
+        crank = "{:.0f} mV".format(1e3 * np.mean(e["cranks"]["error"])) if e["cranks"] else "-"
+        print("  {:<6} {:>18} {:>18} {:>18} {:>9} {:>9} {:>10}".format(who, *(quartiles(shares(found, who, k + "share_percent")) for k in ("", "current_", "voltage_")), *median, crank))
+    print("  90 % intervals  " + (intervals(pooled(found, "model")) or "no event"))
+    worse = sum(1 for f in found if None not in (f["model"]["share_percent"], f["naive"]["share_percent"]) and f["model"]["share_percent"] < f["naive"]["share_percent"])
+    print("  {} windows where the straight lines explain more; fit {:.0f} ms (median)".format(worse, np.median([f["fit_ms"] for f in found])))
+
+
+def picture(found, path):
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4.5))
+    names = sorted({f["recording"] for f in found})
+    for name, marker in zip(names, "os^vDP"):
+        mine = [f for f in found if f["recording"] == name]
+        value = lambda who: np.clip([f[who]["share_percent"] for f in mine], -50, 100)
+        axes[0].plot(value("naive"), value("model"), marker, label=name, alpha=0.8)
+    axes[0].plot([-50, 100], [-50, 100], color="0.6", linewidth=0.8)
+    axes[0].set(xlabel="straight lines and past events [%]", ylabel="model [%]", title="Share of the next window explained, one point a window", xlim=(-53, 103), ylim=(-53, 103))
+    axes[0].legend()
+    for who, colour in (("naive", "0.5"), ("model", "tab:blue")):
+        value = np.sort(np.clip(shares(found, who, "share_percent"), -50, 100))
+        axes[1].plot(value, (np.arange(len(value)) + 0.5) / len(value), "o-", markersize=3, color=colour, label="{}: median {:.1f} %".format(who, np.median(value)))
+    axes[1].set(xlabel="share of the next window explained [%]", ylabel="share of windows below", title="Sorted ({} windows; below -50 drawn at -50)".format(len(found)))
+    axes[1].legend()
+    for axis in axes:
+        axis.grid(alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+
+
+def main():
+    args = arguments()
+    columns = recordings.column_options((args.time_column, args.current_column, args.voltage_column), args.discharge_positive)
+    found = []
+    for recording in args.recordings:
+        t = recordings.read(recording, (args.time_column, args.current_column, args.voltage_column), args.discharge_positive)[0]
+        name, mine = os.path.splitext(os.path.basename(recording))[0], []
+        if args.split:
+            stretches = [(t[0], t[0] + args.split * (t[-1] - t[0]), t[-1] + 1.0)]
+        else:
+            places, possible = starts(t, args.window)
+            stretches = [(s, s + args.window, s + 2.0 * args.window) for s in places]
+            print("{}: {} of {} windows are whole and followed by a whole one".format(name, len(places), possible), flush=True)
+        for ends in stretches:
+            scores = score(args, recording, columns, t, ends)
+            if scores:
+                mine.append(dict(scores, recording=name))
+            else:
+                print("{} {:>7.0f} s  refused".format(name, ends[0]), flush=True)
+        summary(name, mine)
+        if len(mine) > 4:
+            print("  rank of suitability  with the next share {}, with its crank error {}".format(*rank(mine)))
+        found += mine
+    if len(args.recordings) > 1:
+        summary("all", found)
+    if args.json:
+        with open(args.json, "w") as file:
+            json.dump(found, file, indent=1)
+    if args.picture:
+        picture(found, args.picture)
+    return 0

@@ -1,0 +1,94 @@
+"""The command `sof`: where it lies, what it answers, and the catalogue of effects as it prints it."""
+
+import glob
+import json
+import os
+import signal
+import subprocess
+import tempfile
+
+from .files import digest
+
+ANSWERED = (0, 1)  # exit codes with an answer: done, an honest negative outcome
+STOPPED = (signal.SIGTERM, signal.SIGINT)  # not the program's fault
+RECORDING, ANSWER = "recording.csv", "answer.json"
+
+
+class Failure(Exception):
+    """A program did not do what it was asked; the text says which and why."""
+
+
+def program(build, name):
+    """Path of a program of a build; SystemExit where it is missing."""
+    path = os.path.abspath(os.path.join(build, "devel", "lib", "battery_sof", name))
+    return required(path)
+
+
+def required(path):
+    if not os.access(path, os.X_OK):
+        raise SystemExit(f"{path} is missing: build it first (make build)")
+    return path
+
+
+def libraries_beside(path):
+    """Environment in which a copy of a program takes the libraries of the folder above its own, as it does where it was built."""
+    above = os.path.dirname(os.path.dirname(os.path.abspath(path)))
+    return dict(os.environ, LD_LIBRARY_PATH=os.pathsep.join(filter(None, (above, os.environ.get("LD_LIBRARY_PATH")))))
+
+
+def product_digest(sof):
+    """SHA-256 over `sof` and the product's libraries above its folder: answers of two products do not mix."""
+    folder = os.path.dirname(os.path.dirname(os.path.abspath(sof)))
+    libraries = sorted(one for one in glob.glob(os.path.join(folder, "libbattery_sof*.so")) if "reference" not in os.path.basename(one))
+    return digest(sof, *libraries)
+
+
+def call(command, cwd=None, patience_s=None):
+    """What a program printed. Failure for another exit code than 0 and 1, or when it takes longer than patience_s."""
+    name = os.path.basename(command[0]) + " " + " ".join(command[1:2])
+    try:
+        told = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=patience_s, env=libraries_beside(command[0]))
+    except subprocess.TimeoutExpired:
+        raise Failure(f"{name}: no answer within {patience_s:g} s") from None
+    if -told.returncode in STOPPED:
+        raise SystemExit(f"{name}: stopped from outside; call again to go on")
+    if told.returncode not in ANSWERED:
+        raise Failure(f"{name}: exit code {told.returncode}: {told.stderr.strip()[:300]}")
+    return told.stdout
+
+
+def diagnose(sof, recording, *options, patience_s=None):
+    """The answer to a recording, alone in a folder of its own under a name that tells nothing. Failure where there is none."""
+    with tempfile.TemporaryDirectory(prefix="sof_") as folder:
+        os.symlink(os.path.abspath(recording), os.path.join(folder, RECORDING))
+        call([os.path.abspath(sof), "diagnose", RECORDING, "--json", ANSWER, "--threads", "1", *options], folder, patience_s)
+        path = os.path.join(folder, ANSWER)
+        if not os.path.exists(path):
+            raise Failure("sof diagnose: no answer was written")
+        with open(path) as file:
+            return json.load(file)
+
+
+class Catalogue:
+    """Ids of effects and faults by tier (S structure, P physics, I instruments) and by family.
+
+    told: what `sof effects --json` prints. Faults of the sampling that are no equations belong to tier I.
+    """
+
+    def __init__(self, told):
+        self.codes = {one["id"]: one["code"] for one in told["effects"]}
+        self.families = [one["id"] for one in told["families"]]
+        self.family_of = {member: one["id"] for one in told["families"] for member in one["members"]}
+        self.sensors = next(one["id"] for one in told["families"] if set(one["members"]) - set(self.codes))  # faults of sampling
+        self.structure, self.physics, self.instrument = (frozenset(one for one in self.family_of if self.tier(one) == tier) for tier in "SPI")
+
+    def tier(self, name):
+        return self.codes.get(name, "I")[0]
+
+    def family(self, name):
+        """A family's id, or None for a name that is in no family."""
+        return self.family_of.get(name)
+
+
+def catalogue(sof):
+    return Catalogue(json.loads(call([sof, "effects", "--json", "-"])))

@@ -1,0 +1,57 @@
+"""A ridge regression of the voltage on currents and their memories: what needs no physics."""
+
+import math
+
+import numpy as np
+
+TRAINING = 0.75  # share of the samples that `sof diagnose` learns from
+
+
+def low_pass(x, interval, tau):
+    from scipy.signal import lfilter
+    share = 1.0 - math.exp(-interval / tau)
+    return lfilter([share], [1.0, share - 1.0], x, zi=[(1.0 - share) * x[0]])[0]
+
+
+def ridge_columns(time_s, current):
+    """Currents, their memories and reservoirs, one after the other; no physics, no state."""
+    interval, span = float(np.median(np.diff(time_s))), time_s[-1] - time_s[0]
+    taus = [tau for tau in (.1, .3, 1, 3, 10, 30, 100, 300, 1000, 3000) if .9 * interval <= tau < span / 3]
+    charge, discharge = np.maximum(current, 0.0), np.maximum(-current, 0.0)
+    for one in (current, charge, np.arcsinh(current / 5.0), np.arcsinh(charge / 2.0)):
+        yield one
+        for tau in taus:
+            yield low_pass(one, interval, tau)
+    yield np.cumsum(current) * interval / 3600.0
+    for tau in (tau for tau in taus if tau >= 1):
+        stock = low_pass(discharge, interval, tau) * tau
+        for size in (5.0, 50.0, 500.0):
+            yield size / (size + stock)
+            yield charge * size / (size + stock)
+
+
+def ridge_rmse(time_s, current, voltage, most_rows=30000):
+    """Hold-out RMSE [V] of a ridge regression of the voltage on ridge_columns(), its weight by block cross-validation."""
+    n = len(time_s)
+    first_held = int(TRAINING * n)
+    rows = np.arange(0, first_held, max(1, first_held // most_rows))
+    held = np.arange(first_held, n)
+    train, test = [], []
+    for column in ridge_columns(time_s, current):
+        mean, scale = column[rows].mean(), column[rows].std() + 1e-12
+        train.append((column[rows] - mean) / scale)
+        test.append((column[held] - mean) / scale)
+    x, y, level = np.array(train).T, voltage[rows], voltage[rows].mean()
+    blocks = np.array_split(np.arange(len(rows)), 6)
+
+    def fitted(some, weight):
+        gram = x[some].T @ x[some] / len(some)
+        return np.linalg.solve(gram + weight * np.eye(x.shape[1]), x[some].T @ (y[some] - level) / len(some))
+
+    def missed(weight):
+        others = [(np.setdiff1d(np.arange(len(rows)), block), block) for block in blocks]
+        return sum(((x[block] @ fitted(rest, weight) + level - y[block]) ** 2).sum() for rest, block in others)
+
+    weight = min((10.0 ** k for k in range(-5, 3)), key=missed)
+    answer = np.array(test).T @ fitted(np.arange(len(rows)), weight) + level
+    return float(np.sqrt(np.mean((answer - voltage[held]) ** 2)))

@@ -1,0 +1,8 @@
+"""Markdown tables."""
+
+
+def table(head, rows):
+    """Lines of a table; cells are written as they are, None is empty."""
+    def line(cells):
+        return "| " + " | ".join("" if cell is None else str(cell) for cell in cells) + " |"
+    return [line(head), "|" + "---|" * len(head)] + [line(row) for row in rows]
