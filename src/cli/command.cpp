@@ -12,6 +12,7 @@
 #include "battery_sof/identify/recording_fit.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
 #include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/printable.hpp"
 
 namespace battery_sof {
 namespace {
@@ -34,7 +35,7 @@ bool isBag(const std::string& path) {
 }  // namespace
 
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path) {
-  if (with_path) command.add_option("REC", arguments.path, "recording: .bag or .csv")->required();
+  if (with_path) command.add_option("REC", arguments.path, "recording: .bag or .csv")->required()->type_name(kReadFile);
   auto& columns = arguments.columns;
   command.add_option("--time-column", columns.time, "CSV column of time [s, or UTC date]")
       ->capture_default_str();
@@ -56,7 +57,7 @@ void addWindowOptions(CLI::App& command, WindowArguments& arguments) {
 }
 
 void addJsonOption(CLI::App& command, std::string& json) {
-  command.add_option("--json", json, "write the result as JSON; - for standard output");
+  command.add_option("--json", json, "write the result as JSON; - for standard output")->type_name(kWrittenFile);
 }
 
 Recording loadRecording(const RecordingArguments& arguments) {
@@ -77,18 +78,19 @@ std::optional<double> parseTime(const std::string& text, const Series& series, c
 }
 
 IndexRange rangeOf(const WindowArguments& arguments, const Series& series) {
+  if (series.empty()) throw UsageError(kTooShortForDesignRate);
   return samplesBetween(series, parseTime(arguments.from, series, "--from"),
                         parseTime(arguments.to, series, "--to"));
 }
 
 void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json,
           const std::string& json_target) {
-  const std::string document = json.dump(2) + "\n";
+  const std::string document = json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (json_target == "-") {
     line.out << document;
     return;
   }
-  line.out << text;
+  line.out << printable(text, LineBreaks::kKept);
   if (!json_target.empty()) writeFileAtomically(json_target, document);
 }
 

@@ -28,6 +28,10 @@ struct CommandLine {
   std::function<int()> run;
 };
 
+/// Type names, shown by --help, of options that name files: runSof() refuses a file that is both read and written.
+inline constexpr char kReadFile[] = "INPUT";
+inline constexpr char kWrittenFile[] = "OUTPUT";
+
 /// How a recording is named on the command line.
 struct RecordingArguments {
   std::string path;
@@ -46,6 +50,10 @@ void addJsonOption(CLI::App& command, std::string& json);
 
 /// Reads a bag or CSV file. @throws RecordingError.
 Recording loadRecording(const RecordingArguments& arguments);
+
+/// Why there is nothing left to work with after atDesignRate().
+inline constexpr char kTooShortForDesignRate[] =
+    "the recording is too short: brought down to 100 Hz nothing is left of it, at least 0.1 s are needed";
 
 /**
  * @brief A time of the command line on the recording's clock [s].

@@ -39,8 +39,8 @@ int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
 void addConvertCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("convert", "convert a recording between CSV and bag");
   auto arguments = std::make_shared<ConvertArguments>();
-  command->add_option("IN", arguments->recording.path, "recording: .bag or .csv")->required();
-  command->add_option("OUT", arguments->out, "file to write: .bag or .csv")->required();
+  command->add_option("IN", arguments->recording.path, "recording: .bag or .csv")->required()->type_name(kReadFile);
+  command->add_option("OUT", arguments->out, "file to write: .bag or .csv")->required()->type_name(kWrittenFile);
   addRecordingOptions(*command, arguments->recording, false);
   addJsonOption(*command, arguments->json);
   command->callback([&line, arguments] {

@@ -62,10 +62,12 @@ void addCrankCommand(CLI::App& app, CommandLine& line) {
   command
       ->add_option("--load-profile", arguments->load_profile,
                    "CSV time_s,current_a of the stop, in place of --i-load and --t-stop")
+      ->type_name(kReadFile)
       ->excludes(i_load, t_stop);
   command
       ->add_option("--crank-profile", arguments->crank_profile,
                    "CSV time_s,current_a of the crank, in place of --i-cranking and --t-cranking")
+      ->type_name(kReadFile)
       ->excludes(i_cranking, t_cranking);
   command->callback(
       [&line, arguments] { line.run = [&line, arguments] { return runCrank(line, *arguments); }; });

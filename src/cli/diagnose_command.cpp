@@ -75,9 +75,9 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   auto arguments = std::make_shared<DiagnoseArguments>();
   addRecordingOptions(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
-  command->add_option("--report", arguments->report, "page to write: one HTML file that needs no network");
-  command->add_option("--out", arguments->out, "model file to write: the base model with what was found");
-  command->add_option("--base-out", arguments->base_out, "model file to write: the base model alone");
+  command->add_option("--report", arguments->report, "page to write: one HTML file that needs no network")->type_name(kWrittenFile);
+  command->add_option("--out", arguments->out, "model file to write: the base model with what was found")->type_name(kWrittenFile);
+  command->add_option("--base-out", arguments->base_out, "model file to write: the base model alone")->type_name(kWrittenFile);
   command
       ->add_option("--holdout", arguments->options.holdout_share,
                    "share of the samples, the last ones, kept for the comparison alone")

@@ -3,6 +3,7 @@
 
 #include "battery_sof/identify/recording_fit.hpp"
 #include "battery_sof/recording/checks.hpp"
+#include "battery_sof/recording/printable.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 #include "battery_sof/report/results.hpp"
 #include "command.hpp"
@@ -26,6 +27,13 @@ void warn(const CommandLine& line, const Recording& recording) {
       line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
 }
 
+FittedModel withoutSamples() {
+  FittedModel model;
+  model.status = FitStatus::kWindowTooShort;
+  model.message = kTooShortForDesignRate;
+  return model;
+}
+
 FitRequest requestOf(const IdentifyArguments& arguments, const Series& series) {
   FitRequest request;
   request.from = parseTime(arguments.window.from, series, "--from");
@@ -38,6 +46,7 @@ FitRequest requestOf(const IdentifyArguments& arguments, const Series& series) {
 }
 
 FittedModel fit(const Series& series, const FitRequest& request) {
+  if (series.empty()) return withoutSamples();
   const FitPlan plan = planFit(series, request);
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = fitPlanned(series, plan);
@@ -77,7 +86,7 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   model.recording_hash = fileHash(arguments.recording.path);
   if (!isUsable(model)) {
     emit(line, identifyText(model), identifyJson(model), arguments.json);
-    line.err << "sof: no model: " << model.message << "\n";
+    line.err << "sof: no model: " << printable(model.message) << "\n";
     return kExitNegative;
   }
   carryToEnd(model, series, request);
@@ -95,7 +104,7 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   addWindowOptions(*command, arguments->window);
   command->add_flag("--auto", arguments->automatic,
                     "choose the window inside --from and --to even when both are given");
-  command->add_option("--out", arguments->out, "model file to write")->required();
+  command->add_option("--out", arguments->out, "model file to write")->required()->type_name(kWrittenFile);
   command
       ->add_option("--effects", arguments->options.effects,
                    "ids of further physics, comma-separated, or none; sof effects lists them. Default: none, but where a source "

@@ -61,11 +61,11 @@ void addPredictCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command =
       app.add_subcommand("predict", "run a model on a recording's current and score it");
   auto arguments = std::make_shared<PredictArguments>();
-  command->add_option("MODEL", arguments->model, "model file of sof identify")->required();
+  command->add_option("MODEL", arguments->model, "model file of sof identify")->required()->type_name(kReadFile);
   addRecordingOptions(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
   command->add_option("--csv", arguments->csv,
-                      "write measured and predicted voltage and current sample by sample");
+                      "write measured and predicted voltage and current sample by sample")->type_name(kWrittenFile);
   command
       ->add_option("--drive", arguments->drive,
                    "mixed: by the voltage where a source imposes it; current: throughout. Default: as the model was fitted")

@@ -68,7 +68,7 @@ class ProfileFile {
 }  // namespace
 
 void addQueryOptions(CLI::App& command, QueryArguments& arguments) {
-  command.add_option("MODEL", arguments.model, "model file of sof identify")->required();
+  command.add_option("MODEL", arguments.model, "model file of sof identify")->required()->type_name(kReadFile);
   command.add_option("--capacity-ah", arguments.capacity_ah, "nominal capacity [Ah]")
       ->capture_default_str();
   command.add_flag("--rested", arguments.rested,

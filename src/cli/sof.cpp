@@ -1,13 +1,48 @@
 #include "battery_sof/cli/sof.hpp"
 
 #include <algorithm>
+#include <new>
 #include <ostream>
+#include <sstream>
 
+#include "battery_sof/recording/printable.hpp"
+#include "battery_sof/recording/separate_files.hpp"
 #include "battery_sof/report/version.hpp"
 #include "command.hpp"
 
 namespace battery_sof {
 namespace {
+
+std::vector<std::string> filesOf(CLI::App& command, const std::string& type) {
+  std::vector<std::string> files;
+  for (const CLI::Option* option : command.get_options())
+    if (option->get_type_name() == type && option->count() > 0)
+      for (const std::string& file : option->results()) files.push_back(file);
+  return files;
+}
+
+/// CLI11 takes hexadecimal numbers too, and turns negative ones round where none below 0 are expected. What is not finite is
+/// refused by whoever the number is for.
+void requireDecimals(CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string type = option->get_type_name().substr(0, option->get_type_name().find_first_of(": "));
+    const bool is_unsigned = type == "UINT";
+    if (!is_unsigned && type != "INT" && type != "FLOAT") continue;
+    for (const std::string& text : option->results())
+      if (text != "nan" && text.find_first_not_of(is_unsigned ? "0123456789" : "0123456789+-.eE") != std::string::npos)
+        throw UsageError(option->get_name() + " is \"" + text + "\", expected a " +
+                         (is_unsigned ? "whole number of 0 or more" : "decimal number"));
+  }
+}
+
+/// What CLI11 says of wrong usage holds pieces of the command line.
+int refusalOf(CLI::App& app, const CLI::ParseError& error, CommandLine& line) {
+  std::ostringstream out, err;
+  const int code = app.exit(error, out, err);
+  line.out << out.str();
+  line.err << printable(err.str(), LineBreaks::kKept);
+  return code == 0 ? kExitDone : kExitUsage;
+}
 
 int parseAndRun(CLI::App& app, CommandLine& line, std::vector<std::string> arguments) {
   // CLI11 takes its arguments from the back.
@@ -15,7 +50,11 @@ int parseAndRun(CLI::App& app, CommandLine& line, std::vector<std::string> argum
   try {
     app.parse(arguments);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error, line.out, line.err) == 0 ? kExitDone : kExitUsage;
+    return refusalOf(app, error, line);
+  }
+  for (CLI::App* command : app.get_subcommands()) {
+    requireDecimals(*command);
+    requireSeparateFiles(filesOf(*command, kReadFile), filesOf(*command, kWrittenFile));
   }
   return line.run();
 }
@@ -48,8 +87,11 @@ int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::os
   for (const auto& command : external) app.add_subcommand(command.name, command.description);
   try {
     return parseAndRun(app, line, arguments);
+  } catch (const std::bad_alloc&) {
+    err << "sof: out of memory\n";
+    return kExitUsage;
   } catch (const std::exception& error) {
-    err << "sof: " << error.what() << "\n";
+    err << "sof: " << printable(error.what()) << "\n";
     return kExitUsage;
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include "battery_sof/diagnose/random_bits.hpp"
@@ -175,8 +176,7 @@ std::vector<RegimeComparison> compareRegimes(const Series& series, IndexRange ra
   const std::vector<Regime> regimes = regimesOf(series, range);
   const double first = series.time[range.first], span = series.time[range.last - 1] - first;
   const double length = std::clamp(span / kBlocks, kShortestBlock, kLongestBlock);
-  std::array<std::vector<BlockSums>, kRegimes> sums;
-  for (auto& blocks : sums) blocks.resize(static_cast<std::size_t>(span / length) + 1);
+  std::array<std::map<std::size_t, BlockSums>, kRegimes> sums;  // by block; gaps have none
   for (std::size_t n = range.first; n < range.last; ++n) {
     if (!counts(masked, n)) continue;
     const auto block = static_cast<std::size_t>((series.time[n] - first) / length);
@@ -185,9 +185,8 @@ std::vector<RegimeComparison> compareRegimes(const Series& series, IndexRange ra
   }
   std::vector<RegimeComparison> comparisons;
   for (std::size_t g = 0; g < kRegimes; ++g) {
-    auto& blocks = sums[g];
-    blocks.erase(std::remove_if(blocks.begin(), blocks.end(), [](const auto& b) { return b.samples <= 0.0; }),
-                 blocks.end());
+    std::vector<BlockSums> blocks;
+    for (const auto& [block, sum] : sums[g]) blocks.push_back(sum);
     if (blocks.empty()) continue;
     BlockSums all;
     for (const BlockSums& block : blocks) all.add(block);

@@ -16,6 +16,7 @@ constexpr double kShortestSpan = 10.0;  // periods of a tone that a drive must h
 constexpr std::size_t kAround = 20;     // frequencies to either side that tell the level there
 constexpr std::size_t kFewest = 4 * kAround;
 constexpr double kLeastShare = 0.25;    // of the RMS error: a tone below it takes less than 2 % of the error
+constexpr double kMostBinsPerSample = 4.0;  // a recording of which most is gaps shows no tone
 constexpr double kTwoPi = 6.283185307179586;
 
 double binOf(const Drive& drive) {
@@ -55,6 +56,8 @@ double amplitudeOf(const WhitenedFit& fit, const Drive& drive, double period) {
 
 std::optional<SlowTone> slowTone(const WhitenedFit& fit, const Drive& drive) {
   const double bin = binOf(drive);
+  const double span = drive.samples.back().step.time - drive.first_time;
+  if (span / bin > kMostBinsPerSample * static_cast<double>(drive.samples.size())) return std::nullopt;
   std::vector<double> values = binned(fit, drive, bin);
   std::vector<std::complex<double>> transform;
   Eigen::FFT<double> fft;

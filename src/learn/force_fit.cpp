@@ -14,6 +14,7 @@ constexpr double kRow = 0.1;          // [s]
 constexpr double kFlat = 1e-9;        // [1], of a column's range: it does not move
 constexpr double kTimesNear = 0.9;    // quantile of the overpotential above which side reactions are looked for
 constexpr int kMostColumns = 12;
+constexpr double kLongestAnswer = 43200.0;  // [s]; a recording with a gap of years would ask for years
 constexpr double kFirstTemper = 0.05;
 constexpr int kPasses = 3;
 const std::array<double, kBaseDirections> kDirectionStd = {0.01, 0.01, 1.5, 0.7, 0.5, 0.2};
@@ -435,7 +436,8 @@ std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current, do
   ForceMemory charged = rested, discharged = rested, resting = rested;
   std::vector<ForceAnswer> answers;
   double next = step;
-  for (double time = step; time <= std::min(longest, force.context.span / 3.0); time += step) {
+  const double end = std::min({longest, kLongestAnswer, force.context.span / 3.0});
+  for (double time = step; time <= end; time += step) {
     const double u = 2.0 / force.context.beta * std::asinh(0.5 * current);  // the settled double layer
     resting.advance({step, 0.0, 0.0, false, 0.0, 0.0}, rest);
     charged.advance({step, current, current, false, u, 0.0}, up);

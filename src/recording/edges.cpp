@@ -11,6 +11,7 @@ constexpr double kSpan = 0.1;           // [s], longer than any sensor holds a v
 constexpr double kFineSpan = 0.02;      // [s], shorter than the battery's fast polarisation
 constexpr double kLongestLag = 0.5;     // [s]
 constexpr double kFastInterval = 0.05;  // [s], 20 Hz
+constexpr double kLeastInterval = 2e-4;  // [s]: a thousandth of what separates two channels tells nothing more
 constexpr double kEdgeShare = 0.1;      // of the range of current
 constexpr double kFineCorrelation = 0.5;
 constexpr std::size_t kMostEdges = 400;
@@ -145,11 +146,24 @@ void refineLags(const Comparison& comparison, double interval, EdgeResponse& res
   response.lag_second = interval * comparison.second.refined();
 }
 
+/// Every n-th sample.
+Series everyNth(const Series& series, std::size_t stride) {
+  Series some;
+  for (std::size_t k = 0; k < series.size(); k += stride) {
+    some.time.push_back(series.time[k]);
+    some.current.push_back(series.current[k]);
+    some.voltage.push_back(series.voltage[k]);
+  }
+  return some;
+}
+
 }  // namespace
 
 std::optional<EdgeResponse> edgeResponse(const Series& series) {
   const double interval = medianInterval(series);
   if (interval <= 0.0) return std::nullopt;
+  const auto stride = static_cast<std::size_t>(std::min(std::ceil(kLeastInterval / interval), static_cast<double>(series.size())));
+  if (stride > 1) return series.size() > 2 * stride ? edgeResponse(everyNth(series, stride)) : std::nullopt;
   const bool is_fast = interval <= kFastInterval;
   const std::size_t span = is_fast ? samplesIn(kSpan, interval) : 1;
   const Lag longest = is_fast ? static_cast<Lag>(samplesIn(kLongestLag, interval)) : 1;

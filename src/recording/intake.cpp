@@ -65,6 +65,12 @@ Intake::Intake(IntakeLimits limits) : limits_(limits) {
                                 std::to_string(limits.max_abs_voltage) +
                                 " V; both must be above 0");
   }
+  if (!(limits.max_abs_time > 0.0) || !(limits.least_interval > 0.0)) {
+    throw std::invalid_argument("IntakeLimits: max_abs_time is " +
+                                std::to_string(limits.max_abs_time) + " s and least_interval " +
+                                std::to_string(limits.least_interval) +
+                                " s; both must be above 0");
+  }
 }
 
 SampleFate Intake::judge(const RawSample& sample) {
@@ -78,9 +84,10 @@ SampleFate Intake::judge(const RawSample& sample) {
   return temperature_alone ? SampleFate::kTemperatureOnly : SampleFate::kAccepted;
 }
 
-SampleFate Intake::judgeTime(double time) {
+SampleFate Intake::judgeTime(double time) const {
   if (std::isnan(time)) return SampleFate::kMissingValue;
-  return std::isinf(time) ? SampleFate::kNotFinite : SampleFate::kAccepted;
+  if (std::isinf(time)) return SampleFate::kNotFinite;
+  return std::abs(time) <= limits_.max_abs_time ? SampleFate::kAccepted : SampleFate::kOutOfRange;
 }
 
 SampleFate Intake::judgeValues(const RawSample& sample) const {
@@ -91,13 +98,14 @@ SampleFate Intake::judgeValues(const RawSample& sample) const {
     return SampleFate::kNotFinite;
   }
   const bool in_range = std::abs(sample.current) <= limits_.max_abs_current &&
-                        std::abs(sample.voltage) <= limits_.max_abs_voltage;
+                        std::abs(sample.voltage) <= limits_.max_abs_voltage &&
+                        std::abs(sample.time) <= limits_.max_abs_time;
   return in_range ? SampleFate::kAccepted : SampleFate::kOutOfRange;
 }
 
 SampleFate Intake::judgeOrder(double time, const std::optional<double>& last) {
-  if (!last || time > *last) return SampleFate::kAccepted;
-  if (time == *last) return SampleFate::kDuplicateStamp;
+  if (!last || time - *last >= limits_.least_interval) return SampleFate::kAccepted;
+  if (time >= *last) return SampleFate::kDuplicateStamp;
   largest_step_back_ = std::max(largest_step_back_, *last - time);
   return SampleFate::kClockStepBack;
 }

@@ -27,6 +27,7 @@ void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--family", arguments.kind.family, "family of the case");
   app.add_option("--id", arguments.kind.id, "what is added, in families that have ids");
   app.add_option("--seed", arguments.seed, "the same seed gives the same case")
+      ->check(isSeed)
       ->capture_default_str();
   app.add_option("--out", arguments.out, "recording to write: .csv or .bag");
   app.add_option("--label", arguments.label, "what it was made from, and what may be said: .json");

@@ -26,7 +26,9 @@ void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--form", order.form, "of other_form; the seed chooses");
   app.add_option("--drive", order.drive,
                  "city, start_stop, bench, motorway or turns; the seed chooses");
-  app.add_option("--seed", order.seed, "the same seed gives the same case")->capture_default_str();
+  app.add_option("--seed", order.seed, "the same seed gives the same case")
+      ->check(isSeed)
+      ->capture_default_str();
   app.add_option("--duration", order.duration, "[s]; the seed chooses 600 to 3600");
   app.add_option("--rate", order.rate, "of the recording [Hz]; the seed chooses 1, 10 or 100");
   app.add_option("--scale", order.scale, "times the strength, 0: the base circuit")

@@ -7,6 +7,11 @@
 
 namespace battery_sof_reference {
 
+std::string isSeed(const std::string& text) {
+  const bool is_whole = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+  return is_whole ? "" : "\"" + text + "\" is no seed, expected a whole number of 0 or more";
+}
+
 int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name,
                const std::function<void()>& work, std::ostream& out, std::ostream& err) {
   // CLI11 takes its arguments from the back.

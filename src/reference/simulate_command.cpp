@@ -68,7 +68,8 @@ void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("SCENARIO", arguments.scenario, "scenario: .yaml")->required();
   app.add_option("OUT", arguments.out, "recording to write: .csv or .bag");
   app.add_option("--seed", arguments.seed,
-                 "replaces the scenario's; the same seed gives the same drive");
+                 "replaces the scenario's; the same seed gives the same drive")
+      ->check(isSeed);
   app.add_option("--duration", arguments.duration, "[s], replaces the scenario's")
       ->check(CLI::Range(0.01, 1e6));
   app.add_option("--json", arguments.json, "write the result as JSON; - for standard output");
@@ -158,7 +159,8 @@ void run(const Arguments& arguments, std::ostream& out, std::ostream& err) {
 
 }  // namespace
 
-int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err) {
+int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
+                const FileCheck& check) {
   CLI::App app(
       "Writes a simulated recording of a lead-acid battery (the paper's Fig. 4) at 100 Hz.\n"
       "Current is positive into the battery.",
@@ -166,7 +168,12 @@ int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, st
   Arguments parsed;
   addOptions(app, parsed);
   return runProgram(
-      app, arguments, "sof", [&] { run(parsed, out, err); }, out, err);
+      app, arguments, "sof",
+      [&] {
+        if (check) check({parsed.scenario}, {parsed.out, parsed.json, parsed.impedance});
+        run(parsed, out, err);
+      },
+      out, err);
 }
 
 }  // namespace battery_sof_reference

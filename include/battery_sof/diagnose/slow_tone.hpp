@@ -19,7 +19,8 @@ struct SlowTone {
  *     P(f) = |DFT of the innovation, in bins of a second|^2,   power = max over f of P(f) ln 2 / median of P around f
  *
  * The noise model has taken up part of a tone as random walk; what it leaves is still a line. Periods from two bins to a
- * tenth of the drive. A bin is a second, or a sample where those are farther apart.
+ * tenth of the drive. A bin is a second, or a sample where those are farther apart. Not looked for where there are more than
+ * four bins a sample: most of such a drive is gaps.
  *
  * @return the strongest line, if chance makes one like it in fewer than one recording of a thousand and its amplitude is at
  * least a quarter of the RMS error.

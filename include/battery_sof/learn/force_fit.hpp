@@ -127,7 +127,7 @@ struct ForceAnswer {
 };
 
 /// @brief A force as an engineer reads it: what it adds under a held current from rest on, less what it adds at rest.
-/// @param current [A], > 0; charged and discharged with.  @param longest [s]; never more than a third of what was learnt from.
+/// @param current [A], > 0; charged and discharged with.  @param longest [s]; never more than a third of what was learnt from, nor half a day.
 std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current, double longest = 1e9);
 
 }  // namespace battery_sof

@@ -29,7 +29,8 @@ struct EdgeResponse {
  * barely enters, and by a parabola through the greatest value and its neighbours; where the short
  * changes are not alike (a sensor that holds its value), w = 0.1 s stands. An edge is a change of
  * at least a tenth of the range of current; at most 400, evenly spread, are used. Lags up to 0.5 s
- * are searched, up to one sample below 20 Hz, where no fraction of a sample is claimed.
+ * are searched, up to one sample below 20 Hz, where no fraction of a sample is claimed. Of samples less than 0.2 ms apart
+ * every n-th is used.
  *
  * @return none without a change of current.
  * @note At 100 Hz a fast polarisation of two fifths of the ohmic resistance moves the lag by less

@@ -161,5 +161,14 @@ TEST(ChargeCurrentError, ADriveWithoutChargesHasNone) {
   EXPECT_FALSE(chargeCurrentError(modelAtStart(), series, wholeOf(series)).has_value());
 }
 
+TEST(CompareRegimes, AGapOfYearsHasNoBlocks) {
+  Series series = test::baseDrive(4, 600.0);
+  for (std::size_t n = series.size() / 2; n < series.size(); ++n) series.time[n] += 1e10;
+  const auto comparisons = compareRegimes(series, wholeOf(series), series.voltage, series.voltage);
+  std::size_t samples = 0;
+  for (const RegimeComparison& comparison : comparisons) samples += comparison.samples;
+  EXPECT_EQ(samples, series.size());
+}
+
 }  // namespace
 }  // namespace battery_sof

@@ -49,5 +49,11 @@ TEST(SlowTone, AMinuteIsTooShortToTell) {
   EXPECT_FALSE(slowTone(fit, minute).has_value());
 }
 
+TEST(SlowTone, IsNotLookedForWhereMostOfTheDriveIsAGap) {
+  Drive late = fifteenMinutes();
+  for (std::size_t n = late.samples.size() / 2; n < late.samples.size(); ++n) late.samples[n].step.time += 1e9;
+  EXPECT_FALSE(slowTone(fitWithTone(0.02, 37.0, 1), late).has_value());
+}
+
 }  // namespace
 }  // namespace battery_sof

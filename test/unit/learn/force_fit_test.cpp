@@ -265,5 +265,17 @@ TEST(AnswersOf, AMemoryOfChargingRiseWhileChargingAndStayZeroWhileDischarging) {
   }
 }
 
+TEST(AnswersOf, EndAtHalfADayHoweverLongAGapTheRecordingHad) {
+  LearnedForce force;
+  force.columns = {{ForceKind::kChargeMemory, Family::kAcceptance, 10.0}};
+  force.context.interval = 0.1;
+  force.context.span = 2e9;
+  for (Eigen::VectorXd* each : {&force.lower, &force.upper, &force.centre, &force.scale, &force.weight})
+    *each = Eigen::VectorXd::Constant(1, 1.0);
+  const std::vector<ForceAnswer> answers = answersOf(force, 20.0);
+  ASSERT_FALSE(answers.empty());
+  EXPECT_LE(answers.back().time, 43200.0 + 1e-6);
+}
+
 }  // namespace
 }  // namespace battery_sof

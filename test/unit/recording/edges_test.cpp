@@ -68,5 +68,30 @@ TEST(EdgeResponse, DoesNotReachAcrossGaps) {
   EXPECT_NEAR(edgeResponse(series)->resistance, 0.0055, 0.001);
 }
 
+TEST(EdgeResponse, FindsTheResistanceOfARecordingAtAMegahertzWithoutSearchingAMillionLags) {
+  Series series;
+  for (int n = 0; n < 100000; ++n) {
+    series.time.push_back(1e-6 * n);
+    series.current.push_back(n % 40000 < 20000 ? -50.0 : 0.0);
+    series.voltage.push_back(12.5 + 0.005 * series.current.back());
+  }
+  // 0.1 s is too little for an edge over 0.1 s; twice as much shows them.
+  EXPECT_FALSE(edgeResponse(series).has_value());
+  for (double& time : series.time) time *= 3.0;
+  const auto response = edgeResponse(series);
+  ASSERT_TRUE(response.has_value());
+  EXPECT_NEAR(response->resistance, 0.005, 0.0005);
+}
+
+TEST(EdgeResponse, OfStampsThatHardlyDifferIsNothing) {
+  Series series{{}, {}, {}, {}, {}};
+  for (int n = 0; n < 100; ++n) {
+    series.time.push_back(1e-12 * n);
+    series.current.push_back(n % 10);
+    series.voltage.push_back(12.0);
+  }
+  EXPECT_FALSE(edgeResponse(series).has_value());
+}
+
 }  // namespace
 }  // namespace battery_sof

@@ -130,5 +130,23 @@ TEST(DescribeFate, NamesEveryFateDifferently) {
   EXPECT_EQ(describe(SampleFate::kOutOfRange), "out of range");
 }
 
+TEST(Intake, StampsNearerThanATenthOfAMicrosecondAreOneInstant) {
+  Intake intake;
+  intake.judge(at(1.0));
+  EXPECT_EQ(intake.judge(at(1.0 + 1e-12)), SampleFate::kDuplicateStamp);
+  EXPECT_EQ(intake.judge(at(1.0 + 0.9e-7)), SampleFate::kDuplicateStamp);
+  EXPECT_EQ(intake.judge(at(1.0 + 1e-6)), SampleFate::kAccepted);
+  EXPECT_EQ(intake.rejected().duplicate_stamp, 2U);
+}
+
+TEST(Intake, StampThatIsNoTimeInSecondsIsOutOfRange) {
+  Intake intake;
+  EXPECT_EQ(intake.judge(at(1e15)), SampleFate::kOutOfRange);
+  EXPECT_EQ(intake.judge(at(-1e11)), SampleFate::kOutOfRange);
+  EXPECT_EQ(intake.judge({1e15, kNaN, kNaN, 298.0}), SampleFate::kOutOfRange);
+  EXPECT_EQ(intake.judge(at(4294967294.0)), SampleFate::kAccepted) << "the last stamp ROS can hold";
+  EXPECT_EQ(intake.rejected().out_of_range, 3U);
+}
+
 }  // namespace
 }  // namespace battery_sof

@@ -31,7 +31,7 @@ class SimulateCommand : public battery_sof::test::InFolder {
     return text.str();
   }
   static Outcome simulate(const std::vector<std::string>& arguments) {
-    return battery_sof::test::outcomeOf(runSimulate, arguments);
+    return battery_sof::test::outcomeOf([](auto&... all) { return runSimulate(all...); }, arguments);
   }
   std::size_t files() const {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
