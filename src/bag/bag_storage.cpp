@@ -29,16 +29,11 @@ void openForReading(rosbag::Bag& bag, const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path, error)) {
     throw RecordingError(path.string() + ": no such file, expected a bag");
   }
+  requireSoundBag(path);
   try {
     bag.open(path.string(), rosbag::bagmode::Read);
-  } catch (const rosbag::BagUnindexedException&) {
-    throw RecordingError(
-        path.string() +
-        ": the bag has no index, so it was cut off while it was recorded or copied; "
-        "`rosbag reindex` may recover it");
-  } catch (const std::exception& error_in_file) {
-    throw RecordingError(path.string() + ": not a readable bag, or truncated (" +
-                         error_in_file.what() + ")");
+  } catch (const std::exception&) {
+    throw RecordingError(path.string() + ": not a readable bag: its index is damaged");
   }
 }
 
@@ -84,7 +79,10 @@ void readMessages(Recording& recording, const rosbag::Bag& bag,
   rosbag::View view(bag, rosbag::TopicQuery(topics));
   Intake intake;
   for (const rosbag::MessageInstance& instance : view) {
-    append(recording, intake, rawSampleOf(*instance.instantiate<sensor_msgs::BatteryState>()));
+    std::vector<std::uint8_t> bytes(instance.size());
+    ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+    instance.write(stream);
+    append(recording, intake, rawSampleOf(batteryStateIn(bytes)));
   }
   recording.rejected = intake.rejected();
   recording.largest_step_back = intake.largestStepBack();
@@ -130,7 +128,6 @@ void writeMessages(const std::filesystem::path& path, const Series& series,
 Recording readBag(const std::filesystem::path& path, const std::string& topic) {
   rosbag::Bag bag;
   openForReading(bag, path);
-  requireSoundBag(path);
   Recording recording;
   recording.name = path.filename().string();
   try {
@@ -140,8 +137,8 @@ Recording readBag(const std::filesystem::path& path, const std::string& topic) {
     readMessages(recording, bag, connections);
   } catch (const RecordingError&) {
     throw;
-  } catch (const std::exception& error) {
-    throw RecordingError(path.string() + ": damaged bag (" + error.what() + ")");
+  } catch (const std::exception&) {
+    throw RecordingError(path.string() + ": damaged bag: a chunk or a message in it cannot be read");
   }
   if (recording.series.empty()) {
     throw RecordingError(path.string() + ": topic '" + topic + "' holds no usable sample (" +
@@ -153,13 +150,20 @@ Recording readBag(const std::filesystem::path& path, const std::string& topic) {
 void writeBag(const std::filesystem::path& path, const Series& series, const std::string& topic) {
   std::filesystem::path beside = path;
   beside += "." + std::to_string(::getpid()) + ".part";
+  const auto refuse = [&](const std::string& why) {
+    std::error_code ignored;
+    std::filesystem::remove(beside, ignored);
+    throw RecordingError(path.string() + ": cannot write the bag: " + why);
+  };
   try {
     writeMessages(beside, series, absoluteTopic(topic));
     std::filesystem::rename(beside, path);
-  } catch (const std::exception& error) {
-    std::error_code ignored;
-    std::filesystem::remove(beside, ignored);
-    throw RecordingError(path.string() + ": cannot write the bag (" + error.what() + ")");
+  } catch (const std::invalid_argument& error) {
+    refuse(error.what());
+  } catch (const std::filesystem::filesystem_error& error) {
+    refuse(error.code().message());
+  } catch (const std::exception&) {
+    refuse("no such folder, no permission or no space");
   }
 }
 

@@ -4,9 +4,11 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_set>
@@ -16,8 +18,10 @@ namespace battery_sof {
 namespace {
 
 constexpr std::string_view kVersionLine = "#ROSBAG V2.0\n";
-enum Operation : char { kMessage = 2, kIndex = 4, kChunk = 5 };
+enum Operation : char { kMessage = 2, kBagHeader = 3, kIndex = 4, kChunk = 5, kChunkInfo = 6 };
 constexpr std::size_t kIndexEntrySize = 12;  // seconds, nanoseconds, offset
+constexpr std::size_t kMostRatio = 1000;     // of compression: messages with stamps of their own reach some ten
+constexpr std::size_t kSmallChunk = 4 << 20; // [bytes], five times rosbag's usual chunk: allowed whatever the ratio
 
 /// One record: its header's fields and its data, both views into the file.
 struct Record {
@@ -31,6 +35,15 @@ struct Record {
   std::string_view field(const char* name) const {
     const auto found = fields.find(name);
     return found == fields.end() ? std::string_view() : found->second;
+  }
+  /// A field of so many bytes as a number; none where it is missing or of another size.
+  template <typename Number>
+  std::optional<std::uint64_t> number(const char* name) const {
+    const std::string_view bytes = field(name);
+    if (bytes.size() != sizeof(Number)) return std::nullopt;
+    Number value = 0;
+    std::memcpy(&value, bytes.data(), sizeof value);
+    return value;
   }
 };
 
@@ -115,11 +128,12 @@ class ChunkContents {
  public:
   void read(const Record& chunk, std::size_t file_offset) {
     compressed_ = chunk.field("compression") != "none";
-    const std::string_view size = chunk.field("size");
-    size_ = size.size() == 4 ? numberAt(size, 0) : 0;
+    size_ = chunk.number<std::uint32_t>("size").value_or(0);
     messages_.clear();
-    if (compressed_) return;
     RecordReader reader(chunk.data, file_offset);
+    const std::size_t most = compressed_ ? std::max(kSmallChunk, kMostRatio * chunk.data.size()) : chunk.data.size();
+    if (size_ > most) reader.fail("a chunk claims to hold " + std::to_string(size_) + " bytes, expected at most " + std::to_string(most));
+    if (compressed_) return;
     while (!reader.atEnd()) {
       const std::size_t offset = reader.offset();
       if (reader.next().operation() == kMessage) messages_.insert(offset);
@@ -148,28 +162,70 @@ void checkIndex(const Record& index, const ChunkContents& chunk, const RecordRea
   }
 }
 
+/// What the records at the end of a bag say of those before them.
+class Contents {
+ public:
+  void readHeader(const Record& header, const RecordReader& reader) {
+    const auto index = header.number<std::uint64_t>("index_pos");
+    if (header.operation() != kBagHeader || !index) reader.fail("the bag's header is damaged");
+    if (*index == 0)
+      throw RecordingError("the bag has no index, so it was cut off while it was recorded or copied; `rosbag reindex` may recover it");
+    if (!header.field("encryptor").empty()) reader.fail("the bag is encrypted, expected a plain one");
+    index_ = *index;
+  }
+  void add(const Record& record, std::size_t offset) {
+    records_.insert(offset);
+    if (record.operation() == kChunk) chunks_.insert(offset);
+  }
+  /// Each chunk may be listed once: listing one a thousand times makes its messages a thousand times as many.
+  void checkInfo(const Record& info, const RecordReader& reader) {
+    const auto position = info.number<std::uint64_t>("chunk_pos");
+    if (!position || chunks_.erase(*position) == 0) reader.fail("a chunk is listed where none is, or twice");
+  }
+  void checkIndex(const RecordReader& reader) const {
+    if (records_.count(index_) == 0) reader.fail("the bag's header points to byte " + std::to_string(index_) + ", where no record begins");
+  }
+
+ private:
+  std::uint64_t index_ = 0;
+  std::unordered_set<std::uint64_t> records_, chunks_;
+};
+
 void walk(std::string_view bytes) {
   RecordReader reader(bytes.substr(kVersionLine.size()), kVersionLine.size());
   ChunkContents chunk;
+  Contents contents;
+  contents.readHeader(reader.next(), reader);
   while (!reader.atEnd()) {
+    const std::size_t offset = kVersionLine.size() + reader.offset();
     const Record record = reader.next();
+    contents.add(record, offset);
     if (record.operation() == kChunk) {
       chunk.read(record, static_cast<std::size_t>(record.data.data() - bytes.data()));
     } else if (record.operation() == kIndex) {
       checkIndex(record, chunk, reader);
+    } else if (record.operation() == kChunkInfo) {
+      contents.checkInfo(record, reader);
     }
   }
+  contents.checkIndex(reader);
 }
 
 }  // namespace
 
 void requireSoundBag(const std::filesystem::path& path) {
   const MappedFile file(path);
-  if (file.bytes().substr(0, kVersionLine.size()) != kVersionLine) return;
+  const std::string_view line = file.bytes().substr(0, kVersionLine.size());
+  if (line != kVersionLine) {
+    const bool is_bag = line.substr(0, 7) == "#ROSBAG";
+    throw RecordingError(path.string() + (is_bag ? ": a bag of another format, expected #ROSBAG V2.0; `rosbag fix` migrates it"
+                                                 : ": not a readable bag, or truncated"));
+  }
   try {
     walk(file.bytes());
   } catch (const RecordingError& error) {
-    throw RecordingError(path.string() + ": damaged bag, " + error.what());
+    const bool has_no_index = std::string_view(error.what()).substr(0, 7) == "the bag";
+    throw RecordingError(path.string() + (has_no_index ? ": " : ": damaged bag, ") + error.what());
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -28,6 +29,34 @@ double shortestDecimal(float value) {
   return std::strtod(text, nullptr);
 }
 
+/// Goes through a serialized message by its lengths.
+class MessageBytes {
+ public:
+  explicit MessageBytes(const std::vector<std::uint8_t>& bytes) : bytes_(bytes) {}
+
+  void skip(std::size_t count) {
+    if (count > bytes_.size() - at_) refuse();
+    at_ += count;
+  }
+  void skipList(std::size_t element) {
+    const std::size_t begin = at_;
+    skip(sizeof(std::uint32_t));
+    std::uint32_t count = 0;
+    std::memcpy(&count, bytes_.data() + begin, sizeof count);
+    skip(element * count);
+  }
+  void requireEnd() const {
+    if (at_ != bytes_.size()) refuse();
+  }
+
+ private:
+  [[noreturn]] void refuse() const {
+    throw std::invalid_argument("a BatteryState of " + std::to_string(bytes_.size()) + " bytes has lengths in it that do not fit");
+  }
+  const std::vector<std::uint8_t>& bytes_;
+  std::size_t at_ = 0;
+};
+
 }  // namespace
 
 RawSample rawSampleOf(const sensor_msgs::BatteryState& message) {
@@ -39,6 +68,22 @@ RawSample rawSampleOf(const sensor_msgs::BatteryState& message) {
     sample.temperature = shortestDecimal(message.temperature) + kZeroCelsius;
   }
   return sample;
+}
+
+sensor_msgs::BatteryState batteryStateIn(std::vector<std::uint8_t>& bytes) {
+  MessageBytes walk(bytes);
+  walk.skip(3 * sizeof(std::uint32_t));  // header: seq, stamp
+  walk.skipList(1);                      // frame_id
+  walk.skip(7 * sizeof(float) + 4);      // voltage to percentage; status, health, technology, present
+  walk.skipList(sizeof(float));          // cell_voltage
+  walk.skipList(sizeof(float));          // cell_temperature
+  walk.skipList(1);                      // location
+  walk.skipList(1);                      // serial_number
+  walk.requireEnd();
+  sensor_msgs::BatteryState message;
+  ros::serialization::IStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::deserialize(stream, message);
+  return message;
 }
 
 sensor_msgs::BatteryState batteryStateOf(double time, double current, double voltage,

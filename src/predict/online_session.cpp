@@ -51,10 +51,6 @@ std::string listed(const std::vector<std::string>& effects) {
   return text;
 }
 
-std::string inUseSentence(double age) {
-  return sentence("the saved model is in use, %.0f s old", age);
-}
-
 bool hasBothSigns(const Series& series, IndexRange range) {
   const auto [lowest, highest] =
       std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
@@ -74,6 +70,7 @@ OnlineSession::OnlineSession(SessionOptions options)
 // samples
 
 SessionEvents OnlineSession::push(const RawSample& sample) {
+  watchForJumps(sample);
   const SampleStream::Step step = stream_.push(sample);
   if (step.clock_restarted) ++epoch_;
   for (const StreamSample& next : step.samples) {
@@ -83,6 +80,47 @@ SessionEvents OnlineSession::push(const RawSample& sample) {
   return job_is_out_ ? SessionEvents() : std::exchange(events_, {});
 }
 
+void OnlineSession::watchForJumps(const RawSample& sample) {
+  const std::optional<RawSample> first = stream_.jumpConfirmedBy(sample);
+  const std::optional<double> newest = stream_.newestStamp();
+  if (before_jump_ && newest && std::abs(*newest - jumped_to_) > SampleStream::kClockAhead) before_jump_.reset();
+  if (!first) return;
+  if (before_jump_) {
+    const double since = first->time - *before_jump_->stream_.newestStamp();
+    const double spent = std::abs(*newest - jumped_to_);
+    if (since > 0.0 && since <= SampleStream::kClockAhead + spent) {
+      goBackTo(*std::exchange(before_jump_, nullptr));
+      SessionEvents ended = push(*first);
+      if (!job_is_out_) events_ = std::move(ended);
+      return;
+    }
+  }
+  before_jump_.reset();
+  before_jump_ = std::make_shared<const OnlineSession>(*this);
+  jumped_to_ = first->time;
+}
+
+void OnlineSession::goBackTo(const OnlineSession& before) {
+  OnlineSession then = before;
+  then.stream_ = stream_;
+  then.stream_.goOnFrom(before.stream_);
+  then.epoch_ = epoch_ + 1;
+  then.job_is_out_ = job_is_out_;
+  then.events_ = std::move(events_);
+  then.extension_ = std::move(extension_);
+  then.next_extension_ = std::move(next_extension_);
+  *this = std::move(then);
+}
+
+void OnlineSession::beginAnew() {
+  OnlineSession fresh(options_);
+  fresh.stream_ = stream_;
+  fresh.stream_.goOnFrom(SampleStream(options_.buffer));
+  fresh.epoch_ = epoch_ + 1;
+  fresh.job_is_out_ = job_is_out_;
+  *this = std::move(fresh);
+}
+
 void OnlineSession::restartClock(double old_newest, const StreamSample& first) {
   newest_.reset();
   const double moved = first.time - old_newest;
@@ -90,9 +128,11 @@ void OnlineSession::restartClock(double old_newest, const StreamSample& first) {
   if (contenders_.extended) contenders_.extended->moveTo(first, moved, stream_.maxGap());
   contenders_.contest.forgetPast();
   source_.forgetPast();
+  offerRefusedAgain();
 }
 
 void OnlineSession::advance(const StreamSample& sample) {
+  if (newest_ && sample.time - newest_->time > SampleStream::kClockAhead) offerRefusedAgain();
   if (newest_ && sample.time - newest_->time <= stream_.maxGap()) {
     driving_ += sample.time - newest_->time;
   }
@@ -115,6 +155,10 @@ SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_g
   const bool extended_answers = doesExtendedAnswer();
   const bool is_new = sample.time > base.stateTime() && (!extended || sample.time > extended->stateTime());
   const SessionEvents of_base = base.follow(sample, max_gap);
+  if (!std::isfinite(base.error())) {
+    loseModel("the model was lost: its state was not finite");
+    return {};
+  }
   if (!extended) return of_base;
   const SessionEvents of_extended = extended->follow(sample, max_gap);
   if (!std::isfinite(extended->error())) {
@@ -125,6 +169,12 @@ SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_g
   }
   if (is_new) contest.add(sample, base, of_base, *extended, of_extended);
   return extended_answers ? of_extended : of_base;
+}
+
+void OnlineSession::loseModel(const std::string& why) {
+  contenders_ = {TrackedModel(options_.events), std::nullopt, {}};
+  last_outcome_ = why;
+  next_look_ = driving_;
 }
 
 void OnlineSession::followAgain(double after, double max_gap) {
@@ -209,6 +259,10 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   outcome.message = outcome.accepted ? result.message : refusal;
   const bool extends = acceptsExtended(result, outcome.accepted);
   if (outcome.accepted || extends) install(result, outcome.accepted, extends);
+  if (outcome.accepted && !contenders_.base.holdsModel()) {
+    outcome.accepted = false;
+    outcome.message = last_outcome_;
+  }
   outcome.model = outcome.accepted ? contenders_.base.now() : std::move(result.model);
   if (doesExtendedAnswer()) outcome.extended = inUse().now();
   last_outcome_ =
@@ -324,151 +378,6 @@ std::string OnlineSession::contestSentence() const {
 const TrackedModel& OnlineSession::inUse() const {
   const auto& [base, extended, contest] = contenders_;
   return extended && contest.doesExtendedAnswer() && !isTooOld(*extended) ? *extended : base;
-}
-
-// ----------------------------------------------------------------------------------------------------
-// restored model
-
-void OnlineSession::restore(const FittedModel& model) { restored_ = model; }
-
-void OnlineSession::judgeRestored(const StreamSample& first) {
-  if (!restored_) return;
-  const std::string refusal = refusalOfRestored(first.time);
-  const FittedModel model = *std::exchange(restored_, std::nullopt);
-  last_outcome_ = refusal;
-  if (!refusal.empty()) return;
-  last_outcome_ = inUseSentence(first.time - model.window.to);
-  if (model.source) source_ = SourceShare(*model.source);
-  contenders_.base.setScales(model.crank_scale, model.charge_scale);
-  contenders_.base.install(model, stream_.maxGap());
-  followAgain(model.state.time, stream_.maxGap());
-  next_look_ = driving_ + options_.identify_period;
-}
-
-std::string OnlineSession::refusalOfRestored(double first_time) const {
-  const double ahead = restored_->state.time - first_time;
-  const double age = first_time - restored_->window.to;
-  if (ahead > 0.0) {
-    return sentence("the saved model was refused: its state is %.1f s ahead of the first sample",
-                    ahead);
-  }
-  if (age > options_.model_max_age) {
-    return sentence("the saved model was refused: it is %.0f s old, allowed are %.0f s", age,
-                    options_.model_max_age);
-  }
-  return isUsable(*restored_) ? "" : "the saved model was refused: its fit is not usable";
-}
-
-std::string OnlineSession::whyRestoredWaits() const {
-  const Series& first = stream_.waiting();
-  return first.empty() ? "the saved model waits for the first sample"
-                       : refusalOfRestored(first.time.front());
-}
-
-FittedModel OnlineSession::restoredNow() const {
-  const Series& first = stream_.waiting();
-  TrackedModel model(options_.events);
-  model.setScales(restored_->crank_scale, restored_->charge_scale);
-  model.install(*restored_, stream_.maxGap());
-  for (std::size_t n = 0; n < first.size(); ++n)
-    model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());
-  return model.now();
-}
-
-// ----------------------------------------------------------------------------------------------------
-// queries
-
-std::optional<double> OnlineSession::ageOf(const TrackedModel& model) const {
-  if (!model.holdsModel() || !newest_) return std::nullopt;
-  return newest_->time - model.fittedUntil();
-}
-
-bool OnlineSession::isTooOld(const TrackedModel& model) const {
-  return ageOf(model).value_or(0.0) > options_.model_max_age;
-}
-
-std::optional<std::string> OnlineSession::whyNoModel() const {
-  const std::string outcome = restored_ ? whyRestoredWaits() : last_outcome_;
-  if (restored_ && outcome.empty()) return std::nullopt;
-  if (!inUse().holdsModel()) {
-    return outcome.empty() ? "nothing identified yet" : "nothing identified yet: " + outcome;
-  }
-  if (!isTooOld(inUse())) return std::nullopt;
-  return sentence("the model is %.0f s old, allowed are %.0f s", *ageOf(inUse()),
-                  options_.model_max_age);
-}
-
-LiveModel OnlineSession::live() const {
-  auto reason = whyNoModel();
-  if (reason) return LiveModel({}, std::move(reason), options_.capacity);
-  FittedModel now = restored_ ? restoredNow() : inUse().now();
-  const Series& series = stream_.series();
-  if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
-  return LiveModel(std::move(now), std::nullopt, options_.capacity, restored_ ? NaiveStandings() : inUse().standings());
-}
-
-CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const {
-  return live().predictCranking(query);
-}
-
-StopTimeAnswer OnlineSession::predictStopTime(const StopTimeQuery& query) const {
-  return live().predictStopTime(query);
-}
-
-ChargeAcceptanceAnswer OnlineSession::predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
-  return live().predictChargeAcceptance(query);
-}
-
-ProfileAnswer OnlineSession::simulateProfile(const std::vector<double>& time,
-                                             const std::vector<double>& current) const {
-  return live().simulateProfile(time, current);
-}
-
-std::optional<double> OnlineSession::newestTime() const {
-  return newest_ ? std::optional<double>(newest_->time) : std::nullopt;
-}
-
-std::optional<FittedModel> OnlineSession::model() const {
-  if (!inUse().holdsModel()) return std::nullopt;
-  return inUse().now();
-}
-
-SessionStatus OnlineSession::status() const {
-  SessionStatus status;
-  status.reason = last_outcome_;
-  status.newest_time = newestTime();
-  status.model_age = ageOf(inUse());
-  if (inUse().holdsModel()) {
-    status.suitability = inUse().accepted().suitability;
-    status.effects = inUse().accepted().effects;
-  }
-  status.backtest = inUse().backtest();
-  status.extension = extensionSentence();
-  status.source_seen = source_.seen();
-  status.source_share = source_.share();
-  status.voltage_drives = inUse().voltageDrives();
-  status.crank_contest = inUse().crankContest().score();
-  status.charge_contest = inUse().chargeContest().score();
-  if (contenders_.extended) status.contest = contenders_.contest.score();
-  const auto reason = whyNoModel();
-  if (restored_ && !reason) {
-    status.state = SessionState::kReady;
-    status.model_age = stream_.waiting().time.back() - restored_->window.to;
-    status.reason = inUseSentence(*status.model_age);
-    status.suitability = restored_->suitability;
-    status.effects = restored_->effects;
-  } else if (!newest_) {
-    status.state = SessionState::kNoSample;
-    status.reason = restored_ ? "no sample yet: " + whyRestoredWaits() : "no sample yet";
-  } else if (!reason) {
-    status.state = SessionState::kReady;
-  } else if (inUse().holdsModel()) {
-    status.state = SessionState::kStale;
-    status.reason = *reason;
-  } else {
-    status.state = job_is_out_ ? SessionState::kIdentifying : SessionState::kCollecting;
-  }
-  return status;
 }
 
 }  // namespace battery_sof

@@ -61,6 +61,21 @@ SampleStream::Step SampleStream::push(const RawSample& sample) {
   return step;
 }
 
+std::optional<RawSample> SampleStream::jumpConfirmedBy(const RawSample& sample) const {
+  return isSuspicious(sample.time) && confirmsHeld(sample.time) ? held_ : std::nullopt;
+}
+
+void SampleStream::goOnFrom(const SampleStream& before) {
+  const StreamCounts counts = counts_;
+  Intake intake = intake_;
+  *this = before;
+  counts_ = counts;
+  ++counts_.clock_restarts;
+  intake.resumeAt(newest_);
+  intake_ = intake;
+  held_.reset();
+}
+
 bool SampleStream::isSuspicious(double time) const {
   return newest_ && std::isfinite(time) &&
          (time < *newest_ - kClockBack || time > *newest_ + kClockAhead);

@@ -58,6 +58,19 @@ std::string describe(SampleFate fate) {
   throw std::invalid_argument("describe: not a sample fate");
 }
 
+std::string describe(const RejectedCounts& rejected) {
+  std::string reasons;
+  const auto add = [&](std::size_t count, SampleFate fate) {
+    if (count > 0) reasons += (reasons.empty() ? "" : ", ") + std::to_string(count) + " " + describe(fate);
+  };
+  add(rejected.missing_value, SampleFate::kMissingValue);
+  add(rejected.not_finite, SampleFate::kNotFinite);
+  add(rejected.duplicate_stamp, SampleFate::kDuplicateStamp);
+  add(rejected.clock_step_back, SampleFate::kClockStepBack);
+  add(rejected.out_of_range, SampleFate::kOutOfRange);
+  return std::to_string(rejected.total()) + " rejected" + (reasons.empty() ? "" : " (" + reasons + ")");
+}
+
 Intake::Intake(IntakeLimits limits) : limits_(limits) {
   if (!(limits.max_abs_current > 0.0) || !(limits.max_abs_voltage > 0.0)) {
     throw std::invalid_argument("IntakeLimits: max_abs_current is " +
@@ -120,6 +133,11 @@ void Intake::count(SampleFate fate) {
 
 void Intake::forgetClock() {
   last_time_.reset();
+  last_temperature_time_.reset();
+}
+
+void Intake::resumeAt(const std::optional<double>& time) {
+  last_time_ = time;
   last_temperature_time_.reset();
 }
 

@@ -6,7 +6,7 @@ namespace battery_sof {
 namespace {
 
 /// Numbers of a column: those of its kind, then where it was seen and what it weighs.
-constexpr std::array<const char*, 8> kNumbers = {"time", "scale", "charge", "lower", "upper", "centre", "spread", "weight_v"};
+constexpr std::array<const char*, 8> kColumnNumbers = {"time", "scale", "charge", "lower", "upper", "centre", "spread", "weight_v"};
 
 YAML::Node columnNode(const LearnedForce& force, std::size_t k) {
   const ForceColumn& column = force.columns[k];
@@ -31,16 +31,8 @@ T oneOf(const Reader& node, const char* key, const All& all, const Name& name) {
   node.fail(key, "is \"" + id + "\", expected one of " + known);
 }
 
-std::vector<double> numbersOf(const Reader& node, const char* key, std::size_t count) {
-  const auto numbers = node.numbers(key, "numbers");
-  if (numbers.size() != count) node.fail(key, "has " + std::to_string(numbers.size()) + " numbers, expected " + std::to_string(count));
-  for (const double x : numbers)
-    if (!std::isfinite(x)) node.fail(key, "has a number that is not finite");
-  return numbers;
-}
-
 void addColumn(const Reader& node, Eigen::Index j, LearnedForce& force) {
-  const auto x = numbersOf(node, "numbers", kNumbers.size());
+  const auto x = node.finiteNumbers("numbers", kColumnNumbers.size());
   force.columns.push_back({oneOf<ForceKind>(node, "kind", allForceKinds(), kindId), oneOf<Family>(node, "family", kAllFamilies, familyId), x[0], x[1], x[2]});
   force.lower[j] = x[3];
   force.upper[j] = x[4];
@@ -56,7 +48,7 @@ YAML::Node forceNode(const LearnedForce& force) {
   node["context"] = flow({force.context.interval, force.context.span, force.context.beta, force.context.high, force.context.high_width});
   node["circuit"] = flow({force.base_change.data(), force.base_change.data() + force.base_change.size()});
   for (const LearnedForce::Part& part : force.parts) node["factor_std"][familyId(part.family)] = scalar(part.std);
-  for (const char* name : kNumbers) node["numbers"].push_back(name);
+  for (const char* name : kColumnNumbers) node["numbers"].push_back(name);
   node["numbers"].SetStyle(YAML::EmitterStyle::Flow);
   node["columns"] = YAML::Node(YAML::NodeType::Sequence);
   for (std::size_t k = 0; k < force.columns.size(); ++k) node["columns"].push_back(columnNode(force, k));
@@ -65,16 +57,18 @@ YAML::Node forceNode(const LearnedForce& force) {
 
 LearnedForce forceOf(const Reader& node) {
   LearnedForce force;
-  const auto context = numbersOf(node, "context", 5);
+  const auto context = node.finiteNumbers("context", 5);
   force.context = {context[0], context[1], context[2], context[3], context[4]};
-  const auto circuit = numbersOf(node, "circuit", static_cast<std::size_t>(kBaseDirections));
+  if (!(context[0] >= 0.0 && context[1] > 0.0 && context[2] > 0.0 && context[4] > 0.0))
+    node.fail("context", "must be interval (0 or more), span, beta (above 0), high and its width (above 0)");
+  const auto circuit = node.finiteNumbers("circuit", static_cast<std::size_t>(kBaseDirections));
   force.base_change = Eigen::Map<const Eigen::VectorXd>(circuit.data(), kBaseDirections);
   const std::vector<Reader> columns = node.listAt("columns");
   const auto size = static_cast<Eigen::Index>(columns.size());
   for (Eigen::VectorXd* each : {&force.lower, &force.upper, &force.centre, &force.scale, &force.weight}) each->setZero(size);
   for (Eigen::Index j = 0; j < size; ++j) addColumn(columns[static_cast<std::size_t>(j)], j, force);
   for (const Family family : kAllFamilies)
-    if (node.at("factor_std").has(familyId(family))) force.parts.push_back({family, node.at("factor_std").number(familyId(family))});
+    if (node.at("factor_std").has(familyId(family))) force.parts.push_back({family, node.at("factor_std").number(familyId(family), {0.0, 1e6})});
   try {
     learnedInfo(force);
   } catch (const std::invalid_argument& error) {

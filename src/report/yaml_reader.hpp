@@ -53,6 +53,17 @@ inline YAML::Node flow(const std::vector<double>& values) {
   return node;
 }
 
+/// What a number can be.
+struct Range {
+  double least, most;
+  bool holds(double value) const { return value >= least && value <= most; }
+};
+
+constexpr Range kTimes{-1e10, 1e10};      // [s], as IntakeLimits
+constexpr Range kCurrents{-1e4, 1e4};     // [A], twice IntakeLimits: an estimate may go beyond what is measured
+constexpr Range kVoltages{-200.0, 200.0}; // [V], likewise
+constexpr Range kNumbers{-1e12, 1e12};    // of any unit: what is larger comes from no battery
+
 /// Access to a document's fields with messages that name file, field, finding and expectation.
 class Reader {
  public:
@@ -86,6 +97,29 @@ class Reader {
     std::vector<std::vector<double>> rows;
     for (const auto& row : get<std::vector<std::vector<Decimal>>>(key, expected)) rows.push_back(valuesOf(row));
     return rows;
+  }
+  double number(const std::string& key, Range range) const {
+    const double value = number(key);
+    if (range.holds(value)) return value;
+    ClassicStream text;
+    text << "is " << value << ", expected " << range.least << " to " << range.most;
+    fail(key, text.str());
+  }
+  /// A list of finite numbers; of a count when that is not zero.
+  std::vector<double> finiteNumbers(const std::string& key, std::size_t count, Range range = kNumbers) const {
+    const std::string expected = (count > 0 ? std::to_string(count) + " " : "") + "numbers";
+    const auto values = numbers(key, expected.c_str());
+    if (count > 0 && values.size() != count)
+      fail(key, "has " + std::to_string(values.size()) + " numbers, expected " + std::to_string(count));
+    for (const double value : values) requireIn(key, value, range);
+    return values;
+  }
+  void requireIn(const std::string& key, double value, Range range) const {
+    if (!std::isfinite(value)) fail(key, "holds a number that is not finite");
+    if (range.holds(value)) return;
+    ClassicStream text;
+    text << "holds " << value << ", expected numbers of " << range.least << " to " << range.most;
+    fail(key, text.str());
   }
   /// Entries of a list.
   std::vector<Reader> listAt(const std::string& key) const {

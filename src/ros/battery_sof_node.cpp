@@ -8,7 +8,7 @@
 
 #include "battery_sof/bag/bag_storage.hpp"
 #include "battery_sof/bag/battery_state_message.hpp"
-#include "battery_sof/report/model_yaml.hpp"
+#include "battery_sof/recording/printable.hpp"
 #include "battery_sof/ros/background_work.hpp"
 
 namespace battery_sof {
@@ -36,24 +36,12 @@ class Errand : public ros::CallbackInterface {
   std::function<void()> work_;
 };
 
-/// Adds the time it lived to the queries' times.
-class QueryTimer {
- public:
-  explicit QueryTimer(ResponseClock& clock) : clock_(clock) {}
-  QueryTimer(const QueryTimer&) = delete;
-  QueryTimer& operator=(const QueryTimer&) = delete;
-  ~QueryTimer() { clock_.addQuery(1e3 * (ros::WallTime::now() - begun_).toSec()); }
-
- private:
-  ResponseClock& clock_;
-  ros::WallTime begun_ = ros::WallTime::now();
-};
-
 }  // namespace
 
 BatterySofNode::BatterySofNode(ros::NodeHandle node, ros::NodeHandle private_node,
                                NodeOptions options)
     : options_(std::move(options)),
+      state_file_(options_.state_file),
       node_(std::move(node)),
       private_node_(std::move(private_node)),
       session_(options_.session),
@@ -69,10 +57,10 @@ BatterySofNode::BatterySofNode(ros::NodeHandle node, ros::NodeHandle private_nod
       diagnose_spinner_(kDiagnoseThreads, &diagnose_queue_) {
   loadStateFile();
   advertise();
-  {
+  guarded("the first status", [this] {
     const std::lock_guard<std::mutex> lock(mutex_);
     demandStatus();
-  }
+  });
   question_spinner_.start();
   patient_spinner_.start();
   diagnose_spinner_.start();
@@ -120,33 +108,42 @@ void BatterySofNode::advertise() {
 // state file
 
 void BatterySofNode::loadStateFile() {
-  if (options_.state_file.empty()) return;
-  if (!std::filesystem::exists(options_.state_file)) {
-    ROS_INFO("no saved model in %s yet", options_.state_file.c_str());
-    return;
+  StateFile::Result result;
+  const std::optional<FittedModel> model = state_file_.read(result);
+  if (result.is_fault) {
+    state_file_fault_ = result.said;
+    ROS_WARN("%s", result.said.c_str());
+  } else if (!result.said.empty()) {
+    ROS_INFO("%s", result.said.c_str());
   }
-  try {
-    session_.restore(readModelFile(options_.state_file));
-    ROS_INFO("read the saved model in %s", options_.state_file.c_str());
-  } catch (const std::exception& error) {
-    state_file_fault_ = error.what();
-    ROS_WARN("the saved model is not used: %s", error.what());
-  }
+  if (!model) return;
+  session_.restore(*model);
+  stands_on_state_file_ = true;
 }
 
 void BatterySofNode::saveStateFile(const FittedModel& model) {
-  if (options_.state_file.empty()) return;
-  std::string fault;
-  try {
-    const std::filesystem::path path(options_.state_file);
-    if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path());
-    writeModelFile(path, model);
-  } catch (const std::exception& error) {
-    fault = std::string("the model cannot be saved: ") + error.what();
-    ROS_ERROR("%s", fault.c_str());
-  }
+  const StateFile::Result result = state_file_.save(model);
+  if (result.is_fault) ROS_ERROR("%s", result.said.c_str());
   const std::lock_guard<std::mutex> lock(mutex_);
-  state_file_fault_ = fault;
+  state_file_fault_ = result.said;
+  stands_on_state_file_ = false;
+}
+
+// ----------------------------------------------------------------------------------------------------
+// faults
+
+void BatterySofNode::noteFault(const char* what, const char* why) {
+  ROS_ERROR_THROTTLE(1.0, "%s failed: %s", what, printable(why).c_str());
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++internal_faults_;
+  internal_fault_ = std::string(what) + " failed: " + printable(why);
+}
+
+void BatterySofNode::beginAnew(const char* why) {
+  session_.beginAnew();
+  const std::string aside = stands_on_state_file_ ? state_file_.setAside() : "";
+  stands_on_state_file_ = false;
+  if (!aside.empty()) state_file_fault_ = "the saved model could not be followed: " + printable(why) + "; " + aside;
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -157,10 +154,15 @@ void BatterySofNode::onBatteryState(const SampleEvent& event) {
   // The receipt is on ROS time; what is simulated is no measure of a delay.
   const double waited =
       ros::Time::isSystemTime() ? (ros::Time::now() - event.getReceiptTime()).toSec() : 0.0;
-  {
+  guarded("taking a sample", [&] {
     const std::lock_guard<std::mutex> lock(mutex_);
-    take(rawSampleOf(*event.getConstMessage()));
-  }
+    try {
+      take(rawSampleOf(*event.getConstMessage()));
+    } catch (const std::exception& error) {
+      beginAnew(error.what());
+      throw;
+    }
+  });
   response_clock_.addSample(1e3 * (waited + (ros::WallTime::now() - begun).toSec()));
 }
 
@@ -202,7 +204,7 @@ void BatterySofNode::announceWhoAnswers() {
   if (!model) return;
   ROS_INFO("%s", session_.status().extension.c_str());
   question_queue_.addCallback(boost::make_shared<Errand>(
-      [this, model] { model_publisher_.publish(messageOf(*model)); }));
+      [this, model] { guarded("the model message", [&] { model_publisher_.publish(messageOf(*model)); }); }));
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -244,7 +246,8 @@ void BatterySofNode::demandStatus() {
   const bool is_waiting = due_status_.has_value();
   due_status_.emplace(DueStatus{std::move(contents), session_.live()});
   if (!is_waiting)
-    question_queue_.addCallback(boost::make_shared<Errand>([this] { publishDueStatus(); }));
+    question_queue_.addCallback(
+        boost::make_shared<Errand>([this] { guarded("the status", [this] { publishDueStatus(); }); }));
 }
 
 void BatterySofNode::publishDueStatus() {
@@ -262,12 +265,12 @@ void BatterySofNode::publishDueStatus() {
 }
 
 void BatterySofNode::onWallTimer(const ros::WallTimerEvent&) {
-  {
+  guarded("the status timer", [this] {
     const std::lock_guard<std::mutex> lock(mutex_);
     const ros::WallDuration since = ros::WallTime::now() - last_status_wall_;
     if (since.toSec() >= kStatusPeriod) demandStatus();
-  }
-  diagnostics_.publish();
+  });
+  guarded("the diagnostics", [this] { diagnostics_.publish(); });
 }
 
 DiagnosticsSnapshot BatterySofNode::snapshot() {
@@ -284,148 +287,9 @@ DiagnosticsSnapshot BatterySofNode::snapshot() {
   snapshot.events.charge_scale = session_.chargeScale();
   snapshot.state_file = options_.state_file.empty() ? "off" : options_.state_file;
   snapshot.state_file_fault = state_file_fault_;
+  snapshot.internal_fault = internal_fault_;
+  snapshot.internal_faults = internal_faults_;
   return snapshot;
-}
-
-// ----------------------------------------------------------------------------------------------------
-// queries
-
-LiveModel BatterySofNode::live() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return session_.live();
-}
-
-bool BatterySofNode::onPredictCranking(PredictCranking::Request& request,
-                                       PredictCranking::Response& response) {
-  const QueryTimer timer(response_clock_);
-  const CrankingQuery query = queryOf(request);
-  const LiveModel model = live();
-  const CrankingAnswer answer = model.predictCranking(query);
-  if (answer.u_min) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    last_answer_ = Answered{model.model().state.time, query, *answer.u_min};
-  }
-  ROS_DEBUG("crank query at %.2f s (%s): %s", model.model().state.time, describe(answer.code).c_str(),
-            answer.message.c_str());
-  response = responseOf(answer);
-  return true;
-}
-
-bool BatterySofNode::onPredictStopTime(PredictStopTime::Request& request,
-                                       PredictStopTime::Response& response) {
-  const QueryTimer timer(response_clock_);
-  response = responseOf(live().predictStopTime(queryOf(request)));
-  return true;
-}
-
-bool BatterySofNode::onPredictChargeAcceptance(PredictChargeAcceptance::Request& request,
-                                               PredictChargeAcceptance::Response& response) {
-  const QueryTimer timer(response_clock_);
-  response = responseOf(live().predictChargeAcceptance(queryOf(request)));
-  return true;
-}
-
-bool BatterySofNode::onPredictMap(PredictMap::Request& request, PredictMap::Response& response) {
-  response = mapsOf(live(), request);
-  return true;
-}
-
-bool BatterySofNode::onSimulateProfile(SimulateProfile::Request& request,
-                                       SimulateProfile::Response& response) {
-  response = responseOf(live().simulateProfile(request.time, request.current));
-  return true;
-}
-
-// ----------------------------------------------------------------------------------------------------
-// identification
-
-IdentificationOutcome BatterySofNode::onIdentified(const IdentificationJob& job) {
-  const IdentificationOutcome outcome = takeBack(timedIdentification(job));
-  ROS_INFO("identification %s: %s", outcome.accepted ? "accepted" : "refused",
-           outcome.message.c_str());
-  if (outcome.accepted) {
-    model_publisher_.publish(messageOf(*outcome.model));
-    saveStateFile(*outcome.model);
-  }
-  if (outcome.extended) model_publisher_.publish(messageOf(*outcome.extended));
-  return outcome;
-}
-
-IdentificationOutcome BatterySofNode::takeBack(IdentificationResult result) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (result.model) {
-    result.model->recording = subscriber_.getTopic();
-    fit_ms_ = result.model->fit_ms;
-  }
-  if (result.extended && result.extended->model)
-    result.extended->model->recording = subscriber_.getTopic();
-  IdentificationOutcome outcome = session_.finish(std::move(result));
-  announceWhoAnswers();
-  demandStatus();
-  return outcome;
-}
-
-std::optional<std::future<IdentificationOutcome>> BatterySofNode::postRequested() {
-  while (ros::ok()) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (auto job = session_.takeJob()) return worker_.post(std::move(*job));
-      if (!session_.isJobOut()) return std::nullopt;
-    }
-    worker_.waitUntilIdle();
-  }
-  return std::nullopt;
-}
-
-bool BatterySofNode::onIdentify(Identify::Request&, Identify::Response& response) {
-  auto outcome = postRequested();
-  if (!outcome) {
-    response.code = Identify::Response::NO_DATA;
-    response.message = "no samples are buffered yet";
-    return true;
-  }
-  try {
-    response = responseOf(outcome->get());
-  } catch (const std::future_error&) {
-    response.code = Identify::Response::REFUSED;
-    response.message = "the node is shutting down";
-  }
-  return true;
-}
-
-// ----------------------------------------------------------------------------------------------------
-// diagnosis
-
-void BatterySofNode::onAdopted(const Adoption& adoption, double from_driving) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  session_.extendWith(adoption.effects, from_driving, adoption.force);
-}
-
-std::optional<std::future<DiagnosisRunner::Outcome>> BatterySofNode::beginDiagnosis(
-    Diagnose::Response& response) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (session_.series().empty()) {
-    response.code = Diagnose::Response::NO_DATA;
-    response.message = "no samples are buffered yet";
-    return std::nullopt;
-  }
-  auto running = diagnoses_.begin(session_.series(), subscriber_.getTopic());
-  if (running) return running;
-  response.code = Diagnose::Response::BUSY;
-  response.message = "a diagnosis is running; its result will be on ~diagnosis";
-  return std::nullopt;
-}
-
-bool BatterySofNode::onDiagnose(Diagnose::Request&, Diagnose::Response& response) {
-  auto running = beginDiagnosis(response);
-  if (!running) return true;
-  try {
-    response = responseOf(running->get());
-  } catch (const std::future_error&) {
-    response.code = Diagnose::Response::FAILED;
-    response.message = "the node is shutting down";
-  }
-  return true;
 }
 
 }  // namespace battery_sof

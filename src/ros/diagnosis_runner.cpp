@@ -44,6 +44,20 @@ std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::post(const
 }
 
 DiagnosisRunner::Outcome DiagnosisRunner::run(const Job& job) {
+  Outcome outcome;
+  try {
+    return diagnosed(job);
+  } catch (const std::exception& error) {
+    outcome.fault = std::string("the diagnosis failed: ") + error.what();
+    ROS_ERROR("%s", outcome.fault.c_str());
+  }
+  DiagnosisReport report;
+  report.fault = outcome.fault;
+  note(report, {});
+  return outcome;
+}
+
+DiagnosisRunner::Outcome DiagnosisRunner::diagnosed(const Job& job) {
   const DiagnosisReport report = timedDiagnosis(job.recording, cancelled_);
   const Adoption adoption =
       report.diagnosis ? adopt(*report.diagnosis, job.from_driving) : Adoption();

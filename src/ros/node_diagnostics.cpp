@@ -68,7 +68,7 @@ void NodeDiagnostics::publish() {
 void NodeDiagnostics::reportDataRate(Status& status) {
   const std::optional<double> rate = rateBetween(before_, now_);
   if (!now_.status.newest_time) {
-    status.summary(Level::WARN, "no sample yet");
+    status.summary(Level::WARN, now_.status.state == SessionState::kNoSample ? now_.status.reason : "no sample yet");
   } else if (now_.no_data_for) {
     status.summaryf(Level::ERROR, "no sample for %.1f s", *now_.no_data_for);
   } else {
@@ -98,7 +98,9 @@ void NodeDiagnostics::reportRejected(Status& status) {
 
 void NodeDiagnostics::reportIdentification(Status& status) {
   const SessionStatus& session = now_.status;
-  if (!now_.state_file_fault.empty()) {
+  if (!now_.internal_fault.empty()) {
+    status.summary(Level::ERROR, now_.internal_fault);
+  } else if (!now_.state_file_fault.empty()) {
     status.summary(Level::WARN, now_.state_file_fault);
   } else if (session.state == SessionState::kReady) {
     status.summary(Level::OK, session.reason);
@@ -112,6 +114,7 @@ void NodeDiagnostics::reportIdentification(Status& status) {
   status.add("samples with an imposed voltage [%]", shown(session.source_share, 100.0));
   status.add("driven by now", session.voltage_drives ? "voltage" : "current");
   status.add("state file", now_.state_file);
+  status.add("internal faults", now_.internal_faults);
   status.add("extension", session.extension.empty() ? "none" : session.extension);
 }
 

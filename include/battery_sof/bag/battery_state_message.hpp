@@ -3,7 +3,9 @@
 #include <ros/time.h>
 #include <sensor_msgs/BatteryState.h>
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "battery_sof/recording/intake.hpp"
 
@@ -21,6 +23,12 @@ namespace battery_sof {
  * judged here: see Intake.
  */
 RawSample rawSampleOf(const sensor_msgs::BatteryState& message);
+
+/**
+ * @brief A serialized message, its lengths checked against its bytes first: roscpp allocates what a list's length says.
+ * @throws std::invalid_argument when they do not fit.
+ */
+sensor_msgs::BatteryState batteryStateIn(std::vector<std::uint8_t>& bytes);
 
 /**
  * @brief The message of one sample; every field that is not measured is NaN.

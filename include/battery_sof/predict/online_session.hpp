@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -78,6 +79,9 @@ struct IdentificationOutcome {
  * Clock jump back (SampleStream): the past and the state are begun anew, the model stays with its
  * age, and the result of a job from before is dropped.
  *
+ * A clock that jumps, is believed, and within a minute goes on where it had been was wrong meanwhile: the session goes on as it
+ * stood before the jump, and the samples between are lost.
+ *
  * What the naive predictors of the model's window were better at, cranks or charges, they answer (NaiveContest).
  *
  * extendWith() sets a second, extended composition beside the session's own: both are fitted to the same windows and follow
@@ -98,9 +102,13 @@ class OnlineSession {
   /// Takes the result of the job that is out.
   IdentificationOutcome finish(IdentificationResult result);
 
+  /// Forgets samples and models, as after a fault; the counts stay, and the job that is out will be dropped.
+  void beginAnew();
+
   /**
    * @brief Offers a model from an earlier run. It is judged against the first sample that comes:
    * refused when that is earlier than the model's state or too late after its window. Else it answers from that sample on.
+   * While nothing else is in use a refused one is judged again wherever the clock jumps: a first stamp may be wrong.
    */
   void restore(const FittedModel& model);
 
@@ -167,12 +175,19 @@ class OnlineSession {
     std::string outcome;        // of its last fit, one sentence
   };
 
+  /// Keeps the session as it stands before a jump of the clock, or goes back to it where the clock does.
+  void watchForJumps(const RawSample& sample);
+  void goBackTo(const OnlineSession& before);
   void restartClock(double old_newest, const StreamSample& first);
   void advance(const StreamSample& sample);
   void follow(const StreamSample& sample, double max_gap);
   SessionEvents followBoth(const StreamSample& sample, double max_gap);
   void followAgain(double after, double max_gap);
   void judgeRestored(const StreamSample& first);
+  /// Where the clock jumped: a saved model that was refused by the clock before is judged once more.
+  void offerRefusedAgain();
+  void loseModel(const std::string& why);
+  std::string whyNoSample() const;
   /// Why the saved model cannot be used from a first sample on; empty when it can.
   std::string refusalOfRestored(double first_time) const;
   /// Why the saved model, not judged for good yet, does not answer; empty when it does.
@@ -208,6 +223,9 @@ class OnlineSession {
 
   SourceShare source_;
   std::optional<FittedModel> restored_;  // waits until the stream knows its rate
+  std::optional<FittedModel> refused_;   // was restored and refused
+  std::shared_ptr<const OnlineSession> before_jump_;  // none a minute after a jump
+  double jumped_to_ = 0.0;  // [s], first stamp after it
   std::optional<Extension> extension_, next_extension_;
   std::string last_outcome_;
 };

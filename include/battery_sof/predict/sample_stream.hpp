@@ -54,6 +54,13 @@ class SampleStream {
 
   Step push(const RawSample& sample);
 
+  /// The first sample on the new clock, where this sample would confirm a jump of the clock; none else.
+  std::optional<RawSample> jumpConfirmedBy(const RawSample& sample) const;
+  /// Goes on where another stream stood, as if what came since had not: it was on a wrong clock. The counts stay.
+  void goOnFrom(const SampleStream& before);
+  /// [s], last accepted stamp; none before the first.
+  std::optional<double> newestStamp() const { return newest_; }
+
   /// The past, at least `kept` and at most 1.25 times as long.
   const Series& series() const { return series_; }
   /// Accepted as they came, and waiting for the rate to be known; empty afterwards.

@@ -37,6 +37,9 @@ struct IntakeLimits {
 /// @return the fate in words a diagnostic can show, e.g. "clock step back".
 std::string describe(SampleFate fate);
 
+/// @return how many were refused and why, e.g. "12 rejected (10 duplicate stamp, 2 not finite)".
+std::string describe(const RejectedCounts& rejected);
+
 /**
  * @brief The one gate through which samples enter, used by files, bags and the node alike.
  *
@@ -55,6 +58,9 @@ class Intake {
 
   /// Forgets the last accepted stamp (a bag was looped, the clock was set); the counts stay.
   void forgetClock();
+
+  /// Puts the last accepted stamp back to an earlier one [s]; the counts stay.
+  void resumeAt(const std::optional<double>& time);
 
   const RejectedCounts& rejected() const { return rejected_; }
   double largestStepBack() const { return largest_step_back_; }  ///< [s]

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <exception>
 #include <functional>
 #include <future>
 #include <mutex>
@@ -17,7 +18,7 @@ void giveWay(int nice);
 /**
  * @brief One thread that does jobs, one at a time, so that nothing else waits for them.
  *
- * The work is called on the worker's thread and must not throw.
+ * The work is called on the worker's thread; what it throws is thrown by the outcome's get().
  */
 template <typename Job, typename Outcome>
 class BackgroundWorker {
@@ -77,7 +78,11 @@ class BackgroundWorker {
       Posted posted = std::move(*posted_);
       posted_.reset();
       lock.unlock();
-      posted.outcome.set_value(work_(std::move(posted.job)));
+      try {
+        posted.outcome.set_value(work_(std::move(posted.job)));
+      } catch (...) {
+        posted.outcome.set_exception(std::current_exception());
+      }
       lock.lock();
       // A job may have been posted since the work handed its result on.
       busy_ = posted_.has_value();

@@ -16,6 +16,7 @@
 #include "battery_sof/ros/node_diagnostics.hpp"
 #include "battery_sof/ros/node_options.hpp"
 #include "battery_sof/ros/response_times.hpp"
+#include "battery_sof/ros/state_file.hpp"
 
 namespace battery_sof {
 
@@ -30,6 +31,9 @@ namespace battery_sof {
  *   - identifications and diagnoses themselves: a worker's each.
  * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to copy what a question
  * needs (OnlineSession::live()); never while a question is computed, a fit runs or a file is written.
+ *
+ * No exception ends the node: where a callback or a timer throws, the fault is logged and told in /diagnostics; where taking a
+ * sample does, the session begins anew, and the saved model it stood on is set aside.
  *
  * ~status goes out once a second of the samples' time. A wall timer stands in when no samples come.
  */
@@ -66,6 +70,7 @@ class BatterySofNode {
   void onBatteryState(const SampleEvent& event);
   void onWallTimer(const ros::WallTimerEvent& event);
   IdentificationOutcome onIdentified(const IdentificationJob& job);
+  IdentificationOutcome identified(const IdentificationJob& job);
   IdentificationOutcome takeBack(IdentificationResult result);
 
   bool onPredictCranking(PredictCranking::Request& request, PredictCranking::Response& response);
@@ -81,6 +86,7 @@ class BatterySofNode {
 
   // These want mutex_ held.
   void take(const RawSample& sample);
+  void beginAnew(const char* why);
   bool isStatusDue() const;
   void demandStatus();
   std::optional<double> noDataFor() const;
@@ -88,12 +94,29 @@ class BatterySofNode {
   SessionStatus statusNow() const;
   void announceWhoAnswers();
 
+  /// Does the work; an exception becomes a fault. @return true when there was none.
+  template <typename Work>
+  bool guarded(const char* what, Work work) {
+    try {
+      work();
+      return true;
+    } catch (const std::exception& error) {
+      noteFault(what, error.what());
+    }
+    return false;
+  }
+  void noteFault(const char* what, const char* why);
   LiveModel live();
+  template <typename Answer, typename Response, typename Ask>
+  bool answer(const char* what, Response& response, Ask ask);
+  void identifyNow(Identify::Response& response);
+  void diagnoseNow(Diagnose::Response& response);
   void publishDueStatus();
   DiagnosticsSnapshot snapshot();
   std::optional<std::future<IdentificationOutcome>> postRequested();
 
   NodeOptions options_;
+  const StateFile state_file_;
   ros::NodeHandle node_, private_node_;
   ros::CallbackQueue question_queue_, patient_queue_, diagnose_queue_;
   ros::Publisher status_publisher_, model_publisher_;
@@ -108,6 +131,9 @@ class BatterySofNode {
   EventTallies events_;
   std::optional<double> fit_ms_;
   std::string state_file_fault_;
+  std::string internal_fault_;  // the last one
+  std::size_t internal_faults_ = 0;
+  bool stands_on_state_file_ = false;
   bool extended_answered_ = false;  // when it was last announced
 
   ResponseClock response_clock_;

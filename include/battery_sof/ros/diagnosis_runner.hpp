@@ -66,6 +66,7 @@ class DiagnosisRunner {
   std::optional<std::future<Outcome>> post(const Series& series, const std::string& name,
                                            double from_driving);
   Outcome run(const Job& job);
+  Outcome diagnosed(const Job& job);
   Adoption adopt(const Diagnosis& diagnosis, double from_driving);
   void note(const DiagnosisReport& report, const Adoption& adoption);
 

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "battery_sof/identify/fitted_model.hpp"
+
+namespace battery_sof {
+
+/**
+ * @brief The file in which the accepted model outlives the node.
+ *
+ * Read once, at the start. What cannot be used is set aside as FILE.refused, so that it is not read again and again; what is
+ * no regular file (a device, a pipe, a loop of links) is neither read, moved nor written. Nothing here throws or waits.
+ */
+class StateFile {
+ public:
+  /// @param path empty: the model is not kept.
+  explicit StateFile(std::filesystem::path path) : path_(std::move(path)) {}
+
+  /// What came of it, one sentence; `is_fault` when somebody should look.
+  struct Result {
+    std::string said;
+    bool is_fault = false;
+  };
+
+  /// @return the saved model; none when there is no file or it was refused: see `result`.
+  std::optional<FittedModel> read(Result& result) const;
+
+  /// Writes the model whole or not at all, and only where read() would take it back.
+  Result save(const FittedModel& model) const;
+
+  /// Puts the file beside as FILE.refused. @return where it is now, or why it could not be moved.
+  std::string setAside() const;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace battery_sof

@@ -1,0 +1,241 @@
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+
+#include "battery_sof/report/model_yaml.hpp"
+#include "battery_sof/report/version.hpp"
+#include "force_yaml.hpp"
+#include "yaml_reader.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kKelvin = 273.15;  // 0 degC
+
+/// Rounded to twelve digits, so that writing, reading and writing again gives the same text.
+double correlation(const Eigen::MatrixXd& covariance, int j, int k) {
+  const double scale = std::sqrt(covariance(j, j) * covariance(k, k));
+  return scale > 0.0 ? std::round(1e12 * covariance(j, k) / scale) / 1e12 : 0.0;
+}
+
+YAML::Node correlationNode(const Eigen::MatrixXd& covariance) {
+  YAML::Node rows;
+  for (int j = 0; j < covariance.rows(); ++j) {
+    YAML::Node row;
+    row.SetStyle(YAML::EmitterStyle::Flow);
+    for (int k = 0; k < covariance.cols(); ++k) {
+      row.push_back(scalar(j == k ? 1.0 : correlation(covariance, j, k)));
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+YAML::Node parameterNode(const ParameterEstimate& estimate) {
+  YAML::Node node;
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  node["value"] = scalar(estimate.value);
+  if (estimate.std) node["std"] = scalar(*estimate.std);
+  node["unit"] = estimate.unit;
+  if (estimate.held) node["held"] = true;
+  node["at_bound"] = estimate.at_bound;
+  node["determined"] = estimate.determined;
+  return node;
+}
+
+YAML::Node stateNode(const FittedModel& model) {
+  YAML::Node node;
+  node["time_s"] = scalar(model.state.time);
+  node["u_c2_v"] = scalar(model.state.u_c2);
+  const auto std_of = [&](Eigen::Index row) { return std::sqrt(std::max(0.0, model.covariance(row, row))); };
+  const BatteryModel composition = compositionOf(model);
+  const Eigen::Index first = composition.parameterCount();
+  node["u_c2_std_v"] = scalar(std_of(first));
+  node["current_a"] = scalar(model.state.current);
+  for (Eigen::Index j = 1; j < composition.stateCount(); ++j) {
+    const StateInfo& info = composition.states()[static_cast<std::size_t>(j)];
+    YAML::Node state;
+    state.SetStyle(YAML::EmitterStyle::Flow);
+    state["value"] = scalar(model.state.further[static_cast<std::size_t>(j) - 1]);
+    state["std"] = scalar(std_of(first + j));
+    state["unit"] = info.unit;
+    node["further"][info.name] = state;
+  }
+  return node;
+}
+
+YAML::Node scaleNode(const IntervalScale& scale) {
+  YAML::Node node;
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  node["factor"] = scalar(scale.factor);
+  node["events"] = scalar(scale.events);
+  node["inside"] = scalar(scale.inside);
+  return node;
+}
+
+/// What the model misses, and how wide its intervals must be.
+YAML::Node errorsNode(const FittedModel& model) {
+  YAML::Node node;
+  if (model.noise) {
+    node["white_std_v"] = scalar(model.noise->white_std);
+    node["ar_std_v"] = scalar(model.noise->ar_std);
+    node["ar_time_s"] = scalar(model.noise->ar_time);
+    node["walk_std_v_per_sqrt_s"] = scalar(model.noise->walk_std);
+    const Discrepancy& d = model.discrepancy;
+    node["now"]["drift_v"] = scalar(d.drift);
+    node["now"]["colored_v"] = scalar(d.colored);
+    for (const double p : {d.p_dd, d.p_da, d.p_aa}) node["now"]["covariance_v2"].push_back(scalar(p));
+    node["now"]["covariance_v2"].SetStyle(YAML::EmitterStyle::Flow);
+  }
+  node["crank_intervals"] = scaleNode(model.crank_scale);
+  node["charge_intervals"] = scaleNode(model.charge_scale);
+  return node;
+}
+
+YAML::Node sourceNode(const SourceRule& rule) {
+  YAML::Node node;
+  node["least_current_a"] = scalar(rule.least_current);
+  node["charge_begins"] = rule.charge_begins == Imposed::kVoltage ? "voltage" : "current";
+  node["current_noise_a"] = scalar(rule.current_noise);
+  node["voltage_noise_v"] = scalar(rule.voltage_noise);
+  if (rule.resistance) node["resistance_ohm"] = scalar(*rule.resistance);
+  node["max_gap_s"] = scalar(rule.max_gap);
+  return node;
+}
+
+/// Written as rows of numbers; what each one is stands in docs/model.md.
+YAML::Node naiveNode(const NaivePredictor& naive) {
+  YAML::Node node(YAML::NodeType::Map);
+  const auto line = [](const NaiveLine& l) {
+    return flow({l.intercept, l.slope, l.std, l.lower_error, l.upper_error, l.centre, l.spread, static_cast<double>(l.samples)});
+  };
+  const auto history = [](const NaiveHistory& h) {
+    return flow({h.median, h.last, h.lower_error, h.upper_error, static_cast<double>(h.events)});
+  };
+  if (naive.current_from_voltage) node["current_from_voltage"] = line(*naive.current_from_voltage);
+  if (naive.voltage_from_current) node["voltage_from_current"] = line(*naive.voltage_from_current);
+  if (naive.phase) {
+    const NaivePhase& p = *naive.phase;
+    node["phase"]["current_a"] = flow(p.current);
+    node["phase"]["step_s"] = scalar(p.step);
+    node["phase"]["errors"] = flow({p.std, p.lower_error, p.upper_error, static_cast<double>(p.charges)});
+  }
+  if (naive.cranks) {
+    const NaiveCranks& c = *naive.cranks;
+    node["cranks"] = flow({c.last.current, c.last.minimum, c.median.current, c.median.minimum, c.intercept, c.slope,
+                           c.lower_error, c.upper_error, static_cast<double>(c.events)});
+  }
+  if (naive.charge_10s) node["charge_10s"] = history(*naive.charge_10s);
+  if (naive.charge_60s) node["charge_60s"] = history(*naive.charge_60s);
+  return node;
+}
+
+YAML::Node experienceNode(const Experience& experience) {
+  YAML::Node node(YAML::NodeType::Map);
+  for (const PastCrank& c : experience.cranks)
+    node["cranks"].push_back(flow({c.time, c.current, c.minimum, c.modelled}));
+  for (const PastCharge& c : experience.charges)
+    node["charges"].push_back(flow({c.time, c.duration, c.voltage, c.first_voltage, c.measured, c.modelled}));
+  return node;
+}
+
+std::vector<double> numbersOf(const Eigen::VectorXd& values) {
+  return {values.data(), values.data() + values.size()};
+}
+
+YAML::Node ridgeNode(const RidgeFit& fit) {
+  YAML::Node node;
+  node["centre"] = flow(numbersOf(fit.centre));
+  node["scale"] = flow(numbersOf(fit.scale));
+  node["weight"] = flow(numbersOf(fit.weight));
+  node["lower"] = flow(numbersOf(fit.lower));
+  node["upper"] = flow(numbersOf(fit.upper));
+  node["constant"] = scalar(fit.constant);
+  node["penalty"] = scalar(fit.penalty);
+  node["gain"] = scalar(fit.gain);
+  return node;
+}
+
+YAML::Node windowNode(const FittedModel& model) {
+  YAML::Node node;
+  node["from_s"] = scalar(model.window.from);
+  node["to_s"] = scalar(model.window.to);
+  node["samples"] = scalar(model.window.samples);
+  node["min_current_a"] = scalar(model.excited.min_current);
+  node["max_current_a"] = scalar(model.excited.max_current);
+  node["min_voltage_v"] = scalar(model.excited.min_voltage);
+  node["max_voltage_v"] = scalar(model.excited.max_voltage);
+  node["discharge_time_s"] = scalar(model.excited.discharge_time);
+  node["charge_time_s"] = scalar(model.excited.charge_time);
+  node["longest_discharge_s"] = scalar(model.excited.longest_discharge);
+  node["longest_charge_s"] = scalar(model.excited.longest_charge);
+  if (model.excited.temperature) node["temperature_c"] = scalar(*model.excited.temperature - kKelvin);
+  return node;
+}
+
+YAML::Node fitNode(const FittedModel& model) {
+  YAML::Node node;
+  node["status"] = describe(model.status);
+  node["message"] = model.message;
+  node["start"] = model.start;
+  node["iterations"] = scalar(model.iterations);
+  node["q_dyn_percent"] = scalar(model.scores.q_dyn_percent);
+  node["rmse_v"] = scalar(model.scores.rmse);
+  if (model.scores.current_rmse) node["current_rmse_a"] = scalar(*model.scores.current_rmse);
+  if (model.scores.left_out_share_percent) node["left_out_share_percent"] = scalar(*model.scores.left_out_share_percent);
+  node["crank_error_v"] = scalar(model.scores.crank_error_std);
+  node["cranks"] = scalar(model.scores.cranks);
+  node["residual_correlation_time_s"] = scalar(model.scores.residual_correlation_time);
+  node["suitability"] = scalar(model.suitability);
+  node["fit_ms"] = scalar(model.fit_ms);
+  return node;
+}
+
+}  // namespace
+
+std::string modelYaml(const FittedModel& model) {
+  YAML::Node root;
+  root["schema"] = kModelSchema;
+  root["program"] = "battery_sof " + version();
+  root["recording"]["name"] = model.recording;
+  root["recording"]["hash"] = model.recording_hash;
+  root["effects"] = YAML::Node(YAML::NodeType::Sequence);
+  root["effects"].SetStyle(YAML::EmitterStyle::Flow);
+  for (const auto& effect : model.effects) root["effects"].push_back(effect);
+  for (const auto& estimate : model.estimates)
+    root["parameters"][estimate.name] = parameterNode(estimate);
+  root["fixed"]["i0_a"] = scalar(model.parameters.i0);
+  root["fixed"]["alpha"] = scalar(model.parameters.alpha);
+  root["correlation"] = correlationNode(model.covariance);
+  root["state"] = stateNode(model);
+  root["errors"] = errorsNode(model);
+  root["window"] = windowNode(model);
+  root["fit"] = fitNode(model);
+  root["naive"] = naiveNode(model.naive);
+  if (model.source) {
+    root["source"] = sourceNode(*model.source);
+    root["source"]["voltage_lag_samples"] = scalar(model.voltage_lag);
+  }
+  root["experience"] = experienceNode(model.experience);
+  if (!model.learned.current.empty()) {
+    root["learned"]["current"] = ridgeNode(model.learned.current);
+    root["learned"]["current_range_a"] = flow({model.learned.least_current, model.learned.most_current});
+  }
+  if (!model.learned.voltage.empty()) root["learned"]["voltage"] = ridgeNode(model.learned.voltage);
+  if (model.state.memory.begun) root["state"]["memory"] = flow(model.state.memory.numbers());
+  if (model.force) {
+    root["force"] = forceNode(*model.force);
+    root["state"]["force_memory"] = flow(model.state.force_memory);
+  }
+
+  YAML::Emitter out;
+  out.SetDoublePrecision(17);
+  out << YAML::Comment(
+             "battery_sof model. Current is positive into the battery. correlation: rows and "
+             "columns\n"
+             "the parameters, then u_c2 and the further states. State: where a query's event begins.")
+      << YAML::Newline << root;
+  return std::string(out.c_str()) + "\n";
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,90 @@
+#include "battery_sof/ros/state_file.hpp"
+
+#include <signal.h>
+
+#include <cstdlib>
+#include <exception>
+#include <system_error>
+
+#include "battery_sof/recording/atomic_file.hpp"
+#include "battery_sof/recording/printable.hpp"
+#include "battery_sof/report/model_yaml.hpp"
+
+namespace battery_sof {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Why a path cannot hold a state file; empty when it can.
+std::string faultOf(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found || fs::is_regular_file(status)) return "";
+  const std::string why = error ? error.message() : "it is no regular file";
+  return printable(path.string()) + " cannot be used: " + why;
+}
+
+bool isGone(pid_t process) { return ::kill(process, 0) != 0 && errno == ESRCH; }
+
+/// What writeFileAtomically() of a process that was killed left behind: ".NAME.PID-NUMBER".
+void removeDrafts(const fs::path& path) {
+  const std::string begin = "." + path.filename().string() + ".";
+  std::error_code error;
+  for (fs::directory_iterator entry(fs::absolute(path, error).parent_path(), error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.compare(0, begin.size(), begin) != 0) continue;
+    char* rest = nullptr;
+    const long process = std::strtol(name.c_str() + begin.size(), &rest, 10);
+    std::error_code ignored;
+    if (process > 0 && *rest == '-' && isGone(static_cast<pid_t>(process))) fs::remove(entry->path(), ignored);
+  }
+}
+
+}  // namespace
+
+std::optional<FittedModel> StateFile::read(Result& result) const {
+  if (path_.empty()) return std::nullopt;
+  const std::string fault = faultOf(path_);
+  if (!fault.empty()) {
+    result = {"no saved model: " + fault, true};
+    return std::nullopt;
+  }
+  try {
+    removeDrafts(path_);
+    if (!fs::exists(path_)) {
+      result.said = "no saved model in " + printable(path_.string()) + " yet";
+      return std::nullopt;
+    }
+    FittedModel model = readModelFile(path_);
+    result.said = "read the saved model in " + printable(path_.string());
+    return model;
+  } catch (const std::exception& error) {
+    result = {"the saved model is not used: " + printable(error.what()) + "; " + setAside(), true};
+  }
+  return std::nullopt;
+}
+
+StateFile::Result StateFile::save(const FittedModel& model) const {
+  if (path_.empty()) return {};
+  const std::string fault = faultOf(path_);
+  if (!fault.empty()) return {"the model cannot be saved: " + fault, true};
+  try {
+    const std::string text = modelYaml(model);
+    parseModelYaml(text, path_.string());
+    if (path_.has_parent_path()) fs::create_directories(path_.parent_path());
+    writeFileAtomically(path_, text);
+  } catch (const std::exception& error) {
+    return {"the model cannot be saved: " + printable(error.what()), true};
+  }
+  return {};
+}
+
+std::string StateFile::setAside() const {
+  fs::path aside = path_;
+  aside += ".refused";
+  std::error_code error;
+  fs::rename(path_, aside, error);
+  return error ? "it cannot be set aside: " + error.message() : "it was set aside as " + printable(aside.string());
+}
+
+}  // namespace battery_sof
