@@ -2,7 +2,6 @@
 
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <limits>
@@ -12,6 +11,7 @@
 
 #include "battery_sof/bag/bag_structure.hpp"
 #include "battery_sof/bag/battery_state_message.hpp"
+#include "battery_sof/recording/atomic_file.hpp"
 #include "battery_sof/recording/intake.hpp"
 
 namespace battery_sof {
@@ -148,22 +148,15 @@ Recording readBag(const std::filesystem::path& path, const std::string& topic) {
 }
 
 void writeBag(const std::filesystem::path& path, const Series& series, const std::string& topic) {
-  std::filesystem::path beside = path;
-  beside += "." + std::to_string(::getpid()) + ".part";
-  const auto refuse = [&](const std::string& why) {
-    std::error_code ignored;
-    std::filesystem::remove(beside, ignored);
-    throw RecordingError(path.string() + ": cannot write the bag: " + why);
+  const auto refuse = [&](const std::string& why) -> RecordingError {
+    return RecordingError(path.string() + ": cannot write the bag: " + why);
   };
   try {
-    writeMessages(beside, series, absoluteTopic(topic));
-    std::filesystem::rename(beside, path);
-  } catch (const std::invalid_argument& error) {
-    refuse(error.what());
-  } catch (const std::filesystem::filesystem_error& error) {
-    refuse(error.code().message());
-  } catch (const std::exception&) {
-    refuse("no such folder, no permission or no space");
+    writeFileAtomically(path, [&](const std::filesystem::path& name) { writeMessages(name, series, absoluteTopic(topic)); });
+  } catch (const rosbag::BagException&) {
+    throw refuse("no permission or no space");
+  } catch (const std::exception& error) {
+    throw refuse(error.what());
   }
 }
 

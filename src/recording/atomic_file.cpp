@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <stdexcept>
 #include <system_error>
-#include <utility>
 
 namespace battery_sof {
 namespace {
@@ -20,43 +19,61 @@ namespace fs = std::filesystem;
                            std::generic_category().message(error));
 }
 
-/// A file being written; removed again unless it is given its final name.
+/// A file being written that has no name until it is complete, where the file system can do that: a process that is ended leaves
+/// nothing behind. Elsewhere it has a name of its own, and is removed again unless it is given its final one.
 class Draft {
  public:
-  Draft(const fs::path& target, int flags, const fs::path& reported)
-      : path_(target), reported_(reported), descriptor_(::open(path_.c_str(), flags, 0666)) {
+  Draft(const fs::path& beside, const fs::path& reported) : path_(beside), reported_(reported) {
+    const fs::path folder = beside.has_parent_path() ? beside.parent_path() : ".";
+    descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+    has_name_ = descriptor_ < 0;
+    if (has_name_) descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor_ < 0) fail(reported_, errno);
   }
   Draft(const Draft&) = delete;
   Draft& operator=(const Draft&) = delete;
   ~Draft() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    if (!keep_) ::unlink(path_.c_str());
+    ::close(descriptor_);
+    if (has_name_) ::unlink(path_.c_str());
   }
 
-  void write(const std::string& content) {
-    for (std::size_t done = 0; done < content.size();) {
-      const ssize_t count = ::write(descriptor_, content.data() + done, content.size() - done);
-      if (count < 0 && errno != EINTR) fail(reported_, errno);
-      if (count > 0) done += static_cast<std::size_t>(count);
-    }
-  }
-
-  void keep() { keep_ = true; }
+  int descriptor() const { return descriptor_; }
+  fs::path name() const { return has_name_ ? path_ : fs::path("/proc/self/fd/" + std::to_string(descriptor_)); }
 
   void renameTo(const fs::path& target) {
     if (::fsync(descriptor_) != 0) fail(reported_, errno);
-    if (::close(std::exchange(descriptor_, -1)) != 0) fail(reported_, errno);
+    if (!has_name_ && ::linkat(AT_FDCWD, name().c_str(), AT_FDCWD, path_.c_str(), AT_SYMLINK_FOLLOW) != 0) fail(reported_, errno);
+    has_name_ = true;
     if (std::rename(path_.c_str(), target.c_str()) != 0) fail(reported_, errno);
-    keep_ = true;
+    has_name_ = false;
   }
 
  private:
   fs::path path_;
   fs::path reported_;
-  int descriptor_;
-  bool keep_ = false;
+  int descriptor_ = -1;
+  bool has_name_ = false;
 };
+
+void writeAll(int descriptor, const std::string& content, const fs::path& reported) {
+  for (std::size_t done = 0; done < content.size();) {
+    const ssize_t count = ::write(descriptor, content.data() + done, content.size() - done);
+    if (count < 0 && errno != EINTR) fail(reported, errno);
+    if (count > 0) done += static_cast<std::size_t>(count);
+  }
+}
+
+void writeDevice(const fs::path& path, const std::string& content) {
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (descriptor < 0) fail(path, errno);
+  try {
+    writeAll(descriptor, content, path);
+  } catch (...) {
+    ::close(descriptor);
+    throw;
+  }
+  ::close(descriptor);
+}
 
 fs::path pathBeside(const fs::path& target) {
   static std::atomic<unsigned> drafts{0};
@@ -70,15 +87,20 @@ void writeFileAtomically(const fs::path& path, const std::string& content) {
   std::error_code ignored;
   const fs::file_status status = fs::status(path, ignored);
   if (fs::is_directory(status)) fail(path, EISDIR);
-  if (fs::exists(status) && !fs::is_regular_file(status)) {
-    Draft device(path, O_WRONLY | O_CLOEXEC, path);
-    device.keep();
-    device.write(content);
-    return;
-  }
+  if (fs::exists(status) && !fs::is_regular_file(status)) return writeDevice(path, content);
   const fs::path target = fs::exists(status) ? fs::canonical(path) : path;
-  Draft draft(pathBeside(target), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, path);
-  draft.write(content);
+  Draft draft(pathBeside(target), path);
+  writeAll(draft.descriptor(), content, path);
+  draft.renameTo(target);
+}
+
+void writeFileAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::exists(status) && !fs::is_regular_file(status)) fail(path, fs::is_directory(status) ? EISDIR : EINVAL);
+  const fs::path target = fs::exists(status) ? fs::canonical(path) : path;
+  Draft draft(pathBeside(target), path);
+  write(draft.name());
   draft.renameTo(target);
 }
 

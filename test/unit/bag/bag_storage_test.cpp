@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <random>
 
 #include "battery_sof/bag/battery_state_message.hpp"
 #include "battery_sof/recording/csv.hpp"
@@ -236,6 +237,79 @@ TEST_F(BagStorage, OtherFieldsOfAWrittenMessageAreNotMeasured) {
     EXPECT_TRUE(std::isnan(value));
   }
   EXPECT_TRUE(message.present);
+}
+
+TEST_F(BagStorage, ChunkThatClaimsMoreThanItsBytesCanHoldIsRefusedBeforeAnythingIsAllocated) {
+  for (const auto compression : {rosbag::compression::Uncompressed, rosbag::compression::BZ2}) {
+    rosbag::Bag bag(file("a.bag").string(), rosbag::bagmode::Write);
+    bag.setCompression(compression);
+    for (int n = 1; n < 100; ++n) bag.write("battery_state", ros::Time(n), batteryStateOf(n, -5.0, 12.0, {}));
+    bag.close();
+    EXPECT_EQ(readBag(file("a.bag")).series.size(), 99u);
+    std::string damaged = bytesOf(file("a.bag"));
+    const std::size_t chunk = damaged.find("compression=");
+    const std::size_t size = damaged.find("size=", chunk);
+    ASSERT_NE(size, std::string::npos);
+    damaged.replace(size + 5, 4, "\xff\xff\xff\x7f");
+    writeBytes(file("damaged.bag"), damaged);
+    EXPECT_THAT(refusal(file("damaged.bag")), HasSubstr("a chunk claims to hold 2147483647 bytes"));
+  }
+}
+
+TEST_F(BagStorage, ListInAMessageThatClaimsMoreThanItsBytesIsRefused) {
+  sensor_msgs::BatteryState message = batteryStateOf(1.0, -5.0, 12.0, {});
+  message.serial_number = "SERIALNUMBER";
+  writeOne(file("a.bag"), "battery_state", message);
+  std::string damaged = bytesOf(file("a.bag"));
+  const std::size_t serial = damaged.find("SERIALNUMBER");
+  ASSERT_NE(serial, std::string::npos);
+  damaged.replace(serial - 16, 4, "\xff\xff\xff\x2f");  // the number of cell voltages
+  writeBytes(file("damaged.bag"), damaged);
+  EXPECT_THAT(refusal(file("damaged.bag")), HasSubstr("a chunk or a message in it cannot be read"));
+}
+
+TEST_F(BagStorage, HeaderThatPointsWhereNoRecordBeginsIsRefused) {
+  writeBag(file("a.bag"), someSeries());
+  std::string damaged = bytesOf(file("a.bag"));
+  const std::size_t at = damaged.find("index_pos=") + 10;
+  damaged[at] = static_cast<char>(damaged[at] + 1);
+  writeBytes(file("damaged.bag"), damaged);
+  EXPECT_THAT(refusal(file("damaged.bag")), HasSubstr("where no record begins"));
+  damaged.replace(at, 8, 8, '\0');
+  writeBytes(file("damaged.bag"), damaged);
+  EXPECT_THAT(refusal(file("damaged.bag")), HasSubstr("the bag has no index"));
+}
+
+TEST_F(BagStorage, ChunkThatIsListedTwiceIsRefused) {
+  writeBag(file("a.bag"), someSeries());
+  std::string damaged = bytesOf(file("a.bag"));
+  const std::size_t last = damaged.rfind("chunk_pos=");
+  const std::size_t first = damaged.find("chunk_pos=");
+  ASSERT_NE(first, std::string::npos);
+  damaged.replace(last + 10, 8, std::string(8, '\x11'));
+  writeBytes(file("damaged.bag"), damaged);
+  EXPECT_THAT(refusal(file("damaged.bag")), HasSubstr("a chunk is listed where none is, or twice"));
+}
+
+TEST_F(BagStorage, AThousandDamagedBagsAreReadOrRefusedWithASentence) {
+  Series series = someSeries();
+  for (auto* values : {&series.time, &series.current, &series.voltage}) values->resize(200);
+  series.temperature.clear();
+  series.temperature_time.clear();
+  writeBag(file("a.bag"), series);
+  const std::string whole = bytesOf(file("a.bag"));
+  std::mt19937 random(5);
+  int refused = 0;
+  for (int round = 0; round < 1000; ++round) {
+    std::string damaged = whole;
+    for (std::size_t k = random() % 4 + 1; k > 0; --k) damaged[random() % damaged.size()] = static_cast<char>(random());
+    writeBytes(file("damaged.bag"), damaged);
+    const std::string said = refusal(file("damaged.bag"));
+    refused += !said.empty();
+    EXPECT_TRUE(said.empty() || said.find("damaged.bag: ") != std::string::npos) << round << ": " << said;
+  }
+  EXPECT_GT(refused, 20);
+  EXPECT_LT(refused, 1000);
 }
 
 TEST(RosTime, IsExactToTheNanosecondAndRefusesWhatAStampCannotHold) {
