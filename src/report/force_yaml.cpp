@@ -68,7 +68,7 @@ LearnedForce forceOf(const Reader& node) {
   for (Eigen::VectorXd* each : {&force.lower, &force.upper, &force.centre, &force.scale, &force.weight}) each->setZero(size);
   for (Eigen::Index j = 0; j < size; ++j) addColumn(columns[static_cast<std::size_t>(j)], j, force);
   for (const Family family : kAllFamilies)
-    if (node.at("factor_std").has(familyId(family))) force.parts.push_back({family, node.at("factor_std").number(familyId(family), {0.0, 1e6})});
+    if (node.at("factor_std").has(familyId(family))) force.parts.push_back({family, node.at("factor_std").number(familyId(family), {-1e6, 1e6})});
   try {
     learnedInfo(force);
   } catch (const std::invalid_argument& error) {
