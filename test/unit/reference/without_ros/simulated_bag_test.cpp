@@ -15,7 +15,7 @@ class SimulatedBag : public battery_sof::test::InFolder {
         write("drive.yaml", "{name: drive, seed: 3, duration_s: 20, profile: {kind: city_drive}}");
   }
   static battery_sof::test::Outcome simulate(const std::vector<std::string>& arguments) {
-    return battery_sof::test::outcomeOf(runSimulate, arguments);
+    return battery_sof::test::outcomeOf([](auto&... all) { return runSimulate(all...); }, arguments);
   }
   std::string scenario_;
 };
