@@ -432,7 +432,8 @@ class Diagnoser {
     options.source = driving_;
     base_both_ways_ = identify(screened_.series, train_, options);
     options.effects = explained_.model.effects();
-    found_.extended = has_effects_ ? identify(screened_.series, train_, options) : base_both_ways_;
+    options.chooses_effects = !has_effects_;
+    found_.extended = has_effects_ || !explained_.components.empty() ? identify(screened_.series, train_, options) : base_both_ways_;
     found_.extended.recording = recording_.name;
     base_both_ways_.learned = LearnedResidual();
     base_both_ways_.experience = Experience();

@@ -210,7 +210,7 @@ class Explainer {
         fits_.settle(without);
         takePlace(state, without, family, "");
       }
-      if (!better_ || !given_.empty() || round + 1 == kSwaps || fits_.isSpent()) break;
+      if (!better_ || !given_.empty() || round + 1 == kSwaps) break;
       state = std::move(*better_);
       fits_.settle(state);
     }
