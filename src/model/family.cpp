@@ -19,8 +19,7 @@ const std::vector<FamilyInfo>& table() {
   static const std::vector<FamilyInfo> all = {
       {Family::kAcceptance, "acceptance", "charging is limited by how fast the battery takes charge up",
        {"charge_acceptance", "sulphate_history", "fresh_sulphate"}},
-      {Family::kSideReactions, "side_reactions", "part of the charging current leaves no charge in the battery",
-       {"gassing", "threshold_gassing"}},
+      {Family::kSideReactions, "side_reactions", "part of the charging current leaves no charge in the battery", {"gassing"}},
       {Family::kAcid, "acid", "acid moves slowly between pores, plates and separator", {"acid_transport", "high_rate_depletion"}},
       {Family::kOpenCircuit, "open_circuit", "the open-circuit voltage moves with the charge and the way it came there",
        {"ocv_soc", "ocv_hysteresis", "coup_de_fouet"}},

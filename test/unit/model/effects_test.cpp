@@ -79,7 +79,7 @@ TEST(EffectCatalogue, HoldsEveryEquationOfTheThreeTiersUnderItsOwnName) {
        {"cpe2", "fast_arc", "current_dependent_resistance", "charge_transfer", "second_electrode", "inductance",
         "gassing", "charge_acceptance", "sulphate_history", "acid_transport", "ocv_soc", "ocv_hysteresis",
         "high_rate_depletion", "coup_de_fouet", "fresh_sulphate", "self_heating", "parameter_drift", "parasitic_load",
-        "current_offset", "current_gain", "time_skew", "sensor_lag", "contact_resistance", "voltage_drift", "threshold_gassing"})
+        "current_offset", "current_gain", "time_skew", "sensor_lag", "contact_resistance", "voltage_drift"})
     EXPECT_EQ(std::count(ids.begin(), ids.end(), id), 1) << id;
 }
 
@@ -128,7 +128,7 @@ TEST_P(EveryEffect, WithoutStrengthIsTheBaseModelExactly) {
   // Effects on the double layer are stepped implicitly: equal to that step's own tolerance.
   bool implicit = false;
   for (const std::string& id : model_.effects())
-    implicit = implicit || id == "gassing" || id == "threshold_gassing" || id == "charge_acceptance" || id == "cpe2" || id == "fresh_sulphate";
+    implicit = implicit || id == "gassing" || id == "charge_acceptance" || id == "cpe2" || id == "fresh_sulphate";
   for (std::size_t n = 0; n < plain.size(); ++n)
     ASSERT_NEAR(composed[n], plain[n], implicit ? 5e-5 : 1e-12) << n;
 }
