@@ -13,6 +13,7 @@
 #include "battery_sof/bag/battery_state_message.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
 #include "battery_sof/recording/intake.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 
@@ -48,10 +49,8 @@ std::vector<const rosbag::ConnectionInfo*> connectionsOf(rosbag::View& all,
     if (absoluteTopic(connection->topic) == absoluteTopic(topic)) found.push_back(connection);
   }
   if (!found.empty()) return found;
-  std::string listed;
-  for (const std::string& name : topics) listed += (listed.empty() ? "" : ", ") + name;
   throw RecordingError(path.string() + ": no topic '" + topic + "'; the bag has " +
-                       (listed.empty() ? "no topics at all" : listed));
+                       (topics.empty() ? "no topics at all" : listed(topics)));
 }
 
 void requireBatteryState(const std::vector<const rosbag::ConnectionInfo*>& connections,

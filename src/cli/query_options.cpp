@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 
 namespace battery_sof {

@@ -7,6 +7,7 @@
 
 #include "battery_sof/diagnose/hypotheses.hpp"
 #include "battery_sof/model/effect.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "effect_search.hpp"
 #include "explanation_fits.hpp"
 
@@ -22,7 +23,7 @@ constexpr int kSwaps = 3;             // rounds in which places may be taken by 
 std::vector<std::string> inOrder(const std::vector<std::string>& given) {
   std::vector<std::string> ids;
   for (const EffectInfo& effect : effectCatalogue())
-    if (std::find(given.begin(), given.end(), effect.id) != given.end()) ids.push_back(effect.id);
+    if (contains(given, effect.id)) ids.push_back(effect.id);
   return ids;
 }
 
@@ -222,7 +223,7 @@ class Explainer {
   /// Whether an effect holds another: as good as that alone, it adds nothing.
   static bool needs(const std::string& id, const std::string& other) {
     const std::vector<std::string>& ids = effectInfo(id).needs;
-    return std::find(ids.begin(), ids.end(), other) != ids.end();
+    return contains(ids, other);
   }
 
   void weighRival(const ExplanationState& rival, const ExplanationState& state) {
@@ -246,7 +247,7 @@ class Explainer {
     }
     if (!id.empty())
       for (const std::string& alike : effectInfo(id).same_as)
-        if (!ExplanationFits::isUsed(alike, state) && std::find(one.tied.begin(), one.tied.end(), alike) == one.tied.end()) one.tied.push_back(alike);
+        if (!ExplanationFits::isUsed(alike, state) && !contains(one.tied, alike)) one.tied.push_back(alike);
     if (id.empty() && !better_)
       for (const ExplanationState& member : members)
         if (familyOf(member.members.back()) == family && doesAsWell(member, state, family, without)) {

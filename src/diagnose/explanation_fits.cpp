@@ -4,6 +4,7 @@
 
 #include "battery_sof/diagnose/hypotheses.hpp"
 #include "battery_sof/diagnose/unseen_current.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
@@ -90,18 +91,29 @@ bool ExplanationFits::place(ExplanationState& state) const {
   return true;
 }
 
-ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all) const {
-  ExplanationSums sums;
+namespace {
+
+/// Prior means from where a state stands. @param std of the priors.
+Eigen::VectorXd expectedFrom(const ExplanationState& state, Eigen::VectorXd& std) {
   const auto known = static_cast<Eigen::Index>(state.coordinates.size());
-  LinearProblem& problem = sums.problem;
-  Eigen::VectorXd expected(known);  // prior means from where the state stands
-  problem.known_std.resize(known);
+  Eigen::VectorXd expected(known);
+  std.resize(known);
   CompositionPoint point = state.point;
   for (Eigen::Index j = 0; j < known; ++j) {
     const FitCoordinate& c = state.coordinates[static_cast<std::size_t>(j)];
     expected[j] = c.centre - c.of(at(point, c.row));
-    problem.known_std[j] = c.std;
+    std[j] = c.std;
   }
+  return expected;
+}
+
+}  // namespace
+
+ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all) const {
+  ExplanationSums sums;
+  LinearProblem& problem = sums.problem;
+  const Eigen::VectorXd expected = expectedFrom(state, problem.known_std);
+  const Eigen::Index known = expected.size();
   std::vector<Eigen::Index> used;
   for (std::size_t k = 0; k < table_.columns.size(); ++k)
     if (all || state.learnt.count(table_.columns[k].family)) {
@@ -230,7 +242,7 @@ ExplanationState ExplanationFits::withoutMember(const ExplanationState& state, c
 
 bool ExplanationFits::isUsed(const std::string& id, const ExplanationState& state) {
   const auto& there = state.model.effects();
-  return std::find(there.begin(), there.end(), id) != there.end();
+  return contains(there, id);
 }
 
 Eigen::VectorXd ExplanationFits::trusted(const ExplanationState& state, const Eigen::VectorXd& rows) {

@@ -3,13 +3,14 @@
 #include <algorithm>
 
 #include "battery_sof/model/effect.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 
 BatteryModel enlarged(const BatteryModel& model, const std::string& id) {
   std::vector<std::string> effects = model.effects();
   const auto add = [&](const std::string& one) {
-    if (std::find(effects.begin(), effects.end(), one) == effects.end()) effects.push_back(one);
+    if (!contains(effects, one)) effects.push_back(one);
   };
   for (const std::string& needed : effectInfo(id).needs) add(needed);
   add(id);

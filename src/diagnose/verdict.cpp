@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
@@ -38,7 +39,7 @@ std::string missing(const Diagnosis& diagnosis, const std::string& last) {
   std::vector<std::string> families, effects;
   for (const NamedEffect& effect : diagnosis.effects) {
     const std::string family = familySentence(familyOf(effect.id));
-    if (std::find(families.begin(), families.end(), family) == families.end()) families.push_back(family);
+    if (!contains(families, family)) families.push_back(family);
     effects.push_back(titleOrId(effect.id));
   }
   return capitalised(joined(families, " and ")) + " (" + joined(effects, last) + ")";

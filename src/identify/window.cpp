@@ -88,7 +88,7 @@ std::vector<IndexRange> candidates(const Series& series, IndexRange searched, do
   return windows;
 }
 
-std::string sentence(const Series& series, IndexRange range, double suitability) {
+std::string describeChoice(const Series& series, IndexRange range, double suitability) {
   ClassicStream text;
   text << "window " << series.time[range.first] << " to " << series.time[range.last - 1] << " s, "
        << range.size() << " samples, suitability " << suitability;
@@ -139,7 +139,7 @@ WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
     choice.range = windows[k];
     choice.excitation = suitability[k];
   }
-  choice.message = choice.range ? sentence(series, *choice.range, choice.excitation)
+  choice.message = choice.range ? describeChoice(series, *choice.range, choice.excitation)
                                 : "no window: the current never changes";
   return choice;
 }

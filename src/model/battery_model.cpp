@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "battery_sof/recording/words.hpp"
+
 namespace battery_sof {
 namespace {
-
-bool contains(const std::vector<std::string>& ids, const std::string& id) {
-  return std::find(ids.begin(), ids.end(), id) != ids.end();
-}
 
 void requireSound(const std::vector<std::string>& effects, bool has_force) {
   for (const std::string& id : effects) {

@@ -1,62 +1,16 @@
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 #include <vector>
 
-#include "battery_sof/model/closed_form_slopes.hpp"
-#include "battery_sof/model/matched_flow.hpp"
-#include "effects/effect_definition.hpp"
+#include "capacitance_ladder.hpp"
+#include "layer_flow.hpp"
+#include "layer_parts.hpp"
 #include "step_trail.hpp"
 
 namespace battery_sof {
-
-/**
- * @brief A fractional capacitance as a capacitance and a ladder of relaxing ones (Foster form; docs/physics.md#constant-phase-element).
- *
- *     C w_c^g d^(1-g) u / dt^(1-g)  =  C [ h du/dt + sum_k l_k (u - v_k) ],   dv_k/dt = w_k (u - v_k)
- *     h = sinc(pi g) (w_c / w_hi)^g,   l_k = g sinc(pi g) w_c^g w_k^(1-g) ln(ratio)
- *
- * on a grid w_k of constant ratio that ends half a step below w_hi; g = 0 gives h = 1 and l_k = 0 exactly.
- */
-template <typename S>
-struct Ladder {
-  static constexpr double kCorner = 0.3;  // w_c [rad/s], keeps the meaning of C: docs/physics.md#cpe2
-  static constexpr double kSlowest = 1e-5, kFastest = 1e3;  // [rad/s]
-
-  S head;                             // h [1]
-  std::array<S, kLadderRungs> rung;   // l_k [rad/s]
-
-  static double rate(int k) {
-    static const std::array<double, kLadderRungs> rates = [] {
-      std::array<double, kLadderRungs> all;
-      for (int j = 0; j < kLadderRungs; ++j)
-        all[j] = kSlowest * std::pow(kFastest / kSlowest, j / (kLadderRungs - 1.0));
-      return all;
-    }();
-    return rates[k];
-  }
-  static double logRatio() { return std::log(kFastest / kSlowest) / (kLadderRungs - 1); }
-
-  explicit Ladder(const S& dispersion) {
-    using std::exp;
-    using std::sin;
-    const S angle = S(M_PI * dispersion);
-    const S sinc = valueOf(angle) < 1e-4 ? S(1.0 - angle * angle / 6.0) : S(sin(angle) / angle);
-    const double fastest_edge = std::log(kFastest) + 0.5 * logRatio();
-    head = S(sinc * exp(S(dispersion * (std::log(kCorner) - fastest_edge))));
-    for (int k = 0; k < kLadderRungs; ++k)
-      rung[k] = S(dispersion * sinc * exp(S(dispersion * std::log(kCorner / rate(k)))) *
-                  (rate(k) * logRatio()));
-  }
-};
-
-/// An effect that takes part in the double layer's implicit step.
-struct BoundEffect {
-  const Effect* effect;
-  int first_parameter;
-};
 
 /// Where one implicit Euler step at a source's voltage ends.
 struct SourceStep {
@@ -88,8 +42,9 @@ class DoubleLayer {
     for (auto* buffer : {&before_, &whole_, &half_, &halves_}) buffer->assign(size, S(0.0));
   }
 
-  /// @param p all parameters.  @param u, log_activity, ladder states, updated; the last two may be null.
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, S& u,
+  /// @param p all parameters.  @param step [s], length of the next implicit step as the last ones suggest, updated: part of what
+  /// makes two runs alike.  @param u, log_activity, ladder states, updated; the last two may be null.
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u,
                S* log_activity, S* ladder) {
     if (duration <= 0.0) return;
     if (isPlain(present)) {
@@ -98,16 +53,16 @@ class DoubleLayer {
     }
     prepare(p, present);
     if (!has_activity_ && !has_ladder_) {
-      flow(p, present, current, duration, u);
+      LayerFlow<S>{side_, p, present, charging_slope_, discharging_slope_, is_limited_, is_symmetric_}.advance(current, duration, step, u);
       return;
     }
     load(u, log_activity, ladder);
     double left = duration;
     while (left > 0.0) {
-      double h = std::min(left, suggested_);
+      double h = std::min(left, step);
       if (h > 0.999 * left) h = left;
       const double error = attempt(p, present, current, h);
-      const bool accepted = error <= kTolerance || h <= kShortest;
+      const bool accepted = error <= kTolerance || h <= kShortestStep;
       const double wanted = h * std::clamp(0.9 * std::sqrt(kTolerance / std::max(error, 1e-12)), 0.2, 4.0);
       if (accepted) {
         const double begin = valueOf(before_[0]);
@@ -115,11 +70,11 @@ class DoubleLayer {
         rate_ = (valueOf(before_[0]) - begin) / h;
         left -= h;
         // A step cut by the interval's end says nothing against the longer one that was wanted.
-        suggested_ = std::max(wanted, error <= kTolerance && h < suggested_ ? suggested_ : wanted);
+        step = std::max(wanted, error <= kTolerance && h < step ? step : wanted);
       } else {
-        suggested_ = wanted;
+        step = wanted;
       }
-      suggested_ = std::max(suggested_, kShortest);
+      step = std::max(step, kShortestStep);
     }
     store(u, log_activity, ladder);
   }
@@ -161,18 +116,11 @@ class DoubleLayer {
         [&] { return parametersOf(p, activity_); }, nullptr);
   }
 
-  /// Length of the next implicit step [s], as the last ones suggest; part of what makes two runs alike.
-  double suggestedStep() const { return suggested_; }
-  void suggestStep(double step) { suggested_ = step; }
   /// @param trail of the trials of a hold, in which this one takes part; null: none. Arithmetic Slope leaves its roots in it.
   void useTrail(StepTrail* trail) { trail_ = trail; }
 
  private:
   static constexpr double kTolerance = 4e-5;  // [V] between one implicit step and its halves
-  static constexpr double kFlowTolerance = 2e-6;  // [V], what a matched step misses
-  static constexpr double kSecant = 1e-3;     // [V], over which a side current's slope is taken
-  static constexpr double kShortest = 1e-7;   // [s]
-  static constexpr double kMostExponent = 300.0;
   static constexpr double kMostMoved = 0.01;   // [V], a first guess goes on at the last step's rate up to here
   // [V], last step of Newton's method in doubles: beta / 2 of its square is left, of which the step in arithmetic S leaves
   // nothing, and the slope it shares with that step is good to 1e-5.
@@ -190,98 +138,6 @@ class DoubleLayer {
   bool isPlain(const Present<S>& present) const {
     return side_.empty() && !has_activity_ && !has_ladder_ && !is_limited_ && isHalf(present.alpha);
   }
-  /// The exact step: values and slopes in doubles, then one sum over what may carry derivatives.
-  static void advancePlain(const Present<S>& present, const S& current, double duration, S& u) {
-    const double beta = valueOf(present.beta), c2 = valueOf(present.c2), half_rate = 0.5 * beta * duration / c2;
-    const double wanted = beta * valueOf(u), w = std::clamp(wanted, -2.0 * kMostExponent, 2.0 * kMostExponent);
-    const ClosedFormSlopes after = closedFormSlopes(w, valueOf(current), valueOf(present.i0), half_rate);
-    if constexpr (std::is_same_v<S, double>) {
-      u = after.w / beta;
-    } else {
-      const double to_w = w == wanted ? after.to_w : 0.0, rate = after.to_half_rate * half_rate;
-      u.derivatives() = to_w * u.derivatives() + (after.to_current / beta) * current.derivatives() +
-                        ((to_w * w + rate - after.w) / (beta * beta)) * present.beta.derivatives() -
-                        (rate / (beta * c2)) * present.c2.derivatives() + (after.to_i0 / beta) * present.i0.derivatives();
-      u.value() = after.w / beta;
-    }
-  }
-  /// Matched steps of the layer's voltage alone, as long as the current at their end is the one that was assumed.
-  void flow(const S* p, const Present<S>& present, const S& current, double duration, S& u) {
-    const bool charging_is_steeper = valueOf(charging_slope_) >= valueOf(discharging_slope_);
-    const S k = charging_is_steeper ? charging_slope_ : discharging_slope_;
-    const S storage = S(2.0 * present.c2 / k);
-    MatchedCurrent<S> at = currentAt(p, present, u, k);
-    for (double left = duration; left > 0.0;) {
-      double h = std::min(left, suggested_);
-      if (h > 0.999 * left) h = left;
-      const FlowEnd<S> end = matchedFlow(at, current, k, S(storage * (1.0 / h)));
-      const S next = S(u + end.moved);
-      const MatchedCurrent<S> after = currentAt(p, present, next, k);
-      const double grown = valueOf(end.growth);
-      const double assumed = valueOf(at.value) + valueOf(at.rising) * (grown - 1.0) - valueOf(at.falling) * (1.0 / grown - 1.0);
-      const double slope = valueOf(k) * (valueOf(after.rising) + valueOf(after.falling));
-      const double error = flowError(valueOf(after.value) - assumed, slope, h / valueOf(present.c2));
-      const double wanted = h * std::clamp(0.9 * std::sqrt(std::sqrt(kFlowTolerance / std::max(error, 1e-12))), 0.2, 4.0);
-      const bool accepted = error <= kFlowTolerance || h <= kShortest;
-      if (accepted) {
-        u = next;
-        at = after;
-        left -= h;
-      }
-      suggested_ = std::max(accepted && h < suggested_ ? std::max(wanted, suggested_) : wanted, kShortest);
-    }
-  }
-  /// @return [V]: a current that is missed in the end by `missed` and began right has been missed by as much as grows with the
-  /// third power of time; over long steps the layer settles where it is not.
-  static double flowError(double missed, double slope, double inverse_rate) {
-    const double error = std::abs(missed) * inverse_rate / (4.0 + slope * inverse_rate);
-    return std::isfinite(error) ? error : HUGE_VAL;
-  }
-
-  /// What flows through the layer around u. @param k [1/V], of the exponentials that stand for it.
-  MatchedCurrent<S> currentAt(const S* p, const Present<S>& present, const S& u, const S& k) const {
-    using std::exp;
-    const S risen = S(exp(bounded(S(charging_slope_ * u))));
-    const S charging = is_limited_ ? S(present.i0 * present.reactivity * risen) : S(present.i0 * risen);
-    const S discharging = is_symmetric_ ? S(present.i0 / risen) : S(present.i0 * exp(bounded(S(-discharging_slope_ * u))));
-    MatchedCurrent<S> at = is_limited_ ? limitedAt(present, charging, discharging, k) : reactionAt(charging, discharging, k);
-    for (const BoundEffect& side : side_) {
-      const S here = kernelOf(*side.effect, u).sideCurrent(parametersOf(p, side), u, present);
-      const S beyond = kernelOf(*side.effect, u).sideCurrent(parametersOf(p, side), S(u + kSecant), present);
-      const S half_slope = S((beyond - here) * (0.5 / kSecant) / k);
-      at.value = S(at.value + here);
-      at.rising = S(at.rising + half_slope);
-      at.falling = S(at.falling + half_slope);
-    }
-    return at;
-  }
-  MatchedCurrent<S> reactionAt(const S& charging, const S& discharging, const S& k) const {
-    if (is_symmetric_) return {S(charging - discharging), charging, discharging};
-    const S a = S(charging_slope_ / k), b = S(discharging_slope_ / k);
-    return {S(charging - discharging), S(0.5 * (a * (1.0 + a) * charging + b * (1.0 - b) * discharging)),
-            S(0.5 * (a * (1.0 - a) * charging + b * (1.0 + b) * discharging))};
-  }
-  /// Of the reaction with a limited supply; slope and curvature in units of k and its square.
-  MatchedCurrent<S> limitedAt(const Present<S>& present, const S& charging, const S& discharging, const S& k) const {
-    const S a = S(charging_slope_ / k), b = S(discharging_slope_ / k);
-    const S fed = S(a * charging * present.inverse_supply), share = S(1.0 / (1.0 + charging * present.inverse_supply));
-    const S value = S((charging - discharging) * share);
-    const S slope = S((a * charging + b * discharging - value * fed) * share);
-    const S curvature = S((a * a * charging - b * b * discharging - 2.0 * slope * fed - value * a * fed) * share);
-    return {value, positivePart(S(0.5 * (slope + curvature))), positivePart(S(0.5 * (slope - curvature)))};
-  }
-
-  static bool isHalf(double alpha) { return alpha == 0.5; }
-  template <typename D>
-  static bool isHalf(const Eigen::AutoDiffScalar<D>& alpha) {
-    return alpha.value() == 0.5 && (alpha.derivatives().array() == 0.0).all();
-  }
-  template <typename T>
-  static T bounded(const T& exponent) {
-    const double value = valueOf(exponent);
-    return std::abs(value) > kMostExponent ? T(std::copysign(kMostExponent, value)) : exponent;
-  }
-
   void load(const S& u, const S* log_activity, const S* ladder) {
     using std::exp;
     before_[0] = u;
@@ -330,13 +186,6 @@ class DoubleLayer {
     }
   }
   bool sameDispersion(const S& dispersion) const { return dispersion_ == valueOf(dispersion); }
-
-  static Present<Slope> toSlope(const Present<S>& f) {
-    const auto v = [](const S& x) { return Slope(valueOf(x)); };
-    return {v(f.r_discharge), v(f.r_charge), v(f.c2),         v(f.beta),       v(f.u_dc),
-            v(f.i0),          v(f.alpha),    v(f.acceptance), v(f.warming),    v(f.dispersion),
-            v(f.reactivity),  v(f.inverse_supply), f.time};
-  }
 
   const S* parametersOf(const S* p, const BoundEffect& bound) const { return p + bound.first_parameter; }
 
@@ -492,7 +341,6 @@ class DoubleLayer {
   std::vector<S> before_, whole_, half_, halves_;  // u, p, ladder
   std::vector<Ladder<S>> ladder_;
   double dispersion_ = -1.0;
-  double suggested_ = 1.0;  // [s]
   double rate_ = 0.0;       // of u in the last step [V/s]
   StepTrail* trail_ = nullptr;
   S charging_slope_ = S(0.0), discharging_slope_ = S(0.0);  // alpha beta, (1 - alpha) beta [1/V]

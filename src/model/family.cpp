@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "battery_sof/model/effect.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
@@ -45,7 +46,7 @@ std::string familySentence(Family family) { return infoOf(family).sentence; }
 
 Family familyOf(const std::string& effect) {
   for (const FamilyInfo& info : table())
-    if (std::find(info.members.begin(), info.members.end(), effect) != info.members.end()) return info.family;
+    if (contains(info.members, effect)) return info.family;
   throw std::invalid_argument("effect '" + effect + "' belongs to no family");
 }
 

@@ -133,13 +133,11 @@ struct ColumnKernel {
     return S(column.scale / (lowPass(k, discharging) * column.time + column.scale));
   }
 
+  /// A column with a memory of its own, which moves; else of the moment.
   S valueOfColumn(std::size_t k, const ForceMomentOf<S>& moment, const S& flowed) const {
     const ForceColumn& column = columns[k];
-    const S* shared = state + columns.size();
     const S &i = moment.current, &u = moment.overpotential;
     const S charging = positivePart(flowed), discharging = positivePart(S(-flowed));
-    const double t = moment.time / context.span;
-    const auto bent = [&] { return limited(S(u * column.scale), kMostBend); };
     switch (column.kind) {
       case ForceKind::kChargeMemory: return lowPass(k, charging);
       case ForceKind::kDischargeMemory: return lowPass(k, discharging);
@@ -153,6 +151,22 @@ struct ColumnKernel {
       case ForceKind::kFreshCharging: return S(positivePart(i) * fresh(k, discharging));
       case ForceKind::kAcceptanceReserve: return S(-logReserve(reserve(k, charging, discharging, moment.duration)));
       case ForceKind::kDischargeReserve: return logReserve(reserve(k, discharging, charging, moment.duration));
+      case ForceKind::kSlowCharge: return lowPass(k, state[columns.size() + kChargeState]);
+      case ForceKind::kPath: return path(k, flowed, moment.duration);
+      case ForceKind::kEdge: return S(i - lowPass(k, i));
+      case ForceKind::kHighMemory: return lowPass(k, highPart(column, u));
+      case ForceKind::kHighSum: return state[k] = S(state[k] + highPart(column, u) * moment.duration);
+      case ForceKind::kWarmCurrent: return S(i * lowPass(k, S(flowed * flowed)));
+      default: return valueNow(column, moment);
+    }
+  }
+
+  S valueNow(const ForceColumn& column, const ForceMomentOf<S>& moment) const {
+    const S* shared = state + columns.size();
+    const S &i = moment.current, &u = moment.overpotential;
+    const double t = moment.time / context.span;
+    const auto bent = [&] { return limited(S(u * column.scale), kMostBend); };
+    switch (column.kind) {
       case ForceKind::kSinceCharge: return valueOf(i) < -1.0 ? fading(shared[kDrawnState], column.scale) : S(0.0);
       case ForceKind::kCompressed: return bentAt(i, column.scale);
       case ForceKind::kSaturating: {
@@ -164,9 +178,6 @@ struct ColumnKernel {
       case ForceKind::kRest: return fading(magnitudeOf(i), column.scale);
       case ForceKind::kCharge: return shared[kChargeState];
       case ForceKind::kChargeSquared: return S(shared[kChargeState] * shared[kChargeState]);
-      case ForceKind::kSlowCharge: return lowPass(k, shared[kChargeState]);
-      case ForceKind::kPath: return path(k, flowed, moment.duration);
-      case ForceKind::kEdge: return S(i - lowPass(k, i));
       case ForceKind::kChange: return moment.gap ? S(0.0) : S(i - shared[kLastCurrent]);
       case ForceKind::kChangeBefore: return shared[kChangeState];
       case ForceKind::kOverpotentialMagnitude: return magnitudeOf(u);
@@ -174,17 +185,14 @@ struct ColumnKernel {
       case ForceKind::kOverpotentialCubed: return S(bent() * S(bent() * bent()));
       case ForceKind::kOverpotentialLogCosh: return logCosh(S(u * column.scale));
       case ForceKind::kHighOverpotential: return highPart(column, u);
-      case ForceKind::kHighMemory: return lowPass(k, highPart(column, u));
-      case ForceKind::kHighSum: return state[k] = S(state[k] + highPart(column, u) * moment.duration);
       case ForceKind::kTimeCurrent: return S(i * t);
       case ForceKind::kTimeMagnitude: return S(magnitudeOf(i) * t);
       case ForceKind::kTimeSquaredCurrent: return S(i * (t * t));
       case ForceKind::kTimeOverpotential: return S(u * t);
-      case ForceKind::kWarmCurrent: return S(i * lowPass(k, S(flowed * flowed)));
       case ForceKind::kTime: return S(t);
       case ForceKind::kStepCurrent: return moment.time >= column.time ? i : S(0.0);
+      default: throw std::logic_error("a column of an unknown kind");
     }
-    throw std::logic_error("a column of an unknown kind");
   }
 };
 

@@ -1,6 +1,11 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "battery_sof/model/learned_force.hpp"
@@ -8,7 +13,21 @@
 
 namespace battery_sof {
 
-/// A learnt force along a simulation, in arithmetic S.
+/// Memory of a learnt force at a simulation's beginning, in arithmetic S: of the columns, those they share, then s [V].
+/// @param memory as Simulation::forceMemory(); empty: it begins with the simulation.
+template <typename S>
+std::vector<S> firstForceMemory(const LearnedForce& force, std::vector<double> memory) {
+  if (memory.empty()) {
+    memory = freshColumnStates(force.columns);
+    memory.push_back(force.base_change[kBaseDirections - 1]);
+  }
+  if (memory.size() != force.memorySize())
+    throw std::invalid_argument("a learnt force's memory has " + std::to_string(memory.size()) + " numbers, expected " +
+                                std::to_string(force.memorySize()));
+  return std::vector<S>(memory.begin(), memory.end());
+}
+
+/// A learnt force along a simulation, in arithmetic S. Its memory is the caller's, see firstForceMemory().
 template <typename S>
 class ForceRun {
  public:
@@ -19,16 +38,7 @@ class ForceRun {
     S conductance, capacitance;   // [1/Ohm], [F], of the double layer in the middle
   };
 
-  ForceRun(std::shared_ptr<const LearnedForce> force, const std::vector<double>& memory) : force_(std::move(force)) {
-    std::vector<double> state = memory;
-    if (state.empty()) {
-      state = freshColumnStates(force_->columns);
-      state.push_back(force_->base_change[kBaseDirections - 1]);
-    }
-    if (state.size() != force_->memorySize())
-      throw std::invalid_argument("a learnt force's memory has " + std::to_string(state.size()) + " numbers, expected " +
-                                  std::to_string(force_->memorySize()));
-    for (const double x : state) state_.push_back(S(x));
+  explicit ForceRun(std::shared_ptr<const LearnedForce> force) : force_(std::move(force)) {
     values_.assign(force_->columns.size(), S(0.0));
     for (const ForceColumn& column : force_->columns) {
       std::size_t part = 0;
@@ -37,26 +47,24 @@ class ForceRun {
     }
   }
 
-  /// Moves over an interval. @param factors one a part.
-  void advance(const Interval& interval, const S* factors) {
+  /// Moves over an interval. @param factors one a part.  @param memory updated.
+  void advance(const Interval& interval, const S* factors, std::vector<S>& memory) {
     if (interval.moment.duration != share_duration_) {
       share_duration_ = interval.moment.duration;
       takeShares(force_->columns, share_duration_, share_);
     }
-    ColumnKernel<S>{force_->columns, force_->context, share_, state_.data()}.advance(interval.moment, values_.data());
-    moveCircuit(interval);
-    voltage_ = S(state_.back() + circuitAt(interval.moment.current) + sumOf(factors));
+    ColumnKernel<S>{force_->columns, force_->context, share_, memory.data()}.advance(interval.moment, values_.data());
+    moveCircuit(interval, memory.back());
+    voltage_ = S(memory.back() + circuitAt(interval.moment.current) + sumOf(factors));
   }
 
   const S& voltage() const { return voltage_; }  ///< [V], after the last interval
   double beyond() const { return beyond_; }      ///< [V], by which columns were held inside their ranges then
-  std::vector<S>& state() { return state_; }
-  const std::vector<S>& state() const { return state_; }
   void setBeyond(double beyond) { beyond_ = beyond; }
 
  private:
   /// Exact step of the linearised double layer under what it answers to, all held at the interval's middle.
-  void moveCircuit(const Interval& interval) {
+  void moveCircuit(const Interval& interval, S& moved_by) const {
     const double duration = interval.moment.duration;
     if (duration <= 0.0) return;
     const Eigen::VectorXd& d = force_->base_change;
@@ -66,7 +74,7 @@ class ForceRun {
     const double kept = std::exp(-duration * valueOf(rate));
     const S decay = mapped(rate, kept, -duration * kept);
     const S settled = S(-(moved / rate) * d[kDirectionC2] - mean * d[kDirectionBeta]);
-    state_.back() = S(settled + (state_.back() - settled) * decay);
+    moved_by = S(settled + (moved_by - settled) * decay);
   }
 
   S circuitAt(const S& current) const {
@@ -93,7 +101,6 @@ class ForceRun {
   static constexpr Eigen::Index kDirectionC2 = 2, kDirectionBeta = 3, kDirectionUDc = 4;
 
   std::shared_ptr<const LearnedForce> force_;
-  std::vector<S> state_;  // of the columns, those they share, then s [V]
   std::vector<S> values_;
   std::vector<std::size_t> part_;  // of every column
   std::vector<double> share_;

@@ -16,7 +16,7 @@ class LayerOf {
   virtual ~LayerOf() = default;
   virtual std::unique_ptr<LayerOf> clone() const = 0;
   /// As DoubleLayer::advance().
-  virtual void advance(const S* p, const Present<S>& present, const S& current, double duration,
+  virtual void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step,
                        S& u, S* log_activity, S* ladder) = 0;
   /// As DoubleLayer::atSource().
   virtual SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration,
@@ -24,8 +24,6 @@ class LayerOf {
   /// As DoubleLayer::imbalance().
   virtual S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before,
                       double u) const = 0;
-  virtual double suggestedStep() const = 0;
-  virtual void suggestStep(double step) = 0;
   /// As DoubleLayer::useTrail().
   virtual void useTrail(StepTrail* trail) = 0;
 };
@@ -36,9 +34,9 @@ class WideLayer final : public LayerOf<S> {
  public:
   explicit WideLayer(DoubleLayer<S> layer) : layer_(std::move(layer)) {}
   std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<WideLayer>(*this); }
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, S& u,
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u,
                S* log_activity, S* ladder) override {
-    layer_.advance(p, present, current, duration, u, log_activity, ladder);
+    layer_.advance(p, present, current, duration, step, u, log_activity, ladder);
   }
   SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration,
                       double u) override {
@@ -48,8 +46,6 @@ class WideLayer final : public LayerOf<S> {
               double u) const override {
     return layer_.imbalance(p, present, current, duration, before, u);
   }
-  double suggestedStep() const override { return layer_.suggestedStep(); }
-  void suggestStep(double step) override { layer_.suggestStep(step); }
   void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
 
  private:
@@ -80,7 +76,7 @@ class NarrowLayer final : public LayerOf<S> {
     return std::make_unique<NarrowLayer>(*this);
   }
 
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, S& u,
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u,
                S* log_activity, S* ladder) override {
     prepare(p, present);
     const Dual<N> held = gathered(current);
@@ -89,7 +85,7 @@ class NarrowLayer final : public LayerOf<S> {
     std::array<Dual<N>, kLadderRungs> rungs;
     if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) rungs[k] = gathered(ladder[k]);
-    layer_.advance(p_.data(), present_, held, duration, narrow_u,
+    layer_.advance(p_.data(), present_, held, duration, step, narrow_u,
                    log_activity ? &narrow_activity : nullptr,
                    shape_.has_ladder ? rungs.data() : nullptr);
     scatter(narrow_u, u);
@@ -97,15 +93,13 @@ class NarrowLayer final : public LayerOf<S> {
     if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) scatter(rungs[k], ladder[k]);
   }
-  // A current that follows from a voltage depends on every lane: it is stepped in the wide layer (EngineOf::widen()).
+  // A current that follows from a voltage depends on every lane: it is stepped in the wide layer (LayerChoice::behindSource()).
   SourceStep atSource(const S*, const Present<S>&, double, double, double, double) override {
     throw std::logic_error("a narrow layer is asked for a source's step");
   }
   S imbalance(const S*, const Present<S>&, const S&, double, const S&, double) const override {
     throw std::logic_error("a narrow layer is asked for a source's step");
   }
-  double suggestedStep() const override { return layer_.suggestedStep(); }
-  void suggestStep(double step) override { layer_.suggestStep(step); }
   void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
 
  private:
@@ -172,11 +166,12 @@ class LocalLayer final : public LayerOf<S> {
   LocalLayer(DoubleLayer<Dual<N>> layer, Shape shape) : layer_(std::move(layer)), shape_(std::move(shape)) {}
   std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<LocalLayer>(*this); }
 
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, S& u, S* log_activity, S*) override {
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u, S* log_activity,
+               S*) override {
     prepare(p, present);
     const Dual<N> held = own(current, kCurrent);
     Dual<N> local_u = own(u, kU), local_activity = log_activity ? own(*log_activity, kActivity) : Dual<N>(0.0);
-    layer_.advance(p_.data(), present_, held, duration, local_u, log_activity ? &local_activity : nullptr, nullptr);
+    layer_.advance(p_.data(), present_, held, duration, step, local_u, log_activity ? &local_activity : nullptr, nullptr);
     const S before = u;
     const S activity_before = log_activity ? *log_activity : S(0.0);
     const auto chain = [&](const Dual<N>& local, S& x) {
@@ -199,8 +194,6 @@ class LocalLayer final : public LayerOf<S> {
   S imbalance(const S*, const Present<S>&, const S&, double, const S&, double) const override {
     throw std::logic_error("a local layer is asked for a source's step");
   }
-  double suggestedStep() const override { return layer_.suggestedStep(); }
-  void suggestStep(double step) override { layer_.suggestStep(step); }
   void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
 
  private:

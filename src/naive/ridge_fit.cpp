@@ -63,10 +63,10 @@ Eigen::VectorXd RidgeFit::ofRows(const Eigen::Ref<const Eigen::MatrixXd>& X) con
   return values;
 }
 
-RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options,
-                  Eigen::VectorXd* left_out) {
-  requireSound(X, y, options);
-  RidgeFit fit;
+namespace {
+
+/// Columns of mean 0 and deviation 1 behind one of ones; 0 where a column never moves. @param fit takes centre and scale.
+Eigen::MatrixXd standardised(const Eigen::MatrixXd& X, RidgeFit& fit) {
   fit.centre = X.colwise().mean();
   fit.scale = ((X.rowwise() - fit.centre.transpose()).array().square().colwise().mean()).sqrt();
   Eigen::MatrixXd Z(X.rows(), X.cols() + 1);
@@ -76,8 +76,16 @@ RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Ridg
     if (!moves) fit.scale[j] = 1.0;
     Z.col(j + 1) = (X.col(j).array() - fit.centre[j]) * (moves ? 1.0 / fit.scale[j] : 0.0);
   }
-  const Eigen::MatrixXd products = Z.transpose() * Z;
-  const Eigen::VectorXd targets = Z.transpose() * y;
+  return Z;
+}
+
+struct Sums {
+  Eigen::MatrixXd products;
+  Eigen::VectorXd targets;
+};
+
+/// Every block as the others predict it, under the penalty that does so best. @param fit takes the penalty.
+Eigen::VectorXd leftOut(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, const Sums& sums, const RidgeOptions& options, RidgeFit& fit) {
   const std::vector<Block> blocks = blocksOf(Z, y, options.blocks);
   double least = std::numeric_limits<double>::infinity();
   Eigen::VectorXd best;
@@ -86,13 +94,25 @@ RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Ridg
     for (const Block& block : blocks)
       without.segment(block.first, block.count) =
           Z.middleRows(block.first, block.count) *
-          solved(products - block.products, targets - block.targets, penalty, y.size() - block.count, options);
+          solved(sums.products - block.products, sums.targets - block.targets, penalty, y.size() - block.count, options);
     const double error = (y - without).squaredNorm();
     if (!(error < least)) continue;
     least = error;
     fit.penalty = penalty;
     best = without;
   }
+  return best;
+}
+
+}  // namespace
+
+RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options,
+                  Eigen::VectorXd* left_out) {
+  requireSound(X, y, options);
+  RidgeFit fit;
+  const Eigen::MatrixXd Z = standardised(X, fit);
+  const Sums sums{Z.transpose() * Z, Z.transpose() * y};
+  const Eigen::VectorXd best = leftOut(Z, y, sums, options, fit);
   double share = 1.0;
   if (options.shrunk)
     share = std::clamp(y.dot(best) / std::max(best.squaredNorm(), 1e-12), 0.0, 1.0);
@@ -102,7 +122,7 @@ RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Ridg
     if (left_out) left_out->setZero();
     return RidgeFit();
   }
-  const Eigen::VectorXd w = share * solved(products, targets, fit.penalty, y.size(), options);
+  const Eigen::VectorXd w = share * solved(sums.products, sums.targets, fit.penalty, y.size(), options);
   fit.constant = w[0];
   fit.weight = w.tail(X.cols());
   if (options.clipped) {

@@ -7,6 +7,7 @@
 #include "battery_sof/predict/experienced.hpp"
 #include "battery_sof/predict/prediction_interval.hpp"
 #include "battery_sof/recording/intake.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
@@ -98,6 +99,19 @@ ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<Volt
   return {{mean.value, mean.value - half, std::min(mean.value + half, i_limit)}, mean.highest, mean.beyond_learned};
 }
 
+QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query, const ExpectedCurrent& mean) {
+  QueryRange range;
+  range.charges = true;
+  range.most_current = mean.highest;
+  range.beyond_learned = mean.beyond_learned;
+  range.most_voltage = query.u_boost;
+  range.charge_duration = query.t_sof2;
+  range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / 3600.0;
+  range.temperature = query.temperature;
+  range.evidence = chargeEvidence(model.experience, query.u_boost, query.t_sof2);
+  return range;
+}
+
 }  // namespace
 
 ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
@@ -121,15 +135,7 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
   for (double* current : {&answer.i_boost->value, &answer.i_boost->lower, &answer.i_boost->upper})
     *current = std::min(*current, query.i_limit);
 
-  QueryRange range;
-  range.charges = true;
-  range.most_current = mean.highest;
-  range.beyond_learned = mean.beyond_learned;
-  range.most_voltage = query.u_boost;
-  range.charge_duration = query.t_sof2;
-  range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / 3600.0;
-  range.temperature = query.temperature;
-  range.evidence = chargeEvidence(model.experience, query.u_boost, query.t_sof2);
+  const QueryRange range = rangeOf(model, query, mean);
   const std::string reasons = extrapolationOf(model, range, capacity);
   answer.valid = reasons.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;

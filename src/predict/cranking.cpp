@@ -6,6 +6,7 @@
 #include "battery_sof/predict/experienced.hpp"
 #include "battery_sof/predict/prediction_interval.hpp"
 #include "battery_sof/recording/intake.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {

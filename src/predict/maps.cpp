@@ -1,5 +1,7 @@
 #include "battery_sof/predict/maps.hpp"
 
+#include "battery_sof/recording/words.hpp"
+
 namespace battery_sof {
 namespace {
 

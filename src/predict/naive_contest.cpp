@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "battery_sof/predict/interval_scale.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {

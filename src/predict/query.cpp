@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 #include "battery_sof/predict/prediction_interval.hpp"
 #include "battery_sof/recording/intake.hpp"
 #include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
@@ -22,12 +21,8 @@ constexpr double kTemperatureReach = 10.0; // [K]
 constexpr double kConstantCharge = 0.01;   // of capacity: paper, section V ("within 1 %")
 constexpr double kShortCharge = 10.0;      // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 
-bool has(const FittedModel& model, const char* id) {
-  return std::find(model.effects.begin(), model.effects.end(), id) != model.effects.end();
-}
-
 bool movesOpenCircuitVoltage(const FittedModel& model) {
-  return has(model, "ocv_soc") || has(model, "acid_transport");
+  return contains(model.effects, "ocv_soc") || contains(model.effects, "acid_transport");
 }
 
 bool isDetermined(const FittedModel& model, const char* name) {
@@ -63,7 +58,7 @@ void addCharging(Reasons& reasons, const FittedModel& model, const QueryRange& r
     return;
   }
   if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;
-  reasons.add(!has(model, "charge_acceptance"),
+  reasons.add(!contains(model.effects, "charge_acceptance"),
               "the model lacks a limit of charge acceptance (effect charge_acceptance)");
   reasons.add(seen.longest_charge < kShortCharge,
               sentence("the window's longest charge lasted %.1f s, at least %.0f s are needed",
@@ -71,16 +66,6 @@ void addCharging(Reasons& reasons, const FittedModel& model, const QueryRange& r
 }
 
 }  // namespace
-
-std::string sentence(const char* pattern, ...) {
-  char text[320];
-  std::va_list arguments;
-  va_start(arguments, pattern);
-  const ClassicNumbers classic;
-  std::vsnprintf(text, sizeof text, pattern, arguments);
-  va_end(arguments);
-  return text;
-}
 
 std::string faultOf(const CurrentProfile& profile, const char* name) {
   if (profile.time.size() != profile.current.size())
@@ -136,7 +121,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   addCharging(reasons, model, range);
   if (range.charges && range.evidence.vouches) return reasons.text();
   // With fresh_sulphate one resistance serves both signs.
-  const bool of_charging = range.charges && !has(model, "fresh_sulphate");
+  const bool of_charging = range.charges && !contains(model.effects, "fresh_sulphate");
   const char* needed = of_charging ? "r_charge" : "r_discharge";
   reasons.add(!isDetermined(model, needed), sentence("the window did not determine %s", needed));
   return reasons.text();

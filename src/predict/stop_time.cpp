@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "battery_sof/recording/words.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -181,6 +183,22 @@ std::string describe(StopTimeOutcome outcome) {
   return "never";
 }
 
+namespace {
+
+/// @param value [s], of the stop.  @param held_for [Ah], charge that the model vouches for.
+QueryRange rangeOf(const FittedModel& model, const StopTimeQuery& query, const CrankingQuery& crank, double value, double held_for) {
+  QueryRange range;
+  range.least_current = query.i_cranking;
+  if (!query.crank.empty())
+    range.least_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
+  range.charge_moved = std::min(-query.i_load * std::min(value, kLongest) / 3600.0, held_for);
+  range.temperature = query.temperature;
+  if (model.force) range.beyond_learned = beyondLearnedAfter(model, crank, std::min(value, kLongest));
+  return range;
+}
+
+}  // namespace
+
 StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query, double capacity) {
   StopTimeAnswer answer;
   const CrankingQuery crank = crankOf(query);
@@ -210,13 +228,7 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
   answer.monotone = scan.monotone();
   answer.message = messageOf(answer, query, scan);
 
-  QueryRange range;
-  range.least_current = query.i_cranking;
-  if (!query.crank.empty())
-    range.least_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
-  range.charge_moved = std::min(-query.i_load * std::min(value, kLongest) / 3600.0, held_for);
-  range.temperature = query.temperature;
-  if (model.force) range.beyond_learned = beyondLearnedAfter(model, crank, std::min(value, kLongest));
+  const QueryRange range = rangeOf(model, query, crank, value, held_for);
   const std::string reasons = extrapolationOf(model, range, capacity);
   answer.valid = reasons.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;

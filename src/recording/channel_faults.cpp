@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "battery_sof/recording/channel_statistics.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof::check_parts {
 namespace {
@@ -43,10 +44,6 @@ std::size_t reversalsDuring(const Evidence& evidence, const Channel& other, Inde
 
 bool isUnderLoad(const Evidence& evidence, std::size_t k) {
   return std::abs(evidence.current.values[k]) > kLoad * evidence.largest_current;
-}
-
-bool holds(const std::vector<double>& values, double value) {
-  return std::find(values.begin(), values.end(), value) != values.end();
 }
 
 bool isAtExtreme(const Channel& channel, IndexRange run, double extreme) {
@@ -255,7 +252,7 @@ std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& chan
   frozen.erase(std::remove_if(frozen.begin(), frozen.end(),
                               [&](const IndexRange& run) {
                                 return reversalsDuring(evidence, other, run) < kStuckReversals ||
-                                       holds(limits, channel.values[run.first]);
+                                       contains(limits, channel.values[run.first]);
                               }),
                frozen.end());
   return frozen;
@@ -273,7 +270,7 @@ std::vector<IndexRange> repeatedRuns(const Evidence& evidence) {
   for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
     const std::vector<double> limits = provenLimits(evidence, *channel);
     pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                               [&](const IndexRange& pair) { return holds(limits, channel->values[pair.first]); }),
+                               [&](const IndexRange& pair) { return contains(limits, channel->values[pair.first]); }),
                 pairs.end());
   }
   const bool is_fast = evidence.interval < kPileUpInterval;

@@ -6,6 +6,8 @@
 #include <iterator>
 #include <optional>
 
+#include "battery_sof/recording/words.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -84,7 +86,7 @@ bool usesEnoughLevels(const std::vector<double>& values, double step) {
   std::vector<double> levels;
   for (const double value : values) {
     const double level = std::round(value / step);
-    if (std::find(levels.begin(), levels.end(), level) != levels.end()) continue;
+    if (contains(levels, level)) continue;
     levels.push_back(level);
     if (levels.size() == kFewestLevels) return true;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/recording/pi.hpp"
 #include "battery_sof/recording/spectral_line.hpp"
 #include "check_parts.hpp"
 
@@ -10,7 +11,6 @@
 namespace battery_sof::check_parts {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kUneven = 0.5;            // of an interval; more and the phase is lost
 constexpr double kLeastAmplitude = 0.001;  // [V], what a fit's residual is judged by (docs/physics.md#aliasing)
 constexpr double kLeastNoiseShare = 0.5;   // of the noise, from the same place

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/recording/words.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -12,15 +14,11 @@ constexpr double kStep = 10.0;       // [A], that shows r above noise
 constexpr double kNear = 0.7;        // of the limit
 constexpr double kRemembered = 30.0; // [s]
 
-bool holds(const std::vector<double>& values, double value) {
-  return std::find(values.begin(), values.end(), value) != values.end();
-}
-
 /// Stretches in which the current reads a limit at which it is cut off.
 std::vector<IndexRange> clippedStretches(const Series& series, const InstrumentLimits& limits) {
   std::vector<IndexRange> stretches;
   for (std::size_t k = 0; k < series.size(); ++k) {
-    if (!holds(limits.current_limits, series.current[k])) continue;
+    if (!contains(limits.current_limits, series.current[k])) continue;
     if (stretches.empty() || stretches.back().last != k) stretches.push_back({k, k});
     stretches.back().last = k + 1;
   }
@@ -74,7 +72,7 @@ void maskBehindUnknownCharge(const Series& series, InstrumentLimits& limits) {
   for (const IndexRange& stretch : clippedStretches(series, limits)) {
     const bool is_unknown = std::any_of(series.voltage.begin() + static_cast<std::ptrdiff_t>(stretch.first),
                                         series.voltage.begin() + static_cast<std::ptrdiff_t>(stretch.last),
-                                        [&](double voltage) { return holds(limits.voltage_limits, voltage); });
+                                        [&](double voltage) { return contains(limits.voltage_limits, voltage); });
     if (!is_unknown) continue;
     const double until = series.time[stretch.last - 1] + kRemembered;
     for (std::size_t k = stretch.last; k < series.size() && series.time[k] <= until; ++k) {

@@ -15,6 +15,7 @@
 #include "battery_sof/recording/intake.hpp"
 #include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/sample_list.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
@@ -106,14 +107,6 @@ class Lines {
 
 // ---------------------------------------------------------------------------------------------
 // header
-
-std::string listed(const std::vector<std::string_view>& names) {
-  std::string list;
-  for (const std::string_view name : names) {
-    if (!name.empty()) list += (list.empty() ? "" : ", ") + std::string(name);
-  }
-  return list;
-}
 
 /// The header line and which of its columns are read.
 struct Layout {

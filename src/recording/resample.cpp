@@ -9,12 +9,13 @@
 #include <string>
 #include <utility>
 
+#include "battery_sof/recording/pi.hpp"
+
 namespace battery_sof {
 namespace {
 
 using Complex = std::complex<double>;
 constexpr int kOrder = 8;
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kGapIntervals =
     10.0;  // more missing input samples than this are not bridged (gapThreshold)
 constexpr double kRateTolerance = 1e-6;  // 1 / median interval of a 200 Hz file is 199.99999 Hz

@@ -8,11 +8,11 @@
 #include <complex>
 
 #include "battery_sof/recording/channel_statistics.hpp"
+#include "battery_sof/recording/pi.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr std::size_t kFirstBin = 8;
 constexpr std::size_t kLastBin = 120;
 constexpr std::size_t kGuard = 3;   // bins; the main lobe of the Hann window and half a bin

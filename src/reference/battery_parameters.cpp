@@ -4,11 +4,10 @@
 
 #include "reference/battery_elements.hpp"
 #include "reference/fields.hpp"
+#include "reference/pi.hpp"
 
 namespace battery_sof_reference {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// r_1 is a one-to-one law only then; looked at where s of its definition changes.
 bool r1Rises(const BatteryParameters& p) {

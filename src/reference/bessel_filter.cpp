@@ -5,12 +5,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "reference/pi.hpp"
+
 namespace battery_sof_reference {
 namespace {
 
 using Complex = std::complex<double>;
 constexpr int kOrder = BesselFilter::kOrder;
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kRootIterations = 200;  // the roots stand after about 30
 
 using Polynomial = std::array<double, kOrder + 1>;

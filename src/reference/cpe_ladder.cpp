@@ -4,10 +4,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "reference/pi.hpp"
+
 namespace battery_sof_reference {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kLowestRate = 1e-5;   // [rad/s]
 constexpr double kHighestRate = 1e5;   // [rad/s]
 constexpr int kBranchesPerDecade = 2;  // quadrature error exp(-pi^2 / 1.15), 4.2

@@ -84,8 +84,9 @@ void visitFields(Visitor& visitor, BatteryEffects& e) {
   visitor.flag("self_heating", e.self_heating);
 }
 
+/// Physics that the battery may have beyond Fig. 4.
 template <typename Visitor>
-void visitFields(Visitor& visitor, Additions& a) {
+void visitPhysics(Visitor& visitor, Additions& a) {
   visitor.flag("second_electrode", a.second_electrode);
   visitor.number("electrode3_capacitance_f", a.electrode3_capacitance_f, 1.0, 1e9);
   visitor.number("electrode3_exponent", a.electrode3_exponent, 0.1, 1.0);
@@ -117,6 +118,11 @@ void visitFields(Visitor& visitor, Additions& a) {
   visitor.number("sulphate_time_s", a.sulphate_time_s, 0.1, 1e6);
   visitor.number("sulphate_charge_share", a.sulphate_charge_share, 0.0, 10.0);
   visitor.number("sulphate_least", a.sulphate_least, 1e-3, 1.0);
+}
+
+/// Faults around the battery, drifts, and laws that are in no catalogue.
+template <typename Visitor>
+void visitFaultsAndStrangers(Visitor& visitor, Additions& a) {
   visitor.flag("parameter_drift", a.parameter_drift);
   visitor.choice("drifting", a.drifting, kDriftingParameters);
   visitor.number("drift_per_h", a.drift_per_h, -10.0, 10.0);
@@ -140,6 +146,12 @@ void visitFields(Visitor& visitor, Additions& a) {
   visitor.flag("hysteretic_r", a.hysteretic_r);
   visitor.number("hysteretic_ohm", a.hysteretic_ohm, 0.0, 1.0);
   visitor.number("hysteretic_from_a", a.hysteretic_from_a, 0.0, 2000.0);
+}
+
+template <typename Visitor>
+void visitFields(Visitor& visitor, Additions& a) {
+  visitPhysics(visitor, a);
+  visitFaultsAndStrangers(visitor, a);
 }
 
 template <typename Visitor>

@@ -5,12 +5,12 @@
 #include <string>
 
 #include "reference/increasing_root.hpp"
+#include "reference/pi.hpp"
 
 namespace battery_sof_reference {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kSecondsPerHour = 3600.0;
 constexpr double kCurrentTolerance = 1e-10;  // [A]
 

@@ -6,13 +6,13 @@
 #include <stdexcept>
 
 #include "reference/bessel_filter.hpp"
+#include "reference/pi.hpp"
 #include "reference/stranger_force.hpp"
 
 namespace battery_sof_reference {
 namespace {
 
 constexpr double kStep = StrangerBattery::kStep;  // [s]
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kBesselPoles = 8;
 constexpr double kCornersApart = 2.0;  // at most, of the two channels' filters
 constexpr std::uint32_t kVoltageStream = 31, kCurrentStream = 32, kJitterStream = 33;

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reference/pi.hpp"
+
 namespace battery_sof_reference {
 namespace {
 
 constexpr double kStep = StrangerBattery::kStep;  // [s]
-constexpr double kPi = 3.14159265358979323846;
 
 /// A value of a series at a position between its entries; its ends are held.
 double at(const std::vector<double>& series, double position) {

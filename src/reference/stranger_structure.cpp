@@ -1,9 +1,9 @@
 #include "reference/stranger_force.hpp"
 
+#include "reference/pi.hpp"
+
 namespace battery_sof_reference {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// Shortest time that a recording still shows [s]: two samples, at least a twentieth of a second.
 double shortestShown(const Circumstances& drive) {

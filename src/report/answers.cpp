@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "battery_sof/recording/words.hpp"
+
 namespace battery_sof {
 namespace {
 

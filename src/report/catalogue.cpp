@@ -9,6 +9,7 @@
 #include "wording.hpp"
 
 #include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
@@ -130,7 +131,7 @@ std::string code(const std::string& text) { return "`" + text + "`"; }
 std::string codes(const std::vector<std::string>& names) {
   std::vector<std::string> marked;
   for (const std::string& name : names) marked.push_back(code(name));
-  return joined(marked, ", ");
+  return listed(marked);
 }
 
 /// Sections of docs/physics.md as links of a page beside it.
@@ -142,7 +143,7 @@ std::string linked(const std::string& source) {
 std::string parameterRow(const ParameterInfo& info) {
   return "| " + code(info.name) + " | " + info.symbol + " | " + info.unit + " | " +
          number(info.magnitude) + " | " + number(info.lower) + " to " + number(info.upper) + " | " +
-         joined(rolesOf(info), ", ") + " | " + linked(info.source) + " |\n";
+         listed(rolesOf(info)) + " | " + linked(info.source) + " |\n";
 }
 
 std::string effectMarkdown(const EffectInfo& effect) {
@@ -196,16 +197,16 @@ std::string effectText(const EffectInfo& effect) {
     text += "    " + padded(info.name, width) + padded(info.symbol, 9) +
             padded(withUnit(number(info.magnitude), info.unit), 14) + "inside " +
             number(info.lower) + " to " + number(info.upper) + "\n";
-    text += "    " + padded("", width) + joined(rolesOf(info), ", ") + " (" + info.source + ")\n";
+    text += "    " + padded("", width) + listed(rolesOf(info)) + " (" + info.source + ")\n";
   }
   if (!effect.states.empty()) text += "\nstates\n";
   for (const auto& [name, state] : namedStates(effect))
     text += "    " + name + " [" + state.unit + "], " + beginningOf(state) + "\n";
-  text += "\nconfused with  " + joined(effect.look_alikes, ", ") + "\n";
+  text += "\nconfused with  " + listed(effect.look_alikes) + "\n";
   text += "told apart by  " + effect.tells_apart + "\n";
-  if (!effect.needs.empty()) text += "needs          " + joined(effect.needs, ", ") + "\n";
+  if (!effect.needs.empty()) text += "needs          " + listed(effect.needs) + "\n";
   if (!effect.bends.empty())
-    text += "bends          " + joined(effect.bends, ", ") + ": no longer linear beside it\n";
+    text += "bends          " + listed(effect.bends) + ": no longer linear beside it\n";
   return text;
 }
 

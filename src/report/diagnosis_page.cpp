@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "battery_sof/predict/query.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/version.hpp"
 #include "html.hpp"
 #include "page_assets.hpp"

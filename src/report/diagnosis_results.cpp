@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/predict/query.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/version.hpp"
 #include "wording.hpp"
 
@@ -266,9 +266,9 @@ std::string effectsText(const Diagnosis& d) {
                                            "; confidence " + confidenceText(effect.confidence) + ", adds " +
                                            millivolts(effect.voltage_rms) + " mV RMS");
     if (!effect.absorbed_into.empty())
-      text += wrapped(kIndent, "hidden before in " + joined(effect.absorbed_into, ", "));
+      text += wrapped(kIndent, "hidden before in " + listed(effect.absorbed_into));
     if (!effect.tied_with.empty())
-      text += wrapped(kIndent, "not to be told apart here from " + joined(effect.tied_with, ", "));
+      text += wrapped(kIndent, "not to be told apart here from " + listed(effect.tied_with));
     for (const DiagnosedParameter& p : effect.parameters) text += parameterText(p);
   }
   return text;
@@ -309,7 +309,7 @@ std::string hiddenText(const Diagnosis& d) {
     if (!x.visible)
       hidden.push_back(x.id + (x.strength ? " (" + x.parameter + " below " + threeDigits(*x.strength) + " " + x.unit + ")" : " (at any strength)"));
   std::string text;
-  if (!hidden.empty()) text += "\n" + wrapped("hidden       ", "could be here unseen: " + joined(hidden, "; "));
+  if (!hidden.empty()) text += "\n" + wrapped("hidden       ", "could be here unseen: " + listed(hidden, "; "));
   for (const std::string& what : d.outside) text += wrapped("outside      ", what);
   return text;
 }

@@ -3,6 +3,7 @@
 
 #include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/predict/query.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "force_yaml.hpp"
 #include "model_parts.hpp"
 

@@ -191,6 +191,14 @@ YAML::Node fitNode(const FittedModel& model) {
   return node;
 }
 
+void takeLearned(YAML::Node& root, const LearnedResidual& learned) {
+  if (!learned.current.empty()) {
+    root["learned"]["current"] = ridgeNode(learned.current);
+    root["learned"]["current_range_a"] = flow({learned.least_current, learned.most_current});
+  }
+  if (!learned.voltage.empty()) root["learned"]["voltage"] = ridgeNode(learned.voltage);
+}
+
 }  // namespace
 
 std::string modelYaml(const FittedModel& model) {
@@ -217,11 +225,7 @@ std::string modelYaml(const FittedModel& model) {
     root["source"]["voltage_lag_samples"] = scalar(model.voltage_lag);
   }
   root["experience"] = experienceNode(model.experience);
-  if (!model.learned.current.empty()) {
-    root["learned"]["current"] = ridgeNode(model.learned.current);
-    root["learned"]["current_range_a"] = flow({model.learned.least_current, model.learned.most_current});
-  }
-  if (!model.learned.voltage.empty()) root["learned"]["voltage"] = ridgeNode(model.learned.voltage);
+  takeLearned(root, model.learned);
   if (model.state.memory.begun) root["state"]["memory"] = flow(model.state.memory.numbers());
   if (model.force) {
     root["force"] = forceNode(*model.force);

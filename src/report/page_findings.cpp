@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/predict/query.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/diagnosis_results.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
@@ -73,7 +73,7 @@ template <typename Item, typename Name>
 std::vector<std::string> namesOf(const std::vector<Item>& items, Name&& name) {
   std::vector<std::string> names;
   for (const Item& item : items)
-    if (std::find(names.begin(), names.end(), name(item)) == names.end()) names.push_back(name(item));
+    if (!contains(names, name(item))) names.push_back(name(item));
   return names;
 }
 
@@ -213,9 +213,9 @@ std::string effectHtml(const NamedEffect& effect) {
   std::string facts = "Confidence " + confidenceText(effect.confidence) + "; it moves the voltage by " +
                       millivolts(effect.voltage_rms) + " mV RMS.";
   if (!effect.absorbed_into.empty())
-    facts += " Without it, " + escaped(joined(effect.absorbed_into, ", ")) + " had taken it up.";
+    facts += " Without it, " + escaped(listed(effect.absorbed_into)) + " had taken it up.";
   if (!effect.tied_with.empty())
-    facts += " This recording cannot tell it from " + escaped(joined(effect.tied_with, ", ")) + ".";
+    facts += " This recording cannot tell it from " + escaped(listed(effect.tied_with)) + ".";
   std::string html = element("h3", escaped(headline(titleOf(effect.id))) + " " + code(effect.id)) + paragraph(facts);
   if (const EffectInfo* info = catalogued(effect.id))
     html += element("pre", escaped(info->equations));

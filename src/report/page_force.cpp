@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/predict/query.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
 #include "wording.hpp"

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/predict/query.hpp"
 #include "battery_sof/recording/events.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/display_samples.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"

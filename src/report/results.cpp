@@ -7,6 +7,7 @@
 
 #include "battery_sof/predict/query.hpp"
 #include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/version.hpp"
 
 namespace battery_sof {

@@ -1,7 +1,7 @@
 #include "wording.hpp"
 
-#include "battery_sof/predict/query.hpp"
 #include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -48,12 +48,6 @@ std::string millivolts(const std::optional<double>& volts) {
 
 std::string confidenceText(double confidence) {
   return confidence > 0.99 ? "above 99 %" : formatted("%.0f %%", 100.0 * confidence);
-}
-
-std::string joined(const std::vector<std::string>& parts, const std::string& between) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : between) + part;
-  return text;
 }
 
 std::string plainName(std::string name) {

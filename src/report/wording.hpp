@@ -25,9 +25,6 @@ std::string millivolts(const std::optional<double>& volts);
 /// @return "97 %"; never 100 %, as no confidence counts what is in no catalogue.
 std::string confidenceText(double confidence);
 
-/// @return the parts with `between` between them.
-std::string joined(const std::vector<std::string>& parts, const std::string& between);
-
 /// @return a code name as words: "long_charge" reads "long charge".
 std::string plainName(std::string name);
 

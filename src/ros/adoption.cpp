@@ -4,17 +4,18 @@
 
 #include "battery_sof/model/effect.hpp"
 #include "battery_sof/model/learned_force.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
 
 bool isInstrument(const std::string& id) { return id != kLearnedEffect && effectInfo(id).tier() == 'I'; }
 
-std::string listed(const std::vector<std::string>& ids) {
-  std::string text;
-  for (const std::string& id : ids)
-    text += (text.empty() ? "" : ", ") + id + (isInstrument(id) ? " (instrument)" : "");
-  return text;
+/// Instruments marked.
+std::string told(std::vector<std::string> ids) {
+  for (std::string& id : ids)
+    if (isInstrument(id)) id += " (instrument)";
+  return listed(ids);
 }
 
 }  // namespace
@@ -29,8 +30,8 @@ Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
   if (std::all_of(effects.begin(), effects.end(), isInstrument))
     return {
         {},
-        "nothing to adopt: instruments are to be repaired, not modelled (" + listed(effects) + ")"};
-  return {effects, "runs beside the base model and answers while it errs less: " + listed(effects), diagnosis.extended.force};
+        "nothing to adopt: instruments are to be repaired, not modelled (" + told(effects) + ")"};
+  return {effects, "runs beside the base model and answers while it errs less: " + told(effects), diagnosis.extended.force};
 }
 
 }  // namespace battery_sof

@@ -4,6 +4,8 @@
 #include <map>
 #include <sstream>
 
+#include "battery_sof/recording/words.hpp"
+
 namespace battery_sof {
 
 namespace {
@@ -187,12 +189,6 @@ void findContradictions(const NodeOptions& options, Faults& faults) {
   }
 }
 
-std::string joined(const Faults& faults) {
-  std::string text;
-  for (const std::string& fault : faults) text += (text.empty() ? "" : "\n") + fault;
-  return text;
-}
-
 }  // namespace
 
 std::optional<StopTimeQuery> StandingQueries::stopTime() const {
@@ -206,7 +202,7 @@ std::optional<StopTimeQuery> StandingQueries::stopTime() const {
 }
 
 NodeOptionsError::NodeOptionsError(const std::vector<std::string>& faults)
-    : std::runtime_error(joined(faults)) {}
+    : std::runtime_error(listed(faults, "\n")) {}
 
 NodeOptions parseNodeOptions(XmlRpc::XmlRpcValue parameters) {
   NodeOptions options;

@@ -58,6 +58,8 @@ struct CompositionPoint {
  */
 class CompositionProblem {
  public:
+  static constexpr double kNegligibleShare = 1e-5;  ///< of the cost: half a standard error in 24,000 samples
+
   /**
    * @param free names of parameters to set free although they are held by default.
    * @param fixed names of parameters that stay at `start`.

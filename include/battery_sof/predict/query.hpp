@@ -9,6 +9,7 @@
 #include "battery_sof/model/simulation.hpp"
 #include "battery_sof/predict/answer.hpp"
 #include "battery_sof/predict/experienced.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 
@@ -71,8 +72,5 @@ void hold(Simulation& simulation, double current, double duration);
  */
 Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
                        const IntervalScale& scale);
-
-/// printf into a std::string.
-__attribute__((format(printf, 1, 2))) std::string sentence(const char* pattern, ...);
 
 }  // namespace battery_sof

@@ -37,76 +37,104 @@ def cases_of(sealed, results, catalogue):
     return said, cases, failed
 
 
+class Figures:
+    """Cases by level, and the figures made of them so far."""
+
+    def __init__(self, cases):
+        self.cases = cases
+        self.at = collections.defaultdict(list)
+        for case in cases:
+            self.at[case.level].append(case)
+        self.out = []
+
+    def count(self, key, level, text, right, target):
+        self.out.append(Figure(key, level, text, sum(bool(right(case)) for case in self.at[level]), len(self.at[level]), None, target))
+
+    def middle(self, key, level, text, values, target, of=statistics.median):
+        values = [value for value in values if value is not None]
+        self.out.append(Figure(key, level, text, None, len(values), of(values) if values else None, target))
+
+
+def verdict_is(*wanted):
+    return lambda case: case.whole["verdict"] in wanted
+
+
 def figures(cases):
     """Every metric of the benchmark (docs/physics.md#cases-with-known-truth) that can be had, in its order."""
-    at = collections.defaultdict(list)
-    for case in cases:
-        at[case.level].append(case)
-    out = []
+    to = Figures(cases)
+    for part in (alarms_without_physics, names_of_one, short_recordings, names_of_two, decoys_and_unknowns, what_is_recovered):
+        part(to)
+    return to.out
 
-    def count(key, level, text, right, target):
-        out.append(Figure(key, level, text, sum(bool(right(case)) for case in at[level]), len(at[level]), None, target))
 
-    def middle(key, level, text, values, target, of=statistics.median):
-        values = [value for value in values if value is not None]
-        out.append(Figure(key, level, text, None, len(values), of(values) if values else None, target))
+def alarms_without_physics(to):
+    to.count("false_alarm", "N1", "false alarm: any verdict but no_mismatch", lambda c: c.whole["verdict"] != "no_mismatch", "<= 1/60")
+    to.count("false_name", "N2", "false name: tier P or I, no true id in its class", judged.wrong_names, "<= 5 %")
+    to.count("false_alone", "N2", "of these with no piece of structure in the class", judged.names_without_structure, "")
+    to.count("false_physics", "N2", "a name of tier P, no true id in its class", lambda c: judged.wrong_names(c, tiers="P"), "")
 
-    def verdict_is(*wanted):
-        return lambda case: case.whole["verdict"] in wanted
 
-    count("false_alarm", "N1", "false alarm: any verdict but no_mismatch", lambda c: c.whole["verdict"] != "no_mismatch", "<= 1/60")
-    count("false_name", "N2", "false name: tier P or I, no true id in its class", judged.wrong_names, "<= 5 %")
-    count("false_alone", "N2", "of these with no piece of structure in the class", judged.names_without_structure, "")
-    count("false_physics", "N2", "a name of tier P, no true id in its class", lambda c: judged.wrong_names(c, tiers="P"), "")
+def names_of_one(to):
     for level, target in (("C1", ">= 97 %"), ("C2", ">= 85 %"), ("C3", ""), ("C4", ">= 75 %"), ("C5", ">= 95 %")):
-        count(f"first_{level}", level, "first name true", judged.first_true, ">= 90 %" if level == "C1" else "")
-        count(f"class_{level}", level, "truth in the first class, at most three names", judged.class_true, target)
-        count(f"wrong_{level}", level, "some name of tier P or I wrong", judged.wrong_names, "")
+        to.count(f"first_{level}", level, "first name true", judged.first_true, ">= 90 %" if level == "C1" else "")
+        to.count(f"class_{level}", level, "truth in the first class, at most three names", judged.class_true, target)
+        to.count(f"wrong_{level}", level, "some name of tier P or I wrong", judged.wrong_names, "")
         if level != "C4":
-            count(f"itself_{level}", level, "added effect named itself, first or not, without its companion's help", judged.named_itself, "")
-    sizes = [len(judged.first_class(c.whole)) for c in at["C1"] if c.whole["effects"]]
-    middle("class_size", "C1", "mean size of the first class", sizes, "<= 1.5", statistics.mean)
-    count("c1_unknown", "C1", "called unknown", verdict_is("unknown"), "<= 5 %")
-    count("c1_missed", "C1", "nothing said", verdict_is(*judged.SAYS_NOTHING), "")
-    count("c2_missed", "C2", "nothing said", verdict_is(*judged.SAYS_NOTHING), "")
-    count("c3_short_wrong", "C3", "first five minutes: a wrong name", lambda c: judged.wrong_names(c, c.short), "<= 3 %")
-    count("c3_short_silent", "C3", "first five minutes: nothing said", lambda c: c.short["verdict"] in judged.SAYS_NOTHING, "")
-    count("c3_short_right", "C3", "first five minutes: truth in the first class", lambda c: judged.class_true(c, c.short), "")
-    count("c3_hidden", "C3", "cases whose first five minutes leave z < 5", lambda c: c.label.get("z_short", 9.0) < 5.0, "")
-    count("c3_biased", "C3", "of these with a base parameter biased by 10 % or more there", lambda c: c.label.get("as_wanted"), "")
-    middle("c3_bias", "C3", "largest bias of a base parameter there, median", [abs(c.label["bias"]) for c in at["C3"] if "bias" in c.label], "")
-    middle("c4_ratio", "C4", "RMS together over that of the larger part, median", [c.label.get("ratio") for c in at["C4"]], "< 0.4")
-    count("c4_both", "C4", "both effects named",
-          lambda c: all(any(holds(judged.class_of(e), [one]) for e in c.whole["effects"]) for one in c.label["id"].split("+")), "")
-    count("c5_warned", "C5", "warned before", judged.warned, ">= 95 %")
-    count("c5_both", "C5", "warned before and named after", lambda c: judged.warned(c) and judged.class_true(c), ">= 95 %")
-    count("c5_short_wrong", "C5", "a wrong name before", lambda c: judged.wrong_names(c, c.short), "")
-    count("decoy_physics", "D1", "fault named as physics", lambda c: judged.wrong_names(c, tiers="P"), "<= 3 %")
-    count("decoy_structure", "D1", "fault named as structure", lambda c: judged.wrong_names(c, tiers="S"), "")
-    count("decoy_found", "D1", "fault found: in a named class, or the instruments' screen speaks", judged.fault_found, "")
-    count("unknown", "U1", "called unknown", verdict_is("unknown"), ">= 85 %")
+            to.count(f"itself_{level}", level, "added effect named itself, first or not, without its companion's help", judged.named_itself, "")
+    sizes = [len(judged.first_class(c.whole)) for c in to.at["C1"] if c.whole["effects"]]
+    to.middle("class_size", "C1", "mean size of the first class", sizes, "<= 1.5", statistics.mean)
+    to.count("c1_unknown", "C1", "called unknown", verdict_is("unknown"), "<= 5 %")
+    to.count("c1_missed", "C1", "nothing said", verdict_is(*judged.SAYS_NOTHING), "")
+    to.count("c2_missed", "C2", "nothing said", verdict_is(*judged.SAYS_NOTHING), "")
+
+
+def short_recordings(to):
+    to.count("c3_short_wrong", "C3", "first five minutes: a wrong name", lambda c: judged.wrong_names(c, c.short), "<= 3 %")
+    to.count("c3_short_silent", "C3", "first five minutes: nothing said", lambda c: c.short["verdict"] in judged.SAYS_NOTHING, "")
+    to.count("c3_short_right", "C3", "first five minutes: truth in the first class", lambda c: judged.class_true(c, c.short), "")
+    to.count("c3_hidden", "C3", "cases whose first five minutes leave z < 5", lambda c: c.label.get("z_short", 9.0) < 5.0, "")
+    to.count("c3_biased", "C3", "of these with a base parameter biased by 10 % or more there", lambda c: c.label.get("as_wanted"), "")
+    to.middle("c3_bias", "C3", "largest bias of a base parameter there, median", [abs(c.label["bias"]) for c in to.at["C3"] if "bias" in c.label], "")
+
+
+def names_of_two(to):
+    to.middle("c4_ratio", "C4", "RMS together over that of the larger part, median", [c.label.get("ratio") for c in to.at["C4"]], "< 0.4")
+    to.count("c4_both", "C4", "both effects named",
+             lambda c: all(any(holds(judged.class_of(e), [one]) for e in c.whole["effects"]) for one in c.label["id"].split("+")), "")
+    to.count("c5_warned", "C5", "warned before", judged.warned, ">= 95 %")
+    to.count("c5_both", "C5", "warned before and named after", lambda c: judged.warned(c) and judged.class_true(c), ">= 95 %")
+    to.count("c5_short_wrong", "C5", "a wrong name before", lambda c: judged.wrong_names(c, c.short), "")
+
+
+def decoys_and_unknowns(to):
+    to.count("decoy_physics", "D1", "fault named as physics", lambda c: judged.wrong_names(c, tiers="P"), "<= 3 %")
+    to.count("decoy_structure", "D1", "fault named as structure", lambda c: judged.wrong_names(c, tiers="S"), "")
+    to.count("decoy_found", "D1", "fault found: in a named class, or the instruments' screen speaks", judged.fault_found, "")
+    to.count("unknown", "U1", "called unknown", verdict_is("unknown"), ">= 85 %")
     # A falling C_2 counts as out of the catalogue, which has it as a drift (docs/physics.md#cases-with-known-truth).
-    count("unknown_or_drift", "U1", "called unknown, or a falling C_2 by the name that P10 has for it",
-          lambda c: c.whole["verdict"] == "unknown" or c.label["id"] == "capacitance_fall" and judged.first_class(c.whole) == ["parameter_drift"], "")
-    count("unknown_named", "U1", "given a name of tier P",
-          lambda c: c.whole["verdict"] != "unknown" and any(e["id"] in c.catalogue.physics for e in c.whole["effects"]), "")
-    count("x1_class", "X1", "truth in some named class, at most three names", judged.any_class_true, ">= 75 %")
-    count("x1_wrong", "X1", "some name of tier P or I wrong", judged.wrong_names, "<= 5 %")
-    shown = at["C1"] + at["X1"]
-    with_truth = [c for level in WITH_TRUTH for c in at[level]]
-    middle("rho", "C1, C4, X1", "recovered fraction of the held-out error, median", map(judged.recovered, with_truth), ">= 0.85")
-    middle("rho_C1", "C1", "recovered fraction, median", map(judged.recovered, at["C1"]), "")
-    middle("rho_X1", "X1", "recovered fraction, median", map(judged.recovered, at["X1"]), "")
+    to.count("unknown_or_drift", "U1", "called unknown, or a falling C_2 by the name that P10 has for it",
+             lambda c: c.whole["verdict"] == "unknown" or c.label["id"] == "capacitance_fall" and judged.first_class(c.whole) == ["parameter_drift"], "")
+    to.count("unknown_named", "U1", "given a name of tier P",
+             lambda c: c.whole["verdict"] != "unknown" and any(e["id"] in c.catalogue.physics for e in c.whole["effects"]), "")
+    to.count("x1_class", "X1", "truth in some named class, at most three names", judged.any_class_true, ">= 75 %")
+    to.count("x1_wrong", "X1", "some name of tier P or I wrong", judged.wrong_names, "<= 5 %")
+
+
+def what_is_recovered(to):
+    shown = to.at["C1"] + to.at["X1"]
+    with_truth = [c for level in WITH_TRUTH for c in to.at[level]]
+    to.middle("rho", "C1, C4, X1", "recovered fraction of the held-out error, median", map(judged.recovered, with_truth), ">= 0.85")
+    to.middle("rho_C1", "C1", "recovered fraction, median", map(judged.recovered, to.at["C1"]), "")
+    to.middle("rho_X1", "X1", "recovered fraction, median", map(judged.recovered, to.at["X1"]), "")
     for metric, text in (("charge_current_error_a", "charge current error"), ("crank_mae_v", "cranks' minima"), ("rmse_v", "RMSE")):
-        middle(metric, "C1, X1", f"held-out {text}, extended / base, median", [judged.left_of(c, metric) for c in shown],
-               "" if metric == "rmse_v" else "<= 0.3")
-    found = [one for one in map(judged.strength_found, at["C1"] + at["C2"]) if one]
-    middle("strength_error", "C1, C2", "relative error of the strength, median", [error for error, _ in found], "<= 10 %")
-    weak = [right for case in cases for right in judged.weak_names(case)]
-    out.append(Figure("weak_names", "all", "names of tier P or I with evidence below 20 that are right", sum(weak), len(weak), None, ""))
-    out.append(Figure("coverage", "C1, C2", "95 % interval holds the true strength", sum(inside for _, inside in found), len(found), None,
-                      "90 to 98 %"))
-    return out
+        to.middle(metric, "C1, X1", f"held-out {text}, extended / base, median", [judged.left_of(c, metric) for c in shown],
+                  "" if metric == "rmse_v" else "<= 0.3")
+    found = [one for one in map(judged.strength_found, to.at["C1"] + to.at["C2"]) if one]
+    to.middle("strength_error", "C1, C2", "relative error of the strength, median", [error for error, _ in found], "<= 10 %")
+    weak = [right for case in to.cases for right in judged.weak_names(case)]
+    to.out.append(Figure("weak_names", "all", "names of tier P or I with evidence below 20 that are right", sum(weak), len(weak), None, ""))
+    to.out.append(Figure("coverage", "C1, C2", "95 % interval holds the true strength", sum(inside for _, inside in found), len(found), None,
+                         "90 to 98 %"))
 
 
 def written(figure):

@@ -38,11 +38,7 @@ def second_rows(name, sets):
         min(s["discharge"] for s in sets), max(s["discharge"] for s in sets))
 
 
-def page(rows, first, second, second_fig4, third, impedance_error, seeds):
-    default_q = column(rows, "default", "q_hour_percent")
-    default_crank = column(rows, "default", "crank_mae_v")
-    cranks3 = [c for s in third for c in s["cranks"]]
-    return """# The paper's section V, repeated on simulated recordings
+PAGE = """# The paper's section V, repeated on simulated recordings
 
 Written by `make reproduce` (scripts/reproduce); every figure and picture here is printed by that run. The recordings are simulated by the reference
 (`src/reference`, the paper's Fig. 4, independent of the product) from `config/scenarios`, {seeds} seeds each, at 1 kHz, filtered to
@@ -147,20 +143,28 @@ Fitted on the first six minutes, predicted on the next six.
 | Q_dyn [%] | not given | {q3min:.1f} to {q3max:.1f} |
 
 ![6 to 12 min](pictures/reproduction_fig11.png)
-""".format(seeds=seeds, impedance=100.0 * impedance_error, windows=window_table(rows, "data_set_1_1.csv"), n=len(default_q),
-           qmin=min(default_q), qmax=max(default_q), qmed=stats.median(default_q), cmed=stats.median(default_crank),
-           cmax=max(default_crank), first_error=span(errors(first)), factors=factor_table(rows), pulses=pulse_table(rows),
-           edge60=sum(v < 60 for v in column(rows, "paper, start on an edge", "q_hour_percent")),
-           worst=worst_table(rows), selfmin=min(float(r["q_window_percent"]) for r in rows), dits=int(max(column(rows, "default", "iterations"))),
-           qlow=sum(v < 85 for v in default_q), chigh=sum(v > 0.03 for v in default_crank),
-           qlow_s=sum(v < 85 for v in column(rows, "with S1 and S3", "q_hour_percent")),
-           qmin_s=min(column(rows, "with S1 and S3", "q_hour_percent")),
-           chigh_s=sum(v > 0.03 for v in column(rows, "with S1 and S3", "crank_mae_v")),
-           chigh_s_pulse=sum(v > 0.03 for v in column(rows, "with S1 and S3", "crank_mae_v", True)),
-           cmax_s=max(column(rows, "with S1 and S3", "crank_mae_v")),
-           n_nopulse=len(column(rows, "with S1 and S3", "crank_mae_v", False)),
-           nopulse=sum(v > 0.03 for v in column(rows, "default", "crank_mae_v", False)),
-           second=second_rows("Fig. 4 with Pb2+ depletion (scenario as shipped)", second),
-           second_fig4=second_rows("Fig. 4 alone", second_fig4), low=min(s["low"] for s in third),
-           high=max(s["high"] for s in third), crank3=stats.mean(cranks3), crank3sd=stats.pstdev(cranks3),
-           q3min=min(s["q"] for s in third), q3max=max(s["q"] for s in third))
+"""
+
+
+def page(rows, first, second, second_fig4, third, impedance_error, seeds):
+    default_q = column(rows, "default", "q_hour_percent")
+    default_crank = column(rows, "default", "crank_mae_v")
+    cranks3 = [c for s in third for c in s["cranks"]]
+    return PAGE.format(
+        seeds=seeds, impedance=100.0 * impedance_error, windows=window_table(rows, "data_set_1_1.csv"), n=len(default_q),
+        qmin=min(default_q), qmax=max(default_q), qmed=stats.median(default_q), cmed=stats.median(default_crank),
+        cmax=max(default_crank), first_error=span(errors(first)), factors=factor_table(rows), pulses=pulse_table(rows),
+        edge60=sum(v < 60 for v in column(rows, "paper, start on an edge", "q_hour_percent")),
+        worst=worst_table(rows), selfmin=min(float(r["q_window_percent"]) for r in rows), dits=int(max(column(rows, "default", "iterations"))),
+        qlow=sum(v < 85 for v in default_q), chigh=sum(v > 0.03 for v in default_crank),
+        qlow_s=sum(v < 85 for v in column(rows, "with S1 and S3", "q_hour_percent")),
+        qmin_s=min(column(rows, "with S1 and S3", "q_hour_percent")),
+        chigh_s=sum(v > 0.03 for v in column(rows, "with S1 and S3", "crank_mae_v")),
+        chigh_s_pulse=sum(v > 0.03 for v in column(rows, "with S1 and S3", "crank_mae_v", True)),
+        cmax_s=max(column(rows, "with S1 and S3", "crank_mae_v")),
+        n_nopulse=len(column(rows, "with S1 and S3", "crank_mae_v", False)),
+        nopulse=sum(v > 0.03 for v in column(rows, "default", "crank_mae_v", False)),
+        second=second_rows("Fig. 4 with Pb2+ depletion (scenario as shipped)", second),
+        second_fig4=second_rows("Fig. 4 alone", second_fig4), low=min(s["low"] for s in third),
+        high=max(s["high"] for s in third), crank3=stats.mean(cranks3), crank3sd=stats.pstdev(cranks3),
+        q3min=min(s["q"] for s in third), q3max=max(s["q"] for s in third))

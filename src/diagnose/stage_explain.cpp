@@ -1,0 +1,81 @@
+#include "stage_explain.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "battery_sof/diagnose/hypotheses.hpp"
+#include "battery_sof/recording/words.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kShortSteps = 6000.0;  // [s] of a slow recording beyond which short steps would take minutes
+constexpr double kLowestVoltage = 10.5, kHighestVoltage = 15.5;  // [V] a block of lead-acid cells
+constexpr double kNominalVoltage = 12.8;                         // [V]
+
+/// Whether a voltage is that of blocks of six lead-acid cells, one or more in a row.
+bool isLeadAcid(const Series& series) {
+  std::vector<double> voltage = series.voltage;
+  const auto middle = voltage.begin() + static_cast<std::ptrdiff_t>(voltage.size() / 2);
+  std::nth_element(voltage.begin(), middle, voltage.end());
+  const double blocks = std::round(*middle / kNominalVoltage);
+  return blocks >= 1.0 && *middle >= blocks * kLowestVoltage && *middle <= blocks * kHighestVoltage;
+}
+
+/// Ids to weigh. @param notes grows by what is left out.
+std::vector<std::string> idsToWeigh(const Screening& screened, const std::vector<std::string>& wanted, bool is_driven,
+                                    std::vector<std::string>& notes) {
+  if (wanted.empty() && !isLeadAcid(screened.series)) {
+    notes.push_back("the voltage is not that of lead-acid blocks: what is missing is learnt and gets no lead-acid name");
+    return {};
+  }
+  std::vector<std::string> ids = hypothesesOf(wanted, is_driven);
+  const double span = screened.series.time.back() - screened.series.time.front();
+  if (!wanted.empty() || !screened.slow || span <= kShortSteps) return ids;
+  const auto left = std::stable_partition(ids.begin(), ids.end(), [](const std::string& id) { return !effectInfo(id).takes_short_steps; });
+  const std::vector<std::string> left_out(left, ids.end());
+  ids.erase(left, ids.end());
+  notes.push_back("long and slowly sampled: " + listed(left_out) + " are not weighed; give a part of the recording, or name them as hypotheses");
+  return ids;
+}
+
+Explanation explainBy(const std::optional<DrivingSource>& driving, const Prepared& prepared, const std::vector<std::string>& ids,
+                      const DiagnoseOptions& options) {
+  std::vector<char> masked = prepared.screened.limits.masked;
+  Series sound = prepared.screened.series;
+  if (driving) {
+    sound = repaired(sound, driving->repair);
+    for (std::size_t n = 0; n < masked.size(); ++n) masked[n] = masked[n] || driving->repair.dropped[n];
+  }
+  const Drive imposed = fullDrive(sound, prepared.parts.train, masked, driving ? driving->imposes_voltage : std::vector<char>());
+  const CompositionPoint& base = prepared.base.point;
+  const BatteryModel circuit;
+  const BaseResponse response = baseResponse(circuit, beginningOf(base, imposed), imposed, imposed.samples.size());
+  const ForceTable table = forceTable(imposed, response, base.parameters[kRowBeta]);
+  ExplanationRules rules;
+  rules.relevance = options.relevance;
+  return explain(imposed, imposed.samples.size(), table, base, ids, options.given, rules, options.progress);
+}
+
+bool holdsShift(const Explanation& explanation) { return contains(explanation.model.effects(), "time_skew"); }
+
+}  // namespace
+
+/// Who imposes what is told from samples of one instant: where a slow recording's channels turn out to be shifted, a step that one of
+/// them shows late looked like a source, and the current drives.
+Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options) {
+  Explained explained;
+  explained.driving = drivingSource(prepared.screened.series);
+  const std::vector<std::string> ids = idsToWeigh(prepared.screened, options.hypotheses, explained.driving.has_value(), explained.notes);
+  explained.explanation = explainBy(explained.driving, prepared, ids, options);
+  if (!explained.driving || !prepared.screened.slow || !holdsShift(explained.explanation)) return explained;
+  const Explanation by_current = explainBy(std::nullopt, prepared, ids, options);
+  // Behind a source that is there the current alone never tells the voltage to what instruments leave, whatever the shift.
+  if (!holdsShift(by_current) || !(by_current.noise < kPlausible)) return explained;
+  explained.explanation = by_current;
+  explained.driving.reset();
+  return explained;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,98 @@
+#include "stage_judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "battery_sof/diagnose/slow_tone.hpp"
+#include "battery_sof/diagnose/verdict.hpp"
+#include "battery_sof/recording/words.hpp"
+#include "confirmation.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kToldRight = 0.7;  // [1], of the families told of batteries of unknown law: docs/diagnosis.md
+
+Unexplained restOf(const Prepared& prepared, const FinalFit& last, const Learned& learned) {
+  Unexplained rest;
+  rest.is_tone = slowTone(last.fit, last.drive(prepared)).has_value();
+  rest.is_learned = learned.isUsed();
+  rest.rmse = learned.finding ? learned.finding->left_out.base : 0.0;
+  rest.plausible = kPlausible;
+  return rest;
+}
+
+std::string rejection(const Candidate& candidate, const std::vector<Component>& components) {
+  for (const Component& one : components)
+    if (contains(one.tied, candidate.id)) return "does as well as " + one.member + ", which stands in the model";
+  if (candidate.evidence < ExplanationRules().least_gain) return "the recording hardly speaks for it";
+  return components.empty() ? "what it adds is too small to matter" : "what was taken instead explains more of the error";
+}
+
+/// Every effect that was fitted once, at its best gain.
+std::vector<Candidate> weighedOnce(const std::vector<WeighedMember>& weighed) {
+  std::vector<Candidate> candidates;
+  for (const WeighedMember& one : weighed) {
+    const auto known = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.id == one.id; });
+    if (known == candidates.end())
+      candidates.push_back({one.id, one.gain, 0.0, "", familyId(familyOf(one.id))});
+    else
+      known->evidence = std::max(known->evidence, one.gain);
+  }
+  return candidates;
+}
+
+/// The same, with why it was not taken.
+std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed, const std::vector<Component>& components) {
+  std::vector<Candidate> candidates = weighedOnce(weighed);
+  for (Candidate& candidate : candidates) {
+    const auto accepted = std::find_if(components.begin(), components.end(), [&](const Component& one) { return one.member == candidate.id; });
+    if (accepted == components.end()) {
+      candidate.rejected_because = rejection(candidate, components);
+      continue;
+    }
+    candidate.evidence = accepted->gain;
+    candidate.confidence = accepted->probability;
+  }
+  std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return std::make_pair(a.rejected_because.empty(), a.evidence) > std::make_pair(b.rejected_because.empty(), b.evidence);
+  });
+  return candidates;
+}
+
+std::vector<Detectable> detectableOf(const std::vector<LeastStrength>& all, const Confirmation& confirmation, const DiagnoseOptions& options) {
+  std::vector<Detectable> detectable;
+  for (const LeastStrength& least : all) {
+    if (least.parameter.empty()) continue;
+    Detectable one{least.id, least.parameter, least.unit, least.strength, least.typical, false};
+    if (contains(options.confirm, one.id)) one.strength = confirmedStrength(confirmation, one, options);
+    one.visible = one.strength && std::abs(*one.strength) <= std::abs(one.typical);
+    detectable.push_back(one);
+  }
+  return detectable;
+}
+
+}  // namespace
+
+Judged judgeFindings(const Recording& recording, const Prepared& prepared, const Explained& explained, const FinalFit& last,
+                     const Learned& learned, const DiagnoseOptions& options) {
+  const Unexplained rest = restOf(prepared, last, learned);
+  Judged judged;
+  judged.verdict = judge(explained.explanation, {prepared.screened.faults, prepared.screened.sentences}, rest);
+  judged.components = explained.explanation.components;
+  // The evidence weighs families against each other and does not know that a battery's law may be none of them.
+  for (Component& one : judged.components) one.probability *= kToldRight;
+  if (!judged.components.empty()) {
+    judged.family = judged.components.front().family;
+    judged.probability = judged.components.front().probability;
+  } else if (judged.verdict == Verdict::kUnknown && rest.is_learned && !learned.finding->families.empty()) {
+    judged.family = learned.finding->families.front().family;
+  }
+  judged.candidates = candidatesOf(explained.explanation.weighed, judged.components);
+  if (options.lists_detectable)
+    judged.detectable = detectableOf(explained.explanation.least, {recording, prepared, last.fit}, options);
+  return judged;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,116 @@
+#include "stage_name.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "battery_sof/diagnose/profile_interval.hpp"
+#include "battery_sof/identify/composition_identification.hpp"
+#include "battery_sof/identify/error_tracker.hpp"
+#include "battery_sof/identify/identification.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kTwoSided = 1.96;        // standard deviations of a 95 % interval
+constexpr double kFaultProbability = 0.95;  // [1], of what the screen found
+
+FittedModel completed(const WhitenedFit& fit, const Prepared& prepared, const std::string& recording) {
+  const Screening& screened = prepared.screened;
+  IdentifyOptions options;
+  options.effects = fit.model.effects();
+  options.force = fit.model.force();
+  options.masked = screened.limits.masked;
+  options.voltage_lsb_std = screened.limits.voltage_lsb_std;
+  FittedModel model = completedModel(screened.series, prepared.parts.train, options, fit.point, fit.noise);
+  fitErrors(model, screened.series, prepared.parts.train);
+  model.recording = recording;
+  return model;
+}
+
+/// Where a source drives, both models are fitted in the direction that is imposed; the extended one with what its window teaches.
+void takeBothWays(Named& named, const Prepared& prepared, const Explained& explained, const std::string& recording) {
+  IdentifyOptions options;
+  options.masked = prepared.screened.limits.masked;
+  options.source = explained.driving;
+  FittedModel base = identify(prepared.screened.series, prepared.parts.train, options);
+  options.effects = explained.explanation.model.effects();
+  options.chooses_effects = !explained.hasEffects();
+  const bool lacks_something = !explained.explanation.components.empty();
+  named.extended = lacks_something ? identify(prepared.screened.series, prepared.parts.train, options) : base;
+  named.extended.recording = recording;
+  base.learned = LearnedResidual();
+  base.experience = Experience();
+  named.base_both_ways = std::move(base);
+}
+
+/// Interval by profile likelihood.
+DiagnosedParameter profiled(const ParameterEstimate& estimate, const ParameterInfo& info, const WhitenedFit& fit, const Drive& drive) {
+  DiagnosedParameter parameter{estimate.name, estimate.unit, estimate.value, estimate.std, std::nullopt, std::nullopt,
+                               estimate.at_bound};
+  const double first = estimate.std ? kTwoSided * *estimate.std : 0.2 * std::abs(estimate.value);
+  if (!(first > 0.0)) return parameter;
+  const ProfileInterval interval = profileInterval(fit, drive, estimate.name, first);
+  // Ends are carried over as distances: the other grid's optimum differs by a share of a standard error.
+  const double center = fit.point.parameters[*fit.model.parameterRow(info.name)];
+  if (interval.lower) parameter.lower = std::max(info.lower, estimate.value - (center - *interval.lower));
+  if (interval.upper) parameter.upper = std::min(info.upper, estimate.value + (*interval.upper - center));
+  return parameter;
+}
+
+/// Base parameters that moved by more than a tenth, or two standard errors, once the effects were in.
+std::vector<std::string> absorbedInto(const FittedModel& base, const FittedModel& extended) {
+  std::vector<std::pair<double, std::string>> moved;
+  for (std::size_t j = 0; j < static_cast<std::size_t>(kRowUDc); ++j) {
+    const ParameterEstimate& before = base.estimates[j];
+    const ParameterEstimate& after = extended.estimates[j];
+    const double by = std::abs(before.value - after.value);
+    const double noise = std::hypot(before.std.value_or(0.0), after.std.value_or(0.0));
+    if (by > 0.1 * std::abs(before.value) && by > 2.0 * noise) moved.push_back({by / std::abs(before.value), before.name});
+  }
+  std::stable_sort(moved.begin(), moved.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<std::string> names;
+  for (const auto& one : moved) names.push_back(one.second);
+  return names;
+}
+
+/// A component's effect, then those that would do as well.
+void takeEffect(Named& named, const Component& one, const WhitenedFit& fit, const Drive& drive) {
+  NamedEffect effect{one.member, one.probability, absorbedInto(named.base, named.extended), {}, one.gain, one.rms, one.tied,
+                     familyId(one.family), one.probability};
+  for (const ParameterInfo& info : effectInfo(one.member).parameters)
+    for (const ParameterEstimate& estimate : named.extended.estimates)
+      if (estimate.name == info.name && !estimate.held) effect.parameters.push_back(profiled(estimate, info, fit, drive));
+  const double each = one.probability / static_cast<double>(1 + one.tied.size());
+  if (!one.tied.empty()) effect.confidence = each;
+  named.effects.push_back(effect);
+  for (const std::string& id : one.tied) {
+    NamedEffect rival{id, each, {}, {}, one.gain, one.rms, {one.member}, familyId(familyOf(id)), one.probability};
+    for (const std::string& other : one.tied)
+      if (other != id) rival.tied_with.push_back(other);
+    named.effects.push_back(rival);
+  }
+}
+
+}  // namespace
+
+Named nameEffects(const Recording& recording, const Prepared& prepared, const Explained& explained, const FinalFit& last,
+                  const Learned& learned, const Judged& judged) {
+  Named named;
+  named.base = completed(prepared.base, prepared, recording.name);
+  if (explained.driving)
+    takeBothWays(named, prepared, explained, recording.name);
+  else if (learned.with_force)
+    named.extended = completed(*learned.with_force, prepared, recording.name);
+  else
+    named.extended = explained.hasEffects() ? completed(last.fit, prepared, recording.name) : named.base;
+  if (judged.verdict == Verdict::kUnknown || judged.verdict == Verdict::kNoMismatch) return named;
+  for (const Component& one : judged.components)
+    if (!one.member.empty()) takeEffect(named, one, last.fit, last.drive(prepared));
+  if (judged.verdict == Verdict::kSensorFault)
+    for (const std::string& id : prepared.screened.faults)
+      named.effects.push_back({id, kFaultProbability, {}, {}, 0.0, 0.0, {}, familyId(Family::kInstrument), kFaultProbability});
+  return named;
+}
+
+}  // namespace battery_sof

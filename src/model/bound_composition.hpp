@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "battery_sof/model/battery_model.hpp"
+#include "effects/effect_definition.hpp"
+
+namespace battery_sof {
+
+/// Which effects a battery is composed of, where their numbers begin, and what their hooks ask of a step. Never changes.
+struct BoundComposition {
+  struct Member {
+    const Effect* effect;
+    int parameter, state;  ///< first of its own
+  };
+
+  explicit BoundComposition(const BatteryModel& composed);
+
+  BatteryModel model;
+  std::vector<Member> members;                 ///< in the order in which they are applied
+  int activity_state = -1, ladder_state = -1;  ///< first ones; -1: none
+  int force_parameter = -1;                    ///< first factor of a learnt force; -1: none
+  bool steps_finely = false, adapts = false, limits_reaction = false;  ///< whether a member does
+  double longest_piece = 0.0;                  ///< [s], see EffectHooks
+
+  /// @return columns of `seeds` that move something which can reach the double layer.
+  std::vector<int> lanesOfLayer(const Eigen::Ref<const Eigen::MatrixXd>& seeds) const;
+  /// @return parameters of the effects that take part in the double layer's implicit step.
+  std::vector<int> parametersOfLayer() const;
+};
+
+}  // namespace battery_sof

@@ -1,0 +1,273 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "battery_sof/model/simulation.hpp"
+#include "cloned.hpp"
+#include "composed_effects.hpp"
+#include "force_run.hpp"
+#include "layer_choice.hpp"
+
+namespace battery_sof {
+
+/// Where a battery stands: all that moves, in arithmetic S. What never moves is the stepper's.
+template <typename S>
+struct Standing {
+  double time = 0.0;                                ///< [s]
+  std::vector<S> x;                                 ///< states, in the composition's order; first u_c2 [V]
+  std::vector<S> force;                             ///< memory of a learnt force, as firstForceMemory()
+  S terminal = S(0.0), voltage = S(0.0);            ///< [V], of the battery and as its channel shows it; 0 before the first interval
+  double last_current = 0.0;                        ///< [A], at the end of the last interval
+  double layer_step = 1.0;                          ///< [s], length of the double layer's next implicit step
+  unsigned intervals = 0;                           ///< since fading numbers were dropped
+};
+
+/// Changes every number that carries lanes, and each beside its counterpart in another standing of the same battery.
+template <typename S, typename Change>
+void changeNumbers(Standing<S>& to, const Change& change) {
+  for (S& x : to.x) change(x);
+  for (S& x : to.force) change(x);
+  change(to.terminal);
+  change(to.voltage);
+}
+template <typename S, typename T, typename Change>
+void changeNumbersBeside(Standing<S>& to, const Standing<T>& from, const Change& change) {
+  for (std::size_t j = 0; j < to.x.size(); ++j) change(to.x[j], from.x[j]);
+  for (std::size_t j = 0; j < to.force.size(); ++j) change(to.force[j], from.force[j]);
+  change(to.terminal, from.terminal);
+  change(to.voltage, from.voltage);
+}
+/// Takes the other's numbers, each as `number` makes it one of arithmetic S.
+template <typename S, typename T, typename Number>
+void standAs(Standing<S>& to, const Standing<T>& from, const Number& number) {
+  changeNumbersBeside(to, from, [&](S& x, const T& y) { x = S(number(y)); });
+  to.time = from.time;
+  to.last_current = from.last_current;
+  to.layer_step = from.layer_step;
+  to.intervals = from.intervals;
+}
+
+/// The current over an interval as a learnt force sees it: the measured one.
+template <typename S>
+struct SeenCurrent {
+  S held, end;
+  bool gap;
+};
+
+/**
+ * @brief A battery that passes through intervals under a held current, in arithmetic S. See Simulation for the method.
+ *
+ * Copied with all it is.
+ */
+template <typename S>
+class Stepper {
+ public:
+  Stepper(std::shared_ptr<const BoundComposition> bound, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds)
+      : lanes_(seeds.cols()),
+        effects_(bound, start.parameters, start.reference_time, seeds),
+        layer_(LayerChoice<S>(*bound).underCurrent(bound->lanesOfLayer(seeds))) {
+    now.time = start.time;
+    for (Eigen::Index j = 0; j < start.state.size(); ++j)
+      now.x.push_back(seeded(start.state[j], seeds, start.parameters.size() + j, S()));
+    if (!bound->model.force()) return;
+    force_.emplace(bound->model.force());
+    now.force = firstForceMemory<S>(*bound->model.force(), start.force_memory);
+  }
+
+  Standing<S> now;
+
+  Eigen::Index lanes() const { return lanes_; }
+  const ComposedEffects<S>& effects() const { return effects_; }
+  const Present<S>& presentAt(double time) { return effects_.presentAt(time, now.x); }
+  LayerOf<S>& layer() { return *layer_; }
+  const std::optional<ForceRun<S>>& force() const { return force_; }
+  void setBeyondLearned(double beyond) {
+    if (force_) force_->setBeyond(beyond);
+  }
+
+  /// The battery as it stands, in values.
+  ModelPoint point() const {
+    ModelPoint here;
+    here.time = now.time;
+    here.reference_time = effects_.referenceTime();
+    here.parameters = valuesOf(effects_.parameters());
+    here.state = valuesOf(now.x);
+    here.force_memory = forceMemory();
+    return here;
+  }
+
+  std::vector<double> forceMemory() const {
+    std::vector<double> memory;
+    for (const S& x : now.force) memory.push_back(valueOf(x));
+    return memory;
+  }
+
+  /// From here on every lane may reach the layer.
+  void widen() {
+    if (is_wide_) return;
+    is_wide_ = true;
+    layer_ = LayerChoice<S>(effects_.bound()).behindSource();
+  }
+
+  /// One interval under a held current of the battery itself. @param slope [A/s], of the measured current.
+  void pass(const S& held, const S& end, double duration, double slope, double end_time) {
+    pass(held, end, duration, slope, end_time, {held, end, false});
+  }
+  void pass(const S& held, const S& end, double duration, double slope, double end_time, const SeenCurrent<S>& seen) {
+    const S before = force_ ? now.x[0] : S(0.0);
+    now.last_current = valueOf(end);
+    for (double done = 0.0; done < duration;) {
+      const double piece = pieceOf(duration, done);
+      done = done + piece < duration * (1.0 - 1e-12) ? done + piece : duration;
+      passPiece(held, piece, end_time - duration + done);
+    }
+    if (++now.intervals == kFadingLooked) {
+      now.intervals = 0;
+      for (S& x : now.x) dropFaded(x);
+    }
+    now.time = end_time;
+    const Present<S>& present = presentAt(end_time);
+    moveForce(before, now.x[0], duration, seen, present, now.force);
+    show({end, slope, duration, present});
+  }
+
+  /// An interval at whose end u_c2 is known: what is left are effects and force. @param mean of u_c2.  @param present in its middle.
+  void passKnown(const S& current, const S& u_c2, const S& mean, double duration, const Present<S>& present) {
+    const double end_time = now.time + duration;
+    const S start = now.x[0];
+    now.last_current = valueOf(current);
+    now.x[0] = u_c2;
+    effects_.advance({current, duration, mean, reactionOf(current, S(u_c2 - start), mean, duration), present}, false, now.x);
+    now.time = end_time;
+    moveForce(start, now.x[0], duration, {current, current, false}, present, now.force);
+    show({current, 0.0, duration, presentAt(end_time)});
+  }
+
+  /// Everything in the terminal voltage but u_c2 after a step under a current [V]; moves nothing.
+  S othersVoltage(const S& i, double duration, const S& u, const Present<S>& present) {
+    std::vector<S>& x = work_->x = now.x;
+    effects_.advance({i, duration, u, i, present}, false, x);
+    const Instant<S> instant{i, 0.0, duration, present};
+    S voltage = S(present.u_dc + ohmic(present, i) * i);
+    effects_.addVoltages(instant, x, voltage);
+    return force_ ? S(voltage + forceAfter(i, duration, u, present)) : voltage;
+  }
+
+  /// Slope of a learnt force after such a step to its end's u_c2 [1]; in arithmetic Slope.
+  double forceSlope(double i, double duration, double u, const Present<S>& present) {
+    return derivativesOf(forceAfter(S(i), duration, S(u, Eigen::Matrix<double, 1, 1>::Ones()), present))[0];
+  }
+
+  /// Charge that nobody saw flow [As]: it goes into the effects' balances and moves no voltage.
+  void discharge(double charge) {
+    constexpr double kAtOnce = 1e-9;  // [s]
+    const S reaction(-charge / kAtOnce), none(0.0);
+    const Present<S>& present = presentAt(now.time);
+    effects_.advance({none, kAtOnce, now.x[0], reaction, present}, false, now.x);
+  }
+
+ private:
+  static constexpr double kGrowing = 0.005;        // of the time passed
+  static constexpr double kMostPieces = 8.0;       // of an interval, where nothing asks for fine steps
+  static constexpr unsigned kFadingLooked = 1024;  // intervals; too few to fade from kFaded to what is stuck
+
+  static const S& ohmic(const Present<S>& present, const S& current) {
+    return valueOf(current) < 0.0 ? present.r_discharge : present.r_charge;
+  }
+  S* stateAt(int j) { return j >= 0 ? &now.x[static_cast<std::size_t>(j)] : nullptr; }
+
+  /// Terminal voltage at an instant, and what the channel makes of it.
+  void show(const Instant<S>& instant) {
+    now.terminal = S(instant.present.u_dc + now.x[0] + ohmic(instant.present, instant.current) * instant.current);
+    effects_.addVoltages(instant, now.x, now.terminal);
+    if (force_) now.terminal = S(now.terminal + force_->voltage());
+    now.voltage = now.terminal;
+    effects_.show(instant, now.x, now.voltage);
+  }
+
+  /**
+   * @brief How far to go at once with `done` of an interval passed.
+   *
+   * Where effects act back on others an interval is cut into equal pieces of at most longest_piece. After the first 20 s of a
+   * longer one pieces grow with the time passed: what began with it settles down to slower and slower change.
+   */
+  double pieceOf(double duration, double done) const {
+    const BoundComposition& bound = effects_.bound();
+    if (bound.longest_piece == 0.0) return duration;
+    const double pieces = std::ceil(duration / bound.longest_piece);
+    const double even = duration / (bound.steps_finely ? pieces : std::min(pieces, kMostPieces));
+    return std::min(std::max(even, kGrowing * done), duration - done);
+  }
+
+  void passPiece(const S& held, double duration, double end_time) {
+    const BoundComposition& bound = effects_.bound();
+    const double middle = end_time - 0.5 * duration;
+    if (bound.steps_finely) advanceFinely(held, 0.5 * duration, presentAt(middle));
+    const Present<S>& present = presentAt(middle);
+    const S before = now.x[0];
+    layer_->advance(effects_.parameters().data(), present, held, duration, now.layer_step, now.x[0], stateAt(bound.activity_state),
+                    stateAt(bound.ladder_state));
+    const S mean = S(0.5 * (before + now.x[0]));
+    if (bound.limits_reaction)
+      effects_.advance({held, duration, mean, reactionOf(held, S(now.x[0] - before), mean, duration), present}, false, now.x);
+    else
+      effects_.advance({held, duration, mean, held, present}, false, now.x);
+    if (bound.steps_finely) advanceFinely(held, 0.5 * duration, present);
+  }
+  /// No effect that steps finely asks for what reacted.
+  void advanceFinely(const S& held, double duration, const Present<S>& present) {
+    effects_.advance({held, duration, now.x[0], held, present}, true, now.x);
+  }
+
+  /// Mean of what reacted over an interval: what was neither stored nor went past the reaction [A].
+  S reactionOf(const S& held, const S& moved, const S& mean, double duration) const {
+    const bool is_stored = duration > 0.0 && effects_.bound().ladder_state < 0;
+    return effects_.lessSideCurrents(is_stored ? S(held - effects_.present().c2 * moved * (1.0 / duration)) : held, mean);
+  }
+
+  /// A learnt force, where there is one, over an interval in which u_c2 went from `before` to `end`. @param memory updated.
+  void moveForce(const S& before, const S& end, double duration, const SeenCurrent<S>& seen, const Present<S>& present,
+                 std::vector<S>& memory) {
+    if (!force_) return;
+    const S mean = S(0.5 * (before + end));
+    const int first = effects_.bound().force_parameter;
+    force_->advance({{duration, seen.end, seen.held, seen.gap, end, present.time}, before, conductanceOf(mean, present), present.c2},
+                    first >= 0 ? effects_.parameters().data() + first : nullptr, memory);
+  }
+  /// A learnt force after a step under a current [V]; moves nothing.
+  const S& forceAfter(const S& i, double duration, const S& u, const Present<S>& present) {
+    work_->force = now.force;
+    moveForce(now.x[0], u, duration, {i, i, false}, present, work_->force);
+    return force_->voltage();
+  }
+
+  /// d i_r2 / d u_c2 [1/Ohm].
+  S conductanceOf(const S& u, const Present<S>& present) const {
+    using std::exp;
+    const int activity = effects_.bound().activity_state;
+    const S up = S(present.alpha * present.beta), down = S(present.beta - up);
+    S charging = S(present.i0 * present.reactivity * exp(bounded(S(up * u))));
+    if (activity >= 0) charging = S(charging * exp(now.x[static_cast<std::size_t>(activity)]));
+    const S discharging = S(present.i0 * exp(bounded(S(-(down * u)))));
+    const S free = S(up * charging + down * discharging), limit = S(1.0 + charging * present.inverse_supply);
+    return S((free - (charging - discharging) * (up * charging * present.inverse_supply) / limit) / limit);
+  }
+
+  struct Work {
+    std::vector<S> x, force;
+  };
+
+  Eigen::Index lanes_;
+  bool is_wide_ = false;
+  ComposedEffects<S> effects_;
+  Cloned<LayerOf<S>> layer_;
+  std::optional<ForceRun<S>> force_;
+  WorkSpace<Work> work_;
+};
+
+}  // namespace battery_sof
