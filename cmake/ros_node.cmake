@@ -17,11 +17,21 @@ install(TARGETS ${PROJECT_NAME}_ros
   ARCHIVE DESTINATION ${LIBRARY_DESTINATION}
   LIBRARY DESTINATION ${LIBRARY_DESTINATION})
 install(TARGETS ${PROJECT_NAME}_node RUNTIME DESTINATION ${PROGRAM_DESTINATION})
-install(DIRECTORY config launch live DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+install(DIRECTORY completion config launch live DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 # These are whole in one file each: the package of the other scripts (tools/) is for this checkout, and catkin_python_setup()
 # would install it to the prefix known when configuring, whatever --prefix says.
 catkin_install_python(PROGRAMS scripts/ask_and_compare scripts/live_page scripts/plot_prediction
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+
+# On the PATH after setup.sh, which has bin/ but not lib/${PROJECT_NAME}; and the completion of sof.
+file(MAKE_DIRECTORY "${CATKIN_DEVEL_PREFIX}/bin")
+install(CODE "file(MAKE_DIRECTORY \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CATKIN_GLOBAL_BIN_DESTINATION}\")")
+foreach(name sof ask_and_compare)
+  file(CREATE_LINK "../${CATKIN_PACKAGE_BIN_DESTINATION}/${name}" "${CATKIN_DEVEL_PREFIX}/bin/${name}" SYMBOLIC)
+  install(CODE "file(CREATE_LINK \"../${CATKIN_PACKAGE_BIN_DESTINATION}/${name}\"
+    \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CATKIN_GLOBAL_BIN_DESTINATION}/${name}\" SYMBOLIC)")
+endforeach()
+catkin_add_env_hooks(50.${PROJECT_NAME} SHELLS bash DIRECTORY env-hooks)
 
 # catkin writes its setup files to the prefix known when configuring; `cmake --install build --prefix P` gets its own here.
 install(CODE "
