@@ -25,13 +25,11 @@ catkin_install_python(PROGRAMS scripts/ask_and_compare scripts/live_page scripts
 
 # On the PATH after setup.sh, which has bin/ but not lib/${PROJECT_NAME}; and the completion of sof.
 file(MAKE_DIRECTORY "${CATKIN_DEVEL_PREFIX}/bin")
-install(CODE "file(MAKE_DIRECTORY \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CATKIN_GLOBAL_BIN_DESTINATION}\")")
 foreach(name sof ask_and_compare)
   file(CREATE_LINK "../${CATKIN_PACKAGE_BIN_DESTINATION}/${name}" "${CATKIN_DEVEL_PREFIX}/bin/${name}" SYMBOLIC)
-  install(CODE "file(CREATE_LINK \"../${CATKIN_PACKAGE_BIN_DESTINATION}/${name}\"
-    \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CATKIN_GLOBAL_BIN_DESTINATION}/${name}\" SYMBOLIC)")
+  install(FILES "${CATKIN_DEVEL_PREFIX}/bin/${name}" DESTINATION ${CATKIN_GLOBAL_BIN_DESTINATION})
 endforeach()
-catkin_add_env_hooks(50.${PROJECT_NAME} SHELLS bash DIRECTORY env-hooks)
+catkin_add_env_hooks(50.${PROJECT_NAME} SHELLS bash DIRECTORY "${PROJECT_SOURCE_DIR}/env-hooks")
 
 # catkin writes its setup files to the prefix known when configuring; `cmake --install build --prefix P` gets its own here.
 install(CODE "
