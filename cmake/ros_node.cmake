@@ -17,11 +17,19 @@ install(TARGETS ${PROJECT_NAME}_ros
   ARCHIVE DESTINATION ${LIBRARY_DESTINATION}
   LIBRARY DESTINATION ${LIBRARY_DESTINATION})
 install(TARGETS ${PROJECT_NAME}_node RUNTIME DESTINATION ${PROGRAM_DESTINATION})
-install(DIRECTORY config launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-# These two are whole in one file each: the package of the other scripts (tools/) is for this checkout, and catkin_python_setup()
+install(DIRECTORY completion config launch live DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+# These are whole in one file each: the package of the other scripts (tools/) is for this checkout, and catkin_python_setup()
 # would install it to the prefix known when configuring, whatever --prefix says.
-catkin_install_python(PROGRAMS scripts/ask_and_compare scripts/plot_prediction
+catkin_install_python(PROGRAMS scripts/ask_and_compare scripts/live_page scripts/plot_prediction
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+
+# On the PATH after setup.sh, which has bin/ but not lib/${PROJECT_NAME}; and the completion of sof.
+file(MAKE_DIRECTORY "${CATKIN_DEVEL_PREFIX}/bin")
+foreach(name sof ask_and_compare)
+  file(CREATE_LINK "../${CATKIN_PACKAGE_BIN_DESTINATION}/${name}" "${CATKIN_DEVEL_PREFIX}/bin/${name}" SYMBOLIC)
+  install(FILES "${CATKIN_DEVEL_PREFIX}/bin/${name}" DESTINATION ${CATKIN_GLOBAL_BIN_DESTINATION})
+endforeach()
+catkin_add_env_hooks(50.${PROJECT_NAME} SHELLS bash DIRECTORY "${PROJECT_SOURCE_DIR}/env-hooks")
 
 # catkin writes its setup files to the prefix known when configuring; `cmake --install build --prefix P` gets its own here.
 install(CODE "

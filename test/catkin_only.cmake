@@ -12,7 +12,7 @@ foreach(file ${rostests})
   battery_sof_rostest(${name})
 endforeach()
 
-# The diagnosis page in a browser.
+# The diagnosis page and the live page in a browser.
 add_executable(made_pages EXCLUDE_FROM_ALL page/made_pages_main.cpp)
 target_include_directories(made_pages PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 target_link_libraries(made_pages battery_sof)
@@ -22,6 +22,10 @@ add_test(NAME diagnosis_page_in_a_browser
   COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/page/browser_test.py"
     "${made_pages_folder}/made_pages" "${CMAKE_CURRENT_BINARY_DIR}/page")
 set_tests_properties(diagnosis_page_in_a_browser PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 120)
+add_test(NAME live_page_in_a_browser
+  COMMAND "${CATKIN_DEVEL_PREFIX}/env.sh" "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/page/live_test.py"
+    "${CATKIN_DEVEL_PREFIX}" "${CMAKE_CURRENT_BINARY_DIR}/page")
+set_tests_properties(live_page_in_a_browser PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300)
 
 # The benchmark of the diagnosis: its arithmetic, and a tenth of it as a whole (some minutes).
 add_test(NAME proof_counts_right COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/proof/proof_test.py")
@@ -38,5 +42,16 @@ set_tests_properties(strangers_count_right PROPERTIES TIMEOUT 120)
 # What the scripts share, and the shell scripts.
 add_test(NAME scripts_do_what_they_say COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/tools_test.py")
 set_tests_properties(scripts_do_what_they_say PROPERTIES TIMEOUT 300 ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
+add_test(NAME setup_brings_path_and_completion
+  COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/path_test.py" "${CATKIN_DEVEL_PREFIX}")
+set_tests_properties(setup_brings_path_and_completion PROPERTIES TIMEOUT 60)
 add_test(NAME shell_scripts_are_clean COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/shell_test.py")
 set_tests_properties(shell_scripts_are_clean PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 60)
+
+# The example of who asks the node: built as another workspace would, then tried on a drive.
+add_test(NAME energy_manager_builds_and_decides
+  COMMAND "${CMAKE_COMMAND}" "-DDEVEL=${CATKIN_DEVEL_PREFIX}" "-DSOURCE=${PROJECT_SOURCE_DIR}/examples/energy_manager"
+    "-DWORK=${CMAKE_BINARY_DIR}/energy_manager" "-DCXX=${CMAKE_CXX_COMPILER}" "-DPYTHON=${PYTHON_EXECUTABLE}"
+    "-DROSTEST=${BATTERY_SOF_ROSTEST}" -P "${CMAKE_CURRENT_SOURCE_DIR}/examples/try.cmake")
+set_tests_properties(energy_manager_builds_and_decides PROPERTIES TIMEOUT 300)
+add_dependencies(tests stop_experiment)

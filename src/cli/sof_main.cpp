@@ -10,5 +10,10 @@ int main(int argc, char** argv) {
       [](const auto& arguments, std::ostream& out, std::ostream& err) {
         return battery_sof_reference::runSimulate(arguments, out, err, battery_sof::requireSeparateFiles);
       }};
-  return battery_sof::runSof({argv + 1, argv + argc}, std::cout, std::cerr, {simulate});
+  const battery_sof::ExternalCommand demo = {
+      "demo", "an example recording to try the other commands on",
+      [](const auto& arguments, std::ostream& out, std::ostream& err) {
+        return battery_sof_reference::runDemo(arguments, out, err, battery_sof::requireSeparateFiles);
+      }};
+  return battery_sof::runSof({argv + 1, argv + argc}, std::cout, std::cerr, {simulate, demo});
 }

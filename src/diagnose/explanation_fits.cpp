@@ -101,7 +101,7 @@ Eigen::VectorXd expectedFrom(const ExplanationState& state, Eigen::VectorXd& std
   CompositionPoint point = state.point;
   for (Eigen::Index j = 0; j < known; ++j) {
     const FitCoordinate& c = state.coordinates[static_cast<std::size_t>(j)];
-    expected[j] = c.centre - c.of(at(point, c.row));
+    expected[j] = c.centre - c.of(ExplanationFits::at(point, c.row));
     std[j] = c.std;
   }
   return expected;

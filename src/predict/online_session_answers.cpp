@@ -140,6 +140,13 @@ std::optional<FittedModel> OnlineSession::model() const {
   return inUse().now();
 }
 
+std::optional<ExpectedSample> OnlineSession::expectedSample() const {
+  if (!inUse().isCompared()) return std::nullopt;
+  const FollowedSample& last = inUse().last();
+  if (last.voltage_drives) return ExpectedSample{inUse().lastTime(), std::nullopt, last.current};
+  return ExpectedSample{inUse().lastTime(), last.voltage, std::nullopt};
+}
+
 SessionStatus OnlineSession::status() const {
   SessionStatus status;
   status.reason = last_outcome_;
@@ -154,6 +161,7 @@ SessionStatus OnlineSession::status() const {
   status.source_seen = source_.seen();
   status.source_share = source_.share();
   status.voltage_drives = inUse().voltageDrives();
+  status.expected = expectedSample();
   status.crank_contest = inUse().crankContest().score();
   status.charge_contest = inUse().chargeContest().score();
   if (contenders_.extended) status.contest = contenders_.contest.score();

@@ -53,20 +53,20 @@ std::string_view unquoted(std::string_view cell) {
   return trimmed(cell.substr(1, cell.size() - 2));
 }
 
-/// Position of the comma that ends the cell beginning at first; commas between quotes do not count.
-std::size_t endOfCell(std::string_view line, std::size_t first) {
+/// Position of the separator that ends the cell beginning at first; those between quotes do not count.
+std::size_t endOfCell(std::string_view line, std::size_t first, char separator) {
   bool quoted = false;
   for (std::size_t k = first; k < line.size(); ++k) {
     if (line[k] == '"') quoted = !quoted;
-    if (line[k] == ',' && !quoted) return k;
+    if (line[k] == separator && !quoted) return k;
   }
   return line.size();
 }
 
-void splitCells(std::string_view line, std::vector<std::string_view>& cells) {
+void splitCells(std::string_view line, char separator, std::vector<std::string_view>& cells) {
   cells.clear();
   for (std::size_t first = 0; first <= line.size();) {
-    const std::size_t last = endOfCell(line, first);
+    const std::size_t last = endOfCell(line, first, separator);
     cells.push_back(unquoted(line.substr(first, last - first)));
     first = last + 1;
   }
@@ -112,12 +112,13 @@ class Lines {
 struct Layout {
   std::filesystem::path path;
   std::vector<std::string_view> names;
+  char separator = ',';
   std::size_t time = 0, current = 0, voltage = 0, temperature = kNoColumn;
 };
 
 std::string separatorHint(const Layout& layout) {
   if (layout.names.size() != 1) return "";
-  const bool other = layout.names.front().find_first_of(";\t") != std::string_view::npos;
+  const bool other = layout.names.front().find_first_of("|\t") != std::string_view::npos;
   return other ? "; the file does not look comma-separated" : "";
 }
 
@@ -140,7 +141,12 @@ Layout readLayout(const std::filesystem::path& path, Lines& lines, const CsvColu
                          columns.time + ", " + columns.current + ", " + columns.voltage);
   }
   Layout layout{path, {}};
-  splitCells(lines.line(), layout.names);
+  splitCells(lines.line(), layout.separator, layout.names);
+  const bool has_time = std::find(layout.names.begin(), layout.names.end(), columns.time) != layout.names.end();
+  if (!has_time && endOfCell(lines.line(), 0, ';') < lines.line().size()) {
+    layout.separator = ';';
+    splitCells(lines.line(), layout.separator, layout.names);
+  }
   layout.time = columnIndex(layout, columns.time);
   layout.current = columnIndex(layout, columns.current);
   layout.voltage = columnIndex(layout, columns.voltage);
@@ -154,6 +160,16 @@ Layout readLayout(const std::filesystem::path& path, Lines& lines, const CsvColu
 
 // ---------------------------------------------------------------------------------------------
 // cells into numbers
+
+/// Where cells end with semicolons, a single comma without a point beside it is the decimal sign.
+std::string withPoint(std::string_view cell, char separator) {
+  std::string text(cell);
+  const std::size_t comma = text.find(',');
+  const bool is_decimal = separator == ';' && comma != std::string::npos && text.find_first_of(",.", comma + 1) == std::string::npos &&
+                          text.find('.') == std::string::npos;
+  if (is_decimal) text[comma] = '.';
+  return text;
+}
 
 /// The whole cell as a number, NaN for an empty one; nothing when it is text.
 std::optional<double> parseNumber(std::string_view cell) {
@@ -203,14 +219,15 @@ struct Row {
   }
 
   double number(std::size_t column) const {
-    const std::optional<double> value = parseNumber(cells[column]);
+    const std::optional<double> value = parseNumber(withPoint(cells[column], layout.separator));
     if (!value) refuse(column, "a number");
     return *value;
   }
 
   double time() const {
-    if (const auto seconds = parseNumber(cells[layout.time])) return *seconds;
-    if (const auto seconds = parseDateTime(cells[layout.time])) return *seconds;
+    const std::string text = withPoint(cells[layout.time], layout.separator);
+    if (const auto seconds = parseNumber(text)) return *seconds;
+    if (const auto seconds = parseDateTime(text)) return *seconds;
     refuse(layout.time, "a number of seconds or a date and time like 2017-03-25 07:00:06.900");
   }
 
@@ -245,7 +262,7 @@ void readRows(Lines& lines, const Layout& layout, const CsvColumns& columns, Rec
   Intake intake;
   std::vector<std::string_view> cells;
   while (lines.next()) {
-    splitCells(lines.line(), cells);
+    splitCells(lines.line(), layout.separator, cells);
     const Row row{layout, cells, lines.number()};
     if (!lines.finished() && cells.size() < layout.names.size()) {
       append(recording, intake, kCutOff);

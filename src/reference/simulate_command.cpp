@@ -25,6 +25,11 @@ constexpr double kLowestFrequency = 1e-3;  // [Hz] (paper, III-B)
 constexpr double kHighestFrequency = 1e3;  // [Hz]; the ladders are good to 1 % there
 constexpr int kPointsPerDecade = 20;
 
+// config/scenarios/city_drive.yaml, for a program that is far from its package.
+constexpr char kDemo[] =
+    "{name: city_drive, seed: 1, duration_s: 900.0, voltage_limit_v: 14.2, soc: 0.8, temperature_degc: 20.0, effects: {gassing: threshold}, "
+    "acquisition: {voltage_white_v: 0.002, current_white_a: 0.05}, profile: {kind: city_drive, net_charge_ah: 0.5}}";
+
 struct Arguments {
   std::string scenario, out, json, impedance;
   std::optional<std::uint64_t> seed;
@@ -144,7 +149,7 @@ void run(const Arguments& arguments, std::ostream& out, std::ostream& err) {
     throw std::invalid_argument("OUT is missing, and no --impedance asked for");
   if (!arguments.out.empty() && !isRecordingName(arguments.out))
     throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
-  Scenario scenario = loadScenario(arguments.scenario);
+  Scenario scenario = arguments.scenario.empty() ? parseScenario(kDemo, "sof demo") : loadScenario(arguments.scenario);
   if (!arguments.impedance.empty() && anyOn(scenario.additions))
     throw std::invalid_argument(
         "--impedance: the spectrum is that of Fig. 4 without additions, but " + arguments.scenario +
@@ -174,6 +179,22 @@ int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, st
         run(parsed, out, err);
       },
       out, err);
+}
+
+int runDemo(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err, const FileCheck& check) {
+  CLI::App app("Writes an example to try the other commands on: a start-stop car in town, simulated, current positive into the battery.", "sof demo");
+  Arguments parsed;
+  parsed.out = "drive.bag";
+  app.add_option("OUT", parsed.out, "recording to write: .csv or .bag")->capture_default_str();
+  app.add_option("--duration", parsed.duration, "[s], at most 900; else 900")->check(CLI::Range(1.0, 900.0));
+  app.add_option("--json", parsed.json, "write the result as JSON; - for standard output");
+  const auto work = [&] {
+    if (check) check({}, {parsed.out, parsed.json});
+    run(parsed, out, err);
+    if (parsed.json == "-") return;
+    out << "next: sof check " << parsed.out << "; sof identify " << parsed.out << " --out model.yaml; sof crank model.yaml --i-load -20 --t-stop 30 --i-cranking -200\n";
+  };
+  return runProgram(app, arguments, "sof", work, out, err);
 }
 
 }  // namespace battery_sof_reference

@@ -24,4 +24,12 @@ using FileCheck = std::function<void(const std::vector<std::string>& read, const
 int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
                 const FileCheck& check = nullptr);
 
+/**
+ * @brief The command `sof demo [OUT.{csv,bag}]`: the recording of config/scenarios/city_drive.yaml, and what to do with it.
+ *
+ * Options: --duration S [s], 1 to 900; --json OUT|-. Arguments and codes as runSimulate().
+ */
+int runDemo(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
+            const FileCheck& check = nullptr);
+
 }  // namespace battery_sof_reference

@@ -104,6 +104,10 @@ void fillSourceAndNaive(SofStatus& message, const StatusContents& contents) {
   message.source_seen = contents.session.source_seen;
   message.source_share = orNan(contents.session.source_share);
   message.voltage_drives = contents.session.voltage_drives;
+  const ExpectedSample expected = contents.session.expected.value_or(ExpectedSample{kNan, std::nullopt, std::nullopt});
+  message.expected_time = expected.time;
+  message.expected_voltage = orNan(expected.voltage);
+  message.expected_current = orNan(expected.current);
   message.naive_crank_mean_abs_error = orNan(contents.events.naive_cranks.meanAbsError());
   message.naive_charge_mean_abs_error = orNan(contents.events.naive_charges.meanAbsError());
   message.crank_answered_by = nameOf(contents.session.crank_contest);

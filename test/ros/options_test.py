@@ -66,6 +66,25 @@ class Options(NodeTest):
         self.assertEqual([list(remap) for remap in node.remap_args], [["battery_state", "/car/battery"]])
         self.assertEqual(config.params["/battery_sof_node/state_file"].value, "")
 
+    def test_node_launch_file_names_the_node(self):
+        config = load("battery_sof.launch", "name:=rear_battery")
+        self.assertEqual(node_of(config, "rear_battery").type, "battery_sof_node")
+        self.assertIn("/rear_battery/state_file", config.params)
+
+    def test_two_batteries_have_names_topics_and_state_files_apart(self):
+        config = load("two_batteries.launch", "first:=front", "state_folder:=/a folder")
+        self.assertEqual(sorted(node.namespace for node in config.nodes), ["/front/", "/supply/"])
+        self.assertEqual(config.params["/front/battery_sof_node/state_file"].value, "/a folder/battery_sof_front.yaml")
+        self.assertEqual(config.params["/supply/battery_sof_node/state_file"].value, "/a folder/battery_sof_supply.yaml")
+        kept_nowhere = load("two_batteries.launch", "state_folder:=off")
+        self.assertEqual(kept_nowhere.params["/supply/battery_sof_node/state_file"].value, "")
+
+    def test_live_launch_file_names_page_nodes_and_port(self):
+        config = load("live.launch", "port:=0", "nodes:=/a/battery_sof_node,/b/battery_sof_node")
+        self.assertEqual(node_of(config, "live_page").type, "live_page")
+        self.assertEqual(config.params["/live_page/port"].value, 0)
+        self.assertTrue(os.path.exists(os.path.join(config.params["/live_page/page"].value, "index.html")))
+
     def test_replay_launch_file_plays_a_bag_with_spaces_in_its_path(self):
         config = load("replay.launch", "bag:=/tmp/a drive/of one.bag", "rate:=50")
         self.assertTrue(config.params["/use_sim_time"].value)

@@ -241,6 +241,9 @@ class Playback(NodeTest):
         self.assertGreater(final.cranks, 2)
         self.assertAlmostEqual(final.crank_expected, final.crank_measured, delta=0.1)
         self.assert_standing_answers(final)
+        self.assertAlmostEqual(final.expected_time, self.drive.rows[-1][0], delta=0.02)
+        self.assertAlmostEqual(final.expected_voltage, self.drive.rows[-1][2], delta=0.05)
+        self.assertTrue(math.isnan(final.expected_current))
         asked = list(asker.answers.values())
         self.assertGreaterEqual(len(asked), 2)
         for answer, crank in asked:

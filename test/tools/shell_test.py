@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-FOLDERS = ("scripts", ".ci", "test", "tools", "bench", "cmake")
+FOLDERS = ("scripts", ".ci", "test", "tools", "bench", "cmake", "completion")
 SHELL = re.compile(rb"#!.*\b(ba)?sh\b")
 
 

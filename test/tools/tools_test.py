@@ -13,7 +13,7 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 import numpy as np
 
-from battery_sof_tools import concealment, families, files, rates, recordings, tables, update_effects_page
+from battery_sof_tools import concealment, families, files, rates, recordings, stop_rules, tables, update_effects_page
 from battery_sof_tools.real import command, laws, plan, run, score
 from battery_sof_tools.sof import Catalogue, Failure, call, catalogue, program
 
@@ -298,6 +298,39 @@ class RealRun(unittest.TestCase):
         self.assertRaisesRegex(SystemExit, "--data", command.main, ["nowhere"])
 
 
+class StopRules(unittest.TestCase):
+    """Two stops: 5 s with a crank to 10 V, 10 s with one to 8 V."""
+
+    def setUp(self):
+        i = np.array([20.0] * 3 + [-20.0] * 5 + [-200.0] + [30.0] * 3 + [-25.0] * 10 + [-210.0, -100.0] + [30.0] * 3)
+        u = np.array([13.5] * 3 + [12.5] * 5 + [10.0] + [13.5] * 3 + [12.4] * 4 + [11.9] * 6 + [9.0, 8.0] + [13.5] * 3)
+        self.t = np.arange(len(i), dtype=float)
+        self.stops = stop_rules.stops_of(self.t, i, u, -150.0)
+
+    def test_stops_are_discharges_that_end_in_a_crank(self):
+        self.assertEqual([(s.begin, s.end, s.lowest) for s in self.stops], [(3.0, 8.0, 10.0), (12.0, 22.0, 8.0)])
+
+    def test_a_weak_crank_and_a_gap_make_no_stop(self):
+        t = np.array([0.0, 1.0, 2.0, 3.0, 103.0, 104.0])
+        u = np.full(6, 12.0)
+        self.assertEqual(stop_rules.stops_of(t, np.array([5.0, -5, -5, -90, -5, 5]), u, -150.0), [])
+        after_gap = stop_rules.stops_of(t, np.array([5.0, -5, -5, -5, -5, -200]), u, -150.0)
+        self.assertEqual([s.begin for s in after_gap], [103.0])
+
+    def test_what_a_rule_allows_is_counted(self):
+        always = stop_rules.outcome(self.stops, [s.end for s in self.stops], 9.0)
+        self.assertEqual(always, stop_rules.Outcome(2, 15.0, 2, 1, 0))
+        by_voltage = [stop_rules.by_voltage(s, 12.0) for s in self.stops]
+        self.assertEqual(by_voltage, [8.0, 16.0])
+        self.assertEqual(stop_rules.outcome(self.stops, by_voltage, 9.0), stop_rules.Outcome(2, 9.0, 1, 0, 0))
+        self.assertEqual(stop_rules.outcome(self.stops, [None, None], 9.0), stop_rules.Outcome(0, 0, 0, 0, 1))
+
+    def test_a_manager_that_wants_the_engine_on_is_not_asked_again_in_that_stop(self):
+        decisions = [(0, 3.0, False), (0, 4.0, True), (1, 12.0, True), (1, 15.0, False), (1, 16.0, True)]
+        self.assertEqual(stop_rules.by_manager(self.stops, decisions), [None, 15.0])
+        self.assertEqual(stop_rules.by_manager(self.stops, [(0, 3.0, True)]), [8.0, None])
+
+
 class Entries(unittest.TestCase):
     def test_every_script_of_the_package_finds_its_module_from_anywhere(self):
         folder, found = os.path.join(ROOT, "scripts"), 0
@@ -314,7 +347,7 @@ class Entries(unittest.TestCase):
         self.assertGreater(found, 12)
 
     def test_help_is_printed_without_a_build(self):
-        for name in ("proof", "strangers", "proof_real", "conceal", "score_next_window", "calibrate_diagnosis"):
+        for name in ("proof", "strangers", "proof_real", "conceal", "score_next_window", "calibrate_diagnosis", "compare_stop_rules"):
             told_of = subprocess.run([sys.executable, os.path.join(ROOT, "scripts", name), "--help"], capture_output=True, text=True, cwd="/")
             self.assertEqual(told_of.returncode, 0, told_of.stderr)
             self.assertIn("usage", told_of.stdout)

@@ -30,6 +30,13 @@ struct SessionOptions {
 /// What the session can do at present.
 enum class SessionState { kNoSample, kCollecting, kIdentifying, kReady, kStale };
 
+/// What the model that answers expects of the last sample it settled: of the quantity that was not imposed there.
+struct ExpectedSample {
+  double time = 0.0;               ///< [s]
+  std::optional<double> voltage;   ///< [V], where the current drives
+  std::optional<double> current;   ///< [A], where the voltage drives
+};
+
 /// A summary for a status message.
 struct SessionStatus {
   SessionState state = SessionState::kNoSample;
@@ -43,6 +50,7 @@ struct SessionStatus {
   std::optional<ContestScore> contest;  ///< none while no extended model runs
   bool source_seen = false;             ///< something charges the battery: by the last identification's samples
   std::optional<double> source_share;   ///< [0, 1], of the buffered samples whose voltage is imposed; none before the first
+  std::optional<ExpectedSample> expected;  ///< none before the model followed a sample
   bool voltage_drives = false;          ///< the model that answers is driven by the voltage at the newest sample
   NaiveScore crank_contest, charge_contest;  ///< [V], [A]; of the model that answers and its naive predictor
 };
@@ -209,6 +217,7 @@ class OnlineSession {
   bool isTooOld(const TrackedModel& model) const;
   std::string extensionSentence() const;
   std::string contestSentence() const;
+  std::optional<ExpectedSample> expectedSample() const;
 
   SessionOptions options_;
   SampleStream stream_;

@@ -74,6 +74,7 @@ class TrackedModel {
   bool voltageDrives() const { return tracker_ && tracker_->voltageDrives(); }  ///< wants none
   bool isCompared() const { return tracker_ && tracker_->hasSettled(); }        ///< error() says something; wants none
   double error() const { return tracker_->error(); }           ///< [V], see StateTracker::error()
+  double lastTime() const { return tracker_->lastTime(); }     ///< [s], of last()
   double stateTime() const { return tracker_->state().time; }  ///< [s]
   /// [s], end of the model's window on the present clock.
   double fittedUntil() const { return fitted_until_; }

@@ -26,7 +26,8 @@ struct CsvColumns {
  * Time is kept as written; dates become seconds since 1970-01-01 UTC. Cells may be quoted and have spaces around them;
  * a line break inside quotes is not understood. Blank lines, a byte-order mark, CRLF and one trailing comma are allowed.
  * A last line with too few cells and no line break was cut off while it was written: it counts as a missing value.
- * Numbers have a decimal point, whatever the locale, here and in writeCsv.
+ * Numbers have a decimal point, whatever the locale, here and in writeCsv. Where the header is separated by semicolons (it has one, and
+ * no column of the time's name between commas), cells are too, and a number may have a decimal comma ("12,5"; not "1.012,5").
  *
  * @throws RecordingError when the file cannot be read, is empty, has a header only, lacks a column or has it twice, has
  *   a row with more or fewer cells than the header (file and line are named), has text where a number belongs (file,

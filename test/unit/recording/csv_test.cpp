@@ -88,7 +88,32 @@ TEST_F(Csv, MissingColumnIsNamedWithTheColumnsTheFileHas) {
 }
 
 TEST_F(Csv, FileWithAnotherSeparatorIsToldApart) {
-  EXPECT_TRUE(says(errorOf("time_s;current_a;voltage_v\n0;1;12\n"), "not look comma-separated"));
+  EXPECT_TRUE(says(errorOf("time_s|current_a|voltage_v\n0|1|12\n"), "not look comma-separated"));
+  EXPECT_TRUE(says(errorOf("time_s\tcurrent_a\tvoltage_v\n0\t1\t12\n"), "not look comma-separated"));
+}
+
+TEST_F(Csv, SemicolonsAndDecimalCommasAreRead) {
+  const Recording recording = read("time_s;current_a;voltage_v;temperature_c\n0;-5,5;12,5;20,5\n0,01;-6.25;\"12,4\";\n0,02;;12,4;\n");
+  EXPECT_EQ(recording.series.time, (std::vector<double>{0.0, 0.01}));
+  EXPECT_EQ(recording.series.current, (std::vector<double>{-5.5, -6.25}));
+  EXPECT_EQ(recording.series.voltage, (std::vector<double>{12.5, 12.4}));
+  ASSERT_EQ(recording.series.temperature.size(), 1U);
+  EXPECT_NEAR(recording.series.temperature[0], 293.65, 1e-9);
+  EXPECT_EQ(recording.rejected.total(), 1U);
+  const Recording dated = read("time_s;current_a;voltage_v\n2017-03-25 07:00:00,5;1;12\n2017-03-25 07:00:01,75;1;12\n");
+  EXPECT_DOUBLE_EQ(dated.series.time[1] - dated.series.time[0], 1.25);
+}
+
+TEST_F(Csv, NumberWithThousandsAndADecimalCommaIsRefusedWithItsPlace) {
+  const std::string message = errorOf("time_s;current_a;voltage_v\n0;1;1.012,5\n");
+  EXPECT_TRUE(says(message, "line 2, column \"voltage_v\": \"1.012,5\" is not a number")) << message;
+  EXPECT_TRUE(says(errorOf("time_s;current_a;voltage_v\n0;1;1,012,5\n"), "is not a number"));
+}
+
+TEST_F(Csv, SemicolonInAColumnsNameDoesNotSeparate) {
+  EXPECT_EQ(read("\"state; engine\",time_s,current_a,voltage_v\n1,0,1,12\n").series.size(), 1U);
+  EXPECT_EQ(read("state;engine,time_s,current_a,voltage_v\n1,0,1,12\n").series.size(), 1U);
+  EXPECT_TRUE(says(errorOf("time_s,current_a,voltage_v\n0,\"1,5\",12\n"), "is not a number"));
 }
 
 TEST_F(Csv, ColumnThatIsThereTwiceIsRefusedOnlyWhenItIsRead) {

@@ -33,6 +33,9 @@ class SimulateCommand : public battery_sof::test::InFolder {
   static Outcome simulate(const std::vector<std::string>& arguments) {
     return battery_sof::test::outcomeOf([](auto&... all) { return runSimulate(all...); }, arguments);
   }
+  static Outcome demo(const std::vector<std::string>& arguments) {
+    return battery_sof::test::outcomeOf([](auto&... all) { return runDemo(all...); }, arguments);
+  }
   std::size_t files() const {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
   }
@@ -127,6 +130,16 @@ TEST_F(SimulateCommand, HelpGivesZero) {
   const Outcome outcome = simulate({"--help"});
   EXPECT_EQ(outcome.code, 0);
   EXPECT_NE(outcome.out.find("sof simulate"), std::string::npos);
+}
+
+TEST_F(SimulateCommand, DemoWritesTheDriveOfTheShippedScenarioAndSaysWhatIsNext) {
+  const Outcome made = demo({path("demo.csv"), "--duration", "30"});
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("sof identify " + path("demo.csv")), std::string::npos) << made.out;
+  const std::string shipped = std::string(BATTERY_SOF_SOURCE_DIR) + "/config/scenarios/city_drive.yaml";
+  ASSERT_EQ(simulate({shipped, path("shipped.csv"), "--duration", "30"}).code, 0);
+  EXPECT_EQ(read(path("demo.csv")), read(path("shipped.csv")));
+  EXPECT_EQ(demo({path("demo.txt")}).code, 2);
 }
 
 }  // namespace

@@ -42,5 +42,17 @@ TEST(MessageOf, StatusSaysWhoImposesWhatAndWhoAnswers) {
   EXPECT_EQ(message.answered_charge_mean_abs_error, 1.5);
 }
 
+TEST(MessageOf, StatusHasWhatIsExpectedOfTheQuantityThatIsNotImposed) {
+  StatusContents contents;
+  EXPECT_TRUE(std::isnan(messageOf(contents).expected_time) && std::isnan(messageOf(contents).expected_voltage));
+  contents.session.expected = ExpectedSample{40.0, 12.25, std::nullopt};
+  EXPECT_EQ(messageOf(contents).expected_time, 40.0);
+  EXPECT_EQ(messageOf(contents).expected_voltage, 12.25);
+  EXPECT_TRUE(std::isnan(messageOf(contents).expected_current));
+  contents.session.expected = ExpectedSample{41.0, std::nullopt, -3.5};
+  EXPECT_TRUE(std::isnan(messageOf(contents).expected_voltage));
+  EXPECT_EQ(messageOf(contents).expected_current, -3.5);
+}
+
 }  // namespace
 }  // namespace battery_sof

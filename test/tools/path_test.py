@@ -1,0 +1,89 @@
+"""What a shell has after `source devel/setup.bash`: sof and ask_and_compare on the PATH, the completion of sof, and what README.md shows."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+README = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "README.md")
+
+DEVEL = ""
+
+
+def in_shell(script):
+    """What a fresh bash prints that sourced the devel space; standard error is part of a failure."""
+    told = subprocess.run(["bash", "--norc", "-c", 'cd /; . "$0/setup.bash"; ' + script, DEVEL], capture_output=True, text=True,
+                          env={"PATH": "/usr/bin:/bin", "HOME": os.environ.get("HOME", "/")})
+    if told.returncode != 0:
+        raise AssertionError(f"{script}\nended with {told.returncode}: {told.stderr}")
+    return told.stdout
+
+
+def completed(*words):
+    """What Tab offers for the last of these words."""
+    line = " ".join(f'"{word}"' for word in words)
+    return in_shell(f'COMP_WORDS=({line}); COMP_CWORD={len(words) - 1}; _sof; printf "%s\\n" "${{COMPREPLY[@]}}"').split()
+
+
+def shown(path):
+    """Commands after "$ " in a page, each with the lines shown below it."""
+    found = []
+    with open(path) as file:
+        for line in file:
+            if line.startswith("    $ "):
+                found.append((line[6:].split(" #")[0].strip(), []))
+            elif found and line.startswith("    "):
+                found[-1][1].append(line.strip())
+            elif found and line.strip():
+                break
+    return found
+
+
+class Readme(unittest.TestCase):
+    def test_its_commands_print_what_stands_below_them(self):
+        commands = [(command, lines) for command, lines in shown(README) if command.startswith("sof ")]
+        self.assertEqual(len(commands), 3)
+        self.assertEqual(sum(bool(lines) for _, lines in commands), 1)
+        with tempfile.TemporaryDirectory(prefix="read me ") as folder:
+            for command, lines in commands:
+                printed = in_shell(f'cd "{folder}"; {command}').splitlines()
+                if lines:
+                    self.assertEqual([line.strip() for line in printed], lines, command)
+
+    def test_it_is_short(self):
+        with open(README) as file:
+            self.assertLessEqual(len(file.readlines()), 150)
+
+
+class Path(unittest.TestCase):
+    def test_sof_and_ask_and_compare_are_found_and_run(self):
+        self.assertRegex(in_shell("sof --version"), r"^sof \d+\.\d+")
+        self.assertIn("usage", in_shell("ask_and_compare --help"))
+
+    def test_subcommands_are_completed(self):
+        self.assertEqual(completed("sof", "id"), ["identify"])
+        self.assertEqual(completed("sof", "de"), ["demo"])
+        self.assertEqual(completed("sof", "st"), ["stop-time"])
+        self.assertEqual(completed("sof", "--v"), ["--version"])
+
+    def test_options_of_a_subcommand_are_completed(self):
+        self.assertEqual(completed("sof", "crank", "model.yaml", "--i-c"), ["--i-cranking"])
+        self.assertIn("--report", completed("sof", "diagnose", "--"))
+        self.assertNotIn("--report", completed("sof", "crank", "--"))
+        self.assertIn("--duration", completed("sof", "simulate", "--"))
+
+    def test_effects_are_completed_one_after_the_other(self):
+        self.assertEqual(completed("sof", "identify", "--effects", "gas"), ["gassing"])
+        self.assertEqual(completed("sof", "identify", "--effects", "gassing,cpe"), ["gassing,cpe2"])
+
+    def test_elsewhere_files_are_completed(self):
+        self.assertEqual(completed("sof", "check", "dri"), [])
+        self.assertIn("_sof", in_shell("complete -p sof"))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: path_test.py DEVEL")
+    DEVEL = os.path.abspath(sys.argv.pop())
+    unittest.main(verbosity=2)

@@ -1,0 +1,190 @@
+"""Sets the energy manager of examples/ beside two simple rules of start-stop.
+
+    compare_stop_rules REC [REC ...] --build build --u-required 10.6 COLUMNS
+    compare_stop_rules --weakening 3 --build build --u-required 9
+
+A stop is a discharge that ends in a crank: it begins with the first sample below -2 A and ends with the first below half of --crank-current. `stop_experiment`
+plays each recording through the node's session and the manager's rule; a simple rule sees the voltage alone, or the clock alone.
+
+stops: those the rule let begin. engine off: until the crank, or until the rule wanted the engine on again. to the end: the engine was off until the recorded
+crank. below: such cranks whose lowest voltage was below --u-required; their share is of the stops to the end. What a crank would have been that a rule wanted
+earlier is not known; the recorded one, later, is no higher on a battery that is being discharged. missed: stops not begun whose crank held.
+
+--weakening N makes N drives of a battery that weakens: ten parts of ten minutes each, resistance from 4 to 14 mOhm, 4 % of the charge lost in each.
+"""
+
+import argparse
+import collections
+import csv
+import os
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+import yaml
+
+from . import recordings
+from .files import ROOT
+from .sof import call, required
+from .tables import table
+
+Stop = collections.namedtuple("Stop", "begin end lowest rows")  # [s], [s], [V], (time [s], voltage [V]) while the engine was off
+Outcome = collections.namedtuple("Outcome", "begun off_s to_the_end below missed")
+DISCHARGING = -2.0  # [A]
+
+
+def stops_of(t, i, u, crank_current, max_gap=5.0):
+    """Every stop of a recording; one with a gap inside is left out."""
+    stops, k = [], 0
+    cranking = i <= 0.5 * crank_current
+    while k < len(t):
+        if not cranking[k]:
+            k += 1
+            continue
+        end = k
+        while k < len(t) and cranking[k]:
+            k += 1
+        begin = end
+        while begin > 0 and i[begin - 1] < DISCHARGING and t[begin] - t[begin - 1] <= max_gap and not cranking[begin - 1]:
+            begin -= 1
+        if begin < end and np.min(i[end:k]) <= crank_current and t[k - 1] - t[end] <= 5.0:
+            stops.append(Stop(float(t[begin]), float(t[end]), float(np.min(u[end:k])), (t[begin:end], u[begin:end])))
+    return stops
+
+
+def outcome(stops, off_until, u_required):
+    """Counts of a rule. off_until: for each stop the moment [s] until which the rule lets the engine be off, None where it lets no stop begin."""
+    begun = [(stop, until) for stop, until in zip(stops, off_until) if until is not None]
+    whole = [stop for stop, until in begun if until >= stop.end]
+    return Outcome(len(begun), sum(min(until, stop.end) - stop.begin for stop, until in begun), len(whole),
+                   sum(stop.lowest < u_required for stop in whole),
+                   sum(until is None and stop.lowest >= u_required for stop, until in zip(stops, off_until)))
+
+
+def by_voltage(stop, least):
+    """Off while the voltage is at least `least` [V]."""
+    time, voltage = stop.rows
+    if voltage[0] < least:
+        return None
+    low = np.flatnonzero(voltage < least)
+    return time[low[0]] if len(low) else stop.end
+
+
+def by_manager(stops, decisions):
+    """decisions: rows (stop, time [s], may_stop) in order."""
+    until = [None] * len(stops)
+    over = set()
+    for number, time, may in decisions:
+        if number in over:
+            continue
+        if may:
+            until[number] = stops[number].end
+        else:
+            over.add(number)
+            until[number] = time if until[number] is not None else None
+    return until
+
+
+def decide(program, path, columns, stops, options):
+    """Rows of stop_experiment on a recording."""
+    with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
+        file.write("begin_s,end_s\n" + "".join(f"{s.begin!r},{s.end!r}\n" for s in stops))
+        file.flush()
+        told = call([program, path, file.name, *columns, *options])
+    rows = list(csv.DictReader(told.splitlines()))
+    return [(int(r["stop"]), float(r["time_s"]), r["may_stop"] == "1") for r in rows], rows
+
+
+def weakening(sof, seed, path, parts=10, length=600.0):
+    """A drive of a battery that weakens from part to part, written as CSV; the parts follow each other without a gap."""
+    with open(os.path.join(ROOT, "config", "scenarios", "city_drive.yaml")) as file:
+        scenario = yaml.safe_load(file)
+    whole = []
+    with tempfile.TemporaryDirectory() as folder:
+        for part in range(parts):
+            scenario.update(soc=0.85 - 0.04 * part, duration_s=length, seed=100 * seed + part)
+            scenario["battery"] = {"r_ohmic_ohm": 0.004 + 0.01 * part / (parts - 1)}
+            scenario["profile"]["net_charge_ah"] = -2.0
+            plan, made = os.path.join(folder, "part.yaml"), os.path.join(folder, "part.csv")
+            with open(plan, "w") as file:
+                yaml.safe_dump(scenario, file)
+            call([sof, "simulate", plan, made])
+            t, i, u = recordings.read(made)
+            whole.append((t + part * length, i, u))
+    recordings.write(path, *(np.concatenate(each) for each in zip(*whole)))
+
+
+def judged(label, stops, decisions, args):
+    rules = [("manager", by_manager(stops, decisions)),
+             (f"voltage at least {args.rest_voltage:g} V", [by_voltage(s, args.rest_voltage) for s in stops]),
+             (f"at most {args.longest:g} s", [s.begin + args.longest for s in stops]),
+             ("always", [s.end for s in stops])]
+    return [(label, name, len(stops), outcome(stops, until, args.u_required)) for name, until in rules]
+
+
+def cells(label, rule, count, o):
+    share = f"{100.0 * o.below / o.to_the_end:.1f} %" if o.to_the_end else "-"
+    return [label, rule, f"{o.begun} of {count}", f"{o.off_s:.0f} s", o.to_the_end, o.below, share, o.missed]
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0], epilog="\n".join(__doc__.split("\n")[1:]),
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("recordings", nargs="*", metavar="REC", help="CSV files")
+    parser.add_argument("--weakening", type=int, default=0, metavar="N", help="also N simulated drives of a battery that weakens")
+    parser.add_argument("--build", default="build", help="build folder; it needs the target stop_experiment")
+    parser.add_argument("--u-required", type=float, default=7.2, help="[V], what a crank has to hold")
+    parser.add_argument("--margin", type=float, default=0.2, help="[V], of the manager")
+    parser.add_argument("--i-cranking", type=float, default=-200.0, help="[A], the least crank the manager reckons with")
+    parser.add_argument("--t-cranking", type=float, default=0.5, help="[s]")
+    parser.add_argument("--rest-voltage", type=float, default=12.2, help="[V], of the rule by voltage")
+    parser.add_argument("--longest", type=float, default=60.0, help="[s], of the rule by time")
+    parser.add_argument("--crank-current", type=float, default=-150.0, help="[A]")
+    parser.add_argument("--time-column", default="time_s")
+    parser.add_argument("--current-column", default="current_a")
+    parser.add_argument("--voltage-column", default="voltage_v")
+    parser.add_argument("--discharge-positive", action="store_true")
+    parser.add_argument("--reasons", action="store_true", help="also why the manager let the engine run, and how often")
+    return parser.parse_args()
+
+
+def judge(args, path, names, label):
+    columns = recordings.column_options(names, args.discharge_positive)
+    stops = stops_of(*recordings.read(path, names, args.discharge_positive), args.crank_current)
+    options = ["--u-required", str(args.u_required), "--margin", str(args.margin), f"--i-cranking={args.i_cranking}", "--t-cranking", str(args.t_cranking)]
+    program = required(os.path.abspath(os.path.join(args.build, "devel", "lib", "battery_sof", "stop_experiment")))
+    decisions, rows = decide(program, path, columns, stops, options)
+    if args.reasons:
+        for reason, count in collections.Counter(r["reason"][:60] for r in rows if r["may_stop"] == "0").most_common(8):
+            print(f"  {count:5d}  {reason}", file=sys.stderr)
+    return judged(label, stops, decisions, args)
+
+
+def total(rows):
+    """The rows of all recordings added up by rule."""
+    sums = {}
+    for _, rule, count, o in rows:
+        before = sums.get(rule, (0, Outcome(0, 0.0, 0, 0, 0)))
+        sums[rule] = (before[0] + count, Outcome(*(a + b for a, b in zip(before[1], o))))
+    return [("all", rule, count, o) for rule, (count, o) in sums.items()]
+
+
+def main():
+    args = arguments()
+    names = (args.time_column, args.current_column, args.voltage_column)
+    rows = []
+    for path in args.recordings:
+        rows += judge(args, path, names, os.path.splitext(os.path.basename(path))[0])
+    sof = required(os.path.abspath(os.path.join(args.build, "devel", "lib", "battery_sof", "sof"))) if args.weakening else None
+    for seed in range(1, args.weakening + 1):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "drive.csv")
+            weakening(sof, seed, path)
+            rows += judge(args, path, recordings.COLUMNS, f"weakening {seed}")
+    if not rows:
+        raise SystemExit("nothing to compare: give recordings, or --weakening N")
+    several = len({row[0] for row in rows}) > 1
+    head = ["recording", "rule", "stops", "engine off", "to the end", f"below {args.u_required:g} V", "share", "missed"]
+    print("\n".join(table(head, [cells(*row) for row in rows + (total(rows) if several else [])])))
+    return 0
