@@ -1,11 +1,13 @@
-# make demo | test | test-core | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | test-core | sanitize | fuzz | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 BUILD_CORE ?= $(BUILD)/core
+BUILD_SANITIZED ?= $(BUILD)/sanitized
+SECONDS ?= 60
 JOBS ?= $(shell nproc)
 PYTHON := /usr/bin/python3
 CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBATTERY_SOF_WERROR=ON
 
-.PHONY: build demo test test-core bench reproduce study calibrate proof proof-quick deps clean
+.PHONY: build demo test test-core sanitized sanitize fuzz bench reproduce study calibrate proof proof-quick deps clean
 
 deps:
 	@bash scripts/install_dependencies
@@ -28,6 +30,21 @@ test-core: deps
 	@cmake -S . -B "$(BUILD_CORE)" -DBATTERY_SOF_ROS=OFF $(CMAKE_FLAGS)
 	@cmake --build "$(BUILD_CORE)" --target core_checks -j$(JOBS)
 	@cd "$(BUILD_CORE)" && ctest -L core_checks --output-on-failure --no-tests=error
+
+# The core once more with AddressSanitizer, UndefinedBehaviorSanitizer and assertions (docs/reliability.md); wants clang.
+sanitized: deps
+	@command -v clang++ >/dev/null || { echo "clang++ is missing; expected the packages clang and libclang-rt-dev" >&2; exit 1; }
+	@cmake -S . -B "$(BUILD_SANITIZED)" -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo -DBATTERY_SOF_ROS=OFF -DBATTERY_SOF_PYTHON=OFF -DBATTERY_SOF_FUZZ=ON
+
+# The unit tests under the sanitizers: an hour on two cores.
+sanitize: sanitized
+	@cmake --build "$(BUILD_SANITIZED)" -j$(JOBS)
+	@cd "$(BUILD_SANITIZED)" && UBSAN_OPTIONS=print_stacktrace=1 ctest -E outside_project --output-on-failure --no-tests=error --timeout 3600
+
+# Each fuzz target for SECONDS.
+fuzz: sanitized
+	@cmake --build "$(BUILD_SANITIZED)" --target fuzz_targets -j$(JOBS)
+	@bash scripts/fuzz "$(BUILD_SANITIZED)" $(SECONDS)
 
 bench: deps
 	@bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS) -DBATTERY_SOF_BENCH=ON

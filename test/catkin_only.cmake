@@ -6,6 +6,13 @@ battery_sof_gtest(architecture_test FOLDERS architecture)
 target_compile_definitions(architecture_test PRIVATE BATTERY_SOF_CXX="${CMAKE_CXX_COMPILER}"
   BATTERY_SOF_EIGEN_DIR="${EIGEN3_INCLUDE_DIRS}")
 
+# What makes a node's core throw, for faults.test.
+add_library(faulty_core MODULE EXCLUDE_FROM_ALL ros/faulty_core.cpp)
+target_include_directories(faulty_core SYSTEM PRIVATE ${EIGEN3_INCLUDE_DIRS})
+target_link_libraries(faulty_core ${CMAKE_DL_LIBS})
+set_target_properties(faulty_core PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${CATKIN_DEVEL_PREFIX}/lib)
+add_dependencies(tests faulty_core)
+
 file(GLOB rostests CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/ros/*.test)
 foreach(file ${rostests})
   get_filename_component(name ${file} NAME_WE)

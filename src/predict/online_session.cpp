@@ -174,7 +174,7 @@ SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_g
 void OnlineSession::loseModel(const std::string& why) {
   contenders_ = {TrackedModel(options_.events), std::nullopt, {}};
   last_outcome_ = why;
-  next_look_ = driving_;
+  next_look_ = driving_ + kLookInterval;  // until then it is told why
 }
 
 void OnlineSession::followAgain(double after, double max_gap) {

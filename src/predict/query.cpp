@@ -19,6 +19,8 @@ constexpr double kVoltageReach = 0.3;      // [V] above the window's highest
 constexpr double kLearnedReach = 0.010;  // [V], of a learnt force held at its range's end: relevant to a crank
 constexpr double kTemperatureReach = 10.0; // [K]
 constexpr double kConstantCharge = 0.01;   // of capacity: paper, section V ("within 1 %")
+constexpr double kMostOfBlock = 16.0;      // [V], of six lead-acid cells, above any charger's
+constexpr double kRestOfBlock = 12.5;      // [V], likewise at rest
 constexpr double kShortCharge = 10.0;      // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 
 bool movesOpenCircuitVoltage(const FittedModel& model) {
@@ -42,6 +44,11 @@ class Reasons {
  private:
   std::string text_;
 };
+
+/// The voltage above which no battery of as many blocks is [V].
+double mostVoltage(const FittedModel& model) {
+  return kMostOfBlock * std::max(1.0, std::round(model.parameters.u_dc / kRestOfBlock));
+}
 
 void addCharging(Reasons& reasons, const FittedModel& model, const QueryRange& range) {
   const ExcitedRange& seen = model.excited;
@@ -110,6 +117,9 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
                        range.charge_moved, capacity));
   reasons.add(range.charge_moved > capacity,
               sentence("it moves %.0f Ah, more than the battery's %g Ah", range.charge_moved, capacity));
+  if (const auto u = range.answered_voltage)
+    reasons.add(!(*u >= 0.0 && *u <= mostVoltage(model)),
+                sentence("it comes to %.2f V, expected 0 to %.0f V of such a battery", *u, mostVoltage(model)));
   reasons.add(range.beyond_learned > kLearnedReach,
               sentence("what was learnt beside the equations is held at its range's end, %.0f mV from where it would be",
                        1e3 * range.beyond_learned));

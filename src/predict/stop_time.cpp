@@ -63,6 +63,8 @@ class StopScan {
   }
   bool monotone() const { return monotone_; }
   std::optional<double> holdsAgainAt() const { return holds_again_; }
+  /// The crank's lowest voltage without a stop [V].
+  std::optional<double> atOnce() const { return at_once_; }
 
  private:
   /// Whether a crossing is still to be found.
@@ -74,6 +76,7 @@ class StopScan {
     const Simulation before = here_;
     hold(here_, crank_.i_load, t - at_);
     const Interval u = lowestOfCrank(here_, model_, crank_, t);
+    if (!at_once_) at_once_ = u.value;
     if (before_ && u.value > *before_ + kRise) monotone_ = false;
     before_ = u.value;
     for (int bound = 0; bound < 3; ++bound) note(crossings_[bound], t, spareOf(u, bound), before);
@@ -128,7 +131,7 @@ class StopScan {
   Simulation here_;
   double at_ = 0.0;
   Crossing crossings_[3];
-  std::optional<double> before_, holds_again_;
+  std::optional<double> at_once_, before_, holds_again_;
   bool monotone_ = true;
 };
 
@@ -228,7 +231,8 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
   answer.monotone = scan.monotone();
   answer.message = messageOf(answer, query, scan);
 
-  const QueryRange range = rangeOf(model, query, crank, value, held_for);
+  QueryRange range = rangeOf(model, query, crank, value, held_for);
+  range.answered_voltage = scan.atOnce();
   const std::string reasons = extrapolationOf(model, range, capacity);
   answer.valid = reasons.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;

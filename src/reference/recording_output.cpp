@@ -1,33 +1,16 @@
 #include "reference/recording_output.hpp"
 
-#include <unistd.h>
-
 #include <cstdio>
 #include <fstream>
-#include <functional>
 #include <stdexcept>
 
 #include "reference/bag_output.hpp"
+#include "reference/whole_file.hpp"
 
 namespace battery_sof_reference {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Has a file written beside its place and moved there when it is complete.
-void writeWhole(const fs::path& path, const std::function<void(const fs::path&)>& write) {
-  fs::path beside = path;
-  beside += "." + std::to_string(::getpid()) + ".part";
-  try {
-    if (fs::exists(path) && !fs::is_regular_file(path)) throw std::runtime_error("not a file");
-    write(beside);
-    fs::rename(beside, path);
-  } catch (const std::exception& error) {
-    std::error_code ignored;
-    fs::remove(beside, ignored);
-    throw std::runtime_error(path.string() + ": cannot be written (" + error.what() + ")");
-  }
-}
 
 void writeRows(const fs::path& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);
@@ -67,7 +50,7 @@ void writeRecording(const fs::path& path, const Simulation& simulation, bool wit
     throw std::invalid_argument(path.string() + ": expected a name ending in .csv or .bag");
   if (path.extension() == ".csv")
     return writeText(path, csvOf(simulation, with_temperature, digits));
-  writeWhole(path, [&](const fs::path& beside) { writeBag(beside, simulation, with_temperature); });
+  writeWhole(path, [&](const fs::path& name) { writeBag(name, simulation, with_temperature); });
 }
 
 void writeImpedance(const fs::path& path, const std::vector<ImpedancePoint>& spectrum) {
@@ -83,7 +66,7 @@ void writeImpedance(const fs::path& path, const std::vector<ImpedancePoint>& spe
 }
 
 void writeText(const fs::path& path, const std::string& text) {
-  writeWhole(path, [&](const fs::path& beside) { writeRows(beside, text); });
+  writeWhole(path, [&](const fs::path& name) { writeRows(name, text); });
 }
 
 }  // namespace battery_sof_reference

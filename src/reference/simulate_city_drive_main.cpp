@@ -1,26 +1,21 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
 
 #include "reference/city_drive.hpp"
+#include "reference/recording_output.hpp"
 
 namespace {
 
 void writeCsv(const std::string& path,
               const std::vector<battery_sof_reference::DriveSample>& drive) {
-  const std::string beside = path + ".part";
-  std::ofstream file(beside);
-  file << "time_s,current_a,voltage_v\n";
+  std::string text = "time_s,current_a,voltage_v\n";
   char row[80];
   for (const auto& sample : drive) {
     std::snprintf(row, sizeof row, "%.3f,%.6g,%.8g\n", sample.time, sample.current, sample.voltage);
-    file << row;
+    text += row;
   }
-  file.close();
-  if (!file) throw std::runtime_error(path + ": cannot be written");
-  std::filesystem::rename(beside, path);
+  battery_sof_reference::writeText(path, text);
 }
 
 }  // namespace

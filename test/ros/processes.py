@@ -49,10 +49,10 @@ def whole_arguments(arguments):
 class Program:
     """One program; its output is kept and shown when an assertion fails."""
 
-    def __init__(self, *command):
+    def __init__(self, *command, environment=None):
         self.output = tempfile.TemporaryFile(mode="w+")
-        environment = dict(os.environ, ROSCONSOLE_STDOUT_LINE_BUFFERED="1")
-        self.process = subprocess.Popen(command, stdout=self.output, stderr=subprocess.STDOUT, env=environment,
+        whole = dict(os.environ, ROSCONSOLE_STDOUT_LINE_BUFFERED="1", **(environment or {}))
+        self.process = subprocess.Popen(command, stdout=self.output, stderr=subprocess.STDOUT, env=whole,
                                         stdin=subprocess.DEVNULL)
 
     def is_alive(self):
@@ -81,13 +81,13 @@ class Program:
         return self.output.read()
 
 
-def start_node(name, parameters):
+def start_node(name, parameters, environment=None):
     """The node with just these private parameters."""
     if rospy.has_param("/" + name):
         rospy.delete_param("/" + name)
     if parameters:
         rosparam.upload_params("/" + name, parameters)
-    return Program(program("battery_sof_node"), "__name:=" + name)
+    return Program(program("battery_sof_node"), "__name:=" + name, environment=environment)
 
 
 def play(bag, rate, *arguments):
@@ -146,8 +146,8 @@ class Folder:
 class NodeTest(unittest.TestCase):
     """Whatever a test starts ends with it."""
 
-    def start(self, name, **parameters):
-        node = start_node(name, parameters)
+    def start(self, name, environment=None, **parameters):
+        node = start_node(name, parameters, environment)
         self.addCleanup(node.stop)
         return node
 

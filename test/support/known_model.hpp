@@ -47,6 +47,13 @@ inline FittedModel uncertainModel(double share, const std::vector<std::string>& 
   return model;
 }
 
+/// Takes the base parameters over from the estimates.
+inline void takeEstimates(FittedModel& model) {
+  Eigen::VectorXd p(static_cast<Eigen::Index>(kBaseRows));
+  for (Eigen::Index j = 0; j < p.size(); ++j) p[j] = model.estimates[static_cast<std::size_t>(j)].value;
+  model.parameters = baseParameters(p);
+}
+
 inline bool holds(const std::string& text, const std::string& piece) {
   return text.find(piece) != std::string::npos;
 }

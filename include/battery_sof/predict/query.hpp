@@ -34,6 +34,7 @@ struct QueryRange {
   std::optional<double> temperature;     ///< [K], at which it will happen; else the model's state's
   bool charges = false;                  ///< needs r_charge, else r_discharge
   ChargeEvidence evidence = {};          ///< what past charges say of a charge
+  std::optional<double> answered_voltage; ///< [V], what the model makes of it
   double beyond_learned = 0.0;           ///< [V], most by which a learnt force was held inside what it was learnt on
 };
 
@@ -52,7 +53,8 @@ double chargeHeldFor(const FittedModel& model, double capacity);
  * chargeHeldFor(); for charges beyond
  * 10 s a limit of charge acceptance (charge_acceptance) and a charge as long as 10 s in the window (docs/physics.md#sof2).
  *
- * More than the capacity is never held. A learnt force that would differ by more than 10 mV if it were not held inside its range
+ * More than the capacity is never held, and no battery has a voltage below 0 or above 16 V a block of six cells: a model that
+ * answers with one is beyond what its equations hold for. A learnt force that would differ by more than 10 mV if it were not held inside its range
  * is not to be relied on.
  *
  * @return reasons, joined by "; "; empty when there is none.

@@ -1,0 +1,18 @@
+# Builds everything with AddressSanitizer and UndefinedBehaviorSanitizer, and with assertions. BATTERY_SOF_FUZZ adds what
+# libFuzzer needs, and the programs of test/fuzz. A fault ends the program.
+option(BATTERY_SOF_SANITIZE "Build with the address and undefined-behaviour sanitizers" OFF)
+option(BATTERY_SOF_FUZZ "Build the fuzz targets of test/fuzz and, with the sanitizers, all they call; needs clang and BATTERY_SOF_ROS=OFF" OFF)
+if(BATTERY_SOF_FUZZ AND NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+  message(FATAL_ERROR "BATTERY_SOF_FUZZ is ON and the compiler is ${CMAKE_CXX_COMPILER_ID}, expected clang (-DCMAKE_CXX_COMPILER=clang++)")
+endif()
+if(BATTERY_SOF_FUZZ AND BATTERY_SOF_ROS)
+  message(FATAL_ERROR "BATTERY_SOF_FUZZ is ON and BATTERY_SOF_ROS too, expected -DBATTERY_SOF_ROS=OFF")
+endif()
+if(BATTERY_SOF_SANITIZE OR BATTERY_SOF_FUZZ)
+  set(sanitizers -fsanitize=address,undefined -fno-sanitize-recover=all)
+  add_compile_options(-O1 -g1 -fno-omit-frame-pointer -UNDEBUG ${sanitizers})
+  add_link_options(${sanitizers})
+endif()
+if(BATTERY_SOF_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()

@@ -1,0 +1,121 @@
+#!/usr/bin/python3
+"""A node in whose core something throws, or loses its numbers, goes on and says so (faulty_core.cpp makes it happen)."""
+
+import math
+import os
+import subprocess
+import sys
+
+import rospy
+import rostest
+from battery_sof.msg import SofStatus
+from battery_sof.srv import Identify, IdentifyResponse, PredictCranking, PredictCrankingResponse
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import BatteryState
+
+from processes import Folder, NodeTest, program, service, wait_until, whole_arguments
+
+IN_PUSH, IN_QUERY, IN_FIT, LOST = -66.6, -77.7, -44.4, -55.5  # [A], as in faulty_core.cpp
+LIBRARY = os.path.join(os.path.dirname(os.path.dirname(program("battery_sof_node"))), "libfaulty_core.so")
+
+
+class Faults(NodeTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = Folder()
+        csv = cls.folder.file("drive.csv")
+        subprocess.check_call([program("simulate_city_drive"), csv, "--seed", "1", "--duration", "300"])
+        subprocess.check_call([program("sof"), "identify", csv, "--out", cls.folder.file("good.yaml")], stdout=subprocess.DEVNULL)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.remove()
+
+    def setUp(self):
+        self.said = ""
+        self.listener = rospy.Subscriber("/diagnostics", DiagnosticArray, self.note, queue_size=100)
+        self.addCleanup(self.listener.unregister)
+        self.publisher = rospy.Publisher("/battery_state", BatteryState, queue_size=1000)
+        self.stamp = 1000.0
+
+    def note(self, array):
+        for status in array.status:
+            if status.name.startswith(self.name + ":") and status.name.endswith("identification"):
+                self.said = status.message
+
+    def publish(self, current=-5.0):
+        """A tenth of a second of samples; a current of its own is that of the last."""
+        for n in range(10):
+            self.stamp += 0.01
+            message = BatteryState(current=current if n == 9 else -5.0, voltage=12.4, temperature=float("nan"))
+            message.header.stamp = rospy.Time.from_sec(self.stamp)
+            self.publisher.publish(message)
+        return True
+
+    def started(self, name):
+        """A node that answers from its saved model."""
+        self.name = name
+        self.file = self.folder.file(name + ".yaml")
+        with open(self.folder.file("good.yaml")) as good, open(self.file, "w") as file:
+            file.write(good.read())
+        self.node = self.start(name, environment={"LD_PRELOAD": LIBRARY}, state_file=self.file)
+        self.status = self.latest("/" + name + "/status", SofStatus)
+        wait_until(lambda: self.publish() and self.is_ready(), 60, "ready")
+
+    def is_ready(self):
+        return self.status.newest() is not None and self.status.newest().state == SofStatus.READY
+
+    def ask(self, current):
+        crank = service(self.name, "predict_cranking", PredictCranking)
+        return crank(i_load=-20.0, t_stop=10.0, i_cranking=current, t_cranking=0.5, u_required=math.nan)
+
+    def goes_on(self):
+        self.assertTrue(self.node.is_alive(), self.node.text())
+        accepted = self.status.newest().accepted
+        wait_until(lambda: self.publish() and self.status.newest().accepted > accepted + 100, 30, "samples taken again")
+
+    def test_a_query_that_throws_is_answered_without_numbers_and_the_next_one_with_them(self):
+        self.started("query_node")
+        answer = self.ask(IN_QUERY)
+        self.assertEqual(answer.code, PredictCrankingResponse.NO_MODEL)
+        self.assertEqual(answer.message, "the crank query failed; /diagnostics says why")
+        self.assertTrue(math.isnan(answer.u_min))
+        wait_until(lambda: self.said == "the crank query failed: thrown in a query", 20, "the fault in the diagnostics")
+        self.assertFalse(math.isnan(self.ask(-200.0).u_min))
+        self.goes_on()
+
+    def test_a_fit_that_throws_is_refused_and_the_model_stays(self):
+        self.started("fit_node")
+        self.publish(IN_FIT)
+        taken = self.status.newest().accepted
+        wait_until(lambda: self.status.newest().accepted > taken or self.publish(IN_FIT) and False, 20, "the sample taken")
+        answer = service(self.name, "identify", Identify)()
+        self.assertEqual(answer.code, IdentifyResponse.REFUSED)
+        self.assertEqual(answer.message, "the identification failed; /diagnostics says why")
+        wait_until(lambda: self.said == "the identification failed: thrown in a fit", 20, "the fault in the diagnostics")
+        self.assertFalse(math.isnan(self.ask(-200.0).u_min))
+        self.goes_on()
+
+    def test_a_sample_that_throws_begins_the_session_anew_and_sets_the_saved_model_aside(self):
+        self.started("push_node")
+        self.publish(IN_PUSH)
+        wait_until(lambda: self.said == "taking a sample failed: thrown in a push", 20, "the fault in the diagnostics")
+        wait_until(lambda: self.publish() and not self.is_ready(), 20, "a session without a model")
+        self.assertTrue(os.path.exists(self.file + ".refused"))
+        self.assertFalse(os.path.exists(self.file))
+        self.assertEqual(self.ask(-200.0).code, PredictCrankingResponse.NO_MODEL)
+        self.goes_on()
+
+    def test_a_model_that_is_not_finite_any_more_is_dropped_and_that_is_said(self):
+        self.started("lost_node")
+        self.publish(LOST)
+        wait_until(lambda: self.publish() and "the model was lost: its state was not finite" in self.status.newest().reason, 20,
+                   "the loss in the status")
+        self.assertFalse(self.is_ready())
+        self.assertEqual(self.ask(-200.0).code, PredictCrankingResponse.NO_MODEL)
+        self.goes_on()
+
+
+if __name__ == "__main__":
+    rospy.init_node("faults_test")
+    rostest.rosrun("battery_sof", "faults", Faults, whole_arguments(sys.argv))
