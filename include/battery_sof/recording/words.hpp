@@ -24,7 +24,7 @@ std::string listed(const Names& names, const char* between = ", ") {
   return text;
 }
 
-/// std::printf() into a string of at most 319 characters, in the classic locale.
+/// Formatted text of at most 319 characters, in the classic locale.
 __attribute__((format(printf, 1, 2))) std::string sentence(const char* pattern, ...);
 
 }  // namespace battery_sof
