@@ -6,7 +6,7 @@ battery_sof_gtest(architecture_test FOLDERS architecture)
 target_compile_definitions(architecture_test PRIVATE BATTERY_SOF_CXX="${CMAKE_CXX_COMPILER}"
   BATTERY_SOF_EIGEN_DIR="${EIGEN3_INCLUDE_DIRS}")
 
-# What makes a node's core throw, for faults.test.
+# What makes a node's core throw, for ros/faults_test.py (no .test file runs it yet).
 add_library(faulty_core MODULE EXCLUDE_FROM_ALL ros/faulty_core.cpp)
 target_include_directories(faulty_core SYSTEM PRIVATE ${EIGEN3_INCLUDE_DIRS})
 target_link_libraries(faulty_core ${CMAKE_DL_LIBS})
