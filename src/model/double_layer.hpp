@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <type_traits>
@@ -103,19 +104,18 @@ class DoubleLayer {
     }
     load(u, log_activity, ladder);
     double left = duration;
-    while (left > 0.0) {
-      double h = std::min(left, suggested_);
-      if (h > 0.999 * left) h = left;
+    for (int tried = 0; left > 0.0; ++tried) {
+      const double h = stepOf(left, tried), tolerance = scaled(kTolerance, valueOf(before_[0]));
       const double error = attempt(p, present, current, h);
-      const bool accepted = error <= kTolerance || h <= kShortest;
-      const double wanted = h * std::clamp(0.9 * std::sqrt(kTolerance / std::max(error, 1e-12)), 0.2, 4.0);
+      const bool accepted = error <= tolerance || h <= kShortest || tried >= kMostTried;
+      const double wanted = h * std::clamp(0.9 * std::sqrt(tolerance / std::max(error, 1e-12)), 0.2, 4.0);
       if (accepted) {
         const double begin = valueOf(before_[0]);
         extrapolate();
         rate_ = (valueOf(before_[0]) - begin) / h;
         left -= h;
         // A step cut by the interval's end says nothing against the longer one that was wanted.
-        suggested_ = std::max(wanted, error <= kTolerance && h < suggested_ ? suggested_ : wanted);
+        suggested_ = std::max(wanted, error <= tolerance && h < suggested_ ? suggested_ : wanted);
       } else {
         suggested_ = wanted;
       }
@@ -172,6 +172,8 @@ class DoubleLayer {
   static constexpr double kFlowTolerance = 2e-6;  // [V], what a matched step misses
   static constexpr double kSecant = 1e-3;     // [V], over which a side current's slope is taken
   static constexpr double kShortest = 1e-7;   // [s]
+  static constexpr double kMostOfLayer = 40.0;  // [V], far beyond any battery: tolerances grow in proportion
+  static constexpr int kMostTried = 20000;    // steps in an interval, far above what any battery's takes
   static constexpr double kMostExponent = 300.0;
   static constexpr double kMostMoved = 0.01;   // [V], a first guess goes on at the last step's rate up to here
   // [V], last step of Newton's method in doubles: beta / 2 of its square is left, of which the step in arithmetic S leaves
@@ -211,9 +213,9 @@ class DoubleLayer {
     const S k = charging_is_steeper ? charging_slope_ : discharging_slope_;
     const S storage = S(2.0 * present.c2 / k);
     MatchedCurrent<S> at = currentAt(p, present, u, k);
-    for (double left = duration; left > 0.0;) {
-      double h = std::min(left, suggested_);
-      if (h > 0.999 * left) h = left;
+    double left = duration;
+    for (int tried = 0; left > 0.0; ++tried) {
+      const double h = stepOf(left, tried), tolerance = scaled(kFlowTolerance, valueOf(u));
       const FlowEnd<S> end = matchedFlow(at, current, k, S(storage * (1.0 / h)));
       const S next = S(u + end.moved);
       const MatchedCurrent<S> after = currentAt(p, present, next, k);
@@ -221,8 +223,8 @@ class DoubleLayer {
       const double assumed = valueOf(at.value) + valueOf(at.rising) * (grown - 1.0) - valueOf(at.falling) * (1.0 / grown - 1.0);
       const double slope = valueOf(k) * (valueOf(after.rising) + valueOf(after.falling));
       const double error = flowError(valueOf(after.value) - assumed, slope, h / valueOf(present.c2));
-      const double wanted = h * std::clamp(0.9 * std::sqrt(std::sqrt(kFlowTolerance / std::max(error, 1e-12))), 0.2, 4.0);
-      const bool accepted = error <= kFlowTolerance || h <= kShortest;
+      const double wanted = h * std::clamp(0.9 * std::sqrt(std::sqrt(tolerance / std::max(error, 1e-12))), 0.2, 4.0);
+      const bool accepted = error <= tolerance || h <= kShortest || tried >= kMostTried;
       if (accepted) {
         u = next;
         at = after;
@@ -230,6 +232,15 @@ class DoubleLayer {
       }
       suggested_ = std::max(accepted && h < suggested_ ? std::max(wanted, suggested_) : wanted, kShortest);
     }
+  }
+  /// Where an interval takes more steps than any battery's does, the rest is one step: no step is too long to be stable.
+  double stepOf(double left, int tried) const {
+    return tried >= kMostTried || suggested_ > 0.999 * left ? left : suggested_;
+  }
+  /// What may be missed of a voltage: where parameters have drifted for hours a layer may stand at 1e13 V, and rounding alone misses
+  /// more than a tolerance in volts.
+  double scaled(double tolerance, double u) const {
+    return tolerance * std::max({1.0, std::abs(u) / kMostOfLayer, 1.0 / (kMostOfLayer * valueOf(charging_slope_))});
   }
   /// @return [V]: a current that is missed in the end by `missed` and began right has been missed by as much as grows with the
   /// third power of time; over long steps the layer settles where it is not.
