@@ -88,6 +88,18 @@ ChargeAcceptanceQuery drawnCharge(Random& random) {
   return {random.uniform(10.0, 17.0), magnitude(random, 0.1, 3600.0), happens(random, 0.5) ? 5000.0 : magnitude(random, 1.0, 500.0)};
 }
 
+/// The highest voltage of a battery that is left alone for a while [V].
+double highestAlone(const FittedModel& model, double duration) {
+  Simulation simulation = simulationOf(model);
+  double highest = -HUGE_VAL, at = 0.0;
+  for (double share : {0.0, 1e-4, 1e-3, 1e-2, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0}) {
+    hold(simulation, 0.0, share * duration - at);
+    at = share * duration;
+    highest = std::max(highest, simulation.voltage());
+  }
+  return highest;
+}
+
 /// How often a question was asked, how often its answer was valid, and how long the slowest took.
 struct Tally {
   int asked = 0, valid = 0, negative = 0;
@@ -128,6 +140,7 @@ TEST(Answers, OfAnyModelInAnyStateToAnyQuestionKeepTheLawsOfAnswers) {
   Random random(20260517);
   Tally cranks, stops, charges;
   const int models = modelsWanted();
+  int above = 0;  // valid charges at a voltage that the battery alone does not reach
   for (int k = 0; k < models; ++k) {
     const FittedModel model = drawnModel(random);
     const double capacity = magnitude(random, 5.0, 300.0);
@@ -140,6 +153,10 @@ TEST(Answers, OfAnyModelInAnyStateToAnyQuestionKeepTheLawsOfAnswers) {
     const ChargeAcceptanceQuery charge = drawnCharge(random);
     const ChargeAcceptanceAnswer charged = counted(charges, model, [&] { return predictChargeAcceptance(model, charge, capacity); });
     charges.negative += charged.valid && charged.i_boost->value < 0.0;
+    if (charged.valid && charge.u_boost > highestAlone(model, charge.t_sof2)) {
+      ++above;
+      EXPECT_GE(charged.i_boost->value, 0.0) << "model " << k << " " << listed(model) << ": " << charged.message;
+    }
     EXPECT_EQ(brokenLaw(charged, charge, capacity), "") << "model " << k << " " << listed(model) << ": " << charged.message;
   }
   print("cranks", cranks);
@@ -148,4 +165,5 @@ TEST(Answers, OfAnyModelInAnyStateToAnyQuestionKeepTheLawsOfAnswers) {
   EXPECT_GT(cranks.valid, models / 20);
   EXPECT_GT(stops.valid, models / 20);
   EXPECT_GT(charges.valid, models / 20);
+  EXPECT_GT(above, models / 50);
 }
