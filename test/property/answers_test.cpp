@@ -88,12 +88,20 @@ ChargeAcceptanceQuery drawnCharge(Random& random) {
   return {random.uniform(10.0, 17.0), magnitude(random, 0.1, 3600.0), happens(random, 0.5) ? 5000.0 : magnitude(random, 1.0, 500.0)};
 }
 
+/// What the sensor shows of a battery that is left alone [A].
+double shownAlone(const FittedModel& model) {
+  for (const ParameterEstimate& estimate : model.estimates)
+    if (estimate.name == "current_offset") return estimate.value;
+  return 0.0;
+}
+
 /// The highest voltage of a battery that is left alone for a while [V].
 double highestAlone(const FittedModel& model, double duration) {
   Simulation simulation = simulationOf(model);
+  const double none = shownAlone(model);
   double highest = -HUGE_VAL, at = 0.0;
   for (double share : {0.0, 1e-4, 1e-3, 1e-2, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0}) {
-    hold(simulation, 0.0, share * duration - at);
+    hold(simulation, none, share * duration - at);
     at = share * duration;
     highest = std::max(highest, simulation.voltage());
   }

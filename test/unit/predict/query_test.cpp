@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "battery_sof/predict/cranking.hpp"
+#include "battery_sof/predict/profile.hpp"
 #include "battery_sof/predict/stop_time.hpp"
 #include "support/known_model.hpp"
 
@@ -64,6 +65,23 @@ TEST(ExtrapolationOf, ACrankThatComesToLessThanNothingIsNotValidAndNeitherIsItsS
   EXPECT_FALSE(crank.valid);
   EXPECT_EQ(crank.code, AnswerCode::kExtrapolation);
   EXPECT_FALSE(predictStopTime(model, {-1.0, -300.0, 0.5, 7.2}).valid);
+}
+
+TEST(ExtrapolationOf, WhatAModelMakesNoFiniteNumbersOfIsAnsweredWithoutNumbers) {
+  FittedModel model = knownModel({"voltage_drift"});
+  for (ParameterEstimate& estimate : model.estimates)
+    if (estimate.name == "u_dc" || estimate.name == "voltage_drift") estimate.value = 1.7e308;
+  takeEstimates(model);
+  const CrankingAnswer crank = predictCranking(model, {-1.0, 3600.0, -200.0, 0.5});
+  EXPECT_EQ(crank.code, AnswerCode::kNoModel);
+  EXPECT_FALSE(crank.u_min || crank.capable || crank.valid);
+  EXPECT_TRUE(holds(crank.message, "no finite numbers"));
+  const StopTimeAnswer stop = predictStopTime(model, {-1.0, -200.0, 0.5, 7.2});
+  EXPECT_EQ(stop.code, AnswerCode::kNoModel);
+  EXPECT_FALSE(stop.t_stop || stop.valid);
+  const ProfileAnswer profile = simulateProfile(model, {1.0, 3600.0}, {-1.0, -1.0});
+  EXPECT_EQ(profile.code, AnswerCode::kNoModel);
+  EXPECT_TRUE(profile.predicted.voltage.empty() && profile.predicted.lower.empty());
 }
 
 TEST(ExtrapolationOf, ChargeMayMoveWhereTheModelsOpenCircuitVoltageDoesButNotBeyondTheCapacity) {
