@@ -31,9 +31,9 @@ test-core: deps
 	@cmake --build "$(BUILD_CORE)" --target core_checks -j$(JOBS)
 	@cd "$(BUILD_CORE)" && ctest -L core_checks --output-on-failure --no-tests=error
 
-# The core once more with AddressSanitizer, UndefinedBehaviorSanitizer and assertions (docs/reliability.md); wants clang.
-sanitized: deps
-	@command -v clang++ >/dev/null || { echo "clang++ is missing; expected the packages clang and libclang-rt-dev" >&2; exit 1; }
+# The core once more with AddressSanitizer, UndefinedBehaviorSanitizer and assertions (docs/reliability.md), by clang.
+sanitized:
+	@bash scripts/install_dependencies clang libclang-rt-dev
 	@cmake -S . -B "$(BUILD_SANITIZED)" -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo -DBATTERY_SOF_ROS=OFF -DBATTERY_SOF_PYTHON=OFF -DBATTERY_SOF_FUZZ=ON
 
 # The unit tests under the sanitizers: an hour on two cores.

@@ -18,7 +18,7 @@ namespace battery_sof {
 namespace {
 
 constexpr std::string_view kVersionLine = "#ROSBAG V2.0\n";
-enum Operation : char { kMessage = 2, kBagHeader = 3, kIndex = 4, kChunk = 5, kChunkInfo = 6 };
+enum Operation : char { kMessage = 2, kBagHeader = 3, kIndex = 4, kChunk = 5, kChunkInfo = 6, kConnection = 7 };
 constexpr std::size_t kIndexEntrySize = 12;  // seconds, nanoseconds, offset
 constexpr std::size_t kMostRatio = 1000;     // of compression: messages with stamps of their own reach some ten
 constexpr std::size_t kSmallChunk = 4 << 20; // [bytes], five times rosbag's usual chunk: allowed whatever the ratio
@@ -92,6 +92,9 @@ class RecordReader {
     Record record;
     for (std::string_view header = sized(); !header.empty();) addField(record, header);
     record.data = sized();
+    Record connection;  // its data are fields too
+    if (record.operation() == kConnection)
+      for (std::string_view fields = record.data; !fields.empty();) addField(connection, fields);
     return record;
   }
 

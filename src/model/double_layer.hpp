@@ -58,19 +58,18 @@ class DoubleLayer {
     }
     load(u, log_activity, ladder);
     double left = duration;
-    while (left > 0.0) {
-      double h = std::min(left, step);
-      if (h > 0.999 * left) h = left;
+    for (int tried = 0; left > 0.0; ++tried) {
+      const double h = stepWithin(left, step, tried), tolerance = scaledTolerance(kTolerance, valueOf(before_[0]), valueOf(charging_slope_));
       const double error = attempt(p, present, current, h);
-      const bool accepted = error <= kTolerance || h <= kShortestStep;
-      const double wanted = h * std::clamp(0.9 * std::sqrt(kTolerance / std::max(error, 1e-12)), 0.2, 4.0);
+      const bool accepted = error <= tolerance || h <= kShortestStep || tried >= kMostTried;
+      const double wanted = h * std::clamp(0.9 * std::sqrt(tolerance / std::max(error, 1e-12)), 0.2, 4.0);
       if (accepted) {
         const double begin = valueOf(before_[0]);
         extrapolate();
         rate_ = (valueOf(before_[0]) - begin) / h;
         left -= h;
         // A step cut by the interval's end says nothing against the longer one that was wanted.
-        step = std::max(wanted, error <= kTolerance && h < step ? step : wanted);
+        step = std::max(wanted, error <= tolerance && h < step ? step : wanted);
       } else {
         step = wanted;
       }

@@ -28,9 +28,10 @@ struct LayerFlow {
     const S k = charging_is_steeper ? charging_slope : discharging_slope;
     const S storage = S(2.0 * present.c2 / k);
     MatchedCurrent<S> at = currentAt(u, k);
-    for (double left = duration; left > 0.0;) {
-      double h = std::min(left, step);
-      if (h > 0.999 * left) h = left;
+    double left = duration;
+    for (int tried = 0; left > 0.0; ++tried) {
+      const double h = stepWithin(left, step, tried);
+      const double tolerance = scaledTolerance(kFlowTolerance, valueOf(u), valueOf(charging_slope));
       const FlowEnd<S> end = matchedFlow(at, current, k, S(storage * (1.0 / h)));
       const S next = S(u + end.moved);
       const MatchedCurrent<S> after = currentAt(next, k);
@@ -38,8 +39,8 @@ struct LayerFlow {
       const double assumed = valueOf(at.value) + valueOf(at.rising) * (grown - 1.0) - valueOf(at.falling) * (1.0 / grown - 1.0);
       const double slope = valueOf(k) * (valueOf(after.rising) + valueOf(after.falling));
       const double error = flowError(valueOf(after.value) - assumed, slope, h / valueOf(present.c2));
-      const double wanted = h * std::clamp(0.9 * std::sqrt(std::sqrt(kFlowTolerance / std::max(error, 1e-12))), 0.2, 4.0);
-      const bool accepted = error <= kFlowTolerance || h <= kShortestStep;
+      const double wanted = h * std::clamp(0.9 * std::sqrt(std::sqrt(tolerance / std::max(error, 1e-12))), 0.2, 4.0);
+      const bool accepted = error <= tolerance || h <= kShortestStep || tried >= kMostTried;
       if (accepted) {
         u = next;
         at = after;

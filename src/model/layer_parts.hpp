@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 
@@ -17,6 +18,18 @@ struct BoundEffect {
 /// Where an exponent of the reaction stays [1], see Simulation.
 inline constexpr double kMostExponent = 300.0;
 inline constexpr double kShortestStep = 1e-7;  // [s], of the double layer
+inline constexpr int kMostTried = 20000;  // steps in an interval, far above what any battery's takes
+
+/// The next step of an interval of which `left` [s] is left. Where it takes more steps than any battery's does, the rest is one
+/// step: no step is too long to be stable.
+inline double stepWithin(double left, double step, int tried) { return tried >= kMostTried || step > 0.999 * left ? left : step; }
+
+/// What may be missed of a voltage u [V]: where parameters have drifted for hours a layer may stand at 1e13 V, and rounding alone
+/// misses more than a tolerance in volts. @param charging_slope alpha beta [1/V].
+inline double scaledTolerance(double tolerance, double u, double charging_slope) {
+  constexpr double kMostOfLayer = 40.0;  // [V], far beyond any battery: tolerances grow in proportion
+  return tolerance * std::max({1.0, std::abs(u) / kMostOfLayer, 1.0 / (kMostOfLayer * charging_slope)});
+}
 
 /// Whether the reaction is symmetric, whatever the lanes.
 inline bool isHalf(double alpha) { return alpha == 0.5; }

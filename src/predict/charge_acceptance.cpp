@@ -132,6 +132,7 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
   answer.i_boost = mean.current;
   if (mean.current.value < query.i_limit)
     answer.i_boost = experiencedCharge(model, {query.u_boost, query.u_boost, query.t_sof2}, mean.current);
+  if (!areNumbers(*answer.i_boost)) return withoutNumbers<ChargeAcceptanceAnswer>();
   for (double* current : {&answer.i_boost->value, &answer.i_boost->lower, &answer.i_boost->upper})
     *current = std::min(*current, query.i_limit);
 

@@ -154,6 +154,7 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
   const double t_stop = query.load.empty() ? query.t_stop : query.load.duration();
   QueryRange range = rangeOf(query);
   answer.u_min = lowestOfCrank(std::move(simulation), model, query, t_stop, &range.beyond_learned);
+  if (!areNumbers(*answer.u_min)) return withoutNumbers<CrankingAnswer>();
   range.answered_voltage = answer.u_min->value;
   if (query.u_required) answer.capable = answer.u_min->lower >= *query.u_required;
 

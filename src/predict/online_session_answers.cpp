@@ -182,6 +182,7 @@ SessionStatus OnlineSession::status() const {
     status.reason = *reason;
   } else {
     status.state = job_is_out_ ? SessionState::kIdentifying : SessionState::kCollecting;
+    if (status.reason.empty()) status.reason = *reason;
   }
   return status;
 }

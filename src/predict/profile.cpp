@@ -148,7 +148,9 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
                                std::numeric_limits<double>::infinity());
     step.time += model.state.time;
     simulation.advance(step);
-    append(answer.predicted, voltageAnswer(simulation, errors.forecast(time[n]), own, {}));
+    const Interval u = voltageAnswer(simulation, errors.forecast(time[n]), own, {});
+    if (!areNumbers(u)) return withoutNumbers<ProfileAnswer>();
+    append(answer.predicted, u);
     time_before = time[n];
     current_before = current[n];
   }

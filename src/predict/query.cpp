@@ -137,6 +137,10 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   return reasons.text();
 }
 
+bool areNumbers(const Interval& answer) {
+  return std::isfinite(answer.value) && std::isfinite(answer.lower) && std::isfinite(answer.upper);
+}
+
 void hold(Simulation& simulation, double current, double duration) {
   DriveStep step;
   step.duration = duration;

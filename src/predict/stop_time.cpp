@@ -52,7 +52,7 @@ class StopScan {
 
   void scan() {
     look(0.0);
-    for (double t = kFirst; open() && at_ < longest_; t *= kGrowth) look(std::min(t, longest_));
+    for (double t = kFirst; open() && has_numbers_ && at_ < longest_; t *= kGrowth) look(std::min(t, longest_));
   }
 
   /// The longest stop of the lower bound, the value and the upper bound, to kResolution or kRelative.
@@ -65,6 +65,8 @@ class StopScan {
   std::optional<double> holdsAgainAt() const { return holds_again_; }
   /// The crank's lowest voltage without a stop [V].
   std::optional<double> atOnce() const { return at_once_; }
+  /// False when a crank along the stop phase had no finite voltage.
+  bool hasNumbers() const { return has_numbers_; }
 
  private:
   /// Whether a crossing is still to be found.
@@ -76,6 +78,7 @@ class StopScan {
     const Simulation before = here_;
     hold(here_, crank_.i_load, t - at_);
     const Interval u = lowestOfCrank(here_, model_, crank_, t);
+    has_numbers_ = has_numbers_ && areNumbers(u);
     if (!at_once_) at_once_ = u.value;
     if (before_ && u.value > *before_ + kRise) monotone_ = false;
     before_ = u.value;
@@ -132,7 +135,7 @@ class StopScan {
   double at_ = 0.0;
   Crossing crossings_[3];
   std::optional<double> at_once_, before_, holds_again_;
-  bool monotone_ = true;
+  bool monotone_ = true, has_numbers_ = true;
 };
 
 /// By how much a learnt force is held at its range's end in a crank after a stop [V].
@@ -221,6 +224,7 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
   const double longest_held = draws ? stopThatDraws(held_for, query.i_load) : kEver;
   StopScan scan(model, crank, longest);
   scan.scan();
+  if (!scan.hasNumbers()) return withoutNumbers<StopTimeAnswer>();
   const double crossing = scan.crossing(1), value = std::min(crossing, longest_held);
   const double upper = std::min(scan.crossing(2), draws ? longest : kEver);
   answer.t_stop = Interval{value, std::min(scan.crossing(0), value), std::max(upper, value)};

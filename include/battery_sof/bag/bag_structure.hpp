@@ -8,7 +8,7 @@ namespace battery_sof {
 
 /**
  * @brief Walks the records of a bag (format 2.0) from its first byte to its last and checks that
- * every length and every index entry points to where a record is.
+ * every length, in connections too, and every index entry points to where a record is.
  *
  * rosbag_storage trusts these numbers: one damaged byte in them makes it read beyond its buffers, or
  * allocate what the byte says. A compressed chunk may claim to hold up to a thousand times its bytes,

@@ -8,7 +8,7 @@ namespace battery_sof {
 enum class AnswerCode : int {
   kOk = 0,
   kInvalidQuery = 1,   ///< an input is not finite or out of its range; no numbers
-  kNoModel = 2,        ///< nothing identified yet, or the model is too old; no numbers
+  kNoModel = 2,        ///< nothing identified yet, the model is too old, or it makes no finite numbers of the query; no numbers
   kExtrapolation = 3,  ///< numbers are given, but the window did not excite what they need: valid is false
 };
 

@@ -75,4 +75,16 @@ void hold(Simulation& simulation, double current, double duration);
 Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
                        const IntervalScale& scale);
 
+/// Whether a value and the ends of its interval are finite.
+bool areNumbers(const Interval& answer);
+
+/// An answer without numbers: the model makes none that are finite of a question (kNoModel).
+template <typename Answer>
+Answer withoutNumbers() {
+  Answer answer;
+  answer.code = AnswerCode::kNoModel;
+  answer.message = "the model makes no finite numbers of this query: it is far beyond what its equations hold for";
+  return answer;
+}
+
 }  // namespace battery_sof

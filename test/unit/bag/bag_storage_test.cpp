@@ -280,6 +280,19 @@ TEST_F(BagStorage, HeaderThatPointsWhereNoRecordBeginsIsRefused) {
   EXPECT_THAT(refusal(file("damaged.bag")), HasSubstr("the bag has no index"));
 }
 
+/// What a connection says of itself stands in its chunk and again in the index.
+TEST_F(BagStorage, ConnectionWhoseFieldIsLongerThanItIsRefused) {
+  writeBag(file("a.bag"), someSeries());
+  const std::string whole = bytesOf(file("a.bag")), field = "type=sensor_msgs/BatteryState";
+  ASSERT_NE(whole.find(field), whole.rfind(field));
+  for (const std::size_t at : {whole.find(field), whole.rfind(field)}) {
+    std::string damaged = whole;
+    damaged.replace(at - 4, 4, "\xff\xff\x01\x01");
+    writeBytes(file("damaged.bag"), damaged);
+    EXPECT_THAT(refusal(file("damaged.bag")), AllOf(HasSubstr("damaged bag, at byte "), HasSubstr("a record's header is damaged")));
+  }
+}
+
 TEST_F(BagStorage, ChunkThatIsListedTwiceIsRefused) {
   writeBag(file("a.bag"), someSeries());
   std::string damaged = bytesOf(file("a.bag"));

@@ -4,6 +4,9 @@
 
 #include <limits>
 
+#include "battery_sof/predict/cranking.hpp"
+#include "battery_sof/predict/profile.hpp"
+#include "battery_sof/predict/stop_time.hpp"
 #include "support/known_model.hpp"
 
 namespace battery_sof {
@@ -42,6 +45,43 @@ TEST(ExtrapolationOf, AllowsWhatIsWithinReach) {
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.least_current = -499.0; }), "");
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.most_voltage = 15.2; }), "");
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charge_moved = 0.5; }), "");
+}
+
+TEST(ExtrapolationOf, NoBatteryHasAVoltageBelowZeroOrAboveSixteenVoltsABlock) {
+  FittedModel model = knownModel();
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 0.0; }), "");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 16.0; }), "");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = -0.5; }), "it comes to -0.50 V, expected 0 to 16 V of such a battery");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 16.5; }), "it comes to 16.50 V, expected 0 to 16 V of such a battery");
+  model.parameters.u_dc = 25.2;
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 30.0; }), "");
+}
+
+TEST(ExtrapolationOf, ACrankThatComesToLessThanNothingIsNotValidAndNeitherIsItsStopTime) {
+  FittedModel model = knownModel();
+  model.parameters.r_discharge = model.estimates[kRowRDischarge].value = 0.06;
+  const CrankingAnswer crank = predictCranking(model, {-1.0, 10.0, -300.0, 0.5});
+  EXPECT_LT(crank.u_min->value, 0.0);
+  EXPECT_FALSE(crank.valid);
+  EXPECT_EQ(crank.code, AnswerCode::kExtrapolation);
+  EXPECT_FALSE(predictStopTime(model, {-1.0, -300.0, 0.5, 7.2}).valid);
+}
+
+TEST(ExtrapolationOf, WhatAModelMakesNoFiniteNumbersOfIsAnsweredWithoutNumbers) {
+  FittedModel model = knownModel({"voltage_drift"});
+  for (ParameterEstimate& estimate : model.estimates)
+    if (estimate.name == "u_dc" || estimate.name == "voltage_drift") estimate.value = 1.7e308;
+  takeEstimates(model);
+  const CrankingAnswer crank = predictCranking(model, {-1.0, 3600.0, -200.0, 0.5});
+  EXPECT_EQ(crank.code, AnswerCode::kNoModel);
+  EXPECT_FALSE(crank.u_min || crank.capable || crank.valid);
+  EXPECT_TRUE(holds(crank.message, "no finite numbers"));
+  const StopTimeAnswer stop = predictStopTime(model, {-1.0, -200.0, 0.5, 7.2});
+  EXPECT_EQ(stop.code, AnswerCode::kNoModel);
+  EXPECT_FALSE(stop.t_stop || stop.valid);
+  const ProfileAnswer profile = simulateProfile(model, {1.0, 3600.0}, {-1.0, -1.0});
+  EXPECT_EQ(profile.code, AnswerCode::kNoModel);
+  EXPECT_TRUE(profile.predicted.voltage.empty() && profile.predicted.lower.empty());
 }
 
 TEST(ExtrapolationOf, ChargeMayMoveWhereTheModelsOpenCircuitVoltageDoesButNotBeyondTheCapacity) {

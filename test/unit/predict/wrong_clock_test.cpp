@@ -125,6 +125,13 @@ TEST(SavedModel, ThatWaitsIsNotCalledUnidentified) {
   EXPECT_THAT(session.predictCranking(kQuery).message, Not(HasSubstr("nothing identified")));
 }
 
+TEST(SessionStatus, HasAReasonBeforeAnyWindowWasLookedAt) {
+  OnlineSession session;
+  for (int n = 0; n < 300; ++n) session.push({0.01 * n, -5.0, 12.5, {}});
+  EXPECT_EQ(session.status().state, SessionState::kCollecting);
+  EXPECT_EQ(session.status().reason, "nothing identified yet");
+}
+
 TEST(SessionStatus, SamplesThatAreAllRefusedAreToldByReason) {
   OnlineSession session;
   for (int n = 0; n < 20000; ++n) session.push({0.0, -5.0, 12.5, {}});
