@@ -91,10 +91,7 @@ bool ExplanationFits::place(ExplanationState& state) const {
   return true;
 }
 
-namespace {
-
-/// Prior means from where a state stands. @param std of the priors.
-Eigen::VectorXd expectedFrom(const ExplanationState& state, Eigen::VectorXd& std) {
+Eigen::VectorXd ExplanationFits::expectedFrom(const ExplanationState& state, Eigen::VectorXd& std) {
   const auto known = static_cast<Eigen::Index>(state.coordinates.size());
   Eigen::VectorXd expected(known);
   std.resize(known);
@@ -106,8 +103,6 @@ Eigen::VectorXd expectedFrom(const ExplanationState& state, Eigen::VectorXd& std
   }
   return expected;
 }
-
-}  // namespace
 
 ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all) const {
   ExplanationSums sums;

@@ -31,6 +31,8 @@ class ExplanationFits {
   ExplanationState baseState() const;
   std::vector<FitCoordinate> coordinatesOf(const BatteryModel& model) const;
   static double& at(CompositionPoint& point, Eigen::Index row);
+  /// Prior means from where a state stands. @param std of the priors.
+  static Eigen::VectorXd expectedFrom(const ExplanationState& state, Eigen::VectorXd& std);
   /// Simulates a state where it stands. @return whether the model has a voltage there.
   bool place(ExplanationState& state) const;
   ExplanationSums sumsOf(const ExplanationState& state, bool all) const;

@@ -4,9 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "simulation_engine.hpp"
-
 #include "battery_sof/recording/number_text.hpp"
+#include "engine_choice.hpp"
 
 namespace battery_sof {
 namespace {
@@ -45,11 +44,11 @@ void requireSound(const BatteryModel& model, const ModelPoint& start,
 std::unique_ptr<Simulation::Engine> engineFor(const BatteryModel& model, const ModelPoint& start,
                                               const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
   const Eigen::Index lanes = seeds.cols();
-  if (lanes == 0) return std::make_unique<EngineOf<double>>(model, start, seeds);
-  if (lanes <= 8) return std::make_unique<EngineOf<Dual<8>>>(model, start, seeds);
-  if (lanes <= 16) return std::make_unique<EngineOf<Dual<16>>>(model, start, seeds);
-  if (lanes <= 24) return std::make_unique<EngineOf<Dual<24>>>(model, start, seeds);
-  return std::make_unique<EngineOf<Dual<48>>>(model, start, seeds);
+  if (lanes == 0) return engineOfValues(model, start, seeds);
+  if (lanes <= 8) return engineOf8(model, start, seeds);
+  if (lanes <= 16) return engineOf16(model, start, seeds);
+  if (lanes <= 24) return engineOf24(model, start, seeds);
+  return engineOf48(model, start, seeds);
 }
 
 }  // namespace

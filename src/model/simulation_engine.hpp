@@ -5,33 +5,11 @@
 #include <memory>
 #include <vector>
 
-#include "battery_sof/model/simulation.hpp"
+#include "engine_choice.hpp"
 #include "stepper.hpp"
 #include "voltage_source.hpp"
 
 namespace battery_sof {
-
-/// What a Simulation is in one of its arithmetics.
-class Simulation::Engine {
- public:
-  virtual ~Engine() = default;
-  virtual std::unique_ptr<Engine> clone() const = 0;
-  virtual void advance(const DriveStep& step) = 0;
-  virtual double advanceAtVoltage(double voltage, double duration, double most_current) = 0;
-  virtual void followVoltage(const DriveStep& step, double voltage) = 0;
-  virtual double resistanceOver(double current, double duration) = 0;
-  virtual double currentError() const = 0;
-  virtual const double* currentErrorDerivatives() const = 0;
-  virtual double voltage() const = 0;
-  virtual const double* voltageDerivatives() const = 0;
-  virtual const double* currentDerivatives() const = 0;
-  virtual double time() const = 0;
-  virtual Eigen::VectorXd state() const = 0;
-  virtual Eigen::MatrixXd stateDerivatives() const = 0;
-  virtual std::vector<double> forceMemory() const = 0;
-  virtual double beyondLearned() const = 0;
-  virtual Eigen::Index lanes() const = 0;
-};
 
 template <typename S>
 class EngineOf final : public Simulation::Engine {

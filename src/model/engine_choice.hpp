@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "battery_sof/model/simulation.hpp"
+
+namespace battery_sof {
+
+/// What a Simulation is in one of its arithmetics.
+class Simulation::Engine {
+ public:
+  virtual ~Engine() = default;
+  virtual std::unique_ptr<Engine> clone() const = 0;
+  virtual void advance(const DriveStep& step) = 0;
+  virtual double advanceAtVoltage(double voltage, double duration, double most_current) = 0;
+  virtual void followVoltage(const DriveStep& step, double voltage) = 0;
+  virtual double resistanceOver(double current, double duration) = 0;
+  virtual double currentError() const = 0;
+  virtual const double* currentErrorDerivatives() const = 0;
+  virtual double voltage() const = 0;
+  virtual const double* voltageDerivatives() const = 0;
+  virtual const double* currentDerivatives() const = 0;
+  virtual double time() const = 0;
+  virtual Eigen::VectorXd state() const = 0;
+  virtual Eigen::MatrixXd stateDerivatives() const = 0;
+  virtual std::vector<double> forceMemory() const = 0;
+  virtual double beyondLearned() const = 0;
+  virtual Eigen::Index lanes() const = 0;
+};
+
+/**
+ * @brief A simulation in one arithmetic: of values alone, or of as many lanes as the name says. One file each (engine_of_*.cpp): a
+ * compiler inlines less where a file grows too large, and these steps are where the time goes.
+ *
+ * @param seeds at most as many columns.
+ */
+std::unique_ptr<Simulation::Engine> engineOfValues(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+std::unique_ptr<Simulation::Engine> engineOf8(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+std::unique_ptr<Simulation::Engine> engineOf16(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+std::unique_ptr<Simulation::Engine> engineOf24(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+std::unique_ptr<Simulation::Engine> engineOf48(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+
+}  // namespace battery_sof
