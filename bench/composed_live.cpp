@@ -27,8 +27,7 @@ constexpr double kMaxGap = 0.1;     // [s]
 
 IdentifyOptions fourEffects() {
   IdentifyOptions options;
-  options.effects = {"charge_acceptance", "acid_transport", "current_dependent_resistance",
-                     "ocv_soc"};
+  options.effects = {"charge_acceptance", "acid_transport", "current_dependent_resistance", "ocv_soc"};
   return options;
 }
 
@@ -76,18 +75,14 @@ nlohmann::json tracked() {
   for (; identifications < 2 || runs < 3; ++runs) beside = track(model, series);
   stop = true;
   identifying.join();
-  return {{"lanes", uncertainSimulationOf(model).lanes()},
-          {"alone_processor", alone.processor},
-          {"beside_processor", beside.processor},
-          {"beside_wall", beside.wall},
-          {"identifications", identifications.load()},
-          {"same", alone.last_voltage == beside.last_voltage}};
+  return {{"lanes", uncertainSimulationOf(model).lanes()}, {"alone_processor", alone.processor},
+          {"beside_processor", beside.processor},          {"beside_wall", beside.wall},
+          {"identifications", identifications.load()},     {"same", alone.last_voltage == beside.last_voltage}};
 }
 
 constexpr int kStarts = 6;
 
-CompositionFit searched(const CompositionProblem& problem, const CompositionPoint& start,
-                        int threads, int starts = kStarts) {
+CompositionFit searched(const CompositionProblem& problem, const CompositionPoint& start, int threads, int starts = kStarts) {
   CompositionSearch search;
   search.more_starts = starts - 1;
   search.threads = threads;

@@ -82,8 +82,8 @@ void printRow(const std::vector<std::string>& effects, int rounds) {
   }
   std::string name = "base";
   for (const std::string& id : effects) name += " + " + id;
-  std::printf("%-28s %9.3f %9.3f %7.2f   %8.2f %8.2f %6.1f   %8.2f %8.2f %6.1f\n", name.c_str(), fit[0], fit[1], fit[1] / fit[0],
-              pass[0], pass[1], pass[1] / pass[0], values[0], values[1], values[1] / values[0]);
+  std::printf("%-28s %9.3f %9.3f %7.2f   %8.2f %8.2f %6.1f   %8.2f %8.2f %6.1f\n", name.c_str(), fit[0], fit[1], fit[1] / fit[0], pass[0],
+              pass[1], pass[1] / pass[0], values[0], values[1], values[1] / values[0]);
   std::fflush(stdout);
 }
 
@@ -100,8 +100,8 @@ int main(int argc, char** argv) {
                 "values [us/sample]");
     std::printf("%-28s %9s %9s %7s   %8s %8s %6s   %8s %8s %6s\n", "and where a source drives", "current", "mixed", "ratio", "current",
                 "mixed", "ratio", "current", "mixed", "ratio");
-    const std::vector<std::vector<std::string>> compositions = {
-        {}, {"acid_transport"}, {"charge_transfer"}, {"gassing"}, {"charge_acceptance"}, {"fresh_sulphate"}};
+    const std::vector<std::vector<std::string>> compositions = {{},          {"acid_transport"},    {"charge_transfer"},
+                                                                {"gassing"}, {"charge_acceptance"}, {"fresh_sulphate"}};
     for (const auto& effects : compositions) printRow(effects, rounds);
   } catch (const std::exception& error) {
     std::cerr << "mixed_fit: " << error.what() << "\n";

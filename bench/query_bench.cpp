@@ -68,8 +68,8 @@ void time(const char* path) {
     while (times.size() < kRepetitions && (times.size() < 5 || times.back() < 50.0))
       times.push_back(milliseconds([&] { message = question.ask(model); }));
     std::sort(times.begin(), times.end());
-    std::printf("    %-22s median %8.3f ms, largest %8.3f ms: %s\n", question.name.c_str(),
-                times[times.size() / 2], times.back(), message.c_str());
+    std::printf("    %-22s median %8.3f ms, largest %8.3f ms: %s\n", question.name.c_str(), times[times.size() / 2], times.back(),
+                message.c_str());
   }
 }
 

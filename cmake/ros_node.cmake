@@ -27,6 +27,7 @@ catkin_install_python(PROGRAMS scripts/ask_and_compare scripts/live_page scripts
 file(MAKE_DIRECTORY "${CATKIN_DEVEL_PREFIX}/bin")
 foreach(name sof ask_and_compare)
   file(CREATE_LINK "../${CATKIN_PACKAGE_BIN_DESTINATION}/${name}" "${CATKIN_DEVEL_PREFIX}/bin/${name}" SYMBOLIC)
+  #catkin_lint: ignore_once external_file
   install(FILES "${CATKIN_DEVEL_PREFIX}/bin/${name}" DESTINATION ${CATKIN_GLOBAL_BIN_DESTINATION})
 endforeach()
 catkin_add_env_hooks(50.${PROJECT_NAME} SHELLS bash DIRECTORY "${PROJECT_SOURCE_DIR}/env-hooks")

@@ -11,13 +11,11 @@ using namespace battery_sof;
 
 void print(const std::string& recording, const SessionEvents& events, const OnlineSession& session) {
   for (const CrankComparison& c : events.cranks)
-    std::printf("%s,crank,%.2f,%.2f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time, c.current,
-                c.measured_minimum, c.expected_minimum.value, c.expected_minimum.lower,
-                c.expected_minimum.upper, session.crankScale().factor);
+    std::printf("%s,crank,%.2f,%.2f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time, c.current, c.measured_minimum,
+                c.expected_minimum.value, c.expected_minimum.lower, c.expected_minimum.upper, session.crankScale().factor);
   for (const ChargeComparison& c : events.charges)
-    std::printf("%s,charge,%.2f,%.3f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time, c.mean_voltage,
-                c.measured_current, c.expected_current.value, c.expected_current.lower,
-                c.expected_current.upper, session.chargeScale().factor);
+    std::printf("%s,charge,%.2f,%.3f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time, c.mean_voltage, c.measured_current,
+                c.expected_current.value, c.expected_current.lower, c.expected_current.upper, session.chargeScale().factor);
 }
 
 /// What is tried beside the base model: effects from the beginning on, or what a diagnosis of the buffer finds at a moment.
@@ -45,9 +43,8 @@ void play(const std::string& path, const CsvColumns& columns, const SessionOptio
   if (!trial.effects.empty()) session.extendWith(trial.effects);
   bool is_diagnosed = trial.diagnose_at <= 0.0;
   for (std::size_t n = 0; n < recording.series.size(); ++n) {
-    const SessionEvents events = session.push(
-        {recording.series.time[n], recording.series.current[n], recording.series.voltage[n],
-         std::nullopt});
+    const SessionEvents events =
+        session.push({recording.series.time[n], recording.series.current[n], recording.series.voltage[n], std::nullopt});
     print(recording.name, events, session);
     if (!is_diagnosed && session.driving() >= trial.diagnose_at) {
       is_diagnosed = true;
@@ -55,7 +52,8 @@ void play(const std::string& path, const CsvColumns& columns, const SessionOptio
     }
     if (auto job = session.takeDueJob()) {
       session.finish(runIdentification(*job));
-      if (!session.status().extension.empty()) std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(), session.status().extension.c_str());
+      if (!session.status().extension.empty())
+        std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(), session.status().extension.c_str());
     }
   }
 }
@@ -71,7 +69,8 @@ int main(int argc, char** argv) {
   app.add_option("REC", recordings, "CSV recordings")->required();
   app.add_option("--effects", options.identify.effects, "ids of further physics")->delimiter(',');
   app.add_option("--extend", trial.effects, "ids on trial beside the base model; standard error says who answers")->delimiter(',');
-  app.add_option("--diagnose-at", trial.diagnose_at, "[s] of driving, when the buffer is diagnosed and what is found goes on trial; 0: never");
+  app.add_option("--diagnose-at", trial.diagnose_at,
+                 "[s] of driving, when the buffer is diagnosed and what is found goes on trial; 0: never");
   app.add_option("--identify-period", options.identify_period, "[s]");
   app.add_option("--time-column", columns.time);
   app.add_option("--current-column", columns.current);

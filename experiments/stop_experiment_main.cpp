@@ -30,7 +30,8 @@ std::vector<Stop> readStops(const std::string& path) {
   while (std::getline(file, line)) {
     Stop stop{};
     char comma = 0;
-    if (!(std::istringstream(line) >> stop.begin >> comma >> stop.end)) throw std::runtime_error(path + ": \"" + line + "\" is not begin_s,end_s");
+    if (!(std::istringstream(line) >> stop.begin >> comma >> stop.end))
+      throw std::runtime_error(path + ": \"" + line + "\" is not begin_s,end_s");
     stops.push_back(stop);
   }
   return stops;
@@ -77,7 +78,8 @@ class Play {
   void decideAt(const RawSample& sample) {
     asked_ = sample.time;
     const bool is_ready = session_.status().state == SessionState::kReady;
-    const Verdict verdict = energy_manager::decide(rule_, is_ready ? std::optional(ask(session_, rule_, habits_)) : std::nullopt, "no model");
+    const Verdict verdict =
+        energy_manager::decide(rule_, is_ready ? std::optional(ask(session_, rule_, habits_)) : std::nullopt, "no model");
     std::printf("%zu,%.3f,%d,%.4f,%.2f,%.2f,\"%s\"\n", next_, sample.time, verdict.may_stop, verdict.reserve, verdict.longest_stop,
                 verdict.planned_charge, verdict.reason.c_str());
   }

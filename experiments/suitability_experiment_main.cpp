@@ -85,14 +85,14 @@ void runWindow(const std::string& name, const Series& series, IndexRange window,
     crank += std::abs(c.measured_minimum - c.predicted_minimum.value) / static_cast<double>(scores.cranks.size());
   const Moments m = momentsOf(series, window);
   const NoiseModel noise = model.noise.value_or(NoiseModel{});
-  std::printf("%s,%.1f,%.3f,%.4f,%zu,%.4f,%.4f,%.5f,%.5f,%.5f,%.5f,%.3f,%.5f,%.3f,%.5f,%.2f,%.1f,%.1f,%d,%.6f,%.5f,%.3f,%.6f,%.1f,%.1f,%.3f,%.4f\n",
-              name.c_str(), model.window.from, scores.q_dyn_percent.value_or(NAN), crank, scores.cranks.size(),
-              scores.rmse, windowExcitation(series, window), eventDeviation(model, -20.0, 30.0, -200.0, 1.0),
-              eventDeviation(model, -20.0, 30.0, -20.0, 1.0), eventDeviation(model, -10.0, 10.0, 30.0, 10.0),
-              eventDeviation(model, 0.0, 0.0, -200.0, 1.0), logDeterminant(model.covariance), worstRelative(model),
-              model.scores.q_dyn_percent, model.scores.rmse, m.std, m.lowest, m.highest, model.scores.cranks,
-              noise.white_std, noise.ar_std, noise.ar_time, noise.walk_std, model.excited.charge_time,
-              model.excited.discharge_time, insideValidation(series, window), model.suitability);
+  std::printf(
+      "%s,%.1f,%.3f,%.4f,%zu,%.4f,%.4f,%.5f,%.5f,%.5f,%.5f,%.3f,%.5f,%.3f,%.5f,%.2f,%.1f,%.1f,%d,%.6f,%.5f,%.3f,%.6f,%.1f,%.1f,%.3f,%.4f\n",
+      name.c_str(), model.window.from, scores.q_dyn_percent.value_or(NAN), crank, scores.cranks.size(), scores.rmse,
+      windowExcitation(series, window), eventDeviation(model, -20.0, 30.0, -200.0, 1.0), eventDeviation(model, -20.0, 30.0, -20.0, 1.0),
+      eventDeviation(model, -10.0, 10.0, 30.0, 10.0), eventDeviation(model, 0.0, 0.0, -200.0, 1.0), logDeterminant(model.covariance),
+      worstRelative(model), model.scores.q_dyn_percent, model.scores.rmse, m.std, m.lowest, m.highest, model.scores.cranks, noise.white_std,
+      noise.ar_std, noise.ar_time, noise.walk_std, model.excited.charge_time, model.excited.discharge_time,
+      insideValidation(series, window), model.suitability);
 }
 
 void runRecording(const std::string& path, const CsvColumns& columns, int windows) {
@@ -124,8 +124,9 @@ int main(int argc, char** argv) {
   app.add_option("--voltage-column", columns.voltage);
   app.add_flag("--discharge-positive", columns.discharge_positive);
   CLI11_PARSE(app, argc, argv);
-  std::puts("recording,from_s,q_whole,crank_mae,cranks,rmse_whole,excitation,sd_crank,sd_stop,sd_charge,sd_now,log_det,worst_rel,"
-            "q_window,rmse_window,std_i,min_i,max_i,pulses,white,ar,ar_time,walk,charge_s,discharge_s,q_inside,suitability");
+  std::puts(
+      "recording,from_s,q_whole,crank_mae,cranks,rmse_whole,excitation,sd_crank,sd_stop,sd_charge,sd_now,log_det,worst_rel,"
+      "q_window,rmse_window,std_i,min_i,max_i,pulses,white,ar,ar_time,walk,charge_s,discharge_s,q_inside,suitability");
   try {
     for (const auto& path : recordings) runRecording(path, columns, windows);
   } catch (const std::exception& error) {

@@ -19,8 +19,8 @@ namespace {
 
 using namespace battery_sof;
 
-constexpr double kWindow = 900.0;        // [s] fitted, and predicted
-constexpr double kSourceLimit = 14.2;    // [V]
+constexpr double kWindow = 900.0;                                                  // [s] fitted, and predicted
+constexpr double kSourceLimit = 14.2;                                              // [V]
 constexpr double kVoltageStep = 0.025, kCurrentStep = 0.1, kVoltageNoise = 0.012;  // [V], [A], [V]
 
 /// What is imposed on the battery once a second.
@@ -69,9 +69,7 @@ ModelPoint drawnTruth(const BatteryModel& model, std::mt19937& dice) {
   return truth;
 }
 
-Drive driveOf(const Series& series, const std::vector<char>& drives) {
-  return fullDrive(series, {0, series.size()}, {}, drives);
-}
+Drive driveOf(const Series& series, const std::vector<char>& drives) { return fullDrive(series, {0, series.size()}, {}, drives); }
 
 /// The recording that the truth makes, without an error.
 Series recordingOf(const BatteryModel& model, const ModelPoint& truth, const Imposed1Hz& imposed) {
@@ -117,8 +115,8 @@ struct Outcome {
   int refused = 0;
 };
 
-void judge(const BatteryModel& model, const ModelPoint& truth, const Series& measured, const Series& exact,
-           const std::vector<char>& drives, Outcome& outcome) {
+void judge(const BatteryModel& model, const ModelPoint& truth, const Series& measured, const Series& exact, const std::vector<char>& drives,
+           Outcome& outcome) {
   DrivingSource source;
   source.imposes_voltage = drives;
   source.rule.present = true;
@@ -148,8 +146,7 @@ void judge(const BatteryModel& model, const ModelPoint& truth, const Series& mea
   Follower follower(plain);
   Drive drive = fullDrive(measured, {window.last - 1, measured.size()}, {}, drives);
   std::vector<double> current(measured.size(), 0.0);
-  for (std::size_t k = 1; k < drive.samples.size(); ++k)
-    current[window.last - 1 + k] = follower.follow(drive.samples[k]).current;
+  for (std::size_t k = 1; k < drive.samples.size(); ++k) current[window.last - 1 + k] = follower.follow(drive.samples[k]).current;
   const IndexRange ahead{window.last, measured.size()};
   for (const std::size_t first : chargeBeginnings(exact, ahead, drives)) {
     const auto charge = beginningOfCharge(exact, ahead, first, 10.0, drives);
@@ -178,12 +175,13 @@ void print(const char* name, const Outcome& outcome) {
     inside += tally.inside;
     asked += tally.asked;
   }
-  std::printf("%s: %.1f %% of %d parameters within two standard errors; %.1f %% of %d charges within 15 %% (median error %.1f %%); %d refused\n",
-              name, 100.0 * inside / std::max(asked, 1), asked, 100.0 * outcome.near / std::max(outcome.charges, 1),
-              outcome.charges, 100.0 * medianOf(outcome.charge_errors), outcome.refused);
+  std::printf(
+      "%s: %.1f %% of %d parameters within two standard errors; %.1f %% of %d charges within 15 %% (median error %.1f %%); %d refused\n",
+      name, 100.0 * inside / std::max(asked, 1), asked, 100.0 * outcome.near / std::max(outcome.charges, 1), outcome.charges,
+      100.0 * medianOf(outcome.charge_errors), outcome.refused);
   for (const auto& [parameter, tally] : outcome.parameters)
-    std::printf("  %-24s %5.1f %%   median of error / standard error %+.2f\n", parameter.c_str(),
-                100.0 * tally.inside / tally.asked, medianOf(tally.ratios));
+    std::printf("  %-24s %5.1f %%   median of error / standard error %+.2f\n", parameter.c_str(), 100.0 * tally.inside / tally.asked,
+                medianOf(tally.ratios));
 }
 
 }  // namespace

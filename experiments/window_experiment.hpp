@@ -22,8 +22,7 @@ struct Setting {
   std::string what;
   IdentifyOptions options;
   StartRule start_rule = StartRule::kAsItFalls;
-  bool from_optimum =
-      false;  ///< search starts at the default procedure's parameters: tells a local minimum
+  bool from_optimum = false;  ///< search starts at the default procedure's parameters: tells a local minimum
 };
 
 std::vector<Setting> settings();

@@ -43,8 +43,7 @@ DriveMode driveOf(const std::optional<std::string>& name) {
 }
 
 FittedModel identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
-                         const std::optional<std::vector<std::string>>& effects, bool whiten, const std::string& start,
-                         int threads) {
+                         const std::optional<std::vector<std::string>>& effects, bool whiten, const std::string& start, int threads) {
   const py::gil_scoped_release released;
   FitRequest request{from, to, chooses_window, {}};
   request.options.chooses_effects = !effects.has_value();
@@ -73,14 +72,13 @@ py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
   arrays["lower_a"] = numpyOf(course.current_lower);
   arrays["upper_a"] = numpyOf(course.current_upper);
   py::array_t<bool> driven(static_cast<py::ssize_t>(course.voltage_drives.size()));
-  for (py::ssize_t n = 0; n < driven.size(); ++n)
-    driven.mutable_at(n) = course.voltage_drives[static_cast<std::size_t>(n)] != 0;
+  for (py::ssize_t n = 0; n < driven.size(); ++n) driven.mutable_at(n) = course.voltage_drives[static_cast<std::size_t>(n)] != 0;
   arrays["voltage_drives"] = driven;
   return arrays;
 }
 
-std::pair<py::dict, std::string> predictHeld(const FittedModel& model, const HeldRecording& held, Seconds from,
-                                             Seconds to, const std::optional<std::string>& drive) {
+std::pair<py::dict, std::string> predictHeld(const FittedModel& model, const HeldRecording& held, Seconds from, Seconds to,
+                                             const std::optional<std::string>& drive) {
   RangePrediction prediction;
   Series part;
   {
@@ -107,8 +105,8 @@ std::string askCrank(const FittedModel& model, double i_load, double t_stop, dou
   return told(predictCranking(model, query, capacity_ah), crankingJson);
 }
 
-std::string askStopTime(const FittedModel& model, double i_load, double i_cranking, double t_cranking,
-                        double u_required, double capacity_ah) {
+std::string askStopTime(const FittedModel& model, double i_load, double i_cranking, double t_cranking, double u_required,
+                        double capacity_ah) {
   const py::gil_scoped_release released;
   const StopTimeQuery query{i_load, i_cranking, t_cranking, u_required};
   return told(predictStopTime(model, query, capacity_ah), stopTimeJson);
@@ -121,8 +119,7 @@ std::string askCharge(const FittedModel& model, double u_boost, double t_sof2, d
 }
 
 HeldDiagnosis diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to, double holdout_share,
-                           const std::vector<std::string>& hypotheses, const std::vector<std::string>& given,
-                           int threads) {
+                           const std::vector<std::string>& hypotheses, const std::vector<std::string>& given, int threads) {
   const py::gil_scoped_release released;
   HeldDiagnosis result{held.recording, {}};
   result.stretch.series = slice(held.fitted, samplesBetween(held.fitted, from, to));
@@ -146,18 +143,20 @@ Numbers covarianceOf(const FittedModel& model) {
 
 void defineModel(py::module_& module) {
   py::class_<FittedModel>(module, "Model")
-      .def_static("read", [](const std::string& path) {
-        const py::gil_scoped_release released;
-        return readModelFile(path);
-      })
+      .def_static("read",
+                  [](const std::string& path) {
+                    const py::gil_scoped_release released;
+                    return readModelFile(path);
+                  })
       .def_property_readonly("usable", &isUsable)
       .def_property_readonly("covariance", &covarianceOf)
       .def_property_readonly("recording_hash", [](const FittedModel& model) { return model.recording_hash; })
       .def("json", [](const FittedModel& model) { return identifyJson(model).dump(); })
-      .def("rested", [](const FittedModel& model) {
-        requireUsableModel(model);
-        return rested(model);
-      })
+      .def("rested",
+           [](const FittedModel& model) {
+             requireUsableModel(model);
+             return rested(model);
+           })
       .def("write", [](const FittedModel& model, const std::string& path) {
         const py::gil_scoped_release released;
         requireUsableModel(model);

@@ -24,8 +24,8 @@ HeldRecording held(Recording recording, std::string hash) {
   return {std::move(recording), std::move(fitted), std::move(hash)};
 }
 
-HeldRecording fromArrays(const Numbers& time, const Numbers& current, const Numbers& voltage,
-                         const std::optional<Numbers>& temperature, const std::string& name) {
+HeldRecording fromArrays(const Numbers& time, const Numbers& current, const Numbers& voltage, const std::optional<Numbers>& temperature,
+                         const std::string& name) {
   const auto t = vectorOf(time, "time_s"), i = vectorOf(current, "current_a"), u = vectorOf(voltage, "voltage_v");
   const auto celsius = temperature ? vectorOf(*temperature, "temperature_c") : std::vector<double>();
   requireLength(i, t.size(), "current_a");
@@ -63,9 +63,8 @@ void defineRecording(py::module_& module) {
   py::class_<HeldRecording>(module, "Recording")
       .def_static("from_arrays", &fromArrays)
       .def_static("from_csv",
-                  [](const std::string& path, const std::string& time, const std::string& current,
-                     const std::string& voltage, const std::optional<std::string>& temperature,
-                     bool discharge_positive, const std::string& hash) {
+                  [](const std::string& path, const std::string& time, const std::string& current, const std::string& voltage,
+                     const std::optional<std::string>& temperature, bool discharge_positive, const std::string& hash) {
                     return fromCsv(path, {time, current, voltage, temperature, discharge_positive}, hash);
                   })
       .def_property_readonly("name", [](const HeldRecording& held) { return held.recording.name; })

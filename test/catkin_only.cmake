@@ -52,8 +52,10 @@ set_tests_properties(scripts_do_what_they_say PROPERTIES TIMEOUT 300 ENVIRONMENT
 add_test(NAME setup_brings_path_and_completion
   COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/path_test.py" "${CATKIN_DEVEL_PREFIX}")
 set_tests_properties(setup_brings_path_and_completion PROPERTIES TIMEOUT 60)
-add_test(NAME shell_scripts_are_clean COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/shell_test.py")
-set_tests_properties(shell_scripts_are_clean PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 60)
+foreach(tool clang-format catkin_lint shellcheck)
+  add_test(NAME ${tool}_finds_nothing COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/style_test.py" ${tool})
+  set_tests_properties(${tool}_finds_nothing PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 120)
+endforeach()
 
 # The example of who asks the node: built as another workspace would, then tried on a drive.
 add_test(NAME energy_manager_builds_and_decides

@@ -21,9 +21,7 @@ namespace {
 
 constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
-std::string absoluteTopic(const std::string& topic) {
-  return !topic.empty() && topic.front() == '/' ? topic : "/" + topic;
-}
+std::string absoluteTopic(const std::string& topic) { return !topic.empty() && topic.front() == '/' ? topic : "/" + topic; }
 
 void openForReading(rosbag::Bag& bag, const std::filesystem::path& path) {
   std::error_code error;
@@ -39,9 +37,7 @@ void openForReading(rosbag::Bag& bag, const std::filesystem::path& path) {
 }
 
 /// The connections of a topic, or the reason why there are none that can be used.
-std::vector<const rosbag::ConnectionInfo*> connectionsOf(rosbag::View& all,
-                                                         const std::string& topic,
-                                                         const std::filesystem::path& path) {
+std::vector<const rosbag::ConnectionInfo*> connectionsOf(rosbag::View& all, const std::string& topic, const std::filesystem::path& path) {
   std::vector<const rosbag::ConnectionInfo*> found;
   std::set<std::string> topics;
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
@@ -49,30 +45,25 @@ std::vector<const rosbag::ConnectionInfo*> connectionsOf(rosbag::View& all,
     if (absoluteTopic(connection->topic) == absoluteTopic(topic)) found.push_back(connection);
   }
   if (!found.empty()) return found;
-  throw RecordingError(path.string() + ": no topic '" + topic + "'; the bag has " +
-                       (topics.empty() ? "no topics at all" : listed(topics)));
+  throw RecordingError(path.string() + ": no topic '" + topic + "'; the bag has " + (topics.empty() ? "no topics at all" : listed(topics)));
 }
 
-void requireBatteryState(const std::vector<const rosbag::ConnectionInfo*>& connections,
-                         const std::filesystem::path& path) {
+void requireBatteryState(const std::vector<const rosbag::ConnectionInfo*>& connections, const std::filesystem::path& path) {
   using Traits = ros::message_traits::DataType<sensor_msgs::BatteryState>;
   using Checksum = ros::message_traits::MD5Sum<sensor_msgs::BatteryState>;
   for (const rosbag::ConnectionInfo* connection : connections) {
     if (connection->datatype != Traits::value()) {
-      throw RecordingError(path.string() + ": topic '" + connection->topic + "' carries " +
-                           connection->datatype + ", expected " + Traits::value());
+      throw RecordingError(path.string() + ": topic '" + connection->topic + "' carries " + connection->datatype + ", expected " +
+                           Traits::value());
     }
     if (connection->md5sum != Checksum::value()) {
-      throw RecordingError(path.string() + ": topic '" + connection->topic +
-                           "' carries another version of " + Traits::value() + " (md5 " +
-                           connection->md5sum + ", expected " + Checksum::value() +
-                           "); `rosbag fix` migrates it");
+      throw RecordingError(path.string() + ": topic '" + connection->topic + "' carries another version of " + Traits::value() + " (md5 " +
+                           connection->md5sum + ", expected " + Checksum::value() + "); `rosbag fix` migrates it");
     }
   }
 }
 
-void readMessages(Recording& recording, const rosbag::Bag& bag,
-                  const std::vector<const rosbag::ConnectionInfo*>& connections) {
+void readMessages(Recording& recording, const rosbag::Bag& bag, const std::vector<const rosbag::ConnectionInfo*>& connections) {
   std::vector<std::string> topics;
   for (const rosbag::ConnectionInfo* connection : connections) topics.push_back(connection->topic);
   rosbag::View view(bag, rosbag::TopicQuery(topics));
@@ -94,8 +85,7 @@ std::vector<sensor_msgs::BatteryState> messagesOf(const Series& series) {
   std::size_t next = 0;
   const auto temperatures_before = [&](double time) {
     for (; next < series.temperature.size() && series.temperature_time[next] < time; ++next) {
-      messages.push_back(batteryStateOf(series.temperature_time[next], kNotMeasured, kNotMeasured,
-                                        series.temperature[next]));
+      messages.push_back(batteryStateOf(series.temperature_time[next], kNotMeasured, kNotMeasured, series.temperature[next]));
     }
   };
   for (std::size_t n = 0; n < series.size(); ++n) {
@@ -104,15 +94,13 @@ std::vector<sensor_msgs::BatteryState> messagesOf(const Series& series) {
     if (next < series.temperature.size() && series.temperature_time[next] == series.time[n]) {
       temperature = series.temperature[next++];
     }
-    messages.push_back(
-        batteryStateOf(series.time[n], series.current[n], series.voltage[n], temperature));
+    messages.push_back(batteryStateOf(series.time[n], series.current[n], series.voltage[n], temperature));
   }
   temperatures_before(std::numeric_limits<double>::infinity());
   return messages;
 }
 
-void writeMessages(const std::filesystem::path& path, const Series& series,
-                   const std::string& topic) {
+void writeMessages(const std::filesystem::path& path, const Series& series, const std::string& topic) {
   const std::vector<sensor_msgs::BatteryState> messages = messagesOf(series);
   rosbag::Bag bag(path.string(), rosbag::bagmode::Write);
   for (const sensor_msgs::BatteryState& message : messages) {
@@ -140,8 +128,8 @@ Recording readBag(const std::filesystem::path& path, const std::string& topic) {
     throw RecordingError(path.string() + ": damaged bag: a chunk or a message in it cannot be read");
   }
   if (recording.series.empty()) {
-    throw RecordingError(path.string() + ": topic '" + topic + "' holds no usable sample (" +
-                         std::to_string(recording.rejected.total()) + " rejected)");
+    throw RecordingError(path.string() + ": topic '" + topic + "' holds no usable sample (" + std::to_string(recording.rejected.total()) +
+                         " rejected)");
   }
   return recording;
 }

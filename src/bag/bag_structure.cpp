@@ -19,9 +19,9 @@ namespace {
 
 constexpr std::string_view kVersionLine = "#ROSBAG V2.0\n";
 enum Operation : char { kMessage = 2, kBagHeader = 3, kIndex = 4, kChunk = 5, kChunkInfo = 6, kConnection = 7 };
-constexpr std::size_t kIndexEntrySize = 12;  // seconds, nanoseconds, offset
-constexpr std::size_t kMostRatio = 1000;     // of compression: messages with stamps of their own reach some ten
-constexpr std::size_t kSmallChunk = 4 << 20; // [bytes], five times rosbag's usual chunk: allowed whatever the ratio
+constexpr std::size_t kIndexEntrySize = 12;   // seconds, nanoseconds, offset
+constexpr std::size_t kMostRatio = 1000;      // of compression: messages with stamps of their own reach some ten
+constexpr std::size_t kSmallChunk = 4 << 20;  // [bytes], five times rosbag's usual chunk: allowed whatever the ratio
 
 /// One record: its header's fields and its data, both views into the file.
 struct Record {
@@ -64,8 +64,7 @@ class MappedFile {
 
   /// Empty when the file could not be mapped.
   std::string_view bytes() const {
-    return data_ == MAP_FAILED ? std::string_view()
-                               : std::string_view(static_cast<const char*>(data_), size_);
+    return data_ == MAP_FAILED ? std::string_view() : std::string_view(static_cast<const char*>(data_), size_);
   }
 
  private:
@@ -82,8 +81,7 @@ std::uint32_t numberAt(std::string_view bytes, std::size_t at) {
 /// Takes records off the front of a stretch of bytes.
 class RecordReader {
  public:
-  RecordReader(std::string_view bytes, std::size_t file_offset)
-      : bytes_(bytes), file_offset_(file_offset) {}
+  RecordReader(std::string_view bytes, std::size_t file_offset) : bytes_(bytes), file_offset_(file_offset) {}
 
   bool atEnd() const { return at_ == bytes_.size(); }
   std::size_t offset() const { return at_; }
@@ -143,9 +141,7 @@ class ChunkContents {
     }
   }
 
-  bool hasMessageAt(std::size_t offset) const {
-    return compressed_ ? offset < size_ : messages_.count(offset) > 0;
-  }
+  bool hasMessageAt(std::size_t offset) const { return compressed_ ? offset < size_ : messages_.count(offset) > 0; }
 
  private:
   bool compressed_ = false;

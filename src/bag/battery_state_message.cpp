@@ -86,8 +86,7 @@ sensor_msgs::BatteryState batteryStateIn(std::vector<std::uint8_t>& bytes) {
   return message;
 }
 
-sensor_msgs::BatteryState batteryStateOf(double time, double current, double voltage,
-                                         std::optional<double> temperature) {
+sensor_msgs::BatteryState batteryStateOf(double time, double current, double voltage, std::optional<double> temperature) {
   sensor_msgs::BatteryState message;
   message.header.stamp = rosTime(time);
   message.current = static_cast<float>(current);
@@ -104,20 +103,17 @@ sensor_msgs::BatteryState batteryStateOf(double time, double current, double vol
 ros::Time rosTime(double time) {
   const double whole = std::floor(time);
   if (!(time >= 0.0) || whole >= std::numeric_limits<std::uint32_t>::max()) {
-    throw std::invalid_argument("time " + std::to_string(time) +
-                                " s is outside what a ROS stamp holds, 0 to 4294967294 s");
+    throw std::invalid_argument("time " + std::to_string(time) + " s is outside what a ROS stamp holds, 0 to 4294967294 s");
   }
   const auto nanoseconds = std::llround((time - whole) * kNanosecondsPerSecond);
   ros::Time stamp;
-  return stamp.fromNSec(static_cast<std::uint64_t>(whole) * 1000000000ULL +
-                        static_cast<std::uint64_t>(nanoseconds));
+  return stamp.fromNSec(static_cast<std::uint64_t>(whole) * 1000000000ULL + static_cast<std::uint64_t>(nanoseconds));
 }
 
 double secondsOf(const ros::Time& stamp) {
   constexpr std::uint64_t exact_in_double = 1ULL << 53;
   const std::uint64_t nanoseconds = stamp.toNSec();
-  if (nanoseconds < exact_in_double)
-    return static_cast<double>(nanoseconds) / kNanosecondsPerSecond;
+  if (nanoseconds < exact_in_double) return static_cast<double>(nanoseconds) / kNanosecondsPerSecond;
   return stamp.sec + stamp.nsec / kNanosecondsPerSecond;
 }
 

@@ -13,10 +13,8 @@ struct ChargeArguments {
 
 int runCharge(const CommandLine& line, const ChargeArguments& arguments) {
   const FittedModel model = modelOf(arguments.general);
-  const ChargeAcceptanceAnswer answer =
-      predictChargeAcceptance(model, arguments.query, arguments.general.capacity_ah);
-  return finish(line, answer, chargeAcceptanceText(arguments.query, answer),
-                chargeAcceptanceJson(answer), arguments.general.json);
+  const ChargeAcceptanceAnswer answer = predictChargeAcceptance(model, arguments.query, arguments.general.capacity_ah);
+  return finish(line, answer, chargeAcceptanceText(arguments.query, answer), chargeAcceptanceJson(answer), arguments.general.json);
 }
 
 }  // namespace
@@ -28,10 +26,8 @@ void addChargeCommand(CLI::App& app, CommandLine& line) {
   auto& query = arguments->query;
   command->add_option("--u-boost", query.u_boost, "voltage held [V]")->required();
   command->add_option("--t-sof2", query.t_sof2, "how long [s]")->capture_default_str();
-  command->add_option("--i-limit", query.i_limit, "what the source can give [A]")
-      ->capture_default_str();
-  command->callback(
-      [&line, arguments] { line.run = [&line, arguments] { return runCharge(line, *arguments); }; });
+  command->add_option("--i-limit", query.i_limit, "what the source can give [A]")->capture_default_str();
+  command->callback([&line, arguments] { line.run = [&line, arguments] { return runCharge(line, *arguments); }; });
 }
 
 }  // namespace battery_sof

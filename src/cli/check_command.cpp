@@ -13,22 +13,18 @@ struct CheckArguments {
 int runCheck(const CommandLine& line, const CheckArguments& arguments) {
   const Recording recording = loadRecording(arguments.recording);
   const CheckReport report = checkRecording(recording);
-  emit(line, checkReportText(recording.name, recording, report),
-       checkReportJson(recording.name, recording, report), arguments.json);
+  emit(line, checkReportText(recording.name, recording, report), checkReportJson(recording.name, recording, report), arguments.json);
   return kExitDone;
 }
 
 }  // namespace
 
 void addCheckCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand(
-      "check",
-      "lint a recording: rate, gaps, clipping, quantisation, sign, offset, skew, stuck values");
+  CLI::App* command = app.add_subcommand("check", "lint a recording: rate, gaps, clipping, quantisation, sign, offset, skew, stuck values");
   auto arguments = std::make_shared<CheckArguments>();
   addRecordingOptions(*command, arguments->recording);
   addJsonOption(*command, arguments->json);
-  command->callback(
-      [&line, arguments] { line.run = [&line, arguments] { return runCheck(line, *arguments); }; });
+  command->callback([&line, arguments] { line.run = [&line, arguments] { return runCheck(line, *arguments); }; });
 }
 
 }  // namespace battery_sof

@@ -20,9 +20,7 @@ namespace {
 constexpr double kEpochClock = 1e8;     // [s]; a clock above it counts from 1970
 constexpr double kProgressAfter = 2.0;  // [s]
 
-double steadySeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double steadySeconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 bool isBag(const std::string& path) {
   if (std::filesystem::path(path).extension() == ".bag") return true;
@@ -37,22 +35,16 @@ bool isBag(const std::string& path) {
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path) {
   if (with_path) command.add_option("REC", arguments.path, "recording: .bag or .csv")->required()->type_name(kReadFile);
   auto& columns = arguments.columns;
-  command.add_option("--time-column", columns.time, "CSV column of time [s, or UTC date]")
-      ->capture_default_str();
-  command.add_option("--current-column", columns.current, "CSV column of current [A]")
-      ->capture_default_str();
-  command.add_option("--voltage-column", columns.voltage, "CSV column of voltage [V]")
-      ->capture_default_str();
-  command.add_option("--temperature-column", columns.temperature,
-                     "CSV column of temperature [degC]");
-  command.add_flag("--discharge-positive", columns.discharge_positive,
-                   "the CSV counts current out of the battery as positive");
+  command.add_option("--time-column", columns.time, "CSV column of time [s, or UTC date]")->capture_default_str();
+  command.add_option("--current-column", columns.current, "CSV column of current [A]")->capture_default_str();
+  command.add_option("--voltage-column", columns.voltage, "CSV column of voltage [V]")->capture_default_str();
+  command.add_option("--temperature-column", columns.temperature, "CSV column of temperature [degC]");
+  command.add_flag("--discharge-positive", columns.discharge_positive, "the CSV counts current out of the battery as positive");
   command.add_option("--topic", arguments.topic, "bag topic")->capture_default_str();
 }
 
 void addWindowOptions(CLI::App& command, WindowArguments& arguments) {
-  command.add_option("--from", arguments.from,
-                     "start [s] on the recording's clock; +T counts from its first sample");
+  command.add_option("--from", arguments.from, "start [s] on the recording's clock; +T counts from its first sample");
   command.add_option("--to", arguments.to, "end [s], as --from");
 }
 
@@ -61,30 +53,24 @@ void addJsonOption(CLI::App& command, std::string& json) {
 }
 
 Recording loadRecording(const RecordingArguments& arguments) {
-  return isBag(arguments.path) ? readBag(arguments.path, arguments.topic)
-                               : readCsv(arguments.path, arguments.columns);
+  return isBag(arguments.path) ? readBag(arguments.path, arguments.topic) : readCsv(arguments.path, arguments.columns);
 }
 
 std::optional<double> parseTime(const std::string& text, const Series& series, const char* option) {
   if (text.empty()) return std::nullopt;
   const std::optional<double> value = numberOf(text);
-  if (!value || !std::isfinite(*value))
-    throw UsageError(std::string(option) + " is \"" + text +
-                     "\", expected seconds, e.g. 60 or +60");
+  if (!value || !std::isfinite(*value)) throw UsageError(std::string(option) + " is \"" + text + "\", expected seconds, e.g. 60 or +60");
   if (series.empty()) return value;
-  const bool relative =
-      text[0] == '+' || (series.time.front() > kEpochClock && *value < kEpochClock);
+  const bool relative = text[0] == '+' || (series.time.front() > kEpochClock && *value < kEpochClock);
   return relative ? series.time.front() + *value : *value;
 }
 
 IndexRange rangeOf(const WindowArguments& arguments, const Series& series) {
   if (series.empty()) throw UsageError(kTooShortForDesignRate);
-  return samplesBetween(series, parseTime(arguments.from, series, "--from"),
-                        parseTime(arguments.to, series, "--to"));
+  return samplesBetween(series, parseTime(arguments.from, series, "--from"), parseTime(arguments.to, series, "--to"));
 }
 
-void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json,
-          const std::string& json_target) {
+void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json, const std::string& json_target) {
   const std::string document = json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (json_target == "-") {
     line.out << document;
@@ -95,8 +81,7 @@ void emit(const CommandLine& line, const std::string& text, const nlohmann::json
 }
 
 std::string fileHash(const std::string& path) {
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(),
-                                                                        &EVP_MD_CTX_free);
+  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
   EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr);
   std::ifstream file(path, std::ios::binary);
   std::array<char, 65536> buffer{};
@@ -114,8 +99,7 @@ std::string fileHash(const std::string& path) {
   return text;
 }
 
-Progress::Progress(std::ostream& err)
-    : err_(err), shown_(isatty(STDERR_FILENO) != 0), started_(steadySeconds()) {}
+Progress::Progress(std::ostream& err) : err_(err), shown_(isatty(STDERR_FILENO) != 0), started_(steadySeconds()) {}
 
 void Progress::stage(const std::string& what) {
   if (shown_ && steadySeconds() - started_ > kProgressAfter) err_ << what << " ...\n" << std::flush;

@@ -68,8 +68,7 @@ std::optional<double> parseTime(const std::string& text, const Series& series, c
 IndexRange rangeOf(const WindowArguments& arguments, const Series& series);
 
 /// Prints text, or JSON instead when json is "-"; writes JSON to a file when json names one.
-void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json,
-          const std::string& json_target);
+void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json, const std::string& json_target);
 
 /// @return "sha256:" and the digest of a file's bytes in hexadecimal.
 std::string fileHash(const std::string& path);

@@ -14,8 +14,7 @@ struct ConvertArguments {
 
 int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
   const std::string extension = std::filesystem::path(arguments.out).extension();
-  if (extension != ".bag" && extension != ".csv")
-    throw UsageError(arguments.out + ": expected a name ending in .bag or .csv");
+  if (extension != ".bag" && extension != ".csv") throw UsageError(arguments.out + ": expected a name ending in .bag or .csv");
   const Recording recording = loadRecording(arguments.recording);
   if (extension == ".bag")
     writeBag(arguments.out, recording.series, arguments.recording.topic);
@@ -24,13 +23,9 @@ int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
   const std::size_t samples = recording.series.size();
   const std::size_t rejected = recording.rejected.total();
   emit(line,
-       std::to_string(samples) + " samples written to " + arguments.out + ", " +
-           std::to_string(rejected) + " rejected (sof check says why)\n",
-       {{"schema", "battery_sof/conversion/1"},
-        {"out", arguments.out},
-        {"samples", samples},
-        {"rejected", rejected}},
-       arguments.json);
+       std::to_string(samples) + " samples written to " + arguments.out + ", " + std::to_string(rejected) +
+           " rejected (sof check says why)\n",
+       {{"schema", "battery_sof/conversion/1"}, {"out", arguments.out}, {"samples", samples}, {"rejected", rejected}}, arguments.json);
   return kExitDone;
 }
 
@@ -43,9 +38,7 @@ void addConvertCommand(CLI::App& app, CommandLine& line) {
   command->add_option("OUT", arguments->out, "file to write: .bag or .csv")->required()->type_name(kWrittenFile);
   addRecordingOptions(*command, arguments->recording, false);
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] {
-    line.run = [&line, arguments] { return runConvert(line, *arguments); };
-  });
+  command->callback([&line, arguments] { line.run = [&line, arguments] { return runConvert(line, *arguments); }; });
 }
 
 }  // namespace battery_sof

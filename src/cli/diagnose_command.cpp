@@ -22,8 +22,7 @@ struct DiagnoseArguments {
 Recording stretchOf(const DiagnoseArguments& arguments) {
   Recording recording = loadRecording(arguments.recording);
   recording.series = atDesignRate(recording.series);
-  if (!recording.series.empty())
-    recording.series = slice(recording.series, rangeOf(arguments.window, recording.series));
+  if (!recording.series.empty()) recording.series = slice(recording.series, rangeOf(arguments.window, recording.series));
   return recording;
 }
 
@@ -32,8 +31,7 @@ void requireFolders(const DiagnoseArguments& arguments) {
   for (const std::string& file : {arguments.report, arguments.out, arguments.base_out, arguments.json}) {
     if (file.empty() || file == "-") continue;
     const auto folder = std::filesystem::absolute(file).parent_path();
-    if (!std::filesystem::is_directory(folder))
-      throw UsageError("cannot write " + file + ": there is no folder " + folder.string());
+    if (!std::filesystem::is_directory(folder)) throw UsageError("cannot write " + file + ": there is no folder " + folder.string());
   }
 }
 
@@ -43,8 +41,7 @@ void nameOrigin(FittedModel& model, const Recording& recording, const std::strin
 }
 
 void writeFiles(const DiagnoseArguments& arguments, const Recording& recording, const Diagnosis& diagnosis) {
-  if (!arguments.report.empty())
-    writeFileAtomically(arguments.report, diagnosisPage(recording, diagnosis));
+  if (!arguments.report.empty()) writeFileAtomically(arguments.report, diagnosisPage(recording, diagnosis));
   if (diagnosis.verdict == Verdict::kInsufficientData) return;
   if (!arguments.out.empty()) writeModelFile(arguments.out, diagnosis.extended);
   if (!arguments.base_out.empty()) writeModelFile(arguments.base_out, diagnosis.base);
@@ -70,25 +67,23 @@ int runDiagnose(const CommandLine& line, DiagnoseArguments arguments) {
 }  // namespace
 
 void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand(
-      "diagnose", "find where the base model and a recording part, and which physics is missing");
+  CLI::App* command = app.add_subcommand("diagnose", "find where the base model and a recording part, and which physics is missing");
   auto arguments = std::make_shared<DiagnoseArguments>();
   addRecordingOptions(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
   command->add_option("--report", arguments->report, "page to write: one HTML file that needs no network")->type_name(kWrittenFile);
   command->add_option("--out", arguments->out, "model file to write: the base model with what was found")->type_name(kWrittenFile);
   command->add_option("--base-out", arguments->base_out, "model file to write: the base model alone")->type_name(kWrittenFile);
-  command
-      ->add_option("--holdout", arguments->options.holdout_share,
-                   "share of the samples, the last ones, kept for the comparison alone")
+  command->add_option("--holdout", arguments->options.holdout_share, "share of the samples, the last ones, kept for the comparison alone")
       ->capture_default_str();
   CLI::Option* hypotheses =
       command
           ->add_option("--hypotheses", arguments->options.hypotheses,
                        "ids to weigh, comma-separated; by default all of sof effects, fresh_sulphate where a source drives")
           ->delimiter(',');
-  CLI::Option* given = command->add_option("--given", arguments->options.given,
-                   "ids that are known to be there, comma-separated: they are modelled and nothing is searched for");
+  CLI::Option* given =
+      command->add_option("--given", arguments->options.given,
+                          "ids that are known to be there, comma-separated: they are modelled and nothing is searched for");
   given->delimiter(',')->excludes(hypotheses);
   command
       ->add_option("--confirm", arguments->options.confirm,
@@ -98,14 +93,15 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   Relevance& relevance = arguments->options.relevance;
   command->add_option("--relevance-rmse", relevance.rmse, "[V] RMS below which nothing is told; half the noise where that is more")
       ->capture_default_str();
-  command->add_option("--relevance-crank", relevance.crank, "[V], mean over cranks, that something must add to be told")->capture_default_str();
-  command->add_option("--relevance-charge", relevance.charge_share, "share of the charging current below which nothing is told where a source draws it")->capture_default_str();
-  command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")
+  command->add_option("--relevance-crank", relevance.crank, "[V], mean over cranks, that something must add to be told")
       ->capture_default_str();
+  command
+      ->add_option("--relevance-charge", relevance.charge_share,
+                   "share of the charging current below which nothing is told where a source draws it")
+      ->capture_default_str();
+  command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")->capture_default_str();
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] {
-    line.run = [&line, arguments] { return runDiagnose(line, *arguments); };
-  });
+  command->callback([&line, arguments] { line.run = [&line, arguments] { return runDiagnose(line, *arguments); }; });
 }
 
 }  // namespace battery_sof

@@ -23,8 +23,7 @@ struct IdentifyArguments {
 
 void warn(const CommandLine& line, const Recording& recording) {
   for (const Finding& finding : checkRecording(recording).findings)
-    if (finding.severity != Severity::kNote)
-      line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
+    if (finding.severity != Severity::kNote) line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
 }
 
 FittedModel withoutSamples() {
@@ -50,8 +49,7 @@ FittedModel fit(const Series& series, const FitRequest& request) {
   const FitPlan plan = planFit(series, request);
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = fitPlanned(series, plan);
-  model.fit_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  model.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return model;
 }
 
@@ -102,8 +100,7 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   auto arguments = std::make_shared<IdentifyArguments>();
   addRecordingOptions(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
-  command->add_flag("--auto", arguments->automatic,
-                    "choose the window inside --from and --to even when both are given");
+  command->add_flag("--auto", arguments->automatic, "choose the window inside --from and --to even when both are given");
   command->add_option("--out", arguments->out, "model file to write")->required()->type_name(kWrittenFile);
   command
       ->add_option("--effects", arguments->options.effects,
@@ -112,27 +109,18 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
       ->delimiter(',');
   command->add_flag("--whiten", arguments->options.whiten,
                     "cost of residuals whitened by a fitted noise model in place of the paper's weights");
-  command
-      ->add_option("--threads", arguments->options.threads,
-                   "threads for the starts of a fit with effects, 0: all; changes no result")
+  command->add_option("--threads", arguments->options.threads, "threads for the starts of a fit with effects, 0: all; changes no result")
       ->capture_default_str();
   command->add_option("--start", arguments->start, "initial state: estimated, or as in the paper")
       ->check(CLI::IsMember({"robust", "paper"}))
       ->capture_default_str();
-  command
-      ->add_option("--crank-weight", arguments->options.crank_weight,
-                   "weight W of high-rate discharge [1], at least 1")
+  command->add_option("--crank-weight", arguments->options.crank_weight, "weight W of high-rate discharge [1], at least 1")
       ->capture_default_str();
-  command
-      ->add_option("--crank-weight-current", arguments->options.crank_weight_current,
-                   "the weight applies below this current [A]")
+  command->add_option("--crank-weight-current", arguments->options.crank_weight_current, "the weight applies below this current [A]")
       ->capture_default_str();
-  command->add_option("--max-iterations", arguments->options.max_iterations, "iterations at most")
-      ->capture_default_str();
+  command->add_option("--max-iterations", arguments->options.max_iterations, "iterations at most")->capture_default_str();
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] {
-    line.run = [&line, arguments] { return runIdentify(line, *arguments); };
-  });
+  command->callback([&line, arguments] { line.run = [&line, arguments] { return runIdentify(line, *arguments); }; });
 }
 
 }  // namespace battery_sof

@@ -25,15 +25,13 @@ MapResult mapsOf(const MapArguments& arguments) {
     result.cranking = mapCranking(model, crank, result.i_load, result.t_stop, capacity);
   }
   if (!result.u_boost.empty() || !result.t_sof2.empty())
-    result.charge =
-        mapChargeAcceptance(model, arguments.charge, result.u_boost, result.t_sof2, capacity);
+    result.charge = mapChargeAcceptance(model, arguments.charge, result.u_boost, result.t_sof2, capacity);
   return result;
 }
 
 int runMap(const CommandLine& line, const MapArguments& arguments) {
   const MapResult result = mapsOf(arguments);
-  return finish(line, verdictOf(result.cranking, result.charge), mapText(result), mapJson(result),
-                arguments.general.json);
+  return finish(line, verdictOf(result.cranking, result.charge), mapText(result), mapJson(result), arguments.general.json);
 }
 
 void addList(CLI::App& command, const char* name, std::vector<double>& list, const char* description) {
@@ -43,23 +41,18 @@ void addList(CLI::App& command, const char* name, std::vector<double>& list, con
 }  // namespace
 
 void addMapCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand(
-      "map", "cranks over (--i-load, --t-stop), charge currents over (--u-boost, --t-sof2), or both");
+  CLI::App* command = app.add_subcommand("map", "cranks over (--i-load, --t-stop), charge currents over (--u-boost, --t-sof2), or both");
   auto arguments = std::make_shared<MapArguments>();
   addQueryOptions(*command, arguments->general);
   addList(*command, "--i-load", arguments->i_load, "rows: currents while stopped [A], comma-separated");
   addList(*command, "--t-stop", arguments->t_stop, "columns: durations of the stop [s], comma-separated");
   command->add_option("--i-cranking", arguments->i_cranking, "current of the crank [A], < 0");
-  command->add_option("--t-cranking", arguments->crank.t_cranking, "duration of the crank [s]")
-      ->capture_default_str();
-  command->add_option("--u-required", arguments->crank.u_required,
-                      "lowest voltage that still cranks [V]");
+  command->add_option("--t-cranking", arguments->crank.t_cranking, "duration of the crank [s]")->capture_default_str();
+  command->add_option("--u-required", arguments->crank.u_required, "lowest voltage that still cranks [V]");
   addList(*command, "--u-boost", arguments->u_boost, "rows: voltages held [V], comma-separated");
   addList(*command, "--t-sof2", arguments->t_sof2, "columns: how long [s], comma-separated");
-  command->add_option("--i-limit", arguments->charge.i_limit, "what the source can give [A]")
-      ->capture_default_str();
-  command->callback(
-      [&line, arguments] { line.run = [&line, arguments] { return runMap(line, *arguments); }; });
+  command->add_option("--i-limit", arguments->charge.i_limit, "what the source can give [A]")->capture_default_str();
+  command->callback([&line, arguments] { line.run = [&line, arguments] { return runMap(line, *arguments); }; });
 }
 
 }  // namespace battery_sof

@@ -21,10 +21,10 @@ std::string predictionCsv(const Series& series, IndexRange range, const Followed
   for (std::size_t n = range.first; n < range.last; ++n) {
     const std::size_t k = n - range.first;
     char row[240];
-    printClassic(row, sizeof row, "%.15g,%.10g,%.10g,%.6f,%.6f,%.6f,%s,%.6f,%.6f,%.6f\n", series.time[n],
-                  series.current[n], series.voltage[n], predicted.voltage[k], predicted.voltage_lower[k],
-                  predicted.voltage_upper[k], predicted.voltage_drives[k] ? "voltage" : "current",
-                  predicted.current[k], predicted.current_lower[k], predicted.current_upper[k]);
+    printClassic(row, sizeof row, "%.15g,%.10g,%.10g,%.6f,%.6f,%.6f,%s,%.6f,%.6f,%.6f\n", series.time[n], series.current[n],
+                 series.voltage[n], predicted.voltage[k], predicted.voltage_lower[k], predicted.voltage_upper[k],
+                 predicted.voltage_drives[k] ? "voltage" : "current", predicted.current[k], predicted.current_lower[k],
+                 predicted.current_upper[k]);
     text += row;
   }
   return text;
@@ -49,8 +49,7 @@ int runPredict(const CommandLine& line, const PredictArguments& arguments) {
   const Series series = atDesignRate(recording.series);
   const IndexRange range = rangeOf(arguments.window, series);
   const RangePrediction predicted = predict(arguments, series, range);
-  if (!arguments.csv.empty())
-    writeFileAtomically(arguments.csv, predictionCsv(series, range, predicted.course));
+  if (!arguments.csv.empty()) writeFileAtomically(arguments.csv, predictionCsv(series, range, predicted.course));
   emit(line, predictionText(predicted.report), predictionJson(predicted.report), arguments.json);
   return kExitDone;
 }
@@ -58,22 +57,19 @@ int runPredict(const CommandLine& line, const PredictArguments& arguments) {
 }  // namespace
 
 void addPredictCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command =
-      app.add_subcommand("predict", "run a model on a recording's current and score it");
+  CLI::App* command = app.add_subcommand("predict", "run a model on a recording's current and score it");
   auto arguments = std::make_shared<PredictArguments>();
   command->add_option("MODEL", arguments->model, "model file of sof identify")->required()->type_name(kReadFile);
   addRecordingOptions(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
-  command->add_option("--csv", arguments->csv,
-                      "write measured and predicted voltage and current sample by sample")->type_name(kWrittenFile);
+  command->add_option("--csv", arguments->csv, "write measured and predicted voltage and current sample by sample")
+      ->type_name(kWrittenFile);
   command
       ->add_option("--drive", arguments->drive,
                    "mixed: by the voltage where a source imposes it; current: throughout. Default: as the model was fitted")
       ->check(CLI::IsMember({"mixed", "current"}));
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] {
-    line.run = [&line, arguments] { return runPredict(line, *arguments); };
-  });
+  command->callback([&line, arguments] { line.run = [&line, arguments] { return runPredict(line, *arguments); }; });
 }
 
 }  // namespace battery_sof

@@ -49,8 +49,7 @@ class ProfileFile {
     if (column >= cells_.size()) refuse(sentence("has no %s, expected a finite number", name));
     const std::string& cell = cells_[column];
     const std::optional<double> value = numberOf(cell);
-    if (!value || !std::isfinite(*value))
-      refuse(sentence("%s is \"%s\", expected a finite number", name, cell.c_str()));
+    if (!value || !std::isfinite(*value)) refuse(sentence("%s is \"%s\", expected a finite number", name, cell.c_str()));
     return *value;
   }
 
@@ -70,16 +69,13 @@ class ProfileFile {
 
 void addQueryOptions(CLI::App& command, QueryArguments& arguments) {
   command.add_option("MODEL", arguments.model, "model file of sof identify")->required()->type_name(kReadFile);
-  command.add_option("--capacity-ah", arguments.capacity_ah, "nominal capacity [Ah]")
-      ->capture_default_str();
-  command.add_flag("--rested", arguments.rested,
-                   "begin from a rested battery, not from the saved state");
+  command.add_option("--capacity-ah", arguments.capacity_ah, "nominal capacity [Ah]")->capture_default_str();
+  command.add_flag("--rested", arguments.rested, "begin from a rested battery, not from the saved state");
   addJsonOption(command, arguments.json);
 }
 
 FittedModel modelOf(const QueryArguments& arguments) {
-  if (!(arguments.capacity_ah > 0.0))
-    throw UsageError(sentence("--capacity-ah is %g, expected above 0", arguments.capacity_ah));
+  if (!(arguments.capacity_ah > 0.0)) throw UsageError(sentence("--capacity-ah is %g, expected above 0", arguments.capacity_ah));
   const FittedModel saved = readModelFile(arguments.model);
   return arguments.rested ? rested(saved) : saved;
 }

@@ -29,8 +29,8 @@ CurrentProfile readProfile(const std::string& path);
 
 /// @return the exit code to an answer, after printing it. @throws UsageError for an invalid query.
 template <typename Answer>
-int finish(const CommandLine& line, const Answer& answer, const std::string& text,
-           const nlohmann::json& json, const std::string& json_target) {
+int finish(const CommandLine& line, const Answer& answer, const std::string& text, const nlohmann::json& json,
+           const std::string& json_target) {
   if (answer.code == AnswerCode::kInvalidQuery) throw UsageError(answer.message);
   emit(line, text, json, json_target);
   if (answer.code != AnswerCode::kOk) line.err << "sof: " << answer.message << "\n";

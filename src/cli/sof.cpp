@@ -61,11 +61,9 @@ int parseAndRun(CLI::App& app, CommandLine& line, std::vector<std::string> argum
 
 }  // namespace
 
-int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
-           const std::vector<ExternalCommand>& external) {
+int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err, const std::vector<ExternalCommand>& external) {
   for (const auto& command : external)
-    if (!arguments.empty() && arguments[0] == command.name)
-      return command.run({arguments.begin() + 1, arguments.end()}, out, err);
+    if (!arguments.empty() && arguments[0] == command.name) return command.run({arguments.begin() + 1, arguments.end()}, out, err);
   CLI::App app(
       "What a vehicle's 12 V battery can still do, from the current and voltage of driving.\n"
       "Current is positive into the battery. Exit: 0 done, 1 an honest negative outcome, "

@@ -7,7 +7,6 @@
 
 #include "battery_sof/diagnose/signatures.hpp"
 
-
 namespace battery_sof {
 namespace {
 
@@ -19,9 +18,7 @@ constexpr double kMostLevel = 0.5;     // [V], the same of u_dc
 constexpr std::array<const char*, 3> kThirds{"first third", "middle third", "last third"};
 constexpr std::size_t kParts = kRegimes + kThirds.size();
 
-std::string partName(std::size_t part) {
-  return part < kRegimes ? regimeName(static_cast<Regime>(part)) : kThirds[part - kRegimes];
-}
+std::string partName(std::size_t part) { return part < kRegimes ? regimeName(static_cast<Regime>(part)) : kThirds[part - kRegimes]; }
 
 std::size_t thirdOf(const Drive& drive, double time) {
   const double first = drive.samples.front().step.time, span = drive.samples.back().step.time - first;
@@ -48,8 +45,7 @@ double unitOf(const WhitenedFit& fit, Eigen::Index coordinate) {
 Eigen::MatrixXd cutColumns(const WhitenedFit& fit, const Drive& drive, const std::vector<Regime>& regimes,
                            const std::vector<Eigen::Index>& coordinates) {
   const auto parts = static_cast<Eigen::Index>(kParts);
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(fit.jacobian.rows(),
-                                                  parts * static_cast<Eigen::Index>(coordinates.size()));
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(fit.jacobian.rows(), parts * static_cast<Eigen::Index>(coordinates.size()));
   for (std::size_t j = 0; j < coordinates.size(); ++j)
     for (Eigen::Index n = 0; n < fit.jacobian.rows(); ++n) {
       const auto sample = static_cast<std::size_t>(n);
@@ -70,13 +66,11 @@ double costOf(const WhitenedFit& fit, const CompositionPoint& point, const Drive
 
 }  // namespace
 
-std::vector<Absorption> absorptionMap(const WhitenedFit& fit, const Drive& drive,
-                                      const std::vector<Regime>& regimes) {
+std::vector<Absorption> absorptionMap(const WhitenedFit& fit, const Drive& drive, const std::vector<Regime>& regimes) {
   if (regimes.size() != drive.samples.size() || fit.residual.size() != fit.jacobian.rows() ||
       drive.samples.size() != static_cast<std::size_t>(fit.residual.size()))
-    throw std::invalid_argument("absorptionMap: fit, drive and regimes have " + std::to_string(fit.residual.size()) +
-                                ", " + std::to_string(drive.samples.size()) + " and " +
-                                std::to_string(regimes.size()) + " samples");
+    throw std::invalid_argument("absorptionMap: fit, drive and regimes have " + std::to_string(fit.residual.size()) + ", " +
+                                std::to_string(drive.samples.size()) + " and " + std::to_string(regimes.size()) + " samples");
   const std::vector<Eigen::Index> coordinates = baseCoordinates(fit);
   const Signatures signatures = signaturesOf(fit, drive, cutColumns(fit, drive, regimes, coordinates));
   const double std = std::sqrt(innovationVariance(fit));
@@ -90,8 +84,7 @@ std::vector<Absorption> absorptionMap(const WhitenedFit& fit, const Drive& drive
       if (signatures.freeShare(column) <= kLeastShare) continue;
       if (unit * std / length > (row == kRowUDc ? kMostLevel : kMostRelative)) continue;
       const double along = signatures.columns.col(column).dot(fit.innovation) / length;
-      map.push_back({fit.model.parameters()[static_cast<std::size_t>(row)].name, partName(part), along / std,
-                     unit * along / length});
+      map.push_back({fit.model.parameters()[static_cast<std::size_t>(row)].name, partName(part), along / std, unit * along / length});
     }
   }
   return map;
@@ -99,16 +92,14 @@ std::vector<Absorption> absorptionMap(const WhitenedFit& fit, const Drive& drive
 
 Exchange exchangeOf(const std::vector<const Drive*>& parts, const std::vector<const WhitenedFit*>& fits) {
   if (parts.size() != fits.size())
-    throw std::invalid_argument("exchangeOf: " + std::to_string(fits.size()) + " fits for " +
-                                std::to_string(parts.size()) + " parts");
+    throw std::invalid_argument("exchangeOf: " + std::to_string(fits.size()) + " fits for " + std::to_string(parts.size()) + " parts");
   const auto count = static_cast<Eigen::Index>(parts.size());
   Exchange exchange{Eigen::MatrixXd(count, count)};
   for (Eigen::Index k = 0; k < count; ++k)
     for (Eigen::Index j = 0; j < count; ++j) {
       const WhitenedFit& own = *fits[static_cast<std::size_t>(k)];
       const WhitenedFit& other = *fits[static_cast<std::size_t>(j)];
-      exchange.cost(k, j) =
-          costOf(own, {other.point.parameters, own.point.state}, *parts[static_cast<std::size_t>(k)]);
+      exchange.cost(k, j) = costOf(own, {other.point.parameters, own.point.state}, *parts[static_cast<std::size_t>(k)]);
     }
   return exchange;
 }

@@ -21,15 +21,14 @@ constexpr double kWindow = 10.0, kShortestWindow = 1.0;                        /
 constexpr double kStep = 0.1;                                                  // [s], as currentAtVoltage()
 constexpr double kMostCurrent = IntakeLimits{}.max_abs_current;                // [A]
 
-void requireOneSize(const char* function, const Series& series, IndexRange range,
-                    const std::vector<double>& modelled, const std::vector<char>& masked) {
-  if (modelled.size() == series.size() && (masked.empty() || masked.size() == series.size()) &&
-      range.first <= range.last && range.last <= series.size())
+void requireOneSize(const char* function, const Series& series, IndexRange range, const std::vector<double>& modelled,
+                    const std::vector<char>& masked) {
+  if (modelled.size() == series.size() && (masked.empty() || masked.size() == series.size()) && range.first <= range.last &&
+      range.last <= series.size())
     return;
   throw std::invalid_argument(std::string(function) + ": " + std::to_string(modelled.size()) + " voltages and " +
-                              std::to_string(masked.size()) + " masks for " + std::to_string(series.size()) +
-                              " samples, range " + std::to_string(range.first) + " to " +
-                              std::to_string(range.last));
+                              std::to_string(masked.size()) + " masks for " + std::to_string(series.size()) + " samples, range " +
+                              std::to_string(range.first) + " to " + std::to_string(range.last));
 }
 
 bool counts(const std::vector<char>& masked, std::size_t n) { return masked.empty() || masked[n] == 0; }
@@ -78,8 +77,7 @@ std::optional<Simulation> simulationBefore(const FittedModel& model, double time
   if (model.state.time <= time) return simulationOf(model);
   if (model.first_state.empty() || model.window.from > time) return std::nullopt;
   ModelPoint point = pointOf(model);
-  point.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(),
-                                                  static_cast<Eigen::Index>(model.first_state.size()));
+  point.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
   point.time = point.reference_time = model.window.from;
   return Simulation(compositionOf(model), point);
 }
@@ -100,9 +98,7 @@ class CurrentErrors {
     }
     begin();
   }
-  std::optional<double> mean() const {
-    return time_ > 0.0 ? std::optional<double>(total_ / time_) : std::nullopt;
-  }
+  std::optional<double> mean() const { return time_ > 0.0 ? std::optional<double>(total_ / time_) : std::nullopt; }
 
  private:
   double duration_ = 0.0, charge_ = 0.0;  // [s], [As] of the window
@@ -110,8 +106,7 @@ class CurrentErrors {
 };
 
 /// @param simulation at the charge's first sample.
-void addCharge(Simulation simulation, const Series& series, IndexRange charge, const std::vector<char>& masked,
-               CurrentErrors& errors) {
+void addCharge(Simulation simulation, const Series& series, IndexRange charge, const std::vector<char>& masked, CurrentErrors& errors) {
   errors.begin();
   double duration = 0.0, measured = 0.0, volts = 0.0, weight = 0.0;
   for (std::size_t n = charge.first + 1; n < charge.last; ++n) {

@@ -14,12 +14,11 @@ namespace {
 
 void requireValid(const DiagnoseOptions& options) {
   if (!(options.holdout_share > 0.0) || !(options.holdout_share <= 0.5))
-    throw std::invalid_argument("holdout_share is " + std::to_string(options.holdout_share) +
-                                ", expected above 0 and at most 0.5");
-  if (options.threads < 0)
-    throw std::invalid_argument("threads is " + std::to_string(options.threads) + ", expected at least 0");
+    throw std::invalid_argument("holdout_share is " + std::to_string(options.holdout_share) + ", expected above 0 and at most 0.5");
+  if (options.threads < 0) throw std::invalid_argument("threads is " + std::to_string(options.threads) + ", expected at least 0");
   const Relevance& relevance = options.relevance;
-  for (const auto& [name, value] : {std::pair<const char*, double>{"rmse", relevance.rmse}, {"crank", relevance.crank}, {"charge_share", relevance.charge_share}})
+  for (const auto& [name, value] :
+       {std::pair<const char*, double>{"rmse", relevance.rmse}, {"crank", relevance.crank}, {"charge_share", relevance.charge_share}})
     if (!(value >= 0.0) || !std::isfinite(value))
       throw std::invalid_argument("relevance." + std::string(name) + " is " + std::to_string(value) + ", expected finite and at least 0");
   for (const std::vector<std::string>* list : {&options.hypotheses, &options.given, &options.confirm})

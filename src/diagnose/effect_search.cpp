@@ -6,15 +6,15 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kGridStep = 1.5;      // prior standard deviations between the shapes tried
-constexpr int kInstants = 9;           // instants tried over a recording
+constexpr double kGridStep = 1.5;  // prior standard deviations between the shapes tried
+constexpr int kInstants = 9;       // instants tried over a recording
 constexpr int kFirstIterations = 4, kTasteIterations = 2;
-constexpr std::size_t kClosest = 5;    // effects that are tried in a step, and the first of every family
+constexpr std::size_t kClosest = 5;     // effects that are tried in a step, and the first of every family
 constexpr std::size_t kFittedWell = 2;  // of them, that are fitted to the end
-constexpr double kClose = 0.8;         // of the best one's gain: fitted to the end, too
-constexpr double kWeak = 0.01;         // of a grid point's strengths, from where a search begins that went astray
-constexpr double kPromised = 0.5;      // of the grid's gain, that a search has to reach to be on its way
-constexpr double kWorthATry = 0.1;     // of the best one's gain on the grid
+constexpr double kClose = 0.8;          // of the best one's gain: fitted to the end, too
+constexpr double kWeak = 0.01;          // of a grid point's strengths, from where a search begins that went astray
+constexpr double kPromised = 0.5;       // of the grid's gain, that a search has to reach to be on its way
+constexpr double kWorthATry = 0.1;      // of the best one's gain on the grid
 
 }  // namespace
 
@@ -54,7 +54,8 @@ std::vector<double> EffectSearch::gridGains(const ExplanationState& state, const
     gains.push_back(0.0);
     if (!(length > 1e-8 * added.squaredNorm()) || (point.one_sided && along < 0.0)) continue;
     const double share = std::min(along * along / length / rss, 1.0 - 1e-9);
-    gains.back() = -0.5 * rows * std::log1p(-share) - 0.5 * std::log1p(kWideStrength * kWideStrength * rows * length / (rss * (1.0 - share)));
+    gains.back() =
+        -0.5 * rows * std::log1p(-share) - 0.5 * std::log1p(kWideStrength * kWideStrength * rows * length / (rss * (1.0 - share)));
   }
   return gains;
 }
@@ -127,7 +128,8 @@ std::vector<LeastStrength> EffectSearch::leastStrengths(const ExplanationState& 
     const Eigen::VectorXd added = ExplanationFits::trusted(state, point.added), cross = sums.columns.transpose() * added;
     const double length = std::max(1e-300, added.squaredNorm() - cross.dot(factor.solve(cross)));
     const double information = fits_.temper() * length / (state.fit.noise * state.fit.noise);
-    const double evident = std::sqrt(2.0 * (rules_.least_gain + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) / information);
+    const double evident =
+        std::sqrt(2.0 * (rules_.least_gain + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) / information);
     const double matters = fits_.relevantBeside(state) / std::sqrt(length / static_cast<double>(fits_.counted().size()));
     least.push_back(leastStrength(point, std::max(evident, matters)));
   }
@@ -194,7 +196,8 @@ std::vector<EffectGridPoint> EffectSearch::gridBeside(const ExplanationState& st
   for (const CompositionPoint& point : gridOf(alone)) {
     CompositionPoint there = embedded(state.model, state.point, model);
     for (const ParameterInfo& info : alone.parameters())
-      if (!state.model.parameterRow(info.name)) there.parameters[*model.parameterRow(info.name)] = point.parameters[*alone.parameterRow(info.name)];
+      if (!state.model.parameterRow(info.name))
+        there.parameters[*model.parameterRow(info.name)] = point.parameters[*alone.parameterRow(info.name)];
     beginNewStates(model, there, state.model);
     const Eigen::VectorXd error = fits_.errorsOf(model, there);
     if (error.size() == 0) continue;
@@ -224,7 +227,8 @@ ExplanationState EffectSearch::enlargedBy(const ExplanationState& state, const E
 
 bool EffectSearch::isDistorted(const ExplanationState& state) {
   for (const Eigen::Index row : {static_cast<Eigen::Index>(kRowC2), static_cast<Eigen::Index>(kRowBeta)})
-    if (std::abs(std::log(state.point.parameters[row] / tableOne()[static_cast<std::size_t>(row)].magnitude)) > baseDirectionStd(row)) return true;
+    if (std::abs(std::log(state.point.parameters[row] / tableOne()[static_cast<std::size_t>(row)].magnitude)) > baseDirectionStd(row))
+      return true;
   return false;
 }
 

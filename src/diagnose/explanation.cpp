@@ -31,7 +31,9 @@ class Explainer {
  public:
   Explainer(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
             const std::vector<std::string>& ids, const std::vector<std::string>& given, const ExplanationRules& rules)
-      : rules_(rules), given_(inOrder(given)), fits_(drive, training, table, base, rules.relevance),
+      : rules_(rules),
+        given_(inOrder(given)),
+        fits_(drive, training, table, base, rules.relevance),
         search_(fits_, given.empty() ? ids : given, rules) {}
 
   Explanation run(const std::function<void(const std::string&)>& progress) {
@@ -73,7 +75,8 @@ class Explainer {
 
   /// What the effects of a family that a state has explain [V].
   static double explainedBy(Family family, const ExplanationState& state) {
-    const bool named = std::any_of(state.members.begin(), state.members.end(), [&](const std::string& id) { return familyOf(id) == family; });
+    const bool named =
+        std::any_of(state.members.begin(), state.members.end(), [&](const std::string& id) { return familyOf(id) == family; });
     return named && state.explained.count(family) ? state.explained.at(family) : 0.0;
   }
 
@@ -110,7 +113,8 @@ class Explainer {
   /// Whether a part moves the voltage by enough to matter: of all rows, or while cranking.
   bool matters(const ExplanationState& with, const ExplanationState& without) const {
     const Eigen::VectorXd part = fits_.besideBase(fits_.modelled(with) - fits_.modelled(without));
-    return ExplanationFits::rms(part) >= fits_.relevantBeside(with) || fits_.crankOf(part) >= std::max(rules_.relevance.crank, 0.5 * with.fit.noise);
+    return ExplanationFits::rms(part) >= fits_.relevantBeside(with) ||
+           fits_.crankOf(part) >= std::max(rules_.relevance.crank, 0.5 * with.fit.noise);
   }
 
   /// Nats that a family must bring. A battery's own structure is never quite the catalogue's: what is left of it is no physics.
@@ -122,13 +126,15 @@ class Explainer {
   /// Whether columns are no more than what the effects named of their family may leave of it.
   bool isRestOfNamed(const ExplanationState& columns, const ExplanationState& state, Family family) const {
     if (columns.learnt.size() == state.learnt.size()) return false;
-    return ExplanationFits::beyond(columns, state) < kDiscrepancy * std::hypot(ExplanationFits::beyond(columns, state), explainedBy(family, state));
+    return ExplanationFits::beyond(columns, state) <
+           kDiscrepancy * std::hypot(ExplanationFits::beyond(columns, state), explainedBy(family, state));
   }
 
   /// Whether physics beside an effect of structure is no more than the structure's columns hold: another circuit than the catalogue's.
   bool isHeldByStructure(const ExplanationState& with, const ExplanationState& without, Family family) const {
     if (family == Family::kStructure || family == Family::kInstrument || !(explainedBy(Family::kStructure, without) > 0.0)) return false;
-    return fits_.withColumns(with, Family::kStructure).evidence - fits_.withColumns(without, Family::kStructure).evidence < rules_.least_gain;
+    return fits_.withColumns(with, Family::kStructure).evidence - fits_.withColumns(without, Family::kStructure).evidence <
+           rules_.least_gain;
   }
 
   static std::set<std::string> partsOf(const ExplanationState& state) {
@@ -148,7 +154,8 @@ class Explainer {
       if (state.learnt.count(family) || tried_.count({parts, family})) continue;
       const ExplanationState of_family = standingFor(family, state, members);
       if (of_family.evidence - state.evidence < needed(state, family) || isHeldByStructure(of_family, state, family)) continue;
-      if (!(search_.rankOf(of_family) > search_.rankOf(best)) || !matters(of_family, state) || isRestOfNamed(of_family, state, family)) continue;
+      if (!(search_.rankOf(of_family) > search_.rankOf(best)) || !matters(of_family, state) || isRestOfNamed(of_family, state, family))
+        continue;
       best = of_family;
       chosen = family;
     }
@@ -182,7 +189,8 @@ class Explainer {
     for (const std::string& id : std::vector<std::string>(state.members)) {
       if (state.members.size() + state.learnt.size() < 2) return;
       ExplanationState without = fits_.withoutMember(state, id);
-      if (state.evidence - without.evidence < needed(state, familyOf(id)) || !matters(state, without) || isHeldByStructure(state, without, familyOf(id)))
+      if (state.evidence - without.evidence < needed(state, familyOf(id)) || !matters(state, without) ||
+          isHeldByStructure(state, without, familyOf(id)))
         state = std::move(without);
     }
   }
@@ -195,7 +203,8 @@ class Explainer {
     found_.model = state.model;
     found_.point = state.point;
     takePlaces(state);
-    std::stable_sort(found_.components.begin(), found_.components.end(), [](const Component& a, const Component& b) { return a.gain > b.gain; });
+    std::stable_sort(found_.components.begin(), found_.components.end(),
+                     [](const Component& a, const Component& b) { return a.gain > b.gain; });
     takeRest(state);
   }
 
@@ -227,7 +236,8 @@ class Explainer {
   }
 
   void weighRival(const ExplanationState& rival, const ExplanationState& state) {
-    if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_) : search_.rankOf(state)) + kSettled) better_ = rival;
+    if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_) : search_.rankOf(state)) + kSettled)
+      better_ = rival;
   }
 
   /// What a part is worth, what it adds, and what could stand in its place.

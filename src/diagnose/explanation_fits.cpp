@@ -9,21 +9,23 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kLeastTemper = 0.02;  // instruments' errors hang together for seconds, what lasts longer is physics
+constexpr double kLeastTemper = 0.02;                         // instruments' errors hang together for seconds, what lasts longer is physics
 constexpr double kFirstTemper = 0.05, kSettledTemper = 1e-4;  // the same from any state before
 constexpr int kTemperPasses = 8, kPolishes = 2;
-constexpr double kPolished = 1e-3;  // nats
+constexpr double kPolished = 1e-3;                                                     // nats
 constexpr double kCrankCurrent = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
-constexpr int kNoiseRounds = 4;        // in which noise and what the sampling cannot know are told apart
-constexpr int kWander = 24;            // steps of a voltage channel's random walk over the training part
-constexpr double kMostWander = 0.0012; // [V] a root minute, of a voltage channel
+constexpr int kNoiseRounds = 4;            // in which noise and what the sampling cannot know are told apart
+constexpr int kWander = 24;                // steps of a voltage channel's random walk over the training part
+constexpr double kMostWander = 0.0012;     // [V] a root minute, of a voltage channel
 constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 
 }  // namespace
 
 ExplanationFits::ExplanationFits(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
                                  const Relevance& relevance)
-    : drive_(drive), table_(table), base_(base),
+    : drive_(drive),
+      table_(table),
+      base_(base),
       response_(baseResponse(BatteryModel(), {base.parameters, base.state, drive.first_time, drive.first_time}, drive, training)),
       rows_(drive, response_, base) {
   for (Eigen::Index row = 0; row < response_.training; ++row)
@@ -76,7 +78,8 @@ double& ExplanationFits::at(CompositionPoint& point, Eigen::Index row) {
 
 bool ExplanationFits::place(ExplanationState& state) const {
   spent_ += static_cast<double>(counted_.size()) * static_cast<double>(state.coordinates.size()) / kUsualCoordinates;
-  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(), static_cast<Eigen::Index>(state.coordinates.size()));
+  Eigen::MatrixXd seeds =
+      Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(), static_cast<Eigen::Index>(state.coordinates.size()));
   for (std::size_t j = 0; j < state.coordinates.size(); ++j) {
     const FitCoordinate& c = state.coordinates[j];
     seeds(c.row, static_cast<Eigen::Index>(j)) = c.slope(at(state.point, c.row));
@@ -247,8 +250,11 @@ Eigen::VectorXd ExplanationFits::trusted(const ExplanationState& state, const Ei
 Eigen::LDLT<Eigen::MatrixXd> ExplanationFits::penalised(const ExplanationSums& sums, const ExplanationState& state) const {
   Eigen::MatrixXd H = sums.problem.products;
   for (Eigen::Index k = 0; k < H.rows(); ++k) {
-    const double s = k < sums.problem.known() ? sums.problem.known_std[k]
-                                              : std::max(state.fit.strength[static_cast<std::size_t>(sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])], 1e-6);
+    const double s =
+        k < sums.problem.known()
+            ? sums.problem.known_std[k]
+            : std::max(state.fit.strength[static_cast<std::size_t>(sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])],
+                       1e-6);
     H(k, k) += state.fit.noise * state.fit.noise / (temper_ * s * s);
   }
   return Eigen::LDLT<Eigen::MatrixXd>(H);
@@ -349,7 +355,8 @@ CompositionPoint ExplanationFits::movedTo(const BatteryModel& model, const Batte
     point.parameters[j] = there.parameters[*from.parameterRow(model.parameters()[static_cast<std::size_t>(j)].name)];
   for (Eigen::Index k = 0; k < model.stateCount(); ++k)
     for (Eigen::Index m = 0; m < from.stateCount(); ++m)
-      if (model.states()[static_cast<std::size_t>(k)].name == from.states()[static_cast<std::size_t>(m)].name) point.state[k] = there.state[m];
+      if (model.states()[static_cast<std::size_t>(k)].name == from.states()[static_cast<std::size_t>(m)].name)
+        point.state[k] = there.state[m];
   return point;
 }
 

@@ -25,7 +25,8 @@ class ExplanationFits {
   static constexpr int kMostIterations = 12;
 
   /// @param training samples that are learnt from.  @param base circuit fitted to them.
-  ExplanationFits(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base, const Relevance& relevance);
+  ExplanationFits(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
+                  const Relevance& relevance);
 
   /// The base circuit where it was fitted. @throws std::invalid_argument if it has no finite voltage there.
   ExplanationState baseState() const;

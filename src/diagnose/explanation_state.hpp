@@ -49,7 +49,7 @@ struct ExplanationState {
   std::vector<std::string> members;  // named ones, without what they need
   LinearFit fit;
   double evidence = -std::numeric_limits<double>::infinity();
-  double structure_gain = 0.0;     // of ln evidence, by the structure taken in
+  double structure_gain = 0.0;         // of ln evidence, by the structure taken in
   std::map<Family, double> explained;  // [V], by the families taken in
 };
 
@@ -58,7 +58,7 @@ struct EffectGridPoint {
   std::string id;
   CompositionPoint point;  // of the base circuit with it
   bool one_sided;
-  Eigen::VectorXd added;   // counted rows [V]
+  Eigen::VectorXd added;  // counted rows [V]
 };
 
 }  // namespace battery_sof

@@ -11,14 +11,10 @@
 namespace battery_sof {
 namespace {
 
-void requireOneSize(const char* function, const WhitenedFit& fit, const Drive& drive,
-                    const std::vector<Regime>& regimes) {
-  if (regimes.size() == drive.samples.size() &&
-      static_cast<std::size_t>(fit.innovation.size()) == drive.samples.size())
-    return;
-  throw std::invalid_argument(std::string(function) + ": fit, drive and regimes have " +
-                              std::to_string(fit.innovation.size()) + ", " + std::to_string(drive.samples.size()) +
-                              " and " + std::to_string(regimes.size()) + " samples");
+void requireOneSize(const char* function, const WhitenedFit& fit, const Drive& drive, const std::vector<Regime>& regimes) {
+  if (regimes.size() == drive.samples.size() && static_cast<std::size_t>(fit.innovation.size()) == drive.samples.size()) return;
+  throw std::invalid_argument(std::string(function) + ": fit, drive and regimes have " + std::to_string(fit.innovation.size()) + ", " +
+                              std::to_string(drive.samples.size()) + " and " + std::to_string(regimes.size()) + " samples");
 }
 
 // ---------------------------------------------------------------------------------------------- regimes
@@ -26,10 +22,10 @@ void requireOneSize(const char* function, const WhitenedFit& fit, const Drive& d
 constexpr std::size_t kLeastEpisodes = 5;  // docs/physics.md#regimes
 constexpr int kFlips = 4999;
 constexpr double kDiscoveryRate = 0.02;  // so that a recording without mismatch alarms in at most 2 % of cases
-constexpr double kEndShare = 0.2;           // of an episode
+constexpr double kEndShare = 0.2;        // of an episode
 constexpr std::size_t kSlopeSamples = 5;
-constexpr double kSlopeTime = 1.0;          // [s]
-constexpr std::size_t kSlopePoints = 40;    // a Theil-Sen slope takes the pairs of so many means
+constexpr double kSlopeTime = 1.0;        // [s]
+constexpr std::size_t kSlopePoints = 40;  // a Theil-Sen slope takes the pairs of so many means
 
 enum Statistic { kMean, kSlope, kEnd, kStatistics };
 constexpr std::array<const char*, kStatistics> kStatisticNames{"mean", "slope", "end"};
@@ -52,17 +48,14 @@ EpisodeError episodeError(const Drive& drive, const Episode& episode) {
   return error;
 }
 
-bool hasSlope(const EpisodeError& episode) {
-  return episode.samples.size() >= kSlopeSamples && episode.to - episode.from >= kSlopeTime;
-}
+bool hasSlope(const EpisodeError& episode) { return episode.samples.size() >= kSlopeSamples && episode.to - episode.from >= kSlopeTime; }
 
 /// Means of time and error over samples first to last - 1 of an episode.
 struct Point {
   double time = 0.0, error = 0.0;
 };
 
-Point meanPoint(const WhitenedFit& fit, const Drive& drive, const EpisodeError& episode, std::size_t first,
-                std::size_t last) {
+Point meanPoint(const WhitenedFit& fit, const Drive& drive, const EpisodeError& episode, std::size_t first, std::size_t last) {
   Point mean;
   double count = 0.0;
   for (std::size_t k = first; k < last; ++k) {
@@ -84,12 +77,10 @@ double medianOf(std::vector<double> values) {
 double theilSenSlope(const WhitenedFit& fit, const Drive& drive, const EpisodeError& episode) {
   const std::size_t size = episode.samples.size(), count = std::min(size, kSlopePoints);
   std::vector<Point> points;
-  for (std::size_t k = 0; k < count; ++k)
-    points.push_back(meanPoint(fit, drive, episode, size * k / count, size * (k + 1) / count));
+  for (std::size_t k = 0; k < count; ++k) points.push_back(meanPoint(fit, drive, episode, size * k / count, size * (k + 1) / count));
   std::vector<double> slopes;
   for (std::size_t a = 0; a < count; ++a)
-    for (std::size_t b = a + 1; b < count; ++b)
-      slopes.push_back((points[b].error - points[a].error) / (points[b].time - points[a].time));
+    for (std::size_t b = a + 1; b < count; ++b) slopes.push_back((points[b].error - points[a].error) / (points[b].time - points[a].time));
   return medianOf(std::move(slopes));
 }
 
@@ -137,8 +128,7 @@ std::vector<Question> questionsOf(const Drive& drive, const std::vector<Regime>&
       Question question{static_cast<Regime>(g), statistic, of_regime[g]};
       auto& episodes = question.episodes;
       if (statistic == kSlope)
-        episodes.erase(std::remove_if(episodes.begin(), episodes.end(), [](const auto& e) { return !hasSlope(e); }),
-                       episodes.end());
+        episodes.erase(std::remove_if(episodes.begin(), episodes.end(), [](const auto& e) { return !hasSlope(e); }), episodes.end());
       if (episodes.size() >= kLeastEpisodes) questions.push_back(std::move(question));
     }
   return questions;
@@ -150,9 +140,8 @@ std::vector<double> sharesOf(const Question& question, const Eigen::Ref<const Ei
   std::vector<double> shares;
   Eigen::Index first = 0;
   for (std::size_t j = 0; j < question.episodes.size(); ++j) {
-    const Eigen::Index last = j + 1 < question.episodes.size()
-                                  ? static_cast<Eigen::Index>(question.episodes[j + 1].samples.front())
-                                  : signature.size();
+    const Eigen::Index last =
+        j + 1 < question.episodes.size() ? static_cast<Eigen::Index>(question.episodes[j + 1].samples.front()) : signature.size();
     shares.push_back(signature.segment(first, last - first).dot(innovation.segment(first, last - first)));
     first = last;
   }
@@ -182,8 +171,7 @@ double signFlipP(const std::vector<double>& shares) {
 /// 97.5 % quantile of Student's t (Fisher and Cornish 1960; below 2 % off from 4 degrees of freedom on).
 double studentQuantile(double degrees) {
   constexpr double z = 1.959964;
-  return z + (z * z * z + z) / (4.0 * degrees) +
-         (5.0 * std::pow(z, 5) + 16.0 * z * z * z + 3.0 * z) / (96.0 * degrees * degrees);
+  return z + (z * z * z + z) / (4.0 * degrees) + (5.0 * std::pow(z, 5) + 16.0 * z * z * z + 3.0 * z) / (96.0 * degrees * degrees);
 }
 
 /// Mean of dependent values with its 95 % interval (Newey and West 1987, Bartlett weights).
@@ -194,8 +182,7 @@ void takeMean(const std::vector<double>& values, RegimeFinding& finding) {
   double variance = 0.0;
   for (std::size_t lag = 0; lag <= std::min(lags, values.size() - 1); ++lag) {
     const double weight = lag == 0 ? 1.0 : 2.0 * (1.0 - static_cast<double>(lag) / (static_cast<double>(lags) + 1.0));
-    for (std::size_t j = lag; j < values.size(); ++j)
-      variance += weight * (values[j] - finding.value) * (values[j - lag] - finding.value);
+    for (std::size_t j = lag; j < values.size(); ++j) variance += weight * (values[j] - finding.value) * (values[j - lag] - finding.value);
   }
   const double half = studentQuantile(count - 1.0) * std::sqrt(std::max(0.0, variance) / (count * (count - 1.0)));
   finding.lower = finding.value - half;
@@ -209,14 +196,12 @@ void raiseAlarms(std::vector<RegimeFinding>& findings) {
   double limit = 0.0;
   for (std::size_t k = 0; k < sorted.size(); ++k)
     if (sorted[k] <= kDiscoveryRate * static_cast<double>(k + 1) / static_cast<double>(sorted.size())) limit = sorted[k];
-  for (RegimeFinding& finding : findings)
-    finding.alarm = finding.p_value <= limit && (finding.lower > 0.0 || finding.upper < 0.0);
+  for (RegimeFinding& finding : findings) finding.alarm = finding.p_value <= limit && (finding.lower > 0.0 || finding.upper < 0.0);
 }
 
 }  // namespace
 
-std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const Drive& drive,
-                                          const std::vector<Regime>& regimes) {
+std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const Drive& drive, const std::vector<Regime>& regimes) {
   requireOneSize("regimeFindings", fit, drive, regimes);
   const std::vector<Question> questions = questionsOf(drive, regimes);
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(fit.innovation.size(), static_cast<Eigen::Index>(questions.size()));
@@ -232,11 +217,9 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const Drive& d
     finding.statistic = kStatisticNames[question.statistic];
     finding.episodes = question.episodes.size();
     std::vector<double> values;
-    for (const EpisodeError& episode : question.episodes)
-      values.push_back(valueOf(question.statistic, fit, drive, episode));
+    for (const EpisodeError& episode : question.episodes) values.push_back(valueOf(question.statistic, fit, drive, episode));
     takeMean(values, finding);
-    finding.p_value = signFlipP(
-        sharesOf(question, signatures.columns.col(static_cast<Eigen::Index>(k)), fit.innovation));
+    finding.p_value = signFlipP(sharesOf(question, signatures.columns.col(static_cast<Eigen::Index>(k)), fit.innovation));
     findings.push_back(finding);
   }
   raiseAlarms(findings);
@@ -248,8 +231,8 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const Drive& d
 namespace {
 
 constexpr std::array<double, 4> kWindows{10.0, 30.0, 100.0, 300.0};  // [s], docs/physics.md#stretches-of-time
-constexpr double kStride = 0.1;        // of a window's length
-constexpr double kLeastSamples = 10.0; // a window with fewer is no window
+constexpr double kStride = 0.1;                                      // of a window's length
+constexpr double kLeastSamples = 10.0;                               // a window with fewer is no window
 constexpr std::size_t kSimulated = 200;
 constexpr double kQuantile = 0.99;
 constexpr double kMostInnovation = 5.0;
@@ -366,13 +349,11 @@ std::vector<Found> separateWindows(const MovingSums& sums, double threshold) {
     const double statistic = sums.statistic(window);
     if (statistic > threshold) above.push_back({{window.first, window.last}, statistic, window.length});
   }
-  std::stable_sort(above.begin(), above.end(), [](const Found& a, const Found& b) {
-    return a.length != b.length ? a.length < b.length : a.statistic > b.statistic;
-  });
+  std::stable_sort(above.begin(), above.end(),
+                   [](const Found& a, const Found& b) { return a.length != b.length ? a.length < b.length : a.statistic > b.statistic; });
   for (const Found& window : above)
-    if (std::none_of(found.begin(), found.end(), [&](const Found& other) {
-          return window.range.first < other.range.last && other.range.first < window.range.last;
-        }))
+    if (std::none_of(found.begin(), found.end(),
+                     [&](const Found& other) { return window.range.first < other.range.last && other.range.first < window.range.last; }))
       found.push_back(window);
   std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.range.first < b.range.first; });
   return found;
@@ -383,8 +364,7 @@ std::vector<Found> joined(const Drive& drive, const std::vector<Found>& windows)
   for (const Found& window : windows) {
     if (!segments.empty()) {
       Found& last = segments.back();
-      const double apart =
-          drive.samples[window.range.first].step.time - drive.samples[last.range.last - 1].step.time;
+      const double apart = drive.samples[window.range.first].step.time - drive.samples[last.range.last - 1].step.time;
       if (apart < std::min(window.length, last.length)) {
         last = {{last.range.first, window.range.last}, std::max(last.statistic, window.statistic), window.length};
         continue;
@@ -395,8 +375,7 @@ std::vector<Found> joined(const Drive& drive, const std::vector<Found>& windows)
   return segments;
 }
 
-MismatchSegment describedSegment(const Found& found, const WhitenedFit& fit, const Drive& drive,
-                                 const std::vector<Regime>& regimes) {
+MismatchSegment describedSegment(const Found& found, const WhitenedFit& fit, const Drive& drive, const std::vector<Regime>& regimes) {
   MismatchSegment segment;
   segment.from = drive.samples[found.range.first].step.time;
   segment.to = drive.samples[found.range.last - 1].step.time;
@@ -419,19 +398,15 @@ MismatchSegment describedSegment(const Found& found, const WhitenedFit& fit, con
 
 }  // namespace
 
-std::vector<MismatchSegment> mismatchSegments(const WhitenedFit& fit, const Drive& drive,
-                                              const std::vector<Regime>& regimes,
+std::vector<MismatchSegment> mismatchSegments(const WhitenedFit& fit, const Drive& drive, const std::vector<Regime>& regimes,
                                               const std::optional<NoiseModel>& noise) {
   requireOneSize("mismatchSegments", fit, drive, regimes);
-  const Eigen::VectorXd innovation =
-      noise ? Whitening(*noise, drive.samples).whitened(fit.residual) : fit.innovation;
+  const Eigen::VectorXd innovation = noise ? Whitening(*noise, drive.samples).whitened(fit.residual) : fit.innovation;
   MovingSums sums(drive);
   if (sums.windows().empty()) return {};
   const std::vector<double> maxima = simulatedMaxima(sums);
   const double threshold = maxima[static_cast<std::size_t>(kQuantile * static_cast<double>(maxima.size()))];
-  sums.take([&](std::size_t n) {
-    return std::clamp(innovation[static_cast<Eigen::Index>(n)], -kMostInnovation, kMostInnovation);
-  });
+  sums.take([&](std::size_t n) { return std::clamp(innovation[static_cast<Eigen::Index>(n)], -kMostInnovation, kMostInnovation); });
   std::vector<MismatchSegment> segments;
   for (const Found& found : joined(drive, separateWindows(sums, threshold))) {
     segments.push_back(describedSegment(found, fit, drive, regimes));

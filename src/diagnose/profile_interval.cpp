@@ -7,14 +7,13 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kRise = 3.84;     // 95 % of chi-squared with one degree of freedom
-constexpr double kClose = 0.1;     // of kRise
+constexpr double kRise = 3.84;  // 95 % of chi-squared with one degree of freedom
+constexpr double kClose = 0.1;  // of kRise
 constexpr int kLooks = 6;
 constexpr int kIterations = 8;
 
 /// Least deviance of the others with one parameter held at a value.
-std::optional<double> heldDeviance(const WhitenedFit& fit, const Drive& drive, const std::string& parameter,
-                                   CompositionPoint& point) {
+std::optional<double> heldDeviance(const WhitenedFit& fit, const Drive& drive, const std::string& parameter, CompositionPoint& point) {
   FitCost cost;
   cost.noise = fit.noise;
   const CompositionProblem problem(fit.model, drive, cost, point, {}, {parameter});
@@ -33,8 +32,7 @@ double priorOf(const ParameterInfo& info, double value) {
 
 }  // namespace
 
-ProfileInterval profileInterval(const WhitenedFit& fit, const Drive& drive, const std::string& parameter,
-                                double first_step) {
+ProfileInterval profileInterval(const WhitenedFit& fit, const Drive& drive, const std::string& parameter, double first_step) {
   const std::optional<Eigen::Index> row = fit.model.parameterRow(parameter);
   if (!row) throw std::invalid_argument("parameter \"" + parameter + "\" is not one of the composition's");
   if (!(first_step > 0.0)) throw std::invalid_argument("first_step is " + std::to_string(first_step) + ", expected above 0");

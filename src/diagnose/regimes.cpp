@@ -10,13 +10,13 @@ namespace battery_sof {
 namespace {
 
 // docs/physics.md#regimes
-constexpr double kEdgeStep = 30.0;          // [A]
-constexpr double kEdgeReach = 0.15;         // [s]
-constexpr double kLongChargeTime = 10.0;    // [s]
-constexpr double kLongChargeCurrent = 2.0;  // [A]
-constexpr double kHighVoltage = 13.8;       // [V]
-constexpr double kLongDischargeTime = 20.0; // [s]
-constexpr double kMoved = 1.0;  // [As], a load that rest remembers: 1 mV on 1 kF
+constexpr double kEdgeStep = 30.0;           // [A]
+constexpr double kEdgeReach = 0.15;          // [s]
+constexpr double kLongChargeTime = 10.0;     // [s]
+constexpr double kLongChargeCurrent = 2.0;   // [A]
+constexpr double kHighVoltage = 13.8;        // [V]
+constexpr double kLongDischargeTime = 20.0;  // [s]
+constexpr double kMoved = 1.0;               // [As], a load that rest remembers: 1 mV on 1 kF
 
 enum class Load { kRest, kCharge, kDischarge, kCrank };
 
@@ -63,8 +63,7 @@ Regime regimeOf(const Run& run, Load before) {
     case Load::kCrank:
       return Regime::kCrank;
     case Load::kCharge:
-      if (run.duration > kLongChargeTime && run.charge > kLongChargeCurrent * run.duration)
-        return Regime::kLongCharge;
+      if (run.duration > kLongChargeTime && run.charge > kLongChargeCurrent * run.duration) return Regime::kLongCharge;
       return run.volts > kHighVoltage * run.count ? Regime::kHighVoltageCharge : Regime::kShortCharge;
     case Load::kDischarge:
       return run.duration > kLongDischargeTime ? Regime::kLongDischarge : Regime::kDischarge;
@@ -117,15 +116,24 @@ class EdgeFinder {
 
 std::string regimeName(Regime regime) {
   switch (regime) {
-    case Regime::kEdge: return "edge";
-    case Regime::kCrank: return "crank";
-    case Regime::kLongCharge: return "long charge";
-    case Regime::kHighVoltageCharge: return "high-voltage charge";
-    case Regime::kShortCharge: return "short charge";
-    case Regime::kLongDischarge: return "long discharge";
-    case Regime::kDischarge: return "discharge";
-    case Regime::kPostChargeRest: return "post-charge rest";
-    case Regime::kPostDischargeRest: return "post-discharge rest";
+    case Regime::kEdge:
+      return "edge";
+    case Regime::kCrank:
+      return "crank";
+    case Regime::kLongCharge:
+      return "long charge";
+    case Regime::kHighVoltageCharge:
+      return "high-voltage charge";
+    case Regime::kShortCharge:
+      return "short charge";
+    case Regime::kLongDischarge:
+      return "long discharge";
+    case Regime::kDischarge:
+      return "discharge";
+    case Regime::kPostChargeRest:
+      return "post-charge rest";
+    case Regime::kPostDischargeRest:
+      return "post-discharge rest";
   }
   throw std::invalid_argument("regimeName: not a regime");
 }
@@ -140,8 +148,7 @@ std::vector<Regime> regimesOf(const Drive& drive) {
       const bool edge = edges.isEdge(n) && !(regime == Regime::kCrank && edges.isSlow(n));
       regimes[n] = edge ? Regime::kEdge : regime;
     }
-    if (run.load != Load::kRest && std::abs(run.charge) > kMoved)
-      before = run.charge > 0.0 ? Load::kCharge : Load::kDischarge;
+    if (run.load != Load::kRest && std::abs(run.charge) > kMoved) before = run.charge > 0.0 ? Load::kCharge : Load::kDischarge;
   }
   return regimes;
 }
@@ -158,12 +165,11 @@ std::vector<Regime> regimesOf(const Series& series, IndexRange range) {
 
 std::vector<Episode> episodesOf(const Drive& drive, const std::vector<Regime>& regimes) {
   if (regimes.size() != drive.samples.size())
-    throw std::invalid_argument("episodesOf: " + std::to_string(regimes.size()) + " regimes for " +
-                                std::to_string(drive.samples.size()) + " samples");
+    throw std::invalid_argument("episodesOf: " + std::to_string(regimes.size()) + " regimes for " + std::to_string(drive.samples.size()) +
+                                " samples");
   std::vector<Episode> episodes;
   for (std::size_t n = 0; n < regimes.size(); ++n) {
-    if (episodes.empty() || drive.samples[n].step.gap || episodes.back().regime != regimes[n])
-      episodes.push_back({regimes[n], {n, n}});
+    if (episodes.empty() || drive.samples[n].step.gap || episodes.back().regime != regimes[n]) episodes.push_back({regimes[n], {n, n}});
     episodes.back().range.last = n + 1;
   }
   return episodes;

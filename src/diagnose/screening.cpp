@@ -9,16 +9,17 @@
 namespace battery_sof {
 namespace {
 
-constexpr std::size_t kLeastSamples = 120;   // of the training part: ten for every unknown of base model and noise
-constexpr double kLeastDuration = 120.0;     // [s], two time constants of the double layer at rest
-constexpr double kLeastCharge = 20.0;        // [As] that must flow in either direction
-constexpr double kSlow = 0.15;               // [s]; sampled more slowly, edges cannot be set aside
-constexpr double kLostShare = 0.005;         // of the samples; a second in three minutes
+constexpr std::size_t kLeastSamples = 120;  // of the training part: ten for every unknown of base model and noise
+constexpr double kLeastDuration = 120.0;    // [s], two time constants of the double layer at rest
+constexpr double kLeastCharge = 20.0;       // [As] that must flow in either direction
+constexpr double kSlow = 0.15;              // [s]; sampled more slowly, edges cannot be set aside
+constexpr double kLostShare = 0.005;        // of the samples; a second in three minutes
 constexpr std::size_t kFewestFreezes = 3;
-constexpr double kCoarseVoltage = 0.0099;    // [V], 10 mV but for printed digits; most effects leave less than 20 mV (docs/physics.md#visibility)
-constexpr double kCoarseCurrent = 0.495;     // [A], 0.5 A: the offset of docs/physics.md#current_offset
-constexpr double kStillShare = 0.25;         // of the samples repeat the one before: noise of less than a step
-constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
+constexpr double kCoarseVoltage =
+    0.0099;  // [V], 10 mV but for printed digits; most effects leave less than 20 mV (docs/physics.md#visibility)
+constexpr double kCoarseCurrent = 0.495;  // [A], 0.5 A: the offset of docs/physics.md#current_offset
+constexpr double kStillShare = 0.25;      // of the samples repeat the one before: noise of less than a step
+constexpr double kCoarse = 3.0;           // rounding to more than this many deviations of the noise
 
 /// Whether a step is large in itself and the channel's noise is less, so that rounding is most of the error.
 bool isCoarse(const Finding& quantisation, const Series& series) {
@@ -66,8 +67,7 @@ void alignWholeSamples(Screening& screening, double lag) {
 
 std::string lackOf(const Series& train) {
   if (train.size() < kLeastSamples)
-    return "the training part has " + std::to_string(train.size()) + " samples, at least " +
-           std::to_string(kLeastSamples) + " are needed";
+    return "the training part has " + std::to_string(train.size()) + " samples, at least " + std::to_string(kLeastSamples) + " are needed";
   const double duration = train.time.back() - train.time.front();
   if (duration < kLeastDuration)
     return "the training part lasts " + std::to_string(static_cast<int>(duration)) + " s, at least " +

@@ -4,16 +4,13 @@
 
 namespace battery_sof {
 
-double Signatures::freeShare(Eigen::Index column) const {
-  return length[column] > 0.0 ? columns.col(column).norm() / length[column] : 0.0;
-}
+double Signatures::freeShare(Eigen::Index column) const { return length[column] > 0.0 ? columns.col(column).norm() / length[column] : 0.0; }
 
 Signatures signaturesOf(const WhitenedFit& fit, const Drive& drive, Eigen::MatrixXd columns) {
   const Whitening whitening(fit.noise, drive.samples);
   Signatures signatures;
   signatures.columns = std::move(columns);
-  for (Eigen::Index k = 0; k < signatures.columns.cols(); ++k)
-    signatures.columns.col(k) = whitening.whitened(signatures.columns.col(k));
+  for (Eigen::Index k = 0; k < signatures.columns.cols(); ++k) signatures.columns.col(k) = whitening.whitened(signatures.columns.col(k));
   signatures.length = signatures.columns.colwise().norm();
   signatures.absorbed = fit.absorbed.transpose() * signatures.columns;
   signatures.columns.noalias() -= fit.absorbed * signatures.absorbed;

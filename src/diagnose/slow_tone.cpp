@@ -15,7 +15,7 @@ constexpr double kChance = 1e-3;        // of a recording without a tone
 constexpr double kShortestSpan = 10.0;  // periods of a tone that a drive must hold
 constexpr std::size_t kAround = 20;     // frequencies to either side that tell the level there
 constexpr std::size_t kFewest = 4 * kAround;
-constexpr double kLeastShare = 0.25;    // of the RMS error: a tone below it takes less than 2 % of the error
+constexpr double kLeastShare = 0.25;        // of the RMS error: a tone below it takes less than 2 % of the error
 constexpr double kMostBinsPerSample = 4.0;  // a recording of which most is gaps shows no tone
 constexpr double kTwoPi = 6.283185307179586;
 

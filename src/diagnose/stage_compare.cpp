@@ -38,9 +38,7 @@ Opened open(const Series& series, const Prepared& prepared, std::vector<std::str
   return opened;
 }
 
-FitWindow windowOf(const Series& series, IndexRange range) {
-  return {series.time[range.first], series.time[range.last - 1], range.size()};
-}
+FitWindow windowOf(const Series& series, IndexRange range) { return {series.time[range.first], series.time[range.last - 1], range.size()}; }
 
 ErrorMetrics metricsOf(const Opened& opened, IndexRange range, const std::vector<double>& voltage, const FittedModel& model) {
   return errorMetrics(opened.whole, range, voltage, chargeCurrentError(model, opened.whole, range, opened.masked), opened.masked);
@@ -82,7 +80,8 @@ void compareNaive(Comparison& fit, const Series& series, const Prepared& prepare
   const std::vector<char> drives = driving ? driving->imposes_voltage : std::vector<char>(series.size(), 0);
   const NaivePredictor naive = fitNaive(series, train, drives);
   if (naive.voltage_from_current) {
-    fit.naive_line = errorMetrics(series, holdout, predictNaive(naive, series, {0, series.size()}, drives).voltage, std::nullopt, opened.masked);
+    fit.naive_line =
+        errorMetrics(series, holdout, predictNaive(naive, series, {0, series.size()}, drives).voltage, std::nullopt, opened.masked);
     if (driving)
       takeShares(scoreNaive(naive, series, holdout, {drives.begin() + static_cast<std::ptrdiff_t>(holdout.first), drives.end()}).mixed,
                  *fit.naive_line);

@@ -12,12 +12,12 @@ namespace battery_sof {
 /// Base and extended model on the part that was held out, and what is handed on after it.
 struct Compared {
   Comparison fit;
-  SourceOverview source;                         ///< of the whole recording
-  FittedModel extended;                          ///< Named::extended; the base model where it is withheld
+  SourceOverview source;                               ///< of the whole recording
+  FittedModel extended;                                ///< Named::extended; the base model where it is withheld
   std::vector<double> base_voltage, extended_voltage;  ///< [V], one a sample of the recording
-  std::optional<double> holdout_gain_percent;    ///< by which the extended model's error falls; none where the base model makes none
-  std::optional<double> withheld_rmse;           ///< [V], see Diagnosis::withheld_rmse
-  std::vector<std::string> notes;                ///< on the part that was held out, a sentence each
+  std::optional<double> holdout_gain_percent;          ///< by which the extended model's error falls; none where the base model makes none
+  std::optional<double> withheld_rmse;                 ///< [V], see Diagnosis::withheld_rmse
+  std::vector<std::string> notes;                      ///< on the part that was held out, a sentence each
 };
 
 /// Opens the part that was held out.

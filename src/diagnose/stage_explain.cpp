@@ -10,7 +10,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kShortSteps = 6000.0;  // [s] of a slow recording beyond which short steps would take minutes
+constexpr double kShortSteps = 6000.0;                           // [s] of a slow recording beyond which short steps would take minutes
 constexpr double kLowestVoltage = 10.5, kHighestVoltage = 15.5;  // [V] a block of lead-acid cells
 constexpr double kNominalVoltage = 12.8;                         // [V]
 
@@ -36,7 +36,8 @@ std::vector<std::string> idsToWeigh(const Screening& screened, const std::vector
   const auto left = std::stable_partition(ids.begin(), ids.end(), [](const std::string& id) { return !effectInfo(id).takes_short_steps; });
   const std::vector<std::string> left_out(left, ids.end());
   ids.erase(left, ids.end());
-  notes.push_back("long and slowly sampled: " + listed(left_out) + " are not weighed; give a part of the recording, or name them as hypotheses");
+  notes.push_back("long and slowly sampled: " + listed(left_out) +
+                  " are not weighed; give a part of the recording, or name them as hypotheses");
   return ids;
 }
 

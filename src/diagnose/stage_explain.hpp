@@ -14,7 +14,7 @@ namespace battery_sof {
 struct Explained {
   std::optional<DrivingSource> driving;  ///< a source that drives the battery; then the voltage is imposed where it does
   Explanation explanation;
-  std::vector<std::string> notes;        ///< on what was not weighed, a sentence each
+  std::vector<std::string> notes;  ///< on what was not weighed, a sentence each
   bool hasEffects() const { return !explanation.model.effects().empty(); }
 };
 

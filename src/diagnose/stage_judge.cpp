@@ -47,7 +47,8 @@ std::vector<Candidate> weighedOnce(const std::vector<WeighedMember>& weighed) {
 std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed, const std::vector<Component>& components) {
   std::vector<Candidate> candidates = weighedOnce(weighed);
   for (Candidate& candidate : candidates) {
-    const auto accepted = std::find_if(components.begin(), components.end(), [&](const Component& one) { return one.member == candidate.id; });
+    const auto accepted =
+        std::find_if(components.begin(), components.end(), [&](const Component& one) { return one.member == candidate.id; });
     if (accepted == components.end()) {
       candidate.rejected_because = rejection(candidate, components);
       continue;
@@ -61,7 +62,8 @@ std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed, c
   return candidates;
 }
 
-std::vector<Detectable> detectableOf(const std::vector<LeastStrength>& all, const Confirmation& confirmation, const DiagnoseOptions& options) {
+std::vector<Detectable> detectableOf(const std::vector<LeastStrength>& all, const Confirmation& confirmation,
+                                     const DiagnoseOptions& options) {
   std::vector<Detectable> detectable;
   for (const LeastStrength& least : all) {
     if (least.parameter.empty()) continue;
@@ -90,8 +92,7 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared, const
     judged.family = learned.finding->families.front().family;
   }
   judged.candidates = candidatesOf(explained.explanation.weighed, judged.components);
-  if (options.lists_detectable)
-    judged.detectable = detectableOf(explained.explanation.least, {recording, prepared, last.fit}, options);
+  if (options.lists_detectable) judged.detectable = detectableOf(explained.explanation.least, {recording, prepared, last.fit}, options);
   return judged;
 }
 

@@ -9,8 +9,8 @@ namespace battery_sof {
 /// What currents and their memory say of the voltage beside the model, by blocks that are left out.
 struct Learned {
   LeftOver left;
-  std::optional<LearnedFinding> finding;    ///< none where it is neither used nor needed
-  std::optional<WhitenedFit> with_force;    ///< where it is used: the model with it
+  std::optional<LearnedFinding> finding;  ///< none where it is neither used nor needed
+  std::optional<WhitenedFit> with_force;  ///< where it is used: the model with it
   bool isUsed() const { return finding && finding->is_used; }
 };
 

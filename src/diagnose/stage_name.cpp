@@ -12,7 +12,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kTwoSided = 1.96;        // standard deviations of a 95 % interval
+constexpr double kTwoSided = 1.96;          // standard deviations of a 95 % interval
 constexpr double kFaultProbability = 0.95;  // [1], of what the screen found
 
 FittedModel completed(const WhitenedFit& fit, const Prepared& prepared, const std::string& recording) {
@@ -46,8 +46,7 @@ void takeBothWays(Named& named, const Prepared& prepared, const Explained& expla
 
 /// Interval by profile likelihood.
 DiagnosedParameter profiled(const ParameterEstimate& estimate, const ParameterInfo& info, const WhitenedFit& fit, const Drive& drive) {
-  DiagnosedParameter parameter{estimate.name, estimate.unit, estimate.value, estimate.std, std::nullopt, std::nullopt,
-                               estimate.at_bound};
+  DiagnosedParameter parameter{estimate.name, estimate.unit, estimate.value, estimate.std, std::nullopt, std::nullopt, estimate.at_bound};
   const double first = estimate.std ? kTwoSided * *estimate.std : 0.2 * std::abs(estimate.value);
   if (!(first > 0.0)) return parameter;
   const ProfileInterval interval = profileInterval(fit, drive, estimate.name, first);
@@ -76,7 +75,7 @@ std::vector<std::string> absorbedInto(const FittedModel& base, const FittedModel
 
 /// A component's effect, then those that would do as well.
 void takeEffect(Named& named, const Component& one, const WhitenedFit& fit, const Drive& drive) {
-  NamedEffect effect{one.member, one.probability, absorbedInto(named.base, named.extended), {}, one.gain, one.rms, one.tied,
+  NamedEffect effect{one.member,           one.probability, absorbedInto(named.base, named.extended), {}, one.gain, one.rms, one.tied,
                      familyId(one.family), one.probability};
   for (const ParameterInfo& info : effectInfo(one.member).parameters)
     for (const ParameterEstimate& estimate : named.extended.estimates)

@@ -11,13 +11,13 @@
 namespace battery_sof {
 namespace {
 
-constexpr std::size_t kCompressFrom = 4000;  // samples
-constexpr double kSlowLength = 10.0;         // sampling intervals that may be averaged where the current is held
-constexpr double kEdge = 5.0;                // [A]
+constexpr std::size_t kCompressFrom = 4000;             // samples
+constexpr double kSlowLength = 10.0;                    // sampling intervals that may be averaged where the current is held
+constexpr double kEdge = 5.0;                           // [A]
 constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], docs/physics.md#noise-of-a-residual; a channel may be late
-constexpr double kCoarse = 3.0;              // rounding to more than this many deviations of the noise
-constexpr double kLeastNoise = 1e-5;         // [V]
-constexpr double kRoughNoise = 0.001;        // [V]
+constexpr double kCoarse = 3.0;                         // rounding to more than this many deviations of the noise
+constexpr double kLeastNoise = 1e-5;                    // [V]
+constexpr double kRoughNoise = 0.001;                   // [V]
 constexpr int kMoreStarts = 6;
 
 void takeDrives(Prepared& prepared) {
@@ -44,8 +44,7 @@ void fitBase(Prepared& prepared) {
 
 Drive partOf(const Drive& drive, std::size_t begin, std::size_t end) {
   Drive part = drive;
-  part.samples.assign(drive.samples.begin() + static_cast<std::ptrdiff_t>(begin),
-                      drive.samples.begin() + static_cast<std::ptrdiff_t>(end));
+  part.samples.assign(drive.samples.begin() + static_cast<std::ptrdiff_t>(begin), drive.samples.begin() + static_cast<std::ptrdiff_t>(end));
   part.samples.front().step.duration = 0.0;
   part.first_time = part.samples.front().step.time;
   return part;

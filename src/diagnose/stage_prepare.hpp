@@ -25,10 +25,10 @@ Parts partsOf(const Series& series, double holdout_share);
 struct Prepared {
   Parts parts;
   Screening screened;
-  Drive drive;            ///< of the training part; long ones compressed
-  Drive quiet;            ///< of it, without the surroundings of edges; the same where sampling is slow
-  WhitenedSearch search;  ///< how compositions are fitted to them
-  WhitenedFit base;       ///< the base circuit, to quiet
+  Drive drive;                     ///< of the training part; long ones compressed
+  Drive quiet;                     ///< of it, without the surroundings of edges; the same where sampling is slow
+  WhitenedSearch search;           ///< how compositions are fitted to them
+  WhitenedFit base;                ///< the base circuit, to quiet
   std::vector<std::string> notes;  ///< on the instruments, a sentence each
 };
 

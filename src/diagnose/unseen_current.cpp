@@ -9,8 +9,8 @@ namespace {
 /// theta (1 - theta) (i_k - i_k-1)^2 of the samples around an instant [A^2]; 0 outside and across gaps.
 double steppedVariance(const Drive& drive, double time) {
   const auto& samples = drive.samples;
-  const auto after = std::lower_bound(samples.begin(), samples.end(), time,
-                                      [](const DriveSample& sample, double at) { return sample.step.time < at; });
+  const auto after =
+      std::lower_bound(samples.begin(), samples.end(), time, [](const DriveSample& sample, double at) { return sample.step.time < at; });
   if (after == samples.begin() || after == samples.end() || after->step.gap) return 0.0;
   const DriveStep &from = std::prev(after)->step, &to = after->step;
   const double theta = (time - from.time) / std::max(to.time - from.time, 1e-9);

@@ -17,8 +17,7 @@ std::string withUnit(double value, const char* format, const char* unit) {
 
 std::string joined(const std::vector<std::string>& parts, const std::string& last) {
   std::string text;
-  for (std::size_t k = 0; k < parts.size(); ++k)
-    text += (k == 0 ? "" : k + 1 == parts.size() ? last : ", ") + parts[k];
+  for (std::size_t k = 0; k < parts.size(); ++k) text += (k == 0 ? "" : k + 1 == parts.size() ? last : ", ") + parts[k];
   return text;
 }
 
@@ -69,24 +68,29 @@ std::string learnedSentence(const Diagnosis& diagnosis) {
 std::string whereSentence(const Diagnosis& diagnosis) {
   const RegimeFinding* worst = nullptr;
   for (const RegimeFinding& finding : diagnosis.regimes)
-    if (finding.alarm && finding.statistic == "mean" && (!worst || std::abs(finding.value) > std::abs(worst->value)))
-      worst = &finding;
+    if (finding.alarm && finding.statistic == "mean" && (!worst || std::abs(finding.value) > std::abs(worst->value))) worst = &finding;
   if (!worst) return "";
-  return "; measured and base model part most in " + worst->regime + ", by " +
-         withUnit(1e3 * worst->value, "%+.0f", "mV");
+  return "; measured and base model part most in " + worst->regime + ", by " + withUnit(1e3 * worst->value, "%+.0f", "mV");
 }
 
 }  // namespace
 
 std::string describe(Verdict verdict) {
   switch (verdict) {
-    case Verdict::kNoMismatch: return "no_mismatch";
-    case Verdict::kNamed: return "named";
-    case Verdict::kSeveral: return "several";
-    case Verdict::kAmbiguous: return "ambiguous";
-    case Verdict::kUnknown: return "unknown";
-    case Verdict::kSensorFault: return "sensor_fault";
-    case Verdict::kInsufficientData: return "insufficient_data";
+    case Verdict::kNoMismatch:
+      return "no_mismatch";
+    case Verdict::kNamed:
+      return "named";
+    case Verdict::kSeveral:
+      return "several";
+    case Verdict::kAmbiguous:
+      return "ambiguous";
+    case Verdict::kUnknown:
+      return "unknown";
+    case Verdict::kSensorFault:
+      return "sensor_fault";
+    case Verdict::kInsufficientData:
+      return "insufficient_data";
   }
   return "insufficient_data";
 }
@@ -108,10 +112,8 @@ Verdict judge(const Explanation& explanation, const InstrumentScreen& instrument
 }
 
 std::vector<std::string> outsideWhatSignalsShow() {
-  return {"a gain error of the current sensor that is alike in both directions",
-          "gain and offset of the voltage channel",
-          "a constant resistance of cables and contacts",
-          "whether a constant small current is the sensor's offset or a load behind it"};
+  return {"a gain error of the current sensor that is alike in both directions", "gain and offset of the voltage channel",
+          "a constant resistance of cables and contacts", "whether a constant small current is the sensor's offset or a load behind it"};
 }
 
 std::string nextExperiment(const Diagnosis& diagnosis) {
@@ -126,10 +128,12 @@ std::string nextExperiment(const Diagnosis& diagnosis) {
     case Verdict::kNoMismatch: {
       for (const Detectable& one : diagnosis.detectable)
         if (!one.visible && effectInfo(one.id).tier() == 'P')
-          return "This recording could not have shown " + one.id + " (" + titleOrId(one.id) + "); it would take " + effectInfo(one.id).tells_apart + ".";
+          return "This recording could not have shown " + one.id + " (" + titleOrId(one.id) + "); it would take " +
+                 effectInfo(one.id).tells_apart + ".";
       return "Nothing is open; the same recording at another temperature would widen what the model is good for.";
     }
-    default: break;
+    default:
+      break;
   }
   for (const NamedEffect& effect : diagnosis.effects)
     if (!effect.tied_with.empty() && !effectInfo(effect.id).tells_apart.empty())
@@ -146,16 +150,19 @@ std::string summaryOf(const Diagnosis& diagnosis) {
       return "Model and measurement agree as well as this recording can tell (" +
              withUnit(1e3 * diagnosis.fit.base_holdout.rmse, "%.1f", "mV") + " RMS on the part that was held out).";
     case Verdict::kNamed:
-    case Verdict::kSeveral: return missing(diagnosis, " and ") + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
+    case Verdict::kSeveral:
+      return missing(diagnosis, " and ") + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kAmbiguous:
-      return missing(diagnosis, " or ") + ", some of which this recording cannot tell apart" + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
+      return missing(diagnosis, " or ") + ", some of which this recording cannot tell apart" + gainSentence(diagnosis) +
+             whereSentence(diagnosis) + ".";
     case Verdict::kUnknown:
       return (diagnosis.family ? "Of what is missing the kind is known and the form is not: " + familySentence(*diagnosis.family)
                                : std::string("Model and measurement part in a way that no family of effects explains")) +
              partOfIt(diagnosis) + learnedSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kSensorFault:
       return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";
-    case Verdict::kInsufficientData: break;
+    case Verdict::kInsufficientData:
+      break;
   }
   return diagnosis.summary;
 }

@@ -12,8 +12,7 @@ constexpr double kDependent = 1e-7;
 
 std::size_t measuredSamples(const Drive& drive) {
   return static_cast<std::size_t>(
-      std::count_if(drive.samples.begin(), drive.samples.end(),
-                    [](const DriveSample& sample) { return sample.count > 0.0; }));
+      std::count_if(drive.samples.begin(), drive.samples.end(), [](const DriveSample& sample) { return sample.count > 0.0; }));
 }
 
 Eigen::MatrixXd orthonormalColumns(Eigen::MatrixXd columns) {
@@ -30,8 +29,7 @@ Eigen::MatrixXd orthonormalColumns(Eigen::MatrixXd columns) {
 
 /// One pass with derivatives over the drive.
 void takePass(WhitenedFit& fit, const Drive& drive, const Eigen::MatrixXd& seeds) {
-  Simulation simulation(fit.model,
-                        {fit.point.parameters, fit.point.state, drive.first_time, drive.first_time}, seeds);
+  Simulation simulation(fit.model, {fit.point.parameters, fit.point.state, drive.first_time, drive.first_time}, seeds);
   const auto count = static_cast<Eigen::Index>(drive.samples.size());
   fit.jacobian.resize(count, seeds.cols());
   fit.residual.resize(count);
@@ -60,8 +58,7 @@ bool isEdge(double from, double to, double edge) {
 
 }  // namespace
 
-WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive,
-                        const std::vector<CompositionPoint>& starts,
+WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive, const std::vector<CompositionPoint>& starts,
                         const std::optional<NoiseModel>& noise, const WhitenedSearch& search) {
   FitCost cost;
   cost.crank_weight = 1.0;
@@ -122,8 +119,7 @@ Drive withoutEdges(const Drive& drive, double edge, double before, double after)
     const bool begins = n == 0 || quiet.samples[n].step.gap;
     if (!begins && !isEdge(quiet.samples[n - 1].step.current, quiet.samples[n].step.current, edge)) continue;
     while (quiet.samples[first].step.time < time - before) ++first;
-    for (std::size_t k = first; k < quiet.samples.size() && quiet.samples[k].step.time <= time + after; ++k)
-      quiet.samples[k].count = 0.0;
+    for (std::size_t k = first; k < quiet.samples.size() && quiet.samples[k].step.time <= time + after; ++k) quiet.samples[k].count = 0.0;
   }
   return quiet;
 }

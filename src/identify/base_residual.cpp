@@ -16,12 +16,9 @@ BaseMatrix joined(const ScoreProducts& products) {
 
 }  // namespace
 
-BaseResidual::BaseResidual(std::vector<MeasuredBlock> blocks, std::vector<SweptBlock> derivatives,
-                           std::size_t size, const ResidualSums& full_blocks)
-    : blocks_(std::move(blocks)),
-      derivatives_(std::move(derivatives)),
-      size_(size),
-      squares_(Lanes(full_blocks.squares).sum()) {
+BaseResidual::BaseResidual(std::vector<MeasuredBlock> blocks, std::vector<SweptBlock> derivatives, std::size_t size,
+                           const ResidualSums& full_blocks)
+    : blocks_(std::move(blocks)), derivatives_(std::move(derivatives)), size_(size), squares_(Lanes(full_blocks.squares).sum()) {
   const std::size_t full = size_ / kBlockSize * kBlockSize;
   double sum = Lanes(full_blocks.residual).sum(), lagged = Lanes(full_blocks.lagged).sum();
   for (std::size_t n = kLaneSteps; n < full; n += kLaneSteps) lagged += at(n) * at(n - 1);
@@ -43,8 +40,7 @@ double BaseResidual::lagOneOf(double sum, double lagged) const {
 }
 
 BaseMatrix BaseResidual::bartlettProducts(Eigen::Index width) const {
-  if (width <= kLaneSteps)
-    return movingProducts(static_cast<int>(width)) / static_cast<double>(width);
+  if (width <= kLaneSteps) return movingProducts(static_cast<int>(width)) / static_cast<double>(width);
   return bartlettSum(scoreSums(), (width + kScoreSteps / 2) / kScoreSteps);
 }
 
@@ -67,8 +63,7 @@ BartlettSums BaseResidual::scoreSums() const {
     const auto first = static_cast<Eigen::Index>(block) * kLanes * kScoreSums;
     for (int lane = 0; lane < kLanes; ++lane)
       for (int k = 0; k < kScoreSums; ++k)
-        for (int j = 0; j < kScoreColumns; ++j)
-          rows(first + lane * kScoreSums + k, j) = sums.scores[k][j][lane];
+        for (int j = 0; j < kScoreColumns; ++j) rows(first + lane * kScoreSums + k, j) = sums.scores[k][j][lane];
   }
   return rows;
 }

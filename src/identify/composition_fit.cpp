@@ -15,13 +15,10 @@ namespace {
 constexpr double kTrustedGain = 1e-6;  // a last step promising less is taken unseen: 0.15 standard errors in 24,000 samples
 
 /// Fall of the cost that a full step inside the bounds promises.
-double promisedGain(const CompositionProblem& problem, const Eigen::VectorXd& x,
-                    const NormalEquations& at) {
+double promisedGain(const CompositionProblem& problem, const Eigen::VectorXd& x, const NormalEquations& at) {
   std::vector<Eigen::Index> free;
   for (Eigen::Index k = 0; k < x.size(); ++k)
-    if ((x[k] > problem.lower()[k] || at.gradient[k] < 0.0) &&
-        (x[k] < problem.upper()[k] || at.gradient[k] > 0.0))
-      free.push_back(k);
+    if ((x[k] > problem.lower()[k] || at.gradient[k] < 0.0) && (x[k] < problem.upper()[k] || at.gradient[k] > 0.0)) free.push_back(k);
   if (free.empty()) return 0.0;
   Eigen::MatrixXd hessian = at.hessian(free, free);
   hessian.diagonal() *= 1.0 + 1e-9;
@@ -29,8 +26,7 @@ double promisedGain(const CompositionProblem& problem, const Eigen::VectorXd& x,
   return gradient.dot(hessian.ldlt().solve(gradient));
 }
 
-CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::VectorXd& x,
-                          const CompositionSearch& search) {
+CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::VectorXd& x, const CompositionSearch& search) {
   Elimination elimination(problem, search.eliminate, x);
   MinimizeOptions options;
   options.max_iterations = search.max_iterations;
@@ -38,11 +34,9 @@ CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::Vector
   options.upper = elimination.reduced(problem.upper());
   options.gain_tolerance = search.tolerance;
   options.trusted_gain = std::max(kTrustedGain, search.tolerance);
-  const MinimizeResult result = minimize(
-      [&](const Eigen::VectorXd& y, NormalEquations& equations) {
-        return elimination.evaluate(y, equations);
-      },
-      elimination.reduced(x), options);
+  const MinimizeResult result =
+      minimize([&](const Eigen::VectorXd& y, NormalEquations& equations) { return elimination.evaluate(y, equations); },
+               elimination.reduced(x), options);
   CompositionFit fit;
   fit.status = fitStatusOf(result.status);
   fit.iterations = result.iterations;
@@ -60,8 +54,7 @@ CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::Vector
   fit.x = elimination.full();
   fit.at = *at;
   // Where implicit steps change their number the cost has steps of its own, far below what a parameter is known to.
-  if (fit.status == FitStatus::kStalled &&
-      promisedGain(problem, fit.x, fit.at) < problem.negligibleShare() * fit.at.cost)
+  if (fit.status == FitStatus::kStalled && promisedGain(problem, fit.x, fit.at) < problem.negligibleShare() * fit.at.cost)
     fit.status = FitStatus::kConverged;
   fit.passes += elimination.passes();
   fit.point = problem.pointAt(fit.x);
@@ -77,8 +70,7 @@ double spread(int start, std::size_t coordinate, std::size_t dimensions) {
   return value - std::floor(value);
 }
 
-Eigen::VectorXd spreadStart(const CompositionProblem& problem, const Eigen::VectorXd& first,
-                            int start) {
+Eigen::VectorXd spreadStart(const CompositionProblem& problem, const Eigen::VectorXd& first, int start) {
   Eigen::VectorXd x = first;
   for (Eigen::Index k = 0; k < problem.size(); ++k) {
     // Where the voltage is linear any start is as good as another.
@@ -105,8 +97,7 @@ Eigen::VectorXd leastOf(const CompositionProblem& problem, const std::vector<Eig
 
 }  // namespace
 
-CompositionFit fitComposition(const CompositionProblem& problem,
-                              const std::vector<CompositionPoint>& starts,
+CompositionFit fitComposition(const CompositionProblem& problem, const std::vector<CompositionPoint>& starts,
                               const CompositionSearch& search) {
   std::vector<Eigen::VectorXd> from;
   for (const CompositionPoint& start : starts) from.push_back(problem.coordinatesOf(start));
@@ -126,8 +117,7 @@ CompositionFit fitComposition(const CompositionProblem& problem,
   return best;
 }
 
-CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point,
-                          const BatteryModel& larger) {
+CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point, const BatteryModel& larger) {
   CompositionPoint out{larger.typicalParameters(), larger.restState()};
   for (Eigen::Index j = 0; j < larger.parameterCount(); ++j) {
     const ParameterInfo& info = larger.parameters()[static_cast<std::size_t>(j)];

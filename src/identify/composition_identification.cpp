@@ -20,7 +20,7 @@ constexpr int kWhiteningRounds = 2;
 constexpr int kFirstIterations = 20;  // before weights are taken anew
 // Share of the cost below which a step is not worth taking: a tenth of what half a standard error makes of it.
 constexpr double kEnough = 1e-4;
-constexpr int kLastIterations = 10;  // of the search at full rate; beyond it compression was no good start
+constexpr int kLastIterations = 10;   // of the search at full rate; beyond it compression was no good start
 constexpr double kLeastWhite = 1e-5;  // [V]
 
 CompositionPoint basePoint(const BaseFit& base) {
@@ -33,8 +33,7 @@ CompositionPoint basePoint(const BaseFit& base) {
 
 /// Where every strength is at its magnitude.
 CompositionPoint withMagnitudes(const BatteryModel& model, CompositionPoint point) {
-  point.parameters.tail(point.parameters.size() - kBaseRows) =
-      model.typicalParameters().tail(point.parameters.size() - kBaseRows);
+  point.parameters.tail(point.parameters.size() - kBaseRows) = model.typicalParameters().tail(point.parameters.size() - kBaseRows);
   return point;
 }
 
@@ -58,8 +57,7 @@ struct Fitted {
   std::optional<ChannelErrors> channels = std::nullopt;
 };
 
-Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptions& options,
-              const BaseFit& base) {
+Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptions& options, const BaseFit& base) {
   FitCost cost;
   cost.crank_weight = options.crank_weight;
   cost.crank_weight_current = options.crank_weight_current;
@@ -71,15 +69,13 @@ Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptio
   std::vector<CompositionPoint> starts = {nested};
   if (!model.effects().empty()) starts.push_back(withMagnitudes(model, nested));
   for (const double share : {0.125, 0.375, 0.625, 0.875})
-    if (hasInstant(model))
-      starts.push_back(withInstants(model, starts[1], share * (drive.samples.back().step.time - drive.first_time)));
+    if (hasInstant(model)) starts.push_back(withInstants(model, starts[1], share * (drive.samples.back().step.time - drive.first_time)));
   const CompositionProblem weighted(model, drive, cost, nested);
   const auto samples = static_cast<Eigen::Index>(drive.samples.size());
   Fitted fitted{fitComposition(weighted, starts, search), std::nullopt, samples, std::nullopt};
   search.more_starts = 0;
   for (int round = 0; options.whiten && round < kWhiteningRounds; ++round) {
-    cost.noise = fitNoise(weighted.residual(fitted.fit.x), drive.samples,
-                          std::max(kLeastWhite, options.voltage_lsb_std));
+    cost.noise = fitNoise(weighted.residual(fitted.fit.x), drive.samples, std::max(kLeastWhite, options.voltage_lsb_std));
     const CompositionProblem whitened(model, drive, cost, nested);
     fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise, samples, std::nullopt};
   }
@@ -88,8 +84,7 @@ Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptio
 
 /// The search with errors in both variables: from the composition's magnitudes, as their weights depend on where they are
 /// taken twice.
-Fitted searchBothWays(const BatteryModel& model, const Drive& drive, const IdentifyOptions& options,
-                      const BaseFit& base) {
+Fitted searchBothWays(const BatteryModel& model, const Drive& drive, const IdentifyOptions& options, const BaseFit& base) {
   FitCost cost;
   cost.channels.emplace();
   CompositionSearch search;
@@ -99,8 +94,7 @@ Fitted searchBothWays(const BatteryModel& model, const Drive& drive, const Ident
   CompositionPoint start = typicalStart(model, drive);
   if (model.effects().empty()) start = basePoint(base);
   CompositionProblem problem(model, drive, cost, start);
-  Fitted fitted{fitComposition(problem, {start}, search), std::nullopt,
-                static_cast<Eigen::Index>(drive.samples.size()), cost.channels};
+  Fitted fitted{fitComposition(problem, {start}, search), std::nullopt, static_cast<Eigen::Index>(drive.samples.size()), cost.channels};
   search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
   problem.reweigh(fitted.fit.point);
   fitted.fit = fitComposition(problem, {fitted.fit.point}, search);
@@ -111,17 +105,14 @@ Fitted searchBothWays(const BatteryModel& model, const Drive& drive, const Ident
 struct Pass {
   Eigen::MatrixXd jacobian;  // samples x coordinates
   Eigen::VectorXd residual, weight;
-  Eigen::MatrixXd at_end;    // d(parameters, last state) / d(coordinates)
+  Eigen::MatrixXd at_end;  // d(parameters, last state) / d(coordinates)
 };
 
-Pass passOver(const BatteryModel& model, const Drive& drive, const CompositionProblem& problem,
-              const CompositionFit& fit) {
+Pass passOver(const BatteryModel& model, const Drive& drive, const CompositionProblem& problem, const CompositionFit& fit) {
   const Eigen::MatrixXd seeds = problem.seedsAt(fit.x);
-  Simulation simulation(
-      model, {fit.point.parameters, fit.point.state, drive.first_time, drive.first_time}, seeds);
+  Simulation simulation(model, {fit.point.parameters, fit.point.state, drive.first_time, drive.first_time}, seeds);
   const auto count = static_cast<Eigen::Index>(drive.samples.size());
-  Pass pass{Eigen::MatrixXd(count, problem.size()), Eigen::VectorXd(count), Eigen::VectorXd(count),
-            seeds};
+  Pass pass{Eigen::MatrixXd(count, problem.size()), Eigen::VectorXd(count), Eigen::VectorXd(count), seeds};
   for (Eigen::Index n = 0; n < count; ++n) {
     const DriveSample& sample = drive.samples[static_cast<std::size_t>(n)];
     pass.residual[n] = simulation.follow(sample);
@@ -141,8 +132,7 @@ bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eige
 }
 
 /// Covariance of the coordinates; those at a bound are taken as known.
-Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted, Pass pass,
-                             double rho) {
+Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted, Pass pass, double rho) {
   const Eigen::VectorXd precision = problem.priorPrecision();
   if (fitted.noise) {
     const double freedom = std::max(1.0, static_cast<double>(fitted.samples - problem.size()));
@@ -152,13 +142,11 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
         information.row(k).setZero();
         information.col(k).setZero();
       }
-    return informationInverse(information) *
-           std::max(1.0, fitted.fit.at.cost / freedom);
+    return informationInverse(information) * std::max(1.0, fitted.fit.at.cost / freedom);
   }
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     if (isAtBound(problem, fitted.fit.x, k)) pass.jacobian.col(k).setZero();
-  Sandwich parts = sandwichParts(pass.jacobian, pass.residual, pass.weight,
-                                 bartlettWidth(rho, pass.residual.size()));
+  Sandwich parts = sandwichParts(pass.jacobian, pass.residual, pass.weight, bartlettWidth(rho, pass.residual.size()));
   const double weight = problem.priorWeight();
   for (Eigen::Index k = 0; k < problem.size(); ++k) {
     if (isAtBound(problem, fitted.fit.x, k)) continue;
@@ -168,14 +156,12 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
   return combined(parts);
 }
 
-std::vector<ParameterEstimate> estimatesOf(const BatteryModel& model,
-                                           const CompositionProblem& problem, const Fitted& fitted,
+std::vector<ParameterEstimate> estimatesOf(const BatteryModel& model, const CompositionProblem& problem, const Fitted& fitted,
                                            const Eigen::MatrixXd& covariance) {
   std::vector<ParameterEstimate> estimates;
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
     const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
-    ParameterEstimate estimate{info.name, info.unit, fitted.fit.point.parameters[j], std::nullopt,
-                               false,     true,      true};
+    ParameterEstimate estimate{info.name, info.unit, fitted.fit.point.parameters[j], std::nullopt, false, true, true};
     for (Eigen::Index k = 0; k < problem.size(); ++k) {
       if (problem.rowOf(k) != j) continue;
       estimate.held = false;
@@ -198,8 +184,8 @@ struct Window {
 };
 
 /// Scores of a residual that is a voltage's or, where the voltage drives, a current's.
-FitScores scoresBothWays(const Series& series, IndexRange range, const Drive& drive,
-                         const Eigen::VectorXd& residual, double crank_current) {
+FitScores scoresBothWays(const Series& series, IndexRange range, const Drive& drive, const Eigen::VectorXd& residual,
+                         double crank_current) {
   Eigen::VectorXd of_voltage = residual;
   double squares_a = 0.0, currents = 0.0;
   for (std::size_t n = 0; n < drive.samples.size(); ++n) {
@@ -220,16 +206,14 @@ FitScores scoresBothWays(const Series& series, IndexRange range, const Drive& dr
 }
 
 /// Scores of the same point with the current driving throughout (paper, eq. 6).
-FitScores scoresFromCurrent(const BatteryModel& model, const Series& series, IndexRange range,
-                            const IdentifyOptions& options, const CompositionPoint& point) {
+FitScores scoresFromCurrent(const BatteryModel& model, const Series& series, IndexRange range, const IdentifyOptions& options,
+                            const CompositionPoint& point) {
   const Drive drive = fullDrive(series, range, options.masked);
   const CompositionProblem problem(model, drive, FitCost(), point);
-  return scoresBothWays(series, range, drive, problem.residual(problem.coordinatesOf(point)),
-                        options.crank_weight_current);
+  return scoresBothWays(series, range, drive, problem.residual(problem.coordinatesOf(point)), options.crank_weight_current);
 }
 
-FittedModel completed(const BatteryModel& model, const Window& on, const IdentifyOptions& options,
-                      const Fitted& fitted) {
+FittedModel completed(const BatteryModel& model, const Window& on, const IdentifyOptions& options, const Fitted& fitted) {
   const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current, true, fitted.channels};
   const auto& [series, range, full, compressed] = on;
   const Drive& for_errors = range.size() <= kFullRateErrors ? full : compressed;
@@ -248,15 +232,13 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   found.covariance = pass.at_end * covariance * pass.at_end.transpose();
   found.estimates = estimatesOf(model, problem, fitted, found.covariance);
   found.scores = scoresBothWays(series, range, full, residual, options.crank_weight_current);
-  if (fitted.channels)
-    found.scores.q_dyn_percent = scoresFromCurrent(model, series, range, options, fitted.fit.point).q_dyn_percent;
+  if (fitted.channels) found.scores.q_dyn_percent = scoresFromCurrent(model, series, range, options, fitted.fit.point).q_dyn_percent;
   if (std::none_of(found.estimates.begin(), found.estimates.begin() + kRowUDc,
                    [](const ParameterEstimate& estimate) { return estimate.determined; }))
     found.status = FitStatus::kNotExcited;
   found.message = sentenceOf(found);
 
-  Simulation at_end(model, {fitted.fit.point.parameters, fitted.fit.point.state, full.first_time,
-                            full.first_time});
+  Simulation at_end(model, {fitted.fit.point.parameters, fitted.fit.point.state, full.first_time, full.first_time});
   for (const DriveSample& sample : full.samples) at_end.follow(sample);
   takeState(found, at_end, series.current[range.last - 1]);
   const Eigen::VectorXd& first = fitted.fit.point.state;
@@ -268,14 +250,13 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
 
 namespace {
 
-FittedModel identifyBothWays(const BatteryModel& model, const Series& series, IndexRange range,
-                             const IdentifyOptions& options, const BaseFit& base) {
+FittedModel identifyBothWays(const BatteryModel& model, const Series& series, IndexRange range, const IdentifyOptions& options,
+                             const BaseFit& base) {
   const Series sound = repaired(series, options.source->repair);
   std::vector<char> masked = options.source->repair.dropped;
   for (std::size_t n = 0; n < options.masked.size(); ++n) masked[n] = masked[n] || options.masked[n];
   const Drive drive = fullDrive(sound, range, masked, options.source->imposes_voltage);
-  FittedModel found =
-      completed(model, {sound, range, drive, drive}, options, searchBothWays(model, drive, options, base));
+  FittedModel found = completed(model, {sound, range, drive, drive}, options, searchBothWays(model, drive, options, base));
   found.voltage_lag = options.source->repair.lag;
   learnFromWindow(found, sound, range, drive, *options.source);
   return found;
@@ -283,8 +264,7 @@ FittedModel identifyBothWays(const BatteryModel& model, const Series& series, In
 
 }  // namespace
 
-FittedModel identifyComposition(const Series& series, IndexRange range,
-                                const IdentifyOptions& options, const BaseFit& base) {
+FittedModel identifyComposition(const Series& series, IndexRange range, const IdentifyOptions& options, const BaseFit& base) {
   const BatteryModel model(options.effects, options.force);
   if (options.source) return identifyBothWays(model, series, range, options, base);
   const Drive full = fullDrive(series, range, options.masked);
@@ -303,8 +283,8 @@ FittedModel identifyComposition(const Series& series, IndexRange range,
   return completed(model, {series, range, full, compressed}, options, fitted);
 }
 
-FittedModel completedModel(const Series& series, IndexRange range, const IdentifyOptions& options,
-                           const CompositionPoint& optimum, const NoiseModel& noise) {
+FittedModel completedModel(const Series& series, IndexRange range, const IdentifyOptions& options, const CompositionPoint& optimum,
+                           const NoiseModel& noise) {
   const BatteryModel model(options.effects, options.force);
   const Drive full = fullDrive(series, range, options.masked);
   const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();

@@ -14,12 +14,11 @@ constexpr double kPriorError = 0.01;       // [V]
 constexpr double kPriorCorrelation = 5.0;  // [s]
 // [s], over which a current is held for its conditioning: a sample's interval, within what the double layer makes of it.
 constexpr double kShortestReach = 0.1, kLongestReach = 60.0;
-constexpr Eigen::Index kRows = 64;         // of the Jacobian held at a time
+constexpr Eigen::Index kRows = 64;  // of the Jacobian held at a time
 
 void requireKnown(const BatteryModel& model, const std::vector<std::string>& names) {
   for (const std::string& name : names)
-    if (!model.parameterRow(name))
-      throw std::invalid_argument("parameter \"" + name + "\" is not one of the composition's");
+    if (!model.parameterRow(name)) throw std::invalid_argument("parameter \"" + name + "\" is not one of the composition's");
 }
 
 double meanInterval(const Drive& drive) {
@@ -39,18 +38,16 @@ double makeRobust(Row& row, double k) {
 }
 
 /// d error / d lane of Simulation::follow().
-Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxLanes> errorDerivatives(
-    const Simulation& simulation, const DriveSample& sample) {
+Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxLanes> errorDerivatives(const Simulation& simulation,
+                                                                                                    const DriveSample& sample) {
   if (sample.voltage_drives) return simulation.currentErrorDerivatives().transpose().array();
   return -simulation.voltageDerivatives().transpose().array();
 }
 
 }  // namespace
 
-CompositionProblem::CompositionProblem(const BatteryModel& model, const Drive& drive,
-                                       const FitCost& cost, const CompositionPoint& start,
-                                       const std::vector<std::string>& free,
-                                       const std::vector<std::string>& fixed)
+CompositionProblem::CompositionProblem(const BatteryModel& model, const Drive& drive, const FitCost& cost, const CompositionPoint& start,
+                                       const std::vector<std::string>& free, const std::vector<std::string>& fixed)
     : model_(model), drive_(drive), cost_(cost), start_(start) {
   requireKnown(model, free);
   requireKnown(model, fixed);
@@ -63,9 +60,8 @@ CompositionProblem::CompositionProblem(const BatteryModel& model, const Drive& d
     if (model.states()[static_cast<std::size_t>(j)].initial_std)
       addState(model.parameterCount() + j, model.states()[static_cast<std::size_t>(j)]);
   if (size() > Simulation::kMaxLanes)
-    throw std::invalid_argument("the composition has " + std::to_string(size()) +
-                                " unknowns, at most " + std::to_string(Simulation::kMaxLanes) +
-                                " can be fitted at once");
+    throw std::invalid_argument("the composition has " + std::to_string(size()) + " unknowns, at most " +
+                                std::to_string(Simulation::kMaxLanes) + " can be fitted at once");
   if (cost.noise) {
     whitening_.emplace(*cost.noise, drive.samples);
   } else if (cost.channels) {
@@ -73,18 +69,14 @@ CompositionProblem::CompositionProblem(const BatteryModel& model, const Drive& d
     reweigh(start);
   } else {
     const double interval = meanInterval(drive);
-    prior_weight_ = kPriorError * kPriorError *
-                    (interval > 0.0 ? std::max(1.0, kPriorCorrelation / interval) : 1.0);
+    prior_weight_ = kPriorError * kPriorError * (interval > 0.0 ? std::max(1.0, kPriorCorrelation / interval) : 1.0);
   }
 }
 
 void CompositionProblem::addParameter(Eigen::Index row, const ParameterInfo& info) {
   Coordinate coordinate{row, info.logarithmic, 1.0, std::nullopt, std::nullopt};
-  if (!info.logarithmic)
-    coordinate.scale = info.magnitude != 0.0 ? std::abs(info.magnitude) : std::abs(info.upper);
-  const auto in = [&](double value) {
-    return info.logarithmic ? std::log(value) : value / coordinate.scale;
-  };
+  if (!info.logarithmic) coordinate.scale = info.magnitude != 0.0 ? std::abs(info.magnitude) : std::abs(info.upper);
+  const auto in = [&](double value) { return info.logarithmic ? std::log(value) : value / coordinate.scale; };
   if (info.prior_std) {
     coordinate.prior_mean = in(info.magnitude);
     coordinate.prior_std = info.logarithmic ? *info.prior_std : *info.prior_std / coordinate.scale;
@@ -143,8 +135,7 @@ Eigen::MatrixXd CompositionProblem::seedsAt(const Eigen::VectorXd& x) const {
     seeds(c.row, k) = c.logarithmic ? std::exp(x[k]) : c.scale;
   }
   for (Eigen::Index j = 0; j < model_.stateCount(); ++j)
-    if (model_.states()[static_cast<std::size_t>(j)].begins_as_u_c2)
-      seeds.row(parameters + j) = seeds.row(parameters);
+    if (model_.states()[static_cast<std::size_t>(j)].begins_as_u_c2) seeds.row(parameters + j) = seeds.row(parameters);
   return seeds;
 }
 
@@ -157,8 +148,8 @@ void CompositionProblem::reweigh(const CompositionPoint& point) {
     const double error = simulation.follow(sample);
     const double current = sample.step.current - (sample.voltage_drives ? error : 0.0);
     const double G = 1.0 / simulation.resistanceOver(current, over);
-    const double variance = std::pow(errors.current_std, 2) + std::pow(G * errors.voltage_std, 2) +
-                            std::pow(errors.current_share * sample.step.current, 2);
+    const double variance =
+        std::pow(errors.current_std, 2) + std::pow(G * errors.voltage_std, 2) + std::pow(errors.current_share * sample.step.current, 2);
     precision_.push_back(std::isfinite(variance) ? (sample.voltage_drives ? 1.0 : G * G) / variance : 0.0);
   }
 }
@@ -177,8 +168,7 @@ double CompositionProblem::weightOf(std::size_t k) const {
 bool CompositionProblem::evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const {
   const CompositionPoint point = pointAt(x);
   const Eigen::Index n = size();
-  Simulation simulation(model_, {point.parameters, point.state, drive_.first_time, drive_.first_time},
-                        seedsAt(x));
+  Simulation simulation(model_, {point.parameters, point.state, drive_.first_time, drive_.first_time}, seedsAt(x));
   using Row = Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxLanes + 1>;
   Whitening::Memory<Row> memory{Row::Zero(n + 1), Row::Zero(n + 1)};
   Eigen::MatrixXd rows(n + 1, kRows);
@@ -228,8 +218,7 @@ Eigen::VectorXd CompositionProblem::priorPrecision() const {
   Eigen::VectorXd precision = Eigen::VectorXd::Zero(size());
   if (!cost_.priors) return precision;
   for (Eigen::Index k = 0; k < size(); ++k)
-    if (const auto std = coordinates_[static_cast<std::size_t>(k)].prior_std)
-      precision[k] = 1.0 / (*std * *std);
+    if (const auto std = coordinates_[static_cast<std::size_t>(k)].prior_std) precision[k] = 1.0 / (*std * *std);
   return precision;
 }
 

@@ -11,15 +11,11 @@ constexpr Eigen::Index kBlock = 256;  // rows that stay in the first-level cache
 
 /// Pseudo-inverse of a symmetric matrix after scaling its diagonal to one.
 Eigen::MatrixXd scaledInverse(const Eigen::MatrixXd& A) {
-  const Eigen::VectorXd scale =
-      A.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * A *
-                                                             scale.asDiagonal());
+  const Eigen::VectorXd scale = A.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * A * scale.asDiagonal());
   const double floor = 1e-12 * std::max(eigen.eigenvalues().maxCoeff(), 1e-300);
-  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
-      [floor](double value) { return value > floor ? 1.0 / value : 0.0; });
-  return scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
-         eigen.eigenvectors().transpose() * scale.asDiagonal();
+  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr([floor](double value) { return value > floor ? 1.0 / value : 0.0; });
+  return scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
 }
 
 }  // namespace
@@ -40,8 +36,7 @@ Eigen::Index bartlettWidth(double rho, Eigen::Index samples) {
   return static_cast<Eigen::Index>(std::clamp(width, 1.0, longest));
 }
 
-Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
-                       const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
+Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian, const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
                        Eigen::Index width) {
   const Eigen::Index n = jacobian.rows();
   const Eigen::Index p = jacobian.cols();
@@ -51,8 +46,7 @@ Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
   Eigen::MatrixXd running(n + 1, p);
   running.row(0).setZero();
   for (Eigen::Index j = 0; j < p; ++j)
-    for (Eigen::Index k = 0; k < n; ++k)
-      running(k + 1, j) = running(k, j) + residual[k] * weight[k] * jacobian(k, j);
+    for (Eigen::Index k = 0; k < n; ++k) running(k + 1, j) = running(k, j) + residual[k] * weight[k] * jacobian(k, j);
   for (Eigen::Index first = 0; first < n; first += kBlock) {
     const Eigen::Index rows = std::min(kBlock, n - first);
     const auto J = jacobian.middleRows(first, rows);
@@ -63,8 +57,7 @@ Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
     const Eigen::Index rows = std::min(kBlock, n + width - 1 - first);
     sums.resize(rows, p);
     for (Eigen::Index k = first; k < first + rows; ++k)
-      sums.row(k - first) =
-          running.row(std::min(k + 1, n)) - running.row(std::max<Eigen::Index>(0, k + 1 - width));
+      sums.row(k - first) = running.row(std::min(k + 1, n)) - running.row(std::max<Eigen::Index>(0, k + 1 - width));
     B.noalias() += sums.transpose() * sums;
   }
   return {A, B / static_cast<double>(width)};
@@ -90,9 +83,8 @@ Eigen::MatrixXd combined(const Sandwich& parts) {
   return A_inverse * parts.B * A_inverse;
 }
 
-Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
-                                   const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
-                                   Eigen::Index width) {
+Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian, const Eigen::VectorXd& residual,
+                                   const Eigen::VectorXd& weight, Eigen::Index width) {
   return combined(sandwichParts(jacobian, residual, weight, width));
 }
 

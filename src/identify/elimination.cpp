@@ -84,8 +84,7 @@ Eigen::VectorXd Elimination::solveLinear(const Eigen::VectorXd& x, const NormalE
   return step;
 }
 
-Eigen::Index Elimination::moveFree(const Eigen::VectorXd& x, const NormalEquations& all,
-                      Eigen::VectorXd& step) const {
+Eigen::Index Elimination::moveFree(const Eigen::VectorXd& x, const NormalEquations& all, Eigen::VectorXd& step) const {
   if (moved_.empty()) return -1;
   Eigen::MatrixXd own = all.hessian(moved_, moved_);
   own.diagonal() *= 1.0 + 1e-12;
@@ -112,8 +111,7 @@ Eigen::Index Elimination::moveFree(const Eigen::VectorXd& x, const NormalEquatio
 }
 
 std::vector<Eigen::Index>::iterator Elimination::mostInward(const Eigen::VectorXd& x, const NormalEquations& all,
-                                               const Eigen::VectorXd& step,
-                                               std::vector<Eigen::Index>& held) const {
+                                                            const Eigen::VectorXd& step, std::vector<Eigen::Index>& held) const {
   const Eigen::VectorXd slope = all.gradient + all.hessian * step;
   auto steepest = held.end();
   double most = 1e-9 * std::sqrt(std::max(all.cost, 0.0));

@@ -10,13 +10,12 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kAverage = 0.1;        // [s], docs/physics.md#noise-of-a-residual
+constexpr double kAverage = 0.1;  // [s], docs/physics.md#noise-of-a-residual
 constexpr std::size_t kLeastAverages = 30;
 
 NoiseFilter<double> filterOf(const std::optional<NoiseModel>& noise, const Discrepancy& discrepancy) {
   const NoiseModel n = noise.value_or(NoiseModel{1.0, 0.0, 1.0, 0.0});
-  NoiseFilter<double> filter(n.white_std * n.white_std, n.ar_std * n.ar_std, n.ar_time,
-                             n.walk_std * n.walk_std);
+  NoiseFilter<double> filter(n.white_std * n.white_std, n.ar_std * n.ar_std, n.ar_time, n.walk_std * n.walk_std);
   filter.setVariances(discrepancy.p_dd, discrepancy.p_da, discrepancy.p_aa);
   return filter;
 }
@@ -55,9 +54,7 @@ ErrorForecast ErrorTracker::forecastThrough(double ahead) const {
   return noise_ ? ErrorForecast{drift_, all.variance + left_out * left_out} : all;
 }
 
-Discrepancy ErrorTracker::discrepancy() const {
-  return {drift_, colored_, filter_.p_dd(), filter_.p_da(), filter_.p_aa()};
-}
+Discrepancy ErrorTracker::discrepancy() const { return {drift_, colored_, filter_.p_dd(), filter_.p_da(), filter_.p_aa()}; }
 
 namespace {
 
@@ -65,8 +62,7 @@ namespace {
 std::vector<std::optional<double>> missedVoltage(const FittedModel& model, const Series& series, IndexRange range) {
   if (model.first_state.empty() || range.empty()) return {};
   ModelPoint start = pointOf(model);
-  start.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(),
-                                                  static_cast<Eigen::Index>(model.first_state.size()));
+  start.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
   start.time = start.reference_time = series.time[range.first];
   Simulation simulation(compositionOf(model), start);
   std::vector<std::optional<double>> missed;
@@ -105,8 +101,7 @@ void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
     if (sample.count > 0.0) ++averages;
   }
   if (averages < kLeastAverages) return;
-  model.noise = fitNoise(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())),
-                         samples);
+  model.noise = fitNoise(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())), samples);
   model.discrepancy = {0.0, 0.0, 0.0, 0.0, model.noise->ar_std * model.noise->ar_std};
   ErrorTracker tracker(model);
   for (std::size_t n = 0; n < missed.size(); ++n) {

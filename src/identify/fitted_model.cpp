@@ -8,18 +8,21 @@ namespace battery_sof {
 
 std::string describe(FitStatus status) {
   switch (status) {
-    case FitStatus::kConverged: return "converged";
-    case FitStatus::kIterationLimit: return "iteration_limit";
-    case FitStatus::kStalled: return "stalled";
-    case FitStatus::kWindowTooShort: return "window_too_short";
-    case FitStatus::kNotExcited: return "not_excited";
+    case FitStatus::kConverged:
+      return "converged";
+    case FitStatus::kIterationLimit:
+      return "iteration_limit";
+    case FitStatus::kStalled:
+      return "stalled";
+    case FitStatus::kWindowTooShort:
+      return "window_too_short";
+    case FitStatus::kNotExcited:
+      return "not_excited";
   }
   return "unknown";
 }
 
-bool isUsable(const FittedModel& model) {
-  return model.status == FitStatus::kConverged || model.status == FitStatus::kIterationLimit;
-}
+bool isUsable(const FittedModel& model) { return model.status == FitStatus::kConverged || model.status == FitStatus::kIterationLimit; }
 
 BatteryModel compositionOf(const FittedModel& model) { return BatteryModel(model.effects, model.force); }
 
@@ -30,12 +33,10 @@ ModelPoint pointOf(const FittedModel& model) {
   const BaseParameters& base = model.parameters;
   point.parameters.head<kBaseRows>() << base.r_discharge, base.r_charge, base.c2, base.beta, base.u_dc;
   for (Eigen::Index j = kBaseRows; j < point.parameters.size(); ++j)
-    if (static_cast<std::size_t>(j) < model.estimates.size())
-      point.parameters[j] = model.estimates[static_cast<std::size_t>(j)].value;
+    if (static_cast<std::size_t>(j) < model.estimates.size()) point.parameters[j] = model.estimates[static_cast<std::size_t>(j)].value;
   point.state = composition.restState();
   point.state[0] = model.state.u_c2;
-  for (std::size_t k = 0; k < model.state.further.size(); ++k)
-    point.state[static_cast<Eigen::Index>(k) + 1] = model.state.further[k];
+  for (std::size_t k = 0; k < model.state.further.size(); ++k) point.state[static_cast<Eigen::Index>(k) + 1] = model.state.further[k];
   point.time = model.state.time;
   point.reference_time = model.window.from;
   point.force_memory = model.state.force_memory;
@@ -45,24 +46,19 @@ ModelPoint pointOf(const FittedModel& model) {
 Eigen::MatrixXd covarianceFactor(const Eigen::MatrixXd& covariance) {
   // Scaled to correlations first: the rows have different units.
   const Eigen::VectorXd std = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::VectorXd inverse =
-      std.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * covariance *
-                                                             inverse.asDiagonal());
+  const Eigen::VectorXd inverse = std.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * covariance * inverse.asDiagonal());
   const Eigen::VectorXd& values = eigen.eigenvalues();  // increasing
   const Eigen::Index size = values.size();
   Eigen::Index kept = 0;
   while (kept < std::min(size, Simulation::kMaxLanes) && values[size - 1 - kept] > 1e-10) ++kept;
   Eigen::MatrixXd factor(size, kept);
   for (Eigen::Index k = 0; k < kept; ++k)
-    factor.col(k) = std.cwiseProduct(eigen.eigenvectors().col(size - 1 - k)) *
-                    std::sqrt(values[size - 1 - k]);
+    factor.col(k) = std.cwiseProduct(eigen.eigenvectors().col(size - 1 - k)) * std::sqrt(values[size - 1 - k]);
   return factor;
 }
 
-Simulation simulationOf(const FittedModel& model) {
-  return Simulation(compositionOf(model), pointOf(model));
-}
+Simulation simulationOf(const FittedModel& model) { return Simulation(compositionOf(model), pointOf(model)); }
 
 Simulation uncertainSimulationOf(const FittedModel& model) {
   return Simulation(compositionOf(model), pointOf(model), covarianceFactor(model.covariance));
@@ -71,9 +67,13 @@ Simulation uncertainSimulationOf(const FittedModel& model) {
 FittedModel rested(FittedModel model) {
   const BatteryModel composition = compositionOf(model);
   const Eigen::VectorXd rest = composition.restState();
-  model.state = {model.state.time, rest[0], 0.0,
+  model.state = {model.state.time,
+                 rest[0],
+                 0.0,
                  std::vector<double>(rest.data() + 1, rest.data() + rest.size()),
-                 std::nullopt, {}, model.force ? restedMemory(*model.force, model.state.force_memory) : std::vector<double>()};
+                 std::nullopt,
+                 {},
+                 model.force ? restedMemory(*model.force, model.state.force_memory) : std::vector<double>()};
   const Eigen::Index states = composition.stateCount();
   model.covariance.bottomRows(states).setZero();
   model.covariance.rightCols(states).setZero();
@@ -82,8 +82,9 @@ FittedModel rested(FittedModel model) {
 
 void takeState(FittedModel& model, const Simulation& simulation, double current) {
   const Eigen::VectorXd state = simulation.state();
-  model.state = {simulation.time(), state[0], current,
-                 std::vector<double>(state.data() + 1, state.data() + state.size()), std::nullopt, {}, simulation.forceMemory()};
+  model.state = {
+      simulation.time(),       state[0], current, std::vector<double>(state.data() + 1, state.data() + state.size()), std::nullopt, {},
+      simulation.forceMemory()};
   if (simulation.lanes() == 0) return;
   const Eigen::Index parameters = model.covariance.rows() - state.size();
   const Eigen::MatrixXd factor = covarianceFactor(model.covariance);

@@ -12,9 +12,7 @@ constexpr double kLookBack = 300.0;  // [s], of a source's past that its judgeme
 }  // namespace
 
 Follower::Follower(const FittedModel& model, bool uncertain)
-    : simulation_(uncertain ? uncertainSimulationOf(model) : simulationOf(model)),
-      memory_(model.state.memory),
-      learned_(model.learned) {
+    : simulation_(uncertain ? uncertainSimulationOf(model) : simulationOf(model)), memory_(model.state.memory), learned_(model.learned) {
   // A source's ramp begins at the voltage that the state stands for.
   DriveStep here;
   here.time = model.state.time;

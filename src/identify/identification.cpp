@@ -21,7 +21,7 @@ namespace {
 // A window whose current moves less than this cannot tell a resistance from an offset.
 constexpr double kMinCurrentSpan = 0.5;  // [A]
 constexpr const char* kChargingPhysics = "fresh_sulphate";
-constexpr double kSlowSampling = 0.25;   // [s], from here on a crank's rise falls between samples
+constexpr double kSlowSampling = 0.25;  // [s], from here on a crank's rise falls between samples
 
 /// A window, and what several steps ask of its samples.
 struct Window {
@@ -45,8 +45,7 @@ std::vector<Event> cranksOf(const Window& window, double current) {
   const bool is_whole = range.size() == series.size();
   EventLimits limits;
   limits.crank_current = current;
-  return detectCranks(series, range, limits,
-                      gapThreshold(is_whole ? interval : medianInterval(series.time, range)));
+  return detectCranks(series, range, limits, gapThreshold(is_whole ? interval : medianInterval(series.time, range)));
 }
 
 void requirePositiveOption(bool ok, const char* name, double value, const char* expected) {
@@ -57,50 +56,42 @@ void requirePositiveOption(bool ok, const char* name, double value, const char* 
 }
 
 void requireValid(const IdentifyOptions& options, const Series& series, IndexRange range) {
-  requirePositiveOption(std::isfinite(options.crank_weight) && options.crank_weight >= 1.0,
-                        "crank_weight", options.crank_weight, "at least 1");
-  requirePositiveOption(
-      std::isfinite(options.crank_weight_current) && options.crank_weight_current < 0.0,
-      "crank_weight_current [A]", options.crank_weight_current, "below 0");
-  requirePositiveOption(options.max_iterations > 0, "max_iterations", options.max_iterations,
+  requirePositiveOption(std::isfinite(options.crank_weight) && options.crank_weight >= 1.0, "crank_weight", options.crank_weight,
                         "at least 1");
+  requirePositiveOption(std::isfinite(options.crank_weight_current) && options.crank_weight_current < 0.0, "crank_weight_current [A]",
+                        options.crank_weight_current, "below 0");
+  requirePositiveOption(options.max_iterations > 0, "max_iterations", options.max_iterations, "at least 1");
   for (std::size_t j = 0; j < options.initial.size(); ++j) {
     const auto& info = tableOne()[j];
     const double value = options.initial[j];
-    requirePositiveOption(value >= info.lower && value <= info.upper,
-                          ("initial " + info.name).c_str(), value, "inside Table I's bounds");
+    requirePositiveOption(value >= info.lower && value <= info.upper, ("initial " + info.name).c_str(), value, "inside Table I's bounds");
   }
   requirePositiveOption(options.more_starts >= 0, "more_starts", options.more_starts, "at least 0");
   requirePositiveOption(options.threads >= 0, "threads", options.threads, "at least 0");
   BatteryModel known(options.effects, options.force);
   if (!options.masked.empty() && options.masked.size() != series.size())
-    throw std::invalid_argument("masked has " + std::to_string(options.masked.size()) +
-                                " entries for a recording of " + std::to_string(series.size()));
+    throw std::invalid_argument("masked has " + std::to_string(options.masked.size()) + " entries for a recording of " +
+                                std::to_string(series.size()));
   if (options.source && options.source->imposes_voltage.size() != series.size())
-    throw std::invalid_argument("source has " + std::to_string(options.source->imposes_voltage.size()) +
-                                " entries for a recording of " + std::to_string(series.size()));
+    throw std::invalid_argument("source has " + std::to_string(options.source->imposes_voltage.size()) + " entries for a recording of " +
+                                std::to_string(series.size()));
   if (options.start == FitStart::kPaper && options.source)
     throw std::invalid_argument("the paper's start drives with the current alone: no source");
   if (options.start == FitStart::kPaper && (options.whiten || !options.effects.empty()))
-    throw std::invalid_argument(
-        "the paper's start fits the base model to eq. 3 alone: no effects, no whitening");
+    throw std::invalid_argument("the paper's start fits the base model to eq. 3 alone: no effects, no whitening");
   if (range.last > series.size() || range.first > range.last)
-    throw std::invalid_argument("window of samples " + std::to_string(range.first) + " to " +
-                                std::to_string(range.last) + " in a recording of " +
-                                std::to_string(series.size()));
+    throw std::invalid_argument("window of samples " + std::to_string(range.first) + " to " + std::to_string(range.last) +
+                                " in a recording of " + std::to_string(series.size()));
 }
 
 /// Paper: the first sample sets the state and is left out of the sums (n = 2 to N in eqs. 3 and 4).
-BaseFit searchPaper(const WindowSamples& window, const FirstSample& first,
-                    const IdentifyOptions& options) {
+BaseFit searchPaper(const WindowSamples& window, const FirstSample& first, const IdentifyOptions& options) {
   auto samples = window.copied();
   samples.front().weight = 0.0;
   return searchAsInPaper(BaseNormalEquations(samples, BaseParameters{}.i0), options, first);
 }
 
-bool atBound(const ParameterInfo& info, double value) {
-  return value <= info.lower * (1.0 + 1e-6) || value >= info.upper * (1.0 - 1e-6);
-}
+bool atBound(const ParameterInfo& info, double value) { return value <= info.lower * (1.0 + 1e-6) || value >= info.upper * (1.0 - 1e-6); }
 
 /// d(r_discharge, r_charge, c2, beta, u_dc, first state) / d(the pass's columns), a diagonal.
 Eigen::VectorXd physicalScale(const BaseParameters& p) {
@@ -112,8 +103,7 @@ Eigen::VectorXd physicalScale(const BaseParameters& p) {
 /// A matrix over the columns with those of parameters held at a bound emptied: nothing is estimated there.
 void holdBounded(Eigen::MatrixXd& matrix, const BaseParameters& p) {
   const std::array<double, 4> values = {p.r_discharge, p.r_charge, p.c2, p.beta};
-  static constexpr std::array<int, 4> kColumnOf = {kColumnDischarge, kColumnCharge, kColumnLogC2,
-                                                   kColumnLogBeta};
+  static constexpr std::array<int, 4> kColumnOf = {kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta};
   for (std::size_t j = 0; j < values.size(); ++j) {
     if (!atBound(tableOne()[j], values[j])) continue;
     matrix.row(kColumnOf[j]).setZero();
@@ -123,27 +113,24 @@ void holdBounded(Eigen::MatrixXd& matrix, const BaseParameters& p) {
 
 /// From the order of BaseColumn to that of CovarianceRow.
 Eigen::MatrixXd inPhysicalOrder(const Eigen::MatrixXd& covariance, const BaseParameters& p) {
-  static constexpr std::array<int, kCovarianceRows> kColumnOfRow = {
-      kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta, kColumnOne, kColumnInitial};
+  static constexpr std::array<int, kCovarianceRows> kColumnOfRow = {kColumnDischarge, kColumnCharge, kColumnLogC2,
+                                                                    kColumnLogBeta,   kColumnOne,    kColumnInitial};
   const Eigen::VectorXd scale = physicalScale(p);
   Eigen::MatrixXd ordered(static_cast<int>(kCovarianceRows), static_cast<int>(kCovarianceRows));
   for (int j = 0; j < kCovarianceRows; ++j)
     for (int k = 0; k < kCovarianceRows; ++k)
-      ordered(j, k) = covariance(kColumnOfRow[j], kColumnOfRow[k]) * scale[kColumnOfRow[j]] *
-                      scale[kColumnOfRow[k]];
+      ordered(j, k) = covariance(kColumnOfRow[j], kColumnOfRow[k]) * scale[kColumnOfRow[j]] * scale[kColumnOfRow[k]];
   return ordered;
 }
 
-std::vector<ParameterEstimate> estimatesOf(const BaseParameters& p,
-                                           const Eigen::MatrixXd& covariance) {
+std::vector<ParameterEstimate> estimatesOf(const BaseParameters& p, const Eigen::MatrixXd& covariance) {
   const std::array<double, 4> values = {p.r_discharge, p.r_charge, p.c2, p.beta};
   std::vector<ParameterEstimate> estimates;
   for (int j = 0; j < 4; ++j) {
     const auto& info = tableOne()[j];
     const auto std = standardError(covariance, j);
     const bool bound = atBound(info, values[j]);
-    estimates.push_back(
-        {info.name, info.unit, values[j], std, bound, !bound && std && *std < 0.5 * values[j]});
+    estimates.push_back({info.name, info.unit, values[j], std, bound, !bound && std && *std < 0.5 * values[j]});
   }
   const auto std = standardError(covariance, kRowUDc);
   estimates.push_back({"u_dc", "V", p.u_dc, std, false, std && *std < 0.5});
@@ -168,12 +155,10 @@ Eigen::MatrixXd covarianceOf(const BaseParameters& p, const BaseResidual& left, 
 }
 
 /// Fills in everything that follows from where the search ended.
-FittedModel describeFit(const Window& window, const BaseFit& fit,
-                        BaseNormalEquations equations, const std::vector<Event>& cranks) {
+FittedModel describeFit(const Window& window, const BaseFit& fit, BaseNormalEquations equations, const std::vector<Event>& cranks) {
   const auto& [series, range, interval, excited] = window;
   const BaseParameters& p = fit.parameters;
-  const BaseResidual left = std::move(equations).residual({p.c2, p.beta, fit.u_c2_first},
-                                                          {p.r_discharge, p.r_charge, p.u_dc});
+  const BaseResidual left = std::move(equations).residual({p.c2, p.beta, fit.u_c2_first}, {p.r_discharge, p.r_charge, p.u_dc});
   const double rho = std::clamp(left.lagOne(), -0.9999, 0.9999);
 
   FittedModel model = unfitted(series, range, excited, BatteryModel(), fit.status, "");
@@ -197,8 +182,8 @@ FittedModel describeFit(const Window& window, const BaseFit& fit,
 bool imposesVoltage(const IdentifyOptions& options, IndexRange range) {
   if (!options.source) return false;
   const auto begin = options.source->imposes_voltage.begin();
-  return std::any_of(begin + static_cast<std::ptrdiff_t>(range.first),
-                     begin + static_cast<std::ptrdiff_t>(range.last), [](char imposed) { return imposed; });
+  return std::any_of(begin + static_cast<std::ptrdiff_t>(range.first), begin + static_cast<std::ptrdiff_t>(range.last),
+                     [](char imposed) { return imposed; });
 }
 
 /// A window that no model can be fitted to, and why.
@@ -226,18 +211,15 @@ double suitabilityOf(const FittedModel& model, const WindowSamples& samples, dou
 
 FittedModel fitted(const Window& window, const IdentifyOptions& options) {
   const auto& [series, range, interval, excited] = window;
-  const WindowSamples samples(series, range, {options.crank_weight, options.crank_weight_current},
-                              window.maxGap(), options.masked);
+  const WindowSamples samples(series, range, {options.crank_weight, options.crank_weight_current}, window.maxGap(), options.masked);
   BaseNormalEquations equations(samples, BaseParameters{}.i0);
   const FirstSample first = {series.current[range.first], series.voltage[range.first]};
-  const BaseFit fit = options.start == FitStart::kPaper ? searchPaper(samples, first, options)
-                                                        : searchWindow(samples, equations, options);
+  const BaseFit fit = options.start == FitStart::kPaper ? searchPaper(samples, first, options) : searchWindow(samples, equations, options);
   const std::vector<Event> cranks = cranksOf(window, EventLimits().crank_current);
   const bool weighs_cranks = options.crank_weight_current == EventLimits().crank_current;
   const bool is_base = options.effects.empty() && !options.whiten && !imposesVoltage(options, range);
   FittedModel model =
-      is_base ? describeFit(window, fit, std::move(equations),
-                            weighs_cranks ? cranks : cranksOf(window, options.crank_weight_current))
+      is_base ? describeFit(window, fit, std::move(equations), weighs_cranks ? cranks : cranksOf(window, options.crank_weight_current))
               : identifyComposition(series, range, options, fit);
   if (!model.source) model.naive = fitNaiveDrivenByCurrent(series, range, cranks);
   model.suitability = suitabilityOf(model, samples, window.duration());
@@ -277,10 +259,8 @@ std::optional<DrivingSource> drivingSource(const Series& series, std::size_t las
 
 void carryState(FittedModel& model, const Series& series, std::size_t last) {
   const auto at = std::lower_bound(series.time.begin(), series.time.end(), model.state.time);
-  if (at == series.time.end() || *at != model.state.time || last >= series.size() ||
-      series.time[last] < model.state.time)
-    throw std::invalid_argument(
-        "carryState: the state must stand at a sample at or before the end");
+  if (at == series.time.end() || *at != model.state.time || last >= series.size() || series.time[last] < model.state.time)
+    throw std::invalid_argument("carryState: the state must stand at a sample at or before the end");
   const auto first = static_cast<std::size_t>(at - series.time.begin());
   const Drive drive = driveOf(model, series, {first, last + 1});
   Follower follower(model, true);

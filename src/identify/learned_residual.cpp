@@ -27,8 +27,7 @@ std::vector<double> penalties() {
   return all;
 }
 
-RidgeFit learn(const ResidualSamples& samples, bool voltage_drives, std::size_t least, int blocks,
-               std::vector<double>* left_out) {
+RidgeFit learn(const ResidualSamples& samples, bool voltage_drives, std::size_t least, int blocks, std::vector<double>* left_out) {
   std::vector<std::size_t> rows;
   for (std::size_t n = 0; n < samples.error.size(); ++n)
     if (static_cast<bool>(samples.voltage_drives[n]) == voltage_drives) rows.push_back(n);
@@ -65,8 +64,7 @@ std::vector<double> DriveMemory::numbers() const {
 
 DriveMemory DriveMemory::fromNumbers(const std::vector<double>& x) {
   if (x.size() != kNumbers)
-    throw std::invalid_argument("a drive's memory has " + std::to_string(x.size()) + " numbers, expected " +
-                                std::to_string(kNumbers));
+    throw std::invalid_argument("a drive's memory has " + std::to_string(x.size()) + " numbers, expected " + std::to_string(kNumbers));
   DriveMemory memory;
   auto at = x.begin();
   const auto take = [&](auto& values) {
@@ -86,8 +84,7 @@ DriveMemory DriveMemory::fromNumbers(const std::vector<double>& x) {
 }
 
 Eigen::VectorXd DriveMemory::advance(const Moment& moment) {
-  const double u = moment.voltage_drives ? moment.voltage
-                                         : std::clamp(moment.voltage, kLowestVoltage, kHighestVoltage);
+  const double u = moment.voltage_drives ? moment.voltage : std::clamp(moment.voltage, kLowestVoltage, kHighestVoltage);
   const double drawn = moment.voltage_drives ? 0.0 : std::max(-moment.current, 0.0);
   if (!begun) {
     voltage.fill(u);
@@ -132,8 +129,8 @@ Eigen::VectorXd DriveMemory::currentColumns(const Moment& moment, double change)
 Eigen::VectorXd DriveMemory::voltageColumns(const Moment& moment, double change) const {
   const double i = moment.current;
   Eigen::VectorXd x(9);
-  x << i, std::min(i - kHighRate, 0.0), std::exp(-since_source / 1.5), std::exp(-since_source / 10.0),
-      std::sqrt(since_source), held[0], held[1], change, moment.voltage;
+  x << i, std::min(i - kHighRate, 0.0), std::exp(-since_source / 1.5), std::exp(-since_source / 10.0), std::sqrt(since_source), held[0],
+      held[1], change, moment.voltage;
   return x;
 }
 

@@ -29,8 +29,8 @@ void requireSound(const NoiseModel& noise) {
 using Four = Eigen::AutoDiffScalar<Eigen::Vector4d>;
 
 /// The deviance with its slope and expected curvature to the logarithms of white_std, ar_std, ar_time, walk_std.
-void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residual,
-                      const std::vector<DriveSample>& samples, NormalEquations& equations) {
+void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residual, const std::vector<DriveSample>& samples,
+                      NormalEquations& equations) {
   const auto variable = [&](int j, double factor) {
     using std::exp;
     return Four(std::exp(factor * logs[j]), factor * std::exp(factor * logs[j]) * Eigen::Vector4d::Unit(j));
@@ -68,7 +68,7 @@ void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residu
 Whitening::Whitening(const NoiseModel& noise, const std::vector<DriveSample>& samples) {
   requireSound(noise);
   NoiseFilter<double> filter(noise.white_std * noise.white_std, noise.ar_std * noise.ar_std, noise.ar_time,
-                        noise.walk_std * noise.walk_std);
+                             noise.walk_std * noise.walk_std);
   gains_.reserve(samples.size());
   for (std::size_t n = 0; n < samples.size(); ++n) {
     if (samples[n].count <= 0.0) {
@@ -97,20 +97,16 @@ Eigen::VectorXd Whitening::whitened(const Eigen::VectorXd& column) const {
   return out;
 }
 
-double deviance(const NoiseModel& noise, const Eigen::VectorXd& residual,
-                const std::vector<DriveSample>& samples) {
+double deviance(const NoiseModel& noise, const Eigen::VectorXd& residual, const std::vector<DriveSample>& samples) {
   const Whitening whitening(noise, samples);
   return whitening.logDeterminant() + whitening.whitened(residual).squaredNorm();
 }
 
-NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<DriveSample>& samples,
-                    double least_white) {
+NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<DriveSample>& samples, double least_white) {
   if (static_cast<std::size_t>(residual.size()) != samples.size() || samples.size() < kLeastSamples)
-    throw std::invalid_argument("fitNoise: " + std::to_string(residual.size()) + " residuals for " +
-                                std::to_string(samples.size()) + " samples, expected as many and at least " +
-                                std::to_string(kLeastSamples));
-  const double rms = std::max(std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size())),
-                              2.0 * least_white);
+    throw std::invalid_argument("fitNoise: " + std::to_string(residual.size()) + " residuals for " + std::to_string(samples.size()) +
+                                " samples, expected as many and at least " + std::to_string(kLeastSamples));
+  const double rms = std::max(std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size())), 2.0 * least_white);
   // The four numbers change the deviance, which may be negative; minimize() wants a cost above zero.
   double shift = 0.0;
   const auto evaluate = [&](const Eigen::VectorXd& logs, NormalEquations& equations) {
@@ -128,8 +124,7 @@ NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<DriveSamp
   double best_cost = HUGE_VAL;
   for (const double ar_time : {1.0, 10.0}) {
     Eigen::VectorXd start(4);
-    start << std::log(std::max(0.5 * rms, 1.01 * least_white)), std::log(0.7 * rms), std::log(ar_time),
-        std::log(0.1 * rms);
+    start << std::log(std::max(0.5 * rms, 1.01 * least_white)), std::log(0.7 * rms), std::log(ar_time), std::log(0.1 * rms);
     NormalEquations at_start;
     shift = 0.0;
     if (!evaluate(start, at_start)) continue;

@@ -26,8 +26,7 @@ FitPlan planFit(const Series& series, const FitRequest& request) {
   const InstrumentLimits limits = instrumentLimits(series);
   plan.options.masked = limits.withoutClipped();
   plan.options.voltage_lsb_std = limits.voltage_lsb_std;
-  if (plan.options.start != FitStart::kPaper)
-    plan.options.source = drivingSource(series, plan.window.range->last);
+  if (plan.options.start != FitStart::kPaper) plan.options.source = drivingSource(series, plan.window.range->last);
   return plan;
 }
 
@@ -53,8 +52,8 @@ IndexRange samplesBetween(const Series& series, std::optional<double> from, std:
   const IndexRange range = indexRange(series, first, last);
   if (!range.empty()) return range;
   char text[200];
-  printClassic(text, sizeof text, "no sample from %.3f to %.3f s; the recording holds %.3f to %.3f s", first, last,
-               series.time.front(), series.time.back());
+  printClassic(text, sizeof text, "no sample from %.3f to %.3f s; the recording holds %.3f to %.3f s", first, last, series.time.front(),
+               series.time.back());
   throw std::invalid_argument(text);
 }
 

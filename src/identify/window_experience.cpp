@@ -21,8 +21,7 @@ struct Followed {
 
 Followed followWindow(const FittedModel& model, const Drive& drive) {
   ModelPoint start = pointOf(model);
-  start.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(),
-                                                  static_cast<Eigen::Index>(model.first_state.size()));
+  start.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
   start.time = start.reference_time = drive.first_time;
   Follower follower(Simulation(compositionOf(model), start));
   Followed out;
@@ -50,8 +49,7 @@ void addCranks(Experience& experience, const Series& series, IndexRange range, c
   }
 }
 
-void addCharges(Experience& experience, const Series& series, IndexRange range, const Source& source,
-                const std::vector<double>& modelled) {
+void addCharges(Experience& experience, const Series& series, IndexRange range, const Source& source, const std::vector<double>& modelled) {
   for (const std::size_t first : chargeBeginnings(series, range, source.imposes_voltage))
     for (const double duration : {10.0, 60.0}) {
       const auto charge = beginningOfCharge(series, range, first, duration, source.imposes_voltage);
@@ -68,8 +66,8 @@ void addCharges(Experience& experience, const Series& series, IndexRange range, 
 }
 
 /// 1 - the RMS of the errors, those of each quantity in units of its spread.
-std::optional<double> leftOutShare(const ResidualSamples& samples, const std::vector<double>& left_out,
-                                   const Series& series, IndexRange range) {
+std::optional<double> leftOutShare(const ResidualSamples& samples, const std::vector<double>& left_out, const Series& series,
+                                   IndexRange range) {
   double relative = 0.0, counted = 0.0;
   for (const bool of_current : {true, false}) {
     double n = 0.0, sum = 0.0, squares = 0.0, errors = 0.0;
@@ -104,8 +102,7 @@ void holdInside(LearnedResidual& learned, const Series& series, IndexRange range
 
 }  // namespace
 
-void learnFromWindow(FittedModel& model, const Series& series, IndexRange range, const Drive& drive,
-                     const Source& source) {
+void learnFromWindow(FittedModel& model, const Series& series, IndexRange range, const Drive& drive, const Source& source) {
   model.source = source.rule;
   model.naive = fitNaive(series, range, source.imposes_voltage);
   const Followed followed = followWindow(model, drive);

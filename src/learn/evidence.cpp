@@ -13,7 +13,7 @@ constexpr double kLeastStrength = 1e-6;  // [V], off
 constexpr double kLeastNoise = 3e-5;     // [V]
 constexpr double kTwoPi = 6.283185307179586;
 constexpr int kRounds = 60, kFewRounds = 20;
-constexpr double kSettled = 0.003;       // nats of ln p between rounds
+constexpr double kSettled = 0.003;  // nats of ln p between rounds
 
 /// Sums of the columns in use, tempered.
 struct Part {
@@ -38,10 +38,10 @@ Part partOf(const LinearProblem& problem, double temper, const std::vector<char>
 /// ln p and all that its maximisation needs at given strengths.
 struct Point {
   double evidence;
-  Eigen::VectorXd mean;      // z of the columns in use
-  Eigen::VectorXd inverse;   // diagonal of B^-1
+  Eigen::VectorXd mean;                // z of the columns in use
+  Eigen::VectorXd inverse;             // diagonal of B^-1
   Eigen::LLT<Eigen::MatrixXd> factor;  // of B
-  Eigen::VectorXd deviation; // D
+  Eigen::VectorXd deviation;           // D
 };
 
 Eigen::LLT<Eigen::MatrixXd> factored(Eigen::MatrixXd matrix) {
@@ -114,8 +114,9 @@ class GroupSearch {
     Eigen::VectorXd deviation(static_cast<Eigen::Index>(part_.columns.size()));
     for (Eigen::Index j = 0; j < deviation.size(); ++j) {
       const Eigen::Index k = part_.columns[static_cast<std::size_t>(j)];
-      deviation[j] = k < problem_.known() ? problem_.known_std[k]
-                                          : strength[static_cast<std::size_t>(problem_.group[static_cast<std::size_t>(k - problem_.known())])];
+      deviation[j] = k < problem_.known()
+                         ? problem_.known_std[k]
+                         : strength[static_cast<std::size_t>(problem_.group[static_cast<std::size_t>(k - problem_.known())])];
     }
     return evaluated(part_, deviation, noise);
   }
@@ -240,8 +241,8 @@ class SparseSearch {
     const Eigen::Index free = problem_.products.cols() - problem_.known();
     const double beta = temper_ / (noise_ * noise_);
     const Eigen::MatrixXd cross = beta * problem_.products(index_, Eigen::seqN(problem_.known(), free));
-    const Eigen::VectorXd S = beta * problem_.products.diagonal().tail(free) -
-                              cross.cwiseProduct(factor_.solve(cross)).colwise().sum().transpose();
+    const Eigen::VectorXd S =
+        beta * problem_.products.diagonal().tail(free) - cross.cwiseProduct(factor_.solve(cross)).colwise().sum().transpose();
     const Eigen::VectorXd Q = beta * problem_.targets.tail(free) - cross.transpose() * mean_;
     Gains gains;
     gains.own = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(columns_.size()));

@@ -49,7 +49,8 @@ std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current, do
     discharged.advance({step, -current, -current, false, -u, 0.0}, down);
     if (time + 1e-9 < next) continue;
     const double unmoved = summed(force, rest);
-    answers.push_back({time, summed(force, up) - unmoved, summed(force, down) - unmoved, changeStd(force, rest, up), changeStd(force, rest, down)});
+    answers.push_back(
+        {time, summed(force, up) - unmoved, summed(force, down) - unmoved, changeStd(force, rest, up), changeStd(force, rest, down)});
     next *= 1.5;
   }
   return answers;

@@ -15,8 +15,8 @@ const std::array<double, kBaseDirections> kDirectionStd = {0.01, 0.01, 1.5, 0.7,
 
 /// Everything a fit of rows needs, the rows that do not count left out.
 struct Rows {
-  Eigen::MatrixXd columns;  // all rows: six directions, the table's
-  Eigen::MatrixXd training; // those of them that are learnt from
+  Eigen::MatrixXd columns;   // all rows: six directions, the table's
+  Eigen::MatrixXd training;  // those of them that are learnt from
   Eigen::VectorXd targets;
   LinearProblem problem;
   std::vector<Eigen::Index> used;  // columns of the table
@@ -70,7 +70,8 @@ Eigen::VectorXd ofFamily(const Rows& rows, const ForceTable& table, Family famil
 }
 
 /// One factor a family that moves anything: how well its part is known along itself.
-std::vector<LearnedForce::Part> partsOf(const Rows& rows, const ForceTable& table, const LinearFit& grouped, const Eigen::VectorXd& weight) {
+std::vector<LearnedForce::Part> partsOf(const Rows& rows, const ForceTable& table, const LinearFit& grouped,
+                                        const Eigen::VectorXd& weight) {
   std::vector<LearnedForce::Part> parts;
   const Eigen::Index known = rows.problem.known(), free = weight.size();
   for (const Family family : kAllFamilies) {
@@ -89,7 +90,8 @@ std::vector<LearnedForce::Part> partsOf(const Rows& rows, const ForceTable& tabl
 std::vector<FamilyWeight> familiesOf(const Rows& rows, const ForceTable& table, const SparseFit& sparse, const Eigen::VectorXd& weight) {
   std::array<double, kFamilies> gain{};
   for (const SparseStep& step : sparse.path)
-    gain[static_cast<std::size_t>(table.columns[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(step.column)])].family)] += step.gain;
+    gain[static_cast<std::size_t>(table.columns[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(step.column)])].family)] +=
+        step.gain;
   std::vector<FamilyWeight> families;
   const Eigen::Index known = rows.problem.known();
   for (const Family family : kAllFamilies) {
@@ -97,7 +99,8 @@ std::vector<FamilyWeight> familiesOf(const Rows& rows, const ForceTable& table, 
     if (gain[static_cast<std::size_t>(family)] > 0.0)
       families.push_back({family, gain[static_cast<std::size_t>(family)], rmsBesideBase(rows, own, known)});
   }
-  std::stable_sort(families.begin(), families.end(), [](const FamilyWeight& one, const FamilyWeight& other) { return one.gain > other.gain; });
+  std::stable_sort(families.begin(), families.end(),
+                   [](const FamilyWeight& one, const FamilyWeight& other) { return one.gain > other.gain; });
   return families;
 }
 

@@ -58,7 +58,9 @@ Slope slopeOf(const BaseParameters& parameters, double overpotential, double dur
 class Responder {
  public:
   Responder(const BatteryModel& model, const ModelPoint& base, const Drive& drive, std::size_t training)
-      : drive_(drive), parameters_(baseParameters(base.parameters)), per_row_(samplesPerRow(drive)),
+      : drive_(drive),
+        parameters_(baseParameters(base.parameters)),
+        per_row_(samplesPerRow(drive)),
         simulation_(model, base, directionSeeds(base)) {
     const auto rows = static_cast<Eigen::Index>(drive.samples.size() / per_row_);
     out_.time = out_.error = out_.weight = out_.yielding = out_.resistance = Eigen::VectorXd::Zero(rows);

@@ -10,17 +10,15 @@ namespace {
 
 void requireSound(const std::vector<std::string>& effects, bool has_force) {
   for (const std::string& id : effects) {
-    if (std::count(effects.begin(), effects.end(), id) > 1)
-      throw std::invalid_argument("effect \"" + id + "\" is given twice");
+    if (std::count(effects.begin(), effects.end(), id) > 1) throw std::invalid_argument("effect \"" + id + "\" is given twice");
     if (id == kLearnedEffect) continue;
     for (const std::string& need : effectInfo(id).needs)
-      if (!contains(effects, need))
-        throw std::invalid_argument("effect \"" + id + "\" has no meaning without \"" + need +
-                                    "\"");
+      if (!contains(effects, need)) throw std::invalid_argument("effect \"" + id + "\" has no meaning without \"" + need + "\"");
   }
   if (contains(effects, kLearnedEffect) != has_force)
     throw std::invalid_argument(has_force ? "a learnt force is given, and \"" + kLearnedEffect + "\" is not among the effects"
-                                          : "effect \"" + kLearnedEffect + "\" has no meaning without the force that was learnt, as a model file holds it");
+                                          : "effect \"" + kLearnedEffect +
+                                                "\" has no meaning without the force that was learnt, as a model file holds it");
 }
 
 }  // namespace
@@ -62,8 +60,7 @@ std::optional<Eigen::Index> BatteryModel::parameterRow(const std::string& name) 
 
 Eigen::VectorXd BatteryModel::typicalParameters() const {
   Eigen::VectorXd typical(parameterCount());
-  for (Eigen::Index j = 0; j < parameterCount(); ++j)
-    typical[j] = parameters_[static_cast<std::size_t>(j)].magnitude;
+  for (Eigen::Index j = 0; j < parameterCount(); ++j) typical[j] = parameters_[static_cast<std::size_t>(j)].magnitude;
   return typical;
 }
 

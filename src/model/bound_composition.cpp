@@ -28,8 +28,7 @@ BoundComposition::BoundComposition(const BatteryModel& composed) : model(compose
     if (hooks.is_ladder) ladder_state = member.state;
     if (hooks.steps_finely) steps_finely = true;
     if (hooks.limits_reaction) limits_reaction = true;
-    if (hooks.longest_piece > 0.0 && (longest_piece == 0.0 || hooks.longest_piece < longest_piece))
-      longest_piece = hooks.longest_piece;
+    if (hooks.longest_piece > 0.0 && (longest_piece == 0.0 || hooks.longest_piece < longest_piece)) longest_piece = hooks.longest_piece;
     if (hooks.adapt) adapts = true;
   }
 }
@@ -57,8 +56,7 @@ std::vector<int> BoundComposition::parametersOfLayer() const {
   std::vector<int> parameters;
   for (const Member& member : members)
     if (member.effect->hooks.side_current || member.effect->hooks.activity)
-      for (std::size_t j = 0; j < member.effect->info.parameters.size(); ++j)
-        parameters.push_back(member.parameter + static_cast<int>(j));
+      for (std::size_t j = 0; j < member.effect->info.parameters.size(); ++j) parameters.push_back(member.parameter + static_cast<int>(j));
   return parameters;
 }
 

@@ -18,17 +18,16 @@ namespace battery_sof {
  */
 template <typename S>
 struct Ladder {
-  static constexpr double kCorner = 0.3;  // w_c [rad/s], keeps the meaning of C: docs/physics.md#cpe2
+  static constexpr double kCorner = 0.3;                    // w_c [rad/s], keeps the meaning of C: docs/physics.md#cpe2
   static constexpr double kSlowest = 1e-5, kFastest = 1e3;  // [rad/s]
 
-  S head;                             // h [1]
-  std::array<S, kLadderRungs> rung;   // l_k [rad/s]
+  S head;                            // h [1]
+  std::array<S, kLadderRungs> rung;  // l_k [rad/s]
 
   static double rate(int k) {
     static const std::array<double, kLadderRungs> rates = [] {
       std::array<double, kLadderRungs> all;
-      for (int j = 0; j < kLadderRungs; ++j)
-        all[j] = kSlowest * std::pow(kFastest / kSlowest, j / (kLadderRungs - 1.0));
+      for (int j = 0; j < kLadderRungs; ++j) all[j] = kSlowest * std::pow(kFastest / kSlowest, j / (kLadderRungs - 1.0));
       return all;
     }();
     return rates[k];
@@ -43,8 +42,7 @@ struct Ladder {
     const double fastest_edge = std::log(kFastest) + 0.5 * logRatio();
     head = S(sinc * exp(S(dispersion * (std::log(kCorner) - fastest_edge))));
     for (int k = 0; k < kLadderRungs; ++k)
-      rung[k] = S(dispersion * sinc * exp(S(dispersion * std::log(kCorner / rate(k)))) *
-                  (rate(k) * logRatio()));
+      rung[k] = S(dispersion * sinc * exp(S(dispersion * std::log(kCorner / rate(k)))) * (rate(k) * logRatio()));
   }
 };
 

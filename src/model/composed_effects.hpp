@@ -63,8 +63,7 @@ class ComposedEffects {
   /// Adds the effects' voltages in series [V].
   void addVoltages(const Instant<S>& instant, const std::vector<S>& x, S& voltage) const {
     for (const Member& member : bound_->members)
-      if (member.effect->hooks.voltage)
-        voltage = S(voltage + kernel(member).voltage(ownOf(member), stateOf(member, x), instant));
+      if (member.effect->hooks.voltage) voltage = S(voltage + kernel(member).voltage(ownOf(member), stateOf(member, x), instant));
   }
 
   /// Turns the terminal voltage into what the channel shows.
@@ -84,8 +83,19 @@ class ComposedEffects {
   }
 
   Present<S> bareModel() const {
-    return {p_[kRowRDischarge], p_[kRowRCharge], p_[kRowC2], p_[kRowBeta], p_[kRowUDc],
-            S(BaseParameters{}.i0), S(BaseParameters{}.alpha), S(1.0), S(0.0), S(0.0), S(1.0), S(0.0), 0.0};
+    return {p_[kRowRDischarge],
+            p_[kRowRCharge],
+            p_[kRowC2],
+            p_[kRowBeta],
+            p_[kRowUDc],
+            S(BaseParameters{}.i0),
+            S(BaseParameters{}.alpha),
+            S(1.0),
+            S(0.0),
+            S(0.0),
+            S(1.0),
+            S(0.0),
+            0.0};
   }
 
   std::shared_ptr<const BoundComposition> bound_;

@@ -33,10 +33,7 @@ class DoubleLayer {
   /// @param activity nullptr when the reaction has none.  @param has_ladder the capacitance is fractional.
   /// @param is_limited an effect sets Present::reactivity and inverse_supply.
   DoubleLayer(std::vector<BoundEffect> side_currents, const BoundEffect* activity, bool has_ladder, bool is_limited)
-      : side_(std::move(side_currents)),
-        has_activity_(activity != nullptr),
-        has_ladder_(has_ladder),
-        is_limited_(is_limited) {
+      : side_(std::move(side_currents)), has_activity_(activity != nullptr), has_ladder_(has_ladder), is_limited_(is_limited) {
     if (activity) activity_ = *activity;
     const std::size_t size = 2 + (has_ladder ? kLadderRungs : 0);
     for (auto* buffer : {&before_, &whole_, &half_, &halves_}) buffer->assign(size, S(0.0));
@@ -44,8 +41,7 @@ class DoubleLayer {
 
   /// @param p all parameters.  @param step [s], length of the next implicit step as the last ones suggest, updated: part of what
   /// makes two runs alike.  @param u, log_activity, ladder states, updated; the last two may be null.
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u,
-               S* log_activity, S* ladder) {
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u, S* log_activity, S* ladder) {
     if (duration <= 0.0) return;
     if (isPlain(present)) {
       advancePlain(present, current, duration, u);
@@ -59,7 +55,8 @@ class DoubleLayer {
     load(u, log_activity, ladder);
     double left = duration;
     for (int tried = 0; left > 0.0; ++tried) {
-      const double h = stepWithin(left, step, tried), tolerance = scaledTolerance(kTolerance, valueOf(before_[0]), valueOf(charging_slope_));
+      const double h = stepWithin(left, step, tried),
+                   tolerance = scaledTolerance(kTolerance, valueOf(before_[0]), valueOf(charging_slope_));
       const double error = attempt(p, present, current, h);
       const bool accepted = error <= tolerance || h <= kShortestStep || tried >= kMostTried;
       const double wanted = h * std::clamp(0.9 * std::sqrt(tolerance / std::max(error, 1e-12)), 0.2, 4.0);
@@ -85,8 +82,7 @@ class DoubleLayer {
    *
    * One equation in u that rises with it; no step is too long. For layers without activity and ladder.
    */
-  SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration,
-                      double before) {
+  SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration, double before) {
     prepare(p, present);
     const double storage = valueOf(present.c2) / duration;
     const Slope none(0.0);
@@ -104,15 +100,12 @@ class DoubleLayer {
   }
 
   /// Imbalance of currents at u in arithmetic S after such a step from `before` under `current` [A].
-  S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before,
-              double u) const {
+  S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before, double u) const {
     const S storage = S(present.c2 / duration);
     const S none(0.0);
-    const Stage<S> stage{storage,     S(storage * before), none,    present.i0, charging_slope_,
-                         discharging_slope_, current,      present, duration};
+    const Stage<S> stage{storage, S(storage * before), none, present.i0, charging_slope_, discharging_slope_, current, present, duration};
     return balance<S>(
-        stage, S(u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
-        [&] { return parametersOf(p, activity_); }, nullptr);
+        stage, S(u), [&](std::size_t k) { return parametersOf(p, side_[k]); }, [&] { return parametersOf(p, activity_); }, nullptr);
   }
 
   /// @param trail of the trials of a hold, in which this one takes part; null: none. Arithmetic Slope leaves its roots in it.
@@ -120,7 +113,7 @@ class DoubleLayer {
 
  private:
   static constexpr double kTolerance = 4e-5;  // [V] between one implicit step and its halves
-  static constexpr double kMostMoved = 0.01;   // [V], a first guess goes on at the last step's rate up to here
+  static constexpr double kMostMoved = 0.01;  // [V], a first guess goes on at the last step's rate up to here
   // [V], last step of Newton's method in doubles: beta / 2 of its square is left, of which the step in arithmetic S leaves
   // nothing, and the slope it shares with that step is good to 1e-5.
   static constexpr double kSettled = 1e-6;
@@ -190,19 +183,16 @@ class DoubleLayer {
 
   /// Balance of currents at u; rises with u.
   template <typename T, typename SideParameters, typename ActivityParameters>
-  T balance(const Stage<T>& s, const T& u, const SideParameters& side_parameters,
-            const ActivityParameters& activity_parameters, T* activity_after) const {
+  T balance(const Stage<T>& s, const T& u, const SideParameters& side_parameters, const ActivityParameters& activity_parameters,
+            T* activity_after) const {
     using std::exp;
     const T rising = T(exp(bounded(T(s.charging_slope * u))));
     T charging = is_limited_ ? T(s.i0 * s.present.reactivity * rising) : T(s.i0 * rising);
-    const T discharging =
-        is_symmetric_ ? T(s.i0 / rising) : T(s.i0 * exp(bounded(T(-s.discharging_slope * u))));
+    const T discharging = is_symmetric_ ? T(s.i0 / rising) : T(s.i0 * exp(bounded(T(-s.discharging_slope * u))));
     T sum = T(s.storage * u - s.offset - s.current);
     if (has_activity_) {
       const ReactionRates<T> rates{charging, discharging};
-      const T activity =
-          kernelOf(*activity_.effect, u)
-              .activity(activity_parameters(), s.activity_before, rates, s.present, s.h);
+      const T activity = kernelOf(*activity_.effect, u).activity(activity_parameters(), s.activity_before, rates, s.present, s.h);
       charging = T(charging * activity);
       if (activity_after) *activity_after = activity;
     }
@@ -214,10 +204,9 @@ class DoubleLayer {
   }
 
   /// Implicit Euler step of everything from `from` to `to`. @param guess [V], near u at the step's end.
-  void euler(const S* p, const Present<S>& present, const S& current, double h, double guess,
-             const std::vector<S>& from, std::vector<S>& to) const {
-    Stage<S> stage{S(present.c2 / h), S(0.0),  from[1], present.i0, charging_slope_, discharging_slope_,
-                   current,           present, h};
+  void euler(const S* p, const Present<S>& present, const S& current, double h, double guess, const std::vector<S>& from,
+             std::vector<S>& to) const {
+    Stage<S> stage{S(present.c2 / h), S(0.0), from[1], present.i0, charging_slope_, discharging_slope_, current, present, h};
     addStorage(stage, present, from);
     const Slope held(valueOf(current));
     const Stage<Slope> values{Slope(valueOf(stage.storage)),
@@ -232,8 +221,7 @@ class DoubleLayer {
     const Root root = rootOf(values, guess, h, valueOf(current));
     S activity(1.0);
     const S rest = balance<S>(
-        stage, S(root.u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
-        [&] { return parametersOf(p, activity_); }, &activity);
+        stage, S(root.u), [&](std::size_t k) { return parametersOf(p, side_[k]); }, [&] { return parametersOf(p, activity_); }, &activity);
     // One Newton step in arithmetic S: what it adds to the value is below rounding, what it adds to the derivatives is
     // the implicit function's.
     const S moved = S(rest * (-1.0 / root.slope));
@@ -291,8 +279,7 @@ class DoubleLayer {
     Slope activity(1.0);
     const auto at = [&](double u) {
       return balance<Slope>(
-          stage, Slope(u, Eigen::Matrix<double, 1, 1>::Ones()),
-          [&](std::size_t k) { return side_slopes_[k].data(); },
+          stage, Slope(u, Eigen::Matrix<double, 1, 1>::Ones()), [&](std::size_t k) { return side_slopes_[k].data(); },
           [&] { return activity_slopes_.data(); }, &activity);
     };
     const double steepest = std::max(valueOf(stage.charging_slope), valueOf(stage.discharging_slope));
@@ -328,9 +315,7 @@ class DoubleLayer {
     euler(p, present, current, 0.5 * h, 0.5 * (begin + valueOf(whole_[0])), before_, half_);
     euler(p, present, current, 0.5 * h, valueOf(whole_[0]), half_, halves_);
     double error = std::abs(valueOf(whole_[0]) - valueOf(halves_[0]));
-    if (has_activity_)
-      error += std::abs(std::log(valueOf(whole_[1]) / valueOf(halves_[1]))) /
-               valueOf(charging_slope_);
+    if (has_activity_) error += std::abs(std::log(valueOf(whole_[1]) / valueOf(halves_[1]))) / valueOf(charging_slope_);
     return error;
   }
 
@@ -340,7 +325,7 @@ class DoubleLayer {
   std::vector<S> before_, whole_, half_, halves_;  // u, p, ladder
   std::vector<Ladder<S>> ladder_;
   double dispersion_ = -1.0;
-  double rate_ = 0.0;       // of u in the last step [V/s]
+  double rate_ = 0.0;  // of u in the last step [V/s]
   StepTrail* trail_ = nullptr;
   S charging_slope_ = S(0.0), discharging_slope_ = S(0.0);  // alpha beta, (1 - alpha) beta [1/V]
   Slope charging_slope_value_ = Slope(0.0), discharging_slope_value_ = Slope(0.0);

@@ -12,8 +12,7 @@ CurrentTrace::CurrentTrace(const Series& series, IndexRange range, double max_ga
   current_.reserve(range.size());
   charge_.reserve(range.size());
   gap_.reserve(range.size());
-  for (std::size_t n = range.first; n < range.last; ++n)
-    append(series.time[n], series.current[n], max_gap);
+  for (std::size_t n = range.first; n < range.last; ++n) append(series.time[n], series.current[n], max_gap);
 }
 
 void CurrentTrace::append(double time, double current, double max_gap) {
@@ -75,8 +74,7 @@ double CurrentTrace::meanBetween(double from, double to) const {
   return (chargeUntil(to) - chargeUntil(from)) / (to - from);
 }
 
-DriveStep driveStep(double time_before, double current_before, double time, double current,
-                    double max_gap) {
+DriveStep driveStep(double time_before, double current_before, double time, double current, double max_gap) {
   const HeldCurrent held = heldCurrent(time_before, current_before, time, current, max_gap);
   DriveStep step;
   step.time = time;
@@ -102,8 +100,7 @@ double MissedCrank::add(double duration, double current, bool voltage_drives) {
   return missed;
 }
 
-Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>& masked,
-                const std::vector<char>& voltage_drives) {
+Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>& masked, const std::vector<char>& voltage_drives) {
   Drive drive;
   if (range.empty()) return drive;
   const double max_gap = gapThreshold(series);
@@ -117,15 +114,13 @@ Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>&
       sample.step.time = series.time[n];
       sample.step.held = sample.step.current = series.current[n];
     } else {
-      sample.step = driveStep(series.time[n - 1], series.current[n - 1], series.time[n],
-                              series.current[n], max_gap);
+      sample.step = driveStep(series.time[n - 1], series.current[n - 1], series.time[n], series.current[n], max_gap);
     }
     sample.step.trace = drive.trace.get();
     sample.voltage = series.voltage[n];
     if (!masked.empty() && masked[n]) sample.count = 0.0;
     sample.voltage_drives = !voltage_drives.empty() && voltage_drives[n];
-    if (!voltage_drives.empty())
-      sample.step.missed = missed.add(sample.step.duration, series.current[n], sample.voltage_drives);
+    if (!voltage_drives.empty()) sample.step.missed = missed.add(sample.step.duration, series.current[n], sample.voltage_drives);
     drive.samples.push_back(sample);
   }
   return drive;
@@ -136,15 +131,13 @@ namespace {
 /// Cuts a range into stretches that may be averaged, first to last.
 class Stretches {
  public:
-  Stretches(const Series& series, IndexRange range, const Compression& compression, double max_gap,
-            const std::vector<char>& masked)
+  Stretches(const Series& series, IndexRange range, const Compression& compression, double max_gap, const std::vector<char>& masked)
       : series_(series), range_(range), limits_(compression), max_gap_(max_gap), masked_(masked) {}
 
   /// @return one past the last sample of the stretch that begins at `first`.
   std::size_t endOf(std::size_t first) {
     if (first == range_.first || isEdge(first)) last_edge_ = series_.time[first];
-    const double length =
-        std::min(limits_.max_length, limits_.growth * (series_.time[first] - last_edge_));
+    const double length = std::min(limits_.max_length, limits_.growth * (series_.time[first] - last_edge_));
     double low = series_.current[first], high = low;
     std::size_t end = first + 1;
     while (end < range_.last && series_.time[end] - series_.time[first] <= length && !isEdge(end)) {
@@ -200,8 +193,7 @@ Stretch stretchOf(const Series& series, std::size_t first, std::size_t last) {
 
 }  // namespace
 
-Drive compressedDrive(const Series& series, IndexRange range, const Compression& compression,
-                      const std::vector<char>& masked) {
+Drive compressedDrive(const Series& series, IndexRange range, const Compression& compression, const std::vector<char>& masked) {
   Drive drive;
   if (range.empty()) return drive;
   const double max_gap = gapThreshold(series);
@@ -223,8 +215,7 @@ Drive compressedDrive(const Series& series, IndexRange range, const Compression&
       if (!sample.step.gap) {
         sample.step.held = drive.trace->meanBetween(before.middle, now.middle);
         if (!sample.step.averaged)
-          sample.step.slope = (series.current[first] - series.current[first - 1]) /
-                              (series.time[first] - series.time[first - 1]);
+          sample.step.slope = (series.current[first] - series.current[first - 1]) / (series.time[first] - series.time[first - 1]);
       }
     } else {
       sample.step.held = now.current;

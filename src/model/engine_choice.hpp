@@ -35,10 +35,15 @@ class Simulation::Engine {
  *
  * @param seeds at most as many columns.
  */
-std::unique_ptr<Simulation::Engine> engineOfValues(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
-std::unique_ptr<Simulation::Engine> engineOf8(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
-std::unique_ptr<Simulation::Engine> engineOf16(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
-std::unique_ptr<Simulation::Engine> engineOf24(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
-std::unique_ptr<Simulation::Engine> engineOf48(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+std::unique_ptr<Simulation::Engine> engineOfValues(const BatteryModel& model, const ModelPoint& start,
+                                                   const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+std::unique_ptr<Simulation::Engine> engineOf8(const BatteryModel& model, const ModelPoint& start,
+                                              const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+std::unique_ptr<Simulation::Engine> engineOf16(const BatteryModel& model, const ModelPoint& start,
+                                               const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+std::unique_ptr<Simulation::Engine> engineOf24(const BatteryModel& model, const ModelPoint& start,
+                                               const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+std::unique_ptr<Simulation::Engine> engineOf48(const BatteryModel& model, const ModelPoint& start,
+                                               const Eigen::Ref<const Eigen::MatrixXd>& seeds);
 
 }  // namespace battery_sof

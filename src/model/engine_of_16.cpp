@@ -3,7 +3,8 @@
 
 namespace battery_sof {
 
-std::unique_ptr<Simulation::Engine> engineOf16(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
+std::unique_ptr<Simulation::Engine> engineOf16(const BatteryModel& model, const ModelPoint& start,
+                                               const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
   return std::make_unique<EngineOf<Dual<16>>>(model, start, seeds);
 }
 

@@ -18,18 +18,26 @@ struct FamilyInfo {
 
 const std::vector<FamilyInfo>& table() {
   static const std::vector<FamilyInfo> all = {
-      {Family::kAcceptance, "acceptance", "charging is limited by how fast the battery takes charge up",
+      {Family::kAcceptance,
+       "acceptance",
+       "charging is limited by how fast the battery takes charge up",
        {"charge_acceptance", "sulphate_history", "fresh_sulphate"}},
       {Family::kSideReactions, "side_reactions", "part of the charging current leaves no charge in the battery", {"gassing"}},
       {Family::kAcid, "acid", "acid moves slowly between pores, plates and separator", {"acid_transport", "high_rate_depletion"}},
-      {Family::kOpenCircuit, "open_circuit", "the open-circuit voltage moves with the charge and the way it came there",
+      {Family::kOpenCircuit,
+       "open_circuit",
+       "the open-circuit voltage moves with the charge and the way it came there",
        {"ocv_soc", "ocv_hysteresis", "coup_de_fouet"}},
-      {Family::kStructure, "structure", "resistance, double layer or kinetics differ from the base circuit's",
+      {Family::kStructure,
+       "structure",
+       "resistance, double layer or kinetics differ from the base circuit's",
        {"cpe2", "fast_arc", "current_dependent_resistance", "charge_transfer", "second_electrode"}},
       {Family::kAgeing, "ageing", "the battery's parameters change with time or temperature", {"self_heating", "parameter_drift"}},
-      {Family::kInstrument, "instrument", "the sensors or the wiring explain it",
-       {"inductance", "parasitic_load", "current_offset", "current_gain", "time_skew", "sensor_lag", "contact_resistance",
-        "voltage_drift", "clipping", "dropouts", "quantisation", "aliasing"}},
+      {Family::kInstrument,
+       "instrument",
+       "the sensors or the wiring explain it",
+       {"inductance", "parasitic_load", "current_offset", "current_gain", "time_skew", "sensor_lag", "contact_resistance", "voltage_drift",
+        "clipping", "dropouts", "quantisation", "aliasing"}},
   };
   return all;
 }

@@ -14,11 +14,11 @@ namespace battery_sof {
 namespace {
 
 constexpr std::array<double, 10> kTimes = {0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0};  // [s]
-constexpr std::array<double, 6> kEdgeTimes = {0.005, 0.01, 0.02, 0.05, 0.1, 0.15};                           // [s]
-constexpr double kFastest = 0.06;      // [s]; sampled more slowly, edges are single samples
-constexpr double kSlowMemory = 100.0;  // [s]; a memory of the current that lasts longer is the acid's
+constexpr std::array<double, 6> kEdgeTimes = {0.005, 0.01, 0.02, 0.05, 0.1, 0.15};                             // [s]
+constexpr double kFastest = 0.06;                                  // [s]; sampled more slowly, edges are single samples
+constexpr double kSlowMemory = 100.0;                              // [s]; a memory of the current that lasts longer is the acid's
 constexpr std::array<double, 4> kOnsets = {-4.0, -2.0, 0.0, 2.0};  // widths from what is high
-constexpr int kSteps = 6;              // instants at which a contact may have changed
+constexpr int kSteps = 6;                                          // instants at which a contact may have changed
 
 class Library {
  public:
@@ -122,14 +122,13 @@ class Library {
   }
 
   void takeTime() {
-    for (const ForceKind kind : {ForceKind::kTimeCurrent, ForceKind::kTimeMagnitude, ForceKind::kTimeSquaredCurrent,
-                                 ForceKind::kTimeOverpotential})
+    for (const ForceKind kind :
+         {ForceKind::kTimeCurrent, ForceKind::kTimeMagnitude, ForceKind::kTimeSquaredCurrent, ForceKind::kTimeOverpotential})
       add(Family::kAgeing, kind, 0.0, context_.span);
     for (const double time : {300.0, 1000.0, 3000.0})
       if (fits(time)) add(Family::kAgeing, ForceKind::kWarmCurrent, time);
     add(Family::kInstrument, ForceKind::kTime, 0.0, context_.span);
-    for (int k = 1; k <= kSteps; ++k)
-      add(Family::kInstrument, ForceKind::kStepCurrent, context_.span * k / (kSteps + 1.0));
+    for (int k = 1; k <= kSteps; ++k) add(Family::kInstrument, ForceKind::kStepCurrent, context_.span * k / (kSteps + 1.0));
   }
 
   ForceContext context_;
@@ -139,25 +138,44 @@ class Library {
 const std::vector<std::pair<ForceKind, const char*>>& kindIds() {
   using Kind = ForceKind;
   static const std::vector<std::pair<ForceKind, const char*>> ids = {
-      {Kind::kChargeMemory, "charge_memory"}, {Kind::kDischargeMemory, "discharge_memory"},
-      {Kind::kMemory, "memory"}, {Kind::kLogChargeMemory, "log_charge_memory"},
-      {Kind::kLogDischargeMemory, "log_discharge_memory"}, {Kind::kCompressedMemory, "compressed_memory"},
-      {Kind::kMemoryOfCompressed, "memory_of_compressed"}, {Kind::kMemoryOfCharging, "memory_of_charging"},
-      {Kind::kFresh, "fresh"}, {Kind::kFreshCharging, "fresh_charging"},
-      {Kind::kAcceptanceReserve, "acceptance_reserve"}, {Kind::kDischargeReserve, "discharge_reserve"},
-      {Kind::kSinceCharge, "since_charge"}, {Kind::kCompressed, "compressed"},
-      {Kind::kSaturating, "saturating"}, {Kind::kLogMagnitude, "log_magnitude"},
-      {Kind::kSmallCurrent, "small_current"}, {Kind::kRest, "rest"},
-      {Kind::kCharge, "charge"}, {Kind::kChargeSquared, "charge_squared"},
-      {Kind::kSlowCharge, "slow_charge"}, {Kind::kPath, "path"},
-      {Kind::kEdge, "edge"}, {Kind::kChange, "change"},
-      {Kind::kChangeBefore, "change_before"}, {Kind::kOverpotentialMagnitude, "overpotential_magnitude"},
-      {Kind::kOverpotentialSquared, "overpotential_squared"}, {Kind::kOverpotentialCubed, "overpotential_cubed"},
-      {Kind::kOverpotentialLogCosh, "overpotential_log_cosh"}, {Kind::kHighOverpotential, "high_overpotential"},
-      {Kind::kHighMemory, "high_memory"}, {Kind::kHighSum, "high_sum"},
-      {Kind::kTimeCurrent, "time_current"}, {Kind::kTimeMagnitude, "time_magnitude"},
-      {Kind::kTimeSquaredCurrent, "time_squared_current"}, {Kind::kTimeOverpotential, "time_overpotential"},
-      {Kind::kWarmCurrent, "warm_current"}, {Kind::kTime, "time"},
+      {Kind::kChargeMemory, "charge_memory"},
+      {Kind::kDischargeMemory, "discharge_memory"},
+      {Kind::kMemory, "memory"},
+      {Kind::kLogChargeMemory, "log_charge_memory"},
+      {Kind::kLogDischargeMemory, "log_discharge_memory"},
+      {Kind::kCompressedMemory, "compressed_memory"},
+      {Kind::kMemoryOfCompressed, "memory_of_compressed"},
+      {Kind::kMemoryOfCharging, "memory_of_charging"},
+      {Kind::kFresh, "fresh"},
+      {Kind::kFreshCharging, "fresh_charging"},
+      {Kind::kAcceptanceReserve, "acceptance_reserve"},
+      {Kind::kDischargeReserve, "discharge_reserve"},
+      {Kind::kSinceCharge, "since_charge"},
+      {Kind::kCompressed, "compressed"},
+      {Kind::kSaturating, "saturating"},
+      {Kind::kLogMagnitude, "log_magnitude"},
+      {Kind::kSmallCurrent, "small_current"},
+      {Kind::kRest, "rest"},
+      {Kind::kCharge, "charge"},
+      {Kind::kChargeSquared, "charge_squared"},
+      {Kind::kSlowCharge, "slow_charge"},
+      {Kind::kPath, "path"},
+      {Kind::kEdge, "edge"},
+      {Kind::kChange, "change"},
+      {Kind::kChangeBefore, "change_before"},
+      {Kind::kOverpotentialMagnitude, "overpotential_magnitude"},
+      {Kind::kOverpotentialSquared, "overpotential_squared"},
+      {Kind::kOverpotentialCubed, "overpotential_cubed"},
+      {Kind::kOverpotentialLogCosh, "overpotential_log_cosh"},
+      {Kind::kHighOverpotential, "high_overpotential"},
+      {Kind::kHighMemory, "high_memory"},
+      {Kind::kHighSum, "high_sum"},
+      {Kind::kTimeCurrent, "time_current"},
+      {Kind::kTimeMagnitude, "time_magnitude"},
+      {Kind::kTimeSquaredCurrent, "time_squared_current"},
+      {Kind::kTimeOverpotential, "time_overpotential"},
+      {Kind::kWarmCurrent, "warm_current"},
+      {Kind::kTime, "time"},
       {Kind::kStepCurrent, "step_current"},
   };
   return ids;
@@ -179,21 +197,53 @@ std::vector<ForceKind> allForceKinds() {
 
 ForceGroup groupOf(ForceKind kind) {
   switch (kind) {
-    case ForceKind::kChargeMemory: case ForceKind::kLogChargeMemory: case ForceKind::kMemoryOfCharging: case ForceKind::kFresh:
-    case ForceKind::kFreshCharging: case ForceKind::kAcceptanceReserve: return ForceGroup::kCharge;
-    case ForceKind::kDischargeMemory: case ForceKind::kLogDischargeMemory: case ForceKind::kDischargeReserve:
-    case ForceKind::kSinceCharge: return ForceGroup::kDischarge;
-    case ForceKind::kMemory: case ForceKind::kCompressedMemory: case ForceKind::kMemoryOfCompressed: return ForceGroup::kCurrent;
-    case ForceKind::kCompressed: case ForceKind::kSaturating: case ForceKind::kLogMagnitude: case ForceKind::kSmallCurrent:
-    case ForceKind::kRest: return ForceGroup::kStatic;
-    case ForceKind::kCharge: case ForceKind::kChargeSquared: case ForceKind::kSlowCharge: case ForceKind::kPath:
+    case ForceKind::kChargeMemory:
+    case ForceKind::kLogChargeMemory:
+    case ForceKind::kMemoryOfCharging:
+    case ForceKind::kFresh:
+    case ForceKind::kFreshCharging:
+    case ForceKind::kAcceptanceReserve:
+      return ForceGroup::kCharge;
+    case ForceKind::kDischargeMemory:
+    case ForceKind::kLogDischargeMemory:
+    case ForceKind::kDischargeReserve:
+    case ForceKind::kSinceCharge:
+      return ForceGroup::kDischarge;
+    case ForceKind::kMemory:
+    case ForceKind::kCompressedMemory:
+    case ForceKind::kMemoryOfCompressed:
+      return ForceGroup::kCurrent;
+    case ForceKind::kCompressed:
+    case ForceKind::kSaturating:
+    case ForceKind::kLogMagnitude:
+    case ForceKind::kSmallCurrent:
+    case ForceKind::kRest:
+      return ForceGroup::kStatic;
+    case ForceKind::kCharge:
+    case ForceKind::kChargeSquared:
+    case ForceKind::kSlowCharge:
+    case ForceKind::kPath:
       return ForceGroup::kChargeCounted;
-    case ForceKind::kEdge: case ForceKind::kChange: case ForceKind::kChangeBefore: return ForceGroup::kEdges;
-    case ForceKind::kOverpotentialMagnitude: case ForceKind::kOverpotentialSquared: case ForceKind::kOverpotentialCubed:
-    case ForceKind::kOverpotentialLogCosh: return ForceGroup::kKinetics;
-    case ForceKind::kHighOverpotential: case ForceKind::kHighMemory: case ForceKind::kHighSum: return ForceGroup::kHighVoltage;
-    case ForceKind::kTimeCurrent: case ForceKind::kTimeMagnitude: case ForceKind::kTimeSquaredCurrent:
-    case ForceKind::kTimeOverpotential: case ForceKind::kWarmCurrent: case ForceKind::kTime: case ForceKind::kStepCurrent:
+    case ForceKind::kEdge:
+    case ForceKind::kChange:
+    case ForceKind::kChangeBefore:
+      return ForceGroup::kEdges;
+    case ForceKind::kOverpotentialMagnitude:
+    case ForceKind::kOverpotentialSquared:
+    case ForceKind::kOverpotentialCubed:
+    case ForceKind::kOverpotentialLogCosh:
+      return ForceGroup::kKinetics;
+    case ForceKind::kHighOverpotential:
+    case ForceKind::kHighMemory:
+    case ForceKind::kHighSum:
+      return ForceGroup::kHighVoltage;
+    case ForceKind::kTimeCurrent:
+    case ForceKind::kTimeMagnitude:
+    case ForceKind::kTimeSquaredCurrent:
+    case ForceKind::kTimeOverpotential:
+    case ForceKind::kWarmCurrent:
+    case ForceKind::kTime:
+    case ForceKind::kStepCurrent:
       return ForceGroup::kTime;
   }
   throw std::logic_error("a column of an unknown kind");
@@ -226,33 +276,65 @@ std::string describe(const ForceColumn& column) {
     return std::string(buffer);
   };
   switch (column.kind) {
-    case ForceKind::kChargeMemory: case ForceKind::kLogChargeMemory: case ForceKind::kMemoryOfCharging:
+    case ForceKind::kChargeMemory:
+    case ForceKind::kLogChargeMemory:
+    case ForceKind::kMemoryOfCharging:
       return text("memory of charging over %g s", column.time);
-    case ForceKind::kDischargeMemory: case ForceKind::kLogDischargeMemory:
+    case ForceKind::kDischargeMemory:
+    case ForceKind::kLogDischargeMemory:
       return text("memory of discharging over %g s", column.time);
-    case ForceKind::kMemory: case ForceKind::kCompressedMemory: case ForceKind::kMemoryOfCompressed:
+    case ForceKind::kMemory:
+    case ForceKind::kCompressedMemory:
+    case ForceKind::kMemoryOfCompressed:
       return text("memory of the current over %g s", column.time);
-    case ForceKind::kFresh: case ForceKind::kFreshCharging:
+    case ForceKind::kFresh:
+    case ForceKind::kFreshCharging:
       return text("what was discharged in the last %g s (%g As)", column.time, column.scale);
-    case ForceKind::kAcceptanceReserve: return text("a reserve of %g As that charging empties and %g s refill", column.scale, column.time);
-    case ForceKind::kDischargeReserve: return text("a reserve of %g As that discharging empties and %g s refill", column.scale, column.time);
-    case ForceKind::kSinceCharge: return text("the first %g As of a discharge", column.scale);
-    case ForceKind::kCompressed: case ForceKind::kSaturating: case ForceKind::kLogMagnitude: case ForceKind::kSmallCurrent:
-    case ForceKind::kRest: return text("a static curve of the current, bent at %g A", column.scale);
-    case ForceKind::kCharge: case ForceKind::kChargeSquared: return "charge moved";
-    case ForceKind::kSlowCharge: return text("charge moved, %g s late", column.time);
-    case ForceKind::kPath: return text("the direction of the last %g As", column.scale);
-    case ForceKind::kEdge: return text("edges of the current within %g s", column.time);
-    case ForceKind::kChange: case ForceKind::kChangeBefore: return "edges of the current";
-    case ForceKind::kOverpotentialMagnitude: case ForceKind::kOverpotentialSquared: case ForceKind::kOverpotentialCubed:
-    case ForceKind::kOverpotentialLogCosh: return "curvature of the kinetics";
-    case ForceKind::kHighOverpotential: case ForceKind::kHighMemory: case ForceKind::kHighSum: return "high voltage";
-    case ForceKind::kTimeCurrent: case ForceKind::kTimeMagnitude: case ForceKind::kTimeSquaredCurrent:
+    case ForceKind::kAcceptanceReserve:
+      return text("a reserve of %g As that charging empties and %g s refill", column.scale, column.time);
+    case ForceKind::kDischargeReserve:
+      return text("a reserve of %g As that discharging empties and %g s refill", column.scale, column.time);
+    case ForceKind::kSinceCharge:
+      return text("the first %g As of a discharge", column.scale);
+    case ForceKind::kCompressed:
+    case ForceKind::kSaturating:
+    case ForceKind::kLogMagnitude:
+    case ForceKind::kSmallCurrent:
+    case ForceKind::kRest:
+      return text("a static curve of the current, bent at %g A", column.scale);
+    case ForceKind::kCharge:
+    case ForceKind::kChargeSquared:
+      return "charge moved";
+    case ForceKind::kSlowCharge:
+      return text("charge moved, %g s late", column.time);
+    case ForceKind::kPath:
+      return text("the direction of the last %g As", column.scale);
+    case ForceKind::kEdge:
+      return text("edges of the current within %g s", column.time);
+    case ForceKind::kChange:
+    case ForceKind::kChangeBefore:
+      return "edges of the current";
+    case ForceKind::kOverpotentialMagnitude:
+    case ForceKind::kOverpotentialSquared:
+    case ForceKind::kOverpotentialCubed:
+    case ForceKind::kOverpotentialLogCosh:
+      return "curvature of the kinetics";
+    case ForceKind::kHighOverpotential:
+    case ForceKind::kHighMemory:
+    case ForceKind::kHighSum:
+      return "high voltage";
+    case ForceKind::kTimeCurrent:
+    case ForceKind::kTimeMagnitude:
+    case ForceKind::kTimeSquaredCurrent:
       return "a resistance that drifts";
-    case ForceKind::kTimeOverpotential: return "kinetics that drift";
-    case ForceKind::kWarmCurrent: return text("a resistance that follows the heat of %g s", column.time);
-    case ForceKind::kTime: return "a drift of the voltage";
-    case ForceKind::kStepCurrent: return text("a resistance that steps at %g s", column.time);
+    case ForceKind::kTimeOverpotential:
+      return "kinetics that drift";
+    case ForceKind::kWarmCurrent:
+      return text("a resistance that follows the heat of %g s", column.time);
+    case ForceKind::kTime:
+      return "a drift of the voltage";
+    case ForceKind::kStepCurrent:
+      return text("a resistance that steps at %g s", column.time);
   }
   throw std::logic_error("a column of an unknown kind");
 }

@@ -33,9 +33,9 @@ class ForceRun {
  public:
   /// The battery over one interval, as the force sees it.
   struct Interval {
-    ForceMomentOf<S> moment;      // overpotential: at the end
-    S before;                     // [V], u_c2 at the beginning
-    S conductance, capacitance;   // [1/Ohm], [F], of the double layer in the middle
+    ForceMomentOf<S> moment;     // overpotential: at the end
+    S before;                    // [V], u_c2 at the beginning
+    S conductance, capacitance;  // [1/Ohm], [F], of the double layer in the middle
   };
 
   explicit ForceRun(std::shared_ptr<const LearnedForce> force) : force_(std::move(force)) {

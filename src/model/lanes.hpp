@@ -32,12 +32,9 @@ Eigen::VectorXd valuesOf(const std::vector<S>& numbers) {
 }
 
 /// A number with its row of the seeds.
-inline double seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>&, Eigen::Index, double) {
-  return value;
-}
+inline double seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>&, Eigen::Index, double) { return value; }
 template <int N>
-Dual<N> seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>& seeds, Eigen::Index row,
-               const Dual<N>&) {
+Dual<N> seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>& seeds, Eigen::Index row, const Dual<N>&) {
   Dual<N> x(value);
   if (seeds.cols() > 0) x.derivatives().head(seeds.cols()) = seeds.row(row).transpose();
   return x;

@@ -19,8 +19,8 @@ struct LayerFlow {
   const S* p;                            ///< all parameters
   const Present<S>& present;
   const S &charging_slope, &discharging_slope;  ///< alpha beta, (1 - alpha) beta [1/V]
-  bool is_limited;                       ///< an effect sets Present::reactivity and inverse_supply
-  bool is_symmetric;                     ///< alpha is a half
+  bool is_limited;                              ///< an effect sets Present::reactivity and inverse_supply
+  bool is_symmetric;                            ///< alpha is a half
 
   /// Passes through an interval under a held current. @param step [s], length of the next one, updated.  @param u [V], updated.
   void advance(const S& current, double duration, double& step, S& u) const {

@@ -18,7 +18,7 @@ struct BoundEffect {
 /// Where an exponent of the reaction stays [1], see Simulation.
 inline constexpr double kMostExponent = 300.0;
 inline constexpr double kShortestStep = 1e-7;  // [s], of the double layer
-inline constexpr int kMostTried = 20000;  // steps in an interval, far above what any battery's takes
+inline constexpr int kMostTried = 20000;       // steps in an interval, far above what any battery's takes
 
 /// The next step of an interval of which `left` [s] is left. Where it takes more steps than any battery's does, the rest is one
 /// step: no step is too long to be stable.
@@ -66,9 +66,8 @@ void advancePlain(const Present<S>& present, const S& current, double duration, 
 template <typename S>
 Present<Slope> toSlope(const Present<S>& f) {
   const auto v = [](const S& x) { return Slope(valueOf(x)); };
-  return {v(f.r_discharge), v(f.r_charge), v(f.c2),         v(f.beta),       v(f.u_dc),
-          v(f.i0),          v(f.alpha),    v(f.acceptance), v(f.warming),    v(f.dispersion),
-          v(f.reactivity),  v(f.inverse_supply), f.time};
+  return {v(f.r_discharge), v(f.r_charge), v(f.c2),         v(f.beta),       v(f.u_dc),           v(f.i0), v(f.alpha),
+          v(f.acceptance),  v(f.warming),  v(f.dispersion), v(f.reactivity), v(f.inverse_supply), f.time};
 }
 
 }  // namespace battery_sof

@@ -9,9 +9,9 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kRest = 1e4;                  // [s]
+constexpr double kRest = 1e4;  // [s]
 constexpr double kLeastFactor = -1.0, kMostFactor = 3.0;
-constexpr double kLeastStd = 0.01;             // [1], of a factor: nothing is learnt better
+constexpr double kLeastStd = 0.01;  // [1], of a factor: nothing is learnt better
 
 void require(bool sound, const std::string& what) {
   if (!sound) throw std::invalid_argument("a learnt force: " + what);
@@ -49,8 +49,8 @@ EffectInfo learnedInfo(const LearnedForce& force) {
   info.title = "what currents and their memory say beside the equations";
   info.equations = "u = u_m + S d + sum of a_f w_k (x_k - centre_k) / scale_k";
   for (const LearnedForce::Part& part : force.parts) {
-    ParameterInfo factor = linearStrength(kLearnedEffect + "_" + familyId(part.family), "a", "1", 1.0, kLeastFactor, kMostFactor,
-                                          "learnt from a recording");
+    ParameterInfo factor =
+        linearStrength(kLearnedEffect + "_" + familyId(part.family), "a", "1", 1.0, kLeastFactor, kMostFactor, "learnt from a recording");
     factor.prior_std = std::max(part.std, kLeastStd);
     info.parameters.push_back(factor);
   }

@@ -16,14 +16,12 @@ class LayerOf {
   virtual ~LayerOf() = default;
   virtual std::unique_ptr<LayerOf> clone() const = 0;
   /// As DoubleLayer::advance().
-  virtual void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step,
-                       S& u, S* log_activity, S* ladder) = 0;
+  virtual void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u, S* log_activity,
+                       S* ladder) = 0;
   /// As DoubleLayer::atSource().
-  virtual SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration,
-                              double u) = 0;
+  virtual SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration, double u) = 0;
   /// As DoubleLayer::imbalance().
-  virtual S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before,
-                      double u) const = 0;
+  virtual S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before, double u) const = 0;
   /// As DoubleLayer::useTrail().
   virtual void useTrail(StepTrail* trail) = 0;
 };
@@ -34,16 +32,14 @@ class WideLayer final : public LayerOf<S> {
  public:
   explicit WideLayer(DoubleLayer<S> layer) : layer_(std::move(layer)) {}
   std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<WideLayer>(*this); }
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u,
-               S* log_activity, S* ladder) override {
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u, S* log_activity,
+               S* ladder) override {
     layer_.advance(p, present, current, duration, step, u, log_activity, ladder);
   }
-  SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration,
-                      double u) override {
+  SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration, double u) override {
     return layer_.atSource(p, present, emf, resistance, duration, u);
   }
-  S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before,
-              double u) const override {
+  S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before, double u) const override {
     return layer_.imbalance(p, present, current, duration, before, u);
   }
   void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
@@ -64,20 +60,16 @@ class NarrowLayer final : public LayerOf<S> {
  public:
   /// What of it never changes, and what the layer is given.
   struct Shape {
-    std::vector<int>
-        lanes;  ///< those of S that may differ from zero in what the layer is given; at most N
+    std::vector<int> lanes;  ///< those of S that may differ from zero in what the layer is given; at most N
     std::size_t parameters;
     bool has_ladder;
     bool adapts;  ///< an effect changes the base model's parameters
   };
-  NarrowLayer(DoubleLayer<Dual<N>> layer, Shape shape)
-      : layer_(std::move(layer)), shape_(std::move(shape)) {}
-  std::unique_ptr<LayerOf<S>> clone() const override {
-    return std::make_unique<NarrowLayer>(*this);
-  }
+  NarrowLayer(DoubleLayer<Dual<N>> layer, Shape shape) : layer_(std::move(layer)), shape_(std::move(shape)) {}
+  std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<NarrowLayer>(*this); }
 
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u,
-               S* log_activity, S* ladder) override {
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u, S* log_activity,
+               S* ladder) override {
     prepare(p, present);
     const Dual<N> held = gathered(current);
     Dual<N> narrow_u = gathered(u);
@@ -85,8 +77,7 @@ class NarrowLayer final : public LayerOf<S> {
     std::array<Dual<N>, kLadderRungs> rungs;
     if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) rungs[k] = gathered(ladder[k]);
-    layer_.advance(p_.data(), present_, held, duration, step, narrow_u,
-                   log_activity ? &narrow_activity : nullptr,
+    layer_.advance(p_.data(), present_, held, duration, step, narrow_u, log_activity ? &narrow_activity : nullptr,
                    shape_.has_ladder ? rungs.data() : nullptr);
     scatter(narrow_u, u);
     if (log_activity) scatter(narrow_activity, *log_activity);
@@ -158,7 +149,7 @@ class LocalLayer final : public LayerOf<S> {
     std::vector<int> parameters;  ///< of the effects that are bound to the layer
     std::size_t parameter_count;  ///< of all
     bool has_activity;
-    bool adapts;                  ///< an effect changes the base model's parameters
+    bool adapts;  ///< an effect changes the base model's parameters
     Eigen::Index firstFree() const { return kActivity + (has_activity ? 1 : 0); }
     /// Quantities that flow into a step; at most N.
     Eigen::Index inputs() const { return firstFree() + static_cast<Eigen::Index>(parameters.size()) + (adapts ? kAdapted : 0); }
@@ -166,8 +157,7 @@ class LocalLayer final : public LayerOf<S> {
   LocalLayer(DoubleLayer<Dual<N>> layer, Shape shape) : layer_(std::move(layer)), shape_(std::move(shape)) {}
   std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<LocalLayer>(*this); }
 
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u, S* log_activity,
-               S*) override {
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u, S* log_activity, S*) override {
     prepare(p, present);
     const Dual<N> held = own(current, kCurrent);
     Dual<N> local_u = own(u, kU), local_activity = log_activity ? own(*log_activity, kActivity) : Dual<N>(0.0);
@@ -223,9 +213,19 @@ class LocalLayer final : public LayerOf<S> {
   }
   void takePresent(const Present<S>& f) {
     const auto number = [](const S& x) { return Dual<N>(x.value()); };
-    present_ = {number(f.r_discharge), number(f.r_charge),   own(f.c2, kC2),        own(f.beta, kBeta), own(f.u_dc, kUDc),
-                number(f.i0),          number(f.alpha),      number(f.acceptance),  number(f.warming),  number(f.dispersion),
-                number(f.reactivity),  number(f.inverse_supply), f.time};
+    present_ = {number(f.r_discharge),
+                number(f.r_charge),
+                own(f.c2, kC2),
+                own(f.beta, kBeta),
+                own(f.u_dc, kUDc),
+                number(f.i0),
+                number(f.alpha),
+                number(f.acceptance),
+                number(f.warming),
+                number(f.dispersion),
+                number(f.reactivity),
+                number(f.inverse_supply),
+                f.time};
     if (!shape_.adapts) return;
     Eigen::Index k = shape_.firstFree() + static_cast<Eigen::Index>(shape_.parameters.size());
     Dual<N>* locals[] = {&present_.i0,      &present_.alpha,      &present_.acceptance,

@@ -26,8 +26,7 @@ void requireSize(Eigen::Index size, Eigen::Index expected, const char* what) {
   throw std::invalid_argument(text.str());
 }
 
-void requireSound(const BatteryModel& model, const ModelPoint& start,
-                  const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
+void requireSound(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
   requireSize(start.parameters.size(), model.parameterCount(), "parameters");
   requireSize(start.state.size(), model.stateCount(), "states");
   requireFinite(start.parameters, "parameter");
@@ -36,8 +35,7 @@ void requireSound(const BatteryModel& model, const ModelPoint& start,
   if (seeds.cols() == 0) return;
   requireSize(seeds.rows(), model.parameterCount() + model.stateCount(), "rows of seeds");
   if (seeds.cols() > Simulation::kMaxLanes)
-    throw std::invalid_argument("seeds have " + std::to_string(seeds.cols()) +
-                                " columns, expected at most " +
+    throw std::invalid_argument("seeds have " + std::to_string(seeds.cols()) + " columns, expected at most " +
                                 std::to_string(Simulation::kMaxLanes));
 }
 
@@ -53,14 +51,12 @@ std::unique_ptr<Simulation::Engine> engineFor(const BatteryModel& model, const M
 
 }  // namespace
 
-Simulation::Simulation(const BatteryModel& model, const ModelPoint& start,
-                       const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
+Simulation::Simulation(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
   requireSound(model, start, seeds);
   engine_ = engineFor(model, start, seeds);
 }
 
-Simulation::Simulation(const BatteryModel& model, const ModelPoint& start)
-    : Simulation(model, start, Eigen::MatrixXd()) {}
+Simulation::Simulation(const BatteryModel& model, const ModelPoint& start) : Simulation(model, start, Eigen::MatrixXd()) {}
 
 Simulation::Simulation(const Simulation& other) : engine_(other.engine_->clone()) {}
 
@@ -86,8 +82,7 @@ double Simulation::advanceAtVoltage(double voltage, double duration, double most
 }
 
 void Simulation::followVoltage(const DriveStep& step, double voltage) {
-  if (!std::isfinite(voltage))
-    throw std::invalid_argument("followVoltage: the voltage is not finite");
+  if (!std::isfinite(voltage)) throw std::invalid_argument("followVoltage: the voltage is not finite");
   engine_->followVoltage(step, voltage);
 }
 double Simulation::follow(const DriveSample& sample) {
@@ -98,21 +93,15 @@ double Simulation::follow(const DriveSample& sample) {
   advance(sample.step);
   return sample.voltage - voltage();
 }
-double Simulation::resistanceOver(double current, double duration) {
-  return engine_->resistanceOver(current, duration);
-}
+double Simulation::resistanceOver(double current, double duration) { return engine_->resistanceOver(current, duration); }
 double Simulation::currentError() const { return engine_->currentError(); }
 Eigen::Map<const Eigen::VectorXd> Simulation::currentErrorDerivatives() const {
   return {engine_->currentErrorDerivatives(), engine_->lanes()};
 }
 
 double Simulation::voltage() const { return engine_->voltage(); }
-Eigen::Map<const Eigen::VectorXd> Simulation::voltageDerivatives() const {
-  return {engine_->voltageDerivatives(), engine_->lanes()};
-}
-Eigen::Map<const Eigen::VectorXd> Simulation::currentDerivatives() const {
-  return {engine_->currentDerivatives(), engine_->lanes()};
-}
+Eigen::Map<const Eigen::VectorXd> Simulation::voltageDerivatives() const { return {engine_->voltageDerivatives(), engine_->lanes()}; }
+Eigen::Map<const Eigen::VectorXd> Simulation::currentDerivatives() const { return {engine_->currentDerivatives(), engine_->lanes()}; }
 double Simulation::time() const { return engine_->time(); }
 Eigen::VectorXd Simulation::state() const { return engine_->state(); }
 Eigen::MatrixXd Simulation::stateDerivatives() const { return engine_->stateDerivatives(); }

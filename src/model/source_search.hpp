@@ -50,9 +50,9 @@ class SourceSearch {
   void expectBend(double bend) { bend_ = bend; }
 
  private:
-  static constexpr double kReach = 1e4;         // [A], below the bracket's upper end
-  static constexpr double kLastAcross = 1e-5;   // [A]
-  static constexpr double kMostBend = 0.2;      // [1/A]
+  static constexpr double kReach = 1e4;        // [A], below the bracket's upper end
+  static constexpr double kLastAcross = 1e-5;  // [A]
+  static constexpr double kMostBend = 0.2;     // [1/A]
 
   bool crossesZero() const { return (tried_ < 0.0) != (tried_ + step_ < 0.0); }
 

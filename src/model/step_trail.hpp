@@ -15,8 +15,8 @@ class StepTrail {
  public:
   /// One step's root under one current.
   struct Root {
-    double length = 0.0, current = 0.0;     ///< of the step [s], held [A]
-    double u = 0.0, to_current = 0.0;       ///< [V], du / di of the whole trial up to here [Ohm]
+    double length = 0.0, current = 0.0;        ///< of the step [s], held [A]
+    double u = 0.0, to_current = 0.0;          ///< [V], du / di of the whole trial up to here [Ohm]
     double slope = 0.0, activity_slope = 0.0;  ///< of the balance at u [A/V], of the activity [1/V]
   };
   void clear() {

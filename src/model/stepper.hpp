@@ -18,13 +18,13 @@ namespace battery_sof {
 /// Where a battery stands: all that moves, in arithmetic S. What never moves is the stepper's.
 template <typename S>
 struct Standing {
-  double time = 0.0;                                ///< [s]
-  std::vector<S> x;                                 ///< states, in the composition's order; first u_c2 [V]
-  std::vector<S> force;                             ///< memory of a learnt force, as firstForceMemory()
-  S terminal = S(0.0), voltage = S(0.0);            ///< [V], of the battery and as its channel shows it; 0 before the first interval
-  double last_current = 0.0;                        ///< [A], at the end of the last interval
-  double layer_step = 1.0;                          ///< [s], length of the double layer's next implicit step
-  unsigned intervals = 0;                           ///< since fading numbers were dropped
+  double time = 0.0;                      ///< [s]
+  std::vector<S> x;                       ///< states, in the composition's order; first u_c2 [V]
+  std::vector<S> force;                   ///< memory of a learnt force, as firstForceMemory()
+  S terminal = S(0.0), voltage = S(0.0);  ///< [V], of the battery and as its channel shows it; 0 before the first interval
+  double last_current = 0.0;              ///< [A], at the end of the last interval
+  double layer_step = 1.0;                ///< [s], length of the double layer's next implicit step
+  unsigned intervals = 0;                 ///< since fading numbers were dropped
 };
 
 /// Changes every number that carries lanes, and each beside its counterpart in another standing of the same battery.
@@ -72,8 +72,7 @@ class Stepper {
         effects_(bound, start.parameters, start.reference_time, seeds),
         layer_(LayerChoice<S>(*bound).underCurrent(bound->lanesOfLayer(seeds))) {
     now.time = start.time;
-    for (Eigen::Index j = 0; j < start.state.size(); ++j)
-      now.x.push_back(seeded(start.state[j], seeds, start.parameters.size() + j, S()));
+    for (Eigen::Index j = 0; j < start.state.size(); ++j) now.x.push_back(seeded(start.state[j], seeds, start.parameters.size() + j, S()));
     if (!bound->model.force()) return;
     force_.emplace(bound->model.force());
     now.force = firstForceMemory<S>(*bound->model.force(), start.force_memory);

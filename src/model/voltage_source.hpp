@@ -14,9 +14,9 @@ namespace battery_sof {
 /// What a source leaves behind for its next interval.
 template <typename S>
 struct SourceMemory {
-  S current = S(0.0);                     ///< [A], of the last interval
-  double trend = 0.0, move = 0.0;         ///< [A] that the current and [V] that the voltage moved in it
-  double resistance = 0.0, bend = 0.2;    ///< [Ohm] over it; [1/A] as SourceSearch::bend()
+  S current = S(0.0);                   ///< [A], of the last interval
+  double trend = 0.0, move = 0.0;       ///< [A] that the current and [V] that the voltage moved in it
+  double resistance = 0.0, bend = 0.2;  ///< [Ohm] over it; [1/A] as SourceSearch::bend()
 
   struct Work {
     std::unique_ptr<Stepper<Slope>> probe;  ///< the same battery, for trials of currents
@@ -59,7 +59,7 @@ class VoltageSource {
   static constexpr int kWidth = Width<S>::value;
   static constexpr double kLastStepByProbe = 1e-5;  // [A], where derivatives are the last trial's
   static constexpr int kMostRounds = 20;
-  static constexpr double kSettledCurrent = 1e-7;   // [A], and share, by which the last round may have moved it
+  static constexpr double kSettledCurrent = 1e-7;  // [A], and share, by which the last round may have moved it
 
   // ------------------------------------------------------------------------------------- one implicit step
 
@@ -105,8 +105,8 @@ class VoltageSource {
     Eliminated found;
     SourceStep& step = found.step;
     for (int k = 0; k < kMostRounds && !found.is_found; ++k) {
-      const Slope others = slopes.othersVoltage(Slope(i, Eigen::Matrix<double, 1, 1>::Ones()), duration, Slope(k > 0 ? step.u : before),
-                                                slope_present);
+      const Slope others =
+          slopes.othersVoltage(Slope(i, Eigen::Matrix<double, 1, 1>::Ones()), duration, Slope(k > 0 ? step.u : before), slope_present);
       found.resistance = others.derivatives()[0];
       step = battery_.layer().atSource(battery_.effects().parameters().data(), present, voltage - others.value() + found.resistance * i,
                                        found.resistance, duration, before);

@@ -29,17 +29,13 @@ constexpr std::array kStudent95 = {6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.8
 /// Several values or samples, where they lie.
 using Values = Eigen::Map<const Eigen::ArrayXd>;
 
-Values allOf(const std::vector<double>& values) {
-  return {values.data(), static_cast<Eigen::Index>(values.size())};
-}
+Values allOf(const std::vector<double>& values) { return {values.data(), static_cast<Eigen::Index>(values.size())}; }
 
 Values valuesIn(const std::vector<double>& values, IndexRange range) {
   return {values.data() + range.first, static_cast<Eigen::Index>(range.size())};
 }
 
-double standardDeviation(const std::vector<double>& errors) {
-  return errors.empty() ? 0.0 : std::sqrt(allOf(errors).square().mean());
-}
+double standardDeviation(const std::vector<double>& errors) { return errors.empty() ? 0.0 : std::sqrt(allOf(errors).square().mean()); }
 
 /// Bounds that nine in ten further errors keep: quantiles of many, Student's t for few; otherwise's
 /// for a single one.
@@ -48,8 +44,7 @@ Bounds ninetyPercent(const std::vector<double>& errors, Bounds otherwise) {
   if (count >= kFewestForTails) return centralRange(errors, 0.05);
   if (count < 2) return otherwise;
   const double n = static_cast<double>(count);
-  const double width = kStudent95[count - 2] * standardDeviation(errors) *
-                       std::sqrt(n / (n - 1.0) * (1.0 + 1.0 / n));
+  const double width = kStudent95[count - 2] * standardDeviation(errors) * std::sqrt(n / (n - 1.0) * (1.0 + 1.0 / n));
   return {-width, width};
 }
 
@@ -57,8 +52,7 @@ struct Points {
   std::vector<double> x, y;
 };
 
-Points pointsWhere(const Series& series, IndexRange window,
-                   const std::vector<char>& imposes_voltage, bool voltage_is_imposed) {
+Points pointsWhere(const Series& series, IndexRange window, const std::vector<char>& imposes_voltage, bool voltage_is_imposed) {
   Points points;
   for (std::size_t k = window.first; k < window.last; ++k) {
     if ((imposes_voltage[k] != 0) != voltage_is_imposed) continue;
@@ -91,16 +85,14 @@ std::optional<NaiveLine> lineThrough(const Values& x, const Values& y) {
 /// Calls visit(sample, step) for every sample of the charge that begins at first, until the voltage
 /// is no longer imposed.
 template <typename Visit>
-void forEachAge(const Series& series, IndexRange range, std::size_t first,
-                const std::vector<char>& imposes_voltage, double step, Visit visit) {
+void forEachAge(const Series& series, IndexRange range, std::size_t first, const std::vector<char>& imposes_voltage, double step,
+                Visit visit) {
   for (std::size_t k = first; k < range.last && imposes_voltage[k]; ++k)
     visit(k, static_cast<std::size_t>(std::lround((series.time[k] - series.time[first]) / step)));
 }
 
-std::optional<NaivePhase> medianPhase(const Series& series, IndexRange window,
-                                      const std::vector<char>& imposes_voltage,
-                                      const std::vector<std::size_t>& beginnings,
-                                      Bounds otherwise) {
+std::optional<NaivePhase> medianPhase(const Series& series, IndexRange window, const std::vector<char>& imposes_voltage,
+                                      const std::vector<std::size_t>& beginnings, Bounds otherwise) {
   if (beginnings.empty()) return std::nullopt;
   NaivePhase phase;
   phase.step = std::max(1.0, medianInterval(series));
@@ -109,12 +101,11 @@ std::optional<NaivePhase> medianPhase(const Series& series, IndexRange window,
   std::map<std::size_t, std::size_t> charges_at;
   for (const std::size_t first : beginnings) {
     std::optional<std::size_t> before;
-    forEachAge(series, window, first, imposes_voltage, phase.step,
-               [&](std::size_t k, std::size_t age) {
-                 by_age[age].push_back(series.current[k]);
-                 if (before != age) ++charges_at[age];
-                 before = age;
-               });
+    forEachAge(series, window, first, imposes_voltage, phase.step, [&](std::size_t k, std::size_t age) {
+      by_age[age].push_back(series.current[k]);
+      if (before != age) ++charges_at[age];
+      before = age;
+    });
   }
   std::vector<double> errors;
   for (std::size_t age = 0; 2 * charges_at[age] >= beginnings.size(); ++age) {
@@ -142,10 +133,8 @@ std::optional<NaiveHistory> historyOf(const std::vector<double>& values, Bounds 
   return history;
 }
 
-std::optional<NaiveHistory> chargesOver(const Series& series, IndexRange window,
-                                        const std::vector<char>& imposes_voltage,
-                                        const std::vector<std::size_t>& beginnings, double duration,
-                                        Bounds otherwise) {
+std::optional<NaiveHistory> chargesOver(const Series& series, IndexRange window, const std::vector<char>& imposes_voltage,
+                                        const std::vector<std::size_t>& beginnings, double duration, Bounds otherwise) {
   std::vector<double> means;
   for (const std::size_t first : beginnings) {
     const auto samples = beginningOfCharge(series, window, first, duration, imposes_voltage);
@@ -166,8 +155,7 @@ double beyondLine(const std::vector<NaiveCrank>& cranks, std::size_t count, cons
   return sum / (weights + kLineWeight);
 }
 
-std::optional<NaiveCranks> naiveCranks(const std::vector<Event>& events,
-                                       const std::optional<NaiveLine>& line) {
+std::optional<NaiveCranks> naiveCranks(const std::vector<Event>& events, const std::optional<NaiveLine>& line) {
   if (events.empty()) return std::nullopt;
   std::vector<NaiveCrank> cranks;
   for (const Event& event : events) cranks.push_back({event.peak_current, event.min_voltage});
@@ -187,8 +175,7 @@ std::optional<NaiveCranks> naiveCranks(const std::vector<Event>& events,
   naive.intercept = known.intercept + beyondLine(cranks, cranks.size(), known);
   std::vector<double> errors;  // of each crank, predicted from those before
   for (std::size_t k = 0; k < cranks.size(); ++k)
-    errors.push_back(cranks[k].minimum - known.at(cranks[k].current) -
-                     beyondLine(cranks, k, known));
+    errors.push_back(cranks[k].minimum - known.at(cranks[k].current) - beyondLine(cranks, k, known));
   const double single = std::abs(errors.front());
   const Bounds bounds = ninetyPercent(errors, {-single, single});
   naive.lower_error = bounds.lower;
@@ -196,24 +183,22 @@ std::optional<NaiveCranks> naiveCranks(const std::vector<Event>& events,
   return naive;
 }
 
-void push(const NaiveInterval& interval, std::vector<double>& value, std::vector<double>& lower,
-          std::vector<double>& upper) {
+void push(const NaiveInterval& interval, std::vector<double>& value, std::vector<double>& lower, std::vector<double>& upper) {
   value.push_back(interval.value);
   lower.push_back(interval.lower);
   upper.push_back(interval.upper);
 }
 
-void usePhase(const NaivePhase& phase, const Series& series, IndexRange range,
-              const std::vector<char>& imposes_voltage, NaiveSeries& predicted) {
+void usePhase(const NaivePhase& phase, const Series& series, IndexRange range, const std::vector<char>& imposes_voltage,
+              NaiveSeries& predicted) {
   for (const std::size_t first : chargeBeginnings(series, range, imposes_voltage))
-    forEachAge(series, range, first, imposes_voltage, phase.step,
-               [&](std::size_t k, std::size_t age) {
-                 if (age >= phase.current.size()) return;
-                 const std::size_t n = k - range.first;
-                 predicted.current[n] = phase.current[age];
-                 predicted.current_lower[n] = phase.current[age] + phase.lower_error;
-                 predicted.current_upper[n] = phase.current[age] + phase.upper_error;
-               });
+    forEachAge(series, range, first, imposes_voltage, phase.step, [&](std::size_t k, std::size_t age) {
+      if (age >= phase.current.size()) return;
+      const std::size_t n = k - range.first;
+      predicted.current[n] = phase.current[age];
+      predicted.current_lower[n] = phase.current[age] + phase.lower_error;
+      predicted.current_upper[n] = phase.current[age] + phase.upper_error;
+    });
 }
 
 /// Mean over duration of the phase as far as it goes and of the line beyond it.
@@ -229,13 +214,11 @@ double meanOverPhase(const NaivePhase& phase, double duration, double beyond) {
 
 NaiveInterval NaiveLine::around(double x) const {
   const double distance = spread > 0.0 ? (x - centre) / spread : 0.0;
-  const double wider =
-      std::sqrt(1.0 + distance * distance / static_cast<double>(std::max<std::size_t>(samples, 1)));
+  const double wider = std::sqrt(1.0 + distance * distance / static_cast<double>(std::max<std::size_t>(samples, 1)));
   return {at(x), at(x) + wider * lower_error, at(x) + wider * upper_error};
 }
 
-NaivePredictor fitNaive(const Series& series, IndexRange window,
-                        const std::vector<char>& imposes_voltage) {
+NaivePredictor fitNaive(const Series& series, IndexRange window, const std::vector<char>& imposes_voltage) {
   const auto beginnings = chargeBeginnings(series, window, imposes_voltage);
   const Points imposed = pointsWhere(series, window, imposes_voltage, true);
   const Points free = pointsWhere(series, window, imposes_voltage, false);
@@ -243,57 +226,46 @@ NaivePredictor fitNaive(const Series& series, IndexRange window,
   naive.current_from_voltage = lineThrough(allOf(imposed.x), allOf(imposed.y));
   naive.voltage_from_current = lineThrough(allOf(free.x), allOf(free.y));
   Bounds of_line;
-  if (naive.current_from_voltage)
-    of_line = {naive.current_from_voltage->lower_error, naive.current_from_voltage->upper_error};
+  if (naive.current_from_voltage) of_line = {naive.current_from_voltage->lower_error, naive.current_from_voltage->upper_error};
   naive.phase = medianPhase(series, window, imposes_voltage, beginnings, of_line);
   naive.charge_10s = chargesOver(series, window, imposes_voltage, beginnings, kShort, of_line);
   naive.charge_60s = chargesOver(series, window, imposes_voltage, beginnings, kLong, of_line);
   const double max_gap = gapThreshold(medianInterval(series.time, window));
-  naive.cranks =
-      naiveCranks(detectCranks(series, window, {}, max_gap), naive.voltage_from_current);
+  naive.cranks = naiveCranks(detectCranks(series, window, {}, max_gap), naive.voltage_from_current);
   return naive;
 }
 
-NaivePredictor fitNaiveDrivenByCurrent(const Series& series, IndexRange window,
-                                       const std::vector<Event>& cranks) {
+NaivePredictor fitNaiveDrivenByCurrent(const Series& series, IndexRange window, const std::vector<Event>& cranks) {
   NaivePredictor naive;
-  naive.voltage_from_current =
-      lineThrough(valuesIn(series.current, window), valuesIn(series.voltage, window));
+  naive.voltage_from_current = lineThrough(valuesIn(series.current, window), valuesIn(series.voltage, window));
   naive.cranks = naiveCranks(cranks, naive.voltage_from_current);
   return naive;
 }
 
-NaiveSeries predictNaive(const NaivePredictor& naive, const Series& series, IndexRange range,
-                         const std::vector<char>& imposes_voltage) {
+NaiveSeries predictNaive(const NaivePredictor& naive, const Series& series, IndexRange range, const std::vector<char>& imposes_voltage) {
   NaiveSeries predicted;
   for (std::size_t k = range.first; k < range.last; ++k) {
     if (naive.current_from_voltage)
-      push(naive.current_from_voltage->around(series.voltage.at(k)), predicted.current,
-           predicted.current_lower, predicted.current_upper);
+      push(naive.current_from_voltage->around(series.voltage.at(k)), predicted.current, predicted.current_lower, predicted.current_upper);
     if (naive.voltage_from_current)
-      push(naive.voltage_from_current->around(series.current.at(k)), predicted.voltage,
-           predicted.voltage_lower, predicted.voltage_upper);
+      push(naive.voltage_from_current->around(series.current.at(k)), predicted.voltage, predicted.voltage_lower, predicted.voltage_upper);
   }
-  if (naive.phase && naive.current_from_voltage)
-    usePhase(*naive.phase, series, range, imposes_voltage, predicted);
+  if (naive.phase && naive.current_from_voltage) usePhase(*naive.phase, series, range, imposes_voltage, predicted);
   return predicted;
 }
 
 std::optional<NaiveInterval> naiveCrankMinimum(const NaivePredictor& naive, double current) {
   if (naive.cranks) {
     const double minimum = naive.cranks->intercept + naive.cranks->slope * current;
-    return NaiveInterval{minimum, minimum + naive.cranks->lower_error,
-                         minimum + naive.cranks->upper_error};
+    return NaiveInterval{minimum, minimum + naive.cranks->lower_error, minimum + naive.cranks->upper_error};
   }
   if (naive.voltage_from_current) return naive.voltage_from_current->around(current);
   return std::nullopt;
 }
 
-std::optional<NaiveInterval> naiveChargeCurrent(const NaivePredictor& naive, double voltage,
-                                                double duration) {
+std::optional<NaiveInterval> naiveChargeCurrent(const NaivePredictor& naive, double voltage, double duration) {
   if (!(duration > 0.0))
-    throw std::invalid_argument("naiveChargeCurrent: duration is " + std::to_string(duration) +
-                                " s; expected above 0");
+    throw std::invalid_argument("naiveChargeCurrent: duration is " + std::to_string(duration) + " s; expected above 0");
   if (!naive.phase) {
     if (!naive.current_from_voltage) return std::nullopt;
     return naive.current_from_voltage->around(voltage);

@@ -16,9 +16,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::array kTimeConstants = {0.1,  0.3,   1.0,   3.0,    10.0,
-                                       30.0, 100.0, 300.0, 1000.0, 3000.0};  // [s]
-constexpr std::array kRecentDischarges = {5.0, 50.0, 500.0};                 // [As]
+constexpr std::array kTimeConstants = {0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0};  // [s]
+constexpr std::array kRecentDischarges = {5.0, 50.0, 500.0};                                           // [As]
 constexpr std::size_t kFewestRows = 60;
 constexpr std::size_t kMostRows = 20000;
 constexpr int kBlocks = 6;
@@ -26,22 +25,18 @@ constexpr double kPenaltyUnit = 1e-2;
 constexpr int kWeakestPenalty = -3, kStrongestPenalty = 4;  // powers of ten
 
 void requireRanges(const Series& series, IndexRange train, IndexRange test) {
-  const bool valid = train.first < train.last && train.last <= series.size() &&
-                     test.first < test.last && test.last <= series.size() &&
+  const bool valid = train.first < train.last && train.last <= series.size() && test.first < test.last && test.last <= series.size() &&
                      train.size() >= kFewestRows;
   if (valid) return;
-  throw std::invalid_argument("ridgeVoltage: trained on samples " + std::to_string(train.first) +
-                              " to " + std::to_string(train.last) + ", tested on " +
-                              std::to_string(test.first) + " to " + std::to_string(test.last) +
-                              " of " + std::to_string(series.size()) +
-                              "; expected ranges that are not empty, and 60 samples to train on");
+  throw std::invalid_argument("ridgeVoltage: trained on samples " + std::to_string(train.first) + " to " + std::to_string(train.last) +
+                              ", tested on " + std::to_string(test.first) + " to " + std::to_string(test.last) + " of " +
+                              std::to_string(series.size()) + "; expected ranges that are not empty, and 60 samples to train on");
 }
 
 VectorXd lowPass(const VectorXd& x, const VectorXd& time, double time_constant) {
   VectorXd y(x.size());
   y[0] = x[0];
-  for (Index k = 1; k < x.size(); ++k)
-    y[k] = y[k - 1] - std::expm1(-(time[k] - time[k - 1]) / time_constant) * (x[k] - y[k - 1]);
+  for (Index k = 1; k < x.size(); ++k) y[k] = y[k - 1] - std::expm1(-(time[k] - time[k - 1]) / time_constant) * (x[k] - y[k - 1]);
   return y;
 }
 
@@ -55,8 +50,7 @@ std::vector<double> usableTimeConstants(const VectorXd& time, double interval) {
 
 VectorXd chargeOver(const VectorXd& time, const VectorXd& current) {
   VectorXd charge = VectorXd::Zero(time.size());
-  for (Index k = 1; k < time.size(); ++k)
-    charge[k] = charge[k - 1] + current[k] * (time[k] - time[k - 1]);
+  for (Index k = 1; k < time.size(); ++k) charge[k] = charge[k - 1] + current[k] * (time[k] - time[k - 1]);
   return charge;
 }
 
@@ -107,8 +101,7 @@ RidgeOptions options() {
   RidgeOptions options;
   options.blocks = kBlocks;
   options.of_mean = true;
-  for (int power = kWeakestPenalty; power <= kStrongestPenalty; ++power)
-    options.penalties.push_back(kPenaltyUnit * std::pow(10.0, power));
+  for (int power = kWeakestPenalty; power <= kStrongestPenalty; ++power) options.penalties.push_back(kPenaltyUnit * std::pow(10.0, power));
   return options;
 }
 

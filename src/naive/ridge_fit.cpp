@@ -23,15 +23,14 @@ std::vector<Block> blocksOf(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, 
   for (int b = 0; b < count; ++b) {
     const Eigen::Index first = Z.rows() * b / count, last = Z.rows() * (b + 1) / count;
     const auto rows = Z.middleRows(first, last - first);
-    blocks.push_back({first, last - first, rows.transpose() * rows,
-                      rows.transpose() * y.segment(first, last - first)});
+    blocks.push_back({first, last - first, rows.transpose() * rows, rows.transpose() * y.segment(first, last - first)});
   }
   return blocks;
 }
 
 /// @param rows that the products are summed over.
-Eigen::VectorXd solved(Eigen::MatrixXd products, const Eigen::VectorXd& targets, double penalty,
-                       Eigen::Index rows, const RidgeOptions& options) {
+Eigen::VectorXd solved(Eigen::MatrixXd products, const Eigen::VectorXd& targets, double penalty, Eigen::Index rows,
+                       const RidgeOptions& options) {
   if (options.of_mean) penalty *= static_cast<double>(rows);
   products.diagonal().array() += penalty;
   products(0, 0) += penalty * (options.constant_penalty - 1.0);
@@ -40,11 +39,10 @@ Eigen::VectorXd solved(Eigen::MatrixXd products, const Eigen::VectorXd& targets,
 
 void requireSound(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options) {
   if (X.rows() != y.size())
-    throw std::invalid_argument("fitRidge: " + std::to_string(X.rows()) + " rows for " +
-                                std::to_string(y.size()) + " values");
+    throw std::invalid_argument("fitRidge: " + std::to_string(X.rows()) + " rows for " + std::to_string(y.size()) + " values");
   if (X.rows() < 2 * options.blocks || options.blocks < 2)
-    throw std::invalid_argument("fitRidge: " + std::to_string(X.rows()) + " rows for " +
-                                std::to_string(options.blocks) + " blocks, expected two a block");
+    throw std::invalid_argument("fitRidge: " + std::to_string(X.rows()) + " rows for " + std::to_string(options.blocks) +
+                                " blocks, expected two a block");
   if (options.penalties.empty()) throw std::invalid_argument("fitRidge: no penalty is given");
 }
 
@@ -106,16 +104,14 @@ Eigen::VectorXd leftOut(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, cons
 
 }  // namespace
 
-RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options,
-                  Eigen::VectorXd* left_out) {
+RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options, Eigen::VectorXd* left_out) {
   requireSound(X, y, options);
   RidgeFit fit;
   const Eigen::MatrixXd Z = standardised(X, fit);
   const Sums sums{Z.transpose() * Z, Z.transpose() * y};
   const Eigen::VectorXd best = leftOut(Z, y, sums, options, fit);
   double share = 1.0;
-  if (options.shrunk)
-    share = std::clamp(y.dot(best) / std::max(best.squaredNorm(), 1e-12), 0.0, 1.0);
+  if (options.shrunk) share = std::clamp(y.dot(best) / std::max(best.squaredNorm(), 1e-12), 0.0, 1.0);
   fit.gain = 1.0 - (y - share * best).squaredNorm() / std::max(y.squaredNorm(), 1e-300);
   if (left_out) *left_out = share * best;
   if (options.shrunk && !(fit.gain > 0.0)) {

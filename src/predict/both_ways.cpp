@@ -22,8 +22,7 @@ PredictedVoltage voltageOf(const MixedPrediction& predicted, const std::vector<d
 std::optional<double> meanAbsError(const std::vector<CrankScore>& cranks) {
   if (cranks.empty()) return std::nullopt;
   double sum = 0.0;
-  for (const CrankScore& crank : cranks)
-    sum += std::abs(crank.measured_minimum - crank.predicted_minimum.value);
+  for (const CrankScore& crank : cranks) sum += std::abs(crank.measured_minimum - crank.predicted_minimum.value);
   return sum / static_cast<double>(cranks.size());
 }
 
@@ -31,45 +30,35 @@ Interval toInterval(const NaiveInterval& naive) { return {naive.value, naive.low
 
 }  // namespace
 
-BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, IndexRange range,
-                             const FollowedPrediction& predicted) {
+BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, IndexRange range, const FollowedPrediction& predicted) {
   BothWaysScores scores;
   scores.mixed = scoreMixed(series, range, overSeries(series, range, predicted.voltage_drives), predicted);
   for (ChargeScore& charge : scores.mixed.charges)
-    charge.predicted = experiencedCharge(
-        model, {charge.mean_voltage, charge.first_voltage, charge.duration}, charge.predicted);
-  scores.cranks =
-      scorePrediction(series, range, voltageOf(predicted, predicted.equations_voltage)).cranks;
-  for (CrankScore& crank : scores.cranks)
-    crank.predicted_minimum = experiencedCrank(model, crank.current, crank.predicted_minimum);
+    charge.predicted = experiencedCharge(model, {charge.mean_voltage, charge.first_voltage, charge.duration}, charge.predicted);
+  scores.cranks = scorePrediction(series, range, voltageOf(predicted, predicted.equations_voltage)).cranks;
+  for (CrankScore& crank : scores.cranks) crank.predicted_minimum = experiencedCrank(model, crank.current, crank.predicted_minimum);
   scores.crank_mean_abs_error = meanAbsError(scores.cranks);
   return scores;
 }
 
-BothWaysScores scoreNaive(const NaivePredictor& naive, const Series& series, IndexRange range,
-                          const std::vector<char>& voltage_drives) {
+BothWaysScores scoreNaive(const NaivePredictor& naive, const Series& series, IndexRange range, const std::vector<char>& voltage_drives) {
   BothWaysScores scores;
   const std::vector<char> mask = overSeries(series, range, voltage_drives);
   const NaiveSeries line = predictNaive(naive, series, range, mask);
   scores.mixed = scoreMixed(series, range, mask,
-                            {line.current, line.current_lower, line.current_upper, line.voltage,
-                             line.voltage_lower, line.voltage_upper});
+                            {line.current, line.current_lower, line.current_upper, line.voltage, line.voltage_lower, line.voltage_upper});
   for (ChargeScore& charge : scores.mixed.charges)
-    if (const auto current = naiveChargeCurrent(naive, charge.mean_voltage, charge.duration))
-      charge.predicted = toInterval(*current);
+    if (const auto current = naiveChargeCurrent(naive, charge.mean_voltage, charge.duration)) charge.predicted = toInterval(*current);
   if (line.voltage.empty()) return scores;
-  scores.cranks =
-      scorePrediction(series, range, {line.voltage, line.voltage_lower, line.voltage_upper}).cranks;
+  scores.cranks = scorePrediction(series, range, {line.voltage, line.voltage_lower, line.voltage_upper}).cranks;
   for (CrankScore& crank : scores.cranks)
-    if (const auto minimum = naiveCrankMinimum(naive, crank.current))
-      crank.predicted_minimum = toInterval(*minimum);
+    if (const auto minimum = naiveCrankMinimum(naive, crank.current)) crank.predicted_minimum = toInterval(*minimum);
   scores.crank_mean_abs_error = meanAbsError(scores.cranks);
   return scores;
 }
 
 PredictedVoltage naiveVoltage(const NaivePredictor& naive, const Series& series, IndexRange range) {
-  const NaiveSeries line =
-      predictNaive(naive, series, range, std::vector<char>(series.size(), 0));
+  const NaiveSeries line = predictNaive(naive, series, range, std::vector<char>(series.size(), 0));
   return {line.voltage, line.voltage_lower, line.voltage_upper};
 }
 

@@ -26,8 +26,7 @@ std::string faultsOf(const ChargeAcceptanceQuery& q) {
   std::string faults;
   addFault(faults, q.u_boost > 0.0 && q.u_boost <= 100.0, "u_boost [V]", q.u_boost, "above 0, up to 100");
   addFault(faults, q.t_sof2 > 0.0 && q.t_sof2 <= kLongest, "t_sof2 [s]", q.t_sof2, "above 0, up to 3600");
-  addFault(faults, q.i_limit > 0.0 && q.i_limit <= kMostCurrent, "i_limit [A]", q.i_limit,
-           "above 0, up to 5000");
+  addFault(faults, q.i_limit > 0.0 && q.i_limit <= kMostCurrent, "i_limit [A]", q.i_limit, "above 0, up to 5000");
   return faults;
 }
 
@@ -46,8 +45,7 @@ struct MeanCurrent {
 
 /// @param shift [V], added to the voltages, as a function of the time since the start.
 template <typename Shift>
-MeanCurrent meanCurrent(Simulation simulation, const std::vector<VoltageStep>& steps,
-                        double i_limit, Shift&& shift) {
+MeanCurrent meanCurrent(Simulation simulation, const std::vector<VoltageStep>& steps, double i_limit, Shift&& shift) {
   MeanCurrent mean;
   mean.derivatives = Eigen::VectorXd::Zero(simulation.lanes());
   double since = 0.0;
@@ -58,8 +56,7 @@ MeanCurrent meanCurrent(Simulation simulation, const std::vector<VoltageStep>& s
     mean.highest = std::max(mean.highest, i);
     mean.beyond_learned = std::max(mean.beyond_learned, simulation.beyondLearned());
     // At the limit the current does not depend on the battery.
-    if (simulation.lanes() > 0 && i < i_limit)
-      mean.derivatives += simulation.currentDerivatives() * step.duration;
+    if (simulation.lanes() > 0 && i < i_limit) mean.derivatives += simulation.currentDerivatives() * step.duration;
   }
   mean.value = std::min(mean.value / since, i_limit);  // the sum is rounded
   mean.derivatives /= since;
@@ -83,8 +80,7 @@ struct ExpectedCurrent {
 };
 
 /// Mean current with its interval: the lanes' share, and what a standard deviation of the voltage's error moves it by.
-ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<VoltageStep>& steps,
-                                double i_limit) {
+ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<VoltageStep>& steps, double i_limit) {
   const ErrorTracker errors(model);
   const auto expected = [&](double since) { return -errors.forecast(since).mean; };
   const MeanCurrent mean = meanCurrent(uncertainSimulationOf(model), steps, i_limit, expected);
@@ -92,8 +88,7 @@ ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<Volt
   for (const VoltageStep& step : steps) duration += step.duration;
   const double own = model.noise ? model.noise->white_std : model.scores.rmse;
   const double error = std::sqrt(errors.forecast(0.5 * duration).variance + own * own + std::pow(mean.beyond_learned, 2));
-  const MeanCurrent moved = meanCurrent(simulationOf(model), steps, i_limit,
-                                        [&](double since) { return expected(since) - error; });
+  const MeanCurrent moved = meanCurrent(simulationOf(model), steps, i_limit, [&](double since) { return expected(since) - error; });
   const double variance = mean.derivatives.squaredNorm() + std::pow(mean.value - moved.value, 2);
   const double half = kNinetyPercent * model.charge_scale.factor * std::sqrt(variance);
   return {{mean.value, mean.value - half, std::min(mean.value + half, i_limit)}, mean.highest, mean.beyond_learned};
@@ -114,8 +109,7 @@ QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
 
 }  // namespace
 
-ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
-                                               const ChargeAcceptanceQuery& query, double capacity) {
+ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, double capacity) {
   ChargeAcceptanceAnswer answer;
   answer.message = faultsOf(query);
   if (!answer.message.empty()) {
@@ -140,12 +134,10 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
   const std::string reasons = extrapolationOf(model, range, capacity);
   answer.valid = reasons.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
-  answer.message = sentence("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A",
-                            answer.i_boost->value, query.t_sof2, query.u_boost,
-                            answer.i_boost->lower, answer.i_boost->upper);
+  answer.message = sentence("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A", answer.i_boost->value, query.t_sof2,
+                            query.u_boost, answer.i_boost->lower, answer.i_boost->upper);
   if (range.evidence.vouches)
-    answer.message += sentence("; %d past charges like it were missed by %.1f A", range.evidence.charges,
-                               range.evidence.median_error);
+    answer.message += sentence("; %d past charges like it were missed by %.1f A", range.evidence.charges, range.evidence.median_error);
   if (!answer.valid) answer.message += "; not to be relied on: " + reasons;
   return answer;
 }
@@ -153,8 +145,7 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
 namespace {
 
 /// Mean of what a model with a source expects to flow, sample by sample.
-Interval followedCurrent(const FittedModel& model, const Series& series, MissedCrank missed,
-                         const std::vector<double>& driving) {
+Interval followedCurrent(const FittedModel& model, const Series& series, MissedCrank missed, const std::vector<double>& driving) {
   Follower follower(model, true);
   double before = model.state.time, current_before = model.state.current, sum = 0.0, spread = 0.0;
   for (std::size_t n = 0; n < series.size(); ++n) {
@@ -177,8 +168,7 @@ Interval followedCurrent(const FittedModel& model, const Series& series, MissedC
 
 }  // namespace
 
-MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series, MissedCrank missed,
-                                   const std::vector<double>& driving) {
+MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series, MissedCrank missed, const std::vector<double>& driving) {
   constexpr double kStep = 0.1;  // [s]
   MeanChargeCurrent mean;
   std::vector<VoltageStep> steps;

@@ -34,8 +34,7 @@ void ChargeWatch::beginBehind(double current) {
 /// Samples after a charge's last one until its voltage is known.
 std::size_t ChargeWatch::waitsFor(const FittedModel& model) { return model.source ? model.voltage_lag + 1 : 0; }
 
-std::optional<ChargeComparison> ChargeWatch::add(const StreamSample& sample,
-                                                 const StateTracker& before, double max_gap) {
+std::optional<ChargeComparison> ChargeWatch::add(const StreamSample& sample, const StateTracker& before, double max_gap) {
   const bool is_gap = sample.time - before.state().time > max_gap;
   const auto comparison = finishComplete(sample, before, is_gap);
   judgeLast(before);
@@ -80,14 +79,12 @@ void ChargeWatch::judgeLast(const StateTracker& before) {
   }
   const std::size_t passed = running_->samples.size();
   const double interval = (running_->samples.time.back() - running_->model.state.time) / static_cast<double>(passed);
-  if (passed > 1 && static_cast<double>(passed - running_->imposed) * interval <= (1.0 - kLeastImposed) * compare_after_)
-    return;
+  if (passed > 1 && static_cast<double>(passed - running_->imposed) * interval <= (1.0 - kLeastImposed) * compare_after_) return;
   running_.reset();
   discharged_ = discharged_ || passed == 1;
 }
 
-std::optional<ChargeComparison> ChargeWatch::finishComplete(const StreamSample& sample, const StateTracker& before,
-                                                            bool is_gap) {
+std::optional<ChargeComparison> ChargeWatch::finishComplete(const StreamSample& sample, const StateTracker& before, bool is_gap) {
   if (!complete_) return std::nullopt;
   if (complete_->samples.size() == complete_->own && before.voltageDrives()) ++complete_->imposed;
   if (!is_gap) append(complete_->samples, sample);

@@ -32,17 +32,14 @@ double highestOf(const CurrentProfile& profile) {
   return profile.empty() ? 0.0 : *std::max_element(profile.current.begin(), profile.current.end());
 }
 
-double lowestCurrent(const CrankingQuery& query) {
-  return query.crank.empty() ? query.i_cranking : lowestOf(query.crank);
-}
+double lowestCurrent(const CrankingQuery& query) { return query.crank.empty() ? query.i_cranking : lowestOf(query.crank); }
 
 /// Charge out of the battery while it stands [Ah].
 double chargeOfStop(const CrankingQuery& query) {
   if (query.load.empty()) return -query.i_load * query.t_stop / 3600.0;
   double charge = -query.load.current.front() * query.load.time.front();
   for (std::size_t n = 1; n < query.load.time.size(); ++n)
-    charge -= 0.5 * (query.load.current[n] + query.load.current[n - 1]) *
-              (query.load.time[n] - query.load.time[n - 1]);
+    charge -= 0.5 * (query.load.current[n] + query.load.current[n - 1]) * (query.load.time[n] - query.load.time[n - 1]);
   return std::abs(charge) / 3600.0;
 }
 
@@ -78,26 +75,19 @@ QueryRange rangeOf(const CrankingQuery& query) {
 std::string faultsOf(const CrankingQuery& q) {
   std::string faults;
   if (q.load.empty()) {
-    addFault(faults, q.i_load <= 0.0 && q.i_load >= -kMostCurrent, "i_load [A]", q.i_load,
-             "-5000 to 0 (negative: out of the battery)");
-    addFault(faults, q.t_stop >= 0.0 && q.t_stop <= kLongestStop, "t_stop [s]", q.t_stop,
-             "0 to 86400");
+    addFault(faults, q.i_load <= 0.0 && q.i_load >= -kMostCurrent, "i_load [A]", q.i_load, "-5000 to 0 (negative: out of the battery)");
+    addFault(faults, q.t_stop >= 0.0 && q.t_stop <= kLongestStop, "t_stop [s]", q.t_stop, "0 to 86400");
   }
   if (q.crank.empty()) {
-    addFault(faults, q.i_cranking < 0.0 && q.i_cranking >= -kMostCurrent, "i_cranking [A]",
-             q.i_cranking, "-5000 to below 0 (negative: out of the battery)");
-    addFault(faults, q.t_cranking > 0.0 && q.t_cranking <= kLongestCrank, "t_cranking [s]",
-             q.t_cranking, "above 0, up to 60");
+    addFault(faults, q.i_cranking < 0.0 && q.i_cranking >= -kMostCurrent, "i_cranking [A]", q.i_cranking,
+             "-5000 to below 0 (negative: out of the battery)");
+    addFault(faults, q.t_cranking > 0.0 && q.t_cranking <= kLongestCrank, "t_cranking [s]", q.t_cranking, "above 0, up to 60");
   }
   add(faults, faultOf(q.load, "load"));
   add(faults, faultOf(q.crank, "crank"));
-  addFault(faults, q.crank.duration() <= kLongestCrank, "last crank time [s]", q.crank.duration(),
-           "up to 60");
-  if (faults.empty() && !q.crank.empty())
-    addFault(faults, lowestCurrent(q) < 0.0, "lowest crank current [A]", lowestCurrent(q), "below 0");
-  if (q.u_required)
-    addFault(faults, *q.u_required >= 0.0 && *q.u_required <= 100.0, "u_required [V]",
-             *q.u_required, "0 to 100");
+  addFault(faults, q.crank.duration() <= kLongestCrank, "last crank time [s]", q.crank.duration(), "up to 60");
+  if (faults.empty() && !q.crank.empty()) addFault(faults, lowestCurrent(q) < 0.0, "lowest crank current [A]", lowestCurrent(q), "below 0");
+  if (q.u_required) addFault(faults, *q.u_required >= 0.0 && *q.u_required <= 100.0, "u_required [V]", *q.u_required, "0 to 100");
   return faults;
 }
 
@@ -108,14 +98,12 @@ double crankError(const FittedModel& model, double current) {
   return model.scores.rmse * std::max(1.0, std::abs(current) / seen);
 }
 
-Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
-                       double ahead, double* beyond_learned) {
+Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query, double ahead, double* beyond_learned) {
   const ErrorTracker errors(model);
   const double own = crankError(model, lowestCurrent(query));
   std::optional<Interval> lowest;
   const auto look = [&](const Simulation& now, double since) {
-    const Interval u =
-        voltageAnswer(now, errors.forecastThrough(ahead + since), own, model.crank_scale);
+    const Interval u = voltageAnswer(now, errors.forecastThrough(ahead + since), own, model.crank_scale);
     if (!lowest || u.value <= lowest->value) lowest = u;
     if (beyond_learned) *beyond_learned = std::max(*beyond_learned, now.beyondLearned());
   };
@@ -133,8 +121,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
   return experiencedCrank(model, lowestCurrent(query), *lowest);
 }
 
-CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
-                               double capacity) {
+CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query, double capacity) {
   CrankingAnswer answer;
   answer.message = faultsOf(query);
   if (!answer.message.empty()) {
@@ -161,11 +148,9 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
   const std::string reasons = extrapolationOf(model, range, capacity);
   answer.valid = reasons.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
-  answer.message = sentence("lowest voltage %.2f V, 90 %% between %.2f and %.2f V",
-                            answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
-  if (answer.capable)
-    answer.message +=
-        sentence(": %s %.2f V", *answer.capable ? "holds" : "may not hold", *query.u_required);
+  answer.message =
+      sentence("lowest voltage %.2f V, 90 %% between %.2f and %.2f V", answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
+  if (answer.capable) answer.message += sentence(": %s %.2f V", *answer.capable ? "holds" : "may not hold", *query.u_required);
   if (!answer.valid) answer.message += "; not to be relied on: " + reasons;
   return answer;
 }

@@ -10,15 +10,15 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kPenalty = 0.3;             // of past cranks' normal equations
-constexpr std::size_t kLeastForLine = 4;     // cranks
-constexpr std::size_t kLeastForInterval = 3; // events
-constexpr double kChargePenalty = 3.0;       // of past charges' normal equations
-constexpr std::size_t kLeastForRegression = 4;  // charges
-constexpr double kSameCurrent = 0.5;         // [A], cranks that end alike end at the sensor's range
-constexpr double kAlikeVoltage = 0.5;        // [V], of a charge that is another's like
-constexpr double kVouchingVoltage = 0.3;     // [V]
-constexpr double kFloor = 0.02;              // [A], an error below it says nothing
+constexpr double kPenalty = 0.3;                                 // of past cranks' normal equations
+constexpr std::size_t kLeastForLine = 4;                         // cranks
+constexpr std::size_t kLeastForInterval = 3;                     // events
+constexpr double kChargePenalty = 3.0;                           // of past charges' normal equations
+constexpr std::size_t kLeastForRegression = 4;                   // charges
+constexpr double kSameCurrent = 0.5;                             // [A], cranks that end alike end at the sensor's range
+constexpr double kAlikeVoltage = 0.5;                            // [V], of a charge that is another's like
+constexpr double kVouchingVoltage = 0.3;                         // [V]
+constexpr double kFloor = 0.02;                                  // [A], an error below it says nothing
 constexpr double kVouchingShare = 0.25, kVouchingCurrent = 1.0;  // [1], [A]
 
 double medianOf(std::vector<double> values) {
@@ -42,9 +42,8 @@ std::optional<double> endOfRange(const std::vector<PastCrank>& cranks) {
   if (cranks.size() < 2) return std::nullopt;
   double lowest = cranks.front().current;
   for (const PastCrank& crank : cranks) lowest = std::min(lowest, crank.current);
-  const auto there = std::count_if(cranks.begin(), cranks.end(), [&](const PastCrank& crank) {
-    return crank.current < lowest + kSameCurrent;
-  });
+  const auto there =
+      std::count_if(cranks.begin(), cranks.end(), [&](const PastCrank& crank) { return crank.current < lowest + kSameCurrent; });
   return there >= 2 ? std::optional<double>(lowest) : std::nullopt;
 }
 
@@ -82,8 +81,7 @@ class CrankCorrection {
 std::vector<PastCharge> alike(const Experience& experience, double voltage, double duration, double reach) {
   std::vector<PastCharge> charges;
   for (const PastCharge& charge : experience.charges)
-    if (charge.duration <= 2.0 * duration && duration <= 2.0 * charge.duration &&
-        std::abs(charge.voltage - voltage) <= reach)
+    if (charge.duration <= 2.0 * duration && duration <= 2.0 * charge.duration && std::abs(charge.voltage - voltage) <= reach)
       charges.push_back(charge);
   return charges;
 }
@@ -103,8 +101,7 @@ double missedBy(const PastCharge& charge) { return charge.measured - charge.mode
 double stackOf(const std::vector<PastCharge>& charges, double modelled, std::size_t left_out) {
   const double median = medianWithout(charges, left_out, [](const PastCharge& c) { return c.measured; });
   const double a = medianWithout(charges, left_out, [](const PastCharge& c) { return std::abs(missedBy(c)); });
-  const double b =
-      medianWithout(charges, left_out, [&](const PastCharge& c) { return std::abs(c.measured - median); });
+  const double b = medianWithout(charges, left_out, [&](const PastCharge& c) { return std::abs(c.measured - median); });
   const double share = (b + kFloor) / (a + b + 2.0 * kFloor);
   return share * modelled + (1.0 - share) * median;
 }
@@ -114,10 +111,8 @@ Eigen::Vector4d chargeFeatures(double voltage, double first_voltage, double mode
 }
 
 /// What past charges' errors say of a charge's.
-double regressedError(const std::vector<PastCharge>& charges, const ChargeBeginning& at, double modelled,
-                      std::size_t left_out) {
-  const double usual =
-      kFloor + medianWithout(charges, left_out, [](const PastCharge& c) { return std::abs(missedBy(c)); });
+double regressedError(const std::vector<PastCharge>& charges, const ChargeBeginning& at, double modelled, std::size_t left_out) {
+  const double usual = kFloor + medianWithout(charges, left_out, [](const PastCharge& c) { return std::abs(missedBy(c)); });
   Eigen::Matrix4d A = kChargePenalty * Eigen::Matrix4d::Identity();
   Eigen::Vector4d b = Eigen::Vector4d::Zero();
   for (std::size_t k = 0; k < charges.size(); ++k) {
@@ -131,8 +126,7 @@ double regressedError(const std::vector<PastCharge>& charges, const ChargeBeginn
   return chargeFeatures(at.voltage, at.first_voltage, modelled).dot(A.ldlt().solve(b));
 }
 
-Interval around(double value, const std::vector<double>& errors, const IntervalScale& scale,
-                const Interval& otherwise) {
+Interval around(double value, const std::vector<double>& errors, const IntervalScale& scale, const Interval& otherwise) {
   if (errors.size() >= kLeastForInterval) {
     const double half = scale.factor * halfWidth(errors);
     return {value, value - half, value + half};
@@ -174,8 +168,8 @@ Interval experiencedCharge(const FittedModel& model, const ChargeBeginning& char
   };
   std::vector<double> errors;
   for (std::size_t k = 0; k < charges.size(); ++k)
-    errors.push_back(charges[k].measured - answer({charges[k].voltage, charges[k].first_voltage, charges[k].duration},
-                                                  charges[k].modelled, k));
+    errors.push_back(charges[k].measured -
+                     answer({charges[k].voltage, charges[k].first_voltage, charges[k].duration}, charges[k].modelled, k));
   return around(answer(charge, modelled.value, charges.size()), errors, model.charge_scale, modelled);
 }
 
@@ -189,8 +183,8 @@ ChargeEvidence chargeEvidence(const Experience& experience, double voltage, doub
   evidence.charges = static_cast<int>(errors.size());
   evidence.median_error = medianOf(errors);
   evidence.typical = medianOf(currents);
-  evidence.vouches = evidence.charges >= ChargeEvidence::kLeast &&
-                     evidence.median_error <= std::max(kVouchingShare * evidence.typical, kVouchingCurrent);
+  evidence.vouches =
+      evidence.charges >= ChargeEvidence::kLeast && evidence.median_error <= std::max(kVouchingShare * evidence.typical, kVouchingCurrent);
   return evidence;
 }
 

@@ -14,9 +14,7 @@ namespace battery_sof {
 
 namespace {
 
-double lengthOf(const IdentificationJob& job) {
-  return job.window_length.value_or(defaultWindowLength(job.series));
-}
+double lengthOf(const IdentificationJob& job) { return job.window_length.value_or(defaultWindowLength(job.series)); }
 
 double openLoopRmse(FittedModel model, const Series& series, IndexRange range, double max_gap) {
   const std::size_t first = range.first;
@@ -31,8 +29,7 @@ double openLoopRmse(FittedModel model, const Series& series, IndexRange range, d
 }
 
 /// A model as it follows what lies behind its window, with the events there.
-TrackedModel followedBehind(const FittedModel& model, const Series& series, const EventLimits& events,
-                            double max_gap) {
+TrackedModel followedBehind(const FittedModel& model, const Series& series, const EventLimits& events, double max_gap) {
   TrackedModel followed(events);
   followed.install(model, max_gap);
   followed.lookBack(series);
@@ -69,8 +66,7 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
     carryState(*trial.model, series, series.size() - 1);
   }
   trial.recent_rmse = openLoopRmse(*trial.model, series, window.recent, window.max_gap);
-  if (incumbent)
-    trial.incumbent_rmse = openLoopRmse(*incumbent, series, window.recent, window.max_gap);
+  if (incumbent) trial.incumbent_rmse = openLoopRmse(*incumbent, series, window.recent, window.max_gap);
   return trial;
 }
 
@@ -95,18 +91,18 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
   result.message = choice.message;
   if (!choice.range) return result;
   if (choice.excitation < job.min_suitability) {
-    result.message = "the best window's suitability of " + std::to_string(choice.excitation) +
-                     " is below the required " + std::to_string(job.min_suitability);
+    result.message = "the best window's suitability of " + std::to_string(choice.excitation) + " is below the required " +
+                     std::to_string(job.min_suitability);
     return result;
   }
-  const JobWindow window{*choice.range,  recentWindow(job.series, lengthOf(job)), result.max_gap,
-                         job.events,     instrumentLimits(job.series),
+  const JobWindow window{*choice.range,
+                         recentWindow(job.series, lengthOf(job)),
+                         result.max_gap,
+                         job.events,
+                         instrumentLimits(job.series),
                          drivingSource(job.series)};
-  static_cast<IdentificationTrial&>(result) =
-      tryFit(job.series, window, job.options, job.incumbent);
-  if (job.extended_options)
-    result.extended =
-        tryFit(job.series, window, *job.extended_options, job.extended_incumbent);
+  static_cast<IdentificationTrial&>(result) = tryFit(job.series, window, job.options, job.incumbent);
+  if (job.extended_options) result.extended = tryFit(job.series, window, *job.extended_options, job.extended_incumbent);
   return result;
 }
 

@@ -11,12 +11,8 @@ FittedModel unusable() {
 
 }  // namespace
 
-LiveModel::LiveModel(FittedModel model, std::optional<std::string> why_no_model, double capacity,
-                     const NaiveStandings& naive)
-    : model_(why_no_model ? unusable() : std::move(model)),
-      why_no_model_(std::move(why_no_model)),
-      capacity_(capacity),
-      naive_(naive) {}
+LiveModel::LiveModel(FittedModel model, std::optional<std::string> why_no_model, double capacity, const NaiveStandings& naive)
+    : model_(why_no_model ? unusable() : std::move(model)), why_no_model_(std::move(why_no_model)), capacity_(capacity), naive_(naive) {}
 
 template <typename Answer>
 Answer LiveModel::explained(Answer answer) const {
@@ -41,12 +37,11 @@ ChargeAcceptanceAnswer LiveModel::predictChargeAcceptance(const ChargeAcceptance
 
 ChargeAcceptanceAnswer LiveModel::betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query) const {
   // What was compared over 10 s and over 60 s have no question in common.
-  return battery_sof::betterOf(battery_sof::betterOf(std::move(answer), query, model_.naive, naive_.charges), query,
-                               model_.naive, naive_.long_charges);
+  return battery_sof::betterOf(battery_sof::betterOf(std::move(answer), query, model_.naive, naive_.charges), query, model_.naive,
+                               naive_.long_charges);
 }
 
-CrankingMap LiveModel::mapCranking(const CrankingQuery& query, const std::vector<double>& i_load,
-                                   const std::vector<double>& t_stop) const {
+CrankingMap LiveModel::mapCranking(const CrankingQuery& query, const std::vector<double>& i_load, const std::vector<double>& t_stop) const {
   CrankingMap map = explained(battery_sof::mapCranking(model_, query, i_load, t_stop, capacity_));
   CrankingQuery cell = query;
   cell.load = {};
@@ -57,8 +52,7 @@ CrankingMap LiveModel::mapCranking(const CrankingQuery& query, const std::vector
   return map;
 }
 
-ChargeAcceptanceMap LiveModel::mapChargeAcceptance(const ChargeAcceptanceQuery& query,
-                                                   const std::vector<double>& u_boost,
+ChargeAcceptanceMap LiveModel::mapChargeAcceptance(const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
                                                    const std::vector<double>& t_sof2) const {
   ChargeAcceptanceMap map = explained(battery_sof::mapChargeAcceptance(model_, query, u_boost, t_sof2, capacity_));
   ChargeAcceptanceQuery cell = query;
@@ -70,8 +64,7 @@ ChargeAcceptanceMap LiveModel::mapChargeAcceptance(const ChargeAcceptanceQuery& 
   return map;
 }
 
-ProfileAnswer LiveModel::simulateProfile(const std::vector<double>& time,
-                                         const std::vector<double>& current) const {
+ProfileAnswer LiveModel::simulateProfile(const std::vector<double>& time, const std::vector<double>& current) const {
   return explained(battery_sof::simulateProfile(model_, time, current));
 }
 

@@ -12,8 +12,8 @@ std::string faultOf(const std::vector<double>& side, const char* name) {
 
 /// Fills a map, or says why not.
 template <typename Map, typename Ask>
-Map filled(const FittedModel& model, const std::vector<double>& rows, const char* row_name,
-           const std::vector<double>& columns, const char* column_name, Ask&& ask) {
+Map filled(const FittedModel& model, const std::vector<double>& rows, const char* row_name, const std::vector<double>& columns,
+           const char* column_name, Ask&& ask) {
   Map map;
   map.message = faultOf(rows, row_name);
   if (map.message.empty()) map.message = faultOf(columns, column_name);
@@ -61,20 +61,16 @@ std::size_t takeMap(MapVerdict& verdict, const std::optional<Map>& map) {
 
 }  // namespace
 
-MapVerdict verdictOf(const std::optional<CrankingMap>& cranking,
-                     const std::optional<ChargeAcceptanceMap>& charge) {
+MapVerdict verdictOf(const std::optional<CrankingMap>& cranking, const std::optional<ChargeAcceptanceMap>& charge) {
   MapVerdict verdict;
   const std::size_t answers = takeMap(verdict, cranking) + takeMap(verdict, charge);
-  if (!cranking && !charge)
-    verdict = {AnswerCode::kInvalidQuery,
-               "nothing is asked, expected i_load and t_stop, or u_boost and t_sof2"};
+  if (!cranking && !charge) verdict = {AnswerCode::kInvalidQuery, "nothing is asked, expected i_load and t_stop, or u_boost and t_sof2"};
   if (verdict.code == AnswerCode::kOk) verdict.message = sentence("%zu answers", answers);
   return verdict;
 }
 
-CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query,
-                        const std::vector<double>& i_load, const std::vector<double>& t_stop,
-                        double capacity) {
+CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query, const std::vector<double>& i_load,
+                        const std::vector<double>& t_stop, double capacity) {
   return filled<CrankingMap>(model, i_load, "i_load", t_stop, "t_stop", [&](double load, double stop) {
     CrankingQuery one = query;
     one.load = {};
@@ -84,16 +80,14 @@ CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query,
   });
 }
 
-ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query,
-                                        const std::vector<double>& u_boost,
+ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
                                         const std::vector<double>& t_sof2, double capacity) {
-  return filled<ChargeAcceptanceMap>(
-      model, u_boost, "u_boost", t_sof2, "t_sof2", [&](double voltage, double duration) {
-        ChargeAcceptanceQuery one = query;
-        one.u_boost = voltage;
-        one.t_sof2 = duration;
-        return predictChargeAcceptance(model, one, capacity);
-      });
+  return filled<ChargeAcceptanceMap>(model, u_boost, "u_boost", t_sof2, "t_sof2", [&](double voltage, double duration) {
+    ChargeAcceptanceQuery one = query;
+    one.u_boost = voltage;
+    one.t_sof2 = duration;
+    return predictChargeAcceptance(model, one, capacity);
+  });
 }
 
 }  // namespace battery_sof

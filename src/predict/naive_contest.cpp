@@ -17,8 +17,7 @@ constexpr double kLongerOrShorter = 2.0;
 constexpr const char* kWarning = "; not to be relied on: ";
 
 Interval scaled(const Interval& naive, const IntervalScale& scale) {
-  return {naive.value, naive.value + scale.factor * (naive.lower - naive.value),
-          naive.value + scale.factor * (naive.upper - naive.value)};
+  return {naive.value, naive.value + scale.factor * (naive.lower - naive.value), naive.value + scale.factor * (naive.upper - naive.value)};
 }
 
 Interval scaled(const NaiveInterval& naive, const IntervalScale& scale) {
@@ -79,8 +78,7 @@ NaiveStanding NaiveContest::standing() const {
   if (events_.empty()) return standing;
   const auto by = [&](double NaiveContestEvent::*number) {
     const auto [least, most] = std::minmax_element(
-        events_.begin(), events_.end(),
-        [number](const NaiveContestEvent& a, const NaiveContestEvent& b) { return a.*number < b.*number; });
+        events_.begin(), events_.end(), [number](const NaiveContestEvent& a, const NaiveContestEvent& b) { return a.*number < b.*number; });
     return std::pair((*least).*number, (*most).*number);
   };
   std::tie(standing.least, standing.most) = by(&NaiveContestEvent::at);
@@ -88,36 +86,33 @@ NaiveStanding NaiveContest::standing() const {
   return standing;
 }
 
-CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query, const NaivePredictor& naive,
-                        const NaiveStanding& standing) {
+CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query, const NaivePredictor& naive, const NaiveStanding& standing) {
   if (!standing.score.naive_answers || !answer.u_min || !isAlike(query, standing)) return answer;
   const auto minimum = naiveCrankMinimum(naive, lowestCurrent(query));
   if (!minimum) return answer;
   answer.u_min = scaled(*minimum, standing.scale);
   if (query.u_required) answer.capable = answer.u_min->lower >= *query.u_required;
-  std::string message = sentence("lowest voltage %.2f V, 90 %% between %.2f and %.2f V", answer.u_min->value,
-                                 answer.u_min->lower, answer.u_min->upper);
-  if (answer.capable)
-    message += sentence(": %s %.2f V", *answer.capable ? "holds" : "may not hold", *query.u_required);
+  std::string message =
+      sentence("lowest voltage %.2f V, 90 %% between %.2f and %.2f V", answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
+  if (answer.capable) message += sentence(": %s %.2f V", *answer.capable ? "holds" : "may not hold", *query.u_required);
   message += sentence("; %s answers: it missed %.3f V where the model missed %.3f V", naiveCrankName(naive).c_str(),
                       standing.score.naive_error, standing.score.model_error);
   answer.message = message + warningOf(answer.message);
   return answer;
 }
 
-ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query,
-                                const NaivePredictor& naive, const NaiveStanding& standing) {
+ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query, const NaivePredictor& naive,
+                                const NaiveStanding& standing) {
   if (!standing.score.naive_answers || !answer.i_boost || !isAlike(query, standing)) return answer;
   const auto current = naiveChargeCurrent(naive, query.u_boost, query.t_sof2);
   if (!current) return answer;
   Interval i_boost = scaled(*current, standing.scale);
   for (double* bound : {&i_boost.value, &i_boost.lower, &i_boost.upper}) *bound = std::min(*bound, query.i_limit);
   answer.i_boost = i_boost;
-  const std::string message =
-      sentence("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A", i_boost.value, query.t_sof2,
-               query.u_boost, i_boost.lower, i_boost.upper) +
-      sentence("; %s answers: it missed %.1f A where the model missed %.1f A", naiveChargeName(naive).c_str(),
-               standing.score.naive_error, standing.score.model_error);
+  const std::string message = sentence("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A", i_boost.value,
+                                       query.t_sof2, query.u_boost, i_boost.lower, i_boost.upper) +
+                              sentence("; %s answers: it missed %.1f A where the model missed %.1f A", naiveChargeName(naive).c_str(),
+                                       standing.score.naive_error, standing.score.model_error);
   answer.message = message + warningOf(answer.message);
   return answer;
 }

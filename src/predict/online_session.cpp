@@ -11,9 +11,8 @@ namespace battery_sof {
 
 namespace {
 
-constexpr double kLookInterval = 10.0;   // [s] of driving, a look costs about a millisecond
-constexpr double kToleratedWorsening =
-    1.1;  // of the recent RMSE; a tenth is within its own scatter
+constexpr double kLookInterval = 10.0;       // [s] of driving, a look costs about a millisecond
+constexpr double kToleratedWorsening = 1.1;  // of the recent RMSE; a tenth is within its own scatter
 // Half a step of the coarsest battery sensor known (25 mV): below it neither model is better.
 constexpr double kNegligibleRmse = 0.0125;  // [V]
 
@@ -30,15 +29,12 @@ const SessionOptions& checked(const SessionOptions& options) {
   requirePositive("capacity", options.capacity);
   if (options.window_length) requirePositive("window_length", *options.window_length);
   if (!(options.min_suitability >= 0.0 && options.min_suitability <= 1.0)) {
-    throw std::invalid_argument(
-        sentence("min_suitability is %g, expected 0 to 1", options.min_suitability));
+    throw std::invalid_argument(sentence("min_suitability is %g, expected 0 to 1", options.min_suitability));
   }
   return options;
 }
 
-bool isRequired(const ParameterEstimate& estimate) {
-  return estimate.name == "r_discharge" || estimate.name == "u_dc";
-}
+bool isRequired(const ParameterEstimate& estimate) { return estimate.name == "r_discharge" || estimate.name == "u_dc"; }
 
 std::vector<std::string> sorted(std::vector<std::string> effects) {
   std::sort(effects.begin(), effects.end());
@@ -52,9 +48,8 @@ std::string listed(const std::vector<std::string>& effects) {
 }
 
 bool hasBothSigns(const Series& series, IndexRange range) {
-  const auto [lowest, highest] =
-      std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
-                          series.current.begin() + static_cast<std::ptrdiff_t>(range.last));
+  const auto [lowest, highest] = std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
+                                                     series.current.begin() + static_cast<std::ptrdiff_t>(range.last));
   return *lowest < 0.0 && *highest > 0.0;
 }
 
@@ -214,8 +209,7 @@ std::string OnlineSession::missingForFirst() const {
   if (series.size() < 2) return "waiting for samples";
   const double length = options_.window_length.value_or(defaultWindowLength(series));
   if (length > options_.buffer) {
-    return sentence("a window of %.0f s does not fit into the buffer of %.0f s", length,
-                    options_.buffer);
+    return sentence("a window of %.0f s does not fit into the buffer of %.0f s", length, options_.buffer);
   }
   const IndexRange range = recentWindow(series, length);
   const double covered = series.time[range.last - 1] - series.time[range.first];
@@ -225,8 +219,7 @@ std::string OnlineSession::missingForFirst() const {
   if (!hasBothSigns(series, range)) return "the last window holds no charge or no discharge";
   const double suitability = windowExcitation(series, range);
   if (suitability >= options_.min_suitability) return {};
-  return sentence("the last window's suitability is %.2f, below %.2f", suitability,
-                  options_.min_suitability);
+  return sentence("the last window's suitability is %.2f, below %.2f", suitability, options_.min_suitability);
 }
 
 IdentificationJob OnlineSession::makeJob() {
@@ -265,9 +258,7 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   }
   outcome.model = outcome.accepted ? contenders_.base.now() : std::move(result.model);
   if (doesExtendedAnswer()) outcome.extended = inUse().now();
-  last_outcome_ =
-      (outcome.accepted ? "last identification accepted: " : "last identification refused: ") +
-      outcome.message;
+  last_outcome_ = (outcome.accepted ? "last identification accepted: " : "last identification refused: ") + outcome.message;
   next_look_ = job_driving_ + (whyNoModel() ? options_.retry_period : options_.identify_period);
   return outcome;
 }
@@ -299,11 +290,10 @@ std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_
     return "the identification took longer than the buffer reaches back";
   }
   const bool compete = trial.incumbent_rmse && may_compare;
-  const double allowed =
-      compete ? std::max(kToleratedWorsening * *trial.incumbent_rmse, kNegligibleRmse) : 0.0;
+  const double allowed = compete ? std::max(kToleratedWorsening * *trial.incumbent_rmse, kNegligibleRmse) : 0.0;
   if (!compete || trial.recent_rmse <= allowed) return {};
-  return sentence("on the most recent window the new model's RMSE is %.4f V, the old one's %.4f V",
-                  trial.recent_rmse, *trial.incumbent_rmse);
+  return sentence("on the most recent window the new model's RMSE is %.4f V, the old one's %.4f V", trial.recent_rmse,
+                  *trial.incumbent_rmse);
 }
 
 bool OnlineSession::acceptsExtended(const IdentificationResult& result, bool base_accepted) {
@@ -340,8 +330,7 @@ void OnlineSession::install(TrackedModel& tracked, const IdentificationTrial& tr
 
 void OnlineSession::extendWith(const std::vector<std::string>& effects, double from_driving, std::shared_ptr<const LearnedForce> force) {
   if (effects.empty()) throw std::invalid_argument("extendWith: no effects are given");
-  if (options_.identify.start == FitStart::kPaper)
-    throw std::invalid_argument("extendWith: effects need the robust start");
+  if (options_.identify.start == FitStart::kPaper) throw std::invalid_argument("extendWith: effects need the robust start");
   BatteryModel(effects, force);  // throws for what cannot be composed
   const std::optional<Extension>& last = next_extension_ ? next_extension_ : extension_;
   if (last && sorted(last->effects) == sorted(effects) && last->force == force) return;
@@ -357,8 +346,7 @@ void OnlineSession::beginDueExtension() {
 std::string OnlineSession::extensionSentence() const {
   const std::optional<Extension>& newest = next_extension_ ? next_extension_ : extension_;
   if (!newest) return {};
-  const std::vector<std::string> running =
-      contenders_.extended ? contenders_.extended->accepted().effects : std::vector<std::string>();
+  const std::vector<std::string> running = contenders_.extended ? contenders_.extended->accepted().effects : std::vector<std::string>();
   std::string text = running.empty() ? "the base model answers" : contestSentence();
   if (running == newest->effects) return text;
   const std::string names = listed(newest->effects);
@@ -370,9 +358,8 @@ std::string OnlineSession::contestSentence() const {
   const ContestScore score = contenders_.contest.score();
   const std::string names = listed(contenders_.extended->accepted().effects);
   const std::string who = doesExtendedAnswer() ? "the model with " + names : "the base model";
-  return who + sentence(" answers: over %.0f s it missed %.1f mV with %s, %.1f mV without",
-                        score.duration, 1e3 * score.extended_rmse, names.c_str(),
-                        1e3 * score.base_rmse);
+  return who + sentence(" answers: over %.0f s it missed %.1f mV with %s, %.1f mV without", score.duration, 1e3 * score.extended_rmse,
+                        names.c_str(), 1e3 * score.base_rmse);
 }
 
 const TrackedModel& OnlineSession::inUse() const {

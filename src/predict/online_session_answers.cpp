@@ -7,9 +7,7 @@
 namespace battery_sof {
 namespace {
 
-std::string inUseSentence(double age) {
-  return sentence("the saved model is in use, %.0f s old", age);
-}
+std::string inUseSentence(double age) { return sentence("the saved model is in use, %.0f s old", age); }
 
 }  // namespace
 
@@ -44,12 +42,10 @@ std::string OnlineSession::refusalOfRestored(double first_time) const {
   const double ahead = restored_->state.time - first_time;
   const double age = first_time - restored_->window.to;
   if (ahead > 0.0) {
-    return sentence("the saved model was refused: its state is %.1f s ahead of the first sample",
-                    ahead);
+    return sentence("the saved model was refused: its state is %.1f s ahead of the first sample", ahead);
   }
   if (age > options_.model_max_age) {
-    return sentence("the saved model was refused: it is %.0f s old, allowed are %.0f s", age,
-                    options_.model_max_age);
+    return sentence("the saved model was refused: it is %.0f s old, allowed are %.0f s", age, options_.model_max_age);
   }
   return isUsable(*restored_) ? "" : "the saved model was refused: its fit is not usable";
 }
@@ -76,8 +72,7 @@ FittedModel OnlineSession::restoredNow() const {
   TrackedModel model(options_.events);
   model.setScales(restored_->crank_scale, restored_->charge_scale);
   model.install(*restored_, stream_.maxGap());
-  for (std::size_t n = 0; n < first.size(); ++n)
-    model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());
+  for (std::size_t n = 0; n < first.size(); ++n) model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());
   return model.now();
 }
 
@@ -89,9 +84,7 @@ std::optional<double> OnlineSession::ageOf(const TrackedModel& model) const {
   return newest_->time - model.fittedUntil();
 }
 
-bool OnlineSession::isTooOld(const TrackedModel& model) const {
-  return ageOf(model).value_or(0.0) > options_.model_max_age;
-}
+bool OnlineSession::isTooOld(const TrackedModel& model) const { return ageOf(model).value_or(0.0) > options_.model_max_age; }
 
 std::optional<std::string> OnlineSession::whyNoModel() const {
   const std::string outcome = restored_ ? whyRestoredWaits() : last_outcome_;
@@ -101,8 +94,7 @@ std::optional<std::string> OnlineSession::whyNoModel() const {
     return outcome.empty() ? "nothing identified yet" : "nothing identified yet: " + outcome;
   }
   if (!isTooOld(inUse())) return std::nullopt;
-  return sentence("the model is %.0f s old, allowed are %.0f s", *ageOf(inUse()),
-                  options_.model_max_age);
+  return sentence("the model is %.0f s old, allowed are %.0f s", *ageOf(inUse()), options_.model_max_age);
 }
 
 LiveModel OnlineSession::live() const {
@@ -114,26 +106,19 @@ LiveModel OnlineSession::live() const {
   return LiveModel(std::move(now), std::nullopt, options_.capacity, restored_ ? NaiveStandings() : inUse().standings());
 }
 
-CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const {
-  return live().predictCranking(query);
-}
+CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const { return live().predictCranking(query); }
 
-StopTimeAnswer OnlineSession::predictStopTime(const StopTimeQuery& query) const {
-  return live().predictStopTime(query);
-}
+StopTimeAnswer OnlineSession::predictStopTime(const StopTimeQuery& query) const { return live().predictStopTime(query); }
 
 ChargeAcceptanceAnswer OnlineSession::predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
   return live().predictChargeAcceptance(query);
 }
 
-ProfileAnswer OnlineSession::simulateProfile(const std::vector<double>& time,
-                                             const std::vector<double>& current) const {
+ProfileAnswer OnlineSession::simulateProfile(const std::vector<double>& time, const std::vector<double>& current) const {
   return live().simulateProfile(time, current);
 }
 
-std::optional<double> OnlineSession::newestTime() const {
-  return newest_ ? std::optional<double>(newest_->time) : std::nullopt;
-}
+std::optional<double> OnlineSession::newestTime() const { return newest_ ? std::optional<double>(newest_->time) : std::nullopt; }
 
 std::optional<FittedModel> OnlineSession::model() const {
   if (!inUse().holdsModel()) return std::nullopt;

@@ -17,13 +17,12 @@ namespace {
 
 constexpr double kMostCurrent = IntakeLimits{}.max_abs_current;  // [A]
 constexpr double kLongestProfile = 86400.0;                      // [s]
-constexpr double kExtrapolation = 1.25;  // of the largest currents the window held
+constexpr double kExtrapolation = 1.25;                          // of the largest currents the window held
 constexpr double kSameTime = 1e-6;                               // [s]
 constexpr double kSameCurrent = 1e-6;                            // [A]
-constexpr double kStartSpan = 1.0;       // [s], samples that the first state is taken from
+constexpr double kStartSpan = 1.0;                               // [s], samples that the first state is taken from
 
-std::string describeSample(const char* name, std::size_t index, double value,
-                           const char* expected) {
+std::string describeSample(const char* name, std::size_t index, double value, const char* expected) {
   char text[160];
   printClassic(text, sizeof text, "%s[%zu] is %g, expected %s", name, index, value, expected);
   return text;
@@ -32,19 +31,15 @@ std::string describeSample(const char* name, std::size_t index, double value,
 /// The first fault of a profile; empty when there is none.
 std::string faultOf(const std::vector<double>& time, const std::vector<double>& current) {
   if (time.size() != current.size())
-    return "time has " + std::to_string(time.size()) + " values and current " +
-           std::to_string(current.size()) + ", expected the same number";
+    return "time has " + std::to_string(time.size()) + " values and current " + std::to_string(current.size()) +
+           ", expected the same number";
   if (time.empty()) return "the profile is empty, expected at least one sample";
   if (time.size() > kMaxProfileSamples)
-    return "the profile has " + std::to_string(time.size()) + " samples, expected at most " +
-           std::to_string(kMaxProfileSamples);
+    return "the profile has " + std::to_string(time.size()) + " samples, expected at most " + std::to_string(kMaxProfileSamples);
   for (std::size_t n = 0; n < time.size(); ++n) {
-    if (!(time[n] >= 0.0 && time[n] <= kLongestProfile))
-      return describeSample("time", n, time[n], "0 to 86400 s after now");
-    if (n > 0 && !(time[n] > time[n - 1]))
-      return describeSample("time", n, time[n], "more than the time before it");
-    if (!(std::abs(current[n]) <= kMostCurrent))
-      return describeSample("current", n, current[n], "-5000 to 5000 A");
+    if (!(time[n] >= 0.0 && time[n] <= kLongestProfile)) return describeSample("time", n, time[n], "0 to 86400 s after now");
+    if (n > 0 && !(time[n] > time[n - 1])) return describeSample("time", n, time[n], "more than the time before it");
+    if (!(std::abs(current[n]) <= kMostCurrent)) return describeSample("current", n, current[n], "-5000 to 5000 A");
   }
   return "";
 }
@@ -61,9 +56,8 @@ std::string extrapolation(const FittedModel& model, const std::vector<double>& c
       *high <= kExtrapolation * std::max(model.excited.max_current, 0.0))
     return "";
   char text[200];
-  printClassic(text, sizeof text,
-                "the profile spans %.1f to %.1f A but the window only %.1f to %.1f A", *low, *high,
-                model.excited.min_current, model.excited.max_current);
+  printClassic(text, sizeof text, "the profile spans %.1f to %.1f A but the window only %.1f to %.1f A", *low, *high,
+               model.excited.min_current, model.excited.max_current);
   return text;
 }
 
@@ -82,8 +76,7 @@ double missingAt(const FittedModel& model, const Series& series, std::size_t n) 
 FittedModel modelAtFirstSample(const FittedModel& model, const Series& series) {
   FittedModel start = model;
   const Eigen::VectorXd rest = compositionOf(model).restState();
-  start.state = {series.time.front(), 0.0, series.current.front(),
-                 std::vector<double>(rest.data() + 1, rest.data() + rest.size())};
+  start.state = {series.time.front(), 0.0, series.current.front(), std::vector<double>(rest.data() + 1, rest.data() + rest.size())};
   std::vector<double> missing;
   for (std::size_t n = 0; n < series.size(); ++n) {
     if (series.time[n] - series.time.front() > kStartSpan) break;
@@ -125,8 +118,7 @@ Start startFor(const FittedModel& model, const Series& series, IndexRange range)
 
 }  // namespace
 
-ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
-                              const std::vector<double>& current) {
+ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time, const std::vector<double>& current) {
   ProfileAnswer answer;
   answer.message = faultOf(time, current);
   if (!answer.message.empty()) {
@@ -144,8 +136,7 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
   double time_before = 0.0;
   double current_before = model.state.current;
   for (std::size_t n = 0; n < time.size(); ++n) {
-    DriveStep step = driveStep(time_before, current_before, time[n], current[n],
-                               std::numeric_limits<double>::infinity());
+    DriveStep step = driveStep(time_before, current_before, time[n], current[n], std::numeric_limits<double>::infinity());
     step.time += model.state.time;
     simulation.advance(step);
     const Interval u = voltageAnswer(simulation, errors.forecast(time[n]), own, {});

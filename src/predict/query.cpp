@@ -14,14 +14,14 @@ namespace {
 constexpr double kMostCurrent = IntakeLimits{}.max_abs_current;  // [A]
 constexpr double kLongestProfile = 86400.0;                      // [s], a day
 constexpr std::size_t kMostPoints = 100000;
-constexpr double kCurrentReach = 1.25;     // of the largest current of the window
-constexpr double kVoltageReach = 0.3;      // [V] above the window's highest
-constexpr double kLearnedReach = 0.010;  // [V], of a learnt force held at its range's end: relevant to a crank
-constexpr double kTemperatureReach = 10.0; // [K]
-constexpr double kConstantCharge = 0.01;   // of capacity: paper, section V ("within 1 %")
-constexpr double kMostOfBlock = 16.0;      // [V], of six lead-acid cells, above any charger's
-constexpr double kRestOfBlock = 12.5;      // [V], likewise at rest
-constexpr double kShortCharge = 10.0;      // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
+constexpr double kCurrentReach = 1.25;      // of the largest current of the window
+constexpr double kVoltageReach = 0.3;       // [V] above the window's highest
+constexpr double kLearnedReach = 0.010;     // [V], of a learnt force held at its range's end: relevant to a crank
+constexpr double kTemperatureReach = 10.0;  // [K]
+constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("within 1 %")
+constexpr double kMostOfBlock = 16.0;       // [V], of six lead-acid cells, above any charger's
+constexpr double kRestOfBlock = 12.5;       // [V], likewise at rest
+constexpr double kShortCharge = 10.0;       // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 
 bool movesOpenCircuitVoltage(const FittedModel& model) {
   return contains(model.effects, "ocv_soc") || contains(model.effects, "acid_transport");
@@ -46,48 +46,39 @@ class Reasons {
 };
 
 /// The voltage above which no battery of as many blocks is [V].
-double mostVoltage(const FittedModel& model) {
-  return kMostOfBlock * std::max(1.0, std::round(model.parameters.u_dc / kRestOfBlock));
-}
+double mostVoltage(const FittedModel& model) { return kMostOfBlock * std::max(1.0, std::round(model.parameters.u_dc / kRestOfBlock)); }
 
 void addCharging(Reasons& reasons, const FittedModel& model, const QueryRange& range) {
   const ExcitedRange& seen = model.excited;
   const ChargeEvidence& evidence = range.evidence;
   if (evidence.vouches || !range.charges) return;
   if (evidence.charges >= ChargeEvidence::kLeast) {
-    reasons.add(true, sentence("%d past charges like it of typically %.1f A were missed by %.1f A", evidence.charges,
-                               evidence.typical, evidence.median_error));
+    reasons.add(true, sentence("%d past charges like it of typically %.1f A were missed by %.1f A", evidence.charges, evidence.typical,
+                               evidence.median_error));
     return;
   }
   if (model.source) {
-    reasons.add(true, sentence("%d past charges were like it, at least %d are needed to vouch for it", evidence.charges,
-                               ChargeEvidence::kLeast));
+    reasons.add(true,
+                sentence("%d past charges were like it, at least %d are needed to vouch for it", evidence.charges, ChargeEvidence::kLeast));
     return;
   }
   if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;
-  reasons.add(!contains(model.effects, "charge_acceptance"),
-              "the model lacks a limit of charge acceptance (effect charge_acceptance)");
+  reasons.add(!contains(model.effects, "charge_acceptance"), "the model lacks a limit of charge acceptance (effect charge_acceptance)");
   reasons.add(seen.longest_charge < kShortCharge,
-              sentence("the window's longest charge lasted %.1f s, at least %.0f s are needed",
-                       seen.longest_charge, kShortCharge));
+              sentence("the window's longest charge lasted %.1f s, at least %.0f s are needed", seen.longest_charge, kShortCharge));
 }
 
 }  // namespace
 
 std::string faultOf(const CurrentProfile& profile, const char* name) {
   if (profile.time.size() != profile.current.size())
-    return sentence("%s has %zu times and %zu currents, expected as many", name,
-                    profile.time.size(), profile.current.size());
-  if (profile.time.size() > kMostPoints)
-    return sentence("%s has %zu points, expected at most %zu", name, profile.time.size(), kMostPoints);
+    return sentence("%s has %zu times and %zu currents, expected as many", name, profile.time.size(), profile.current.size());
+  if (profile.time.size() > kMostPoints) return sentence("%s has %zu points, expected at most %zu", name, profile.time.size(), kMostPoints);
   for (std::size_t n = 0; n < profile.time.size(); ++n) {
     const double t = profile.time[n], i = profile.current[n];
-    if (!(t >= 0.0 && t <= kLongestProfile))
-      return sentence("%s time[%zu] is %g s, expected 0 to 86400", name, n, t);
-    if (n > 0 && !(t > profile.time[n - 1]))
-      return sentence("%s time[%zu] is %g s, expected more than the one before", name, n, t);
-    if (!(std::abs(i) <= kMostCurrent))
-      return sentence("%s current[%zu] is %g A, expected -5000 to 5000", name, n, i);
+    if (!(t >= 0.0 && t <= kLongestProfile)) return sentence("%s time[%zu] is %g s, expected 0 to 86400", name, n, t);
+    if (n > 0 && !(t > profile.time[n - 1])) return sentence("%s time[%zu] is %g s, expected more than the one before", name, n, t);
+    if (!(std::abs(i) <= kMostCurrent)) return sentence("%s current[%zu] is %g A, expected -5000 to 5000", name, n, i);
   }
   return "";
 }
@@ -101,22 +92,18 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   Reasons reasons;
   if (range.least_current)
     reasons.add(*range.least_current < kCurrentReach * std::min(seen.min_current, 0.0),
-                sentence("it draws %.0f A but the window's largest discharge was %.0f A",
-                         *range.least_current, seen.min_current));
+                sentence("it draws %.0f A but the window's largest discharge was %.0f A", *range.least_current, seen.min_current));
   if (range.most_current && !range.evidence.vouches)
     reasons.add(*range.most_current > kCurrentReach * std::max(seen.max_current, 0.0),
-                sentence("it charges with %.0f A but the window's largest charge was %.0f A",
-                         *range.most_current, seen.max_current));
+                sentence("it charges with %.0f A but the window's largest charge was %.0f A", *range.most_current, seen.max_current));
   if (range.most_voltage)
     reasons.add(*range.most_voltage > seen.max_voltage + kVoltageReach,
-                sentence("it goes to %.2f V but the window's highest voltage was %.2f V",
-                         *range.most_voltage, seen.max_voltage));
+                sentence("it goes to %.2f V but the window's highest voltage was %.2f V", *range.most_voltage, seen.max_voltage));
   reasons.add(range.charge_moved > kConstantCharge * capacity && !movesOpenCircuitVoltage(model),
               sentence("it moves %.2f Ah, more than 1 %% of %g Ah, and the model holds the open-circuit "
                        "voltage constant",
                        range.charge_moved, capacity));
-  reasons.add(range.charge_moved > capacity,
-              sentence("it moves %.0f Ah, more than the battery's %g Ah", range.charge_moved, capacity));
+  reasons.add(range.charge_moved > capacity, sentence("it moves %.0f Ah, more than the battery's %g Ah", range.charge_moved, capacity));
   if (const auto u = range.answered_voltage)
     reasons.add(!(*u >= 0.0 && *u <= mostVoltage(model)),
                 sentence("it comes to %.2f V, expected 0 to %.0f V of such a battery", *u, mostVoltage(model)));
@@ -125,9 +112,9 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
                        1e3 * range.beyond_learned));
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;
   if (temperature && seen.temperature)
-    reasons.add(std::abs(*temperature - *seen.temperature) > kTemperatureReach,
-                sentence("the battery is at %.0f degC, in the window it was at %.0f degC",
-                         *temperature - 273.15, *seen.temperature - 273.15));
+    reasons.add(
+        std::abs(*temperature - *seen.temperature) > kTemperatureReach,
+        sentence("the battery is at %.0f degC, in the window it was at %.0f degC", *temperature - 273.15, *seen.temperature - 273.15));
   addCharging(reasons, model, range);
   if (range.charges && range.evidence.vouches) return reasons.text();
   // With fresh_sulphate one resistance serves both signs.
@@ -149,8 +136,7 @@ void hold(Simulation& simulation, double current, double duration) {
   simulation.advance(step);
 }
 
-Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
-                       const IntervalScale& scale) {
+Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own, const IntervalScale& scale) {
   const double variance =
       simulation.voltageDerivatives().squaredNorm() + error.variance + own * own + std::pow(simulation.beyondLearned(), 2);
   const double half = kNinetyPercent * scale.factor * std::sqrt(variance);

@@ -26,11 +26,10 @@ bool drivesBothWays(FittedModel& model, const Series& series, DriveMode drive) {
   return true;
 }
 
-PredictionReport scored(const FittedModel& model, const Series& series, IndexRange range,
-                        const FollowedPrediction& from_current, const FollowedPrediction& predicted) {
+PredictionReport scored(const FittedModel& model, const Series& series, IndexRange range, const FollowedPrediction& from_current,
+                        const FollowedPrediction& predicted) {
   PredictionReport report;
-  report.from_current = scorePrediction(
-      series, range, {from_current.voltage, from_current.voltage_lower, from_current.voltage_upper});
+  report.from_current = scorePrediction(series, range, {from_current.voltage, from_current.voltage_lower, from_current.voltage_upper});
   report.naive = scoreNaive(model.naive, series, range, predicted.voltage_drives);
   const PredictedVoltage line = naiveVoltage(model.naive, series, range);
   if (!line.voltage.empty()) report.naive_from_current = scorePrediction(series, range, line);

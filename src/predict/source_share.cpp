@@ -10,11 +10,9 @@ constexpr double kLookBack = 300.0;  // [s], of a source's past that its judgeme
 
 SourceShare::SourceShare(const SourceRule& rule) : seen_(rule.present), watch_(SourceWatch(rule)) {}
 
-SourceShare::SourceShare(const Series& series, const Source& source)
-    : seen_(source.seen), watch_(SourceWatch(source.rule)) {
+SourceShare::SourceShare(const Series& series, const Source& source) : seen_(source.seen), watch_(SourceWatch(source.rule)) {
   for (std::size_t n = 0; n < series.size(); ++n) {
-    if (series.time[n] >= series.time.back() - kLookBack)
-      watch_->add(series.time[n], series.current[n], series.voltage[n]);
+    if (series.time[n] >= series.time.back() - kLookBack) watch_->add(series.time[n], series.current[n], series.voltage[n]);
     count(series.time[n], source.imposes_voltage[n]);
   }
 }
@@ -47,8 +45,6 @@ std::optional<double> SourceShare::share() const {
   return static_cast<double>(imposed) / static_cast<double>(samples);
 }
 
-std::optional<double> SourceShare::until() const {
-  return blocks_.empty() ? std::nullopt : std::optional<double>(blocks_.back().to);
-}
+std::optional<double> SourceShare::until() const { return blocks_.empty() ? std::nullopt : std::optional<double>(blocks_.back().to); }
 
 }  // namespace battery_sof

@@ -68,8 +68,7 @@ void StateTracker::settleOldest() {
   const DriveSample sample = sampleAfter(settled_, oldest);
   last_ = step(settled_, sample);
   last_voltage_ = sample.voltage;
-  error_ = sample.voltage_drives ? kOhmsOfCurrentError * (sample.step.current - last_.current)
-                                 : sample.voltage - last_.voltage;
+  error_ = sample.voltage_drives ? kOhmsOfCurrentError * (sample.step.current - last_.current) : sample.voltage - last_.voltage;
   has_settled_ = true;
   if (needs_trace_) trace_.forgetBefore(settled_.state.time - kTraceKept);
   forgetFirst(recent_, oldest);
@@ -94,8 +93,7 @@ DriveSample StateTracker::sampleAfter(const Place& place, std::size_t n) const {
 
 FollowedSample StateTracker::step(Place& place, const DriveSample& imposed) const {
   DriveSample sample = imposed;
-  if (watch_)
-    sample.step.missed = place.missed.add(sample.step.duration, sample.step.current, sample.voltage_drives);
+  if (watch_) sample.step.missed = place.missed.add(sample.step.duration, sample.step.current, sample.voltage_drives);
   const FollowedSample followed = place.follower.follow(sample);
   const Eigen::VectorXd state = place.follower.simulation().state();
   place.state.time = sample.step.time;
@@ -149,8 +147,7 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
     if (!follows) continue;
     // du/du_c2 is one, so what the voltage does not know beside u_c2 is what u_c2 takes over.
     (j == 0 ? model.state.u_c2 : model.state.further[static_cast<std::size_t>(j) - 1]) += missing;
-    if (factor.cols() > 0)
-      moved.row(parameters + j) = factor.row(parameters) - here.voltageDerivatives().transpose();
+    if (factor.cols() > 0) moved.row(parameters + j) = factor.row(parameters) - here.voltageDerivatives().transpose();
     unshared[parameters + j] = std::sqrt(own);
   }
   model.covariance = moved * moved.transpose() + unshared * unshared.transpose();

@@ -9,12 +9,12 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kLongest = 86400.0;    // [s]
-constexpr double kFirst = 0.5;          // [s]
-constexpr double kGrowth = 1.5;         // from stop to stop: five of them within the decade a relaxation takes
-constexpr double kResolution = 0.1;     // [s]
-constexpr double kRelative = 0.01;      // of the stop time
-constexpr double kRise = 1e-4;          // [V], below it a rise is rounding
+constexpr double kLongest = 86400.0;  // [s]
+constexpr double kFirst = 0.5;        // [s]
+constexpr double kGrowth = 1.5;       // from stop to stop: five of them within the decade a relaxation takes
+constexpr double kResolution = 0.1;   // [s]
+constexpr double kRelative = 0.01;    // of the stop time
+constexpr double kRise = 1e-4;        // [V], below it a rise is rounding
 constexpr double kEver = std::numeric_limits<double>::infinity();
 
 CrankingQuery crankOf(const StopTimeQuery& query) {
@@ -39,9 +39,7 @@ struct Crossing {
 };
 
 /// The stop that draws a charge [Ah], at most a day [s].
-double stopThatDraws(double charge, double i_load) {
-  return i_load < 0.0 ? std::min(kLongest, 3600.0 * charge / -i_load) : kLongest;
-}
+double stopThatDraws(double charge, double i_load) { return i_load < 0.0 ? std::min(kLongest, 3600.0 * charge / -i_load) : kLongest; }
 
 /// Follows the stop phase and asks for a crank along it.
 class StopScan {
@@ -158,17 +156,16 @@ std::string beyond(double crossing) {
 std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query, const StopScan& scan) {
   std::string text;
   if (answer.outcome == StopTimeOutcome::kAtLeast)
-    text = sentence("the crank holds %.2f V after stops up to at least %.1f s, its lower bound up to %s",
-                    query.u_required, answer.t_stop->value, shown(answer.t_stop->lower).c_str()) +
+    text = sentence("the crank holds %.2f V after stops up to at least %.1f s, its lower bound up to %s", query.u_required,
+                    answer.t_stop->value, shown(answer.t_stop->lower).c_str()) +
            beyond(scan.crossing(1));
   else if (answer.outcome == StopTimeOutcome::kAlways)
     text = sentence("the crank holds %.2f V after every stop up to a day", query.u_required);
   else if (answer.outcome == StopTimeOutcome::kNever)
     text = sentence("the crank does not hold %.2f V even at once", query.u_required);
   else
-    text = sentence("the crank holds %.2f V after stops up to %.1f s, 90 %% between %s and %s",
-                    query.u_required, answer.t_stop->value, shown(answer.t_stop->lower).c_str(),
-                    shown(answer.t_stop->upper).c_str());
+    text = sentence("the crank holds %.2f V after stops up to %.1f s, 90 %% between %s and %s", query.u_required, answer.t_stop->value,
+                    shown(answer.t_stop->lower).c_str(), shown(answer.t_stop->upper).c_str());
   if (scan.holdsAgainAt()) text += sentence("; it would hold again after %.1f s", *scan.holdsAgainAt());
   return text;
 }
@@ -195,8 +192,7 @@ namespace {
 QueryRange rangeOf(const FittedModel& model, const StopTimeQuery& query, const CrankingQuery& crank, double value, double held_for) {
   QueryRange range;
   range.least_current = query.i_cranking;
-  if (!query.crank.empty())
-    range.least_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
+  if (!query.crank.empty()) range.least_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
   range.charge_moved = std::min(-query.i_load * std::min(value, kLongest) / 3600.0, held_for);
   range.temperature = query.temperature;
   if (model.force) range.beyond_learned = beyondLearnedAfter(model, crank, std::min(value, kLongest));

@@ -78,9 +78,7 @@ SessionEvents TrackedModel::watch(const StreamSample& sample, double max_gap) {
     setBesideNaive(*crank);
     events.cranks.push_back(*crank);
     observe(crank_scale_, crank->measured_minimum, crank->expected_minimum);
-    if (model_->source)
-      tracker_->learnFrom(
-          PastCrank{crank->time, crank->current, crank->measured_minimum, crank->modelled_minimum});
+    if (model_->source) tracker_->learnFrom(PastCrank{crank->time, crank->current, crank->measured_minimum, crank->modelled_minimum});
   }
   if (auto charge = charge_watch_.add(sample, *tracker_, max_gap)) {
     setBesideNaive(*charge, charge_contest_);
@@ -98,26 +96,28 @@ SessionEvents TrackedModel::watch(const StreamSample& sample, double max_gap) {
 
 void TrackedModel::learnFrom(const ChargeComparison& charge) {
   if (!model_->source) return;
-  tracker_->learnFrom(PastCharge{charge.time, charge.duration, charge.mean_voltage, charge.first_voltage,
-                                 charge.measured_current, charge.modelled_current});
+  tracker_->learnFrom(PastCharge{charge.time, charge.duration, charge.mean_voltage, charge.first_voltage, charge.measured_current,
+                                 charge.modelled_current});
 }
 
 void TrackedModel::setBesideNaive(CrankComparison& crank) {
   const auto naive = naiveCrankMinimum(model_->naive, crank.current);
   if (!naive) return;
   crank.naive_answered = crank_contest_.doesNaiveAnswer();
-  crank.naive_minimum =
-      crank_contest_.add({crank.time, crank.current, 0.0, crank.measured_minimum, crank.expected_minimum.value,
-                          {naive->value, naive->lower, naive->upper}});
+  crank.naive_minimum = crank_contest_.add(
+      {crank.time, crank.current, 0.0, crank.measured_minimum, crank.expected_minimum.value, {naive->value, naive->lower, naive->upper}});
 }
 
 void TrackedModel::setBesideNaive(ChargeComparison& charge, NaiveContest& contest) const {
   const auto naive = naiveChargeCurrent(model_->naive, charge.mean_voltage, charge.duration);
   if (!naive) return;
   charge.naive_answered = contest.doesNaiveAnswer();
-  charge.naive_current =
-      contest.add({charge.time, charge.mean_voltage, charge.duration, charge.measured_current,
-                   charge.expected_current.value, {naive->value, naive->lower, naive->upper}});
+  charge.naive_current = contest.add({charge.time,
+                                      charge.mean_voltage,
+                                      charge.duration,
+                                      charge.measured_current,
+                                      charge.expected_current.value,
+                                      {naive->value, naive->lower, naive->upper}});
 }
 
 BacktestScore TrackedModel::backtest() const {

@@ -15,8 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const fs::path& path, int error) {
-  throw std::runtime_error("cannot write " + path.string() + ": " +
-                           std::generic_category().message(error));
+  throw std::runtime_error("cannot write " + path.string() + ": " + std::generic_category().message(error));
 }
 
 /// A file being written that has no name until it is complete, where the file system can do that: a process that is ended leaves
@@ -77,8 +76,7 @@ void writeDevice(const fs::path& path, const std::string& content) {
 
 fs::path pathBeside(const fs::path& target) {
   static std::atomic<unsigned> drafts{0};
-  return target.parent_path() / ("." + target.filename().string() + "." +
-                                 std::to_string(::getpid()) + "-" + std::to_string(drafts++));
+  return target.parent_path() / ("." + target.filename().string() + "." + std::to_string(::getpid()) + "-" + std::to_string(drafts++));
 }
 
 }  // namespace

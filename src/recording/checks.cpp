@@ -28,8 +28,7 @@ bool isExcited(const Evidence& evidence) {
   if (evidence.edges && std::abs(evidence.edges->correlation) >= kClearCorrelation) return true;
   const Channel& current = evidence.current;
   const double range = current.highest - current.lowest;
-  return range > 0.0 && range > kFewestSigmas * current.noise &&
-         range > 3.0 * current.step.value_or(0.0);
+  return range > 0.0 && range > kFewestSigmas * current.noise && range > 3.0 * current.step.value_or(0.0);
 }
 
 }  // namespace
@@ -69,9 +68,7 @@ std::string twoDigits(double value) {
   return text;
 }
 
-std::string counted(std::size_t count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
+std::string counted(std::size_t count, const std::string& noun) { return std::to_string(count) + " " + noun + (count == 1 ? "" : "s"); }
 
 }  // namespace check_parts
 
@@ -79,12 +76,10 @@ namespace {
 
 using Part = std::vector<Finding> (*)(const check_parts::Evidence&);
 
-constexpr Part kParts[] = {
-    check_parts::findVoltageLevel, check_parts::findSign,         check_parts::findExcitation,
-    check_parts::findRate,         check_parts::findSkew,         check_parts::findStuck,
-    check_parts::findClipping,     check_parts::findMissing,      check_parts::findClock,
-    check_parts::findGaps,         check_parts::findQuantisation, check_parts::findOffset,
-    check_parts::findAliasing};
+constexpr Part kParts[] = {check_parts::findVoltageLevel, check_parts::findSign,  check_parts::findExcitation,   check_parts::findRate,
+                           check_parts::findSkew,         check_parts::findStuck, check_parts::findClipping,     check_parts::findMissing,
+                           check_parts::findClock,        check_parts::findGaps,  check_parts::findQuantisation, check_parts::findOffset,
+                           check_parts::findAliasing};
 
 }  // namespace
 

@@ -8,11 +8,11 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kSlowest = 0.2;     // [s] between samples; a crank shows as single samples
-constexpr double kStride = 0.03;     // [s], in which the double layer hardly moves
-constexpr double kStep = 10.0;       // [A], that shows r above noise
-constexpr double kNear = 0.7;        // of the limit
-constexpr double kRemembered = 30.0; // [s]
+constexpr double kSlowest = 0.2;      // [s] between samples; a crank shows as single samples
+constexpr double kStride = 0.03;      // [s], in which the double layer hardly moves
+constexpr double kStep = 10.0;        // [A], that shows r above noise
+constexpr double kNear = 0.7;         // of the limit
+constexpr double kRemembered = 30.0;  // [s]
 
 /// Stretches in which the current reads a limit at which it is cut off.
 std::vector<IndexRange> clippedStretches(const Series& series, const InstrumentLimits& limits) {

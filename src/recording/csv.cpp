@@ -125,20 +125,19 @@ std::string separatorHint(const Layout& layout) {
 std::size_t columnIndex(const Layout& layout, const std::string& name) {
   const auto first = std::find(layout.names.begin(), layout.names.end(), name);
   if (first == layout.names.end()) {
-    throw RecordingError(layout.path.string() + ": has no column \"" + name +
-                         "\"; its columns are: " + listed(layout.names) + separatorHint(layout));
+    throw RecordingError(layout.path.string() + ": has no column \"" + name + "\"; its columns are: " + listed(layout.names) +
+                         separatorHint(layout));
   }
   if (std::find(first + 1, layout.names.end(), name) != layout.names.end()) {
-    throw RecordingError(layout.path.string() + ": has column \"" + name +
-                         "\" more than once; its columns are: " + listed(layout.names));
+    throw RecordingError(layout.path.string() + ": has column \"" + name + "\" more than once; its columns are: " + listed(layout.names));
   }
   return first - layout.names.begin();
 }
 
 Layout readLayout(const std::filesystem::path& path, Lines& lines, const CsvColumns& columns) {
   if (!lines.next()) {
-    throw RecordingError(path.string() + ": is empty, expected a header line with the columns " +
-                         columns.time + ", " + columns.current + ", " + columns.voltage);
+    throw RecordingError(path.string() + ": is empty, expected a header line with the columns " + columns.time + ", " + columns.current +
+                         ", " + columns.voltage);
   }
   Layout layout{path, {}};
   splitCells(lines.line(), layout.separator, layout.names);
@@ -172,9 +171,7 @@ std::string withPoint(std::string_view cell, char separator) {
 }
 
 /// The whole cell as a number, NaN for an empty one; nothing when it is text.
-std::optional<double> parseNumber(std::string_view cell) {
-  return cell.empty() ? kMissing : numberOf(cell);
-}
+std::optional<double> parseNumber(std::string_view cell) { return cell.empty() ? kMissing : numberOf(cell); }
 
 /// Days from 1970-01-01 to a date of the Gregorian calendar: 365 a year, and the leap days since
 /// year 0.
@@ -182,8 +179,8 @@ long daysSinceEpoch(int year, int month, int day) {
   constexpr int kDaysBeforeMonth[] = {0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334};
   const bool leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
   const long before = year - 1;
-  const long days = 365L * before + before / 4 - before / 100 + before / 400 +
-                    kDaysBeforeMonth[month - 1] + (leap && month > 2 ? 1 : 0) + day;
+  const long days =
+      365L * before + before / 4 - before / 100 + before / 400 + kDaysBeforeMonth[month - 1] + (leap && month > 2 ? 1 : 0) + day;
   constexpr long kEpoch = 719163;  // the same count for 1970-01-01
   return days - kEpoch;
 }
@@ -194,16 +191,13 @@ std::optional<double> parseDateTime(std::string_view cell) {
   int year = 0, month = 0, day = 0, hour = 0, minute = 0, used = 0;
   char separator = 0;
   const std::string text(cell.back() == 'Z' ? cell.substr(0, cell.size() - 1) : cell);
-  const int read = std::sscanf(text.c_str(), "%4d-%2d-%2d%c%2d:%2d:%n", &year, &month, &day,
-                               &separator, &hour, &minute, &used);
+  const int read = std::sscanf(text.c_str(), "%4d-%2d-%2d%c%2d:%2d:%n", &year, &month, &day, &separator, &hour, &minute, &used);
   if (read != 6 || used == 0 || (separator != ' ' && separator != 'T')) return std::nullopt;
   const std::optional<double> second = parseNumber(std::string_view(text).substr(used));
-  const bool valid = month >= 1 && month <= 12 && day >= 1 && day <= 31 && hour >= 0 &&
-                     hour <= 24 && minute >= 0 && minute <= 59 && second && *second >= 0.0 &&
-                     *second < 61.0;
+  const bool valid = month >= 1 && month <= 12 && day >= 1 && day <= 31 && hour >= 0 && hour <= 24 && minute >= 0 && minute <= 59 &&
+                     second && *second >= 0.0 && *second < 61.0;
   if (!valid) return std::nullopt;
-  return 86400.0 * static_cast<double>(daysSinceEpoch(year, month, day)) + 3600.0 * hour +
-         60.0 * minute + *second;
+  return 86400.0 * static_cast<double>(daysSinceEpoch(year, month, day)) + 3600.0 * hour + 60.0 * minute + *second;
 }
 
 /// One row of the file, whose faults are reported with their place.
@@ -213,9 +207,8 @@ struct Row {
   std::size_t line;
 
   [[noreturn]] void refuse(std::size_t column, const std::string& expected) const {
-    throw RecordingError(layout.path.string() + ", line " + std::to_string(line) + ", column \"" +
-                         std::string(layout.names[column]) + "\": \"" + std::string(cells[column]) +
-                         "\" is not " + expected);
+    throw RecordingError(layout.path.string() + ", line " + std::to_string(line) + ", column \"" + std::string(layout.names[column]) +
+                         "\": \"" + std::string(cells[column]) + "\" is not " + expected);
   }
 
   double number(std::size_t column) const {
@@ -252,9 +245,8 @@ void requireWholeRow(const Row& row) {
   const std::size_t expected = row.layout.names.size(), found = row.cells.size();
   const bool trailing_comma = found == expected + 1 && row.cells.back().empty();
   if (found == expected || trailing_comma) return;
-  throw RecordingError(row.layout.path.string() + ", line " + std::to_string(row.line) + ": has " +
-                       std::to_string(found) + " cells, the header has " +
-                       std::to_string(expected));
+  throw RecordingError(row.layout.path.string() + ", line " + std::to_string(row.line) + ": has " + std::to_string(found) +
+                       " cells, the header has " + std::to_string(expected));
 }
 
 void readRows(Lines& lines, const Layout& layout, const CsvColumns& columns, Recording& recording) {
@@ -299,8 +291,7 @@ void appendNumber(std::string& text, double value) {
 }
 
 void appendCelsius(std::string& text, double kelvin) {
-  appendDigits(text, kelvin - kZeroCelsius,
-               [kelvin](double read) { return read + kZeroCelsius == kelvin; });
+  appendDigits(text, kelvin - kZeroCelsius, [kelvin](double read) { return read + kZeroCelsius == kelvin; });
 }
 
 /// Writes series in order of time, merging the samples with the temperatures' own time base.

@@ -8,12 +8,12 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kSlowest = 0.105;            // [s] between samples
-constexpr double kLongest = 0.5;              // [s] to either side
-constexpr double kKept = 0.75;                // of the second differences; the others may be edges
-constexpr double kKeptVariance = 0.3684;     // mean square of the smaller three quarters of a standard normal
-constexpr double kQuiet = 1.6;                // of the noise's variance: what a window may depart from its quadratic
-constexpr double kStep = 10.0;                // [A], over three samples: a step that shows r
+constexpr double kSlowest = 0.105;        // [s] between samples
+constexpr double kLongest = 0.5;          // [s] to either side
+constexpr double kKept = 0.75;            // of the second differences; the others may be edges
+constexpr double kKeptVariance = 0.3684;  // mean square of the smaller three quarters of a standard normal
+constexpr double kQuiet = 1.6;            // of the noise's variance: what a window may depart from its quadratic
+constexpr double kStep = 10.0;            // [A], over three samples: a step that shows r
 constexpr std::size_t kStepSamples = 3;
 
 /// Standard deviation of white noise on a course that is smooth over three samples: from the smaller three quarters of
@@ -105,9 +105,7 @@ CurrentFlicker currentFlicker(const Series& series) {
   for (const IndexRange& range : contiguousRanges(series, 3.0 * interval))
     for (std::size_t k = range.first; k < range.last; ++k)
       for (const Window& window : windows) {
-        if (k < range.first + static_cast<std::size_t>(window.before) ||
-            k + static_cast<std::size_t>(window.after) >= range.last)
-          continue;
+        if (k < range.first + static_cast<std::size_t>(window.before) || k + static_cast<std::size_t>(window.after) >= range.last) continue;
         const Local local = quadratic(&series.current[k], window);
         if (local.variance > kQuiet * noise * noise) continue;
         flicker.smooth[k] = local.value;

@@ -21,8 +21,7 @@ std::size_t mask(std::vector<char>& masked, IndexRange range, SampleFault fault)
   return added;
 }
 
-std::size_t mask(std::vector<char>& masked, const std::vector<IndexRange>& ranges,
-                 SampleFault fault) {
+std::size_t mask(std::vector<char>& masked, const std::vector<IndexRange>& ranges, SampleFault fault) {
   std::size_t added = 0;
   for (const IndexRange& range : ranges) added += mask(masked, range, fault);
   return added;
@@ -39,9 +38,7 @@ std::vector<IndexRange> samplesAt(const std::vector<double>& limits, const Chann
   return samples;
 }
 
-double roundingDeviation(const Channel& channel) {
-  return channel.step.value_or(0.0) / std::sqrt(12.0);
-}
+double roundingDeviation(const Channel& channel) { return channel.step.value_or(0.0) / std::sqrt(12.0); }
 
 std::string describeMasked(const InstrumentLimits& limits) {
   std::string causes;
@@ -52,8 +49,8 @@ std::string describeMasked(const InstrumentLimits& limits) {
   add(limits.stuck, "stuck");
   add(limits.repeated, "repeated");
   if (causes.empty()) return "";
-  return check_parts::counted(limits.maskedSamples(), "sample") + " of " +
-         std::to_string(limits.masked.size()) + " left out of the fit: " + causes + ".";
+  return check_parts::counted(limits.maskedSamples(), "sample") + " of " + std::to_string(limits.masked.size()) +
+         " left out of the fit: " + causes + ".";
 }
 
 }  // namespace

@@ -8,16 +8,13 @@ namespace battery_sof {
 namespace {
 
 bool isTemperatureAlone(const RawSample& sample) {
-  return std::isnan(sample.current) && std::isnan(sample.voltage) && sample.temperature &&
-         std::isfinite(*sample.temperature);
+  return std::isnan(sample.current) && std::isnan(sample.voltage) && sample.temperature && std::isfinite(*sample.temperature);
 }
 
 void requireClockAhead(const Series& series, double time) {
   if (series.empty() || time > series.time.back()) return;
-  throw std::invalid_argument("append: time " + std::to_string(time) +
-                              " s is not after the recording's last sample at " +
-                              std::to_string(series.time.back()) +
-                              " s; the intake and the recording do not belong together");
+  throw std::invalid_argument("append: time " + std::to_string(time) + " s is not after the recording's last sample at " +
+                              std::to_string(series.time.back()) + " s; the intake and the recording do not belong together");
 }
 
 void appendTemperature(Series& series, double time, double temperature) {
@@ -73,16 +70,12 @@ std::string describe(const RejectedCounts& rejected) {
 
 Intake::Intake(IntakeLimits limits) : limits_(limits) {
   if (!(limits.max_abs_current > 0.0) || !(limits.max_abs_voltage > 0.0)) {
-    throw std::invalid_argument("IntakeLimits: max_abs_current is " +
-                                std::to_string(limits.max_abs_current) + " A and max_abs_voltage " +
-                                std::to_string(limits.max_abs_voltage) +
-                                " V; both must be above 0");
+    throw std::invalid_argument("IntakeLimits: max_abs_current is " + std::to_string(limits.max_abs_current) + " A and max_abs_voltage " +
+                                std::to_string(limits.max_abs_voltage) + " V; both must be above 0");
   }
   if (!(limits.max_abs_time > 0.0) || !(limits.least_interval > 0.0)) {
-    throw std::invalid_argument("IntakeLimits: max_abs_time is " +
-                                std::to_string(limits.max_abs_time) + " s and least_interval " +
-                                std::to_string(limits.least_interval) +
-                                " s; both must be above 0");
+    throw std::invalid_argument("IntakeLimits: max_abs_time is " + std::to_string(limits.max_abs_time) + " s and least_interval " +
+                                std::to_string(limits.least_interval) + " s; both must be above 0");
   }
 }
 
@@ -110,8 +103,7 @@ SampleFate Intake::judgeValues(const RawSample& sample) const {
   if (std::isinf(sample.time) || std::isinf(sample.current) || std::isinf(sample.voltage)) {
     return SampleFate::kNotFinite;
   }
-  const bool in_range = std::abs(sample.current) <= limits_.max_abs_current &&
-                        std::abs(sample.voltage) <= limits_.max_abs_voltage &&
+  const bool in_range = std::abs(sample.current) <= limits_.max_abs_current && std::abs(sample.voltage) <= limits_.max_abs_voltage &&
                         std::abs(sample.time) <= limits_.max_abs_time;
   return in_range ? SampleFate::kAccepted : SampleFate::kOutOfRange;
 }

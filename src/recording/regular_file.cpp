@@ -19,8 +19,7 @@ namespace {
 class OpenFile {
  public:
   // Without O_NONBLOCK opening a pipe waits for its writer.
-  explicit OpenFile(const std::filesystem::path& path)
-      : descriptor_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)) {
+  explicit OpenFile(const std::filesystem::path& path) : descriptor_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)) {
     if (descriptor_ < 0) refuse(path, "cannot be read: " + std::generic_category().message(errno));
   }
   OpenFile(const OpenFile&) = delete;

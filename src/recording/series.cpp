@@ -50,9 +50,7 @@ bool isMedian(double value, const double* time, std::size_t n) {
 
 }  // namespace
 
-double medianInterval(const Series& series) {
-  return medianInterval(series.time, {0, series.size()});
-}
+double medianInterval(const Series& series) { return medianInterval(series.time, {0, series.size()}); }
 
 double medianInterval(const std::vector<double>& time, IndexRange range) {
   if (range.size() < 2) return 0.0;
@@ -60,8 +58,7 @@ double medianInterval(const std::vector<double>& time, IndexRange range) {
   if (isMedian(probed, time.data() + range.first, range.size() - 1)) return probed;
   const auto first = time.begin() + range.first, last = time.begin() + range.last;
   std::vector<double> interval(range.size() - 1);
-  std::transform(first + 1, last, first, interval.begin(),
-                 [](double later, double earlier) { return later - earlier; });
+  std::transform(first + 1, last, first, interval.begin(), [](double later, double earlier) { return later - earlier; });
   const auto middle = interval.begin() + interval.size() / 2;
   std::nth_element(interval.begin(), middle, interval.end());
   if (interval.size() % 2 == 1) return *middle;
@@ -84,9 +81,7 @@ std::vector<IndexRange> contiguousRanges(const Series& series, double max_gap) {
   return ranges;
 }
 
-IndexRange indexRange(const Series& series, double from, double to) {
-  return rangeBetween(series.time, from, to);
-}
+IndexRange indexRange(const Series& series, double from, double to) { return rangeBetween(series.time, from, to); }
 
 Series slice(const Series& series, IndexRange range) {
   Series part;
@@ -94,8 +89,7 @@ Series slice(const Series& series, IndexRange range) {
   part.time = copyRange(series.time, range);
   part.current = copyRange(series.current, range);
   part.voltage = copyRange(series.voltage, range);
-  const IndexRange warm =
-      rangeBetween(series.temperature_time, part.time.front(), part.time.back());
+  const IndexRange warm = rangeBetween(series.temperature_time, part.time.front(), part.time.back());
   part.temperature_time = copyRange(series.temperature_time, warm);
   part.temperature = copyRange(series.temperature, warm);
   return part;

@@ -50,8 +50,7 @@ struct ChangeSizes {
 };
 
 template <typename Within>
-ChangeSums changesWithin(const Series& series, const SourceRule& rule, ChangeSizes sizes,
-                         Within within) {
+ChangeSums changesWithin(const Series& series, const SourceRule& rule, ChangeSizes sizes, Within within) {
   ChangeSums sums;
   for (std::size_t k = 1; k < series.size(); ++k) {
     const double di = series.current[k] - series.current[k - 1];
@@ -86,22 +85,18 @@ double rangeOf(const std::vector<double>& values) {
   return values.empty() ? 0.0 : *high - *low;
 }
 
-double withHalfStep(double noise, std::optional<double> step) {
-  return std::max(noise, 0.5 * step.value_or(0.0));
-}
+double withHalfStep(double noise, std::optional<double> step) { return std::max(noise, 0.5 * step.value_or(0.0)); }
 
 /// Noise, resistance and gap: what is known of the instrument before anything is known of the
 /// source.
 SourceRule instrumentOf(const Series& series) {
   SourceRule rule;
   const auto current_step = findStep(series.current), voltage_step = findStep(series.voltage);
-  rule.current_noise =
-      std::max(noiseLevel(series.current, current_step), kFinestShare * rangeOf(series.current));
+  rule.current_noise = std::max(noiseLevel(series.current, current_step), kFinestShare * rangeOf(series.current));
   rule.voltage_noise = withHalfStep(noiseLevel(series.voltage, voltage_step), voltage_step);
   rule.max_gap = gapThreshold(series);
   const auto edges = edgeResponse(series);
-  if (edges && edges->resistance > 0.0 && edges->correlation > 0.0)
-    rule.resistance = edges->resistance;
+  if (edges && edges->resistance > 0.0 && edges->correlation > 0.0) rule.resistance = edges->resistance;
   return rule;
 }
 
@@ -118,8 +113,7 @@ bool holdsVoltageInDischarge(const Series& series, const SourceRule& rule, doubl
   const auto is_light = [&](double i) { return is_load(i) && i > lowest; };
   const double edge = kEdgeShare * rangeOf(series.current);
   const auto heavy = changesWithin(series, rule, {edge}, is_load);
-  const auto light =
-      changesWithin(series, rule, {kLargeChange * rule.current_noise, edge}, is_light);
+  const auto light = changesWithin(series, rule, {kLargeChange * rule.current_noise, edge}, is_light);
   if (heavy.count < kFewestEdges || light.count < kFewestChanges) return false;
   const double unexplained = light.voltage / light.current - light.slope() * light.slope();
   const double error = std::sqrt(std::max(0.0, unexplained) / static_cast<double>(light.count));
@@ -141,8 +135,7 @@ bool followsCurrent(const Series& series, const SourceRule& rule) {
   double highest = 0.0;
   for (const double current : series.current) highest = std::max(highest, current);
   const auto sums = changesWithin(series, rule, {kEdgeShare * highest}, is_charge);
-  return sums.count >= kFewestChanges && sums.voltage > 0.0 && sums.slope() > 0.0 &&
-         sums.explained() >= kFollows;
+  return sums.count >= kFewestChanges && sums.voltage > 0.0 && sums.slope() > 0.0 && sums.explained() >= kFollows;
 }
 
 struct Judged {
@@ -176,13 +169,10 @@ Judged judgeAll(const Series& series, const SourceRule& rule) {
 }
 
 Imposed imposedBy(SourceReason reason) {
-  return reason == SourceReason::kHeldVoltage || reason == SourceReason::kSource
-             ? Imposed::kVoltage
-             : Imposed::kCurrent;
+  return reason == SourceReason::kHeldVoltage || reason == SourceReason::kSource ? Imposed::kVoltage : Imposed::kCurrent;
 }
 
-std::vector<SourceStretch> stretchesOf(const Series& series,
-                                       const std::vector<SourceReason>& reasons, double max_gap) {
+std::vector<SourceStretch> stretchesOf(const Series& series, const std::vector<SourceReason>& reasons, double max_gap) {
   std::vector<SourceStretch> stretches;
   for (const IndexRange& range : contiguousRanges(series, max_gap)) {
     std::size_t first = range.first;
@@ -198,30 +188,21 @@ std::vector<SourceStretch> stretchesOf(const Series& series,
 std::string summaryOf(const Source& source) {
   if (!source.seen) return "Nothing charges the battery: the current is imposed throughout.";
   char text[200];
-  if (source.share == 0.0)
-    return "The battery is charged by a source that imposes the current; no voltage is held.";
-  printClassic(text, sizeof text,
-                "A source holds the voltage in %.3g %% of the samples, those above %.3g A%s.",
-                100.0 * source.share, source.rule.least_current,
-                source.rule.charge_begins == Imposed::kCurrent
-                    ? "; charges begin with an imposed current"
-                    : "");
+  if (source.share == 0.0) return "The battery is charged by a source that imposes the current; no voltage is held.";
+  printClassic(text, sizeof text, "A source holds the voltage in %.3g %% of the samples, those above %.3g A%s.", 100.0 * source.share,
+               source.rule.least_current, source.rule.charge_begins == Imposed::kCurrent ? "; charges begin with an imposed current" : "");
   return text;
 }
 
 void requireValid(const SourceRule& rule) {
-  const bool valid =
-      std::isfinite(rule.least_current) && std::isfinite(rule.current_noise) &&
-      rule.current_noise >= 0.0 && std::isfinite(rule.voltage_noise) && rule.voltage_noise >= 0.0 &&
-      std::isfinite(rule.max_gap) && rule.max_gap > 0.0 &&
-      (!rule.resistance || (std::isfinite(*rule.resistance) && *rule.resistance > 0.0));
+  const bool valid = std::isfinite(rule.least_current) && std::isfinite(rule.current_noise) && rule.current_noise >= 0.0 &&
+                     std::isfinite(rule.voltage_noise) && rule.voltage_noise >= 0.0 && std::isfinite(rule.max_gap) && rule.max_gap > 0.0 &&
+                     (!rule.resistance || (std::isfinite(*rule.resistance) && *rule.resistance > 0.0));
   if (valid) return;
-  throw std::invalid_argument(
-      "SourceRule: least_current is " + std::to_string(rule.least_current) + " A, current_noise " +
-      std::to_string(rule.current_noise) + " A, voltage_noise " +
-      std::to_string(rule.voltage_noise) + " V (both expected at least 0), max_gap " +
-      std::to_string(rule.max_gap) + " s and resistance " +
-      std::to_string(rule.resistance.value_or(1.0)) + " Ohm (both expected above 0)");
+  throw std::invalid_argument("SourceRule: least_current is " + std::to_string(rule.least_current) + " A, current_noise " +
+                              std::to_string(rule.current_noise) + " A, voltage_noise " + std::to_string(rule.voltage_noise) +
+                              " V (both expected at least 0), max_gap " + std::to_string(rule.max_gap) + " s and resistance " +
+                              std::to_string(rule.resistance.value_or(1.0)) + " Ohm (both expected above 0)");
 }
 
 }  // namespace
@@ -257,9 +238,7 @@ void SourceWatch::Run::begin(double time, double held, double other) {
   last = other_lowest = other_highest = other;
 }
 
-double SourceWatch::Run::spreadWith(double held) const {
-  return std::max(highest, held) - std::min(lowest, held);
-}
+double SourceWatch::Run::spreadWith(double held) const { return std::max(highest, held) - std::min(lowest, held); }
 
 void SourceWatch::Run::extend(double held, double other) {
   ++samples;
@@ -279,24 +258,19 @@ double SourceWatch::currentBand(double current) const {
   return std::max(kBand * rule_.current_noise, kSetPointAccuracy * std::abs(current));
 }
 
-double SourceWatch::voltageBand(double voltage) const {
-  return std::max(kBand * rule_.voltage_noise, kRegulation * std::abs(voltage));
-}
+double SourceWatch::voltageBand(double voltage) const { return std::max(kBand * rule_.voltage_noise, kRegulation * std::abs(voltage)); }
 
 void SourceWatch::beginCharge() {
   charging_ = true;
   steady_current_ = steady_voltage_ = Run{};
-  reason_ = rule_.charge_begins == Imposed::kCurrent ? SourceReason::kChargeAsBefore
-                                                     : SourceReason::kSource;
+  reason_ = rule_.charge_begins == Imposed::kCurrent ? SourceReason::kChargeAsBefore : SourceReason::kSource;
 }
 
 void SourceWatch::follow(double time, double current, double voltage) {
   Run& by_current = steady_current_;
   Run& by_voltage = steady_voltage_;
-  const bool current_stays =
-      by_current.samples > 0 && by_current.spreadWith(current) <= currentBand(current);
-  const bool voltage_stays =
-      by_voltage.samples > 0 && by_voltage.spreadWith(voltage) <= voltageBand(voltage);
+  const bool current_stays = by_current.samples > 0 && by_current.spreadWith(current) <= currentBand(current);
+  const bool voltage_stays = by_voltage.samples > 0 && by_voltage.spreadWith(voltage) <= voltageBand(voltage);
   voltage_fell_ = by_voltage.samples > 0 && !voltage_stays && voltage < by_voltage.lowest;
   if (current_stays)
     by_current.extend(current, voltage);
@@ -306,8 +280,7 @@ void SourceWatch::follow(double time, double current, double voltage) {
     by_voltage.extend(voltage, current);
   else
     by_voltage.begin(time, voltage, current);
-  if (!current_stays && rule_.charge_begins == Imposed::kVoltage &&
-      reason_ == SourceReason::kConstantCurrent)
+  if (!current_stays && rule_.charge_begins == Imposed::kVoltage && reason_ == SourceReason::kConstantCurrent)
     reason_ = SourceReason::kSource;
 }
 
@@ -316,39 +289,34 @@ bool SourceWatch::movedOneWay() const {
   const double moved = std::max(run.rise, run.fall);
   const double ohmic = kAboveOhmic * rule_.resistance.value_or(0.0) * run.spread();
   return run.samples >= kFewestSamples && moved >= std::max(kMoved * rule_.voltage_noise, ohmic) &&
-         std::min(run.rise, run.fall) <= kTurned * rule_.voltage_noise &&
-         run.largest_step <= kLargestStep * moved;
+         std::min(run.rise, run.fall) <= kTurned * rule_.voltage_noise && run.largest_step <= kLargestStep * moved;
 }
 
-bool SourceWatch::isConstantCurrent() const {
-  return steady_current_.lowest >= kTakesCurrent * rule_.current_noise && movedOneWay();
-}
+bool SourceWatch::isConstantCurrent() const { return steady_current_.lowest >= kTakesCurrent * rule_.current_noise && movedOneWay(); }
 
 bool SourceWatch::isNoCurrent() const {
   const Run& run = steady_current_;
-  return std::max(std::abs(run.lowest), std::abs(run.highest)) <=
-         kClearlyCurrent * rule_.current_noise;
+  return std::max(std::abs(run.lowest), std::abs(run.highest)) <= kClearlyCurrent * rule_.current_noise;
 }
 
 bool SourceWatch::isRestApart(double time) const {
   const bool let_go = rule_.charge_begins == Imposed::kCurrent && voltage_fell_;
-  const bool relaxes = time - steady_current_.from >= kRestDuration &&
-                       steady_current_.spread() <= kRestBand * rule_.current_noise && movedOneWay();
+  const bool relaxes =
+      time - steady_current_.from >= kRestDuration && steady_current_.spread() <= kRestBand * rule_.current_noise && movedOneWay();
   return isNoCurrent() && (let_go || relaxes);
 }
 
 bool SourceWatch::isHeldVoltage() const {
   const Run& run = steady_voltage_;
   const double held = std::max(run.spread(), kTurned * rule_.voltage_noise);
-  return run.samples >= kFewestSamples && run.fall > currentBand(run.other_highest) &&
-         rule_.resistance && *rule_.resistance * run.fall >= held / kHeldShare;
+  return run.samples >= kFewestSamples && run.fall > currentBand(run.other_highest) && rule_.resistance &&
+         *rule_.resistance * run.fall >= held / kHeldShare;
 }
 
 bool SourceWatch::add(double time, double current, double voltage) {
   if (!std::isfinite(time) || !std::isfinite(current) || !std::isfinite(voltage))
-    throw std::invalid_argument("SourceWatch::add: time is " + std::to_string(time) +
-                                " s, current " + std::to_string(current) + " A and voltage " +
-                                std::to_string(voltage) + " V; all are expected finite");
+    throw std::invalid_argument("SourceWatch::add: time is " + std::to_string(time) + " s, current " + std::to_string(current) +
+                                " A and voltage " + std::to_string(voltage) + " V; all are expected finite");
   const bool joined = last_time_ && time > *last_time_ && time - *last_time_ <= rule_.max_gap;
   last_time_ = time;
   reach_ = 0;
@@ -397,8 +365,7 @@ Source findSource(const Series& series) {
     source.imposes_voltage[k] = imposedBy(judged.reasons[k]) == Imposed::kVoltage;
     imposed += source.imposes_voltage[k] ? 1 : 0;
   }
-  if (!series.empty())
-    source.share = static_cast<double>(imposed) / static_cast<double>(series.size());
+  if (!series.empty()) source.share = static_cast<double>(imposed) / static_cast<double>(series.size());
   source.stretches = stretchesOf(series, judged.reasons, source.rule.max_gap);
   source.summary = summaryOf(source);
   return source;

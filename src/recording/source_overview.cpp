@@ -40,8 +40,10 @@ SourceOverview overviewOf(const Source& source, const Series& series) {
   for (const SourceStretch& stretch : source.stretches) {
     if (stretch.imposed != Imposed::kVoltage) continue;
     const double from = series.time[stretch.range.first], to = endOf(stretch, series, source.rule.max_gap);
-    if (!times.empty() && times.back().to == from) times.back().to = to;
-    else times.push_back({from, to});
+    if (!times.empty() && times.back().to == from)
+      times.back().to = to;
+    else
+      times.push_back({from, to});
   }
   return overview;
 }

@@ -9,10 +9,10 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kApart = 0.25;           // [V]
-constexpr double kNeighbours = 0.4;       // of the smaller step
-constexpr double kNoCrank = -60.0;        // [A]
-constexpr double kQuietCurrent = 25.0;    // [A]
+constexpr double kApart = 0.25;         // [V]
+constexpr double kNeighbours = 0.4;     // of the smaller step
+constexpr double kNoCrank = -60.0;      // [A]
+constexpr double kQuietCurrent = 25.0;  // [A]
 constexpr int kFirstLag = -2, kLastLag = 3;
 constexpr double kLeastChange = 2.0, kMostChange = 40.0;  // [A]
 constexpr double kLeastCorrelation = 0.3;
@@ -39,8 +39,7 @@ double correlation(const Series& series, const std::vector<double>& voltage, int
 
 std::size_t findLag(const Series& series, const std::vector<double>& voltage) {
   std::array<double, kLastLag - kFirstLag + 1> c;
-  for (int lag = kFirstLag; lag <= kLastLag; ++lag)
-    c[static_cast<std::size_t>(lag - kFirstLag)] = correlation(series, voltage, lag);
+  for (int lag = kFirstLag; lag <= kLastLag; ++lag) c[static_cast<std::size_t>(lag - kFirstLag)] = correlation(series, voltage, lag);
   const auto peak = std::max_element(c.begin(), c.end());
   if (*peak < kLeastCorrelation) return 0;
   const auto at = static_cast<int>(peak - c.begin());
@@ -76,22 +75,20 @@ VoltageRepair findVoltageRepair(const Series& series) {
 
 Series repaired(const Series& series, const VoltageRepair& repair) {
   if (repair.dropped.size() != series.size())
-    throw std::invalid_argument("repaired: marks for " + std::to_string(repair.dropped.size()) +
-                                " samples of a recording of " + std::to_string(series.size()));
+    throw std::invalid_argument("repaired: marks for " + std::to_string(repair.dropped.size()) + " samples of a recording of " +
+                                std::to_string(series.size()));
   Series out = series;
   for (std::size_t k = 1; k + 1 < series.size(); ++k)
     if (repair.dropped[k]) out.voltage[k] = 0.5 * (series.voltage[k - 1] + series.voltage[k + 1]);
   if (repair.lag == 0 || series.empty()) return out;
   const std::vector<double> behind = out.voltage;
-  for (std::size_t k = 0; k < series.size(); ++k)
-    out.voltage[k] = behind[std::min(k + repair.lag, series.size() - 1)];
+  for (std::size_t k = 0; k < series.size(); ++k) out.voltage[k] = behind[std::min(k + repair.lag, series.size() - 1)];
   return out;
 }
 
 double repairedVoltage(const Series& series, std::size_t k, std::size_t lag) {
   const std::size_t shown = std::min(k + lag, series.size() - 1);
-  return isDropOut(series, shown) ? 0.5 * (series.voltage[shown - 1] + series.voltage[shown + 1])
-                                  : series.voltage[shown];
+  return isDropOut(series, shown) ? 0.5 * (series.voltage[shown - 1] + series.voltage[shown + 1]) : series.voltage[shown];
 }
 
 }  // namespace battery_sof

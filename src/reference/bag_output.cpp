@@ -29,8 +29,7 @@ sensor_msgs::BatteryState messageOf(const RecordedSample& sample, float temperat
 void writeBag(const std::filesystem::path& path, const Simulation& simulation, bool with_temperature) {
   rosbag::Bag bag(path.string(), rosbag::bagmode::Write);
   for (std::size_t n = 0; n < simulation.samples.size(); ++n) {
-    const float temperature =
-        with_temperature ? static_cast<float>(simulation.temperature[n]) : kUnknown;
+    const float temperature = with_temperature ? static_cast<float>(simulation.temperature[n]) : kUnknown;
     const auto message = messageOf(simulation.samples[n], temperature);
     bag.write(kTopic, std::max(message.header.stamp, ros::TIME_MIN), message);
   }

@@ -83,8 +83,7 @@ void addAbsent(CaseDraft& draft, const std::string& id, Dice& dice, double scale
  * @param scale of each addition, finite and >= 0; one number is every addition's.
  * @throws std::invalid_argument for a kind that is not one of caseKinds(), or values outside.
  */
-CaseDraft drawCase(const CaseKind& kind, std::uint64_t seed, double duration, double rate,
-                   const std::vector<double>& scale = {1.0});
+CaseDraft drawCase(const CaseKind& kind, std::uint64_t seed, double duration, double rate, const std::vector<double>& scale = {1.0});
 
 /// @return a case's scenario as it is to be recorded: without noise and quantisation when quiet.
 Scenario recordedScenario(const CaseDraft& draft);

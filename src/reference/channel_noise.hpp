@@ -28,8 +28,7 @@ class ChannelNoise {
 
   double next() {
     const double now = options_.white * dice_.normal() + correlated_ + walk_;
-    correlated_ = memory_ * correlated_ +
-                  options_.correlated * std::sqrt(1.0 - memory_ * memory_) * dice_.normal();
+    correlated_ = memory_ * correlated_ + options_.correlated * std::sqrt(1.0 - memory_ * memory_) * dice_.normal();
     walk_ += walk_step_ * dice_.normal();
     return now;
   }

@@ -7,23 +7,23 @@ namespace battery_sof_reference {
 
 /// The battery of a simulated drive: the paper's Fig. 3 circuit, written here a second time and on purpose.
 struct Circuit {
-  double r_discharge = 0.006;  ///< [Ohm]
-  double r_charge = 0.0085;    ///< [Ohm]
-  double capacitance = 1100.0; ///< C_2 [F]
+  double r_discharge = 0.006;     ///< [Ohm]
+  double r_charge = 0.0085;       ///< [Ohm]
+  double capacitance = 1100.0;    ///< C_2 [F]
   double exchange_current = 1.0;  ///< I_0 [A]
-  double beta = 22.0;          ///< [1/V], alpha = 0.5
-  double u_dc = 12.7;          ///< [V]
+  double beta = 22.0;             ///< [1/V], alpha = 0.5
+  double u_dc = 12.7;             ///< [V]
 };
 
 /// What to drive and how it is measured.
 struct CityDriveOptions {
   std::uint64_t seed = 1;
-  double duration = 900.0;         ///< [s], > 0
-  double voltage_limit = 14.2;     ///< [V], set point of the alternator
-  double voltage_noise = 0.002;    ///< [V], standard deviation
-  double current_noise = 0.05;     ///< [A], standard deviation
-  double voltage_step = 0.001;     ///< [V], quantisation; 0 for none
-  double current_step = 0.01;      ///< [A], quantisation; 0 for none
+  double duration = 900.0;       ///< [s], > 0
+  double voltage_limit = 14.2;   ///< [V], set point of the alternator
+  double voltage_noise = 0.002;  ///< [V], standard deviation
+  double current_noise = 0.05;   ///< [A], standard deviation
+  double voltage_step = 0.001;   ///< [V], quantisation; 0 for none
+  double current_step = 0.01;    ///< [A], quantisation; 0 for none
   Circuit circuit;
 };
 

@@ -20,7 +20,6 @@ namespace battery_sof_reference {
  * @param arguments without the program's name.  @param out, err standard output and error.
  * @return 0 done, 1 no draw could be used, 2 wrong usage or input. Never throws.
  */
-int runDrawStranger(const std::vector<std::string>& arguments, std::ostream& out,
-                    std::ostream& err);
+int runDrawStranger(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err);
 
 }  // namespace battery_sof_reference

@@ -116,15 +116,13 @@ struct ListedPhases {
   std::vector<Phase> phases;
 };
 
-using ProfileOptions =
-    std::variant<AlternatingOptions, LongChargesOptions, CityOptions, ListedPhases>;
+using ProfileOptions = std::variant<AlternatingOptions, LongChargesOptions, CityOptions, ListedPhases>;
 
 /**
  * @brief A plan of the given profile.
  * @param duration of the scenario [s], > 0; the same drive is obtained when it is cut short later.
  */
-std::unique_ptr<DrivePlan> planDrive(const ProfileOptions& profile, double duration,
-                                     std::uint64_t seed);
+std::unique_ptr<DrivePlan> planDrive(const ProfileOptions& profile, double duration, std::uint64_t seed);
 
 /// @return one sentence for every fault of a profile; empty when all is well.
 std::vector<std::string> faultsOf(const ProfileOptions& profile);

@@ -136,15 +136,11 @@ class PorousBlock {
   double width(Eigen::Index cell) const;
   Field between(const Field& conductivity) const;
   Paths paths(const PorousState& state) const;
-  Setting setting(const Electrode& electrode, const PorousState& before, const Paths& paths,
-                  double current_end) const;
-  Reaction reaction(const Electrode& electrode, const Setting& setting, const Field& potential,
-                    const PorousState& before) const;
+  Setting setting(const Electrode& electrode, const PorousState& before, const Paths& paths, double current_end) const;
+  Reaction reaction(const Electrode& electrode, const Setting& setting, const Field& potential, const PorousState& before) const;
   /// Moves an electrode's potentials to the step's end. @return what then reacts.
-  Reaction solvePotentials(const Electrode& electrode, const Setting& setting,
-                           const PorousState& before, Field& potential) const;
-  void moveAcid(const PorousState& before, const Reaction& negative, const Reaction& positive,
-                PorousState& next) const;
+  Reaction solvePotentials(const Electrode& electrode, const Setting& setting, const PorousState& before, Field& potential) const;
+  void moveAcid(const PorousState& before, const Reaction& negative, const Reaction& positive, PorousState& next) const;
   double cellVoltage(const PorousState& state, const Paths& paths) const;
 
   PorousParameters parameters_;

@@ -27,7 +27,7 @@ std::string isSeed(const std::string& text);
  * @return kDone; kNegative when work throws NoSolution; kUsage for arguments that app refuses and
  * for every other exception. Never throws.
  */
-int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name,
-               const std::function<void()>& work, std::ostream& out, std::ostream& err);
+int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name, const std::function<void()>& work,
+               std::ostream& out, std::ostream& err);
 
 }  // namespace battery_sof_reference

@@ -7,8 +7,7 @@
 
 namespace {
 
-void writeCsv(const std::string& path,
-              const std::vector<battery_sof_reference::DriveSample>& drive) {
+void writeCsv(const std::string& path, const std::vector<battery_sof_reference::DriveSample>& drive) {
   std::string text = "time_s,current_a,voltage_v\n";
   char row[80];
   for (const auto& sample : drive) {
@@ -25,8 +24,7 @@ int main(int argc, char** argv) {
   battery_sof_reference::CityDriveOptions options;
   std::string out;
   app.add_option("OUT", out, "CSV file to write")->required();
-  app.add_option("--seed", options.seed, "the same seed gives the same drive")
-      ->capture_default_str();
+  app.add_option("--seed", options.seed, "the same seed gives the same drive")->capture_default_str();
   app.add_option("--duration", options.duration, "[s]")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {

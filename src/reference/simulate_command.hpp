@@ -21,15 +21,13 @@ using FileCheck = std::function<void(const std::vector<std::string>& read, const
  * @return 0 done, 1 the battery's equations have no solution on this drive, 2 wrong usage or input.
  * Never throws.
  */
-int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
-                const FileCheck& check = nullptr);
+int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err, const FileCheck& check = nullptr);
 
 /**
  * @brief The command `sof demo [OUT.{csv,bag}]`: the recording of config/scenarios/city_drive.yaml, and what to do with it.
  *
  * Options: --duration S [s], 1 to 900; --json OUT|-. Arguments and codes as runSimulate().
  */
-int runDemo(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
-            const FileCheck& check = nullptr);
+int runDemo(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err, const FileCheck& check = nullptr);
 
 }  // namespace battery_sof_reference

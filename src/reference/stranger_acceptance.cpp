@@ -43,9 +43,7 @@ class CrystalPopulation : public StrangerForce {
 
  private:
   double fineSurface(const State& x) const { return std::cbrt(x[0] * x[0] / (stock_ * stock_)); }
-  double coarseSurface(const State& x) const {
-    return 0.3 * std::cbrt(x[1] * x[1] / (stock_ * stock_));
-  }
+  double coarseSurface(const State& x) const { return 0.3 * std::cbrt(x[1] * x[1] / (stock_ * stock_)); }
   double stock_, merging_, free_, power_;
 };
 
@@ -114,8 +112,7 @@ class FreshnessGate : public StrangerForce {
     return {std::max(0.0, x[0] + now.step * (now.discharging() - taken - lost))};
   }
   double voltage(const State& x, const StrangerInstant& now) const override {
-    return 2.0 * kShown * saturated(now.charging() / knee_) /
-           (1.0 + std::pow(x[0] / half_, order_));
+    return 2.0 * kShown * saturated(now.charging() / knee_) / (1.0 + std::pow(x[0] / half_, order_));
   }
 
  private:
@@ -133,8 +130,7 @@ class FreshnessGate : public StrangerForce {
  */
 class SpreadRefill : public StrangerForce {
  public:
-  SpreadRefill(Dice& dice, const Circumstances& drive)
-      : undoing_(dice.between({2.0, 15.0})), shortest_(dice.between({1.0, 4.0})) {
+  SpreadRefill(Dice& dice, const Circumstances& drive) : undoing_(dice.between({2.0, 15.0})), shortest_(dice.between({1.0, 4.0})) {
     const double power = dice.between({-0.3, 0.3});
     const double longest = std::min(1500.0, 0.4 * drive.duration);
     double sum = 0.0;
@@ -148,8 +144,7 @@ class SpreadRefill : public StrangerForce {
   State advance(const State& x, const StrangerInstant& now) const override {
     State next = x;
     for (std::size_t k = 0; k < kSites; ++k)
-      next[k] +=
-          now.step / time_[k] * (now.charging() - x[k] * (1.0 + now.discharging() / undoing_));
+      next[k] += now.step / time_[k] * (now.charging() - x[k] * (1.0 + now.discharging() / undoing_));
     return next;
   }
   double voltage(const State& x, const StrangerInstant&) const override {
@@ -168,10 +163,8 @@ class SpreadRefill : public StrangerForce {
 
 std::vector<StrangerForm> acceptanceForms() {
   const std::string family = "acceptance";
-  return {formOf<CrystalPopulation>(family, "crystal_population"),
-          formOf<DiffusionLayer>(family, "diffusion_layer"),
-          formOf<FreshnessGate>(family, "freshness_gate"),
-          formOf<SpreadRefill>(family, "spread_refill")};
+  return {formOf<CrystalPopulation>(family, "crystal_population"), formOf<DiffusionLayer>(family, "diffusion_layer"),
+          formOf<FreshnessGate>(family, "freshness_gate"), formOf<SpreadRefill>(family, "spread_refill")};
 }
 
 }  // namespace battery_sof_reference

@@ -16,8 +16,7 @@ namespace {
 class PoreDiffusion : public StrangerForce {
  public:
   PoreDiffusion(Dice& dice, const Circumstances& drive)
-      : time_(logBetween(dice, {60.0, std::min(1200.0, 0.5 * drive.duration)})),
-        faster_(dice.between({0.3, 1.0})) {}
+      : time_(logBetween(dice, {60.0, std::min(1200.0, 0.5 * drive.duration)})), faster_(dice.between({0.3, 1.0})) {}
 
   State rested() const override {
     State state{};
@@ -57,8 +56,7 @@ class PoreDiffusion : public StrangerForce {
  */
 class AnomalousDiffusion : public StrangerForce {
  public:
-  AnomalousDiffusion(Dice& dice, const Circumstances& drive)
-      : charging_share_(dice.between({0.6, 1.0})) {
+  AnomalousDiffusion(Dice& dice, const Circumstances& drive) : charging_share_(dice.between({0.6, 1.0})) {
     const double power = dice.between({0.3, 0.6});
     const double longest = drive.duration * dice.between({0.15, 0.35});
     double sum = 0.0;
@@ -108,12 +106,10 @@ class PoreExhaustion : public StrangerForce {
   State advance(const State& x, const StrangerInstant& now) const override {
     const double exchange = std::pow(x[0], 1.5) * (x[1] - x[0]) / refilling_;
     const double made = (0.7 * now.charging() - now.discharging()) / charge_;
-    return {std::clamp(x[0] + now.step * (made + exchange), 0.04, 1.5),
-            x[1] + now.step * ((1.0 - x[1]) / mixing_ - 0.2 * exchange)};
+    return {std::clamp(x[0] + now.step * (made + exchange), 0.04, 1.5), x[1] + now.step * ((1.0 - x[1]) / mixing_ - 0.2 * exchange)};
   }
   double voltage(const State& x, const StrangerInstant& now) const override {
-    return -0.03 * saturated(now.discharging() / 40.0) *
-           (1.0 / (x[0] + half_) - 1.0 / (1.0 + half_));
+    return -0.03 * saturated(now.discharging() / 40.0) * (1.0 / (x[0] + half_) - 1.0 / (1.0 + half_));
   }
 
  private:
@@ -134,8 +130,7 @@ class SeparatorDelay : public StrangerForce {
 
   State advance(const State& x, const StrangerInstant& now) const override {
     State next = x;
-    for (std::size_t k = 0; k < kVessels; ++k)
-      next[k] += now.step * kVessels / delay_ * ((k == 0 ? now.current : x[k - 1]) - x[k]);
+    for (std::size_t k = 0; k < kVessels; ++k) next[k] += now.step * kVessels / delay_ * ((k == 0 ? now.current : x[k - 1]) - x[k]);
     return next;
   }
   double voltage(const State& x, const StrangerInstant&) const override {
@@ -152,10 +147,8 @@ class SeparatorDelay : public StrangerForce {
 
 std::vector<StrangerForm> acidForms() {
   const std::string family = "acid";
-  return {formOf<PoreDiffusion>(family, "pore_diffusion"),
-          formOf<AnomalousDiffusion>(family, "anomalous_diffusion"),
-          formOf<PoreExhaustion>(family, "pore_exhaustion"),
-          formOf<SeparatorDelay>(family, "separator_delay")};
+  return {formOf<PoreDiffusion>(family, "pore_diffusion"), formOf<AnomalousDiffusion>(family, "anomalous_diffusion"),
+          formOf<PoreExhaustion>(family, "pore_exhaustion"), formOf<SeparatorDelay>(family, "separator_delay")};
 }
 
 }  // namespace battery_sof_reference

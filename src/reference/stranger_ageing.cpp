@@ -14,8 +14,7 @@ namespace {
 class GrowingLayer : public StrangerForce {
  public:
   GrowingLayer(Dice& dice, const Circumstances& drive)
-      : length_(drive.duration),
-        power_(dice.share() < 0.5 ? dice.between({0.4, 0.7}) : dice.between({1.7, 2.5})) {}
+      : length_(drive.duration), power_(dice.share() < 0.5 ? dice.between({0.4, 0.7}) : dice.between({1.7, 2.5})) {}
 
   State advance(const State& x, const StrangerInstant&) const override { return x; }
   double voltage(const State&, const StrangerInstant& now) const override {
@@ -46,8 +45,7 @@ class WarmingInside : public StrangerForce {
 
   State advance(const State& x, const StrangerInstant& now) const override {
     const double heat = 8e-3 * now.current * now.current, flow = across_ * (x[0] - x[1]);
-    return {x[0] + now.step * (heat - flow) / inside_,
-            x[1] + now.step * (flow - outwards_ * x[1]) / case_};
+    return {x[0] + now.step * (heat - flow) / inside_, x[1] + now.step * (flow - outwards_ * x[1]) / case_};
   }
   double voltage(const State& x, const StrangerInstant& now) const override {
     return -5e-3 * now.current * (1.0 - std::pow(1.0 + std::max(0.0, x[0]) / 20.0, -power_));
@@ -73,9 +71,7 @@ class LooseningContacts : public StrangerForce {
     }
   }
 
-  State advance(const State& x, const StrangerInstant& now) const override {
-    return {x[0] + now.step * std::abs(now.current)};
-  }
+  State advance(const State& x, const StrangerInstant& now) const override { return {x[0] + now.step * std::abs(now.current)}; }
   double voltage(const State& x, const StrangerInstant& now) const override {
     double loose = 0.0;
     for (std::size_t k = 0; k < kContacts; ++k) loose += smoothStep((x[0] - from_[k]) / width_[k]);
@@ -112,17 +108,14 @@ class FadingSurface : public StrangerForce {
 
 std::vector<StrangerForm> ageingForms() {
   const std::string family = "ageing";
-  return {formOf<GrowingLayer>(family, "growing_layer"),
-          formOf<WarmingInside>(family, "warming_inside"),
-          formOf<LooseningContacts>(family, "loosening_contacts"),
-          formOf<FadingSurface>(family, "fading_surface")};
+  return {formOf<GrowingLayer>(family, "growing_layer"), formOf<WarmingInside>(family, "warming_inside"),
+          formOf<LooseningContacts>(family, "loosening_contacts"), formOf<FadingSurface>(family, "fading_surface")};
 }
 
 const std::vector<StrangerForm>& strangerForms() {
   static const std::vector<StrangerForm> all = [] {
     std::vector<StrangerForm> forms;
-    for (const auto& family : {acceptanceForms(), sideReactionForms(), acidForms(),
-                               openCircuitForms(), structureForms(), ageingForms()})
+    for (const auto& family : {acceptanceForms(), sideReactionForms(), acidForms(), openCircuitForms(), structureForms(), ageingForms()})
       forms.insert(forms.end(), family.begin(), family.end());
     return forms;
   }();

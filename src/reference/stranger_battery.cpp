@@ -31,8 +31,7 @@ class Sensitivities {
     by_start_ = kept * by_start_ / all;
   }
   std::array<double, 6> row(double current) const {
-    return {1.0,      std::max(current, 0.0), std::min(current, 0.0), by_capacitance_, by_beta_,
-            by_start_};
+    return {1.0, std::max(current, 0.0), std::min(current, 0.0), by_capacitance_, by_beta_, by_start_};
   }
 
  private:
@@ -42,8 +41,7 @@ class Sensitivities {
 
 }  // namespace
 
-StrangerBattery::StrangerBattery(const Scenario& scenario, const StrangerForce* force,
-                                 double strength)
+StrangerBattery::StrangerBattery(const Scenario& scenario, const StrangerForce* force, double strength)
     : battery_(scenario.battery, scenario.effects, scenario.start),
       force_(force),
       strength_(strength),
@@ -51,8 +49,7 @@ StrangerBattery::StrangerBattery(const Scenario& scenario, const StrangerForce* 
       r_charge_(scenario.battery.r_ohmic_ohm + scenario.battery.r1_charge_ohm),
       u0_(battery_.voltage(battery_.rested())) {
   requireValid(scenario);
-  if (!std::isfinite(strength))
-    throw std::invalid_argument("strength is " + std::to_string(strength) + ", expected finite");
+  if (!std::isfinite(strength)) throw std::invalid_argument("strength is " + std::to_string(strength) + ", expected finite");
 }
 
 StrangerState StrangerBattery::rested() const {
@@ -95,18 +92,14 @@ double StrangerBattery::voltage(const StrangerState& state) const {
   return base + ohmic(state.current) - ohmic(state.base.current) + strength_ * added;
 }
 
-double StrangerBattery::ohmic(double current) const {
-  return (current < 0.0 ? r_discharge_ : r_charge_) * current;
-}
+double StrangerBattery::ohmic(double current) const { return (current < 0.0 ? r_discharge_ : r_charge_) * current; }
 
-Course drivenCourse(const Scenario& scenario, const StrangerForce* force, double strength,
-                    double after) {
+Course drivenCourse(const Scenario& scenario, const StrangerForce* force, double strength, double after) {
   const StrangerBattery battery(scenario, force, strength);
   DriveFollower driver(scenario, scenario.duration);
   const PowerSource source(scenario.slew);
   StrangerState state = battery.rested();
-  const auto steps =
-      static_cast<std::size_t>(std::lround((scenario.duration + after) / battery.kStep));
+  const auto steps = static_cast<std::size_t>(std::lround((scenario.duration + after) / battery.kStep));
   Course course{{state.current}, {battery.voltage(state)}};
   course.current.reserve(steps + 1);
   course.voltage.reserve(steps + 1);
@@ -118,8 +111,7 @@ Course drivenCourse(const Scenario& scenario, const StrangerForce* force, double
   return course;
 }
 
-Course imposedCourse(const Scenario& scenario, const StrangerForce* force, double strength,
-                     const std::vector<double>& current) {
+Course imposedCourse(const Scenario& scenario, const StrangerForce* force, double strength, const std::vector<double>& current) {
   if (current.empty()) throw std::invalid_argument("imposedCourse: no current");
   const StrangerBattery battery(scenario, force, strength);
   StrangerState state = battery.rested();
@@ -132,8 +124,7 @@ Course imposedCourse(const Scenario& scenario, const StrangerForce* force, doubl
   return course;
 }
 
-std::vector<double> linearBetweenSamples(const std::vector<double>& current,
-                                         std::size_t per_sample) {
+std::vector<double> linearBetweenSamples(const std::vector<double>& current, std::size_t per_sample) {
   if (per_sample < 1) throw std::invalid_argument("per_sample is 0, expected 1 or more");
   const std::size_t samples = (current.size() - 1) / per_sample + 1, reach = per_sample / 2;
   std::vector<double> knots(samples, 0.0);
@@ -154,8 +145,7 @@ std::vector<double> linearBetweenSamples(const std::vector<double>& current,
   return linear;
 }
 
-BaseAnswer baseAnswer(const Scenario& scenario, const std::vector<double>& current,
-                      std::size_t per_sample) {
+BaseAnswer baseAnswer(const Scenario& scenario, const std::vector<double>& current, std::size_t per_sample) {
   const StrangerBattery battery(scenario, nullptr, 0.0);
   StrangerState state = battery.rested();
   if (current.at(0) != 0.0) state = battery.advance(state, current[0]);
@@ -164,8 +154,7 @@ BaseAnswer baseAnswer(const Scenario& scenario, const std::vector<double>& curre
   for (std::size_t n = 0; n < current.size(); ++n) {
     if (n > 0) {
       state = battery.advance(state, current[n]);
-      sensitivities.advance(state.base.cpe2.voltage, 0.5 * (current[n] + current[n - 1]),
-                            battery.kStep);
+      sensitivities.advance(state.base.cpe2.voltage, 0.5 * (current[n] + current[n - 1]), battery.kStep);
     }
     if (n % per_sample != 0) continue;
     answer.voltage.push_back(battery.voltage(state));

@@ -32,10 +32,10 @@ struct StrangerCase {
   StrangerOrder order;  ///< with everything filled in
   Scenario scenario;    ///< base circuit, drive, limit
   std::vector<RecordedSample> samples;
-  double strength = 0.0;  ///< of the form, scale included
-  SplitRms effect;        ///< recorded less base circuit under the recorded current, about its mean
-  SplitRms visible;       ///< the same, less what other base parameters would follow
-  double crank_v = 0.0;   ///< most that a crank's minimum is off the base circuit's [V]
+  double strength = 0.0;     ///< of the form, scale included
+  SplitRms effect;           ///< recorded less base circuit under the recorded current, about its mean
+  SplitRms visible;          ///< the same, less what other base parameters would follow
+  double crank_v = 0.0;      ///< most that a crank's minimum is off the base circuit's [V]
   double steps_rms_v = 0.0;  ///< imperfect_null: the voltage's steps and converter nonlinearity
   NoiseOptions voltage_noise, current_noise;
   double voltage_step_v = 0.0, current_step_a = 0.0;
@@ -80,8 +80,7 @@ std::vector<StrangerKind> strangerKinds();
  */
 struct ErrorSize {
   SplitRms plain, visible;
-  double crank_v =
-      0.0;  ///< most that a crank's minimum moves (below -100 A), parameters as they are
+  double crank_v = 0.0;  ///< most that a crank's minimum moves (below -100 A), parameters as they are
 };
 ErrorSize errorSize(const std::vector<double>& error, const BaseAnswer& base);
 

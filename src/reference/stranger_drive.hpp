@@ -20,7 +20,6 @@ const std::vector<std::string>& strangerDrives();
  * @param scenario its duration is set.  @param family a label's; "" adds nothing to the kind.
  * @throws std::invalid_argument for an unknown kind.
  */
-void drawStrangerDrive(Scenario& scenario, const std::string& kind, const std::string& family,
-                       Dice& dice);
+void drawStrangerDrive(Scenario& scenario, const std::string& kind, const std::string& family, Dice& dice);
 
 }  // namespace battery_sof_reference

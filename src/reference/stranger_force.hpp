@@ -75,9 +75,7 @@ std::vector<StrangerForm> ageingForms();
 const std::vector<StrangerForm>& strangerForms();
 
 /// A number of a range of positive ends, uniform in its logarithm.
-inline double logBetween(Dice& dice, const Range& range) {
-  return range.low * std::pow(range.high / range.low, dice.share());
-}
+inline double logBetween(Dice& dice, const Range& range) { return range.low * std::pow(range.high / range.low, dice.share()); }
 
 /// 0 below 0, 1 above 1, between them 3x^2 - 2x^3: a threshold without a kink.
 inline double smoothStep(double x) {
@@ -91,9 +89,8 @@ inline double saturated(double x) { return x / (1.0 + x); }
 /// A form whose class has a constructor Law(Dice&, const Circumstances&).
 template <typename Law>
 StrangerForm formOf(const std::string& family, const std::string& id) {
-  return {family, id, [](Dice& dice, const Circumstances& drive) -> std::unique_ptr<StrangerForce> {
-            return std::make_unique<Law>(dice, drive);
-          }};
+  return {family, id,
+          [](Dice& dice, const Circumstances& drive) -> std::unique_ptr<StrangerForce> { return std::make_unique<Law>(dice, drive); }};
 }
 
 }  // namespace battery_sof_reference

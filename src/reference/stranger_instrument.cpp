@@ -111,8 +111,7 @@ class ClockDrift : public StrangerInstrument {
 class RingingChannel : public StrangerInstrument {
  public:
   RingingChannel(Dice& dice, const Circumstances& drive)
-      : period_(std::max(0.06, dice.between({4.0, 10.0}) / drive.sample_rate_hz)),
-        damping_(dice.between({0.15, 0.4})) {}
+      : period_(std::max(0.06, dice.between({4.0, 10.0}) / drive.sample_rate_hz)), damping_(dice.between({0.15, 0.4})) {}
 
   Course shown(const Course& truth, double strength) const override {
     Course course = truth;
@@ -141,9 +140,7 @@ class RingingChannel : public StrangerInstrument {
 class ThermostatLoad : public StrangerInstrument {
  public:
   ThermostatLoad(Dice& dice, const Circumstances& drive)
-      : period_(std::min(dice.between({40.0, 200.0}), drive.duration / 8.0)),
-        on_(dice.between({0.3, 0.7})),
-        phase_(dice.share()) {}
+      : period_(std::min(dice.between({40.0, 200.0}), drive.duration / 8.0)), on_(dice.between({0.3, 0.7})), phase_(dice.share()) {}
 
   Course shown(const Course& truth, double strength) const override {
     Course course = truth;
@@ -163,19 +160,15 @@ class ThermostatLoad : public StrangerInstrument {
 template <typename Law>
 StrangerInstrumentForm instrumentOf(const std::string& id, double most_strength) {
   return {id, most_strength,
-          [](Dice& dice, const Circumstances& drive) -> std::unique_ptr<StrangerInstrument> {
-            return std::make_unique<Law>(dice, drive);
-          }};
+          [](Dice& dice, const Circumstances& drive) -> std::unique_ptr<StrangerInstrument> { return std::make_unique<Law>(dice, drive); }};
 }
 
 }  // namespace
 
 const std::vector<StrangerInstrumentForm>& strangerInstrumentForms() {
   static const std::vector<StrangerInstrumentForm> all{
-      instrumentOf<DeadBand>("dead_band", 2.0), instrumentOf<Remanence>("remanence", 4.0),
-      instrumentOf<ClockDrift>("clock_drift", 4.0),
-      instrumentOf<RingingChannel>("ringing_channel", 1.0),
-      instrumentOf<ThermostatLoad>("thermostat_load", 4.0)};
+      instrumentOf<DeadBand>("dead_band", 2.0), instrumentOf<Remanence>("remanence", 4.0), instrumentOf<ClockDrift>("clock_drift", 4.0),
+      instrumentOf<RingingChannel>("ringing_channel", 1.0), instrumentOf<ThermostatLoad>("thermostat_load", 4.0)};
   return all;
 }
 

@@ -6,9 +6,7 @@ namespace {
 constexpr double kSecondsPerHour = 3600.0;
 
 /// Of the charge over a drive [As], at least what an hour's 0.1 A gives.
-double spanOf(const Circumstances& drive) {
-  return std::max(360.0, drive.highest_as - drive.lowest_as);
-}
+double spanOf(const Circumstances& drive) { return std::max(360.0, drive.highest_as - drive.lowest_as); }
 
 /**
  * An open-circuit voltage of charge with a bend that no straight line or parabola follows.
@@ -26,9 +24,7 @@ class BentEmf : public StrangerForce {
         power_(dice.share() < 0.5 ? dice.between({0.45, 0.7}) : dice.between({1.6, 2.2})) {}
 
   State advance(const State& x, const StrangerInstant&) const override { return x; }
-  double voltage(const State&, const StrangerInstant& now) const override {
-    return 0.06 * (bend(now.charge) - bend(0.0));
-  }
+  double voltage(const State&, const StrangerInstant& now) const override { return 0.06 * (bend(now.charge) - bend(0.0)); }
 
  private:
   double bend(double charge) const {
@@ -50,14 +46,12 @@ class SumOfPlays : public StrangerForce {
  public:
   SumOfPlays(Dice& dice, const Circumstances& drive) : span_(spanOf(drive)) {
     const double widest = dice.between({0.25, 0.45}) * span_;
-    for (std::size_t k = 0; k < kPlays; ++k)
-      width_[k] = widest * std::pow(0.02, 1.0 - k / (kPlays - 1.0));
+    for (std::size_t k = 0; k < kPlays; ++k) width_[k] = widest * std::pow(0.02, 1.0 - k / (kPlays - 1.0));
   }
 
   State advance(const State& x, const StrangerInstant& now) const override {
     State next = x;
-    for (std::size_t k = 0; k < kPlays; ++k)
-      next[k] = std::clamp(x[k], now.charge - width_[k], now.charge + width_[k]);
+    for (std::size_t k = 0; k < kPlays; ++k) next[k] = std::clamp(x[k], now.charge - width_[k], now.charge + width_[k]);
     return next;
   }
   double voltage(const State& x, const StrangerInstant&) const override {
@@ -94,8 +88,7 @@ class PreisachParts : public StrangerForce {
 
   State rested() const override {
     State state{};
-    for (std::size_t k = 0; k < kParts; ++k)
-      state[k] = 0.5 * (above_[k] + below_[k]) < 0.0 ? 1 : -1;
+    for (std::size_t k = 0; k < kParts; ++k) state[k] = 0.5 * (above_[k] + below_[k]) < 0.0 ? 1 : -1;
     return state;
   }
   State advance(const State& x, const StrangerInstant& now) const override {
@@ -140,8 +133,7 @@ class NucleationDip : public StrangerForce {
   State advance(const State& x, const StrangerInstant& now) const override {
     const double open = 1.0 - x[1];
     const double out = now.discharging() - now.charging() * x[0] / rise_;
-    const double ready =
-        now.charging() * open * open / building_ - now.discharging() * x[1] * x[1] / erasing_;
+    const double ready = now.charging() * open * open / building_ - now.discharging() * x[1] * x[1] / erasing_;
     return {std::max(0.0, x[0] + now.step * out), std::clamp(x[1] + now.step * ready, 0.0, 1.0)};
   }
   double voltage(const State& x, const StrangerInstant&) const override {
@@ -157,8 +149,7 @@ class NucleationDip : public StrangerForce {
 
 std::vector<StrangerForm> openCircuitForms() {
   const std::string family = "open_circuit";
-  return {formOf<BentEmf>(family, "bent_emf"), formOf<SumOfPlays>(family, "sum_of_plays"),
-          formOf<PreisachParts>(family, "preisach_parts"),
+  return {formOf<BentEmf>(family, "bent_emf"), formOf<SumOfPlays>(family, "sum_of_plays"), formOf<PreisachParts>(family, "preisach_parts"),
           formOf<NucleationDip>(family, "nucleation_dip")};
 }
 

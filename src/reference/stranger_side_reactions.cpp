@@ -4,16 +4,12 @@ namespace battery_sof_reference {
 namespace {
 
 constexpr double kMostSide = 15.0;  // [A] at strength 1
-constexpr double kWindow = 0.15;  // [V] above the onset, of the order of a Tafel slope of six cells
+constexpr double kWindow = 0.15;    // [V] above the onset, of the order of a Tafel slope of six cells
 
 /// What all forms draw: the voltage u_0 + u2 at which the reaction sets in [V].
-double onsetOf(Dice& dice, const Circumstances& drive) {
-  return dice.between({drive.onset_low_v, drive.onset_high_v});
-}
+double onsetOf(Dice& dice, const Circumstances& drive) { return dice.between({drive.onset_low_v, drive.onset_high_v}); }
 
-double above(const StrangerInstant& now, double onset) {
-  return std::max(0.0, (now.u_x - onset) / kWindow);
-}
+double above(const StrangerInstant& now, double onset) { return std::max(0.0, (now.u_x - onset) / kWindow); }
 
 /**
  * Oxygen reaches the negative plate through a separator that overcharge dries.
@@ -27,9 +23,7 @@ double above(const StrangerInstant& now, double onset) {
 class DryingSeparator : public StrangerForce {
  public:
   DryingSeparator(Dice& dice, const Circumstances& drive)
-      : onset_(onsetOf(dice, drive)),
-        power_(dice.between({1.3, 2.5})),
-        time_(logBetween(dice, {30.0, 200.0})) {}
+      : onset_(onsetOf(dice, drive)), power_(dice.between({1.3, 2.5})), time_(logBetween(dice, {30.0, 200.0})) {}
 
   State advance(const State& x, const StrangerInstant& now) const override {
     const double opening = std::min(1.0, above(now, onset_)) * (1.0 - x[0]);
@@ -89,9 +83,7 @@ class BubbleCover : public StrangerForce {
 class PressureRecombination : public StrangerForce {
  public:
   PressureRecombination(Dice& dice, const Circumstances& drive)
-      : onset_(onsetOf(dice, drive)),
-        time_(logBetween(dice, {15.0, 120.0})),
-        depth_(dice.between({0.005, 0.02})) {}
+      : onset_(onsetOf(dice, drive)), time_(logBetween(dice, {15.0, 120.0})), depth_(dice.between({0.005, 0.02})) {}
 
   State advance(const State& x, const StrangerInstant& now) const override {
     State next = x;
@@ -101,12 +93,8 @@ class PressureRecombination : public StrangerForce {
     }
     return next;
   }
-  double voltage(const State& x, const StrangerInstant&) const override {
-    return -depth_ * std::sqrt(std::max(0.0, x[kVessels - 1]));
-  }
-  double sideCurrent(const State&, const StrangerInstant& now) const override {
-    return 6.0 * smoothStep(above(now, onset_));
-  }
+  double voltage(const State& x, const StrangerInstant&) const override { return -depth_ * std::sqrt(std::max(0.0, x[kVessels - 1])); }
+  double sideCurrent(const State&, const StrangerInstant& now) const override { return 6.0 * smoothStep(above(now, onset_)); }
 
  private:
   static constexpr std::size_t kVessels = 4;
@@ -125,9 +113,7 @@ class PressureRecombination : public StrangerForce {
 class ImpurityShuttle : public StrangerForce {
  public:
   ImpurityShuttle(Dice& dice, const Circumstances& drive)
-      : onset_(onsetOf(dice, drive)),
-        charge_(logBetween(dice, {100.0, 600.0})),
-        time_(logBetween(dice, {20.0, 90.0})) {}
+      : onset_(onsetOf(dice, drive)), charge_(logBetween(dice, {100.0, 600.0})), time_(logBetween(dice, {20.0, 90.0})) {}
 
   State rested() const override { return {1.0, 1.0}; }
   State advance(const State& x, const StrangerInstant& now) const override {
@@ -137,9 +123,7 @@ class ImpurityShuttle : public StrangerForce {
     return {std::max(0.0, plate), acid};
   }
   double voltage(const State&, const StrangerInstant&) const override { return 0.0; }
-  double sideCurrent(const State& x, const StrangerInstant& now) const override {
-    return 12.0 * smoothStep(above(now, onset_)) * x[0];
-  }
+  double sideCurrent(const State& x, const StrangerInstant& now) const override { return 12.0 * smoothStep(above(now, onset_)) * x[0]; }
 
  private:
   double onset_, charge_, time_;
@@ -149,10 +133,8 @@ class ImpurityShuttle : public StrangerForce {
 
 std::vector<StrangerForm> sideReactionForms() {
   const std::string family = "side_reactions";
-  return {formOf<DryingSeparator>(family, "drying_separator"),
-          formOf<BubbleCover>(family, "bubble_cover"),
-          formOf<PressureRecombination>(family, "pressure_recombination"),
-          formOf<ImpurityShuttle>(family, "impurity_shuttle")};
+  return {formOf<DryingSeparator>(family, "drying_separator"), formOf<BubbleCover>(family, "bubble_cover"),
+          formOf<PressureRecombination>(family, "pressure_recombination"), formOf<ImpurityShuttle>(family, "impurity_shuttle")};
 }
 
 }  // namespace battery_sof_reference

@@ -24,9 +24,7 @@ class Nameless {
   }
   bool exists() const { return descriptor_ >= 0; }
   fs::path name() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
-  bool linkTo(const fs::path& path) const {
-    return ::linkat(AT_FDCWD, name().c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW) == 0;
-  }
+  bool linkTo(const fs::path& path) const { return ::linkat(AT_FDCWD, name().c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW) == 0; }
 
  private:
   int descriptor_;

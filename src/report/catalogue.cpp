@@ -33,9 +33,7 @@ std::vector<std::string> linesOf(const std::string& text) {
 }
 
 /// "1" is the unit of numbers without one.
-std::string withUnit(const std::string& value, const std::string& unit) {
-  return unit == "1" ? value : value + " " + unit;
-}
+std::string withUnit(const std::string& value, const std::string& unit) { return unit == "1" ? value : value + " " + unit; }
 
 std::string priorOf(const ParameterInfo& info) {
   if (!info.prior_std) return "";
@@ -57,9 +55,8 @@ std::string beginningOf(const StateInfo& info) {
   if (info.begins_as_u_c2) return "begins at u_c2";
   const std::string rest = withUnit(number(info.rest), info.unit);
   if (!info.initial_std) return "begins at rest, " + rest;
-  return "estimated where a recording begins, " + rest + " +- " +
-         withUnit(number(*info.initial_std), info.unit) + " inside " + number(info.lower) + " to " +
-         withUnit(number(info.upper), info.unit);
+  return "estimated where a recording begins, " + rest + " +- " + withUnit(number(*info.initial_std), info.unit) + " inside " +
+         number(info.lower) + " to " + withUnit(number(info.upper), info.unit);
 }
 
 /// States that are alike but for their number, as one.
@@ -67,10 +64,8 @@ std::vector<std::pair<std::string, StateInfo>> namedStates(const EffectInfo& eff
   std::vector<std::pair<std::string, StateInfo>> named;
   for (const StateInfo& state : effect.states)
     if (!state.begins_as_u_c2) named.emplace_back(state.name, state);
-  const auto part = std::find_if(effect.states.begin(), effect.states.end(),
-                                 [](const StateInfo& state) { return state.begins_as_u_c2; });
-  if (part != effect.states.end())
-    named.emplace_back(part->name + " to " + effect.states.back().name, *part);
+  const auto part = std::find_if(effect.states.begin(), effect.states.end(), [](const StateInfo& state) { return state.begins_as_u_c2; });
+  if (part != effect.states.end()) named.emplace_back(part->name + " to " + effect.states.back().name, *part);
   return named;
 }
 
@@ -141,9 +136,8 @@ std::string linked(const std::string& source) {
 }
 
 std::string parameterRow(const ParameterInfo& info) {
-  return "| " + code(info.name) + " | " + info.symbol + " | " + info.unit + " | " +
-         number(info.magnitude) + " | " + number(info.lower) + " to " + number(info.upper) + " | " +
-         listed(rolesOf(info)) + " | " + linked(info.source) + " |\n";
+  return "| " + code(info.name) + " | " + info.symbol + " | " + info.unit + " | " + number(info.magnitude) + " | " + number(info.lower) +
+         " to " + number(info.upper) + " | " + listed(rolesOf(info)) + " | " + linked(info.source) + " |\n";
 }
 
 std::string effectMarkdown(const EffectInfo& effect) {
@@ -156,8 +150,7 @@ std::string effectMarkdown(const EffectInfo& effect) {
   for (const auto& [name, state] : namedStates(effect))
     text += "- State " + code(name) + " [" + state.unit + "] " + beginningOf(state) + ".\n";
   if (!effect.needs.empty()) text += "- Needs " + codes(effect.needs) + ".\n";
-  if (!effect.bends.empty())
-    text += "- With it the voltage is no longer linear in " + codes(effect.bends) + ".\n";
+  if (!effect.bends.empty()) text += "- With it the voltage is no longer linear in " + codes(effect.bends) + ".\n";
   text += "- Often confused with " + codes(effect.look_alikes) + ".\n";
   return text + "- Told apart by: " + effect.tells_apart + ".\n\n";
 }
@@ -168,11 +161,8 @@ int tierRank(char tier) { return tier == 'S' ? 0 : tier == 'P' ? 1 : 2; }
 
 std::vector<EffectInfo> effectsByTier() {
   std::vector<EffectInfo> effects = effectCatalogue();
-  const auto rank = [](const EffectInfo& effect) {
-    return std::pair(tierRank(effect.tier()), std::atoi(effect.code.c_str() + 1));
-  };
-  std::stable_sort(effects.begin(), effects.end(),
-                   [&](const EffectInfo& a, const EffectInfo& b) { return rank(a) < rank(b); });
+  const auto rank = [](const EffectInfo& effect) { return std::pair(tierRank(effect.tier()), std::atoi(effect.code.c_str() + 1)); };
+  std::stable_sort(effects.begin(), effects.end(), [&](const EffectInfo& a, const EffectInfo& b) { return rank(a) < rank(b); });
   return effects;
 }
 
@@ -187,26 +177,23 @@ std::string catalogueText(const std::vector<EffectInfo>& effects) {
 }
 
 std::string effectText(const EffectInfo& effect) {
-  std::string text = effect.id + " (" + effect.code + "): " + effect.title + "\n\nfamily\n    " +
-                     familyId(familyOf(effect.id)) + ": " + familySentence(familyOf(effect.id)) + "\n\nequations\n";
+  std::string text = effect.id + " (" + effect.code + "): " + effect.title + "\n\nfamily\n    " + familyId(familyOf(effect.id)) + ": " +
+                     familySentence(familyOf(effect.id)) + "\n\nequations\n";
   for (const std::string& line : linesOf(effect.equations)) text += "    " + line + "\n";
   text += "\nparameters\n";
   std::size_t width = 0;
   for (const ParameterInfo& info : effect.parameters) width = std::max(width, info.name.size());
   for (const ParameterInfo& info : effect.parameters) {
-    text += "    " + padded(info.name, width) + padded(info.symbol, 9) +
-            padded(withUnit(number(info.magnitude), info.unit), 14) + "inside " +
-            number(info.lower) + " to " + number(info.upper) + "\n";
+    text += "    " + padded(info.name, width) + padded(info.symbol, 9) + padded(withUnit(number(info.magnitude), info.unit), 14) +
+            "inside " + number(info.lower) + " to " + number(info.upper) + "\n";
     text += "    " + padded("", width) + listed(rolesOf(info)) + " (" + info.source + ")\n";
   }
   if (!effect.states.empty()) text += "\nstates\n";
-  for (const auto& [name, state] : namedStates(effect))
-    text += "    " + name + " [" + state.unit + "], " + beginningOf(state) + "\n";
+  for (const auto& [name, state] : namedStates(effect)) text += "    " + name + " [" + state.unit + "], " + beginningOf(state) + "\n";
   text += "\nconfused with  " + listed(effect.look_alikes) + "\n";
   text += "told apart by  " + effect.tells_apart + "\n";
   if (!effect.needs.empty()) text += "needs          " + listed(effect.needs) + "\n";
-  if (!effect.bends.empty())
-    text += "bends          " + listed(effect.bends) + ": no longer linear beside it\n";
+  if (!effect.bends.empty()) text += "bends          " + listed(effect.bends) + ": no longer linear beside it\n";
   return text;
 }
 

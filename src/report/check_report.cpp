@@ -16,12 +16,9 @@ using nlohmann::json;
 
 constexpr double kZeroCelsius = 273.15;  // [K]
 constexpr double kCoulombsPerAmpereHour = 3600.0;
-constexpr EventKind kKinds[] = {EventKind::kCrank, EventKind::kDischarge, EventKind::kCharge,
-                                EventKind::kRest};
+constexpr EventKind kKinds[] = {EventKind::kCrank, EventKind::kDischarge, EventKind::kCharge, EventKind::kRest};
 
-EventSummary summaryOf(const Recording& recording) {
-  return summarise(recording.series, detectEvents(recording.series));
-}
+EventSummary summaryOf(const Recording& recording) { return summarise(recording.series, detectEvents(recording.series)); }
 
 struct Extremes {
   double low, high;
@@ -39,8 +36,7 @@ Extremes extremesOf(const std::vector<double>& values) {
 std::string number(double value) {
   char text[32];
   const bool is_large = std::abs(value) >= 1e3 && std::abs(value) < 1e12;
-  printClassic(text, sizeof text, is_large ? "%.14g" : "%.5g",
-                is_large ? std::round(10.0 * value) / 10.0 : value);
+  printClassic(text, sizeof text, is_large ? "%.14g" : "%.5g", is_large ? std::round(10.0 * value) / 10.0 : value);
   return text;
 }
 
@@ -82,32 +78,25 @@ std::string describeRejected(const RejectedCounts& rejected) {
   return text.empty() ? "none" : text;
 }
 
-std::string describeRange(const std::vector<double>& values, std::optional<double> step,
-                          const std::string& unit) {
+std::string describeRange(const std::vector<double>& values, std::optional<double> step, const std::string& unit) {
   const Extremes extremes = extremesOf(values);
-  std::string text =
-      number(extremes.low) + " " + unit + " to " + number(extremes.high) + " " + unit;
+  std::string text = number(extremes.low) + " " + unit + " to " + number(extremes.high) + " " + unit;
   return step ? text + ", in steps of " + threeDigits(*step) + " " + unit : text;
 }
 
 std::string temperatureText(const Series& series) {
   if (series.temperature.empty()) return "";
   const Extremes kelvin = extremesOf(series.temperature);
-  return entry("temperature", number(kelvin.low - kZeroCelsius) + " degC to " +
-                                  number(kelvin.high - kZeroCelsius) + " degC");
+  return entry("temperature", number(kelvin.low - kZeroCelsius) + " degC to " + number(kelvin.high - kZeroCelsius) + " degC");
 }
 
 std::string overviewText(const Recording& recording, const CheckReport& report) {
   const Series& series = recording.series;
-  return entry("samples", std::to_string(report.samples) + " of " +
-                              std::to_string(recording.offered) + " over " +
-                              duration(report.to - report.from) + ", " +
-                              describeRate(report.median_interval)) +
-         entry("time", number(report.from) + " s to " + number(report.to) + " s") +
-         entry("refused", describeRejected(recording.rejected)) +
+  return entry("samples", std::to_string(report.samples) + " of " + std::to_string(recording.offered) + " over " +
+                              duration(report.to - report.from) + ", " + describeRate(report.median_interval)) +
+         entry("time", number(report.from) + " s to " + number(report.to) + " s") + entry("refused", describeRejected(recording.rejected)) +
          entry("current", describeRange(series.current, report.current_lsb, "A")) +
-         entry("voltage", describeRange(series.voltage, report.voltage_lsb, "V")) +
-         temperatureText(series);
+         entry("voltage", describeRange(series.voltage, report.voltage_lsb, "V")) + temperatureText(series);
 }
 
 std::string eventsText(const EventSummary& summary) {
@@ -115,16 +104,14 @@ std::string eventsText(const EventSummary& summary) {
   for (const EventKind kind : kKinds) {
     const EventTotals& totals = summary.of(kind);
     char line[80];
-    printClassic(line, sizeof line, "    %-10s %8zu   %s\n", describe(kind).c_str(), totals.count,
-                  duration(totals.duration).c_str());
+    printClassic(line, sizeof line, "    %-10s %8zu   %s\n", describe(kind).c_str(), totals.count, duration(totals.duration).c_str());
     text += line;
   }
-  text += "    " + number(summary.charge_in / kCoulombsPerAmpereHour) + " Ah in, " +
-          number(-summary.charge_out / kCoulombsPerAmpereHour) + " Ah out\n";
+  text += "    " + number(summary.charge_in / kCoulombsPerAmpereHour) + " Ah in, " + number(-summary.charge_out / kCoulombsPerAmpereHour) +
+          " Ah out\n";
   if (!summary.max_charge_voltage) return text;
-  return text + "    charges: " + std::to_string(summary.long_charges) +
-         " longer than 10 s, the longest " + duration(summary.longest_charge) + ", at " +
-         number(*summary.min_charge_voltage) + " V to " + number(*summary.max_charge_voltage) +
+  return text + "    charges: " + std::to_string(summary.long_charges) + " longer than 10 s, the longest " +
+         duration(summary.longest_charge) + ", at " + number(*summary.min_charge_voltage) + " V to " + number(*summary.max_charge_voltage) +
          " V\n";
 }
 
@@ -133,8 +120,7 @@ std::string sourceText(const Source& source) {
   for (const ImposedTotals& totals : totalsOf(source)) {
     std::string lead = "    " + describe(totals.imposed);
     lead.resize(13, ' ');
-    text += wrapped(lead, std::to_string(totals.samples) + " samples in " +
-                              std::to_string(totals.stretches) +
+    text += wrapped(lead, std::to_string(totals.samples) + " samples in " + std::to_string(totals.stretches) +
                               (totals.stretches == 1 ? " stretch: " : " stretches: ") + totals.reason);
   }
   return text;
@@ -215,10 +201,8 @@ json eventsJson(const EventSummary& summary) {
 json sourceJson(const Source& source) {
   json reasons = json::array();
   for (const ImposedTotals& totals : totalsOf(source))
-    reasons.push_back({{"reason", totals.reason},
-                       {"imposed", describe(totals.imposed)},
-                       {"stretches", totals.stretches},
-                       {"samples", totals.samples}});
+    reasons.push_back(
+        {{"reason", totals.reason}, {"imposed", describe(totals.imposed)}, {"stretches", totals.stretches}, {"samples", totals.samples}});
   return {{"seen", source.seen},
           {"share", source.share},
           {"least_current_a", source.seen ? json(source.rule.least_current) : json(nullptr)},
@@ -241,14 +225,12 @@ json findingJson(const Finding& finding) {
 
 }  // namespace
 
-std::string checkReportText(const std::string& name, const Recording& recording,
-                            const CheckReport& report) {
-  return name + "\n" + overviewText(recording, report) + eventsText(summaryOf(recording)) +
-         sourceText(findSource(recording.series)) + findingsText(report) + notJudgedText(report);
+std::string checkReportText(const std::string& name, const Recording& recording, const CheckReport& report) {
+  return name + "\n" + overviewText(recording, report) + eventsText(summaryOf(recording)) + sourceText(findSource(recording.series)) +
+         findingsText(report) + notJudgedText(report);
 }
 
-json checkReportJson(const std::string& name, const Recording& recording,
-                     const CheckReport& report) {
+json checkReportJson(const std::string& name, const Recording& recording, const CheckReport& report) {
   json findings = json::array();
   for (const Finding& finding : report.findings) findings.push_back(findingJson(finding));
   return {{"schema", "battery_sof/check/1"},

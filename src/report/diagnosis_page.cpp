@@ -25,8 +25,7 @@ constexpr char kHead[] =
 void requireMatching(const Recording& recording, const Diagnosis& diagnosis) {
   for (const auto* model : {&diagnosis.base_voltage, &diagnosis.extended_voltage})
     if (!model->empty() && model->size() != recording.series.size())
-      throw std::invalid_argument(sentence("diagnosisPage: %zu modelled voltages for %zu samples", model->size(),
-                                           recording.series.size()));
+      throw std::invalid_argument(sentence("diagnosisPage: %zu modelled voltages for %zu samples", model->size(), recording.series.size()));
   if (diagnosis.base_voltage.empty() != diagnosis.extended_voltage.empty())
     throw std::invalid_argument("diagnosisPage: one model's voltages without the other's");
 }
@@ -34,20 +33,27 @@ void requireMatching(const Recording& recording, const Diagnosis& diagnosis) {
 /// The verdict as two or three words above the sentence.
 std::string verdictWords(Verdict verdict) {
   switch (verdict) {
-    case Verdict::kNoMismatch: return "No mismatch";
-    case Verdict::kNamed: return "One effect is missing";
-    case Verdict::kSeveral: return "Several effects are missing";
-    case Verdict::kAmbiguous: return "One of a few";
-    case Verdict::kUnknown: return "Unknown physics";
-    case Verdict::kSensorFault: return "The instruments";
-    case Verdict::kInsufficientData: break;
+    case Verdict::kNoMismatch:
+      return "No mismatch";
+    case Verdict::kNamed:
+      return "One effect is missing";
+    case Verdict::kSeveral:
+      return "Several effects are missing";
+    case Verdict::kAmbiguous:
+      return "One of a few";
+    case Verdict::kUnknown:
+      return "Unknown physics";
+    case Verdict::kSensorFault:
+      return "The instruments";
+    case Verdict::kInsufficientData:
+      break;
   }
   return "Not enough to judge";
 }
 
 std::string figureHtml(const std::string& what, const std::string& before, const std::string& after, const std::string& unit) {
-  const std::string value = before == after ? element("b", escaped(after))
-                                            : escaped(before) + " \xe2\x86\x92 " + element("b", escaped(after));
+  const std::string value =
+      before == after ? element("b", escaped(after)) : escaped(before) + " \xe2\x86\x92 " + element("b", escaped(after));
   return element("div", element("dt", escaped(what)) + element("dd", value + " " + escaped(unit)));
 }
 
@@ -67,35 +73,29 @@ std::string headerHtml(const Recording& recording, const Diagnosis& d) {
   const std::string badge = element("p", escaped(verdictWords(d.verdict)), "class=\"badge " + describe(d.verdict) + "\"");
   std::string origin = "Diagnosis of " + element("strong", escaped(recording.name));
   if (!recording.series.empty())
-    origin += sentence(", %.0f s, %zu samples", recording.series.time.back() - recording.series.time.front(),
-                       recording.series.size());
-  return element("header", element("p", origin, "class=\"origin\"") + badge + element("h1", escaped(d.summary)) +
-                               figuresHtml(d)) + "\n";
+    origin += sentence(", %.0f s, %zu samples", recording.series.time.back() - recording.series.time.front(), recording.series.size());
+  return element("header", element("p", origin, "class=\"origin\"") + badge + element("h1", escaped(d.summary)) + figuresHtml(d)) + "\n";
 }
 
 std::string scripts(bool zoomable) {
   if (!zoomable) return "";
-  return "<!--\n" + escaped(kDygraphsNotice) + "-->\n" + element("script", kDygraphsJs) + "\n" +
-         element("script", kPageJs) + "\n";
+  return "<!--\n" + escaped(kDygraphsNotice) + "-->\n" + element("script", kDygraphsJs) + "\n" + element("script", kPageJs) + "\n";
 }
 
 }  // namespace
 
 bool hasPlotLibrary() { return kDygraphsJs[0] != '\0'; }
 
-double clockOrigin(const Series& series) {
-  return !series.empty() && series.time.front() > kEpochClock ? series.time.front() : 0.0;
-}
+double clockOrigin(const Series& series) { return !series.empty() && series.time.front() > kEpochClock ? series.time.front() : 0.0; }
 
 std::string diagnosisPage(const Recording& recording, const Diagnosis& diagnosis, bool zoomable) {
   requireMatching(recording, diagnosis);
   zoomable = zoomable && hasPlotLibrary();
-  const std::string body =
-      headerHtml(recording, diagnosis) + plotsSection(recording, diagnosis, zoomable) +
-      whereSection(diagnosis, clockOrigin(recording.series)) + evidenceSection(diagnosis) +
-      effectsSection(diagnosis) + comparisonSection(diagnosis) + unexplainedSection(diagnosis) +
-      hiddenSection(diagnosis) + nextSection(diagnosis) + readingSection() +
-      element("footer", "battery_sof " + escaped(version()) + ", sof diagnose");
+  const std::string body = headerHtml(recording, diagnosis) + plotsSection(recording, diagnosis, zoomable) +
+                           whereSection(diagnosis, clockOrigin(recording.series)) + evidenceSection(diagnosis) + effectsSection(diagnosis) +
+                           comparisonSection(diagnosis) + unexplainedSection(diagnosis) + hiddenSection(diagnosis) +
+                           nextSection(diagnosis) + readingSection() +
+                           element("footer", "battery_sof " + escaped(version()) + ", sof diagnose");
   return std::string(kHead) + element("title", "Diagnosis of " + escaped(recording.name)) + "\n" +
          element("style", std::string(kDygraphsCss) + "\n" + kPageCss) + "\n</head>\n" +
          element("body", "\n" + element("main", "\n" + body) + "\n" + scripts(zoomable)) + "\n</html>\n";

@@ -32,10 +32,8 @@ Json listOf(const std::vector<Item>& items, Entry&& entry) {
 }
 
 Json parameterJson(const DiagnosedParameter& parameter) {
-  return {{"name", parameter.name},           {"value", number(parameter.value)},
-          {"std", number(parameter.std)},     {"unit", parameter.unit},
-          {"lower", number(parameter.lower)}, {"upper", number(parameter.upper)},
-          {"at_bound", parameter.at_bound}};
+  return {{"name", parameter.name},           {"value", number(parameter.value)}, {"std", number(parameter.std)},  {"unit", parameter.unit},
+          {"lower", number(parameter.lower)}, {"upper", number(parameter.upper)}, {"at_bound", parameter.at_bound}};
 }
 
 Json effectJson(const NamedEffect& effect) {
@@ -72,15 +70,9 @@ Json segmentJson(const MismatchSegment& segment) {
 }
 
 Json regimeJson(const RegimeFinding& finding) {
-  return {{"regime", finding.regime},
-          {"statistic", finding.statistic},
-          {"unit", finding.statistic == "slope" ? "V/s" : "V"},
-          {"episodes", finding.episodes},
-          {"value", number(finding.value)},
-          {"lower", number(finding.lower)},
-          {"upper", number(finding.upper)},
-          {"p_value", number(finding.p_value)},
-          {"alarm", finding.alarm}};
+  return {{"regime", finding.regime},       {"statistic", finding.statistic},     {"unit", finding.statistic == "slope" ? "V/s" : "V"},
+          {"episodes", finding.episodes},   {"value", number(finding.value)},     {"lower", number(finding.lower)},
+          {"upper", number(finding.upper)}, {"p_value", number(finding.p_value)}, {"alarm", finding.alarm}};
 }
 
 Json absorptionJson(const Absorption& absorption) {
@@ -112,29 +104,30 @@ Json metricsJson(const ErrorMetrics& metrics) {
           {"voltage_share_percent", number(metrics.voltage_share_percent)}};
 }
 
-Json windowJson(const FitWindow& window) {
-  return {{"from_s", number(window.from)}, {"to_s", number(window.to)}};
-}
+Json windowJson(const FitWindow& window) { return {{"from_s", number(window.from)}, {"to_s", number(window.to)}}; }
 
 Json fitJson(const Comparison& fit) {
   return {{"train", windowJson(fit.train)},
           {"holdout", windowJson(fit.holdout)},
-          {"base",
-           {{"train", metricsJson(fit.base_train)}, {"holdout", metricsJson(fit.base_holdout)}}},
-          {"extended",
-           {{"train", metricsJson(fit.extended_train)},
-            {"holdout", metricsJson(fit.extended_holdout)}}},
+          {"base", {{"train", metricsJson(fit.base_train)}, {"holdout", metricsJson(fit.base_holdout)}}},
+          {"extended", {{"train", metricsJson(fit.extended_train)}, {"holdout", metricsJson(fit.extended_holdout)}}},
           {"regimes", listOf(fit.regimes, comparedJson)}};
 }
 
 Json answerJson(const ForceAnswer& answer) {
-  return {{"time_s", number(answer.time)}, {"charging_v", number(answer.charging)}, {"discharging_v", number(answer.discharging)},
-          {"charging_std_v", number(answer.charging_std)}, {"discharging_std_v", number(answer.discharging_std)}};
+  return {{"time_s", number(answer.time)},
+          {"charging_v", number(answer.charging)},
+          {"discharging_v", number(answer.discharging)},
+          {"charging_std_v", number(answer.charging_std)},
+          {"discharging_std_v", number(answer.discharging_std)}};
 }
 
 Json atCurrentJson(const ForceAtCurrent& at) {
-  return {{"current_a", number(at.current)}, {"early_v", number(at.early)}, {"late_v", number(at.late)},
-          {"early_std_v", number(at.early_std)}, {"late_std_v", number(at.late_std)}};
+  return {{"current_a", number(at.current)},
+          {"early_v", number(at.early)},
+          {"late_v", number(at.late)},
+          {"early_std_v", number(at.early_std)},
+          {"late_std_v", number(at.late_std)}};
 }
 
 Json weightJson(const FamilyWeight& weight) {
@@ -156,10 +149,12 @@ Json learnedJson(const std::optional<LearnedFinding>& learned) {
 }
 
 Json relevanceJson(const LeftOver& left) {
-  return {{"crank_v", number(left.crank)},
-          {"charge_share", number(left.charge_share)},
-          {"rmse_v", number(left.rmse)},
-          {"limits", {{"crank_v", number(left.limits.crank)}, {"charge_share", number(left.limits.charge_share)}, {"rmse_v", number(left.limits.rmse)}}}};
+  return {
+      {"crank_v", number(left.crank)},
+      {"charge_share", number(left.charge_share)},
+      {"rmse_v", number(left.rmse)},
+      {"limits",
+       {{"crank_v", number(left.limits.crank)}, {"charge_share", number(left.limits.charge_share)}, {"rmse_v", number(left.limits.rmse)}}}};
 }
 
 Json detectableJson(const Detectable& detectable) {
@@ -172,52 +167,43 @@ Json detectableJson(const Detectable& detectable) {
 }
 
 /// File names may hold any bytes; JSON may not.
-Json validText(const std::string& text) {
-  return Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace));
-}
+Json validText(const std::string& text) { return Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace)); }
 
 // ---------------------------------------------------------------------------------------------
 // text
 
 constexpr char kIndent[] = "             ";
 
-std::string timesText(const FitWindow& window) {
-  return sentence("%.1f to %.1f s", window.from, window.to);
-}
+std::string timesText(const FitWindow& window) { return sentence("%.1f to %.1f s", window.from, window.to); }
 
 std::string verdictText(const Diagnosis& d) {
   std::string text = wrapped("verdict      ", describe(d.verdict) + ": " + d.summary);
-  if (d.family) text += wrapped("family       ", familyId(*d.family) + " (" + familySentence(*d.family) + ")" + (d.probability > 0.0 ? sentence(", probability %.2f", d.probability) : ""));
+  if (d.family)
+    text += wrapped("family       ", familyId(*d.family) + " (" + familySentence(*d.family) + ")" +
+                                         (d.probability > 0.0 ? sentence(", probability %.2f", d.probability) : ""));
   if (!d.base.recording.empty()) text += "recording    " + d.base.recording + "\n";
   if (d.fit.train.to > d.fit.train.from)
-    text += "             trained on " + timesText(d.fit.train) + ", compared on " +
-            timesText(d.fit.holdout) + " that no fit has seen\n";
+    text += "             trained on " + timesText(d.fit.train) + ", compared on " + timesText(d.fit.holdout) + " that no fit has seen\n";
   return text;
 }
 
 /// The segments with the largest peaks, in order of time.
 std::vector<MismatchSegment> largest(std::vector<MismatchSegment> segments) {
-  const auto is_larger = [](const MismatchSegment& a, const MismatchSegment& b) {
-    return std::abs(a.peak_error) > std::abs(b.peak_error);
-  };
+  const auto is_larger = [](const MismatchSegment& a, const MismatchSegment& b) { return std::abs(a.peak_error) > std::abs(b.peak_error); };
   std::stable_sort(segments.begin(), segments.end(), is_larger);
   if (segments.size() > kSegmentsTold) segments.resize(kSegmentsTold);
-  std::sort(segments.begin(), segments.end(),
-            [](const MismatchSegment& a, const MismatchSegment& b) { return a.from < b.from; });
+  std::sort(segments.begin(), segments.end(), [](const MismatchSegment& a, const MismatchSegment& b) { return a.from < b.from; });
   return segments;
 }
 
 std::string mismatchText(const Diagnosis& d) {
   if (d.mismatch.empty()) return "";
-  std::string text = sentence("\nwhere measurement and base model part (%zu stretches%s), measured minus model\n",
-                              d.mismatch.size(),
+  std::string text = sentence("\nwhere measurement and base model part (%zu stretches%s), measured minus model\n", d.mismatch.size(),
                               d.mismatch.size() > kSegmentsTold ? "; the largest" : "");
-  text += sentence("%s%10s %10s  %-22s %10s %10s %9s\n", kIndent, "from [s]", "to [s]", "regime",
-                   "mean [mV]", "peak [mV]", "p");
+  text += sentence("%s%10s %10s  %-22s %10s %10s %9s\n", kIndent, "from [s]", "to [s]", "regime", "mean [mV]", "peak [mV]", "p");
   for (const MismatchSegment& s : largest(d.mismatch))
-    text += sentence("%s%10.1f %10.1f  %-22s %10s %10s %9.2g\n", kIndent, s.from, s.to,
-                     plainName(s.regime).c_str(), millivolts(s.mean_error).c_str(),
-                     millivolts(s.peak_error).c_str(), s.p_value);
+    text += sentence("%s%10.1f %10.1f  %-22s %10s %10s %9.2g\n", kIndent, s.from, s.to, plainName(s.regime).c_str(),
+                     millivolts(s.mean_error).c_str(), millivolts(s.peak_error).c_str(), s.p_value);
   return text;
 }
 
@@ -226,9 +212,9 @@ std::string regimesText(const Diagnosis& d) {
   for (const RegimeFinding& f : d.regimes) {
     if (!f.alarm) continue;
     const std::string unit = f.statistic == "slope" ? "mV/s" : "mV";
-    text += wrapped(kIndent, plainName(f.regime) + ": " + f.statistic + " " + millivolts(f.value) + " " + unit +
-                                 ", 95 % between " + millivolts(f.lower) + " and " + millivolts(f.upper) + " " +
-                                 unit + sentence(" (%zu episodes)", f.episodes));
+    text +=
+        wrapped(kIndent, plainName(f.regime) + ": " + f.statistic + " " + millivolts(f.value) + " " + unit + ", 95 % between " +
+                             millivolts(f.lower) + " and " + millivolts(f.upper) + " " + unit + sentence(" (%zu episodes)", f.episodes));
   }
   return text.empty() ? text : "\nregimes in which the base model errs\n" + text;
 }
@@ -241,8 +227,8 @@ std::string absorptionText(const Diagnosis& d) {
   std::string text;
   for (const Absorption& a : d.absorption)
     if (std::abs(a.z) >= kNotableZ)
-      text += sentence("%s%-12s wants %8s in %-22s (z %+.1f)\n", kIndent, a.parameter.c_str(),
-                       wantedChange(a).c_str(), plainName(a.regime).c_str(), a.z);
+      text += sentence("%s%-12s wants %8s in %-22s (z %+.1f)\n", kIndent, a.parameter.c_str(), wantedChange(a).c_str(),
+                       plainName(a.regime).c_str(), a.z);
   return text.empty() ? text : "\nwhat the base model's parameters have taken up\n" + text;
 }
 
@@ -254,21 +240,17 @@ std::string intervalText(const DiagnosedParameter& p) {
 
 std::string parameterText(const DiagnosedParameter& p) {
   const std::string error = p.std ? "+- " + threeDigits(*p.std) : "";
-  return sentence("%s%-24s %10s %-10s %-6s %s%s\n", kIndent, p.name.c_str(),
-                  threeDigits(p.value).c_str(), error.c_str(), p.unit.c_str(),
+  return sentence("%s%-24s %10s %-10s %-6s %s%s\n", kIndent, p.name.c_str(), threeDigits(p.value).c_str(), error.c_str(), p.unit.c_str(),
                   intervalText(p).c_str(), p.at_bound ? " (at a bound)" : "");
 }
 
 std::string effectsText(const Diagnosis& d) {
   std::string text;
   for (const NamedEffect& effect : d.effects) {
-    text += "\n" + wrapped("effect       ", effect.id + ": " + titleOf(effect.id) +
-                                           "; confidence " + confidenceText(effect.confidence) + ", adds " +
-                                           millivolts(effect.voltage_rms) + " mV RMS");
-    if (!effect.absorbed_into.empty())
-      text += wrapped(kIndent, "hidden before in " + listed(effect.absorbed_into));
-    if (!effect.tied_with.empty())
-      text += wrapped(kIndent, "not to be told apart here from " + listed(effect.tied_with));
+    text += "\n" + wrapped("effect       ", effect.id + ": " + titleOf(effect.id) + "; confidence " + confidenceText(effect.confidence) +
+                                                ", adds " + millivolts(effect.voltage_rms) + " mV RMS");
+    if (!effect.absorbed_into.empty()) text += wrapped(kIndent, "hidden before in " + listed(effect.absorbed_into));
+    if (!effect.tied_with.empty()) text += wrapped(kIndent, "not to be told apart here from " + listed(effect.tied_with));
     for (const DiagnosedParameter& p : effect.parameters) text += parameterText(p);
   }
   return text;
@@ -283,9 +265,7 @@ std::string rejectedText(const Diagnosis& d) {
   return text.empty() ? text : "\nweighed and rejected\n" + text;
 }
 
-std::string cell(const std::optional<double>& value, double scale) {
-  return value ? sentence("%.1f", scale * *value) : "-";
-}
+std::string cell(const std::optional<double>& value, double scale) { return value ? sentence("%.1f", scale * *value) : "-"; }
 
 std::string comparisonText(const Diagnosis& d) {
   if (!(d.fit.train.to > d.fit.train.from)) return "";
@@ -298,8 +278,8 @@ std::string comparisonText(const Diagnosis& d) {
   if (!naiveSentence(d).empty()) text += wrapped("  ", naiveSentence(d));
   for (const RegimeComparison& r : d.fit.regimes)
     if (changeOf(r) == Change::kWorse)
-      text += wrapped("  ", "became worse in " + plainName(r.regime) + ": " + millivolts(r.base_rmse) + " to " +
-                                 millivolts(r.extended_rmse) + " mV");
+      text += wrapped(
+          "  ", "became worse in " + plainName(r.regime) + ": " + millivolts(r.base_rmse) + " to " + millivolts(r.extended_rmse) + " mV");
   return text;
 }
 
@@ -307,7 +287,8 @@ std::string hiddenText(const Diagnosis& d) {
   std::vector<std::string> hidden;
   for (const Detectable& x : d.detectable)
     if (!x.visible)
-      hidden.push_back(x.id + (x.strength ? " (" + x.parameter + " below " + threeDigits(*x.strength) + " " + x.unit + ")" : " (at any strength)"));
+      hidden.push_back(
+          x.id + (x.strength ? " (" + x.parameter + " below " + threeDigits(*x.strength) + " " + x.unit + ")" : " (at any strength)"));
   std::string text;
   if (!hidden.empty()) text += "\n" + wrapped("hidden       ", "could be here unseen: " + listed(hidden, "; "));
   for (const std::string& what : d.outside) text += wrapped("outside      ", what);
@@ -323,9 +304,11 @@ std::string restText(const Diagnosis& d) {
       for (const std::string& term : d.learned->terms) text += wrapped(kIndent, term);
   }
   if (d.verdict != Verdict::kInsufficientData)
-    text += d.left.rmse < d.left.limits.rmse
-                ? wrapped("too small    ", millivolts(d.left.rmse) + " mV RMS of structure is left; below " + millivolts(d.left.limits.rmse) + " mV nothing is told")
-                : wrapped("left         ", "columns of the currents would take up " + millivolts(d.left.rmse) + " mV RMS beside the equations");
+    text +=
+        d.left.rmse < d.left.limits.rmse
+            ? wrapped("too small    ", millivolts(d.left.rmse) + " mV RMS of structure is left; below " + millivolts(d.left.limits.rmse) +
+                                           " mV nothing is told")
+            : wrapped("left         ", "columns of the currents would take up " + millivolts(d.left.rmse) + " mV RMS beside the equations");
   if (!d.next_experiment.empty()) text += wrapped("next         ", d.next_experiment);
   return text.empty() ? text : "\n" + text;
 }
@@ -333,10 +316,13 @@ std::string restText(const Diagnosis& d) {
 Json imposedJson(const SourceOverview& source) {
   return {{"seen", source.seen},
           {"summary", source.summary},
-          {"reasons", listOf(source.totals, [](const ImposedTotals& totals) -> Json {
-             return {{"imposed", describe(totals.imposed)}, {"reason", totals.reason}, {"stretches", totals.stretches},
-                     {"samples", totals.samples}};
-           })},
+          {"reasons", listOf(source.totals,
+                             [](const ImposedTotals& totals) -> Json {
+                               return {{"imposed", describe(totals.imposed)},
+                                       {"reason", totals.reason},
+                                       {"stretches", totals.stretches},
+                                       {"samples", totals.samples}};
+                             })},
           {"voltage", listOf(source.voltage_imposed, [](const ImposedTime& time) -> Json {
              return {{"from_s", number(time.from)}, {"to_s", number(time.to)}};
            })}};
@@ -373,14 +359,15 @@ nlohmann::json diagnosisJson(const Diagnosis& d) {
 }
 
 std::string diagnosisText(const Diagnosis& d) {
-  return verdictText(d) + mismatchText(d) + regimesText(d) + absorptionText(d) + effectsText(d) +
-         rejectedText(d) + comparisonText(d) + hiddenText(d) + restText(d);
+  return verdictText(d) + mismatchText(d) + regimesText(d) + absorptionText(d) + effectsText(d) + rejectedText(d) + comparisonText(d) +
+         hiddenText(d) + restText(d);
 }
 
 std::string useOfLearned(const Diagnosis& diagnosis) {
   if (!diagnosis.learned->is_used) return "It is not used.";
   if (diagnosis.extended.force || diagnosis.source_share == 0.0) return "It is in the extended model.";
-  return "It is in the extended model's voltage; a model file answers in the direction that the source imposes and has what was learnt there.";
+  return "It is in the extended model's voltage; a model file answers in the direction that the source imposes and has what was learnt "
+         "there.";
 }
 
 }  // namespace battery_sof

@@ -32,8 +32,8 @@ void pickExtremes(IndexRange range, const Trace& trace, std::vector<std::size_t>
 
 }  // namespace
 
-std::vector<std::size_t> displaySamples(const Series& series, const std::vector<Trace>& traces,
-                                        std::size_t buckets, const std::vector<IndexRange>& whole) {
+std::vector<std::size_t> displaySamples(const Series& series, const std::vector<Trace>& traces, std::size_t buckets,
+                                        const std::vector<IndexRange>& whole) {
   std::vector<std::size_t> picked;
   if (series.size() <= 2 * buckets) {
     picked.resize(series.size());

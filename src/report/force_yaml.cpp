@@ -14,7 +14,8 @@ YAML::Node columnNode(const LearnedForce& force, std::size_t k) {
   YAML::Node node;
   node["kind"] = kindId(column.kind);
   node["family"] = familyId(column.family);
-  node["numbers"] = flow({column.time, column.scale, column.charge, force.lower[j], force.upper[j], force.centre[j], force.scale[j], force.weight[j]});
+  node["numbers"] =
+      flow({column.time, column.scale, column.charge, force.lower[j], force.upper[j], force.centre[j], force.scale[j], force.weight[j]});
   node.SetStyle(YAML::EmitterStyle::Flow);
   return node;
 }
@@ -33,7 +34,8 @@ T oneOf(const Reader& node, const char* key, const All& all, const Name& name) {
 
 void addColumn(const Reader& node, Eigen::Index j, LearnedForce& force) {
   const auto x = node.finiteNumbers("numbers", kColumnNumbers.size());
-  force.columns.push_back({oneOf<ForceKind>(node, "kind", allForceKinds(), kindId), oneOf<Family>(node, "family", kAllFamilies, familyId), x[0], x[1], x[2]});
+  force.columns.push_back(
+      {oneOf<ForceKind>(node, "kind", allForceKinds(), kindId), oneOf<Family>(node, "family", kAllFamilies, familyId), x[0], x[1], x[2]});
   force.lower[j] = x[3];
   force.upper[j] = x[4];
   force.centre[j] = x[5];
@@ -68,7 +70,8 @@ LearnedForce forceOf(const Reader& node) {
   for (Eigen::VectorXd* each : {&force.lower, &force.upper, &force.centre, &force.scale, &force.weight}) each->setZero(size);
   for (Eigen::Index j = 0; j < size; ++j) addColumn(columns[static_cast<std::size_t>(j)], j, force);
   for (const Family family : kAllFamilies)
-    if (node.at("factor_std").has(familyId(family))) force.parts.push_back({family, node.at("factor_std").number(familyId(family), {-1e6, 1e6})});
+    if (node.at("factor_std").has(familyId(family)))
+      force.parts.push_back({family, node.at("factor_std").number(familyId(family), {-1e6, 1e6})});
   try {
     learnedInfo(force);
   } catch (const std::invalid_argument& error) {

@@ -7,8 +7,7 @@ constexpr char kNumber[] = "class=\"number\"";
 
 /// Titles stand as the cells below them do.
 std::string titleCell(const std::string& title, const std::vector<std::vector<Cell>>& rows, std::size_t column) {
-  const bool is_number = !rows.empty() && column < rows[0].size() &&
-                         rows[0][column].attributes.find("\"number") != std::string::npos;
+  const bool is_number = !rows.empty() && column < rows[0].size() && rows[0][column].attributes.find("\"number") != std::string::npos;
   return element("th", title, std::string("scope=\"col\" ") + (is_number ? kNumber : ""));
 }
 
@@ -18,12 +17,23 @@ std::string escaped(const std::string& text) {
   std::string safe;
   for (const char c : text) {
     switch (c) {
-      case '&': safe += "&amp;"; break;
-      case '<': safe += "&lt;"; break;
-      case '>': safe += "&gt;"; break;
-      case '"': safe += "&quot;"; break;
-      case '\'': safe += "&#39;"; break;
-      default: safe += c;
+      case '&':
+        safe += "&amp;";
+        break;
+      case '<':
+        safe += "&lt;";
+        break;
+      case '>':
+        safe += "&gt;";
+        break;
+      case '"':
+        safe += "&quot;";
+        break;
+      case '\'':
+        safe += "&#39;";
+        break;
+      default:
+        safe += c;
     }
   }
   return safe;
@@ -44,20 +54,18 @@ std::string withMinusSigns(std::string text) {
 
 Cell numberCell(const std::string& text) { return {escaped(withMinusSigns(text)), kNumber}; }
 
-std::string table(const std::vector<std::string>& head, const std::vector<std::vector<Cell>>& rows,
-                  const std::string& attributes) {
+std::string table(const std::vector<std::string>& head, const std::vector<std::vector<Cell>>& rows, const std::string& attributes) {
   std::string titles, body;
   for (std::size_t k = 0; k < head.size(); ++k) titles += titleCell(head[k], rows, k);
   for (const auto& row : rows) {
     std::string cells;
     for (std::size_t k = 0; k < row.size(); ++k)
-      cells += k == 0 ? element("th", row[k].html, "scope=\"row\" " + row[k].attributes)
-                      : element("td", row[k].html, row[k].attributes);
+      cells += k == 0 ? element("th", row[k].html, "scope=\"row\" " + row[k].attributes) : element("td", row[k].html, row[k].attributes);
     body += element("tr", cells) + "\n";
   }
-  return element("div",
-                 element("table", element("thead", element("tr", titles)) + "\n" + element("tbody", body), attributes),
-                 "class=\"scroll\" tabindex=\"0\"") + "\n";
+  return element("div", element("table", element("thead", element("tr", titles)) + "\n" + element("tbody", body), attributes),
+                 "class=\"scroll\" tabindex=\"0\"") +
+         "\n";
 }
 
 }  // namespace battery_sof

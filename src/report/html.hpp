@@ -24,7 +24,6 @@ std::string withMinusSigns(std::string text);
 Cell numberCell(const std::string& text);
 
 /// A table that scrolls sideways by itself when the page is narrow; the first cell of a row is its heading.
-std::string table(const std::vector<std::string>& head, const std::vector<std::vector<Cell>>& rows,
-                  const std::string& attributes = "");
+std::string table(const std::vector<std::string>& head, const std::vector<std::vector<Cell>>& rows, const std::string& attributes = "");
 
 }  // namespace battery_sof

@@ -93,8 +93,7 @@ void requireCorrelation(const Reader& root, const Eigen::MatrixXd& correlation) 
   if (((correlation - correlation.transpose()).array().abs() > kSame).any()) root.fail("correlation", "must be symmetric");
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation, Eigen::EigenvaluesOnly);
   const double least = eigen.eigenvalues().minCoeff();
-  if (!(least >= kLeastEigenvalue))
-    root.fail("correlation", sentence("has the eigenvalue %g, expected none below 0", least));
+  if (!(least >= kLeastEigenvalue)) root.fail("correlation", sentence("has the eigenvalue %g, expected none below 0", least));
 }
 
 void readCovariance(const Reader& root, FittedModel& model) {
@@ -133,8 +132,8 @@ Discrepancy discrepancyOf(const Reader& now) {
   const bool is_covariance = d.p_dd >= 0.0 && d.p_dd <= kMostVariance && d.p_aa >= 0.0 && d.p_aa <= kMostVariance &&
                              d.p_da * d.p_da <= d.p_dd * d.p_aa * (1.0 + kSame) + 1e-24;
   if (!is_covariance)
-    now.fail("covariance_v2", sentence("is [%g, %g, %g], expected variance of the drift, covariance, variance of the colored part",
-                                       d.p_dd, d.p_da, d.p_aa));
+    now.fail("covariance_v2",
+             sentence("is [%g, %g, %g], expected variance of the drift, covariance, variance of the colored part", d.p_dd, d.p_da, d.p_aa));
   return d;
 }
 

@@ -91,8 +91,7 @@ void readSource(const Reader& root, FittedModel& model) {
   rule.present = true;
   rule.least_current = node.number("least_current_a", kCurrents);
   const std::string begins = node.text("charge_begins");
-  if (begins != "voltage" && begins != "current")
-    node.fail("charge_begins", "is \"" + begins + "\", expected voltage or current");
+  if (begins != "voltage" && begins != "current") node.fail("charge_begins", "is \"" + begins + "\", expected voltage or current");
   rule.charge_begins = begins == "voltage" ? Imposed::kVoltage : Imposed::kCurrent;
   rule.current_noise = node.number("current_noise_a", kCurrents);
   rule.voltage_noise = node.number("voltage_noise_v", kVoltages);
@@ -145,10 +144,8 @@ RidgeFit ridgeOf(const Reader& node) {
   fit.penalty = node.number("penalty");
   fit.gain = node.number("gain");
   const bool fits = fit.centre.size() == fit.weight.size() && fit.scale.size() == fit.weight.size() &&
-                    fit.lower.size() == fit.upper.size() &&
-                    (fit.lower.size() == 0 || fit.lower.size() == fit.weight.size());
-  if (!fits || !(fit.scale.array() > 0.0).all())
-    node.fail("weight", "and its neighbours must be as many finite numbers, scales above 0");
+                    fit.lower.size() == fit.upper.size() && (fit.lower.size() == 0 || fit.lower.size() == fit.weight.size());
+  if (!fits || !(fit.scale.array() > 0.0).all()) node.fail("weight", "and its neighbours must be as many finite numbers, scales above 0");
   if (!(fit.lower.array() <= fit.upper.array()).all()) node.fail("lower", "must not be above upper");
   return fit;
 }

@@ -122,8 +122,8 @@ YAML::Node naiveNode(const NaivePredictor& naive) {
   }
   if (naive.cranks) {
     const NaiveCranks& c = *naive.cranks;
-    node["cranks"] = flow({c.last.current, c.last.minimum, c.median.current, c.median.minimum, c.intercept, c.slope,
-                           c.lower_error, c.upper_error, static_cast<double>(c.events)});
+    node["cranks"] = flow({c.last.current, c.last.minimum, c.median.current, c.median.minimum, c.intercept, c.slope, c.lower_error,
+                           c.upper_error, static_cast<double>(c.events)});
   }
   if (naive.charge_10s) node["charge_10s"] = history(*naive.charge_10s);
   if (naive.charge_60s) node["charge_60s"] = history(*naive.charge_60s);
@@ -132,16 +132,13 @@ YAML::Node naiveNode(const NaivePredictor& naive) {
 
 YAML::Node experienceNode(const Experience& experience) {
   YAML::Node node(YAML::NodeType::Map);
-  for (const PastCrank& c : experience.cranks)
-    node["cranks"].push_back(flow({c.time, c.current, c.minimum, c.modelled}));
+  for (const PastCrank& c : experience.cranks) node["cranks"].push_back(flow({c.time, c.current, c.minimum, c.modelled}));
   for (const PastCharge& c : experience.charges)
     node["charges"].push_back(flow({c.time, c.duration, c.voltage, c.first_voltage, c.measured, c.modelled}));
   return node;
 }
 
-std::vector<double> numbersOf(const Eigen::VectorXd& values) {
-  return {values.data(), values.data() + values.size()};
-}
+std::vector<double> numbersOf(const Eigen::VectorXd& values) { return {values.data(), values.data() + values.size()}; }
 
 YAML::Node ridgeNode(const RidgeFit& fit) {
   YAML::Node node;
@@ -210,8 +207,7 @@ std::string modelYaml(const FittedModel& model) {
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);
   root["effects"].SetStyle(YAML::EmitterStyle::Flow);
   for (const auto& effect : model.effects) root["effects"].push_back(effect);
-  for (const auto& estimate : model.estimates)
-    root["parameters"][estimate.name] = parameterNode(estimate);
+  for (const auto& estimate : model.estimates) root["parameters"][estimate.name] = parameterNode(estimate);
   root["fixed"]["i0_a"] = scalar(model.parameters.i0);
   root["fixed"]["alpha"] = scalar(model.parameters.alpha);
   root["correlation"] = correlationNode(model.covariance);

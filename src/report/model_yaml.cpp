@@ -18,8 +18,8 @@ constexpr Range kErrors{0.0, 1e4};             // [V], [A]
 
 FitStatus statusOf(const Reader& fit) {
   const std::string text = fit.text("status");
-  for (FitStatus status : {FitStatus::kConverged, FitStatus::kIterationLimit, FitStatus::kStalled,
-                           FitStatus::kWindowTooShort, FitStatus::kNotExcited})
+  for (FitStatus status :
+       {FitStatus::kConverged, FitStatus::kIterationLimit, FitStatus::kStalled, FitStatus::kWindowTooShort, FitStatus::kNotExcited})
     if (describe(status) == text) return status;
   fit.fail("status", "is \"" + text +
                          "\", expected converged, iteration_limit, stalled, "
@@ -28,8 +28,7 @@ FitStatus statusOf(const Reader& fit) {
 
 void readWindow(const Reader& root, FittedModel& model) {
   const Reader window = root.at("window");
-  model.window = {window.number("from_s", kTimes), window.number("to_s", kTimes),
-                  window.get<std::size_t>("samples", "a whole number")};
+  model.window = {window.number("from_s", kTimes), window.number("to_s", kTimes), window.get<std::size_t>("samples", "a whole number")};
   if (model.window.to < model.window.from) window.fail("to_s", "is before from_s");
   auto& excited = model.excited;
   excited.min_current = window.number("min_current_a", kCurrents);
@@ -71,8 +70,7 @@ YAML::Node documentOf(const std::string& text, const std::string& source) {
 
 FittedModel modelOf(const Reader& root) {
   const std::string schema = root.text("schema");
-  if (schema != kModelSchema)
-    root.fail("schema", "is \"" + schema + "\", expected \"" + kModelSchema + "\"");
+  if (schema != kModelSchema) root.fail("schema", "is \"" + schema + "\", expected \"" + kModelSchema + "\"");
   FittedModel model;
   readEquations(root, model);
   readWindow(root, model);
@@ -96,9 +94,7 @@ FittedModel parseModelYaml(const std::string& text, const std::string& source) {
   }
 }
 
-void writeModelFile(const std::filesystem::path& path, const FittedModel& model) {
-  writeFileAtomically(path, modelYaml(model));
-}
+void writeModelFile(const std::filesystem::path& path, const FittedModel& model) { writeFileAtomically(path, modelYaml(model)); }
 
 FittedModel readModelFile(const std::filesystem::path& path) {
   std::string text;

@@ -14,15 +14,13 @@ namespace {
 /// Whether the extended model is another than the base model.
 bool hasExtended(const Diagnosis& d) { return !d.effects.empty() || (d.learned && d.learned->is_used); }
 
-constexpr double kFullColorZ = 15.0;   // |z| from which the map's colour no longer deepens
-constexpr double kNotableZ = 4.0;      // |z| from which a cell is set in bold: 1 in 16,000 by chance alone
+constexpr double kFullColorZ = 15.0;  // |z| from which the map's colour no longer deepens
+constexpr double kNotableZ = 4.0;     // |z| from which a cell is set in bold: 1 in 16,000 by chance alone
 constexpr std::size_t kSegmentsListed = 60;
 constexpr std::size_t kCandidatesListed = 8;
 constexpr char kNone[] = "\xe2\x80\x93";
 
-std::string paragraph(const std::string& html, const std::string& attributes = "") {
-  return element("p", html, attributes);
-}
+std::string paragraph(const std::string& html, const std::string& attributes = "") { return element("p", html, attributes); }
 
 std::string code(const std::string& text) { return element("code", escaped(text)); }
 
@@ -92,14 +90,18 @@ std::string regimeTable(const Diagnosis& d) {
     std::size_t episodes = 0;
     for (const RegimeFinding& f : d.regimes)
       if (f.regime == regime) episodes = std::max(episodes, f.episodes);
-    rows.push_back({{escaped(plainName(regime))}, numberCell(std::to_string(episodes)),
-                    findingCell(d.regimes, regime, "mean"), findingCell(d.regimes, regime, "slope"),
+    rows.push_back({{escaped(plainName(regime))},
+                    numberCell(std::to_string(episodes)),
+                    findingCell(d.regimes, regime, "mean"),
+                    findingCell(d.regimes, regime, "slope"),
                     findingCell(d.regimes, regime, "end")});
   }
   if (rows.empty()) return "";
   return element("h3", "By operating regime") +
-         paragraph("Measured minus base model, with 95 % intervals. Marked: more than chance would give, counting how many "
-                   "numbers were looked at.", "class=\"note\"") +
+         paragraph(
+             "Measured minus base model, with 95 % intervals. Marked: more than chance would give, counting how many "
+             "numbers were looked at.",
+             "class=\"note\"") +
          table({"regime", "episodes", "mean [mV]", "slope [mV/s]", "at its end [mV]"}, rows);
 }
 
@@ -126,11 +128,12 @@ std::string absorptionTable(const Diagnosis& d) {
     for (const std::string& regime : regimes) rows.back().push_back(absorptionCell(d.absorption, parameter, regime));
   }
   return element("h3", "Which parameter wants another value where") +
-         paragraph("One value of a parameter has to serve all regimes. Each cell says how strongly a regime asks for another "
-                   "one (z, in standard errors) and for which: " +
-                       element("span", "more", "class=\"chip more\"") + " or " +
-                       element("span", "less", "class=\"chip less\"") +
-                       ". A right model leaves this map pale.", "class=\"note\"") +
+         paragraph(
+             "One value of a parameter has to serve all regimes. Each cell says how strongly a regime asks for another "
+             "one (z, in standard errors) and for which: " +
+                 element("span", "more", "class=\"chip more\"") + " or " + element("span", "less", "class=\"chip less\"") +
+                 ". A right model leaves this map pale.",
+             "class=\"note\"") +
          table(head, rows, "class=\"map\"");
 }
 
@@ -144,14 +147,16 @@ std::string segmentTable(const Diagnosis& d, double clock_origin) {
   for (const MismatchSegment& s : d.mismatch) {
     if (rows.size() == kSegmentsListed) break;
     const double from = s.from - clock_origin, to = s.to - clock_origin;
-    rows.push_back({{sentence("%.1f to %.1f s", from, to) + zoomButton(from, to)}, {escaped(plainName(s.regime))},
-                    numberCell(millivolts(s.mean_error)), numberCell(millivolts(s.peak_error)),
+    rows.push_back({{sentence("%.1f to %.1f s", from, to) + zoomButton(from, to)},
+                    {escaped(plainName(s.regime))},
+                    numberCell(millivolts(s.mean_error)),
+                    numberCell(millivolts(s.peak_error)),
                     numberCell(sentence("%.1g", s.p_value))});
   }
-  const std::string more = d.mismatch.size() > kSegmentsListed
-                               ? paragraph(sentence("The first %zu of %zu; the JSON holds all.", kSegmentsListed, d.mismatch.size()),
-                                           "class=\"note\"")
-                               : "";
+  const std::string more =
+      d.mismatch.size() > kSegmentsListed
+          ? paragraph(sentence("The first %zu of %zu; the JSON holds all.", kSegmentsListed, d.mismatch.size()), "class=\"note\"")
+          : "";
   return element("details", element("summary", sentence("Stretch by stretch (%zu)", d.mismatch.size())) +
                                 table({"stretch", "regime", "mean [mV]", "peak [mV]", "p"}, rows) + more);
 }
@@ -172,9 +177,11 @@ std::string candidateHtml(const Candidate& c, double end, double threshold) {
   if (c.rejected_because.empty()) numbers += " \xc2\xb7 probability " + escaped(confidenceText(c.confidence));
   const bool is_accepted = c.rejected_because.empty();
   const std::string name = element("div", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id), "class=\"name\"");
-  const std::string track = element("div", barHtml("after", onAxis(c.evidence, end)) +
-                                               element("span", "", sentence("class=\"threshold\" style=\"left:%.1f%%\"", 100.0 * onAxis(threshold, end))),
-                                    "class=\"track\"");
+  const std::string track =
+      element("div",
+              barHtml("after", onAxis(c.evidence, end)) +
+                  element("span", "", sentence("class=\"threshold\" style=\"left:%.1f%%\"", 100.0 * onAxis(threshold, end))),
+              "class=\"track\"");
   const std::string why = element("div", is_accepted ? "accepted" : "rejected: " + escaped(c.rejected_because), "class=\"why\"");
   return element("li", name + track + element("div", withMinusSigns(numbers), "class=\"numbers\"") + why,
                  is_accepted ? "class=\"accepted\"" : "");
@@ -200,25 +207,22 @@ std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
   if (p.at_bound) return element("strong", "at the catalogue\xe2\x80\x99s bound: not plausible as it stands");
   const ParameterInfo* info = parameterInfo(id, p.name);
   if (info == nullptr) return kNone;
-  const std::string gauge = element("span", element("i", "", sentence("style=\"left:%.0f%%\"", 100.0 * shareOfBounds(*info, p.value))),
-                                    "class=\"gauge\"");
+  const std::string gauge =
+      element("span", element("i", "", sentence("style=\"left:%.0f%%\"", 100.0 * shareOfBounds(*info, p.value))), "class=\"gauge\"");
   return gauge + element("small", escaped(spoken(info->lower, p.unit) + " to " + spoken(info->upper, p.unit)));
 }
 
 std::string effectHtml(const NamedEffect& effect) {
   std::vector<std::vector<Cell>> rows;
   for (const DiagnosedParameter& p : effect.parameters)
-    rows.push_back({{code(p.name)}, numberCell(withError(p.value, p.std, p.unit)),
-                    numberCell(intervalHtml(p)), {plausibility(effect.id, p)}});
-  std::string facts = "Confidence " + confidenceText(effect.confidence) + "; it moves the voltage by " +
-                      millivolts(effect.voltage_rms) + " mV RMS.";
-  if (!effect.absorbed_into.empty())
-    facts += " Without it, " + escaped(listed(effect.absorbed_into)) + " had taken it up.";
-  if (!effect.tied_with.empty())
-    facts += " This recording cannot tell it from " + escaped(listed(effect.tied_with)) + ".";
+    rows.push_back(
+        {{code(p.name)}, numberCell(withError(p.value, p.std, p.unit)), numberCell(intervalHtml(p)), {plausibility(effect.id, p)}});
+  std::string facts =
+      "Confidence " + confidenceText(effect.confidence) + "; it moves the voltage by " + millivolts(effect.voltage_rms) + " mV RMS.";
+  if (!effect.absorbed_into.empty()) facts += " Without it, " + escaped(listed(effect.absorbed_into)) + " had taken it up.";
+  if (!effect.tied_with.empty()) facts += " This recording cannot tell it from " + escaped(listed(effect.tied_with)) + ".";
   std::string html = element("h3", escaped(headline(titleOf(effect.id))) + " " + code(effect.id)) + paragraph(facts);
-  if (const EffectInfo* info = catalogued(effect.id))
-    html += element("pre", escaped(info->equations));
+  if (const EffectInfo* info = catalogued(effect.id)) html += element("pre", escaped(info->equations));
   return html + table({"parameter", "value", "95 % interval", "inside the catalogue\xe2\x80\x99s bounds"}, rows);
 }
 
@@ -227,13 +231,13 @@ std::string baseParameterTable(const Diagnosis& d) {
   for (const ParameterEstimate& before : d.base.estimates)
     for (const ParameterEstimate& after : d.extended.estimates) {
       if (after.name != before.name || before.value == 0.0) continue;
-      rows.push_back({{code(before.name)}, numberCell(withError(before.value, before.std, before.unit)),
+      rows.push_back({{code(before.name)},
+                      numberCell(withError(before.value, before.std, before.unit)),
                       numberCell(withError(after.value, after.std, after.unit)),
                       numberCell(sentence("%+.1f %%", 100.0 * (after.value / before.value - 1.0)))});
     }
   if (rows.empty()) return "";
-  return element("h3", "What became of the base parameters") +
-         table({"parameter", "base model", "extended model", "change"}, rows);
+  return element("h3", "What became of the base parameters") + table({"parameter", "base model", "extended model", "change"}, rows);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -269,8 +273,10 @@ std::string regimeComparisonTable(const Diagnosis& d) {
   for (const RegimeComparison& r : d.fit.regimes) {
     const Change change = changeOf(r);
     const char* kind = change == Change::kBetter ? "better" : change == Change::kWorse ? "worse" : "open";
-    rows.push_back({{escaped(plainName(r.regime))}, numberCell(std::to_string(r.samples)),
-                    numberCell(millivolts(r.base_rmse)), numberCell(millivolts(r.extended_rmse)),
+    rows.push_back({{escaped(plainName(r.regime))},
+                    numberCell(std::to_string(r.samples)),
+                    numberCell(millivolts(r.base_rmse)),
+                    numberCell(millivolts(r.extended_rmse)),
                     {changeHtml(r), "class=\"number\""},
                     {element("span", describe(change), sentence("class=\"verdict-chip %s\"", kind))}});
   }
@@ -283,12 +289,16 @@ std::string regimeComparisonTable(const Diagnosis& d) {
 // hidden
 
 std::string detectableTable(std::vector<Detectable> list) {
-  const auto ratio = [](const Detectable& x) { return !x.strength ? std::numeric_limits<double>::infinity() : x.typical != 0.0 ? std::abs(*x.strength / x.typical) : 0.0; };
+  const auto ratio = [](const Detectable& x) {
+    return !x.strength ? std::numeric_limits<double>::infinity() : x.typical != 0.0 ? std::abs(*x.strength / x.typical) : 0.0;
+  };
   std::stable_sort(list.begin(), list.end(), [&](const Detectable& a, const Detectable& b) { return ratio(a) > ratio(b); });
   std::vector<std::vector<Cell>> rows;
   for (const Detectable& x : list)
-    rows.push_back({{escaped(headline(titleOf(x.id))) + " " + code(x.id)}, {code(x.parameter)},
-                    numberCell(x.strength ? spoken(*x.strength, x.unit) : "at no strength"), numberCell(spoken(x.typical, x.unit)),
+    rows.push_back({{escaped(headline(titleOf(x.id))) + " " + code(x.id)},
+                    {code(x.parameter)},
+                    numberCell(x.strength ? spoken(*x.strength, x.unit) : "at no strength"),
+                    numberCell(spoken(x.typical, x.unit)),
                     numberCell(x.strength && ratio(x) > 0.0 ? threeDigits(ratio(x)) + " \xc3\x97" : kNone)});
   return table({"effect", "its parameter", "shows from", "typical", "ratio"}, rows);
 }
@@ -307,8 +317,7 @@ std::string section(const std::string& id, const std::string& title, const std::
 }
 
 std::string whereSection(const Diagnosis& d, double clock_origin) {
-  return section("where", "Where model and measurement part",
-                 regimeTable(d) + segmentTable(d, clock_origin) + absorptionTable(d));
+  return section("where", "Where model and measurement part", regimeTable(d) + segmentTable(d, clock_origin) + absorptionTable(d));
 }
 
 std::string evidenceSection(const Diagnosis& d) {
@@ -323,8 +332,8 @@ std::string evidenceSection(const Diagnosis& d) {
     (k < kCandidatesListed ? items : further) += candidateHtml(candidates[k], end, threshold) + "\n";
   const std::string list = "class=\"evidence\"";
   if (!further.empty())
-    further = element("details", element("summary", sentence("And %zu more", d.candidates.size() - kCandidatesListed)) +
-                                     element("ol", further, list));
+    further = element("details",
+                      element("summary", sentence("And %zu more", d.candidates.size() - kCandidatesListed)) + element("ol", further, list));
   return section("evidence", "What was weighed",
                  paragraph(element("span", "", "class=\"swatch after\"") +
                                " gain of the evidence by a fit with it, logarithmic. The line marks what a place in the model takes.",
@@ -343,7 +352,8 @@ std::string comparisonSection(const Diagnosis& d) {
   const std::string note = !hasExtended(d) ? "Nothing was added: these are the base model\xe2\x80\x99s errors. " : "";
   return section("comparison", "Before and after",
                  paragraph(note + "The hold-out is the end of the drive: no fit and no choice has seen it. Better is a higher "
-                                  "Q_dyn and less of everything else.", "class=\"note\"") +
+                                  "Q_dyn and less of everything else.",
+                           "class=\"note\"") +
                      metricTable(d) + regimeComparisonTable(d));
 }
 
@@ -377,14 +387,17 @@ std::string nextSection(const Diagnosis& d) {
 
 std::string readingSection() {
   const char* const items[][2] = {
-      {"Base model", "the small circuit of the paper: two resistances, a double layer with its charge transfer, a constant "
-                     "open-circuit voltage. It is fitted to the training part."},
+      {"Base model",
+       "the small circuit of the paper: two resistances, a double layer with its charge transfer, a constant "
+       "open-circuit voltage. It is fitted to the training part."},
       {"Extended model", "the base model with the effects found here, everything fitted together, and what was learnt beside them."},
-      {"Evidence", "logarithm of how much better the data are foretold with an effect than without, errors that hang together "
-                   "counted once. Twelve is needed for a place in the model."},
+      {"Evidence",
+       "logarithm of how much better the data are foretold with an effect than without, errors that hang together "
+       "counted once. Twelve is needed for a place in the model."},
       {"Probability", "of the family in its place, against the other families\xe2\x80\x99 best."},
-      {"Learnt", "where no equation stands for what is missing, it is learnt from the currents and their memories; it is used "
-                 "where it foretells stretches it was not fitted to."},
+      {"Learnt",
+       "where no equation stands for what is missing, it is learnt from the currents and their memories; it is used "
+       "where it foretells stretches it was not fitted to."},
       {"Q_dyn", "share of the voltage\xe2\x80\x99s variation that the model reproduces (paper, eq. 6)."},
       {"Sign", "current is positive into the battery; errors are measured minus model."}};
   std::string list;

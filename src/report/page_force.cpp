@@ -11,8 +11,8 @@ namespace battery_sof {
 namespace {
 
 constexpr double kLeft = 56.0, kRight = 628.0, kTop = 12.0, kBottom = 196.0;  // of a chart of 640 by 232
-constexpr double kNormal95 = 1.96;  // standard deviations
-constexpr double kTicks = 5.0;                                               // about as many on an axis
+constexpr double kNormal95 = 1.96;                                            // standard deviations
+constexpr double kTicks = 5.0;                                                // about as many on an axis
 
 /// A point of a line in the axes' units; half its 95 % band is 0 where that is not known.
 struct Point {
@@ -29,9 +29,7 @@ struct Curve {
 struct Axis {
   double low, high;
   bool is_log;
-  double share(double value) const {
-    return is_log ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
-  }
+  double share(double value) const { return is_log ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low); }
 };
 
 /// A step of 1, 2 or 5 times a power of ten that parts a range in about kTicks.
@@ -119,11 +117,13 @@ std::string chartHtml(const std::string& title, const Axis& x, const std::string
   std::string lines = gridHtml(x, y, unit), key;
   for (const Curve& curve : curves) {
     lines += curveHtml(curve, x, y);
-    key += element("span", element("i", "", "style=\"border-color:var(--" + curve.css_class + ");border-top-style:" +
-                                                (curve.is_round ? "solid" : "dashed") + "\"") + curve.name);
+    key += element("span", element("i", "",
+                                   "style=\"border-color:var(--" + curve.css_class +
+                                       ");border-top-style:" + (curve.is_round ? "solid" : "dashed") + "\"") +
+                               curve.name);
   }
-  const std::string svg = element("svg", lines, "viewBox=\"0 0 640 232\" role=\"img\" aria-label=\"" + title +
-                                                    "; the table below has the numbers\"");
+  const std::string svg =
+      element("svg", lines, "viewBox=\"0 0 640 232\" role=\"img\" aria-label=\"" + title + "; the table below has the numbers\"");
   return element("figure", element("figcaption", element("span", title, "class=\"what\"") + element("span", key, "class=\"legend\"")) + svg,
                  "class=\"chart\"");
 }
@@ -181,7 +181,8 @@ std::string answerTable(const LearnedFinding& learned) {
 std::string currentTable(const LearnedFinding& learned) {
   std::vector<std::vector<Cell>> rows;
   for (const ForceAtCurrent& at : learned.curve)
-    rows.push_back({{withMinusSigns(sentence("%g A", at.current))}, numberCell(withMinusSigns(sentence("%+.1f", 1e3 * at.early))),
+    rows.push_back({{withMinusSigns(sentence("%g A", at.current))},
+                    numberCell(withMinusSigns(sentence("%+.1f", 1e3 * at.early))),
                     numberCell(withMinusSigns(sentence("%+.1f", 1e3 * at.late)))});
   return rows.empty() ? "" : table({"current", "at once [mV]", "after a minute [mV]"}, rows);
 }
@@ -194,7 +195,8 @@ std::string nearestHtml(const Diagnosis& d) {
   for (const Candidate& c : d.candidates)
     if (c.family == familyId(family) && (nearest == nullptr || c.evidence > nearest->evidence)) nearest = &c;
   std::string text = "It follows most what the family " + element("strong", escaped(plainName(familyId(family)))) + " does. ";
-  if (nearest == nullptr) text += "No equation of the catalogue in it was weighed.";
+  if (nearest == nullptr)
+    text += "No equation of the catalogue in it was weighed.";
   else
     text += "Nearest equation of the catalogue: " + escaped(titleOf(nearest->id)) + " " + element("code", escaped(nearest->id)) +
             withMinusSigns(sentence(" (evidence %.0f; ", nearest->evidence)) +

@@ -15,7 +15,7 @@ constexpr std::size_t kBuckets = 1000;       // a plot is about 1000 pixels wide
 constexpr std::size_t kWholeSamples = 4000;  // of cranks that are shown at full rate
 constexpr double kCrankMargin = 0.5;         // [s], before and after a crank that is shown at full rate
 constexpr std::size_t kStretchesShown = 4000;
-constexpr double kHatching = 5.0;            // of a drawing's width of 1000
+constexpr double kHatching = 5.0;  // of a drawing's width of 1000
 
 /// What a plot draws: the recording, the models' voltages, and which samples of them.
 struct Drawing {
@@ -25,23 +25,19 @@ struct Drawing {
   std::vector<std::size_t> shown;
   double t0 = 0.0;  ///< [s], what the time axis counts from
   bool hasModel() const { return !diagnosis.base_voltage.empty(); }
-  bool hasExtended() const {
-    return hasModel() && diagnosis.extended_voltage != diagnosis.base_voltage;
-  }
+  bool hasExtended() const { return hasModel() && diagnosis.extended_voltage != diagnosis.base_voltage; }
 };
 
 std::vector<Event> cranksIn(const Series& series) {
   std::vector<Event> events = detectEvents(series);
-  events.erase(std::remove_if(events.begin(), events.end(),
-                              [](const Event& event) { return event.kind != EventKind::kCrank; }),
+  events.erase(std::remove_if(events.begin(), events.end(), [](const Event& event) { return event.kind != EventKind::kCrank; }),
                events.end());
   return events;
 }
 
 std::vector<Trace> tracesOf(const Recording& recording, const Diagnosis& d) {
   const Series& series = recording.series;
-  std::vector<Trace> traces = {[&](std::size_t n) { return series.voltage[n]; },
-                               [&](std::size_t n) { return series.current[n]; }};
+  std::vector<Trace> traces = {[&](std::size_t n) { return series.voltage[n]; }, [&](std::size_t n) { return series.current[n]; }};
   for (const std::vector<double>* model : {&d.base_voltage, &d.extended_voltage}) {
     if (model->empty()) continue;
     traces.push_back([model](std::size_t n) { return (*model)[n]; });
@@ -100,8 +96,8 @@ template <typename Stretch>
 std::string stretchesText(const Drawing& drawing, const std::vector<Stretch>& stretches) {
   std::string text = "[";
   for (std::size_t k = 0; k < std::min(stretches.size(), kStretchesShown); ++k)
-    text += (k > 0 ? ",[" : "[") + shortNumber(stretches[k].from - drawing.t0, 3) + "," +
-            shortNumber(stretches[k].to - drawing.t0, 3) + "]";
+    text +=
+        (k > 0 ? ",[" : "[") + shortNumber(stretches[k].from - drawing.t0, 3) + "," + shortNumber(stretches[k].to - drawing.t0, 3) + "]";
   return text + "]";
 }
 
@@ -109,26 +105,30 @@ std::string stretchesText(const Drawing& drawing, const std::vector<Stretch>& st
 std::string driveText(const Drawing& drawing) {
   const Series& series = drawing.recording.series;
   const Diagnosis& d = drawing.diagnosis;
-  std::string text = "{\"time\":" + columnText(drawing, [&](std::size_t n) { return series.time[n] - drawing.t0; }, 3, true);
-  text += ",\n\"current\":" + columnText(drawing, [&](std::size_t n) { return series.current[n]; }, 2);
-  text += ",\n\"measured\":" + columnText(drawing, [&](std::size_t n) { return series.voltage[n]; }, 4);
+  std::string text = "{\"time\":" + columnText(
+                                        drawing, [&](std::size_t n) { return series.time[n] - drawing.t0; }, 3, true);
+  text += ",\n\"current\":" + columnText(
+                                  drawing, [&](std::size_t n) { return series.current[n]; }, 2);
+  text += ",\n\"measured\":" + columnText(
+                                   drawing, [&](std::size_t n) { return series.voltage[n]; }, 4);
   if (drawing.hasModel())
-    text += ",\n\"base\":" + columnText(drawing, [&](std::size_t n) { return d.base_voltage[n]; }, 4);
+    text += ",\n\"base\":" + columnText(
+                                 drawing, [&](std::size_t n) { return d.base_voltage[n]; }, 4);
   if (drawing.hasExtended())
-    text += ",\n\"extended\":" + columnText(drawing, [&](std::size_t n) { return d.extended_voltage[n]; }, 4);
-  text += ",\n\"mismatch\":" + stretchesText(drawing, d.mismatch) + ",\n\"cranks\":" +
-          stretchesText(drawing, drawing.cranks);
+    text += ",\n\"extended\":" + columnText(
+                                     drawing, [&](std::size_t n) { return d.extended_voltage[n]; }, 4);
+  text += ",\n\"mismatch\":" + stretchesText(drawing, d.mismatch) + ",\n\"cranks\":" + stretchesText(drawing, drawing.cranks);
   text += ",\n\"imposed\":" + stretchesText(drawing, d.source.voltage_imposed);
   if (d.fit.holdout.to > d.fit.holdout.from)
-    text += ",\n\"holdout\":[" + shortNumber(d.fit.holdout.from - drawing.t0, 3) + "," +
-            shortNumber(d.fit.holdout.to - drawing.t0, 3) + "]";
+    text +=
+        ",\n\"holdout\":[" + shortNumber(d.fit.holdout.from - drawing.t0, 3) + "," + shortNumber(d.fit.holdout.to - drawing.t0, 3) + "]";
   return text + "}";
 }
 
 std::string imposedKey(const Drawing& drawing) {
   const std::size_t stretches = drawing.diagnosis.source.voltage_imposed.size();
-  std::string text = element("span", "", "class=\"swatch imposed\"") +
-                     sentence(" hatched: a source imposes the voltage (%zu stretches", stretches);
+  std::string text =
+      element("span", "", "class=\"swatch imposed\"") + sentence(" hatched: a source imposes the voltage (%zu stretches", stretches);
   if (stretches > kStretchesShown) text += sentence(", the first %zu drawn", kStretchesShown);
   return text + "); elsewhere the current is imposed. ";
 }
@@ -180,14 +180,12 @@ std::string polyline(const Drawing& drawing, const Line& line, const Scale& valu
   std::string path;
   for (const std::size_t n : drawing.shown) {
     const bool is_start = path.empty() || series.time[n] - series.time[n - 1] > gap;
-    path += sentence("%s%.1f %.1f", is_start ? "M" : "L", 1000.0 * time.share(series.time[n]),
-                     240.0 - 230.0 * value.share(line.trace(n)));
+    path += sentence("%s%.1f %.1f", is_start ? "M" : "L", 1000.0 * time.share(series.time[n]), 240.0 - 230.0 * value.share(line.trace(n)));
   }
   return element("path", element("title", escaped(line.name)), "class=\"" + line.css_class + "\" d=\"" + path + "\"");
 }
 
-std::string drawingHtml(const Drawing& drawing, const std::string& title, const std::vector<Line>& lines,
-                        const std::string& bands = "") {
+std::string drawingHtml(const Drawing& drawing, const std::string& title, const std::vector<Line>& lines, const std::string& bands = "") {
   const Series& series = drawing.recording.series;
   const Scale value = scaleOf(drawing, lines);
   std::string paths = bands, key;
@@ -199,10 +197,11 @@ std::string drawingHtml(const Drawing& drawing, const std::string& title, const 
       element("svg", paths, "viewBox=\"0 0 1000 245\" preserveAspectRatio=\"none\" role=\"img\" aria-label=\"" + title + "\"");
   const std::string range = withMinusSigns(sentence(", %.4g to %.4g, over %.1f to %.1f s", value.low, value.high,
                                                     series.time.front() - drawing.t0, series.time.back() - drawing.t0));
-  return element("figure",
-                 element("figcaption", element("span", element("span", title, "class=\"what\"") + range) +
-                                           element("span", key, "class=\"legend\"")) + svg,
-                 "class=\"drawing\"");
+  return element(
+      "figure",
+      element("figcaption", element("span", element("span", title, "class=\"what\"") + range) + element("span", key, "class=\"legend\"")) +
+          svg,
+      "class=\"drawing\"");
 }
 
 std::string drawingsHtml(const Drawing& drawing) {
@@ -216,8 +215,10 @@ std::string drawingsHtml(const Drawing& drawing) {
   };
   if (drawing.hasModel()) add("base", d.base_voltage);
   if (drawing.hasExtended()) add("extended", d.extended_voltage);
-  std::string html = element("p", "These plots cannot be zoomed: the program was built without the plot library "
-                                  "(package libjs-dygraphs).", "class=\"note\"");
+  std::string html = element("p",
+                             "These plots cannot be zoomed: the program was built without the plot library "
+                             "(package libjs-dygraphs).",
+                             "class=\"note\"");
   html += drawingHtml(drawing, "Terminal voltage [V]", voltages, imposedBands(drawing));
   if (!d.source.voltage_imposed.empty()) html += element("p", imposedKey(drawing), "class=\"note\"");
   if (!errors.empty()) html += drawingHtml(drawing, "Measured minus model [mV]", errors);
@@ -226,21 +227,17 @@ std::string drawingsHtml(const Drawing& drawing) {
 
 // ---------------------------------------------------------------------------------------------
 
-std::string button(const std::string& id, const std::string& text) {
-  return element("button", text, "type=\"button\" id=\"" + id + "\"");
-}
+std::string button(const std::string& id, const std::string& text) { return element("button", text, "type=\"button\" id=\"" + id + "\""); }
 
 std::string plotHtml(const std::string& id, const std::string& title) {
-  return element("figure",
-                 element("figcaption", element("span", title, "class=\"what\"") +
-                                           element("span", "", "class=\"legend\" id=\"" + id + "-legend\"")) +
-                     element("div", "", "class=\"plot\" id=\"" + id + "\""));
+  return element("figure", element("figcaption", element("span", title, "class=\"what\"") +
+                                                     element("span", "", "class=\"legend\" id=\"" + id + "-legend\"")) +
+                               element("div", "", "class=\"plot\" id=\"" + id + "\""));
 }
 
 std::string plotsHtml(const Drawing& drawing) {
   std::string buttons = button("zoom-all", "Whole drive");
-  if (drawing.diagnosis.fit.holdout.to > drawing.diagnosis.fit.holdout.from)
-    buttons += button("zoom-holdout", "Hold-out");
+  if (drawing.diagnosis.fit.holdout.to > drawing.diagnosis.fit.holdout.from) buttons += button("zoom-holdout", "Hold-out");
   if (!drawing.diagnosis.mismatch.empty()) buttons += button("zoom-mismatch", "Next mismatch");
   if (!drawing.cranks.empty()) buttons += button("zoom-crank", "Next crank");
   std::string html = element("div", buttons, "class=\"buttons\"");
@@ -259,8 +256,7 @@ std::string keyHtml(const Drawing& drawing) {
   text += drawing.t0 > 0.0 ? "Time [s] counts from the recording\xe2\x80\x99s first sample."
                            : "Time [s] is the recording\xe2\x80\x99s own clock.";
   if (drawing.shown.size() < drawing.recording.series.size())
-    text += sentence(" %zu of %zu samples are drawn; every peak is among them.", drawing.shown.size(),
-                     drawing.recording.series.size());
+    text += sentence(" %zu of %zu samples are drawn; every peak is among them.", drawing.shown.size(), drawing.recording.series.size());
   return element("p", text, "class=\"note\"");
 }
 

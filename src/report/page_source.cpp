@@ -19,10 +19,11 @@ std::string stripHtml(double voltage_share) {
     return element("span", "", sentence("class=\"%s\" style=\"width:%.2f%%\"", kind, percent));
   };
   const std::string label = sentence("voltage imposed %.1f %%, current imposed %.1f %% of the samples", voltage, current);
-  const std::string bar = element("div", part("imposed", voltage) + part("free", current),
-                                  "class=\"strip\" role=\"img\" aria-label=\"" + label + "\"");
-  return bar + element("p", element("span", "", "class=\"swatch imposed\"") + sentence(" voltage imposed %.1f %%", voltage) +
-                                element("span", "", "class=\"swatch free\"") + sentence(" current imposed %.1f %%", current),
+  const std::string bar =
+      element("div", part("imposed", voltage) + part("free", current), "class=\"strip\" role=\"img\" aria-label=\"" + label + "\"");
+  return bar + element("p",
+                       element("span", "", "class=\"swatch imposed\"") + sentence(" voltage imposed %.1f %%", voltage) +
+                           element("span", "", "class=\"swatch free\"") + sentence(" current imposed %.1f %%", current),
                        "class=\"note\"");
 }
 
@@ -30,7 +31,9 @@ std::string reasonTable(const SourceOverview& source) {
   const auto samples = static_cast<double>(samplesOf(source));
   std::vector<std::vector<Cell>> rows;
   for (const ImposedTotals& totals : source.totals)
-    rows.push_back({{escaped(describe(totals.imposed))}, {escaped(totals.reason)}, numberCell(std::to_string(totals.stretches)),
+    rows.push_back({{escaped(describe(totals.imposed))},
+                    {escaped(totals.reason)},
+                    numberCell(std::to_string(totals.stretches)),
                     numberCell(sentence("%.1f", 100.0 * static_cast<double>(totals.samples) / samples))});
   return element("details", element("summary", sentence("Why (%zu reasons)", rows.size())) +
                                 table({"imposed", "because", "stretches", "samples [%]"}, rows));

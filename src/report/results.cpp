@@ -30,9 +30,7 @@ nlohmann::json orNull(const std::optional<T>& value) {
   return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
 }
 
-nlohmann::json windowJson(const FitWindow& window) {
-  return {{"from_s", window.from}, {"to_s", window.to}};
-}
+nlohmann::json windowJson(const FitWindow& window) { return {{"from_s", window.from}, {"to_s", window.to}}; }
 
 const char* remarkOn(const ParameterEstimate& estimate) {
   if (estimate.held) return "held";
@@ -43,8 +41,7 @@ const char* remarkOn(const ParameterEstimate& estimate) {
 std::string describe(const std::optional<Interval>& interval) {
   char text[80];
   if (!interval) return "-";
-  printClassic(text, sizeof text, "%.3f V, 90 %% between %.3f and %.3f V", interval->value,
-                interval->lower, interval->upper);
+  printClassic(text, sizeof text, "%.3f V, 90 %% between %.3f and %.3f V", interval->value, interval->lower, interval->upper);
   return text;
 }
 
@@ -80,28 +77,23 @@ nlohmann::json identifyJson(const FittedModel& model) {
 
 std::string identifyText(const FittedModel& model) {
   std::string text;
-  appendLine(text, "window       %.2f to %.2f s, %zu samples, current %.1f to %.1f A",
-             model.window.from, model.window.to, model.window.samples, model.excited.min_current,
-             model.excited.max_current);
+  appendLine(text, "window       %.2f to %.2f s, %zu samples, current %.1f to %.1f A", model.window.from, model.window.to,
+             model.window.samples, model.excited.min_current, model.excited.max_current);
   appendLine(text, "%-26s %12s %12s", "parameter", "value", "std. error");
   for (const auto& e : model.estimates) {
     if (e.std)
-      appendLine(text, "%-26s %12.6g %12.2g %-4s %s", e.name.c_str(), e.value, *e.std,
-                 e.unit.c_str(), remarkOn(e));
+      appendLine(text, "%-26s %12.6g %12.2g %-4s %s", e.name.c_str(), e.value, *e.std, e.unit.c_str(), remarkOn(e));
     else
-      appendLine(text, "%-26s %12.6g %12s %-4s %s", e.name.c_str(), e.value, "-", e.unit.c_str(),
-                 remarkOn(e));
+      appendLine(text, "%-26s %12.6g %12s %-4s %s", e.name.c_str(), e.value, "-", e.unit.c_str(), remarkOn(e));
   }
-  appendLine(text, "fit          Q_dyn %.1f %%, RMS error %.1f mV, residual correlated over %.2f s",
-             model.scores.q_dyn_percent, 1e3 * model.scores.rmse,
-             model.scores.residual_correlation_time);
+  appendLine(text, "fit          Q_dyn %.1f %%, RMS error %.1f mV, residual correlated over %.2f s", model.scores.q_dyn_percent,
+             1e3 * model.scores.rmse, model.scores.residual_correlation_time);
   if (model.scores.cranks > 0)
-    appendLine(text, "cranks       %d in the window, minima missed by %.0f mV (RMS)",
-               model.scores.cranks, 1e3 * model.scores.crank_error_std);
+    appendLine(text, "cranks       %d in the window, minima missed by %.0f mV (RMS)", model.scores.cranks,
+               1e3 * model.scores.crank_error_std);
   appendLine(text, "state        u_c2 = %.4f V at %.2f s", model.state.u_c2, model.state.time);
   appendLine(text, "suitability  %.2f of the window for this model", model.suitability);
-  appendLine(text, "%s: %s (%.1f ms)", describe(model.status).c_str(), model.message.c_str(),
-             model.fit_ms);
+  appendLine(text, "%s: %s (%.1f ms)", describe(model.status).c_str(), model.message.c_str(), model.fit_ms);
   return text;
 }
 
@@ -154,24 +146,16 @@ nlohmann::json bothWaysJson(const BothWaysScores& scores) {
           {"crank_mae_v", orNull(scores.crank_mean_abs_error)}};
 }
 
-std::string percentOf(const std::optional<double>& share) {
-  return share ? sentence("%.1f %%", *share) : "-";
-}
-std::string amperesOf(const std::optional<double>& current) {
-  return current ? sentence("%.2f A", *current) : "-";
-}
-std::string millivoltsOf(const std::optional<double>& voltage) {
-  return voltage ? sentence("%.0f mV", 1e3 * *voltage) : "-";
-}
+std::string percentOf(const std::optional<double>& share) { return share ? sentence("%.1f %%", *share) : "-"; }
+std::string amperesOf(const std::optional<double>& current) { return current ? sentence("%.2f A", *current) : "-"; }
+std::string millivoltsOf(const std::optional<double>& voltage) { return voltage ? sentence("%.0f mV", 1e3 * *voltage) : "-"; }
 
 /// One line of the comparison with what needs no physics.
 void appendBothWays(std::string& text, const char* name, const BothWaysScores& scores) {
   const auto& charges = scores.mixed.charges;
   appendLine(text, "%-9s %9s %9s %9s %10s %10s %10s", name, percentOf(scores.mixed.share_percent).c_str(),
-             percentOf(scores.mixed.current_share_percent).c_str(),
-             percentOf(scores.mixed.voltage_share_percent).c_str(),
-             amperesOf(medianChargeError(charges, 10.0)).c_str(),
-             amperesOf(medianChargeError(charges, 60.0)).c_str(),
+             percentOf(scores.mixed.current_share_percent).c_str(), percentOf(scores.mixed.voltage_share_percent).c_str(),
+             amperesOf(medianChargeError(charges, 10.0)).c_str(), amperesOf(medianChargeError(charges, 60.0)).c_str(),
              millivoltsOf(scores.crank_mean_abs_error).c_str());
 }
 
@@ -198,8 +182,7 @@ nlohmann::json predictionJson(const PredictionReport& report) {
 std::string predictionText(const PredictionReport& report) {
   const PredictionScores& scores = report.from_current;
   std::string text;
-  appendLine(text, "window    %.2f to %.2f s, %zu samples", scores.window.from, scores.window.to,
-             scores.window.samples);
+  appendLine(text, "window    %.2f to %.2f s, %zu samples", scores.window.from, scores.window.to, scores.window.samples);
   if (report.both_ways) {
     appendLine(text, "driven by the voltage where a source imposes it, by the current elsewhere:");
     appendLine(text, "%-9s %9s %9s %9s %10s %10s %10s", "", "share", "current", "voltage", "10 s", "60 s", "cranks");
@@ -215,21 +198,18 @@ std::string predictionText(const PredictionReport& report) {
                    : "");
   else
     appendLine(text, "Q_dyn     undefined: the measured voltage never changes");
-  appendLine(text,
-             "error     RMS %.1f mV, largest %.1f mV; %.0f %% of samples inside the 90 %% band",
-             1e3 * scores.rmse, 1e3 * scores.max_abs, 100.0 * scores.coverage_90);
+  appendLine(text, "error     RMS %.1f mV, largest %.1f mV; %.0f %% of samples inside the 90 %% band", 1e3 * scores.rmse,
+             1e3 * scores.max_abs, 100.0 * scores.coverage_90);
   if (scores.cranks.empty()) {
     appendLine(text, "cranks    none");
     return text;
   }
   appendLine(text, "cranks    %zu, minima missed by %.0f mV on average; by a straight line %s", scores.cranks.size(),
              1e3 * scores.crank_mean_abs_error.value_or(0.0), millivoltsOf(report.naive.crank_mean_abs_error).c_str());
-  appendLine(text, "%12s %9s %10s %10s %22s", "time [s]", "I [A]", "measured", "predicted",
-             "90 % interval [V]");
+  appendLine(text, "%12s %9s %10s %10s %22s", "time [s]", "I [A]", "measured", "predicted", "90 % interval [V]");
   for (const auto& c : scores.cranks)
-    appendLine(text, "%12.2f %9.1f %10.3f %10.3f %10.3f to %.3f", c.time, c.current,
-               c.measured_minimum, c.predicted_minimum.value, c.predicted_minimum.lower,
-               c.predicted_minimum.upper);
+    appendLine(text, "%12.2f %9.1f %10.3f %10.3f %10.3f to %.3f", c.time, c.current, c.measured_minimum, c.predicted_minimum.value,
+               c.predicted_minimum.lower, c.predicted_minimum.upper);
   return text;
 }
 
@@ -256,9 +236,7 @@ std::string crankingText(const CrankingQuery& query, const CrankingAnswer& answe
   else
     appendLine(text, "crank     %.2f s of the given profile", query.crank.duration());
   appendLine(text, "lowest    %s", describe(answer.u_min).c_str());
-  if (answer.capable)
-    appendLine(text, "verdict   %s %.2f V", *answer.capable ? "holds" : "may not hold",
-               query.u_required.value_or(0.0));
+  if (answer.capable) appendLine(text, "verdict   %s %.2f V", *answer.capable ? "holds" : "may not hold", query.u_required.value_or(0.0));
   appendLine(text, "%s: %s", describe(answer.code).c_str(), answer.message.c_str());
   return text;
 }

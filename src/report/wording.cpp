@@ -42,13 +42,9 @@ std::string millivolts(double volts) {
   return formatted(std::abs(mv) < 99.95 ? "%.1f" : "%.0f", mv);
 }
 
-std::string millivolts(const std::optional<double>& volts) {
-  return volts ? millivolts(*volts) : "-";
-}
+std::string millivolts(const std::optional<double>& volts) { return volts ? millivolts(*volts) : "-"; }
 
-std::string confidenceText(double confidence) {
-  return confidence > 0.99 ? "above 99 %" : formatted("%.0f %%", 100.0 * confidence);
-}
+std::string confidenceText(double confidence) { return confidence > 0.99 ? "above 99 %" : formatted("%.0f %%", 100.0 * confidence); }
 
 std::string plainName(std::string name) {
   std::replace(name.begin(), name.end(), '_', ' ');
@@ -57,8 +53,7 @@ std::string plainName(std::string name) {
 
 const EffectInfo* catalogued(const std::string& id) {
   const auto& catalogue = effectCatalogue();
-  const auto found = std::find_if(catalogue.begin(), catalogue.end(),
-                                  [&](const EffectInfo& effect) { return effect.id == id; });
+  const auto found = std::find_if(catalogue.begin(), catalogue.end(), [&](const EffectInfo& effect) { return effect.id == id; });
   return found == catalogue.end() ? nullptr : &*found;
 }
 
@@ -76,10 +71,15 @@ const ParameterInfo* parameterInfo(const std::string& id, const std::string& par
 }
 
 std::vector<MetricRow> metricRows(const Comparison& fit) {
-  const auto row = [&](const char* title, const char* unit, bool more_is_better, double scale,
-                       auto&& value) -> MetricRow {
-    return {title, unit, more_is_better, scale, value(fit.base_train), value(fit.extended_train),
-            value(fit.base_holdout), value(fit.extended_holdout)};
+  const auto row = [&](const char* title, const char* unit, bool more_is_better, double scale, auto&& value) -> MetricRow {
+    return {title,
+            unit,
+            more_is_better,
+            scale,
+            value(fit.base_train),
+            value(fit.extended_train),
+            value(fit.base_holdout),
+            value(fit.extended_holdout)};
   };
   using Value = std::optional<double>;
   std::vector<MetricRow> rows = {
@@ -88,13 +88,10 @@ std::vector<MetricRow> metricRows(const Comparison& fit) {
       row("largest error", "mV", false, 1e3, [](const ErrorMetrics& m) { return Value(m.max_abs); }),
       row("cranks' minima", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.crank_mae; }),
       row("bias in charges", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.charge_bias; }),
-      row("charge current", "A", false, 1.0,
-          [](const ErrorMetrics& m) { return m.charge_current_error; }),
+      row("charge current", "A", false, 1.0, [](const ErrorMetrics& m) { return m.charge_current_error; }),
       row("share, as imposed", "%", true, 1.0, [](const ErrorMetrics& m) { return m.share_percent; }),
       row("share of the current", "%", true, 1.0, [](const ErrorMetrics& m) { return m.current_share_percent; })};
-  const auto is_empty = [](const MetricRow& r) {
-    return !r.base_train && !r.extended_train && !r.base_holdout && !r.extended_holdout;
-  };
+  const auto is_empty = [](const MetricRow& r) { return !r.base_train && !r.extended_train && !r.base_holdout && !r.extended_holdout; };
   rows.erase(std::remove_if(rows.begin(), rows.end(), is_empty), rows.end());
   return rows;
 }

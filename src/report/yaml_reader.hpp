@@ -59,10 +59,10 @@ struct Range {
   bool holds(double value) const { return value >= least && value <= most; }
 };
 
-constexpr Range kTimes{-1e10, 1e10};      // [s], as IntakeLimits
-constexpr Range kCurrents{-1e4, 1e4};     // [A], twice IntakeLimits: an estimate may go beyond what is measured
-constexpr Range kVoltages{-200.0, 200.0}; // [V], likewise
-constexpr Range kNumbers{-1e12, 1e12};    // of any unit: what is larger comes from no battery
+constexpr Range kTimes{-1e10, 1e10};       // [s], as IntakeLimits
+constexpr Range kCurrents{-1e4, 1e4};      // [A], twice IntakeLimits: an estimate may go beyond what is measured
+constexpr Range kVoltages{-200.0, 200.0};  // [V], likewise
+constexpr Range kNumbers{-1e12, 1e12};     // of any unit: what is larger comes from no battery
 
 /// Access to a document's fields with messages that name file, field, finding and expectation.
 class Reader {
@@ -126,7 +126,8 @@ class Reader {
     const Reader list = at(key);
     if (!list.node_.IsSequence()) fail(key, "is \"" + textOf(list.node_) + "\", expected a list");
     std::vector<Reader> entries;
-    for (std::size_t k = 0; k < list.node_.size(); ++k) entries.push_back({list.node_[k], source_, list.path_ + "[" + std::to_string(k) + "]"});
+    for (std::size_t k = 0; k < list.node_.size(); ++k)
+      entries.push_back({list.node_[k], source_, list.path_ + "[" + std::to_string(k) + "]"});
     return entries;
   }
   std::string text(const std::string& key) const { return get<std::string>(key, "text"); }

@@ -10,10 +10,7 @@ namespace {
 
 class StopWatch {
  public:
-  double milliseconds() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun_)
-        .count();
-  }
+  double milliseconds() const { return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun_).count(); }
 
  private:
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
@@ -31,8 +28,7 @@ IdentificationResult timedIdentification(const IdentificationJob& job) {
     result.message = std::string("the identification failed: ") + error.what();
   }
   if (result.model) result.model->fit_ms = watch.milliseconds();
-  if (result.extended && result.extended->model)
-    result.extended->model->fit_ms = watch.milliseconds();
+  if (result.extended && result.extended->model) result.extended->model->fit_ms = watch.milliseconds();
   return result;
 }
 

@@ -19,9 +19,9 @@ constexpr std::uint32_t kQueueSize = 100000;  // 20 s of a 100 Hz bag played at 
 constexpr double kStatusPeriod = 1.0;         // [s], SofStatus is a 1 Hz topic
 constexpr double kNoDataAfter = 5.0;          // [s], the shortest gap of a recording (gapThreshold)
 
-constexpr int kPatientThreads = 2;            // a map does not wait for a fit
-constexpr int kDiagnoseThreads = 2;           // a second request is refused while the first waits
-constexpr int kNice = 10;                     // of identifications: the other threads go first
+constexpr int kPatientThreads = 2;   // a map does not wait for a fit
+constexpr int kDiagnoseThreads = 2;  // a second request is refused while the first waits
+constexpr int kNice = 10;            // of identifications: the other threads go first
 
 /// Calls a function once from a callback queue.
 class Errand : public ros::CallbackInterface {
@@ -38,19 +38,15 @@ class Errand : public ros::CallbackInterface {
 
 }  // namespace
 
-BatterySofNode::BatterySofNode(ros::NodeHandle node, ros::NodeHandle private_node,
-                               NodeOptions options)
+BatterySofNode::BatterySofNode(ros::NodeHandle node, ros::NodeHandle private_node, NodeOptions options)
     : options_(std::move(options)),
       state_file_(options_.state_file),
       node_(std::move(node)),
       private_node_(std::move(private_node)),
       session_(options_.session),
       worker_([this](const IdentificationJob& job) { return onIdentified(job); }, kNice),
-      diagnoses_(private_node_,
-                 {options_.diagnose_period, options_.session.identify_period, options_.adopt_diagnosis},
-                 [this](const Adoption& adoption, double from_driving) {
-                   onAdopted(adoption, from_driving);
-                 }),
+      diagnoses_(private_node_, {options_.diagnose_period, options_.session.identify_period, options_.adopt_diagnosis},
+                 [this](const Adoption& adoption, double from_driving) { onAdopted(adoption, from_driving); }),
       diagnostics_([this] { return snapshot(); }),
       question_spinner_(1, &question_queue_),
       patient_spinner_(kPatientThreads, &patient_queue_),
@@ -75,9 +71,8 @@ BatterySofNode::~BatterySofNode() {
 }
 
 template <typename Service>
-ros::ServiceServer BatterySofNode::serve(
-    const char* name, ros::CallbackQueue& queue,
-    bool (BatterySofNode::*callback)(typename Service::Request&, typename Service::Response&)) {
+ros::ServiceServer BatterySofNode::serve(const char* name, ros::CallbackQueue& queue,
+                                         bool (BatterySofNode::*callback)(typename Service::Request&, typename Service::Response&)) {
   ros::NodeHandle node(private_node_);
   node.setCallbackQueue(&queue);
   return node.advertiseService(name, callback, this);
@@ -87,21 +82,17 @@ void BatterySofNode::advertise() {
   status_publisher_ = private_node_.advertise<SofStatus>("status", 10, true);
   model_publisher_ = private_node_.advertise<IdentifiedModel>("model", 10, true);
   using Node = BatterySofNode;
-  services_ = {
-      serve<PredictCranking>("predict_cranking", question_queue_, &Node::onPredictCranking),
-      serve<PredictStopTime>("predict_stop_time", question_queue_, &Node::onPredictStopTime),
-      serve<PredictChargeAcceptance>("predict_charge_acceptance", question_queue_,
-                                     &Node::onPredictChargeAcceptance),
-      serve<PredictMap>("predict_map", patient_queue_, &Node::onPredictMap),
-      serve<SimulateProfile>("simulate_profile", patient_queue_, &Node::onSimulateProfile),
-      serve<Identify>("identify", patient_queue_, &Node::onIdentify),
-      serve<Diagnose>("diagnose", diagnose_queue_, &Node::onDiagnose)};
-  subscriber_ = node_.subscribe(kDefaultTopic, kQueueSize, &BatterySofNode::onBatteryState, this,
-                                ros::TransportHints().tcpNoDelay());
+  services_ = {serve<PredictCranking>("predict_cranking", question_queue_, &Node::onPredictCranking),
+               serve<PredictStopTime>("predict_stop_time", question_queue_, &Node::onPredictStopTime),
+               serve<PredictChargeAcceptance>("predict_charge_acceptance", question_queue_, &Node::onPredictChargeAcceptance),
+               serve<PredictMap>("predict_map", patient_queue_, &Node::onPredictMap),
+               serve<SimulateProfile>("simulate_profile", patient_queue_, &Node::onSimulateProfile),
+               serve<Identify>("identify", patient_queue_, &Node::onIdentify),
+               serve<Diagnose>("diagnose", diagnose_queue_, &Node::onDiagnose)};
+  subscriber_ = node_.subscribe(kDefaultTopic, kQueueSize, &BatterySofNode::onBatteryState, this, ros::TransportHints().tcpNoDelay());
   ros::NodeHandle question_node(node_);
   question_node.setCallbackQueue(&question_queue_);
-  wall_timer_ = question_node.createWallTimer(ros::WallDuration(kStatusPeriod),
-                                              &BatterySofNode::onWallTimer, this);
+  wall_timer_ = question_node.createWallTimer(ros::WallDuration(kStatusPeriod), &BatterySofNode::onWallTimer, this);
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -152,8 +143,7 @@ void BatterySofNode::beginAnew(const char* why) {
 void BatterySofNode::onBatteryState(const SampleEvent& event) {
   const ros::WallTime begun = ros::WallTime::now();
   // The receipt is on ROS time; what is simulated is no measure of a delay.
-  const double waited =
-      ros::Time::isSystemTime() ? (ros::Time::now() - event.getReceiptTime()).toSec() : 0.0;
+  const double waited = ros::Time::isSystemTime() ? (ros::Time::now() - event.getReceiptTime()).toSec() : 0.0;
   guarded("taking a sample", [&] {
     const std::lock_guard<std::mutex> lock(mutex_);
     try {
@@ -185,16 +175,12 @@ void BatterySofNode::logCrank(const CrankComparison& crank) const {
   std::string answered = "no query was answered before";
   if (last_answer_) {
     char text[160];
-    std::snprintf(text, sizeof(text),
-                  "the last answer, %.1f s before for %.0f A, was %.2f V [%.2f, %.2f]",
-                  crank.time - last_answer_->time, last_answer_->query.i_cranking,
-                  last_answer_->u_min.value, last_answer_->u_min.lower, last_answer_->u_min.upper);
+    std::snprintf(text, sizeof(text), "the last answer, %.1f s before for %.0f A, was %.2f V [%.2f, %.2f]", crank.time - last_answer_->time,
+                  last_answer_->query.i_cranking, last_answer_->u_min.value, last_answer_->u_min.lower, last_answer_->u_min.upper);
     answered = text;
   }
-  ROS_INFO(
-      "crank at %.2f s, %.0f A: measured %.2f V; expected of this current %.2f V [%.2f, %.2f]; %s",
-      crank.time, crank.current, crank.measured_minimum, expected.value, expected.lower,
-      expected.upper, answered.c_str());
+  ROS_INFO("crank at %.2f s, %.0f A: measured %.2f V; expected of this current %.2f V [%.2f, %.2f]; %s", crank.time, crank.current,
+           crank.measured_minimum, expected.value, expected.lower, expected.upper, answered.c_str());
 }
 
 void BatterySofNode::announceWhoAnswers() {
@@ -203,8 +189,8 @@ void BatterySofNode::announceWhoAnswers() {
   const std::optional<FittedModel> model = session_.model();
   if (!model) return;
   ROS_INFO("%s", session_.status().extension.c_str());
-  question_queue_.addCallback(boost::make_shared<Errand>(
-      [this, model] { guarded("the model message", [&] { model_publisher_.publish(messageOf(*model)); }); }));
+  question_queue_.addCallback(
+      boost::make_shared<Errand>([this, model] { guarded("the model message", [&] { model_publisher_.publish(messageOf(*model)); }); }));
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -246,8 +232,7 @@ void BatterySofNode::demandStatus() {
   const bool is_waiting = due_status_.has_value();
   due_status_.emplace(DueStatus{std::move(contents), session_.live()});
   if (!is_waiting)
-    question_queue_.addCallback(
-        boost::make_shared<Errand>([this] { guarded("the status", [this] { publishDueStatus(); }); }));
+    question_queue_.addCallback(boost::make_shared<Errand>([this] { guarded("the status", [this] { publishDueStatus(); }); }));
 }
 
 void BatterySofNode::publishDueStatus() {

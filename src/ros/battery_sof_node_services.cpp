@@ -40,8 +40,7 @@ bool BatterySofNode::answer(const char* what, Response& response, Ask ask) {
   return true;
 }
 
-bool BatterySofNode::onPredictCranking(PredictCranking::Request& request,
-                                       PredictCranking::Response& response) {
+bool BatterySofNode::onPredictCranking(PredictCranking::Request& request, PredictCranking::Response& response) {
   const QueryTimer timer(response_clock_);
   return answer<CrankingAnswer>("the crank query", response, [&] {
     const CrankingQuery query = queryOf(request);
@@ -51,23 +50,19 @@ bool BatterySofNode::onPredictCranking(PredictCranking::Request& request,
       const std::lock_guard<std::mutex> lock(mutex_);
       last_answer_ = Answered{model.model().state.time, query, *answer.u_min};
     }
-    ROS_DEBUG("crank query at %.2f s (%s): %s", model.model().state.time, describe(answer.code).c_str(),
-              answer.message.c_str());
+    ROS_DEBUG("crank query at %.2f s (%s): %s", model.model().state.time, describe(answer.code).c_str(), answer.message.c_str());
     return answer;
   });
 }
 
-bool BatterySofNode::onPredictStopTime(PredictStopTime::Request& request,
-                                       PredictStopTime::Response& response) {
+bool BatterySofNode::onPredictStopTime(PredictStopTime::Request& request, PredictStopTime::Response& response) {
   const QueryTimer timer(response_clock_);
   return answer<StopTimeAnswer>("the stop time query", response, [&] { return live().predictStopTime(queryOf(request)); });
 }
 
-bool BatterySofNode::onPredictChargeAcceptance(PredictChargeAcceptance::Request& request,
-                                               PredictChargeAcceptance::Response& response) {
+bool BatterySofNode::onPredictChargeAcceptance(PredictChargeAcceptance::Request& request, PredictChargeAcceptance::Response& response) {
   const QueryTimer timer(response_clock_);
-  return answer<ChargeAcceptanceAnswer>("the charge query", response,
-                                        [&] { return live().predictChargeAcceptance(queryOf(request)); });
+  return answer<ChargeAcceptanceAnswer>("the charge query", response, [&] { return live().predictChargeAcceptance(queryOf(request)); });
 }
 
 bool BatterySofNode::onPredictMap(PredictMap::Request& request, PredictMap::Response& response) {
@@ -78,8 +73,7 @@ bool BatterySofNode::onPredictMap(PredictMap::Request& request, PredictMap::Resp
   return true;
 }
 
-bool BatterySofNode::onSimulateProfile(SimulateProfile::Request& request,
-                                       SimulateProfile::Response& response) {
+bool BatterySofNode::onSimulateProfile(SimulateProfile::Request& request, SimulateProfile::Response& response) {
   return answer<ProfileAnswer>("the profile", response, [&] { return live().simulateProfile(request.time, request.current); });
 }
 
@@ -95,8 +89,7 @@ IdentificationOutcome BatterySofNode::onIdentified(const IdentificationJob& job)
 
 IdentificationOutcome BatterySofNode::identified(const IdentificationJob& job) {
   const IdentificationOutcome outcome = takeBack(timedIdentification(job));
-  ROS_INFO("identification %s: %s", outcome.accepted ? "accepted" : "refused",
-           outcome.message.c_str());
+  ROS_INFO("identification %s: %s", outcome.accepted ? "accepted" : "refused", outcome.message.c_str());
   if (outcome.accepted) {
     model_publisher_.publish(messageOf(*outcome.model));
     saveStateFile(*outcome.model);
@@ -111,8 +104,7 @@ IdentificationOutcome BatterySofNode::takeBack(IdentificationResult result) {
     result.model->recording = subscriber_.getTopic();
     fit_ms_ = result.model->fit_ms;
   }
-  if (result.extended && result.extended->model)
-    result.extended->model->recording = subscriber_.getTopic();
+  if (result.extended && result.extended->model) result.extended->model->recording = subscriber_.getTopic();
   IdentificationOutcome outcome = session_.finish(std::move(result));
   announceWhoAnswers();
   demandStatus();
@@ -161,8 +153,7 @@ void BatterySofNode::onAdopted(const Adoption& adoption, double from_driving) {
   session_.extendWith(adoption.effects, from_driving, adoption.force);
 }
 
-std::optional<std::future<DiagnosisRunner::Outcome>> BatterySofNode::beginDiagnosis(
-    Diagnose::Response& response) {
+std::optional<std::future<DiagnosisRunner::Outcome>> BatterySofNode::beginDiagnosis(Diagnose::Response& response) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (session_.series().empty()) {
     response.code = Diagnose::Response::NO_DATA;

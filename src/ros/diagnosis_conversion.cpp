@@ -97,10 +97,8 @@ DiagnosisMessage messageOf(const DiagnosisReport& report, const Adoption& adopti
   message.probability = diagnosis.probability;
   message.left_rmse = diagnosis.left.rmse;
   for (const NamedEffect& effect : diagnosis.effects) message.effects.push_back(effectOf(effect));
-  for (const Candidate& candidate : diagnosis.candidates)
-    message.candidates.push_back(candidateOf(candidate));
-  for (const MismatchSegment& segment : diagnosis.mismatch)
-    message.mismatch.push_back(segmentOf(segment));
+  for (const Candidate& candidate : diagnosis.candidates) message.candidates.push_back(candidateOf(candidate));
+  for (const MismatchSegment& segment : diagnosis.mismatch) message.mismatch.push_back(segmentOf(segment));
   message.instrument = diagnosis.instrument;
   message.outside = diagnosis.outside;
   if (diagnosis.fit.train.samples > 0) {

@@ -16,8 +16,7 @@ DiagnosisRunner::DiagnosisRunner(ros::NodeHandle private_node, Options options, 
       next_due_(options.period),
       worker_([this](const Job& job) { return run(job); }, kNice) {}
 
-std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::begin(
-    const Series& series, const std::string& name) {
+std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::begin(const Series& series, const std::string& name) {
   const std::lock_guard<std::mutex> lock(mutex_);
   return post(series, name, 0.0);
 }
@@ -29,8 +28,7 @@ void DiagnosisRunner::beginIfDue(const Series& series, const std::string& name, 
   if (!post(series, name, driving + options_.settle)) ++line_.skipped;
 }
 
-std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::post(const Series& series,
-                                                                           const std::string& name,
+std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::post(const Series& series, const std::string& name,
                                                                            double from_driving) {
   if (line_.runs) return std::nullopt;
   line_.runs = true;
@@ -59,15 +57,14 @@ DiagnosisRunner::Outcome DiagnosisRunner::run(const Job& job) {
 
 DiagnosisRunner::Outcome DiagnosisRunner::diagnosed(const Job& job) {
   const DiagnosisReport report = timedDiagnosis(job.recording, cancelled_);
-  const Adoption adoption =
-      report.diagnosis ? adopt(*report.diagnosis, job.from_driving) : Adoption();
+  const Adoption adoption = report.diagnosis ? adopt(*report.diagnosis, job.from_driving) : Adoption();
   Outcome outcome;
   outcome.fault = report.fault;
   if (report.diagnosis) {
     outcome.message = messageOf(report, adoption);
     publisher_.publish(*outcome.message);
-    ROS_INFO("diagnosis (%s) after %.1f s: %s", outcome.message->verdict.c_str(),
-             1e-3 * report.duration_ms, outcome.message->summary.c_str());
+    ROS_INFO("diagnosis (%s) after %.1f s: %s", outcome.message->verdict.c_str(), 1e-3 * report.duration_ms,
+             outcome.message->summary.c_str());
   } else {
     ROS_WARN("%s", report.fault.c_str());
   }

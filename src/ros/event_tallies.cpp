@@ -30,8 +30,7 @@ void EventTallies::add(const SessionEvents& events) {
   for (const ChargeComparison& charge : events.charges) {
     charges.add(charge.measured_current, charge.expected_current);
     if (charge.naive_current) naive_charges.add(charge.measured_current, *charge.naive_current);
-    answered_charges.add(charge.measured_current,
-                         charge.naive_answered ? *charge.naive_current : charge.expected_current);
+    answered_charges.add(charge.measured_current, charge.naive_answered ? *charge.naive_current : charge.expected_current);
     last_charge = charge;
   }
 }

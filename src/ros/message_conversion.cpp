@@ -10,13 +10,9 @@ namespace battery_sof {
 namespace {
 
 /// A number that a request may leave out.
-double orDefault(double value, double standard) {
-  return std::isnan(value) || value == 0.0 ? standard : value;
-}
+double orDefault(double value, double standard) { return std::isnan(value) || value == 0.0 ? standard : value; }
 
-std::optional<double> required(double u_required) {
-  return std::isnan(u_required) ? std::nullopt : std::optional<double>(u_required);
-}
+std::optional<double> required(double u_required) { return std::isnan(u_required) ? std::nullopt : std::optional<double>(u_required); }
 
 void append(PredictMap::Response& response, const CrankingAnswer& answer) {
   const Interval u_min = answer.u_min.value_or(kNoInterval);
@@ -63,8 +59,7 @@ void fillEstimates(IdentifiedModel& message, const FittedModel& model) {
 }  // namespace
 
 CrankingQuery queryOf(const PredictCranking::Request& request) {
-  CrankingQuery query{request.i_load, request.t_stop, request.i_cranking, request.t_cranking,
-                      required(request.u_required)};
+  CrankingQuery query{request.i_load, request.t_stop, request.i_cranking, request.t_cranking, required(request.u_required)};
   query.load = {request.load_time, request.load_current};
   query.crank = {request.cranking_time, request.cranking_current};
   return query;

@@ -11,13 +11,10 @@ using Level = diagnostic_msgs::DiagnosticStatus;
 
 constexpr double kLateSample = 100.0;  // [ms], ten samples of the design rate
 
-std::string shown(const std::optional<double>& value, double factor = 1.0) {
-  return value ? std::to_string(factor * *value) : "none";
-}
+std::string shown(const std::optional<double>& value, double factor = 1.0) { return value ? std::to_string(factor * *value) : "none"; }
 
 /// [Hz] by the stamps, between two snapshots.
-std::optional<double> rateBetween(const DiagnosticsSnapshot& before,
-                                  const DiagnosticsSnapshot& now) {
+std::optional<double> rateBetween(const DiagnosticsSnapshot& before, const DiagnosticsSnapshot& now) {
   if (!before.status.newest_time || !now.status.newest_time) return std::nullopt;
   const double passed = *now.status.newest_time - *before.status.newest_time;
   if (!(passed > 0.0)) return std::nullopt;
@@ -25,8 +22,8 @@ std::optional<double> rateBetween(const DiagnosticsSnapshot& before,
 }
 
 /// How one kind of event compares with what was expected of it.
-void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events,
-         const char* unit, const EventTally& tally, const IntervalScale& scale) {
+void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events, const char* unit, const EventTally& tally,
+         const IntervalScale& scale) {
   status.add(events, tally.count);
   status.add(events + " inside their interval", tally.inside);
   status.add(events + "' share inside [%]", shown(tally.insideShare(), 100.0));
@@ -35,8 +32,8 @@ void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string&
 }
 
 /// The naive predictor beside it, over what the contest remembers.
-void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events, const char* unit,
-         const EventTally& naive, const EventTally& answered, const NaiveScore& contest) {
+void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events, const char* unit, const EventTally& naive,
+         const EventTally& answered, const NaiveScore& contest) {
   const std::string in_unit = std::string(" [") + unit + "]";
   status.add(events + "' mean absolute error, naive" + in_unit, shown(naive.meanAbsError()));
   status.add(events + "' mean absolute error, as answered" + in_unit, shown(answered.meanAbsError()));
@@ -48,8 +45,7 @@ void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string&
 
 }  // namespace
 
-NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot)
-    : take_snapshot_(std::move(take_snapshot)) {
+NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot) : take_snapshot_(std::move(take_snapshot)) {
   updater_.setHardwareID("battery");
   updater_.add("data rate", this, &NodeDiagnostics::reportDataRate);
   updater_.add("rejected samples", this, &NodeDiagnostics::reportRejected);
@@ -124,8 +120,7 @@ void NodeDiagnostics::reportPredictionError(Status& status) {
   if (!backtest.q_dyn_percent) {
     status.summary(Level::OK, "nothing to compare yet");
   } else if (*backtest.q_dyn_percent < 0.0) {
-    status.summaryf(Level::WARN, "Q_dyn is %.1f %%: a constant would predict better",
-                    *backtest.q_dyn_percent);
+    status.summaryf(Level::WARN, "Q_dyn is %.1f %%: a constant would predict better", *backtest.q_dyn_percent);
   } else {
     status.summaryf(Level::OK, "Q_dyn is %.1f %%", *backtest.q_dyn_percent);
   }
@@ -142,8 +137,7 @@ void NodeDiagnostics::reportResponseTimes(Status& status) {
   if (times.sample_longest_ms > kLateSample) {
     status.summaryf(Level::WARN, "a sample waited %.0f ms", times.sample_longest_ms);
   } else {
-    status.summaryf(Level::OK, "%zu queries, 99 %% of the last within %.2f ms", times.queries,
-                    times.query_p99_ms);
+    status.summaryf(Level::OK, "%zu queries, 99 %% of the last within %.2f ms", times.queries, times.query_p99_ms);
   }
   status.add("queries", times.queries);
   status.add("query work p99 [ms]", times.query_p99_ms);

@@ -43,8 +43,7 @@ class Schema {
  public:
   using Reader = std::function<void(Value&, const std::string& name, Faults&)>;
 
-  void number(const std::string& key, double lower, double upper,
-              std::function<void(double)> store) {
+  void number(const std::string& key, double lower, double upper, std::function<void(double)> store) {
     readers_[key] = [=](Value& value, const std::string& name, Faults& faults) {
       const bool integer = value.getType() == Value::TypeInt;
       if (!integer && value.getType() != Value::TypeDouble) {
@@ -53,8 +52,7 @@ class Schema {
       }
       const double number = integer ? static_cast<int&>(value) : static_cast<double&>(value);
       if (number >= lower && number <= upper) return store(number);
-      faults.push_back(name + " is " + shown(number) + ", expected " + shown(lower) + " to " +
-                       shown(upper));
+      faults.push_back(name + " is " + shown(number) + ", expected " + shown(lower) + " to " + shown(upper));
     };
   }
 
@@ -80,9 +78,7 @@ class Schema {
   }
 
   void map(const std::string& key, const Schema& schema) {
-    readers_[key] = [=](Value& value, const std::string& name, Faults& faults) {
-      schema.read(value, name + "/", faults);
-    };
+    readers_[key] = [=](Value& value, const std::string& name, Faults& faults) { schema.read(value, name + "/", faults); };
   }
 
   void read(Value& values, const std::string& prefix, Faults& faults) const {
@@ -141,8 +137,7 @@ Schema fitSchema(IdentifyOptions& fit) {
   });
   schema.number("crank_weight", 1.0, 1000.0, into(fit.crank_weight));
   schema.number("crank_weight_current_a", -2000.0, -1.0, into(fit.crank_weight_current));
-  schema.number("max_iterations", 1.0, 1000.0,
-                [&fit](double value) { fit.max_iterations = static_cast<int>(value); });
+  schema.number("max_iterations", 1.0, 1000.0, [&fit](double value) { fit.max_iterations = static_cast<int>(value); });
   return schema;
 }
 
@@ -173,19 +168,16 @@ Schema schemaOf(NodeOptions& options) {
 void findContradictions(const NodeOptions& options, Faults& faults) {
   const SessionOptions& session = options.session;
   if (session.window_length && *session.window_length < 60.0) {
-    faults.push_back("~window_s is " + shown(*session.window_length) +
-                     ", expected 0 (automatic) or 60 to 14400");
+    faults.push_back("~window_s is " + shown(*session.window_length) + ", expected 0 (automatic) or 60 to 14400");
   }
   if (options.diagnose_period > 0.0 && options.diagnose_period < 60.0) {
-    faults.push_back("~diagnose_period_s is " + shown(options.diagnose_period) +
-                     ", expected 0 (only on request) or 60 to 86400");
+    faults.push_back("~diagnose_period_s is " + shown(options.diagnose_period) + ", expected 0 (only on request) or 60 to 86400");
   }
   if (options.adopt_diagnosis && session.identify.start == FitStart::kPaper) {
     faults.push_back("~adopt_diagnosis is true and ~fit/start paper, expected robust: effects are not fitted otherwise");
   }
   if (session.window_length && *session.window_length > session.buffer) {
-    faults.push_back("~window_s is " + shown(*session.window_length) +
-                     ", expected at most ~buffer_s, which is " + shown(session.buffer));
+    faults.push_back("~window_s is " + shown(*session.window_length) + ", expected at most ~buffer_s, which is " + shown(session.buffer));
   }
 }
 
@@ -201,8 +193,7 @@ std::optional<StopTimeQuery> StandingQueries::stopTime() const {
   return query;
 }
 
-NodeOptionsError::NodeOptionsError(const std::vector<std::string>& faults)
-    : std::runtime_error(listed(faults, "\n")) {}
+NodeOptionsError::NodeOptionsError(const std::vector<std::string>& faults) : std::runtime_error(listed(faults, "\n")) {}
 
 NodeOptions parseNodeOptions(XmlRpc::XmlRpcValue parameters) {
   NodeOptions options;

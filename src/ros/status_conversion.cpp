@@ -68,8 +68,7 @@ void fillCharge(SofStatus& message, const ChargeAcceptanceAnswer& answer) {
 }
 
 void fillCranks(SofStatus& message, const EventTallies& events) {
-  const CrankComparison shown =
-      events.last_crank.value_or(CrankComparison{kNan, kNan, kNan, kNoInterval, kNan, {}, false});
+  const CrankComparison shown = events.last_crank.value_or(CrankComparison{kNan, kNan, kNan, kNoInterval, kNan, {}, false});
   message.cranks = static_cast<std::uint32_t>(events.cranks.count);
   message.crank_time = shown.time;
   message.crank_current = shown.current;
@@ -83,8 +82,7 @@ void fillCranks(SofStatus& message, const EventTallies& events) {
 }
 
 void fillCharges(SofStatus& message, const EventTallies& events) {
-  const ChargeComparison shown =
-      events.last_charge.value_or(ChargeComparison{kNan, kNan, kNan, kNan, kNan, kNoInterval, kNan, {}, false});
+  const ChargeComparison shown = events.last_charge.value_or(ChargeComparison{kNan, kNan, kNan, kNan, kNan, kNoInterval, kNan, {}, false});
   message.charges = static_cast<std::uint32_t>(events.charges.count);
   message.charge_time = shown.time;
   message.charge_duration = shown.duration;

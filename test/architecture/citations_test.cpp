@@ -140,11 +140,11 @@ TEST(Citations, AreOfNothingOutsideTheRepository) {
 TEST(Citations, OfOutsideNotesWouldBeSeen) {
   const std::regex outside = outsideNotes();
   const std::string physics = std::string("PHY") + "SICS", judge = std::string("JUD") + "GE";
-  for (const std::string& text : {physics + " 1.2", physics + " P9", physics + ", section 1", "ids of " + physics,
-                                  judge + " 6", judge + ".md"})
+  for (const std::string& text :
+       {physics + " 1.2", physics + " P9", physics + ", section 1", "ids of " + physics, judge + " 6", judge + ".md"})
     EXPECT_TRUE(std::regex_search(text, outside)) << text;
-  for (const std::string& text : {physics + " | INSTRUMENT", std::string("set_property(SOURCE src/x.cpp"),
-                                  std::string("IN CONTRACT, STRICT")})
+  for (const std::string& text :
+       {physics + " | INSTRUMENT", std::string("set_property(SOURCE src/x.cpp"), std::string("IN CONTRACT, STRICT")})
     EXPECT_FALSE(std::regex_search(text, outside)) << text;
 }
 

@@ -176,13 +176,17 @@ TEST(Lengths, NoFunctionIsLongerThan40Lines) {
 }
 
 TEST(Lengths, AreThoseOfWholeFunctions) {
-  const auto cpp = functionsOf("a.cpp", "#define A(x) \\\n  {\nnamespace a {\nstruct B {\n  int c = f();\n};\n// void no() {\n\nint d(\n    int e = 1'000) {\n"
-                                        "  const auto g = [](char c) {\n    return c == '{' ? \"}\" : R\"(})\";\n  };\n  return 1;\n}\n}\n");
+  const auto cpp =
+      functionsOf("a.cpp",
+                  "#define A(x) \\\n  {\nnamespace a {\nstruct B {\n  int c = f();\n};\n// void no() {\n\nint d(\n    int e = 1'000) {\n"
+                  "  const auto g = [](char c) {\n    return c == '{' ? \"}\" : R\"(})\";\n  };\n  return 1;\n}\n}\n");
   ASSERT_EQ(cpp.size(), 1u);
   EXPECT_EQ(cpp[0].head, "int d(");
   EXPECT_EQ(cpp[0].line, 9);
   EXPECT_EQ(cpp[0].lines, 7);
-  const auto python = functionsOf("a.py", "def a(\n    b\n):\n    c = \"\"\"\ndef d():\n\"\"\"\n    return c\n\n\nclass E:\n    def f(self):\n        def g():\n            pass\n        g()\n");
+  const auto python = functionsOf("a.py",
+                                  "def a(\n    b\n):\n    c = \"\"\"\ndef d():\n\"\"\"\n    return c\n\n\nclass E:\n    def f(self):\n     "
+                                  "   def g():\n            pass\n        g()\n");
   ASSERT_EQ(python.size(), 3u);
   EXPECT_EQ(python[0].lines, 7);
   EXPECT_EQ(python[1].lines, 4);

@@ -14,11 +14,9 @@ namespace fs = std::filesystem;
 const fs::path kRoot = BATTERY_SOF_SOURCE_DIR;
 
 /// Stages in the order of the data flow: each may include itself and those before it.
-const std::vector<std::string> kStages = {"recording", "naive", "model", "learn", "identify",
-                                          "predict",   "diagnose", "report"};
+const std::vector<std::string> kStages = {"recording", "naive", "model", "learn", "identify", "predict", "diagnose", "report"};
 
-const std::regex kRosHeader(
-    R"((/ros/|/rosbag/|/rosbag_storage/|/[a-z_]+_msgs/)[A-Za-z_]+\.(h|hpp))");
+const std::regex kRosHeader(R"((/ros/|/rosbag/|/rosbag_storage/|/[a-z_]+_msgs/)[A-Za-z_]+\.(h|hpp))");
 
 std::vector<fs::path> sourcesIn(const fs::path& folder) {
   std::vector<fs::path> files;
@@ -50,14 +48,12 @@ std::vector<std::string> includesOf(const fs::path& file) {
 
 /// Everything a translation unit reads, as the preprocessor sees it.
 std::string preprocessorDependencies(const fs::path& file) {
-  const std::string command = std::string(BATTERY_SOF_CXX) + " -std=c++17 -M -x c++ -I\"" +
-                              (kRoot / "include").string() + "\" -isystem \"" +
-                              BATTERY_SOF_EIGEN_DIR + "\" \"" + file.string() + "\" 2>&1";
+  const std::string command = std::string(BATTERY_SOF_CXX) + " -std=c++17 -M -x c++ -I\"" + (kRoot / "include").string() +
+                              "\" -isystem \"" + BATTERY_SOF_EIGEN_DIR + "\" \"" + file.string() + "\" 2>&1";
   std::string output;
   std::array<char, 4096> buffer{};
   FILE* pipe = popen(command.c_str(), "r");
-  while (pipe != nullptr && std::fgets(buffer.data(), buffer.size(), pipe) != nullptr)
-    output += buffer.data();
+  while (pipe != nullptr && std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) output += buffer.data();
   EXPECT_EQ(pipe != nullptr ? pclose(pipe) : -1, 0) << command << "\n" << output;
   return output;
 }
@@ -82,8 +78,7 @@ TEST(Architecture, TheCoreReadsNoRosHeaderAtAll) {
       if (file.extension() != ".cpp") continue;
       std::smatch match;
       const std::string dependencies = preprocessorDependencies(file);
-      EXPECT_FALSE(std::regex_search(dependencies, match, kRosHeader))
-          << file << " reads " << match.str();
+      EXPECT_FALSE(std::regex_search(dependencies, match, kRosHeader)) << file << " reads " << match.str();
     }
 }
 
@@ -108,13 +103,11 @@ TEST(Architecture, TheReferenceIncludesNothingOfTheProduct) {
   ASSERT_FALSE(sourcesIn(kRoot / "src" / "reference").empty());
   for (const auto& file : sourcesIn(kRoot / "src" / "reference"))
     for (const auto& include : includesOf(file))
-      EXPECT_EQ(include.rfind("battery_sof/", 0), std::string::npos)
-          << file << " includes " << include;
+      EXPECT_EQ(include.rfind("battery_sof/", 0), std::string::npos) << file << " includes " << include;
 }
 
 TEST(Architecture, NothingOfTheProductIncludesTheReference) {
-  for (const auto& folder : {"recording", "naive", "model", "identify", "predict", "diagnose",
-                             "report", "bag", "ros", "cli"})
+  for (const auto& folder : {"recording", "naive", "model", "identify", "predict", "diagnose", "report", "bag", "ros", "cli"})
     for (const auto& file : sourcesOf(folder)) {
       if (file.filename() == "sof_main.cpp") continue;  // the program puts the two side by side
       for (const auto& include : includesOf(file))
@@ -133,13 +126,11 @@ TEST(Architecture, MainFilesOnlyWire) {
 }
 
 TEST(Architecture, TheCoreNeitherPrintsNorReadsAClock) {
-  const std::regex forbidden(
-      R"((std::cout|std::cerr|\bprintf\(|fprintf\(|system_clock|steady_clock|\btime\(nullptr))");
+  const std::regex forbidden(R"((std::cout|std::cerr|\bprintf\(|fprintf\(|system_clock|steady_clock|\btime\(nullptr))");
   for (const auto& stage : kStages)
     for (const auto& file : sourcesOf(stage)) {
       std::ifstream in(file);
-      for (std::string line; std::getline(in, line);)
-        EXPECT_FALSE(std::regex_search(line, forbidden)) << file << ": " << line;
+      for (std::string line; std::getline(in, line);) EXPECT_FALSE(std::regex_search(line, forbidden)) << file << ": " << line;
     }
 }
 

@@ -11,8 +11,14 @@ namespace battery_sof::fuzz {
 
 /// Any number: mostly one of a range, now and then one of all there are.
 inline double anyNumber(FuzzedDataProvider& data, double lower, double upper) {
-  constexpr double kOdd[] = {0.0, -0.0, 1e-300, -1e300, 1e300, std::numeric_limits<double>::quiet_NaN(),
-                             std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  constexpr double kOdd[] = {0.0,
+                             -0.0,
+                             1e-300,
+                             -1e300,
+                             1e300,
+                             std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::infinity(),
+                             -std::numeric_limits<double>::infinity()};
   if (data.ConsumeIntegralInRange<int>(0, 15) > 0) return data.ConsumeFloatingPointInRange<double>(lower, upper);
   return data.ConsumeBool() ? data.PickValueInArray(kOdd) : data.ConsumeFloatingPoint<double>();
 }

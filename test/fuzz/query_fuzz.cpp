@@ -21,21 +21,32 @@ std::optional<double> perhaps(FuzzedDataProvider& data, double lower, double upp
 }
 
 void askCrank(FuzzedDataProvider& data, const FittedModel& model, double capacity) {
-  const CurrentProfile load = data.ConsumeBool() ? profileIn(data) : CurrentProfile(), crank = data.ConsumeBool() ? profileIn(data) : CurrentProfile();
-  const CrankingQuery query{fuzz::anyNumber(data, -5000.0, 0.0), fuzz::anyNumber(data, 0.0, 86400.0), fuzz::anyNumber(data, -5000.0, 0.0),
-                            fuzz::anyNumber(data, 0.0, 60.0), perhaps(data, 0.0, 100.0), load, crank, perhaps(data, 200.0, 350.0)};
+  const CurrentProfile load = data.ConsumeBool() ? profileIn(data) : CurrentProfile(),
+                       crank = data.ConsumeBool() ? profileIn(data) : CurrentProfile();
+  const CrankingQuery query{fuzz::anyNumber(data, -5000.0, 0.0),
+                            fuzz::anyNumber(data, 0.0, 86400.0),
+                            fuzz::anyNumber(data, -5000.0, 0.0),
+                            fuzz::anyNumber(data, 0.0, 60.0),
+                            perhaps(data, 0.0, 100.0),
+                            load,
+                            crank,
+                            perhaps(data, 200.0, 350.0)};
   fuzz::require(test::brokenLaw(predictCranking(model, query, capacity), model));
 }
 
 void askStopTime(FuzzedDataProvider& data, const FittedModel& model, double capacity) {
-  const StopTimeQuery query{fuzz::anyNumber(data, -5000.0, 0.0), fuzz::anyNumber(data, -5000.0, 0.0), fuzz::anyNumber(data, 0.0, 60.0),
-                            fuzz::anyNumber(data, 0.0, 20.0), data.ConsumeBool() ? profileIn(data) : CurrentProfile(), perhaps(data, 200.0, 350.0)};
+  const StopTimeQuery query{fuzz::anyNumber(data, -5000.0, 0.0),
+                            fuzz::anyNumber(data, -5000.0, 0.0),
+                            fuzz::anyNumber(data, 0.0, 60.0),
+                            fuzz::anyNumber(data, 0.0, 20.0),
+                            data.ConsumeBool() ? profileIn(data) : CurrentProfile(),
+                            perhaps(data, 200.0, 350.0)};
   fuzz::require(test::brokenLaw(predictStopTime(model, query, capacity), query, capacity));
 }
 
 void askCharge(FuzzedDataProvider& data, const FittedModel& model, double capacity) {
-  const ChargeAcceptanceQuery query{fuzz::anyNumber(data, 0.0, 100.0), fuzz::anyNumber(data, 0.0, 3600.0), fuzz::anyNumber(data, 0.0, 5000.0),
-                                    perhaps(data, 200.0, 350.0)};
+  const ChargeAcceptanceQuery query{fuzz::anyNumber(data, 0.0, 100.0), fuzz::anyNumber(data, 0.0, 3600.0),
+                                    fuzz::anyNumber(data, 0.0, 5000.0), perhaps(data, 200.0, 350.0)};
   fuzz::require(test::brokenLaw(predictChargeAcceptance(model, query, capacity), query, capacity));
 }
 

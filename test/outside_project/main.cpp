@@ -23,17 +23,17 @@ int ask(const char* file, double from, double to) {
   carryToEnd(model, series, request);
 
   battery_sof::CrankingQuery query;
-  query.i_load = -15.0;      // [A], negative: out of the battery
-  query.t_stop = 60.0;       // [s]
+  query.i_load = -15.0;       // [A], negative: out of the battery
+  query.t_stop = 60.0;        // [s]
   query.i_cranking = -250.0;  // [A]
-  query.u_required = 7.2;    // [V]
+  query.u_required = 7.2;     // [V]
   const battery_sof::CrankingAnswer answer = predictCranking(model, query);
   if (!answer.u_min) {
     std::fprintf(stderr, "%s\n", answer.message.c_str());
     return 1;
   }
-  std::printf("u_min %.6f V, 90 %% between %.6f and %.6f V, capable %d\n", answer.u_min->value, answer.u_min->lower,
-              answer.u_min->upper, answer.capable.value_or(false) ? 1 : 0);
+  std::printf("u_min %.6f V, 90 %% between %.6f and %.6f V, capable %d\n", answer.u_min->value, answer.u_min->lower, answer.u_min->upper,
+              answer.capable.value_or(false) ? 1 : 0);
   return 0;
 }
 

@@ -64,7 +64,9 @@ FittedModel drawnModel(Random& random) {
   }
   takeEstimates(model);
   model.excited.max_voltage = random.uniform(13.0, 16.0);
-  if (happens(random, 0.5)) model.noise = NoiseModel{magnitude(random, 1e-4, 0.1), magnitude(random, 1e-4, 0.1), magnitude(random, 0.1, 1000.0), magnitude(random, 1e-6, 0.01)};
+  if (happens(random, 0.5))
+    model.noise = NoiseModel{magnitude(random, 1e-4, 0.1), magnitude(random, 1e-4, 0.1), magnitude(random, 0.1, 1000.0),
+                             magnitude(random, 1e-6, 0.01)};
   driveSomewhere(model, random);
   return model;
 }

@@ -11,8 +11,7 @@ namespace {
 
 /// A value anywhere inside the bounds; as a logarithm where these span more than two decades above zero.
 double drawn(Random& random, const ParameterInfo& info) {
-  if (info.lower > 0.0 && info.upper / info.lower > 3.0)
-    return info.lower * std::pow(info.upper / info.lower, random.uniform(0.0, 1.0));
+  if (info.lower > 0.0 && info.upper / info.lower > 3.0) return info.lower * std::pow(info.upper / info.lower, random.uniform(0.0, 1.0));
   return random.uniform(info.lower, info.upper);
 }
 
@@ -39,8 +38,7 @@ std::string listed(const BatteryModel& model) {
 /// Parameters of a composition anywhere inside their bounds.
 Eigen::VectorXd drawnPoint(Random& random, const BatteryModel& model) {
   Eigen::VectorXd p(model.parameterCount());
-  for (Eigen::Index j = 0; j < p.size(); ++j)
-    p[j] = drawn(random, model.parameters()[static_cast<std::size_t>(j)]);
+  for (Eigen::Index j = 0; j < p.size(); ++j) p[j] = drawn(random, model.parameters()[static_cast<std::size_t>(j)]);
   p[kRowUDc] = random.uniform(11.5, 13.2);
   return p;
 }
@@ -88,8 +86,8 @@ TEST(Compositions, StayWithinAMillivoltOfAHundredTimesFinerStepsButForOneInAThou
       if (std::abs(p[kRowBeta] * fine.state()[0]) > 500.0) break;
       const double error = std::abs(coarse.voltage() - fine.voltage());
       worst_of_draw = std::max(worst_of_draw, error);
-      EXPECT_LT(error, 4e-3) << "draw " << k << ", step " << n << " of " << step.duration << " s at "
-                             << step.held << " A: " << listed(model) << p.transpose();
+      EXPECT_LT(error, 4e-3) << "draw " << k << ", step " << n << " of " << step.duration << " s at " << step.held
+                             << " A: " << listed(model) << p.transpose();
     }
     worst = std::max(worst, worst_of_draw);
     beyond += worst_of_draw >= 1e-3;

@@ -23,13 +23,15 @@ Function* inCore(const char* name) {
 }  // namespace
 
 SessionEvents OnlineSession::push(const RawSample& sample) {
-  static auto* const in_core = inCore<SessionEvents(OnlineSession*, const RawSample&)>("_ZN11battery_sof13OnlineSession4pushERKNS_9RawSampleE");
+  static auto* const in_core =
+      inCore<SessionEvents(OnlineSession*, const RawSample&)>("_ZN11battery_sof13OnlineSession4pushERKNS_9RawSampleE");
   if (sample.current == kThrowsInPush) throw std::runtime_error("thrown in a push");
   return in_core(this, sample);
 }
 
 FollowedSample Follower::follow(const DriveSample& sample) {
-  static auto* const in_core = inCore<FollowedSample(Follower*, const DriveSample&)>("_ZN11battery_sof8Follower6followERKNS_11DriveSampleE");
+  static auto* const in_core =
+      inCore<FollowedSample(Follower*, const DriveSample&)>("_ZN11battery_sof8Follower6followERKNS_11DriveSampleE");
   FollowedSample followed = in_core(this, sample);
   if (sample.step.current == kLosesNumbers) followed.voltage = std::numeric_limits<double>::quiet_NaN();
   return followed;
@@ -43,7 +45,8 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
 }
 
 IdentificationResult runIdentification(const IdentificationJob& job) {
-  static auto* const in_core = inCore<IdentificationResult(const IdentificationJob&)>("_ZN11battery_sof17runIdentificationERKNS_17IdentificationJobE");
+  static auto* const in_core =
+      inCore<IdentificationResult(const IdentificationJob&)>("_ZN11battery_sof17runIdentificationERKNS_17IdentificationJobE");
   if (job.series.current.back() == kThrowsInFit) throw std::runtime_error("thrown in a fit");
   return in_core(job);
 }

@@ -13,9 +13,9 @@
 /// breaks, with its numbers; empty when it keeps them all.
 namespace battery_sof::test {
 
-inline constexpr double kMostVolts = 16.0;       // [V], of a block of six lead-acid cells
-inline constexpr double kRestVolts = 12.5;       // [V], likewise
-inline constexpr double kMostStop = 86400.0;     // [s]
+inline constexpr double kMostVolts = 16.0;    // [V], of a block of six lead-acid cells
+inline constexpr double kRestVolts = 12.5;    // [V], likewise
+inline constexpr double kMostStop = 86400.0;  // [s]
 inline constexpr double kRounding = 1.0 + 1e-9;
 
 inline double blocksOf(const FittedModel& model) { return std::max(1.0, std::round(model.parameters.u_dc / kRestVolts)); }

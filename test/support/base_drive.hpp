@@ -27,8 +27,7 @@ inline std::vector<double> dataSetOneCurrent(double duration, double interval, s
   for (long n = 0; n < std::lround(duration / interval); ++n) {
     const double t = static_cast<double>(n) * interval;
     if (t >= until) {
-      const bool charging =
-          charge < 0.0 ? random.uniform(0.0, 1.0) < 0.7 : random.uniform(0.0, 1.0) < 0.3;
+      const bool charging = charge < 0.0 ? random.uniform(0.0, 1.0) < 0.7 : random.uniform(0.0, 1.0) < 0.3;
       level = charging ? random.uniform(8.0, 42.0) : random.uniform(-60.0, -8.0);
       if (random.uniform(0.0, 1.0) < 0.15) level = 0.0;
       until = t + random.uniform(2.0, 9.0);
@@ -42,8 +41,8 @@ inline std::vector<double> dataSetOneCurrent(double duration, double interval, s
 }
 
 /// The base model's answer to a current linear between samples, with white noise on the voltage.
-inline Series answered(const BaseParameters& battery, const std::vector<double>& current,
-                       double interval, double noise, std::uint64_t seed, double u_c2_first = 0.0) {
+inline Series answered(const BaseParameters& battery, const std::vector<double>& current, double interval, double noise, std::uint64_t seed,
+                       double u_c2_first = 0.0) {
   Random random(seed ^ 0x5EEDULL);
   const OverpotentialStep step(battery);
   Series series;

@@ -54,8 +54,6 @@ inline void takeEstimates(FittedModel& model) {
   model.parameters = baseParameters(p);
 }
 
-inline bool holds(const std::string& text, const std::string& piece) {
-  return text.find(piece) != std::string::npos;
-}
+inline bool holds(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }
 
 }  // namespace battery_sof::test

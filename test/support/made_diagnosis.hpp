@@ -25,9 +25,12 @@ inline Series madeDrive() {
     const double phase = std::fmod(t, 150.0);
     if (n % 100 == 0) level = random.uniform(-45.0, 35.0);
     double current = level;
-    if (phase < 25.0) current = -9.0;
-    else if (phase < 25.8) current = -310.0 * std::exp(-1.2 * (phase - 25.0));
-    else if (phase < 75.0) current = 18.0 + 50.0 * std::exp(-(phase - 25.8) / 9.0);
+    if (phase < 25.0)
+      current = -9.0;
+    else if (phase < 25.8)
+      current = -310.0 * std::exp(-1.2 * (phase - 25.0));
+    else if (phase < 75.0)
+      current = 18.0 + 50.0 * std::exp(-(phase - 25.8) / 9.0);
     series.time.push_back(t);
     series.current.push_back(current);
   }
@@ -91,8 +94,9 @@ inline MadeDiagnosis madeNamed() {
   MadeDiagnosis made = madeDrivenBy(0.012);
   Diagnosis& d = made.diagnosis;
   d.verdict = Verdict::kNamed;
-  d.summary = "The battery takes charge less and less readily than the base model says: the charging reaction runs out of "
-              "dissolved lead (charge_acceptance), which lowers the error of the held-out drive from 121 to 6 mV.";
+  d.summary =
+      "The battery takes charge less and less readily than the base model says: the charging reaction runs out of "
+      "dissolved lead (charge_acceptance), which lowers the error of the held-out drive from 121 to 6 mV.";
   d.extended = uncertainModel(0.02, {"charge_acceptance"});
   d.extended.recording = made.recording.name;
   d.base.estimates[1].value *= 1.31;
@@ -101,8 +105,8 @@ inline MadeDiagnosis madeNamed() {
   effect.confidence = 0.97;
   effect.absorbed_into = {"r_charge", "beta"};
   for (const ParameterInfo& info : effectInfo(effect.id).parameters)
-    effect.parameters.push_back({info.name, info.unit, 1.2 * info.magnitude, 0.1 * std::abs(info.magnitude),
-                                 info.magnitude, 1.4 * info.magnitude, false});
+    effect.parameters.push_back(
+        {info.name, info.unit, 1.2 * info.magnitude, 0.1 * std::abs(info.magnitude), info.magnitude, 1.4 * info.magnitude, false});
   effect.parameters.back().upper.reset();
   effect.parameters.back().at_bound = true;
   effect.evidence = 1840.0;
@@ -128,12 +132,10 @@ inline MadeDiagnosis madeNamed() {
     if (from > 690.0 && from < 820.0) continue;
     d.mismatch.push_back({from, from + 38.0, "long_charge", 0.17 + 0.004 * k, 0.31, 1e-6});
   }
-  d.regimes = {{"long_charge", "mean", 7, 0.168, 0.151, 0.185, 0.001, true},
-               {"long_charge", "slope", 7, 0.0021, 0.0015, 0.0027, 0.002, true},
-               {"long_charge", "end", 7, 0.141, 0.120, 0.162, 0.001, true},
-               {"discharge", "mean", 24, -0.051, -0.060, -0.042, 0.001, true},
-               {"crank", "mean", 7, -0.004, -0.012, 0.004, 0.31, false},
-               {"post_charge_rest", "mean", 6, 0.031, -0.002, 0.064, 0.06, false}};
+  d.regimes = {
+      {"long_charge", "mean", 7, 0.168, 0.151, 0.185, 0.001, true}, {"long_charge", "slope", 7, 0.0021, 0.0015, 0.0027, 0.002, true},
+      {"long_charge", "end", 7, 0.141, 0.120, 0.162, 0.001, true},  {"discharge", "mean", 24, -0.051, -0.060, -0.042, 0.001, true},
+      {"crank", "mean", 7, -0.004, -0.012, 0.004, 0.31, false},     {"post_charge_rest", "mean", 6, 0.031, -0.002, 0.064, 0.06, false}};
   const std::vector<std::string> regimes = {"edge", "crank", "long_charge", "short_charge", "discharge", "post_charge_rest"};
   const std::vector<std::string> parameters = {"r_discharge", "r_charge", "c2", "beta", "u_dc"};
   for (std::size_t p = 0; p < parameters.size(); ++p)
@@ -153,8 +155,9 @@ inline MadeDiagnosis madeNamed() {
                    {"discharge", 2400, 0.052, 0.006, -0.046, -0.050, -0.042},
                    {"crank", 64, 0.036, 0.033, -0.003, -0.011, 0.006},
                    {"post_charge_rest", 480, 0.004, 0.0075, 0.0035, 0.0012, 0.0058}};
-  d.next_experiment = "After a drive, hold 14.4 V for ten minutes, then 13.6 V for ten: the current that stays tells gassing from a "
-                      "sensor's offset (12 mV apart at the end).";
+  d.next_experiment =
+      "After a drive, hold 14.4 V for ten minutes, then 13.6 V for ten: the current that stays tells gassing from a "
+      "sensor's offset (12 mV apart at the end).";
   return made;
 }
 
@@ -191,7 +194,9 @@ inline MadeDiagnosis madeUnknown() {
   learned.left_out = {0.064, 0.021};
   learned.rms = 0.061;
   learned.families = {{Family::kAcceptance, 340.0, 0.058}, {Family::kAcid, 12.0, 0.004}};
-  learned.answers = {{0.1, 0.0002, 0.0, 0.0001, 0.0001}, {1.0, 0.0061, 0.0001, 0.001, 0.0005}, {10.0, 0.052, -0.0004, 0.004, 0.002},
+  learned.answers = {{0.1, 0.0002, 0.0, 0.0001, 0.0001},
+                     {1.0, 0.0061, 0.0001, 0.001, 0.0005},
+                     {10.0, 0.052, -0.0004, 0.004, 0.002},
                      {100.0, 0.113, -0.0011, 0.011, 0.005}};
   learned.curve = {{-100.0, -0.0002, -0.006}, {-10.0, 0.0, -0.001}, {1.0, 0.0001, 0.004}, {10.0, 0.0001, 0.05}, {50.0, 0.0004, 0.21}};
   learned.terms = {"memory of charging over 10 s", "memory of charging over 30 s"};

@@ -19,9 +19,7 @@ inline Eigen::VectorXd drawnNoise(const NoiseModel& noise, const Drive& drive, s
     const double persistence = std::exp(-sample.step.duration / noise.ar_time);
     colored = persistence * colored + noise.ar_std * std::sqrt(1.0 - persistence * persistence) * random.normal();
     drift += noise.walk_std * std::sqrt(sample.step.duration) * random.normal();
-    error[n] = sample.count > 0.0
-                   ? drift + colored + noise.white_std / std::sqrt(sample.count) * random.normal()
-                   : 0.0;
+    error[n] = sample.count > 0.0 ? drift + colored + noise.white_std / std::sqrt(sample.count) * random.normal() : 0.0;
   }
   return error;
 }

@@ -10,13 +10,12 @@ namespace battery_sof::test {
 
 /// What is put wrong in the voltage channel.
 struct VoltageFaults {
-  std::size_t lag = 0;         ///< [samples], by which it is behind the current
-  std::size_t drop_each = 0;   ///< [samples], between drop-outs; 0 for none
+  std::size_t lag = 0;        ///< [samples], by which it is behind the current
+  std::size_t drop_each = 0;  ///< [samples], between drop-outs; 0 for none
 };
 
 /// Stops of 8 to 20 s, a crank, then a source that holds 13.4 to 14.6 V and moves every few seconds.
-inline Series sourcedDrive(std::size_t samples, const FittedModel& battery, std::uint64_t seed,
-                           const VoltageFaults& faults = {}) {
+inline Series sourcedDrive(std::size_t samples, const FittedModel& battery, std::uint64_t seed, const VoltageFaults& faults = {}) {
   Random random(seed);
   Follower follower(battery);
   MissedCrank missed;
@@ -54,8 +53,7 @@ inline Series sourcedDrive(std::size_t samples, const FittedModel& battery, std:
   }
   for (std::size_t n = 0; n < samples; ++n) {
     series.voltage.push_back(shown[n < faults.lag ? 0 : n - faults.lag]);
-    if (faults.drop_each > 0 && n % faults.drop_each == faults.drop_each - 1 && series.current[n] > -60.0)
-      series.voltage[n] -= 1.5;
+    if (faults.drop_each > 0 && n % faults.drop_each == faults.drop_each - 1 && series.current[n] > -60.0) series.voltage[n] -= 1.5;
   }
   return series;
 }

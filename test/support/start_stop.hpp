@@ -19,8 +19,8 @@ struct StartStopDrive {
 
 /// What the source holds, and what the sensors add.
 struct StartStopOptions {
-  double duration = 900.0;                      ///< [s]
-  double lowest = 13.2, highest = 14.4;         ///< [V], of the source's set points
+  double duration = 900.0;               ///< [s]
+  double lowest = 13.2, highest = 14.4;  ///< [V], of the source's set points
   double current_noise = 0.0, voltage_noise = 0.0;
   std::uint64_t seed = 1;
 };

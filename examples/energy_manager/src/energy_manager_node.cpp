@@ -21,8 +21,8 @@ double parameter(const ros::NodeHandle& own, const std::string& name, double val
   const bool is_given = own.getParam(name, given);
   if (is_given && !own.getParam(name, value)) throw std::runtime_error(own.resolveName(name) + " is not a number");
   if (!(value >= low && value <= high)) {
-    throw std::runtime_error(own.resolveName(name) + " is " + std::to_string(value) + ", expected " + std::to_string(low) +
-                             " to " + std::to_string(high));
+    throw std::runtime_error(own.resolveName(name) + " is " + std::to_string(value) + ", expected " + std::to_string(low) + " to " +
+                             std::to_string(high));
   }
   return value;
 }
@@ -54,7 +54,9 @@ Answer answerOf(const Response& response) {
 class EnergyManager {
  public:
   EnergyManager(ros::NodeHandle node, ros::NodeHandle own)
-      : rule_(readRule(own)), habits_(rule_), max_age_(parameter(own, "answer_max_age_s", 1.0, 0.05, 60.0)),
+      : rule_(readRule(own)),
+        habits_(rule_),
+        max_age_(parameter(own, "answer_max_age_s", 1.0, 0.05, 60.0)),
         battery_(own.param<std::string>("battery_node", "battery_sof_node")) {
     decisions_ = own.advertise<Decision>("decision", 1, true);
     sample_ = node.subscribe("battery_state", 1000, &EnergyManager::onSample, this);

@@ -29,7 +29,6 @@ Recording readBag(const std::filesystem::path& path, const std::string& topic = 
  * The file appears whole or not at all.
  * @throws RecordingError when a time is negative or beyond what a ROS stamp holds, or the file cannot be written.
  */
-void writeBag(const std::filesystem::path& path, const Series& series,
-              const std::string& topic = kDefaultTopic);
+void writeBag(const std::filesystem::path& path, const Series& series, const std::string& topic = kDefaultTopic);
 
 }  // namespace battery_sof

@@ -35,8 +35,7 @@ sensor_msgs::BatteryState batteryStateIn(std::vector<std::uint8_t>& bytes);
  * @param temperature [K]; NaN in the message when none.
  * @throws std::invalid_argument for a time rosTime() refuses.
  */
-sensor_msgs::BatteryState batteryStateOf(double time, double current, double voltage,
-                                         std::optional<double> temperature);
+sensor_msgs::BatteryState batteryStateOf(double time, double current, double voltage, std::optional<double> temperature);
 
 /**
  * @return stamp rounded to the nanosecond.

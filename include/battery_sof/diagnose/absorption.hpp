@@ -21,8 +21,7 @@ namespace battery_sof {
  * @return entries that this drive can tell: the parameters together leave more than a hundredth of the signature's length,
  *   and the change is known to better than the value itself (0.5 V for u_dc).
  */
-std::vector<Absorption> absorptionMap(const WhitenedFit& fit, const Drive& drive,
-                                      const std::vector<Regime>& regimes);
+std::vector<Absorption> absorptionMap(const WhitenedFit& fit, const Drive& drive, const std::vector<Regime>& regimes);
 
 /// Cost of the parts of a recording at each other's parameters.
 struct Exchange {

@@ -21,8 +21,7 @@ namespace battery_sof {
  * @throws std::invalid_argument when sizes differ or nothing is left in the range.
  */
 ErrorMetrics errorMetrics(const Series& series, IndexRange range, const std::vector<double>& modelled,
-                          std::optional<double> charge_current_error = std::nullopt,
-                          const std::vector<char>& masked = {});
+                          std::optional<double> charge_current_error = std::nullopt, const std::vector<char>& masked = {});
 
 /**
  * @brief Every regime's RMS error before and after, in the order of Regime, those that occur.
@@ -35,8 +34,7 @@ ErrorMetrics errorMetrics(const Series& series, IndexRange range, const std::vec
  * @throws std::invalid_argument when sizes differ.
  */
 std::vector<RegimeComparison> compareRegimes(const Series& series, IndexRange range, const std::vector<double>& base,
-                                             const std::vector<double>& extended,
-                                             const std::vector<char>& masked = {});
+                                             const std::vector<double>& extended, const std::vector<char>& masked = {});
 
 /**
  * @brief What a model's current at the measured voltage is off by, over the charges of a range.

@@ -9,9 +9,9 @@
 namespace battery_sof {
 
 struct DiagnoseOptions {
-  int threads = 1;              ///< 0: as many as the machine has; the result is the same
-  double holdout_share = 0.25;  ///< of the samples, the last ones: opened once, at the end
-  Relevance relevance;          ///< what is smaller is not told
+  int threads = 1;                           ///< 0: as many as the machine has; the result is the same
+  double holdout_share = 0.25;               ///< of the samples, the last ones: opened once, at the end
+  Relevance relevance;                       ///< what is smaller is not told
   std::vector<std::string> hypotheses = {};  ///< ids to weigh; empty for all that need no request
   /// Ids that are known to be there: the extended model is the base model with these, and nothing is searched for.
   std::vector<std::string> given = {};

@@ -31,33 +31,33 @@ std::string describe(Verdict verdict);
 /// A parameter of an effect that was found.
 struct DiagnosedParameter {
   std::string name, unit;
-  double value = 0.0;          ///< in unit
-  std::optional<double> std;   ///< standard error in unit
+  double value = 0.0;         ///< in unit
+  std::optional<double> std;  ///< standard error in unit
   /// 95 % interval from the profile likelihood; none on a side that stays open: only a bound is known.
   std::optional<double> lower, upper;
-  bool at_bound = false;       ///< its value lies at the catalogue's bound: not plausible as it stands
+  bool at_bound = false;  ///< its value lies at the catalogue's bound: not plausible as it stands
 };
 
 /// An effect that the verdict names, or one of a class that cannot be told apart.
 struct NamedEffect {
   std::string id;
-  double confidence = 0.0;                   ///< [0, 1], share of the evidence among those tied with it
-  std::vector<std::string> absorbed_into;    ///< base parameters that had taken it up, most moved first
+  double confidence = 0.0;                 ///< [0, 1], share of the evidence among those tied with it
+  std::vector<std::string> absorbed_into;  ///< base parameters that had taken it up, most moved first
   std::vector<DiagnosedParameter> parameters;
-  double evidence = 0.0;                     ///< gain of ln evidence (explain())
-  double voltage_rms = 0.0;                  ///< [V], RMS of what the effect adds to the voltage on the training part
-  std::vector<std::string> tied_with;        ///< ids of its class
-  std::string family;                        ///< familyId()
-  double probability = 0.0;                  ///< [0, 1], that its family is what is missing in its place
+  double evidence = 0.0;               ///< gain of ln evidence (explain())
+  double voltage_rms = 0.0;            ///< [V], RMS of what the effect adds to the voltage on the training part
+  std::vector<std::string> tied_with;  ///< ids of its class
+  std::string family;                  ///< familyId()
+  double probability = 0.0;            ///< [0, 1], that its family is what is missing in its place
 };
 
 /// An effect that was fitted and weighed.
 struct Candidate {
   std::string id;
-  double evidence = 0.0;         ///< gain of ln evidence by it alone, or where it came in
-  double confidence = 0.0;       ///< [0, 1]
-  std::string rejected_because;  ///< empty when accepted
-  std::string family;            ///< familyId()
+  double evidence = 0.0;                                      ///< gain of ln evidence by it alone, or where it came in
+  double confidence = 0.0;                                    ///< [0, 1]
+  std::string rejected_because;                               ///< empty when accepted
+  std::string family;                                         ///< familyId()
   std::optional<double> holdout_gain_percent = std::nullopt;  ///< fall of the error on the hold-out, of what was accepted
 };
 
@@ -91,12 +91,13 @@ struct Absorption {
 /// Errors of a model over a stretch.
 struct ErrorMetrics {
   double q_dyn_percent = 0.0;
-  double rmse = 0.0;     ///< [V]
-  double max_abs = 0.0;  ///< [V]
+  double rmse = 0.0;                           ///< [V]
+  double max_abs = 0.0;                        ///< [V]
   std::optional<double> crank_mae;             ///< [V], of the cranks' minima
   std::optional<double> charge_bias;           ///< [V], mean of measured minus modelled over charges
   std::optional<double> charge_current_error;  ///< [A], mean magnitude at the measured voltage over charges
-  /// Shares of the variation explained in the direction that is imposed [%] (MixedScores), on the hold-out; none without a source that drives.
+  /// Shares of the variation explained in the direction that is imposed [%] (MixedScores), on the hold-out; none without a source that
+  /// drives.
   std::optional<double> share_percent = std::nullopt, current_share_percent = std::nullopt, voltage_share_percent = std::nullopt;
 };
 
@@ -104,7 +105,7 @@ struct ErrorMetrics {
 struct RegimeComparison {
   std::string regime;
   std::size_t samples = 0;
-  double base_rmse = 0.0, extended_rmse = 0.0;              ///< [V]
+  double base_rmse = 0.0, extended_rmse = 0.0;                  ///< [V]
   double change = 0.0, change_lower = 0.0, change_upper = 0.0;  ///< [V], extended minus base, 95 % interval over blocks
 };
 
@@ -120,15 +121,15 @@ struct Comparison {
 /// What was learnt where no equation stands for it.
 struct LearnedFinding {
   LearnedForce force;
-  std::vector<FamilyWeight> families; ///< strongest first
-  double rms = 0.0;                   ///< of the force over the training part, the circuit's share taken out [V]
-  LeftOutErrors left_out;             ///< on blocks of the training part: whether it is worth using
-  bool is_used = false;               ///< in the extended model's voltage
-  std::vector<std::string> terms;     ///< what it follows most, in words
-  double answer_current = 20.0;       ///< [A], of answers
-  std::vector<ForceAnswer> answers;   ///< what it adds under that current
-  std::vector<ForceAtCurrent> curve;  ///< the same over the currents of the training part, ascending
-  std::string description;            ///< one sentence
+  std::vector<FamilyWeight> families;  ///< strongest first
+  double rms = 0.0;                    ///< of the force over the training part, the circuit's share taken out [V]
+  LeftOutErrors left_out;              ///< on blocks of the training part: whether it is worth using
+  bool is_used = false;                ///< in the extended model's voltage
+  std::vector<std::string> terms;      ///< what it follows most, in words
+  double answer_current = 20.0;        ///< [A], of answers
+  std::vector<ForceAnswer> answers;    ///< what it adds under that current
+  std::vector<ForceAtCurrent> curve;   ///< the same over the currents of the training part, ascending
+  std::string description;             ///< one sentence
 };
 
 /// What is left unexplained, and the limits below which nothing is told.
@@ -157,16 +158,16 @@ struct Diagnosis {
   std::vector<RegimeFinding> regimes;
   std::vector<Absorption> absorption;
   std::vector<std::string> instrument;  ///< what the instrument screen said, a sentence each
-  double source_share = 0.0;      ///< of the samples whose voltage a source imposes [0, 1] (findSource())
-  SourceOverview source;          ///< who imposes what over the whole recording
-  std::optional<Family> family;   ///< of the verdict: what moves the voltage most; none when nothing is missing, or nothing fits
-  double probability = 0.0;       ///< of it [0, 1]
+  double source_share = 0.0;            ///< of the samples whose voltage a source imposes [0, 1] (findSource())
+  SourceOverview source;                ///< who imposes what over the whole recording
+  std::optional<Family> family;         ///< of the verdict: what moves the voltage most; none when nothing is missing, or nothing fits
+  double probability = 0.0;             ///< of it [0, 1]
   double evidence_base = 0.0, evidence_extended = 0.0;  ///< ln evidence, tempered
-  double temper = 1.0;            ///< share of the rows that count as independent
+  double temper = 1.0;                                  ///< share of the rows that count as independent
   LeftOver left;
   std::optional<LearnedFinding> learned;
   std::vector<Detectable> detectable;
-  std::vector<std::string> outside;     ///< what no recording of current and voltage can show
+  std::vector<std::string> outside;  ///< what no recording of current and voltage can show
   Comparison fit;
   /// [V], RMS on the hold-out of an extended model that predicts it worse than the base model: it is not given, extended is the base model.
   std::optional<double> withheld_rmse;

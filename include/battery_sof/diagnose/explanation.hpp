@@ -29,9 +29,9 @@ struct WeighedMember {
 
 /// What a part has to add to be worth telling, in the currency of those who ask: any of the three.
 struct Relevance {
-  double rmse = 0.001;        ///< [V], RMS over the training part; half the noise where that is more
-  double crank = 0.010;       ///< [V], mean magnitude while cranking; half the noise where that is more
-  double charge_share = 0.03; ///< [1], of the charging current
+  double rmse = 0.001;         ///< [V], RMS over the training part; half the noise where that is more
+  double crank = 0.010;        ///< [V], mean magnitude while cranking; half the noise where that is more
+  double charge_share = 0.03;  ///< [1], of the charging current
 };
 
 /// What an explanation is judged by.
@@ -51,20 +51,20 @@ struct LeastStrength {
 
 /// What explains the rows' errors of a base circuit.
 struct Explanation {
-  std::vector<Component> components;  ///< largest gain first
+  std::vector<Component> components;    ///< largest gain first
   BatteryModel model = BatteryModel();  ///< the base circuit with the effects among the components
-  CompositionPoint point;             ///< of it
-  double evidence = 0.0;              ///< ln evidence, tempered
-  double base_evidence = 0.0;         ///< of the base circuit alone
-  double temper = 1.0;                ///< share of rows that count as independent once all that can be learnt is taken out
-  double noise = 0.0;                 ///< [V], RMS of what is left of a row
-  double relevant = 0.0;              ///< [V], RMS below which nothing came into it
-  double left_rms = 0.0;              ///< [V], of what the library would still take beside it
-  double left_crank = 0.0;            ///< [V], mean magnitude of that while cranking
-  double left_charge_share = 0.0;     ///< [1], of the charging current, that it stands for
-  std::optional<Family> left_family;  ///< that gains most beside it
-  std::vector<WeighedMember> weighed; ///< in the order in which they came
-  std::vector<LeastStrength> least;   ///< of every effect that is not in it
+  CompositionPoint point;               ///< of it
+  double evidence = 0.0;                ///< ln evidence, tempered
+  double base_evidence = 0.0;           ///< of the base circuit alone
+  double temper = 1.0;                  ///< share of rows that count as independent once all that can be learnt is taken out
+  double noise = 0.0;                   ///< [V], RMS of what is left of a row
+  double relevant = 0.0;                ///< [V], RMS below which nothing came into it
+  double left_rms = 0.0;                ///< [V], of what the library would still take beside it
+  double left_crank = 0.0;              ///< [V], mean magnitude of that while cranking
+  double left_charge_share = 0.0;       ///< [1], of the charging current, that it stands for
+  std::optional<Family> left_family;    ///< that gains most beside it
+  std::vector<WeighedMember> weighed;   ///< in the order in which they came
+  std::vector<LeastStrength> least;     ///< of every effect that is not in it
 };
 
 /**

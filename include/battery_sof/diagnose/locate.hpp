@@ -26,8 +26,7 @@ namespace battery_sof {
  * @return alarm: among those that the step-up procedure of Benjamini and Hochberg (1995) keeps at 0.02 over all statistics,
  *   and the interval excludes 0. The signs are seeded: same input, same answer.
  */
-std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const Drive& drive,
-                                          const std::vector<Regime>& regimes);
+std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const Drive& drive, const std::vector<Regime>& regimes);
 
 /**
  * @brief Stretches of time where innovations do not cancel (docs/physics.md#stretches-of-time; MOSUM).
@@ -42,8 +41,7 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const Drive& d
  *   noise model, which then shows only the worst of it. None: the fit's own.
  * @return in order of time; p_value: share of simulated series with a larger M. mean_error and peak_error of the raw error.
  */
-std::vector<MismatchSegment> mismatchSegments(const WhitenedFit& fit, const Drive& drive,
-                                              const std::vector<Regime>& regimes,
+std::vector<MismatchSegment> mismatchSegments(const WhitenedFit& fit, const Drive& drive, const std::vector<Regime>& regimes,
                                               const std::optional<NoiseModel>& noise = std::nullopt);
 
 }  // namespace battery_sof

@@ -22,7 +22,6 @@ struct ProfileInterval {
  * @param parameter name in the fit's composition, free in it.  @param first_step distance of the first look, > 0.
  * @throws std::invalid_argument for an unknown parameter.
  */
-ProfileInterval profileInterval(const WhitenedFit& fit, const Drive& drive, const std::string& parameter,
-                                double first_step);
+ProfileInterval profileInterval(const WhitenedFit& fit, const Drive& drive, const std::string& parameter, double first_step);
 
 }  // namespace battery_sof

@@ -16,10 +16,10 @@ struct InstrumentScreen {
 
 /// What speaks for something that no component of an explanation stands for.
 struct Unexplained {
-  bool is_tone = false;       ///< slowTone() beside it
-  bool is_learned = false;    ///< a learnt force predicts blocks that it was not fitted to
-  double rmse = 0.0;          ///< [V], of what is left
-  double plausible = 0.02;    ///< [V], what instruments may leave
+  bool is_tone = false;     ///< slowTone() beside it
+  bool is_learned = false;  ///< a learnt force predicts blocks that it was not fitted to
+  double rmse = 0.0;        ///< [V], of what is left
+  double plausible = 0.02;  ///< [V], what instruments may leave
 };
 
 /**

@@ -19,30 +19,29 @@ struct WhitenedFit {
   BatteryModel model = BatteryModel();
   CompositionPoint point;
   NoiseModel noise;
-  Eigen::VectorXd residual;    ///< e [V], one a sample of the drive
-  Eigen::VectorXd innovation;  ///< v [1]
-  Eigen::MatrixXd jacobian;    ///< J [V], samples x coordinates (CompositionProblem::coordinatesOf)
-  Eigen::MatrixXd absorbed;    ///< Q, samples x rank
-  std::vector<Eigen::Index> rows;   ///< of (parameters, first states) that each coordinate moves
-  double deviance = 0.0;       ///< -2 ln likelihood with priors
-  std::size_t measured = 0;    ///< samples of the drive that count
+  Eigen::VectorXd residual;        ///< e [V], one a sample of the drive
+  Eigen::VectorXd innovation;      ///< v [1]
+  Eigen::MatrixXd jacobian;        ///< J [V], samples x coordinates (CompositionProblem::coordinatesOf)
+  Eigen::MatrixXd absorbed;        ///< Q, samples x rank
+  std::vector<Eigen::Index> rows;  ///< of (parameters, first states) that each coordinate moves
+  double deviance = 0.0;           ///< -2 ln likelihood with priors
+  std::size_t measured = 0;        ///< samples of the drive that count
 };
 
 struct WhitenedSearch {
-  int rounds = 2;              ///< of noise and parameters in turns
+  int rounds = 2;  ///< of noise and parameters in turns
   int max_iterations = 40;
   int more_starts = 0;
-  bool every_start = true;     ///< see CompositionSearch
-  double tolerance = 1e-8;     ///< see CompositionSearch
-  double least_white = 1e-5;   ///< [V], see fitNoise()
+  bool every_start = true;    ///< see CompositionSearch
+  double tolerance = 1e-8;    ///< see CompositionSearch
+  double least_white = 1e-5;  ///< [V], see fitNoise()
 };
 
 /**
  * @brief Fits parameters and noise in turns, from every start, and keeps what is most likely.
  * @param starts at least one. @param noise of the first round; none: from a fit of unweighted squares.
  */
-WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive,
-                        const std::vector<CompositionPoint>& starts,
+WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive, const std::vector<CompositionPoint>& starts,
                         const std::optional<NoiseModel>& noise, const WhitenedSearch& search = {});
 
 /// @return RMS of values over the drive's measurements, each as often as it counts [the values' unit]; 0 without any.
@@ -62,7 +61,8 @@ Eigen::VectorXd whitened(const WhitenedFit& fit, const Drive& drive, const Eigen
  * Where the current changes sign the resistance changes too, and a filter before the sampling does not commute with that: a
  * fifth of an edge is enough there.
  *
- * @param edge [A], a change between neighbouring samples above it is an edge; infinite: only beginnings.  @param before, after [s] around it.
+ * @param edge [A], a change between neighbouring samples above it is an edge; infinite: only beginnings.  @param before, after [s] around
+ * it.
  */
 Drive withoutEdges(const Drive& drive, double edge, double before, double after);
 

@@ -51,8 +51,7 @@ class BaseNormalEquations {
   BaseNormalEquations(const Samples& samples, double i0);
 
   /// @param set at most widestInstructionSet(); results differ between the sets by rounding alone.
-  BaseSums sums(const OverpotentialSweep::Point& point,
-                InstructionSet set = widestInstructionSet()) const;
+  BaseSums sums(const OverpotentialSweep::Point& point, InstructionSet set = widestInstructionSet()) const;
 
   /// @return what is left at a point; the equations are used up. @param linear r_discharge, r_charge [Ohm], u_dc [V] there.
   BaseResidual residual(const OverpotentialSweep::Point& point, const Eigen::Vector3d& linear) &&;
@@ -97,20 +96,19 @@ class WindowSamples {
  public:
   /// @param series must outlive the samples.  @param max_gap [s], gapThreshold(series).
   /// @param masked one a sample of the series, those that weigh nothing; must outlive the samples. Empty for none.
-  WindowSamples(const Series& series, IndexRange range, CrankWeight weight, double max_gap,
-                const std::vector<char>& masked);
+  WindowSamples(const Series& series, IndexRange range, CrankWeight weight, double max_gap, const std::vector<char>& masked);
 
   std::size_t size() const { return size_; }
 
-  std::vector<BaseNormalEquations::Sample> copied() const;  ///< all of them, side by side
+  std::vector<BaseNormalEquations::Sample> copied() const;         ///< all of them, side by side
   const std::vector<SampleSums>& fives() const { return fives_; }  ///< sums of the samples 0 to 4, 5 to 9, ...
 
   BaseNormalEquations::Sample operator[](std::size_t n) const {
     const std::size_t before = n - (n > 0);
     const double i = current_[n];
     const double weight = i < weight_.current ? weight_.factor * weight_.factor : 1.0;
-    return {heldCurrent(time_[before], current_[before], time_[n], i, max_gap_), std::min(i, 0.0),
-            std::max(i, 0.0), voltage_[n], masked_ && masked_[n] ? 0.0 : weight};
+    return {heldCurrent(time_[before], current_[before], time_[n], i, max_gap_), std::min(i, 0.0), std::max(i, 0.0), voltage_[n],
+            masked_ && masked_[n] ? 0.0 : weight};
   }
 
  private:
@@ -123,8 +121,7 @@ class WindowSamples {
 };
 
 /// @return a copy of the WindowSamples of a recording without masked samples.
-std::vector<BaseNormalEquations::Sample> fitSamples(const Series& series, IndexRange range,
-                                                    double weight, double weight_current);
+std::vector<BaseNormalEquations::Sample> fitSamples(const Series& series, IndexRange range, double weight, double weight_current);
 
 /// @return every `factor` neighbouring samples averaged into one, as a cheap first approach to the optimum.
 /// @param samples as of BaseNormalEquations.

@@ -21,16 +21,13 @@ class BaseResidual {
  public:
   /// @param blocks leaveResidual()'s.  @param derivatives of the same blocks.  @param size samples, the last block's rest without weight.
   /// @param full_blocks sums over the blocks without such a rest.
-  BaseResidual(std::vector<MeasuredBlock> blocks, std::vector<SweptBlock> derivatives, std::size_t size,
-               const ResidualSums& full_blocks);
+  BaseResidual(std::vector<MeasuredBlock> blocks, std::vector<SweptBlock> derivatives, std::size_t size, const ResidualSums& full_blocks);
 
   BaseMatrix information = BaseMatrix::Zero();  ///< A = sum_n W(n)^2 column_j column_k
   Overpotential last;                           ///< at the window's last sample
 
   /// @return e of the window's n-th sample, u_b - u_m [V].
-  double at(std::size_t n) const {
-    return blocks_[n / kBlockSize].voltage[lanePosition(static_cast<int>(n % kBlockSize))];
-  }
+  double at(std::size_t n) const { return blocks_[n / kBlockSize].voltage[lanePosition(static_cast<int>(n % kBlockSize))]; }
   double squares() const { return squares_; }  ///< sum of e(n)^2 over all samples, those without weight too [V^2]
   double lagOne() const { return lag_one_; }   ///< lagOneCorrelation() of e
 

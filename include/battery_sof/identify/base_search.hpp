@@ -18,8 +18,7 @@ struct BaseFit {
  * @brief Default search: c2, beta (as logarithms) and the first state by Levenberg-Marquardt inside Table I's bounds;
  * r_discharge, r_charge and u_dc solved exactly, inside their bounds, at every point (variable projection, Kaufman 1975).
  */
-BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions& options,
-                     const BaseFit& start);
+BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions& options, const BaseFit& start);
 
 /**
  * @brief The default search over a window: long windows are first approached on averages of twenty samples.
@@ -30,8 +29,7 @@ BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions
  * @param samples as of BaseNormalEquations, those that the equations were made of.
  */
 template <typename Samples>
-BaseFit searchWindow(const Samples& samples, const BaseNormalEquations& equations,
-                     const IdentifyOptions& options);
+BaseFit searchWindow(const Samples& samples, const BaseNormalEquations& equations, const IdentifyOptions& options);
 
 /// First samples of a window, which the paper's start (eq. 5) rests on.
 struct FirstSample {
@@ -45,7 +43,6 @@ struct FirstSample {
  * The penalty adds the squared residual (exp(10 d) - 1) 1 V for a relative excess d beyond a bound. The paper gives no
  * constants: ten per cent beyond a bound costs as much as one sample wrong by 1.7 V.
  */
-BaseFit searchAsInPaper(const BaseNormalEquations& equations, const IdentifyOptions& options,
-                        const FirstSample& first);
+BaseFit searchAsInPaper(const BaseNormalEquations& equations, const IdentifyOptions& options, const FirstSample& first);
 
 }  // namespace battery_sof

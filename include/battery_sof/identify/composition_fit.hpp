@@ -17,7 +17,8 @@ namespace battery_sof {
  *
  *     sigma_i^2 = s_i^2 + (G s_u)^2 + (rho i)^2  [A^2]  of a current,   sigma_u^2 = sigma_i^2 / G^2  [V^2]  of a voltage
  *
- * and rho(z) = 2 k^2 (sqrt(1 + z^2 / k^2) - 1) of an error of z sigmas, k = robust; with G = di/du of a current held over the sample's interval, at the search's start (docs/model.md).
+ * and rho(z) = 2 k^2 (sqrt(1 + z^2 / k^2) - 1) of an error of z sigmas, k = robust; with G = di/du of a current held over the sample's
+ * interval, at the search's start (docs/model.md).
  */
 struct ChannelErrors {
   double voltage_std = 0.012;   ///< s_u [V], half a step of a vehicle's sensor
@@ -29,10 +30,10 @@ struct ChannelErrors {
 
 /// What a residual costs.
 struct FitCost {
-  std::optional<NoiseModel> noise;       ///< whitened by it; none: weighted as in eq. 3
-  double crank_weight = 10.0;            ///< W of eq. 3 below crank_weight_current [1]; without noise only
-  double crank_weight_current = -150.0;  ///< [A]
-  bool priors = true;                    ///< with what is known beforehand of parameters and first states
+  std::optional<NoiseModel> noise;                       ///< whitened by it; none: weighted as in eq. 3
+  double crank_weight = 10.0;                            ///< W of eq. 3 below crank_weight_current [1]; without noise only
+  double crank_weight_current = -150.0;                  ///< [A]
+  bool priors = true;                                    ///< with what is known beforehand of parameters and first states
   std::optional<ChannelErrors> channels = std::nullopt;  ///< errors in both variables, in place of eq. 3's weights
 };
 
@@ -65,9 +66,8 @@ class CompositionProblem {
    * @param fixed names of parameters that stay at `start`.
    * @throws std::invalid_argument for unknown names, an empty drive, or more than Simulation::kMaxLanes coordinates.
    */
-  CompositionProblem(const BatteryModel& model, const Drive& drive, const FitCost& cost,
-                     const CompositionPoint& start, const std::vector<std::string>& free = {},
-                     const std::vector<std::string>& fixed = {});
+  CompositionProblem(const BatteryModel& model, const Drive& drive, const FitCost& cost, const CompositionPoint& start,
+                     const std::vector<std::string>& free = {}, const std::vector<std::string>& fixed = {});
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(coordinates_.size()); }
   Eigen::VectorXd coordinatesOf(const CompositionPoint& point) const;
@@ -104,7 +104,7 @@ class CompositionProblem {
   struct Coordinate {
     Eigen::Index row;  // of (parameters, state)
     bool logarithmic;
-    double scale;      // linear: unit of the coordinate
+    double scale;                                 // linear: unit of the coordinate
     std::optional<double> prior_mean, prior_std;  // in coordinates
   };
   void addParameter(Eigen::Index row, const ParameterInfo& info);
@@ -126,11 +126,11 @@ class CompositionProblem {
 /// How a composition is searched.
 struct CompositionSearch {
   int max_iterations = 60;
-  int more_starts = 0;  ///< beside the given ones, spread over the bounds of what is not linear
-  int threads = 1;      ///< 0: as many as the machine has; the result is the same
+  int more_starts = 0;      ///< beside the given ones, spread over the bounds of what is not linear
+  int threads = 1;          ///< 0: as many as the machine has; the result is the same
   bool every_start = true;  ///< false: only from the start of least cost
   double tolerance = 1e-8;  ///< stop when a step promises less than this share of the cost, see MinimizeOptions
-  bool eliminate = true;  ///< solve for the linear coordinates in every pass
+  bool eliminate = true;    ///< solve for the linear coordinates in every pass
 };
 
 struct CompositionFit {
@@ -151,14 +151,12 @@ struct CompositionFit {
  *
  * @param starts at least one; search.more_starts are added.
  */
-CompositionFit fitComposition(const CompositionProblem& problem,
-                              const std::vector<CompositionPoint>& starts,
+CompositionFit fitComposition(const CompositionProblem& problem, const std::vector<CompositionPoint>& starts,
                               const CompositionSearch& search = {});
 
 /// @return a nested model's optimum as a point of the larger composition: what is new stands where it vanishes or, when
 ///   it has none such, at its magnitude.
-CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point,
-                          const BatteryModel& larger);
+CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point, const BatteryModel& larger);
 
 /// @return base parameters at Table I's magnitudes, u_dc from the drive's mean voltage, everything else typical and at rest.
 CompositionPoint typicalStart(const BatteryModel& model, const Drive& drive);

@@ -14,14 +14,13 @@ namespace battery_sof {
  *
  * @param base the base model's optimum under eq. 3.
  */
-FittedModel identifyComposition(const Series& series, IndexRange range,
-                                const IdentifyOptions& options, const BaseFit& base);
+FittedModel identifyComposition(const Series& series, IndexRange range, const IdentifyOptions& options, const BaseFit& base);
 
 /**
  * @brief The model of an optimum that was found elsewhere under a noise model: scores, standard errors, state at the end.
  * @param options effects and masked are used.  @param optimum in the composition of options.effects.
  */
-FittedModel completedModel(const Series& series, IndexRange range, const IdentifyOptions& options,
-                           const CompositionPoint& optimum, const NoiseModel& noise);
+FittedModel completedModel(const Series& series, IndexRange range, const IdentifyOptions& options, const CompositionPoint& optimum,
+                           const NoiseModel& noise);
 
 }  // namespace battery_sof

@@ -26,9 +26,8 @@ Eigen::Index bartlettWidth(double rho, Eigen::Index samples);
  * @return p x p; rows and columns of parameters that the data say nothing about (zero columns, or directions with an
  *   eigenvalue below 1e-12 of the largest after scaling) are zero or enlarged as the pseudo-inverse leaves them.
  */
-Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
-                                   const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
-                                   Eigen::Index width);
+Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian, const Eigen::VectorXd& residual,
+                                   const Eigen::VectorXd& weight, Eigen::Index width);
 
 /// The two parts of a sandwich, A = J'W^2J and B: more of either, as of priors, can be added before they are combined.
 struct Sandwich {
@@ -36,8 +35,7 @@ struct Sandwich {
 };
 
 /// @return the parts of sandwichCovariance(), same arguments.
-Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
-                       const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
+Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian, const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
                        Eigen::Index width);
 
 /// Sums of g over as many samples each, one row a sum, in order.

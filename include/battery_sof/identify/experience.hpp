@@ -15,12 +15,12 @@ struct PastCrank {
 
 /// The beginning of a charge that passed, and what was to be expected at the voltage that stood.
 struct PastCharge {
-  double time = 0.0;      ///< [s], of its first sample
-  double duration = 0.0;  ///< [s], over which currents are means: 10 or 60
-  double voltage = 0.0;   ///< [V], mean
+  double time = 0.0;           ///< [s], of its first sample
+  double duration = 0.0;       ///< [s], over which currents are means: 10 or 60
+  double voltage = 0.0;        ///< [V], mean
   double first_voltage = 0.0;  ///< [V], at its first sample
-  double measured = 0.0;  ///< [A], mean
-  double modelled = 0.0;  ///< [A], mean by the equations and what was learnt without this charge
+  double measured = 0.0;       ///< [A], mean
+  double modelled = 0.0;       ///< [A], mean by the equations and what was learnt without this charge
 };
 
 /// Events of the battery's own past that a model was set beside: what corrects it, and what vouches for it.

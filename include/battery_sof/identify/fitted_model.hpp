@@ -18,11 +18,11 @@ namespace battery_sof {
 
 /// How an identification ended.
 enum class FitStatus {
-  kConverged,        ///< the relative step or the relative gain fell below its tolerance
-  kIterationLimit,   ///< stopped by the iteration limit, still improving
-  kStalled,          ///< no step lowers the cost and the gradient is not small
-  kWindowTooShort,   ///< fewer samples than parameters need
-  kNotExcited,       ///< the current never changes, or none of the four tunables is determined
+  kConverged,       ///< the relative step or the relative gain fell below its tolerance
+  kIterationLimit,  ///< stopped by the iteration limit, still improving
+  kStalled,         ///< no step lowers the cost and the gradient is not small
+  kWindowTooShort,  ///< fewer samples than parameters need
+  kNotExcited,      ///< the current never changes, or none of the four tunables is determined
 };
 
 /// @return "converged", "iteration_limit", "stalled", "window_too_short", "not_excited".
@@ -41,13 +41,13 @@ struct ParameterEstimate {
 
 /// Where the model's state stands; the event of a query begins here.
 struct ModelState {
-  double time = 0.0;         ///< [s], the recording's clock
-  double u_c2 = 0.0;         ///< [V]
-  double current = 0.0;      ///< [A], current at that time
-  std::vector<double> further = {};  ///< the effects' states, in the order of BatteryModel::states()
+  double time = 0.0;                                 ///< [s], the recording's clock
+  double u_c2 = 0.0;                                 ///< [V]
+  double current = 0.0;                              ///< [A], current at that time
+  std::vector<double> further = {};                  ///< the effects' states, in the order of BatteryModel::states()
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery at that time, when known
-  DriveMemory memory = {};  ///< what drove it lately; begun only where something was learnt
-  std::vector<double> force_memory = {};  ///< of a learnt force, see Simulation::forceMemory()
+  DriveMemory memory = {};                           ///< what drove it lately; begun only where something was learnt
+  std::vector<double> force_memory = {};             ///< of a learnt force, see Simulation::forceMemory()
 };
 
 /// The part of a recording that was fitted.
@@ -59,34 +59,34 @@ struct FitWindow {
 
 /// How well the fit follows its own window.
 struct FitScores {
-  double q_dyn_percent = 0.0;       ///< paper, eq. 6
-  double rmse = 0.0;                ///< [V], unweighted; where the voltage drives nothing is counted
+  double q_dyn_percent = 0.0;                         ///< paper, eq. 6
+  double rmse = 0.0;                                  ///< [V], unweighted; where the voltage drives nothing is counted
   std::optional<double> current_rmse = std::nullopt;  ///< [A], where the voltage drives; none where it never does
   /// Share of the variation explained in the direction that was imposed [%], both quantities together, what was learnt from
   /// the window's other blocks alone; none where the voltage never drives.
   std::optional<double> left_out_share_percent = std::nullopt;
-  double crank_error_std = 0.0;     ///< [V], RMS error of the cranks' minima; rmse when there was no crank
-  int cranks = 0;                   ///< cranks in the window
+  double crank_error_std = 0.0;            ///< [V], RMS error of the cranks' minima; rmse when there was no crank
+  int cranks = 0;                          ///< cranks in the window
   double residual_correlation_time = 0.0;  ///< [s], integral time scale of the residual
 };
 
 /// What the window drove the battery through; a query far outside is an extrapolation.
 struct ExcitedRange {
-  double min_current = 0.0;         ///< [A]
-  double max_current = 0.0;         ///< [A]
-  double min_voltage = 0.0;         ///< [V]
-  double max_voltage = 0.0;         ///< [V]
-  double discharge_time = 0.0;      ///< [s], total
-  double charge_time = 0.0;         ///< [s], total
-  double longest_charge = 0.0;      ///< [s]
-  double longest_discharge = 0.0;   ///< [s]
+  double min_current = 0.0;           ///< [A]
+  double max_current = 0.0;           ///< [A]
+  double min_voltage = 0.0;           ///< [V]
+  double max_voltage = 0.0;           ///< [V]
+  double discharge_time = 0.0;        ///< [s], total
+  double charge_time = 0.0;           ///< [s], total
+  double longest_charge = 0.0;        ///< [s]
+  double longest_discharge = 0.0;     ///< [s]
   std::optional<double> temperature;  ///< [K], mean
 };
 
 /// What the model was seen to miss when its state stands where it does; see ErrorTracker.
 struct Discrepancy {
-  double drift = 0.0;    ///< d [V], of the random walk
-  double colored = 0.0;  ///< a [V], of the AR(1)
+  double drift = 0.0;                         ///< d [V], of the random walk
+  double colored = 0.0;                       ///< a [V], of the AR(1)
   double p_dd = 0.0, p_da = 0.0, p_aa = 0.0;  ///< their covariance [V^2]
 };
 
@@ -105,8 +105,8 @@ struct FittedModel {
   /// nothing is known. 6 x 6 for the base model: r_discharge, r_charge, c2, beta, u_dc, u_c2.
   Eigen::MatrixXd covariance;
   ModelState state;
-  std::vector<double> first_state;  ///< at the window's first sample; not stored in MODEL.yaml
-  std::vector<std::string> effects;  ///< ids of further physics; empty for the base model
+  std::vector<double> first_state;            ///< at the window's first sample; not stored in MODEL.yaml
+  std::vector<std::string> effects;           ///< ids of further physics; empty for the base model
   std::shared_ptr<const LearnedForce> force;  ///< what the effect "learned" is; none without it
   FitWindow window;
   FitStatus status = FitStatus::kConverged;
@@ -114,18 +114,18 @@ struct FittedModel {
   std::string start;    ///< "robust" or "paper"
   int iterations = 0;
   FitScores scores;
-  std::optional<NoiseModel> noise;  ///< of the residual over the window; none: fitErrors() was not called
-  Discrepancy discrepancy;          ///< at state.time
-  std::optional<SourceRule> source; ///< where the voltage is imposed it drives; none: the current drives throughout
-  std::size_t voltage_lag = 0;      ///< [samples], by which the voltage channel is behind the current
-  NaivePredictor naive;             ///< what the same window says without physics
-  Experience experience;            ///< cranks and charges of the window and since, beside what was expected of them
-  LearnedResidual learned;          ///< what the equations miss in the well-posed direction; empty when nothing was learnt
+  std::optional<NoiseModel> noise;   ///< of the residual over the window; none: fitErrors() was not called
+  Discrepancy discrepancy;           ///< at state.time
+  std::optional<SourceRule> source;  ///< where the voltage is imposed it drives; none: the current drives throughout
+  std::size_t voltage_lag = 0;       ///< [samples], by which the voltage channel is behind the current
+  NaivePredictor naive;              ///< what the same window says without physics
+  Experience experience;             ///< cranks and charges of the window and since, beside what was expected of them
+  LearnedResidual learned;           ///< what the equations miss in the well-posed direction; empty when nothing was learnt
   IntervalScale crank_scale, charge_scale;
   ExcitedRange excited;
   /// [0, 1], of the window alone: predictionSuitability(); with a source FitScores::left_out_share_percent as a share, at least 0.
   double suitability = 0.0;
-  double fit_ms = 0.0;       ///< [ms] wall time, filled in by the caller that holds a clock
+  double fit_ms = 0.0;         ///< [ms] wall time, filled in by the caller that holds a clock
   std::string recording;       ///< file name or topic
   std::string recording_hash;  ///< "sha256:..." of the file, empty when there is no file
 };

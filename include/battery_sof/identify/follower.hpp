@@ -10,8 +10,8 @@ namespace battery_sof {
 /// One sample as a model followed it.
 struct FollowedSample {
   bool voltage_drives = false;
-  double voltage = 0.0;  ///< [V], modelled; imposed where the voltage drives
-  double current = 0.0;  ///< [A], modelled; measured where the current drives
+  double voltage = 0.0;        ///< [V], modelled; imposed where the voltage drives
+  double current = 0.0;        ///< [A], modelled; measured where the current drives
   double physics_error = 0.0;  ///< [A] or [V], measured less what the equations say
   double learned = 0.0;        ///< [A] or [V], what LearnedResidual adds to them
   double variance = 0.0;       ///< [A^2] or [V^2], by the parameters and the state; 0 without lanes

@@ -33,8 +33,8 @@ struct IdentifyOptions {
   std::array<double, 4> initial = {0.008, 0.010, 1000.0, 20.0};
 
   /// Samples of the series that are no measurement, 1 each: they drive the model and cost nothing. Empty for none.
-  std::vector<char> masked = {};     ///< see InstrumentLimits
-  double voltage_lsb_std = 0.0;      ///< [V], what rounding adds at least to the white noise
+  std::vector<char> masked = {};  ///< see InstrumentLimits
+  double voltage_lsb_std = 0.0;   ///< [V], what rounding adds at least to the white noise
 
   /// Who imposes what in the series. Set: where the voltage is imposed it drives, the fit has errors in both variables
   /// (ChannelErrors), what the equations miss is learnt (LearnedResidual) and past events are kept (Experience). None: the
@@ -43,11 +43,11 @@ struct IdentifyOptions {
 
   /// Without `effects`, where a source imposes the voltage in the window: with the physics of charging (fresh_sulphate).
   bool chooses_effects = false;
-  std::vector<std::string> effects = {};  ///< ids of further physics, see effectCatalogue(); "learned" with `force`
+  std::vector<std::string> effects = {};                ///< ids of further physics, see effectCatalogue(); "learned" with `force`
   std::shared_ptr<const LearnedForce> force = nullptr;  ///< learnt before (learnForce()); its factors are fitted
-  bool whiten = false;     ///< cost of residuals whitened by a fitted noise model in place of eq. 3
-  int more_starts = 2;     ///< of a composition, beside the base model's optimum and the effects' magnitudes
-  int threads = 1;         ///< for the starts; 0: as many as the machine has; the result is the same
+  bool whiten = false;                                  ///< cost of residuals whitened by a fitted noise model in place of eq. 3
+  int more_starts = 2;                                  ///< of a composition, beside the base model's optimum and the effects' magnitudes
+  int threads = 1;                                      ///< for the starts; 0: as many as the machine has; the result is the same
 };
 
 /**
@@ -57,11 +57,10 @@ struct IdentifyOptions {
  *
  * kRobust estimates r_discharge, r_charge, u_dc, c2, beta and the state at the first sample. The first three enter
  * linearly once u_c2 is known and are eliminated in every iteration (variable projection); c2 and beta are searched as
- * logarithms inside Table I's bounds. With effects or `whiten`, fitComposition() does the same for the composition, from the base model's optimum on; long
- * windows are compressed (compressedDrive); up to 100,000 samples the search ends at full rate, and standard errors come from it. kPaper searches
- * the four tunables, normalised by Table I's magnitudes, with an
- * exponential penalty beyond the bounds, eq. 4 for u_dc and eq. 5 for the state, u_dc in eq. 5 being the previous
- * iteration's.
+ * logarithms inside Table I's bounds. With effects or `whiten`, fitComposition() does the same for the composition, from the base model's
+ * optimum on; long windows are compressed (compressedDrive); up to 100,000 samples the search ends at full rate, and standard errors come
+ * from it. kPaper searches the four tunables, normalised by Table I's magnitudes, with an exponential penalty beyond the bounds, eq. 4 for
+ * u_dc and eq. 5 for the state, u_dc in eq. 5 being the previous iteration's.
  *
  * Standard errors are those of the sandwich J'W^2J with a Bartlett kernel over the residual's correlation length
  * (Newey and West 1987), so neither the weights nor autocorrelated residuals make them look smaller than they are.

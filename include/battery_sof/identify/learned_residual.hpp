@@ -39,8 +39,8 @@ struct DriveMemory {
   struct Moment {
     double duration = 0.0;  ///< [s], since the sample before
     bool voltage_drives = false;
-    double voltage = 0.0;   ///< [V], measured where it drives, else modelled
-    double current = 0.0;   ///< [A], modelled where the voltage drives, else measured
+    double voltage = 0.0;  ///< [V], measured where it drives, else modelled
+    double current = 0.0;  ///< [A], modelled where the voltage drives, else measured
   };
   /// Moves on to a sample. @return the columns of LearnedResidual: those of a current where the voltage drives, else
   /// those of a voltage.
@@ -60,8 +60,8 @@ struct DriveMemory {
  * they leave.
  */
 struct LearnedResidual {
-  RidgeFit current;  ///< [A]
-  RidgeFit voltage;  ///< [V]
+  RidgeFit current;                                ///< [A]
+  RidgeFit voltage;                                ///< [V]
   double least_current = 0.0, most_current = 0.0;  ///< [A], of the window where the voltage drove; predictions stay inside
   bool empty() const { return current.empty() && voltage.empty(); }
 };

@@ -24,8 +24,8 @@ struct NoiseModel {
  *
  *     v_n = (e_n - d_n - a_n) / sqrt(S_n),   S_n the innovation's variance
  *
- * A sample with count 0 is not taken in and comes out as zero. Linear in e, so the columns of a Jacobian are whitened by the same filter. Gains depend on the intervals alone and are
- * computed once; d starts at zero (u_dc holds the level).
+ * A sample with count 0 is not taken in and comes out as zero. Linear in e, so the columns of a Jacobian are whitened by the same filter.
+ * Gains depend on the intervals alone and are computed once; d starts at zero (u_dc holds the level).
  */
 class Whitening {
  public:
@@ -74,11 +74,9 @@ class Whitening {
  * @param least_white [V], what the channel's resolution adds at least (LSB / sqrt(12)).
  * @throws std::invalid_argument when the sizes differ or there are fewer than 30 samples.
  */
-NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<DriveSample>& samples,
-                    double least_white = 1e-5);
+NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<DriveSample>& samples, double least_white = 1e-5);
 
 /// -2 ln likelihood of a residual, without the constant n ln(2 pi).
-double deviance(const NoiseModel& noise, const Eigen::VectorXd& residual,
-                const std::vector<DriveSample>& samples);
+double deviance(const NoiseModel& noise, const Eigen::VectorXd& residual, const std::vector<DriveSample>& samples);
 
 }  // namespace battery_sof

@@ -12,8 +12,8 @@ struct alignas(64) ResidualSums {
   double lagged[kLanes];  ///< residual times the one before; a lane's first sample has none
 };
 
-constexpr int kScoreColumns = 6;  ///< discharge, charge, 1, d_log_c2, d_log_beta, d_initial
-constexpr int kScoreSteps = 4;    ///< neighbouring samples that addUpScores() adds up
+constexpr int kScoreColumns = 6;                      ///< discharge, charge, 1, d_log_c2, d_log_beta, d_initial
+constexpr int kScoreSteps = 4;                        ///< neighbouring samples that addUpScores() adds up
 constexpr int kScoreSums = kLaneSteps / kScoreSteps;  ///< sums of one lane
 
 /// Sums of scores, g = weight * residual * column_j, over kScoreSteps samples of each lane.
@@ -35,12 +35,11 @@ struct alignas(64) ScoreProducts {
 /// Puts voltage - u_c2 - r_discharge discharge - r_charge charge - u_dc, the residual, in the place of every sample's voltage,
 /// and adds it up.
 /// @param linear r_discharge, r_charge [Ohm], u_dc less the voltages' offset [V].  @param set as of sweepOverpotential().
-void leaveResidual(const OverpotentialStates& states, const double (&linear)[kLinearColumns],
-                   MeasuredBlock& measured, ResidualSums& sums, InstructionSet set);
+void leaveResidual(const OverpotentialStates& states, const double (&linear)[kLinearColumns], MeasuredBlock& measured, ResidualSums& sums,
+                   InstructionSet set);
 
 /// The scores of a block, kScoreSteps samples added up. @param left leaveResidual()'s.
-void addUpScores(const MeasuredBlock& left, const DerivativeBlock& derivatives, ScoreSums& sums,
-                 InstructionSet set);
+void addUpScores(const MeasuredBlock& left, const DerivativeBlock& derivatives, ScoreSums& sums, InstructionSet set);
 
 /**
  * @brief Adds the outer products of the moving sums of `width` scores that end at the block's samples.
@@ -48,7 +47,7 @@ void addUpScores(const MeasuredBlock& left, const DerivativeBlock& derivatives, 
  * @param left leaveResidual()'s.  @param moving the scores of the block before; those of this one afterwards.
  * @param width 1 to kLaneSteps.
  */
-void addMovingProducts(const MeasuredBlock& left, const DerivativeBlock& derivatives, int width,
-                       MovingScores& moving, ScoreProducts& products, InstructionSet set);
+void addMovingProducts(const MeasuredBlock& left, const DerivativeBlock& derivatives, int width, MovingScores& moving,
+                       ScoreProducts& products, InstructionSet set);
 
 }  // namespace battery_sof

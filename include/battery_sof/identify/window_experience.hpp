@@ -14,7 +14,6 @@ namespace battery_sof {
  *
  * @param model fitted to the range, with its first_state.  @param drive of the range, as it was fitted.
  */
-void learnFromWindow(FittedModel& model, const Series& series, IndexRange range, const Drive& drive,
-                     const Source& source);
+void learnFromWindow(FittedModel& model, const Series& series, IndexRange range, const Drive& drive, const Source& source);
 
 }  // namespace battery_sof

@@ -13,14 +13,14 @@ namespace battery_sof {
  * The first columns have known s_k (what the base circuit's parameters may move by); every other column belongs to a group.
  */
 struct LinearProblem {
-  Eigen::MatrixXd products;   ///< A'A, columns x columns
-  Eigen::VectorXd targets;    ///< A'y
-  double square = 0.0;        ///< y'y [V^2]
+  Eigen::MatrixXd products;  ///< A'A, columns x columns
+  Eigen::VectorXd targets;   ///< A'y
+  double square = 0.0;       ///< y'y [V^2]
   double rows = 0.0;
   Eigen::VectorXd known_std;  ///< of the first columns
   std::vector<int> group;     ///< of every further column, from 0
   int groups = 0;
-  std::vector<double> most;   ///< [V], strength that each group may have; empty: GroupPrior::most
+  std::vector<double> most;  ///< [V], strength that each group may have; empty: GroupPrior::most
 
   Eigen::Index known() const { return known_std.size(); }
 };
@@ -33,11 +33,11 @@ struct GroupPrior {
 
 /// A fit of a LinearProblem.
 struct LinearFit {
-  Eigen::VectorXd z;            ///< mean, one a column
-  Eigen::MatrixXd covariance;   ///< of z
-  std::vector<double> strength; ///< s of every group [V]; 0: off. Of a sparse fit: of every free column
-  double noise = 0.0;           ///< s of e [V]
-  double evidence = 0.0;        ///< ln of the marginal likelihood with the strengths' priors
+  Eigen::VectorXd z;             ///< mean, one a column
+  Eigen::MatrixXd covariance;    ///< of z
+  std::vector<double> strength;  ///< s of every group [V]; 0: off. Of a sparse fit: of every free column
+  double noise = 0.0;            ///< s of e [V]
+  double evidence = 0.0;         ///< ln of the marginal likelihood with the strengths' priors
 };
 
 /**

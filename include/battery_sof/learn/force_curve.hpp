@@ -8,9 +8,9 @@ namespace battery_sof {
 
 /// What a learnt force adds under a held current from rest on, less what it adds at rest.
 struct ForceAtCurrent {
-  double current = 0.0;  ///< [A], positive into the battery
-  double early = 0.0;    ///< [V], after a tenth of a second, or a sampling interval
-  double late = 0.0;     ///< [V], after about a minute, or as long as its memory reaches
+  double current = 0.0;                                                     ///< [A], positive into the battery
+  double early = 0.0;                                                       ///< [V], after a tenth of a second, or a sampling interval
+  double late = 0.0;                                                        ///< [V], after about a minute, or as long as its memory reaches
   std::optional<double> early_std = std::nullopt, late_std = std::nullopt;  ///< [V], as of ForceAnswer
 };
 

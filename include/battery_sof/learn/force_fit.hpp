@@ -26,18 +26,18 @@ double baseDirectionStd(Eigen::Index direction);
  * for. Samples less than 60 ms apart are averaged to a tenth of a second, others are rows of their own.
  */
 struct BaseResponse {
-  Eigen::VectorXd time;           ///< [s], of every row
-  Eigen::VectorXd error;          ///< e [V]
-  Eigen::MatrixXd sensitivity;    ///< d u_m / d (the six directions), rows x kBaseDirections
-  Eigen::VectorXd weight;         ///< 1: counts, 0: no measurement in it
-  Eigen::VectorXd persistence;    ///< A = d u_c2 / d u_c2 of the row before [1]
-  Eigen::VectorXd resistance;     ///< r + B where the voltage drives [Ohm], 0 elsewhere
-  Eigen::VectorXd yielding;       ///< B / (r + B) where the voltage drives, else 0 [1]
+  Eigen::VectorXd time;         ///< [s], of every row
+  Eigen::VectorXd error;        ///< e [V]
+  Eigen::MatrixXd sensitivity;  ///< d u_m / d (the six directions), rows x kBaseDirections
+  Eigen::VectorXd weight;       ///< 1: counts, 0: no measurement in it
+  Eigen::VectorXd persistence;  ///< A = d u_c2 / d u_c2 of the row before [1]
+  Eigen::VectorXd resistance;   ///< r + B where the voltage drives [Ohm], 0 elsewhere
+  Eigen::VectorXd yielding;     ///< B / (r + B) where the voltage drives, else 0 [1]
   std::vector<char> voltage_drives;
-  Eigen::VectorXd expected;       ///< where Table I expects the six directions, from where the circuit stands
-  std::vector<std::size_t> first; ///< sample with which a row begins; one more entry: the number of samples
+  Eigen::VectorXd expected;           ///< where Table I expects the six directions, from where the circuit stands
+  std::vector<std::size_t> first;     ///< sample with which a row begins; one more entry: the number of samples
   std::vector<double> overpotential;  ///< u_c2 of every sample [V]
-  Eigen::Index training = 0;      ///< rows that belong to the training part; later ones are only predicted
+  Eigen::Index training = 0;          ///< rows that belong to the training part; later ones are only predicted
 };
 
 /**
@@ -88,11 +88,11 @@ using ColumnFilter = std::function<bool(const ForceColumn&)>;
 struct ForceFit {
   LearnedForce force;
   std::vector<FamilyWeight> families;  ///< strongest first
-  double noise = 0.0;  ///< [V], RMS of what is left over the training part
-  double gain = 0.0;   ///< of ln evidence, tempered by the base circuit's own residual [1]: what speaks for there being any force
-  double rms = 0.0;    ///< of the force over the training part, the base circuit's share taken out [V]
-  Eigen::VectorXd predicted;   ///< J d + X w of every row, also beyond the training part [V]
-  Eigen::VectorXd base;        ///< J d' of every row, d' fitted without a force [V]
+  double noise = 0.0;                  ///< [V], RMS of what is left over the training part
+  double gain = 0.0;          ///< of ln evidence, tempered by the base circuit's own residual [1]: what speaks for there being any force
+  double rms = 0.0;           ///< of the force over the training part, the base circuit's share taken out [V]
+  Eigen::VectorXd predicted;  ///< J d + X w of every row, also beyond the training part [V]
+  Eigen::VectorXd base;       ///< J d' of every row, d' fitted without a force [V]
 };
 
 /**
@@ -120,14 +120,15 @@ bool isTimeless(const ForceColumn& column);
 
 /// What a force adds while a held current flows.
 struct ForceAnswer {
-  double time = 0.0;        ///< [s], since a rest
-  double charging = 0.0;    ///< [V]
-  double discharging = 0.0; ///< [V]
+  double time = 0.0;                                                                  ///< [s], since a rest
+  double charging = 0.0;                                                              ///< [V]
+  double discharging = 0.0;                                                           ///< [V]
   std::optional<double> charging_std = std::nullopt, discharging_std = std::nullopt;  ///< [V], by the force's covariance; none without it
 };
 
 /// @brief A force as an engineer reads it: what it adds under a held current from rest on, less what it adds at rest.
-/// @param current [A], > 0; charged and discharged with.  @param longest [s]; never more than a third of what was learnt from, nor half a day.
+/// @param current [A], > 0; charged and discharged with.  @param longest [s]; never more than a third of what was learnt from, nor half a
+/// day.
 std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current, double longest = 1e9);
 
 }  // namespace battery_sof

@@ -53,9 +53,7 @@ struct ClosedFormStep {
   BATTERY_SOF_INLINE T nextX(const T& x, const T& y) const { return xFromX() * x + across() * y; }
   BATTERY_SOF_INLINE T nextY(const T& x, const T& y) const { return across() * x + yFromY() * y; }
   /// x' y' dlnE'/dD.
-  BATTERY_SOF_INLINE T slopeToD(const T& x, const T& y) const {
-    return mixed * (x * x - y * y) + (discharging - charging) * x * y;
-  }
+  BATTERY_SOF_INLINE T slopeToD(const T& x, const T& y) const { return mixed * (x * x - y * y) + (discharging - charging) * x * y; }
 };
 
 /**
@@ -78,8 +76,7 @@ S closedFormAdvance(const S& w, const S& current, const S& i0, const S& half_rat
   const S larger = S(0.5 + (discharging ? -0.5 : 0.5) * current / R);
   const S smaller = S(mixed * mixed / larger);
   const S D = exp(S(-half_rate * R));
-  const ClosedFormStep<S> step{discharging ? smaller : larger, discharging ? larger : smaller, mixed,
-                               D, S(1.0 - D)};
+  const ClosedFormStep<S> step{discharging ? smaller : larger, discharging ? larger : smaller, mixed, D, S(1.0 - D)};
   const S x = exp(S(0.25 * w));
   const S y = S(1.0 / x);
   return S(2.0 * log(S(step.nextX(x, y) / step.nextY(x, y))));

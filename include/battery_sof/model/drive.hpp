@@ -23,8 +23,8 @@ class CurrentTrace {
   /// Forgets samples before `time` but for the last of them.
   void forgetBefore(double time);
 
-  double at(double time) const;       ///< [A]; the nearest end's value outside
-  double slopeAt(double time) const;  ///< [A/s], of the segment that ends at or holds `time`; 0 outside
+  double at(double time) const;                      ///< [A]; the nearest end's value outside
+  double slopeAt(double time) const;                 ///< [A/s], of the segment that ends at or holds `time`; 0 outside
   double meanBetween(double from, double to) const;  ///< [A], from < to
   bool empty() const { return time_.empty(); }
 
@@ -38,20 +38,19 @@ class CurrentTrace {
 
 /// An interval of a drive and the sample that ends it.
 struct DriveStep {
-  double time = 0.0;      ///< [s], of the sample
-  double duration = 0.0;  ///< [s], since the sample before, >= 0
-  double held = 0.0;      ///< [A], mean measured current over the interval; 0 across a gap
-  double current = 0.0;   ///< [A], measured at the sample (mean over it where several were averaged)
-  double slope = 0.0;     ///< [A/s], of the measured current just before the sample; 0 across gaps and for averages
-  bool averaged = false;  ///< several samples in one
-  bool gap = false;       ///< the interval is longer than what may be joined
-  double missed = 0.0;    ///< [As], drawn by a crank of which the sampling saw too little; before the interval
+  double time = 0.0;                    ///< [s], of the sample
+  double duration = 0.0;                ///< [s], since the sample before, >= 0
+  double held = 0.0;                    ///< [A], mean measured current over the interval; 0 across a gap
+  double current = 0.0;                 ///< [A], measured at the sample (mean over it where several were averaged)
+  double slope = 0.0;                   ///< [A/s], of the measured current just before the sample; 0 across gaps and for averages
+  bool averaged = false;                ///< several samples in one
+  bool gap = false;                     ///< the interval is longer than what may be joined
+  double missed = 0.0;                  ///< [As], drawn by a crank of which the sampling saw too little; before the interval
   const CurrentTrace* trace = nullptr;  ///< the measured current around the sample; may be absent
 };
 
 /// @return the step from one sample to the next; the first of a drive has duration 0.
-DriveStep driveStep(double time_before, double current_before, double time, double current,
-                    double max_gap);
+DriveStep driveStep(double time_before, double current_before, double time, double current, double max_gap);
 
 /**
  * @brief What a slow sampling missed of a crank, sample by sample.
@@ -62,9 +61,9 @@ DriveStep driveStep(double time_before, double current_before, double time, doub
  */
 class MissedCrank {
  public:
-  static constexpr double kCharge = 150.0;        ///< [As], of a crank; start-stop recordings: 60 to 250
-  static constexpr double kSeenBelow = -60.0;     ///< [A]
-  static constexpr double kSlowestSeen = 0.5;     ///< [s], between samples that see every crank
+  static constexpr double kCharge = 150.0;     ///< [As], of a crank; start-stop recordings: 60 to 250
+  static constexpr double kSeenBelow = -60.0;  ///< [A]
+  static constexpr double kSlowestSeen = 0.5;  ///< [s], between samples that see every crank
 
   /// @return [As], >= 0; above 0 only where the voltage drives again.
   double add(double duration, double current, bool voltage_drives);
@@ -76,8 +75,8 @@ class MissedCrank {
 /// One step with what was measured at its end.
 struct DriveSample {
   DriveStep step;
-  double voltage = 0.0;  ///< [V]
-  double count = 1.0;    ///< samples averaged into this one; 0: not a measurement, drives the simulation only
+  double voltage = 0.0;         ///< [V]
+  double count = 1.0;           ///< samples averaged into this one; 0: not a measurement, drives the simulation only
   bool voltage_drives = false;  ///< a source imposed the voltage: it drives, the current is compared
 };
 
@@ -85,20 +84,19 @@ struct DriveSample {
 struct Drive {
   std::vector<DriveSample> samples;
   std::shared_ptr<const CurrentTrace> trace;  ///< of the range at full rate; the samples' steps point to it
-  double first_time = 0.0; ///< [s]
+  double first_time = 0.0;                    ///< [s]
 };
 
 /// @return one DriveSample a sample of the range, the first with duration 0.
 /// @param masked one a sample of the series, 1: not a measurement (InstrumentLimits::masked); empty for none.
 /// @param voltage_drives likewise, 1: the voltage is imposed there.
-Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>& masked = {},
-                const std::vector<char>& voltage_drives = {});
+Drive fullDrive(const Series& series, IndexRange range, const std::vector<char>& masked = {}, const std::vector<char>& voltage_drives = {});
 
 /// How much of a drive may be averaged.
 struct Compression {
-  double max_length = 0.5;     ///< [s], longest stretch averaged into one sample
-  double edge_current = 2.0;   ///< [A], a change of the current by more than this within a stretch ends it
-  double growth = 0.25;        ///< [1], a stretch is at most this share of the time since the last edge
+  double max_length = 0.5;    ///< [s], longest stretch averaged into one sample
+  double edge_current = 2.0;  ///< [A], a change of the current by more than this within a stretch ends it
+  double growth = 0.25;       ///< [1], a stretch is at most this share of the time since the last edge
 };
 
 /**
@@ -107,7 +105,6 @@ struct Compression {
  * A stretch's mean current drives the model from middle to middle, so its state stands for the mean of the state over the
  * stretch; the error is (length / time constant)^2 / 24 of the state's movement.
  */
-Drive compressedDrive(const Series& series, IndexRange range, const Compression& compression = {},
-                      const std::vector<char>& masked = {});
+Drive compressedDrive(const Series& series, IndexRange range, const Compression& compression = {}, const std::vector<char>& masked = {});
 
 }  // namespace battery_sof

@@ -33,16 +33,16 @@ struct EffectInfo {
   std::string equations;  ///< plain text, one equation a line
   std::vector<ParameterInfo> parameters;
   std::vector<StateInfo> states;
-  std::vector<std::string> look_alikes;  ///< ids it is often confused with
-  std::string tells_apart;               ///< the recording that separates it from them
-  std::vector<std::string> needs;        ///< ids without which it has no meaning
-  std::vector<std::string> bends = {};   ///< parameters in which the voltage is not linear once this effect is there
+  std::vector<std::string> look_alikes;   ///< ids it is often confused with
+  std::string tells_apart;                ///< the recording that separates it from them
+  std::vector<std::string> needs;         ///< ids without which it has no meaning
+  std::vector<std::string> bends = {};    ///< parameters in which the voltage is not linear once this effect is there
   std::vector<std::string> same_as = {};  ///< ids that current and voltage at 100 Hz do not tell it from, whatever a fit says
   /// Base parameters as they are beside this effect: magnitude, bounds and what is known beforehand.
   std::vector<ParameterInfo> beside = {};
-  bool acts_at_edges = false;  ///< within a tenth of a second of a change of the current, and nowhere else
+  bool acts_at_edges = false;      ///< within a tenth of a second of a change of the current, and nowhere else
   bool takes_short_steps = false;  ///< long intervals cost as many short ones: the effect acts back on others within them
-  bool on_request = false;  ///< a diagnosis weighs it only where it is named among the hypotheses
+  bool on_request = false;         ///< a diagnosis weighs it only where it is named among the hypotheses
   char tier() const { return code.front(); }
 };
 

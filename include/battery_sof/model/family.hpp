@@ -18,9 +18,9 @@ enum class Family {
 };
 
 constexpr std::size_t kFamilies = 7;
-constexpr std::array<Family, kFamilies> kAllFamilies = {
-    Family::kAcceptance, Family::kSideReactions, Family::kAcid,      Family::kOpenCircuit,
-    Family::kStructure,  Family::kAgeing,        Family::kInstrument};
+constexpr std::array<Family, kFamilies> kAllFamilies = {Family::kAcceptance,  Family::kSideReactions, Family::kAcid,
+                                                        Family::kOpenCircuit, Family::kStructure,     Family::kAgeing,
+                                                        Family::kInstrument};
 
 /// @return "acceptance", "side_reactions", "acid", "open_circuit", "structure", "ageing", "instrument".
 std::string familyId(Family family);

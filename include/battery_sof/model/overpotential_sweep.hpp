@@ -22,10 +22,10 @@ class OverpotentialSweep {
 
   /// State and derivatives at the samples of one block; samples past the window's end repeat its last state.
   struct States {
-    Block u_c2;       ///< [V]
-    Block d_log_c2;   ///< d u_c2 / d ln C_2 [V]
-    Block d_log_beta; ///< d u_c2 / d ln beta [V]
-    Block d_initial;  ///< d u_c2 / d u_c2(first sample) [1]
+    Block u_c2;        ///< [V]
+    Block d_log_c2;    ///< d u_c2 / d ln C_2 [V]
+    Block d_log_beta;  ///< d u_c2 / d ln beta [V]
+    Block d_initial;   ///< d u_c2 / d u_c2(first sample) [1]
   };
 
   /// Position of the search.
@@ -71,8 +71,7 @@ class OverpotentialSweep {
 };
 
 template <typename Visitor>
-void OverpotentialSweep::runInLanes(const Point& point, InstructionSet set,
-                                    Visitor&& visit) const {
+void OverpotentialSweep::runInLanes(const Point& point, InstructionSet set, Visitor&& visit) const {
   const OverpotentialScale scale = scaleOf(point);
   OverpotentialCarried carried = begin(point);
   OverpotentialStates states;
@@ -83,8 +82,7 @@ void OverpotentialSweep::runInLanes(const Point& point, InstructionSet set,
 }
 
 template <typename Visitor>
-std::vector<SweptBlock> OverpotentialSweep::runOut(const Point& point, InstructionSet set,
-                                                   Visitor&& visit) && {
+std::vector<SweptBlock> OverpotentialSweep::runOut(const Point& point, InstructionSet set, Visitor&& visit) && {
   runInLanes(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
     visit(block, states);
     keepDerivatives(states, blocks_[static_cast<std::size_t>(block)]);

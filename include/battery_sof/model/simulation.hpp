@@ -11,10 +11,10 @@ namespace battery_sof {
 
 /// Where a simulation begins.
 struct ModelPoint {
-  Eigen::VectorXd parameters;   ///< in the order of BatteryModel::parameters()
-  Eigen::VectorXd state;        ///< in the order of BatteryModel::states()
-  double time = 0.0;            ///< [s], of the state
-  double reference_time = 0.0;  ///< [s], where drifts and steps count their time from: the window's first sample
+  Eigen::VectorXd parameters;             ///< in the order of BatteryModel::parameters()
+  Eigen::VectorXd state;                  ///< in the order of BatteryModel::states()
+  double time = 0.0;                      ///< [s], of the state
+  double reference_time = 0.0;            ///< [s], where drifts and steps count their time from: the window's first sample
   std::vector<double> force_memory = {};  ///< of a learnt force, see Simulation::forceMemory(); empty: it begins with the simulation
 };
 
@@ -47,8 +47,7 @@ class Simulation {
    * @throws std::invalid_argument for sizes that do not fit, values that are not finite, r, c2 or beta not above zero, or
    *   more than kMaxLanes lanes.
    */
-  Simulation(const BatteryModel& model, const ModelPoint& start,
-             const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+  Simulation(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
   Simulation(const BatteryModel& model, const ModelPoint& start);
   Simulation(const Simulation& other);
   Simulation& operator=(const Simulation& other);

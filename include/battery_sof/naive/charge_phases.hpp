@@ -8,8 +8,7 @@
 
 namespace battery_sof {
 
-constexpr double kDischargeCurrent =
-    -10.0;  ///< [A]; below it a discharge is under way that a charge may follow
+constexpr double kDischargeCurrent = -10.0;  ///< [A]; below it a discharge is under way that a charge may follow
 
 /**
  * @brief Where charges begin: the first sample above 0 A with an imposed voltage after the current
@@ -20,8 +19,7 @@ constexpr double kDischargeCurrent =
  * @throws std::invalid_argument when the mask's size differs from the series' or range lies outside
  * it.
  */
-std::vector<std::size_t> chargeBeginnings(const Series& series, IndexRange range,
-                                          const std::vector<char>& imposes_voltage);
+std::vector<std::size_t> chargeBeginnings(const Series& series, IndexRange range, const std::vector<char>& imposes_voltage);
 
 /**
  * @brief The samples of the first duration [s] of a charge that begins at sample `first`.
@@ -30,8 +28,7 @@ std::vector<std::size_t> chargeBeginnings(const Series& series, IndexRange range
  * @return none when range ends earlier, when fewer than 90 % of the samples that belong there have
  * an imposed voltage, or when sampling is slower than three samples in duration.
  */
-std::optional<IndexRange> beginningOfCharge(const Series& series, IndexRange range,
-                                            std::size_t first, double duration,
+std::optional<IndexRange> beginningOfCharge(const Series& series, IndexRange range, std::size_t first, double duration,
                                             const std::vector<char>& imposes_voltage);
 
 }  // namespace battery_sof

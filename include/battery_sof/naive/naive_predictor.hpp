@@ -36,9 +36,9 @@ struct NaiveLine {
 
 /// Median current over the time since a discharge ended, in steps of equal length.
 struct NaivePhase {
-  double step = 1.0;            ///< [s]
-  std::vector<double> current;  ///< [A]; of the ages from k - 1/2 to k + 1/2 steps; ends where
-                                ///< fewer than half of the charges go on
+  double step = 1.0;                                       ///< [s]
+  std::vector<double> current;                             ///< [A]; of the ages from k - 1/2 to k + 1/2 steps; ends where
+                                                           ///< fewer than half of the charges go on
   double std = 0.0, lower_error = 0.0, upper_error = 0.0;  ///< [A], as in NaiveLine
   std::size_t charges = 0;
 };
@@ -47,8 +47,7 @@ struct NaivePhase {
 struct NaiveHistory {
   double median = 0.0, last = 0.0;
   double lower_error = 0.0,
-         upper_error =
-             0.0;  ///< 5 % and 95 % quantile of value - median; Student's t below twenty events
+         upper_error = 0.0;  ///< 5 % and 95 % quantile of value - median; Student's t below twenty events
   std::size_t events = 0;
 };
 
@@ -96,18 +95,16 @@ struct NaivePredictor {
  * @throws std::invalid_argument when the mask's size differs from the series' or the window lies
  * outside it.
  */
-NaivePredictor fitNaive(const Series& series, IndexRange window,
-                        const std::vector<char>& imposes_voltage);
+NaivePredictor fitNaive(const Series& series, IndexRange window, const std::vector<char>& imposes_voltage);
 
 /// @return fitNaive() of a window in which no voltage is imposed: v(i) and cranks. @param cranks of
 /// the window, as detectCranks() finds them with the default limits.
-NaivePredictor fitNaiveDrivenByCurrent(const Series& series, IndexRange window,
-                                       const std::vector<Event>& cranks);
+NaivePredictor fitNaiveDrivenByCurrent(const Series& series, IndexRange window, const std::vector<Event>& cranks);
 
 /// Per-sample prediction of a range in the mixed direction, with bounds for nine in ten.
 struct NaiveSeries {
   std::vector<double> current, current_lower,
-      current_upper;  ///< [A], one a sample of the range; empty when no line is known
+      current_upper;                                          ///< [A], one a sample of the range; empty when no line is known
   std::vector<double> voltage, voltage_lower, voltage_upper;  ///< [V], the same
 };
 
@@ -119,8 +116,7 @@ struct NaiveSeries {
  * current is that of the median phase as far as that goes, else the line's.
  * @throws std::invalid_argument as fitNaive.
  */
-NaiveSeries predictNaive(const NaivePredictor& naive, const Series& series, IndexRange range,
-                         const std::vector<char>& imposes_voltage);
+NaiveSeries predictNaive(const NaivePredictor& naive, const Series& series, IndexRange range, const std::vector<char>& imposes_voltage);
 
 /// @param current lowest current of the crank [A], negative.   @return lowest voltage [V]; v(i)
 /// where no crank is known, none without a line.
@@ -135,7 +131,6 @@ std::optional<NaiveInterval> naiveCrankMinimum(const NaivePredictor& naive, doub
  * @return [A]; none when neither phase nor line is known.
  * @throws std::invalid_argument for a duration that is not above 0.
  */
-std::optional<NaiveInterval> naiveChargeCurrent(const NaivePredictor& naive, double voltage,
-                                                double duration);
+std::optional<NaiveInterval> naiveChargeCurrent(const NaivePredictor& naive, double voltage, double duration);
 
 }  // namespace battery_sof

@@ -24,8 +24,8 @@ struct RidgeFit {
   Eigen::VectorXd centre, scale, weight;  ///< one a column; columns that never moved weigh nothing
   Eigen::VectorXd lower, upper;           ///< columns are held inside these; empty: they are not
   double constant = 0.0;
-  double penalty = 0.0;                   ///< the one chosen, as given
-  double gain = 0.0;  ///< 1 - squared error of the left-out blocks over that of predicting zero [1]
+  double penalty = 0.0;  ///< the one chosen, as given
+  double gain = 0.0;     ///< 1 - squared error of the left-out blocks over that of predicting zero [1]
   bool empty() const { return weight.size() == 0; }
   double at(const Eigen::Ref<const Eigen::VectorXd>& columns) const;
   Eigen::VectorXd ofRows(const Eigen::Ref<const Eigen::MatrixXd>& X) const;  ///< at() of every row
@@ -43,7 +43,6 @@ struct RidgeFit {
  * @return a fit that predicts zero when leaving out shows no gain and `shrunk` is asked for.
  * @throws std::invalid_argument when sizes differ, there are fewer rows than twice the blocks, or no penalty is given.
  */
-RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options,
-                  Eigen::VectorXd* left_out = nullptr);
+RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options, Eigen::VectorXd* left_out = nullptr);
 
 }  // namespace battery_sof

@@ -20,12 +20,10 @@ struct BothWaysScores {
  * @brief Scores a model that followed a range: samples as predicted, cranks and charges as a query answers them, set beside
  * the cranks and charges of the model's window (experiencedCrank(), experiencedCharge()).
  */
-BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, IndexRange range,
-                             const FollowedPrediction& predicted);
+BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, IndexRange range, const FollowedPrediction& predicted);
 
 /// The same of the naive predictors of a model's window. @param voltage_drives one a sample of the range.
-BothWaysScores scoreNaive(const NaivePredictor& naive, const Series& series, IndexRange range,
-                          const std::vector<char>& voltage_drives);
+BothWaysScores scoreNaive(const NaivePredictor& naive, const Series& series, IndexRange range, const std::vector<char>& voltage_drives);
 
 /// @return the naive line's voltage from the current alone, over the whole range; empty without a line.
 PredictedVoltage naiveVoltage(const NaivePredictor& naive, const Series& series, IndexRange range);

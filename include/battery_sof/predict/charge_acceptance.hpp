@@ -6,9 +6,9 @@ namespace battery_sof {
 
 /// How much charge will the battery accept? (paper, Fig. 2)
 struct ChargeAcceptanceQuery {
-  double u_boost = 0.0;  ///< [V], terminal voltage held, above 0 to 100
-  double t_sof2 = 10.0;  ///< [s], above 0 to 3600
-  double i_limit = 5000.0;  ///< [A], what the source can give, above 0 to 5000
+  double u_boost = 0.0;                              ///< [V], terminal voltage held, above 0 to 100
+  double t_sof2 = 10.0;                              ///< [s], above 0 to 3600
+  double i_limit = 5000.0;                           ///< [A], what the source can give, above 0 to 5000
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
 };
 
@@ -31,9 +31,7 @@ struct ChargeAcceptanceAnswer {
  *
  * @param model event begins at its saved state.  @param capacity [Ah], nominal, > 0.
  */
-ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
-                                               const ChargeAcceptanceQuery& query,
-                                               double capacity = 50.0);
+ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, double capacity = 50.0);
 
 /// A model's mean current at a measured voltage, and the measured one.
 struct MeanChargeCurrent {
@@ -52,7 +50,7 @@ struct MeanChargeCurrent {
  * @param missed of the discharge before the charge.
  * @param driving [V], the voltage put right (VoltageRepair), one a sample; empty: as measured. Without a source it is not used.
  */
-MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series,
-                                   MissedCrank missed = {}, const std::vector<double>& driving = {});
+MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series, MissedCrank missed = {},
+                                   const std::vector<double>& driving = {});
 
 }  // namespace battery_sof

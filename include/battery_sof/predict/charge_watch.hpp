@@ -10,13 +10,13 @@ namespace battery_sof {
 
 /// A charge that began, and what the model expected of the voltage that really stood.
 struct ChargeComparison {
-  double time = 0.0;              ///< [s], of the first sample
-  double duration = 0.0;          ///< [s]
-  double mean_voltage = 0.0;      ///< [V]
-  double first_voltage = 0.0;     ///< [V], at its first sample
-  double measured_current = 0.0;  ///< [A], mean
-  Interval expected_current;      ///< [A], mean
-  double modelled_current = 0.0;  ///< [A], mean, without what past charges taught
+  double time = 0.0;                                     ///< [s], of the first sample
+  double duration = 0.0;                                 ///< [s]
+  double mean_voltage = 0.0;                             ///< [V]
+  double first_voltage = 0.0;                            ///< [V], at its first sample
+  double measured_current = 0.0;                         ///< [A], mean
+  Interval expected_current;                             ///< [A], mean
+  double modelled_current = 0.0;                         ///< [A], mean, without what past charges taught
   std::optional<Interval> naive_current = std::nullopt;  ///< [A], by the window's naive predictor; see NaiveContest
   bool naive_answered = false;                           ///< a question before it was answered by that one
 };
@@ -37,8 +37,7 @@ class ChargeWatch {
   /// @param compare_after [s], beginnings of that length are compared.
   explicit ChargeWatch(double compare_after = 10.0) : compare_after_(compare_after) {}
   /// As CrankWatch::add(). @return the comparison when this sample completes one.
-  std::optional<ChargeComparison> add(const StreamSample& sample, const StateTracker& before,
-                                      double max_gap);
+  std::optional<ChargeComparison> add(const StreamSample& sample, const StateTracker& before, double max_gap);
   void reset();
   /// Begins behind a sample: a charge that is under way there is not compared.
   void beginBehind(double current);
@@ -60,9 +59,9 @@ class ChargeWatch {
   bool isOver(const StreamSample& sample, const StateTracker& before) const;
   bool begins(const StreamSample& sample, const StateTracker& before);
 
-  double compare_after_;      // [s]
-  bool charging_ = false;     // by the current
-  bool discharged_ = false;   // since the last charge began
+  double compare_after_;     // [s]
+  bool charging_ = false;    // by the current
+  bool discharged_ = false;  // since the last charge began
   std::optional<Charge> running_, complete_;
 };
 

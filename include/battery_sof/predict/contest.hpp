@@ -36,8 +36,8 @@ class Contest {
   static constexpr double kLeastDuration = 120.0;  ///< [s]
 
   /// Takes in a sample and what ended with it. @param base, extended followed it both.
-  void add(const StreamSample& sample, const TrackedModel& base, const SessionEvents& base_events,
-           const TrackedModel& extended, const SessionEvents& extended_events);
+  void add(const StreamSample& sample, const TrackedModel& base, const SessionEvents& base_events, const TrackedModel& extended,
+           const SessionEvents& extended_events);
   /// Begins to compare anew; who answers stays until the new past decides.
   void forgetPast() { blocks_.clear(); }
 

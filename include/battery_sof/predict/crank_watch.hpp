@@ -13,11 +13,11 @@ namespace battery_sof {
 /// A finished crank: what was measured, and what the model expected of the current that really
 /// flowed.
 struct CrankComparison {
-  double time = 0.0;              ///< [s], of the measured minimum
-  double current = 0.0;           ///< [A], of largest magnitude, negative
-  double measured_minimum = 0.0;  ///< [V]
-  Interval expected_minimum;      ///< [V], each bound's own minimum over the crank
-  double modelled_minimum = 0.0;  ///< [V], without what past cranks taught
+  double time = 0.0;                                     ///< [s], of the measured minimum
+  double current = 0.0;                                  ///< [A], of largest magnitude, negative
+  double measured_minimum = 0.0;                         ///< [V]
+  Interval expected_minimum;                             ///< [V], each bound's own minimum over the crank
+  double modelled_minimum = 0.0;                         ///< [V], without what past cranks taught
   std::optional<Interval> naive_minimum = std::nullopt;  ///< [V], by the window's naive predictor; see NaiveContest
   bool naive_answered = false;                           ///< a question before it was answered by that one
 };
@@ -37,8 +37,7 @@ class CrankWatch {
    * interval ends nothing: what was collected is dropped.
    * @return the comparison when this sample ends a crank.
    */
-  std::optional<CrankComparison> add(const StreamSample& sample, const StateTracker& before,
-                                     double max_gap);
+  std::optional<CrankComparison> add(const StreamSample& sample, const StateTracker& before, double max_gap);
 
   void reset() { model_.reset(); }
 

@@ -9,13 +9,13 @@ namespace battery_sof {
 
 /// Will the battery crank the engine after a stop? (paper, Fig. 1)
 struct CrankingQuery {
-  double i_load = 0.0;                ///< [A], <= 0: consumers while the engine is off, held for t_stop
-  double t_stop = 0.0;                ///< [s], 0 to 86400
-  double i_cranking = 0.0;            ///< [A], < 0
-  double t_cranking = 1.0;            ///< [s], > 0 to 60
+  double i_load = 0.0;                               ///< [A], <= 0: consumers while the engine is off, held for t_stop
+  double t_stop = 0.0;                               ///< [s], 0 to 86400
+  double i_cranking = 0.0;                           ///< [A], < 0
+  double t_cranking = 1.0;                           ///< [s], > 0 to 60
   std::optional<double> u_required = std::nullopt;   ///< [V], what the starter needs; the paper names 7.2 V
-  CurrentProfile load = {};           ///< in place of i_load and t_stop when not empty
-  CurrentProfile crank = {};          ///< in place of i_cranking and t_cranking when not empty
+  CurrentProfile load = {};                          ///< in place of i_load and t_stop when not empty
+  CurrentProfile crank = {};                         ///< in place of i_cranking and t_cranking when not empty
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
 };
 
@@ -25,7 +25,7 @@ struct CrankingAnswer {
   std::optional<bool> capable;    ///< lower bound of u_min at or above u_required; none without u_required
   bool valid = false;             ///< the model may be trusted here
   AnswerCode code = AnswerCode::kOk;
-  std::string message;            ///< one sentence
+  std::string message;  ///< one sentence
 };
 
 /**
@@ -43,16 +43,15 @@ struct CrankingAnswer {
  * @param model    event begins at its saved state.
  * @param capacity [Ah], nominal, > 0.
  */
-CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
-                               double capacity = 50.0);
+CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query, double capacity = 50.0);
 
 /// @return every fault of a query, as one sentence each; empty when there is none.
 std::string faultsOf(const CrankingQuery& query);
 
 /// Lowest voltage of a crank that begins where a simulation stands, `ahead` [s] after the model's state.
 /// @param beyond_learned raised to Simulation::beyondLearned() of any moment of the crank [V]; may be null.
-Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
-                       double ahead, double* beyond_learned = nullptr);
+Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query, double ahead,
+                       double* beyond_learned = nullptr);
 
 /// What a crank misses by itself, beyond normal driving [V].
 double crankError(const FittedModel& model, double current);

@@ -37,7 +37,8 @@ struct ChargeBeginning {
  *
  * a, b [A]: median errors over the past charges of that duration, of the model and of the median of the others; c by ridge
  * regression (penalty 3) on what the model missed of them, errors beyond twice their median by magnitude. Past charges count
- * that lasted up to twice or down to half as long at a mean voltage within 0.5 V. The interval is that of past errors of the same kind, each charge left out.
+ * that lasted up to twice or down to half as long at a mean voltage within 0.5 V. The interval is that of past errors of the same kind,
+ * each charge left out.
  *
  * @param modelled [A], of the model, with its interval.
  */
@@ -47,10 +48,10 @@ Interval experiencedCharge(const FittedModel& model, const ChargeBeginning& char
 struct ChargeEvidence {
   static constexpr int kLeast = 3;  ///< charges that can vouch
 
-  int charges = 0;           ///< that lasted alike, at a voltage within 0.3 V
-  double median_error = 0.0; ///< [A], of the model
-  double typical = 0.0;      ///< [A], median current
-  bool vouches = false;      ///< three or more, median error at most a quarter of the typical current or 1 A
+  int charges = 0;            ///< that lasted alike, at a voltage within 0.3 V
+  double median_error = 0.0;  ///< [A], of the model
+  double typical = 0.0;       ///< [A], median current
+  bool vouches = false;       ///< three or more, median error at most a quarter of the typical current or 1 A
 };
 
 ChargeEvidence chargeEvidence(const Experience& experience, double voltage, double duration);

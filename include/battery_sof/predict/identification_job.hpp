@@ -19,17 +19,16 @@ struct IdentificationJob {
   std::optional<double> window_length;  ///< [s]; else defaultWindowLength()
   double min_suitability = 0.0;         ///< [0, 1], a window below it is not fitted
   IdentifyOptions options;
-  EventLimits events;                   ///< what counts as a crank
-  std::optional<FittedModel> incumbent;  ///< the model in use, to be compared with
+  EventLimits events;                               ///< what counts as a crank
+  std::optional<FittedModel> incumbent;             ///< the model in use, to be compared with
   std::optional<IdentifyOptions> extended_options;  ///< of a second fit to the same window; none: not asked
   std::optional<FittedModel> extended_incumbent;    ///< what that one is compared with
 };
 
 /// A fit, and how it compares with the model before it.
 struct IdentificationTrial {
-  std::optional<FittedModel>
-      model;             ///< state at the series' last sample; none when no window could be fitted
-  std::string message;   ///< one sentence
+  std::optional<FittedModel> model;  ///< state at the series' last sample; none when no window could be fitted
+  std::string message;               ///< one sentence
   /// The same model as it followed the samples behind its window, with the events that passed there; only where its source
   /// drives it: else there is nothing that another model's events do not say.
   std::optional<TrackedModel> followed;
@@ -40,8 +39,8 @@ struct IdentificationTrial {
 /// What a job came to.
 struct IdentificationResult : IdentificationTrial {
   int epoch = 0;
-  double max_gap = 0.0;  ///< [s], gapThreshold() of the series
-  SourceShare source;    ///< over the series
+  double max_gap = 0.0;                         ///< [s], gapThreshold() of the series
+  SourceShare source;                           ///< over the series
   std::optional<IdentificationTrial> extended;  ///< of job.extended_options
 };
 

@@ -29,13 +29,10 @@ class LiveModel {
   CrankingAnswer predictCranking(const CrankingQuery& query) const;
   StopTimeAnswer predictStopTime(const StopTimeQuery& query) const;
   ChargeAcceptanceAnswer predictChargeAcceptance(const ChargeAcceptanceQuery& query) const;
-  CrankingMap mapCranking(const CrankingQuery& query, const std::vector<double>& i_load,
-                          const std::vector<double>& t_stop) const;
-  ChargeAcceptanceMap mapChargeAcceptance(const ChargeAcceptanceQuery& query,
-                                          const std::vector<double>& u_boost,
+  CrankingMap mapCranking(const CrankingQuery& query, const std::vector<double>& i_load, const std::vector<double>& t_stop) const;
+  ChargeAcceptanceMap mapChargeAcceptance(const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
                                           const std::vector<double>& t_sof2) const;
-  ProfileAnswer simulateProfile(const std::vector<double>& time,
-                                const std::vector<double>& current) const;
+  ProfileAnswer simulateProfile(const std::vector<double>& time, const std::vector<double>& current) const;
 
   const FittedModel& model() const { return model_; }
 

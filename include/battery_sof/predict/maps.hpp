@@ -25,13 +25,11 @@ struct ChargeAcceptanceMap {
 };
 
 /// SOF1 over (i_load, t_stop). @param query the crank; its i_load and t_stop are taken from the lists.
-CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query,
-                        const std::vector<double>& i_load, const std::vector<double>& t_stop,
-                        double capacity = 50.0);
+CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query, const std::vector<double>& i_load,
+                        const std::vector<double>& t_stop, double capacity = 50.0);
 
 /// SOF2 over (u_boost, t_sof2). @param query the limit; its u_boost and t_sof2 are taken from the lists.
-ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query,
-                                        const std::vector<double>& u_boost,
+ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
                                         const std::vector<double>& t_sof2, double capacity = 50.0);
 
 /// What maps come to as a whole.
@@ -41,7 +39,6 @@ struct MapVerdict {
 };
 
 /// @param cranking, charge the maps that were asked; kInvalidQuery when neither was.
-MapVerdict verdictOf(const std::optional<CrankingMap>& cranking,
-                     const std::optional<ChargeAcceptanceMap>& charge);
+MapVerdict verdictOf(const std::optional<CrankingMap>& cranking, const std::optional<ChargeAcceptanceMap>& charge);
 
 }  // namespace battery_sof

@@ -12,17 +12,17 @@ namespace battery_sof {
 /// two quantities counts.
 struct MixedPrediction {
   std::vector<double> current, current_lower,
-      current_upper;  ///< [A]; empty when no current is predicted; bounds may be empty
+      current_upper;                                          ///< [A]; empty when no current is predicted; bounds may be empty
   std::vector<double> voltage, voltage_lower, voltage_upper;  ///< [V], the same
 };
 
 /// Mean current at the beginning of a charge, measured and predicted.
 struct ChargeScore {
-  double time = 0.0;      ///< [s], of the charge's first sample
-  double duration = 0.0;  ///< [s], 10 or 60
-  double measured = 0.0;  ///< [A]
+  double time = 0.0;                               ///< [s], of the charge's first sample
+  double duration = 0.0;                           ///< [s], 10 or 60
+  double measured = 0.0;                           ///< [A]
   double mean_voltage = 0.0, first_voltage = 0.0;  ///< [V]
-  Interval predicted;  ///< [A]; bounds are means of bounds, the value itself where none are given
+  Interval predicted;                              ///< [A]; bounds are means of bounds, the value itself where none are given
 };
 
 /// How a prediction in the mixed direction compares with what was measured.
@@ -48,7 +48,6 @@ struct MixedScores {
  * @return numbers that a quantity without prediction, or without spread, would enter are none.
  * @throws std::invalid_argument when sizes do not fit, or range is empty or outside the series.
  */
-MixedScores scoreMixed(const Series& series, IndexRange range,
-                       const std::vector<char>& imposes_voltage, const MixedPrediction& predicted);
+MixedScores scoreMixed(const Series& series, IndexRange range, const std::vector<char>& imposes_voltage, const MixedPrediction& predicted);
 
 }  // namespace battery_sof

@@ -30,9 +30,9 @@ struct NaiveScore {
 /// What a question needs to know of a contest.
 struct NaiveStanding {
   NaiveScore score;
-  IntervalScale scale;                       ///< of the naive predictor's intervals
-  double least = 0.0, most = 0.0;            ///< of `at`
-  double shortest = 0.0, longest = 0.0;      ///< [s], durations
+  IntervalScale scale;                   ///< of the naive predictor's intervals
+  double least = 0.0, most = 0.0;        ///< of `at`
+  double shortest = 0.0, longest = 0.0;  ///< [s], durations
 };
 
 /**
@@ -78,10 +78,9 @@ struct NaiveStandings {
  *
  * @param answer with numbers, else it is returned as it is.
  */
-CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query, const NaivePredictor& naive,
-                        const NaiveStanding& standing);
-ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query,
-                                const NaivePredictor& naive, const NaiveStanding& standing);
+CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query, const NaivePredictor& naive, const NaiveStanding& standing);
+ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query, const NaivePredictor& naive,
+                                const NaiveStanding& standing);
 
 /// The predictor behind naiveCrankMinimum() and naiveChargeCurrent(), in words.
 std::string naiveCrankName(const NaivePredictor& naive);

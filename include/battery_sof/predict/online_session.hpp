@@ -20,9 +20,8 @@ struct SessionOptions {
   double min_suitability = 0.2;         ///< [0, 1], a window below it is not fitted
   double identify_period = 600.0;       ///< [s] of driving between identifications
   double retry_period = 60.0;           ///< [s] of driving between tries while there is no model
-  double model_max_age =
-      3600.0;              ///< [s] from the window's end; the paper's predictions hold for minutes
-  double capacity = 50.0;  ///< [Ah], nominal
+  double model_max_age = 3600.0;        ///< [s] from the window's end; the paper's predictions hold for minutes
+  double capacity = 50.0;               ///< [Ah], nominal
   EventLimits events;
   IdentifyOptions identify;
 };
@@ -32,9 +31,9 @@ enum class SessionState { kNoSample, kCollecting, kIdentifying, kReady, kStale }
 
 /// What the model that answers expects of the last sample it settled: of the quantity that was not imposed there.
 struct ExpectedSample {
-  double time = 0.0;               ///< [s]
-  std::optional<double> voltage;   ///< [V], where the current drives
-  std::optional<double> current;   ///< [A], where the voltage drives
+  double time = 0.0;              ///< [s]
+  std::optional<double> voltage;  ///< [V], where the current drives
+  std::optional<double> current;  ///< [A], where the voltage drives
 };
 
 /// A summary for a status message.
@@ -45,22 +44,21 @@ struct SessionStatus {
   std::optional<double> model_age;    ///< [s] from the window's end to the newest sample
   std::optional<double> suitability;  ///< [0, 1], of the model's window
   BacktestScore backtest;
-  std::vector<std::string> effects;   ///< physics beyond the base model in the model that answers
-  std::string extension;              ///< one sentence on the composition offered by extendWith(); empty when there is none
-  std::optional<ContestScore> contest;  ///< none while no extended model runs
-  bool source_seen = false;             ///< something charges the battery: by the last identification's samples
-  std::optional<double> source_share;   ///< [0, 1], of the buffered samples whose voltage is imposed; none before the first
-  std::optional<ExpectedSample> expected;  ///< none before the model followed a sample
-  bool voltage_drives = false;          ///< the model that answers is driven by the voltage at the newest sample
+  std::vector<std::string> effects;          ///< physics beyond the base model in the model that answers
+  std::string extension;                     ///< one sentence on the composition offered by extendWith(); empty when there is none
+  std::optional<ContestScore> contest;       ///< none while no extended model runs
+  bool source_seen = false;                  ///< something charges the battery: by the last identification's samples
+  std::optional<double> source_share;        ///< [0, 1], of the buffered samples whose voltage is imposed; none before the first
+  std::optional<ExpectedSample> expected;    ///< none before the model followed a sample
+  bool voltage_drives = false;               ///< the model that answers is driven by the voltage at the newest sample
   NaiveScore crank_contest, charge_contest;  ///< [V], [A]; of the model that answers and its naive predictor
 };
 
 /// What came of a finished identification.
 struct IdentificationOutcome {
   bool accepted = false;
-  std::string message;  ///< one sentence
-  std::optional<FittedModel>
-      model;  ///< accepted: state at the newest sample; refused: the candidate, if there was one
+  std::string message;                  ///< one sentence
+  std::optional<FittedModel> model;     ///< accepted: state at the newest sample; refused: the candidate, if there was one
   std::optional<FittedModel> extended;  ///< of the extended composition, when it is the one that answers from now on
 };
 
@@ -153,8 +151,7 @@ class OnlineSession {
   IntervalScale chargeScale() const { return inUse().chargeScale(); }
 
   /// A what-if profile from the live state; kNoModel likewise.
-  ProfileAnswer simulateProfile(const std::vector<double>& time,
-                                const std::vector<double>& current) const;
+  ProfileAnswer simulateProfile(const std::vector<double>& time, const std::vector<double>& current) const;
 
   SessionStatus status() const;
   StreamCounts counts() const { return stream_.counts(); }
@@ -179,8 +176,8 @@ class OnlineSession {
   struct Extension {
     std::vector<std::string> effects;
     std::shared_ptr<const LearnedForce> force;  // of "learned" among them
-    double from_driving = 0.0;  // [s]
-    std::string outcome;        // of its last fit, one sentence
+    double from_driving = 0.0;                  // [s]
+    std::string outcome;                        // of its last fit, one sentence
   };
 
   /// Keeps the session as it stands before a jump of the clock, or goes back to it where the clock does.
@@ -224,17 +221,17 @@ class OnlineSession {
   Contenders contenders_, at_job_;
   SessionEvents events_;  // not handed out yet
   std::optional<StreamSample> newest_;
-  double driving_ = 0.0;    // [s]
-  double next_look_ = 0.0;  // [s] of driving
+  double driving_ = 0.0;      // [s]
+  double next_look_ = 0.0;    // [s] of driving
   double job_driving_ = 0.0;  // [s], when the job that is out was taken
   int epoch_ = 0;
   bool job_is_out_ = false;
 
   SourceShare source_;
-  std::optional<FittedModel> restored_;  // waits until the stream knows its rate
-  std::optional<FittedModel> refused_;   // was restored and refused
+  std::optional<FittedModel> restored_;               // waits until the stream knows its rate
+  std::optional<FittedModel> refused_;                // was restored and refused
   std::shared_ptr<const OnlineSession> before_jump_;  // none a minute after a jump
-  double jumped_to_ = 0.0;  // [s], first stamp after it
+  double jumped_to_ = 0.0;                            // [s], first stamp after it
   std::optional<Extension> extension_, next_extension_;
   std::string last_outcome_;
 };

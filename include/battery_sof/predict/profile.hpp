@@ -32,15 +32,14 @@ inline constexpr std::size_t kMaxProfileSamples = 3600000;
  * @param time    [s] after the saved state, >= 0, strictly increasing.
  * @param current [A], same length; linear between the samples, and from the state's own current to the first sample.
  */
-ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
-                              const std::vector<double>& current);
+ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time, const std::vector<double>& current);
 
 /**
  * @brief Runs a model over the current of a recording and returns what it expects in a range of it.
  *
  * In the recording it was fitted to (same time and current at the end of its window), the model runs on from the state it ended
- * with. Otherwise, or for a range before that, it runs from the first sample, whose state is taken from the first second's voltage (paper, eq. 5,
- * median), so inside a later range only the current is used. Across gaps the battery is taken to rest.
+ * with. Otherwise, or for a range before that, it runs from the first sample, whose state is taken from the first second's voltage (paper,
+ * eq. 5, median), so inside a later range only the current is used. Across gaps the battery is taken to rest.
  *
  * @return one voltage a sample of the range [V], with 90 % intervals.
  */

@@ -26,16 +26,16 @@ std::string faultOf(const CurrentProfile& profile, const char* name);
 
 /// What a query takes the battery through, for comparison with what its model's window did.
 struct QueryRange {
-  std::optional<double> least_current;   ///< [A], largest discharge
-  std::optional<double> most_current;    ///< [A], largest charge
-  std::optional<double> most_voltage;    ///< [V]
-  std::optional<double> charge_duration; ///< [s]
-  double charge_moved = 0.0;             ///< [Ah], magnitude
-  std::optional<double> temperature;     ///< [K], at which it will happen; else the model's state's
-  bool charges = false;                  ///< needs r_charge, else r_discharge
-  ChargeEvidence evidence = {};          ///< what past charges say of a charge
-  std::optional<double> answered_voltage; ///< [V], what the model makes of it
-  double beyond_learned = 0.0;           ///< [V], most by which a learnt force was held inside what it was learnt on
+  std::optional<double> least_current;     ///< [A], largest discharge
+  std::optional<double> most_current;      ///< [A], largest charge
+  std::optional<double> most_voltage;      ///< [V]
+  std::optional<double> charge_duration;   ///< [s]
+  double charge_moved = 0.0;               ///< [Ah], magnitude
+  std::optional<double> temperature;       ///< [K], at which it will happen; else the model's state's
+  bool charges = false;                    ///< needs r_charge, else r_discharge
+  ChargeEvidence evidence = {};            ///< what past charges say of a charge
+  std::optional<double> answered_voltage;  ///< [V], what the model makes of it
+  double beyond_learned = 0.0;             ///< [V], most by which a learnt force was held inside what it was learnt on
 };
 
 /// The most charge that a model's equations hold for [Ah]: all of the capacity where the open-circuit voltage may move
@@ -54,8 +54,8 @@ double chargeHeldFor(const FittedModel& model, double capacity);
  * 10 s a limit of charge acceptance (charge_acceptance) and a charge as long as 10 s in the window (docs/physics.md#sof2).
  *
  * More than the capacity is never held, and no battery has a voltage below 0 or above 16 V a block of six cells: a model that
- * answers with one is beyond what its equations hold for. A learnt force that would differ by more than 10 mV if it were not held inside its range
- * is not to be relied on.
+ * answers with one is beyond what its equations hold for. A learnt force that would differ by more than 10 mV if it were not held inside
+ * its range is not to be relied on.
  *
  * @return reasons, joined by "; "; empty when there is none.
  */
@@ -72,8 +72,7 @@ void hold(Simulation& simulation, double current, double duration);
  * beyond: Simulation::beyondLearned().
  * @param error what the model will miss then (ErrorTracker).  @param own what the event adds [V].
  */
-Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
-                       const IntervalScale& scale);
+Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own, const IntervalScale& scale);
 
 /// Whether a value and the ends of its interval are finite.
 bool areNumbers(const Interval& answer);

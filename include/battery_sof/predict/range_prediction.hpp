@@ -22,8 +22,8 @@ class NoSource : public std::invalid_argument {
 
 /// What a prediction comes to, in every direction and beside what needs no physics.
 struct PredictionReport {
-  PredictionScores from_current;                ///< as the paper has it; its cranks are those of both_ways where that is
-  std::optional<BothWaysScores> both_ways;      ///< none when the current drives throughout
+  PredictionScores from_current;            ///< as the paper has it; its cranks are those of both_ways where that is
+  std::optional<BothWaysScores> both_ways;  ///< none when the current drives throughout
   BothWaysScores naive;
   std::optional<PredictionScores> naive_from_current;  ///< of the naive line; none without one
 };

@@ -19,9 +19,8 @@ struct StreamSample {
 /// How many offered samples came to what.
 struct StreamCounts {
   std::size_t accepted = 0;
-  RejectedCounts rejected;  ///< by Intake
-  std::size_t stamp_ahead =
-      0;  ///< a stamp more than kClockAhead ahead that the next sample did not confirm
+  RejectedCounts rejected;      ///< by Intake
+  std::size_t stamp_ahead = 0;  ///< a stamp more than kClockAhead ahead that the next sample did not confirm
   std::size_t clock_restarts = 0;
   std::size_t rejectedTotal() const { return rejected.total() + stamp_ahead; }
 };

@@ -12,10 +12,10 @@ namespace battery_sof {
 
 /// One crank's lowest voltage, measured and predicted.
 struct CrankScore {
-  double time = 0.0;                ///< [s], of the measured minimum
-  double current = 0.0;             ///< [A], of largest magnitude
-  double measured_minimum = 0.0;    ///< [V]
-  Interval predicted_minimum;       ///< [V], each bound's own minimum over the crank
+  double time = 0.0;              ///< [s], of the measured minimum
+  double current = 0.0;           ///< [A], of largest magnitude
+  double measured_minimum = 0.0;  ///< [V]
+  Interval predicted_minimum;     ///< [V], each bound's own minimum over the crank
 };
 
 /// How a prediction compares with what was measured.
@@ -30,7 +30,6 @@ struct PredictionScores {
 };
 
 /// @param range, predicted as given to and returned by predictSeries().
-PredictionScores scorePrediction(const Series& series, IndexRange range,
-                                 const PredictedVoltage& predicted, const EventLimits& limits = {});
+PredictionScores scorePrediction(const Series& series, IndexRange range, const PredictedVoltage& predicted, const EventLimits& limits = {});
 
 }  // namespace battery_sof

@@ -25,9 +25,9 @@ class SourceShare {
   /// The clock jumped: nothing is kept.
   void forgetPast();
 
-  bool seen() const { return seen_; }           ///< something charges the battery
-  std::optional<double> share() const;          ///< [0, 1]; none where nothing was judged
-  std::optional<double> until() const;          ///< [s], of the last sample
+  bool seen() const { return seen_; }   ///< something charges the battery
+  std::optional<double> share() const;  ///< [0, 1]; none where nothing was judged
+  std::optional<double> until() const;  ///< [s], of the last sample
 
  private:
   struct Block {

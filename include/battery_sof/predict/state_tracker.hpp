@@ -35,9 +35,9 @@ class StateTracker {
 
   // The last settled sample; meaningless before the first.
   bool hasSettled() const { return has_settled_; }
-  const FollowedSample& last() const { return last_; }    ///< as the model followed it
-  double lastTime() const { return settled_.state.time; } ///< [s]
-  double lastVoltage() const { return last_voltage_; }    ///< [V], measured, put right
+  const FollowedSample& last() const { return last_; }     ///< as the model followed it
+  double lastTime() const { return settled_.state.time; }  ///< [s]
+  double lastVoltage() const { return last_voltage_; }     ///< [V], measured, put right
   /// @return measured less expected [V]; where the voltage drives, the current's error through 10 mOhm. 0 before the first.
   double error() const { return error_; }
 
@@ -96,7 +96,7 @@ class StateTracker {
   bool has_settled_ = false;
   FollowedSample last_;
   double last_voltage_ = 0.0, error_ = 0.0;  // [V]
-  bool needs_trace_;  // an effect may ask for the current a little earlier or later than the sample
+  bool needs_trace_;                         // an effect may ask for the current a little earlier or later than the sample
   CurrentTrace trace_;
 };
 

@@ -6,11 +6,11 @@ namespace battery_sof {
 
 /// How long may the engine stay off?
 struct StopTimeQuery {
-  double i_load = 0.0;       ///< [A], <= 0
-  double i_cranking = 0.0;   ///< [A], < 0
-  double t_cranking = 1.0;   ///< [s], > 0 to 60
-  double u_required = 0.0;   ///< [V], 0 to 100
-  CurrentProfile crank = {}; ///< in place of i_cranking and t_cranking when not empty
+  double i_load = 0.0;                               ///< [A], <= 0
+  double i_cranking = 0.0;                           ///< [A], < 0
+  double t_cranking = 1.0;                           ///< [s], > 0 to 60
+  double u_required = 0.0;                           ///< [V], 0 to 100
+  CurrentProfile crank = {};                         ///< in place of i_cranking and t_cranking when not empty
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
 };
 
@@ -51,7 +51,6 @@ struct StopTimeAnswer {
  *
  * @param capacity [Ah], nominal, > 0.
  */
-StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query,
-                               double capacity = 50.0);
+StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query, double capacity = 50.0);
 
 }  // namespace battery_sof

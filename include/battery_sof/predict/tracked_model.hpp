@@ -15,9 +15,8 @@ namespace battery_sof {
 
 /// How a model has done since it was accepted.
 struct BacktestScore {
-  std::optional<double>
-      q_dyn_percent;      ///< paper, eq. 6, open loop; none until the voltage has varied
-  double duration = 0.0;  ///< [s], from the first to the last sample compared
+  std::optional<double> q_dyn_percent;  ///< paper, eq. 6, open loop; none until the voltage has varied
+  double duration = 0.0;                ///< [s], from the first to the last sample compared
 };
 
 /// What ended with a sample and was set beside the model's expectation.
@@ -37,7 +36,7 @@ class TrackedModel {
  public:
   static constexpr double kBacktestSpan = 900.0;  ///< [s] of the past that a back-test looks at
 
-  static constexpr double kLongCharge = 60.0;     ///< [s], charges that a model with a source is compared over beside 10 s
+  static constexpr double kLongCharge = 60.0;  ///< [s], charges that a model with a source is compared over beside 10 s
 
   explicit TrackedModel(const EventLimits& limits);
 
@@ -73,9 +72,9 @@ class TrackedModel {
   const FollowedSample& last() const { return tracker_->last(); }
   bool voltageDrives() const { return tracker_ && tracker_->voltageDrives(); }  ///< wants none
   bool isCompared() const { return tracker_ && tracker_->hasSettled(); }        ///< error() says something; wants none
-  double error() const { return tracker_->error(); }           ///< [V], see StateTracker::error()
-  double lastTime() const { return tracker_->lastTime(); }     ///< [s], of last()
-  double stateTime() const { return tracker_->state().time; }  ///< [s]
+  double error() const { return tracker_->error(); }                            ///< [V], see StateTracker::error()
+  double lastTime() const { return tracker_->lastTime(); }                      ///< [s], of last()
+  double stateTime() const { return tracker_->state().time; }                   ///< [s]
   /// [s], end of the model's window on the present clock.
   double fittedUntil() const { return fitted_until_; }
 
@@ -84,9 +83,7 @@ class TrackedModel {
   const NaiveContest& crankContest() const { return crank_contest_; }
   const NaiveContest& chargeContest() const { return charge_contest_; }
   const NaiveContest& longChargeContest() const { return long_charge_contest_; }  ///< over kLongCharge
-  NaiveStandings standings() const {
-    return {crank_contest_.standing(), charge_contest_.standing(), long_charge_contest_.standing()};
-  }
+  NaiveStandings standings() const { return {crank_contest_.standing(), charge_contest_.standing(), long_charge_contest_.standing()}; }
 
  private:
   /// One compared instant of the back-test.

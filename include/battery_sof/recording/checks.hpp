@@ -20,23 +20,23 @@ enum class Severity {
 struct Finding {
   std::string id;  ///< rate, gaps, clock, missing, clipping, quantisation, sign, offset, skew, stuck, aliasing, voltage_level, excitation
   Severity severity = Severity::kNote;
-  std::string what;     ///< what was found, with numbers and units
-  std::string meaning;  ///< what follows from it
-  std::optional<double> value;   ///< the finding's number, in the unit `unit` names
+  std::string what;             ///< what was found, with numbers and units
+  std::string meaning;          ///< what follows from it
+  std::optional<double> value;  ///< the finding's number, in the unit `unit` names
   std::string unit;
-  std::size_t samples = 0;       ///< samples concerned
-  std::vector<double> at;        ///< [s], up to ten times where it was found
+  std::size_t samples = 0;  ///< samples concerned
+  std::vector<double> at;   ///< [s], up to ten times where it was found
 };
 
 /// Everything the lint found; the order is the order in which a reader should learn it.
 struct CheckReport {
   std::size_t samples = 0;
-  double from = 0.0;             ///< [s]
-  double to = 0.0;               ///< [s]
-  double median_interval = 0.0;  ///< [s]
-  std::optional<double> voltage_lsb;  ///< [V], step of the voltage channel when quantised
-  std::optional<double> current_lsb;  ///< [A], step of the current channel when quantised
-  std::vector<Finding> findings;      ///< problems first, then warnings, then notes
+  double from = 0.0;                    ///< [s]
+  double to = 0.0;                      ///< [s]
+  double median_interval = 0.0;         ///< [s]
+  std::optional<double> voltage_lsb;    ///< [V], step of the voltage channel when quantised
+  std::optional<double> current_lsb;    ///< [A], step of the current channel when quantised
+  std::vector<Finding> findings;        ///< problems first, then warnings, then notes
   std::vector<std::string> not_judged;  ///< what this recording cannot show, each with its reason
 };
 
@@ -50,8 +50,8 @@ std::string describe(Severity severity);
  * Methods (docs/physics.md#instruments). A fault is named on its own evidence only:
  * - clipping: an extreme value repeats while the other channel moves both ways, as it does through a crank whose peak is
  *   cut off; or it repeats, where the channel flickers elsewhere, for longer than its own noise would leave it unmoved (chance
- *   below 0.001 in the whole recording, faster than 5 Hz); or, for single samples at slow rates, the extreme stands out from scattered values below it. A current that
- *   a source holds at its limit, and a voltage that a regulator holds, are not clipped.
+ *   below 0.001 in the whole recording, faster than 5 Hz); or, for single samples at slow rates, the extreme stands out from scattered
+ * values below it. A current that a source holds at its limit, and a voltage that a regulator holds, are not clipped.
  * - quantisation: the greatest step of which nearly all changes are multiples.
  * - sign: that of the correlation of voltage with current changes at edges.
  * - offset: one small current at every apparent rest. A consumer looks the same: always a note.

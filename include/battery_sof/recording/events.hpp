@@ -17,9 +17,9 @@ std::string describe(EventKind kind);
 
 /// Limits that tell events apart.
 struct EventLimits {
-  double crank_current = -150.0;   ///< [A]; a crank falls to this or below (paper, section V: pulses and weighting)
-  double crank_max_duration = 5.0; ///< [s]; longer stretches are discharges
-  double rest_current = 0.5;       ///< [A]; |current| below it is rest
+  double crank_current = -150.0;    ///< [A]; a crank falls to this or below (paper, section V: pulses and weighting)
+  double crank_max_duration = 5.0;  ///< [s]; longer stretches are discharges
+  double rest_current = 0.5;        ///< [A]; |current| below it is rest
 };
 
 /// A stretch of one kind of load. Ranges of neighbouring events do not overlap; every sample belongs to one event.
@@ -64,11 +64,11 @@ struct EventTotals {
 
 /// What happened in a series, added up. An event lasts until the next one begins, or to its last sample before a gap.
 struct EventSummary {
-  std::array<EventTotals, 4> totals;  ///< in the order of EventKind
-  double charge_in = 0.0;             ///< [As], what flowed into the battery; gaps count nothing
-  double charge_out = 0.0;            ///< [As], negative, what flowed out of it
-  double longest_charge = 0.0;        ///< [s]
-  std::size_t long_charges = 0;       ///< charges longer than 10 s
+  std::array<EventTotals, 4> totals;                             ///< in the order of EventKind
+  double charge_in = 0.0;                                        ///< [As], what flowed into the battery; gaps count nothing
+  double charge_out = 0.0;                                       ///< [As], negative, what flowed out of it
+  double longest_charge = 0.0;                                   ///< [s]
+  std::size_t long_charges = 0;                                  ///< charges longer than 10 s
   std::optional<double> min_charge_voltage, max_charge_voltage;  ///< [V], none without a charge
   EventTotals& of(EventKind kind) { return totals[static_cast<std::size_t>(kind)]; }
   const EventTotals& of(EventKind kind) const { return totals[static_cast<std::size_t>(kind)]; }

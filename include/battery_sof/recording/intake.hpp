@@ -9,9 +9,9 @@ namespace battery_sof {
 
 /// One instant as a sensor, file or message delivers it, before anything is believed of it. NaN means not measured.
 struct RawSample {
-  double time = 0.0;     ///< [s]
-  double current = 0.0;  ///< [A], positive into the battery
-  double voltage = 0.0;  ///< [V]
+  double time = 0.0;                  ///< [s]
+  double current = 0.0;               ///< [A], positive into the battery
+  double voltage = 0.0;               ///< [V]
   std::optional<double> temperature;  ///< [K]
 };
 

@@ -41,9 +41,7 @@ struct RejectedCounts {
   std::size_t duplicate_stamp = 0;  ///< same time as the sample before
   std::size_t clock_step_back = 0;  ///< earlier than a sample already accepted
   std::size_t out_of_range = 0;     ///< |current| or |voltage| beyond anything a battery sensor shows
-  std::size_t total() const {
-    return missing_value + not_finite + duplicate_stamp + clock_step_back + out_of_range;
-  }
+  std::size_t total() const { return missing_value + not_finite + duplicate_stamp + clock_step_back + out_of_range; }
 };
 
 /// A series with where it came from and what was refused on the way in.
@@ -51,7 +49,7 @@ struct Recording {
   std::string name;  ///< file name without folders
   Series series;
   RejectedCounts rejected;
-  std::size_t offered = 0;        ///< rows or messages but those with a temperature alone
+  std::size_t offered = 0;         ///< rows or messages but those with a temperature alone
   double largest_step_back = 0.0;  ///< [s], of the clock; 0 when it never went back
 };
 

@@ -38,15 +38,14 @@ std::string describe(SourceReason reason);
  * A default-constructed rule knows no source: every sample's current is imposed.
  */
 struct SourceRule {
-  bool present = false;        ///< something charges the battery
-  double least_current = 0.0;  ///< [A]; below it a load imposes the current. Negative, as a source
-                               ///< may let the battery help out
-  Imposed charge_begins =
-      Imposed::kVoltage;       ///< taken for a charge as long as nothing is known of it
-  double current_noise = 0.0;  ///< [A], standard deviation; at least what the channel's steps make
-  double voltage_noise = 0.0;  ///< [V], the same, at least half a step
-  std::optional<double> resistance;  ///< [Ohm], dv/di at edges of the current
-  double max_gap = 5.0;  ///< [s]; what was known before a longer gap says nothing of what follows
+  bool present = false;                       ///< something charges the battery
+  double least_current = 0.0;                 ///< [A]; below it a load imposes the current. Negative, as a source
+                                              ///< may let the battery help out
+  Imposed charge_begins = Imposed::kVoltage;  ///< taken for a charge as long as nothing is known of it
+  double current_noise = 0.0;                 ///< [A], standard deviation; at least what the channel's steps make
+  double voltage_noise = 0.0;                 ///< [V], the same, at least half a step
+  std::optional<double> resistance;           ///< [Ohm], dv/di at edges of the current
+  double max_gap = 5.0;                       ///< [s]; what was known before a longer gap says nothing of what follows
 };
 
 /**

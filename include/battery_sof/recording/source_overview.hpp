@@ -21,10 +21,10 @@ struct ImposedTime {
 
 /// Who imposes what in a recording, as a reader needs it; times in place of indices.
 struct SourceOverview {
-  bool seen = false;                  ///< something charges the battery
-  double share = 0.0;                 ///< of the samples whose voltage is imposed [0, 1]
-  std::string summary;                ///< one or two sentences
-  std::vector<ImposedTotals> totals;  ///< one a reason, in alphabetical order
+  bool seen = false;                         ///< something charges the battery
+  double share = 0.0;                        ///< of the samples whose voltage is imposed [0, 1]
+  std::string summary;                       ///< one or two sentences
+  std::vector<ImposedTotals> totals;         ///< one a reason, in alphabetical order
   std::vector<ImposedTime> voltage_imposed;  ///< in order; see overviewOf()
 };
 

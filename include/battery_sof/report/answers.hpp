@@ -22,7 +22,7 @@ std::string chargeAcceptanceText(const ChargeAcceptanceQuery& query, const Charg
 
 /// What `sof map` was asked and got; a map that was not asked has no answers.
 struct MapResult {
-  std::vector<double> i_load, t_stop;   ///< [A], [s]
+  std::vector<double> i_load, t_stop;  ///< [A], [s]
   std::optional<CrankingMap> cranking;
   std::vector<double> u_boost, t_sof2;  ///< [V], [s]
   std::optional<ChargeAcceptanceMap> charge;

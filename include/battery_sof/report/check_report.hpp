@@ -16,8 +16,7 @@ namespace battery_sof {
  * @param name what the reader calls the recording.
  * @param report checkRecording's answer for recording.
  */
-std::string checkReportText(const std::string& name, const Recording& recording,
-                            const CheckReport& report);
+std::string checkReportText(const std::string& name, const Recording& recording, const CheckReport& report);
 
 /**
  * @brief The same as JSON of schema battery_sof/check/1; an absent number is null.
@@ -33,7 +32,6 @@ std::string checkReportText(const std::string& name, const Recording& recording,
  * - findings: a list of id, severity, what, meaning, value, unit, samples, at_s;
  * - not_judged: a list of sentences.
  */
-nlohmann::json checkReportJson(const std::string& name, const Recording& recording,
-                               const CheckReport& report);
+nlohmann::json checkReportJson(const std::string& name, const Recording& recording, const CheckReport& report);
 
 }  // namespace battery_sof

@@ -12,7 +12,8 @@ namespace battery_sof {
  *
  * Beside the contract's fields: program, recording; effects: title, evidence, voltage_rms_v, tied_with, and parameters'
  * lower, upper (of the 95 % interval), at_bound; candidates: title, family; fit.regimes; regimes; absorption; instrument;
- * withheld_rmse_v: of an extended model that predicts the hold-out worse than the base model and is not given; learned; detectable; outside; imposed: who imposes what, by reason, and the stretches whose voltage a source imposes.
+ * withheld_rmse_v: of an extended model that predicts the hold-out worse than the base model and is not given; learned; detectable;
+ * outside; imposed: who imposes what, by reason, and the stretches whose voltage a source imposes.
  */
 nlohmann::json diagnosisJson(const Diagnosis& diagnosis);
 

@@ -21,7 +21,7 @@ using Trace = std::function<double(std::size_t)>;
  * @param whole ranges of which every sample stays.
  * @return indices, increasing; every sample when there are at most 2 a bucket.
  */
-std::vector<std::size_t> displaySamples(const Series& series, const std::vector<Trace>& traces,
-                                        std::size_t buckets, const std::vector<IndexRange>& whole = {});
+std::vector<std::size_t> displaySamples(const Series& series, const std::vector<Trace>& traces, std::size_t buckets,
+                                        const std::vector<IndexRange>& whole = {});
 
 }  // namespace battery_sof

@@ -64,8 +64,7 @@ class BatterySofNode {
   void advertise();
   template <typename Service>
   ros::ServiceServer serve(const char* name, ros::CallbackQueue& queue,
-                           bool (BatterySofNode::*callback)(typename Service::Request&,
-                                                            typename Service::Response&));
+                           bool (BatterySofNode::*callback)(typename Service::Request&, typename Service::Response&));
 
   void onBatteryState(const SampleEvent& event);
   void onWallTimer(const ros::WallTimerEvent& event);
@@ -75,8 +74,7 @@ class BatterySofNode {
 
   bool onPredictCranking(PredictCranking::Request& request, PredictCranking::Response& response);
   bool onPredictStopTime(PredictStopTime::Request& request, PredictStopTime::Response& response);
-  bool onPredictChargeAcceptance(PredictChargeAcceptance::Request& request,
-                                 PredictChargeAcceptance::Response& response);
+  bool onPredictChargeAcceptance(PredictChargeAcceptance::Request& request, PredictChargeAcceptance::Response& response);
   bool onPredictMap(PredictMap::Request& request, PredictMap::Response& response);
   bool onSimulateProfile(SimulateProfile::Request& request, SimulateProfile::Response& response);
   bool onIdentify(Identify::Request& request, Identify::Response& response);

@@ -63,8 +63,7 @@ class DiagnosisRunner {
     double from_driving = 0.0;  // [s]
   };
 
-  std::optional<std::future<Outcome>> post(const Series& series, const std::string& name,
-                                           double from_driving);
+  std::optional<std::future<Outcome>> post(const Series& series, const std::string& name, double from_driving);
   Outcome run(const Job& job);
   Outcome diagnosed(const Job& job);
   Adoption adopt(const Diagnosis& diagnosis, double from_driving);

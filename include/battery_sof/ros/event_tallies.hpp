@@ -20,8 +20,8 @@ struct EventTally {
 
 /// The cranks and charges of the running back-test.
 struct EventTallies {
-  EventTally cranks, charges;              ///< of the model
-  EventTally naive_cranks, naive_charges;  ///< of its window's naive predictors, where they expected something
+  EventTally cranks, charges;                    ///< of the model
+  EventTally naive_cranks, naive_charges;        ///< of its window's naive predictors, where they expected something
   EventTally answered_cranks, answered_charges;  ///< of the one that answered questions then (NaiveContest)
   std::optional<CrankComparison> last_crank;
   std::optional<ChargeComparison> last_charge;

@@ -21,8 +21,8 @@ struct DiagnosticsSnapshot {
   EventTallies events;
   ResponseTimes response_times;
   DiagnosisLine diagnosis;
-  std::string state_file;        ///< its path, or "off"
-  std::string internal_fault;    ///< what failed last inside the node; empty when nothing did
+  std::string state_file;      ///< its path, or "off"
+  std::string internal_fault;  ///< what failed last inside the node; empty when nothing did
   std::size_t internal_faults = 0;
   std::string state_file_fault;  ///< empty when the last access went well
 };

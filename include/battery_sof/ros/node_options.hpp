@@ -24,7 +24,7 @@ struct NodeOptions {
   StandingQueries standing;
   double diagnose_period = 0.0;  ///< [s] of driving; 0: only on request
   bool adopt_diagnosis = false;  ///< what is diagnosed goes on trial beside the base model
-  std::string state_file;  ///< empty: the model is not kept
+  std::string state_file;        ///< empty: the model is not kept
 };
 
 /// Parameters the node does not start with; the message has one line a fault.

@@ -13,8 +13,7 @@ struct AcidTransport {
              shape("acid_time_1", "tau_1", "s", 50.0, 15.0, 150.0, 0.5, "Sulzer 2019, Gu 1997: docs/physics.md#acid_transport"),
              linearStrength("acid_resistance_2", "R_2", "ohm", 0.003, 0.0, 0.2, "docs/physics.md#acid_transport"),
              shape("acid_time_2", "tau_2", "s", 500.0, 150.0, 6000.0, 0.7, "Sulzer 2019, Gu 1997: docs/physics.md#acid_transport")},
-            {{"acid_current_1", "A", 0.0, 20.0, -300.0, 300.0},
-             {"acid_current_2", "A", 0.0, 10.0, -100.0, 100.0}},
+            {{"acid_current_1", "A", 0.0, 20.0, -300.0, 300.0}, {"acid_current_2", "A", 0.0, 10.0, -100.0, 100.0}},
             {"ocv_soc", "ocv_hysteresis", "cpe2", "high_rate_depletion"},
             "a rest of two time constants after 0.5 Ah: acid relaxes, the state of charge stays",
             {}};

@@ -47,10 +47,10 @@ struct Present {
 /// An interval that was passed through.
 template <typename S>
 struct Passage {
-  const S& current;  ///< [A], held
-  double duration;   ///< [s]
-  const S& u_c2;     ///< [V], mean of the double layer's voltage over the interval
-  const S& reaction; ///< [A], mean of what reacted: the held current less what the double layer stored and side currents
+  const S& current;   ///< [A], held
+  double duration;    ///< [s]
+  const S& u_c2;      ///< [V], mean of the double layer's voltage over the interval
+  const S& reaction;  ///< [A], mean of what reacted: the held current less what the double layer stored and side currents
   const Present<S>& present;
 };
 
@@ -82,8 +82,7 @@ class EffectKernel {
   /// @return current past the double layer's reaction [A].
   virtual S sideCurrent(const S* p, const S& u_c2, const Present<S>& present) const = 0;
   /// @return activity after an implicit Euler step of `duration` from `before`.
-  virtual S activity(const S* p, const S& before, const ReactionRates<S>& rates,
-                     const Present<S>& present, double duration) const = 0;
+  virtual S activity(const S* p, const S& before, const ReactionRates<S>& rates, const Present<S>& present, double duration) const = 0;
   /// Moves the effect's own states over an interval.
   virtual void advance(const S* p, S* x, const Passage<S>& passage) const = 0;
   /// @return voltage in series with the battery [V].
@@ -94,18 +93,17 @@ class EffectKernel {
 
 /// Which hooks an effect has.
 struct EffectHooks {
-  bool sense = false, adapt = false, side_current = false, activity = false, advance = false,
-       voltage = false, show = false;
-  bool is_ladder = false;     ///< its states are the ladder of a fractional double layer
-  bool steps_finely = false;  ///< its states are stepped on both sides of the double layer's step
+  bool sense = false, adapt = false, side_current = false, activity = false, advance = false, voltage = false, show = false;
+  bool is_ladder = false;        ///< its states are the ladder of a fractional double layer
+  bool steps_finely = false;     ///< its states are stepped on both sides of the double layer's step
   bool limits_reaction = false;  ///< sets reactivity and inverse_supply
-  double longest_piece = 0.0;  ///< [s], intervals are cut to it: its states act back within them; 0: never
+  double longest_piece = 0.0;    ///< [s], intervals are cut to it: its states act back within them; 0: never
 };
 
-#define BATTERY_SOF_HOOK(Name, hook)                                                 \
-  template <typename D, typename = void>                                             \
-  struct Name : std::false_type {};                                                  \
-  template <typename D>                                                              \
+#define BATTERY_SOF_HOOK(Name, hook)     \
+  template <typename D, typename = void> \
+  struct Name : std::false_type {};      \
+  template <typename D>                  \
   struct Name<D, std::void_t<decltype(&D::template hook<double>)>> : std::true_type {};
 BATTERY_SOF_HOOK(HasSense, sense)
 BATTERY_SOF_HOOK(HasAdapt, adapt)
@@ -165,8 +163,7 @@ class KernelOf final : public EffectKernel<S> {
     if constexpr (HasSideCurrent<D>::value) return D::sideCurrent(p, u_c2, present);
     return S(0.0);
   }
-  S activity(const S* p, const S& before, const ReactionRates<S>& rates, const Present<S>& present,
-             double duration) const override {
+  S activity(const S* p, const S& before, const ReactionRates<S>& rates, const Present<S>& present, double duration) const override {
     if constexpr (HasActivity<D>::value) return D::activity(p, before, rates, present, duration);
     return before;
   }
@@ -201,10 +198,9 @@ Effect effectOf() {
   effect.info.on_request = OnRequest<D>::value;
   effect.info.acts_at_edges = ActsAtEdges<D>::value;
   effect.info.takes_short_steps = IsLadder<D>::value || LongestPiece<D>::value > 0.0;
-  effect.hooks = {HasSense<D>::value,   HasAdapt<D>::value,   HasSideCurrent<D>::value,
-                  HasActivity<D>::value, HasAdvance<D>::value, HasVoltage<D>::value,
-                  HasShow<D>::value,     IsLadder<D>::value,   StepsFinely<D>::value,
-                  LimitsReaction<D>::value, LongestPiece<D>::value};
+  effect.hooks = {HasSense<D>::value,    HasAdapt<D>::value,       HasSideCurrent<D>::value, HasActivity<D>::value,
+                  HasAdvance<D>::value,  HasVoltage<D>::value,     HasShow<D>::value,        IsLadder<D>::value,
+                  StepsFinely<D>::value, LimitsReaction<D>::value, LongestPiece<D>::value};
   effect.values = std::make_unique<KernelOf<D, double>>();
   effect.slopes = std::make_unique<KernelOf<D, Slope>>();
   effect.dual8 = std::make_unique<KernelOf<D, Dual<8>>>();
@@ -251,29 +247,25 @@ S relaxed(const S& x, const S& target, const S& tau, double duration) {
 inline constexpr double kSecondsPerHour = 3600.0;  // also [As] per [Ah]
 
 /// A strength: zero removes its effect.
-inline ParameterInfo strength(std::string name, std::string symbol, std::string unit,
-                              double magnitude, double lower, double upper, std::string source) {
-  ParameterInfo info{std::move(name), std::move(symbol), std::move(unit),  magnitude,
-                     lower,           upper,             std::move(source)};
+inline ParameterInfo strength(std::string name, std::string symbol, std::string unit, double magnitude, double lower, double upper,
+                              std::string source) {
+  ParameterInfo info{std::move(name), std::move(symbol), std::move(unit), magnitude, lower, upper, std::move(source)};
   info.vanishes_at = 0.0;
   return info;
 }
 
 /// A strength in which the voltage is linear.
-inline ParameterInfo linearStrength(std::string name, std::string symbol, std::string unit,
-                                    double magnitude, double lower, double upper,
+inline ParameterInfo linearStrength(std::string name, std::string symbol, std::string unit, double magnitude, double lower, double upper,
                                     std::string source) {
-  ParameterInfo info = strength(std::move(name), std::move(symbol), std::move(unit), magnitude,
-                                lower, upper, std::move(source));
+  ParameterInfo info = strength(std::move(name), std::move(symbol), std::move(unit), magnitude, lower, upper, std::move(source));
   info.linear = true;
   return info;
 }
 
 /// A time constant, capacitance or rate: known by its order of magnitude, to a factor e^prior_std.
-inline ParameterInfo shape(std::string name, std::string symbol, std::string unit, double magnitude,
-                           double lower, double upper, double prior_std, std::string source) {
-  ParameterInfo info{std::move(name), std::move(symbol), std::move(unit),  magnitude,
-                     lower,           upper,             std::move(source)};
+inline ParameterInfo shape(std::string name, std::string symbol, std::string unit, double magnitude, double lower, double upper,
+                           double prior_std, std::string source) {
+  ParameterInfo info{std::move(name), std::move(symbol), std::move(unit), magnitude, lower, upper, std::move(source)};
   info.logarithmic = true;
   info.prior_std = prior_std;
   return info;

@@ -18,8 +18,9 @@ struct FreshSulphate {
   static constexpr double kLeast = 1e-3;  // [As], so that an emptied reservoir leaves a slope
 
   static EffectInfo info() {
-    ParameterInfo present = held(strength("fresh_sulphate_share", "z", "1", 1.0, 0.0, 1.0,
-                                          "docs/physics.md#fresh_sulphate; 0: the base model, 1: the law, between them a path for a search"));
+    ParameterInfo present =
+        held(strength("fresh_sulphate_share", "z", "1", 1.0, 0.0, 1.0,
+                      "docs/physics.md#fresh_sulphate; 0: the base model, 1: the law, between them a path for a search"));
     return {"fresh_sulphate",
             "P12",
             "charge is accepted while what was just discharged is still fresh",
@@ -28,8 +29,7 @@ struct FreshSulphate {
             "dS/dt = kappa (-i_r2)^+ - (i_r2)^+ (S / tau_s) / L\n"
             "tau_w dw/dt = R_w i - w,  u += w,  r_charge = r_discharge\n"
             "C_2 du_c2/dt = i - i_r2 - z 0.03 A exp(1.83/V (u_dc + u_c2 - 14.4 V))",
-            {present,
-             shape("fresh_exchange_current", "I_0", "A", 2.0, 0.01, 50.0, 0.7, "start-stop recordings: 0.9 to 5.6 A"),
+            {present, shape("fresh_exchange_current", "I_0", "A", 2.0, 0.01, 50.0, 0.7, "start-stop recordings: 0.9 to 5.6 A"),
              shape("steady_supply", "L_0", "A", 0.5, 0.01, 30.0, 1.0, "start-stop recordings: 0.23 to 3 A"),
              shape("dissolution_time", "tau_s", "s", 4.0, 0.3, 3000.0, 1.1, "start-stop recordings: 1.4 to 25 s"),
              shape("recharged_share", "kappa", "1", 0.9, 0.02, 3.0, 0.2, "start-stop recordings: 0.54 to 0.9"),

@@ -25,8 +25,7 @@ struct Gassing {
   template <typename S>
   static S sideCurrent(const S* p, const S& u_c2, const Present<S>& present) {
     using std::exp;
-    const S exponent = S(p[1] * (present.u_dc + u_c2 - kReferenceVoltage) +
-                         kTemperatureSlope * present.warming);
+    const S exponent = S(p[1] * (present.u_dc + u_c2 - kReferenceVoltage) + kTemperatureSlope * present.warming);
     // Beyond e^50 the oxygen limit has long taken over.
     const S tafel = S(p[0] * exp(valueOf(exponent) > 50.0 ? S(50.0) : exponent));
     return S(tafel * p[2] / (tafel + p[2]));

@@ -28,13 +28,10 @@ struct TimeSkew {
       return;
     }
     const CurrentTrace& trace = *step.trace;
-    if (!step.averaged)
-      end = S(end + (trace.at(step.time - d) - trace.at(step.time)) -
-              trace.slopeAt(step.time - d) * (skew - d));
+    if (!step.averaged) end = S(end + (trace.at(step.time - d) - trace.at(step.time)) - trace.slopeAt(step.time - d) * (skew - d));
     if (step.duration <= 0.0) return;
     const double from = step.time - step.duration;
-    const double moved =
-        trace.meanBetween(from - d, step.time - d) - trace.meanBetween(from, step.time);
+    const double moved = trace.meanBetween(from - d, step.time - d) - trace.meanBetween(from, step.time);
     const double rate = (trace.at(step.time - d) - trace.at(from - d)) / step.duration;
     held = S(held + moved - rate * (skew - d));
   }

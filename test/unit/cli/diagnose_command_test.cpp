@@ -43,8 +43,8 @@ TEST_F(SofDiagnose, FindsAnUnwritableResultBeforeTheWork) {
 }
 
 TEST_F(SofDiagnose, ExitsWithOneOnTooLittleDataAndTellsWhy) {
-  const Outcome outcome = sof({"diagnose", stub_, "--json", path("d.json"), "--report", path("page.html"), "--out",
-                               path("m.yaml"), "--base-out", path("b.yaml")});
+  const Outcome outcome = sof(
+      {"diagnose", stub_, "--json", path("d.json"), "--report", path("page.html"), "--out", path("m.yaml"), "--base-out", path("b.yaml")});
   EXPECT_EQ(outcome.code, 1) << outcome.err;
   EXPECT_NE(outcome.err.find("no diagnosis"), std::string::npos);
   EXPECT_NE(outcome.out.find("insufficient_data"), std::string::npos);
@@ -72,9 +72,9 @@ TEST_F(SofDiagnose, NamesWhatADriveHasAndWritesModelsThatPredict) {
   test::Random random(3);
   for (double& u : series.voltage) u += 0.002 * random.normal();
   writeCsv(path("drive.csv"), series);
-  const Outcome outcome = sof({"diagnose", path("drive.csv"), "--json", path("d.json"), "--report", path("page.html"), "--out",
-                               path("m.yaml"), "--base-out", path("b.yaml"), "--hypotheses",
-                               "current_dependent_resistance,gassing,time_skew"});
+  const Outcome outcome =
+      sof({"diagnose", path("drive.csv"), "--json", path("d.json"), "--report", path("page.html"), "--out", path("m.yaml"), "--base-out",
+           path("b.yaml"), "--hypotheses", "current_dependent_resistance,gassing,time_skew"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("named"), std::string::npos) << outcome.out;
   std::ifstream file(path("d.json"));

@@ -19,9 +19,7 @@ Outcome effects(std::vector<std::string> arguments) {
   return test::sof(arguments);
 }
 
-bool contains(const std::string& text, const std::string& piece) {
-  return text.find(piece) != std::string::npos;
-}
+bool contains(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }
 
 TEST(SofEffects, ListsEveryEffectWithCodeFamilyAndTitleOneALine) {
   const Outcome outcome = effects({});
@@ -70,8 +68,7 @@ TEST(SofEffects, SaysWhatIsHeldWhatIsKnownBeforehandAndWhereAStrengthVanishes) {
   EXPECT_TRUE(contains(effects({"charge_transfer"}).out, "known to +- 0.05"));
   EXPECT_TRUE(contains(effects({"sulphate_history"}).out, "needs          charge_acceptance"));
   EXPECT_TRUE(contains(effects({"cpe2"}).out, "cpe2_1 to cpe2_17 [V], begins at u_c2"));
-  EXPECT_TRUE(contains(effects({"acid_transport"}).out,
-                       "acid_current_1 [A], estimated where a recording begins, 0 A +- 20 A"));
+  EXPECT_TRUE(contains(effects({"acid_transport"}).out, "acid_current_1 [A], estimated where a recording begins, 0 A +- 20 A"));
 }
 
 TEST(SofEffects, GivesTheSameAsJson) {
@@ -111,8 +108,7 @@ TEST(SofEffects, JsonHasTheFamilyOfEveryEffectAndTheMembersOfEveryFamily) {
 }
 
 TEST(SofEffects, WritesTheJsonOfOneEffectToAFile) {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("battery_sof effects " + std::to_string(getpid()) + ".json");
+  const auto path = std::filesystem::temp_directory_path() / ("battery_sof effects " + std::to_string(getpid()) + ".json");
   EXPECT_EQ(effects({"ocv_soc", "--json", path.string()}).code, 0);
   std::ifstream file(path);
   const auto document = nlohmann::json::parse(file);

@@ -44,8 +44,7 @@ TEST_F(Sof, ExitsWithTwoOnWrongUsage) {
 }
 
 TEST_F(Sof, IdentifiesAWindowAndWritesTheModel) {
-  const Outcome outcome =
-      sof({"identify", drive_, "--from", "0", "--to", "240", "--out", model_, "--json", "-"});
+  const Outcome outcome = sof({"identify", drive_, "--from", "0", "--to", "240", "--out", model_, "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["status"], "converged");
@@ -58,8 +57,7 @@ TEST_F(Sof, IdentifiesAWindowAndWritesTheModel) {
 }
 
 TEST_F(Sof, ChoosesTheWindowUnlessBothEndsAreGivenAndCarriesTheStateToTheEnd) {
-  const Outcome outcome =
-      sof({"identify", drive_, "--from", "30", "--out", model_, "--json", path("result.json")});
+  const Outcome outcome = sof({"identify", drive_, "--from", "30", "--out", model_, "--json", path("result.json")});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("r_discharge"), std::string::npos);
   std::ifstream file(path("result.json"));
@@ -72,22 +70,18 @@ TEST_F(Sof, CountsTimesWithAPlusFromTheFirstSample) {
   Series late = test::baseDrive(1, 300.0);
   for (double& t : late.time) t += 1.7e9;
   writeCsv(path("late.csv"), late);
-  for (const auto& from_to :
-       {std::pair("+0", "+240"), std::pair("0", "240"), std::pair("1700000000", "1700000240")}) {
-    const Outcome outcome = sof({"identify", path("late.csv"), "--from", from_to.first, "--to",
-                                 from_to.second, "--out", model_, "--json", "-"});
+  for (const auto& from_to : {std::pair("+0", "+240"), std::pair("0", "240"), std::pair("1700000000", "1700000240")}) {
+    const Outcome outcome =
+        sof({"identify", path("late.csv"), "--from", from_to.first, "--to", from_to.second, "--out", model_, "--json", "-"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_NEAR(nlohmann::json::parse(outcome.out)["window"]["to_s"].get<double>(), 1.70000024e9,
-                1e-3);
+    EXPECT_NEAR(nlohmann::json::parse(outcome.out)["window"]["to_s"].get<double>(), 1.70000024e9, 1e-3);
   }
 }
 
 TEST_F(Sof, SaysSoWhenAWindowCannotBeIdentified) {
-  Series rest =
-      test::answered(test::drivenBattery(), std::vector<double>(3000, -1.0), 0.01, 0.002, 1);
+  Series rest = test::answered(test::drivenBattery(), std::vector<double>(3000, -1.0), 0.01, 0.002, 1);
   writeCsv(path("rest.csv"), rest);
-  const Outcome outcome =
-      sof({"identify", path("rest.csv"), "--out", model_, "--json", path("result.json")});
+  const Outcome outcome = sof({"identify", path("rest.csv"), "--out", model_, "--json", path("result.json")});
   EXPECT_EQ(outcome.code, 1);
   EXPECT_NE(outcome.err.find("no model"), std::string::npos);
   EXPECT_FALSE(fs::exists(model_));
@@ -97,8 +91,7 @@ TEST_F(Sof, SaysSoWhenAWindowCannotBeIdentified) {
 
 TEST_F(Sof, PredictsAndWritesThePredictionSampleBySample) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome = sof(
-      {"predict", model_, drive_, "--from", "240", "--csv", path("prediction.csv"), "--json", "-"});
+  const Outcome outcome = sof({"predict", model_, drive_, "--from", "240", "--csv", path("prediction.csv"), "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["schema"], "battery_sof/prediction/1");
@@ -200,9 +193,8 @@ TEST_F(Sof, RefusesAMixedDriveWhereNoSourceIsSeenAndAnotherDrive) {
 
 TEST_F(Sof, AnswersACrank) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome =
-      sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200",
-           "--t-cranking", "0.8", "--u-required", "7.2", "--json", "-"});
+  const Outcome outcome = sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200", "--t-cranking", "0.8",
+                               "--u-required", "7.2", "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["capable"], true);
@@ -211,8 +203,7 @@ TEST_F(Sof, AnswersACrank) {
 
 TEST_F(Sof, AnswersACrankOfARestedBattery) {
   ASSERT_EQ(identify().code, 0);
-  const std::vector<std::string> query = {"crank", model_,         "--i-load", "0",      "--t-stop",
-                                          "0",     "--i-cranking", "-200",     "--json", "-"};
+  const std::vector<std::string> query = {"crank", model_, "--i-load", "0", "--t-stop", "0", "--i-cranking", "-200", "--json", "-"};
   auto rested = query;
   rested.push_back("--rested");
   const double now = nlohmann::json::parse(sof(query).out)["u_min"];
@@ -221,18 +212,15 @@ TEST_F(Sof, AnswersACrankOfARestedBattery) {
 
 TEST_F(Sof, ExitsWithOneWhenTheAnswerIsAnExtrapolation) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome =
-      sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-900"});
+  const Outcome outcome = sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-900"});
   EXPECT_EQ(outcome.code, 1);
   EXPECT_NE(outcome.err.find("draws -900 A"), std::string::npos);
 }
 
 TEST_F(Sof, RefusesImpossibleCranksByName) {
   ASSERT_EQ(identify().code, 0);
-  const auto refused = [&](const std::string& load, const std::string& stop,
-                           const std::string& cranking, const char* name) {
-    const Outcome outcome =
-        sof({"crank", model_, "--i-load", load, "--t-stop", stop, "--i-cranking", cranking});
+  const auto refused = [&](const std::string& load, const std::string& stop, const std::string& cranking, const char* name) {
+    const Outcome outcome = sof({"crank", model_, "--i-load", load, "--t-stop", stop, "--i-cranking", cranking});
     EXPECT_EQ(outcome.code, 2) << name;
     EXPECT_NE(outcome.err.find(name), std::string::npos) << outcome.err;
     EXPECT_TRUE(outcome.out.empty());
@@ -248,24 +236,20 @@ TEST_F(Sof, AnswersACrankOfProfilesAsOneOfTheHeldCurrentsTheyStandFor) {
   ASSERT_EQ(identify().code, 0);
   const std::string load = write("load.csv", "time_s,current_a\n0,-20\n30,-20\n");
   const std::string crank = write("crank.csv", "current_a, time_s\r\n-200,0\r\n-200,0.8\r\n");
-  const Outcome held = sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200",
-                            "--t-cranking", "0.8", "--json", "-"});
-  const Outcome profiled =
-      sof({"crank", model_, "--load-profile", load, "--crank-profile", crank, "--json", "-"});
+  const Outcome held =
+      sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200", "--t-cranking", "0.8", "--json", "-"});
+  const Outcome profiled = sof({"crank", model_, "--load-profile", load, "--crank-profile", crank, "--json", "-"});
   ASSERT_EQ(profiled.code, 0) << profiled.err;
-  EXPECT_NEAR(nlohmann::json::parse(profiled.out)["u_min"].get<double>(),
-              nlohmann::json::parse(held.out)["u_min"].get<double>(), 1e-9);
+  EXPECT_NEAR(nlohmann::json::parse(profiled.out)["u_min"].get<double>(), nlohmann::json::parse(held.out)["u_min"].get<double>(), 1e-9);
 }
 
 TEST_F(Sof, RefusesProfilesWithAFaultAndNamesFileLineAndExpectation) {
   ASSERT_EQ(identify().code, 0);
   const auto refused = [&](const std::string& content, const std::vector<std::string>& pieces) {
-    const Outcome outcome = sof({"crank", model_, "--i-cranking", "-200", "--load-profile",
-                                 write("load.csv", content)});
+    const Outcome outcome = sof({"crank", model_, "--i-cranking", "-200", "--load-profile", write("load.csv", content)});
     EXPECT_EQ(outcome.code, 2) << content;
     EXPECT_NE(outcome.err.find("load.csv"), std::string::npos) << outcome.err;
-    for (const auto& piece : pieces)
-      EXPECT_NE(outcome.err.find(piece), std::string::npos) << outcome.err;
+    for (const auto& piece : pieces) EXPECT_NE(outcome.err.find(piece), std::string::npos) << outcome.err;
   };
   refused("", {"is empty", "time_s,current_a"});
   refused("time_s,current_a\n", {"no row"});
@@ -290,19 +274,17 @@ TEST_F(Sof, WantsEitherNumbersOrAProfile) {
 
 TEST_F(Sof, AnswersTheLongestStop) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome finite = sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200", "--u-required",
-                              "11.3", "--capacity-ah", "1000", "--rested", "--json", "-"});
+  const Outcome finite = sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200", "--u-required", "11.3", "--capacity-ah",
+                              "1000", "--rested", "--json", "-"});
   ASSERT_EQ(finite.code, 0) << finite.err;
   const auto json = nlohmann::json::parse(finite.out);
   EXPECT_EQ(json["outcome"], "finite");
   EXPECT_LT(json["lower"].get<double>(), json["t_stop"].get<double>());
-  const Outcome least =
-      sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200", "--u-required", "7.2", "--json", "-"});
+  const Outcome least = sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200", "--u-required", "7.2", "--json", "-"});
   ASSERT_EQ(least.code, 0) << least.err;
   EXPECT_EQ(nlohmann::json::parse(least.out)["outcome"], "at_least");
   EXPECT_NEAR(nlohmann::json::parse(least.out)["t_stop"].get<double>(), 72.0, 1e-9);
-  const Outcome always =
-      sof({"stop-time", model_, "--i-load", "0", "--i-cranking", "-200", "--u-required", "7.2", "--json", "-"});
+  const Outcome always = sof({"stop-time", model_, "--i-load", "0", "--i-cranking", "-200", "--u-required", "7.2", "--json", "-"});
   ASSERT_EQ(always.code, 0) << always.err;
   EXPECT_TRUE(nlohmann::json::parse(always.out)["t_stop"].is_null());
   EXPECT_EQ(nlohmann::json::parse(always.out)["outcome"], "always");
@@ -327,14 +309,14 @@ TEST_F(Sof, AnswersACharge) {
 
 TEST_F(Sof, PrintsMaps) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome = sof({"map", model_, "--i-load", "-10,-20,-30", "--t-stop", "0,10", "--i-cranking",
-                               "-200", "--u-boost", "13", "--t-sof2", "1,5", "--json", "-"});
+  const Outcome outcome = sof({"map", model_, "--i-load", "-10,-20,-30", "--t-stop", "0,10", "--i-cranking", "-200", "--u-boost", "13",
+                               "--t-sof2", "1,5", "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["u_min"].size(), 6u);
   EXPECT_EQ(json["i_boost"].size(), 2u);
-  const auto alone = nlohmann::json::parse(
-      sof({"crank", model_, "--i-load", "-20", "--t-stop", "10", "--i-cranking", "-200", "--json", "-"}).out);
+  const auto alone =
+      nlohmann::json::parse(sof({"crank", model_, "--i-load", "-20", "--t-stop", "10", "--i-cranking", "-200", "--json", "-"}).out);
   EXPECT_EQ(json["u_min"][3], alone["u_min"]);
   EXPECT_EQ(sof({"map", model_}).code, 2);
   EXPECT_EQ(sof({"map", model_, "--i-load", "-10", "--t-stop", "0,x", "--i-cranking", "-200"}).code, 2);
@@ -353,17 +335,14 @@ TEST_F(Sof, RefusesAMissingFile) { expectRefused(path("nothing.csv"), {"nothing.
 
 TEST_F(Sof, RefusesAnEmptyFile) { expectRefused(write("empty.csv", ""), {"empty.csv", "empty"}); }
 
-TEST_F(Sof, RefusesAHeaderOnly) {
-  expectRefused(write("header.csv", "time_s,current_a,voltage_v\n"), {"header.csv"});
-}
+TEST_F(Sof, RefusesAHeaderOnly) { expectRefused(write("header.csv", "time_s,current_a,voltage_v\n"), {"header.csv"}); }
 
 TEST_F(Sof, RefusesAWrongColumnAndListsTheFilesColumns) {
   expectRefused(write("columns.csv", "time_s,amps,voltage_v\n0,1,12\n"), {"current_a", "amps"});
 }
 
 TEST_F(Sof, RefusesTextInANumberAndSaysWhere) {
-  expectRefused(write("text.csv", "time_s,current_a,voltage_v\n0,1,12\n1,lots,12\n"),
-                {"text.csv", "3", "current_a", "lots"});
+  expectRefused(write("text.csv", "time_s,current_a,voltage_v\n0,1,12\n1,lots,12\n"), {"text.csv", "3", "current_a", "lots"});
 }
 
 TEST_F(Sof, RefusesAnUnsortedFile) {
@@ -373,8 +352,7 @@ TEST_F(Sof, RefusesAnUnsortedFile) {
 }
 
 TEST_F(Sof, RefusesAFileWithoutASingleFiniteSample) {
-  expectRefused(write("nan.csv", "time_s,current_a,voltage_v\n0,nan,12\n1,,12\n2,inf,12\n"),
-                {"nan.csv"});
+  expectRefused(write("nan.csv", "time_s,current_a,voltage_v\n0,nan,12\n1,,12\n2,inf,12\n"), {"nan.csv"});
 }
 
 TEST_F(Sof, CountsMissingInfiniteAndRepeatedSamplesByReason) {
@@ -412,8 +390,7 @@ TEST_F(Sof, HasAnAnswerForEveryRealRecording) {
   for (const auto& recording : recordings) {
     SCOPED_TRACE(recording[0]);
     const std::string file = (data / recording[0]).string();
-    std::vector<std::string> columns = {"--time-column", recording[1],       "--current-column",
-                                        recording[2],    "--voltage-column", recording[3]};
+    std::vector<std::string> columns = {"--time-column", recording[1], "--current-column", recording[2], "--voltage-column", recording[3]};
     columns.insert(columns.end(), recording.begin() + 4, recording.end());
     const auto call = [&](std::vector<std::string> arguments) {
       arguments.insert(arguments.end(), columns.begin(), columns.end());

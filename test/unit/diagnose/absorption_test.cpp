@@ -20,8 +20,7 @@ double largest(const std::vector<Absorption>& map) {
   return most;
 }
 
-const Absorption* entryOf(const std::vector<Absorption>& map, const std::string& parameter,
-                          const std::string& regime) {
+const Absorption* entryOf(const std::vector<Absorption>& map, const std::string& parameter, const std::string& regime) {
   for (const Absorption& entry : map)
     if (entry.parameter == parameter && entry.regime == regime) return &entry;
   return nullptr;
@@ -64,8 +63,7 @@ TEST(AbsorptionMap, ChargingResistanceThatRisesInLongChargesIsSeenThereByAsMuchA
 
 TEST(AbsorptionMap, ACapacityThatFallsOverTheDriveIsSeenInItsThirds) {
   const double middle = 0.5 * tenMinutes().samples.back().step.time;
-  const Eigen::VectorXd effect =
-      changedWhere(kRowC2, -0.15, [&](std::size_t n) { return tenMinutes().samples[n].step.time > middle; });
+  const Eigen::VectorXd effect = changedWhere(kRowC2, -0.15, [&](std::size_t n) { return tenMinutes().samples[n].step.time > middle; });
   const auto map = absorptionMap(fitOf(effect, 3), tenMinutes(), regimesOf(tenMinutes()));
   ASSERT_NE(entryOf(map, "c2", "last third"), nullptr);
   EXPECT_LT(entryOf(map, "c2", "last third")->z, -4.0);

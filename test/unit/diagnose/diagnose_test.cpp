@@ -104,7 +104,8 @@ TEST(Diagnose, WhatIsConfirmedIsNamedOnceItIsPutIn) {
   options.confirm = {"ocv_soc"};
   const Diagnosis confirmed = diagnose(recordingOfDrive(600.0), options);
   const auto slopeOf = [](const Diagnosis& diagnosis) {
-    return *std::find_if(diagnosis.detectable.begin(), diagnosis.detectable.end(), [](const Detectable& one) { return one.id == "ocv_soc"; });
+    return *std::find_if(diagnosis.detectable.begin(), diagnosis.detectable.end(),
+                         [](const Detectable& one) { return one.id == "ocv_soc"; });
   };
   ASSERT_TRUE(slopeOf(confirmed).strength);
   EXPECT_GE(*slopeOf(confirmed).strength, *slopeOf(tried).strength);
@@ -147,9 +148,7 @@ TEST(Diagnose, ABatteryAtRestIsInsufficientData) {
   EXPECT_EQ(Verdict::kInsufficientData, diagnose(recording).verdict);
 }
 
-TEST(Diagnose, AnEmptyRecordingIsInsufficientData) {
-  EXPECT_EQ(Verdict::kInsufficientData, diagnose(Recording()).verdict);
-}
+TEST(Diagnose, AnEmptyRecordingIsInsufficientData) { EXPECT_EQ(Verdict::kInsufficientData, diagnose(Recording()).verdict); }
 
 TEST(Diagnose, UnknownHypothesesAreRefusedByName) {
   DiagnoseOptions options;

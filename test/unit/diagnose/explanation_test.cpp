@@ -95,12 +95,13 @@ TEST(Explain, TheSameSetHasOneScoreByAnyPath) {
   Series series = test::answered(drivenBattery(), dataSetOneCurrent(240.0, 0.1, 8), 0.1, 0.0, 8);
   series.voltage = voltages(model, pointOf(model, parameters), fullDrive(series, whole(series)));
   addNoise(series, 0.0, 0.001, 8);
-  const Explanation one = explained(series, kSome, {"charge_acceptance", "ocv_soc"}), other = explained(series, kSome, {"ocv_soc", "charge_acceptance"}),
-                    found = explained(series, kSome);
+  const Explanation one = explained(series, kSome, {"charge_acceptance", "ocv_soc"}),
+                    other = explained(series, kSome, {"ocv_soc", "charge_acceptance"}), found = explained(series, kSome);
   EXPECT_EQ(one.evidence, other.evidence);
   ASSERT_EQ(2u, found.components.size());
   for (const std::string& id : one.model.effects())
-    EXPECT_TRUE(std::any_of(found.components.begin(), found.components.end(), [&](const Component& part) { return part.member == id; })) << id;
+    EXPECT_TRUE(std::any_of(found.components.begin(), found.components.end(), [&](const Component& part) { return part.member == id; }))
+        << id;
   EXPECT_NEAR(one.evidence, found.evidence, 0.5);
 }
 

@@ -45,8 +45,7 @@ WhitenedFit nullFit(const Ground& ground, std::uint64_t seed) {
   return fitOf(ground, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(ground.regimes.size())), seed);
 }
 
-const RegimeFinding* findingOf(const std::vector<RegimeFinding>& findings, const std::string& regime,
-                               const std::string& statistic) {
+const RegimeFinding* findingOf(const std::vector<RegimeFinding>& findings, const std::string& regime, const std::string& statistic) {
   for (const RegimeFinding& finding : findings)
     if (finding.regime == regime && finding.statistic == statistic) return &finding;
   return nullptr;
@@ -129,17 +128,15 @@ TEST(MismatchSegments, AnErrorOfHalfAMinuteIsFoundWhereItIs) {
 TEST(MismatchSegments, ErrorsInLongChargesGiveAboutAsManySegmentsUnderTheNoiseOfTheRightModel) {
   const Ground& ground = halfAnHour();
   const Eigen::VectorXd charges = inside(ground, Regime::kLongCharge);
-  const auto segments =
-      mismatchSegments(fitOf(ground, 0.01 * charges, 6), ground.drive, ground.regimes, kNoise);
+  const auto segments = mismatchSegments(fitOf(ground, 0.01 * charges, 6), ground.drive, ground.regimes, kNoise);
   EXPECT_GE(segments.size(), 20u);
   EXPECT_LE(segments.size(), 60u);
   double both = 0.0, either = 0.0;
   for (std::size_t n = 0; n < ground.regimes.size(); ++n) {
     const DriveStep& step = ground.drive.samples[n].step;
     const bool true_one = charges[static_cast<Eigen::Index>(n)] > 0.0;
-    const bool found = std::any_of(segments.begin(), segments.end(), [&](const MismatchSegment& segment) {
-      return step.time >= segment.from && step.time <= segment.to;
-    });
+    const bool found = std::any_of(segments.begin(), segments.end(),
+                                   [&](const MismatchSegment& segment) { return step.time >= segment.from && step.time <= segment.to; });
     both += (true_one && found) * step.duration;
     either += (true_one || found) * step.duration;
   }

@@ -13,8 +13,7 @@ namespace {
 using test::SyntheticBattery;
 
 /// Samples every `interval` seconds of currents that are held for so many seconds.
-Series heldCurrents(double interval, const std::vector<std::pair<double, double>>& parts,
-                    double voltage = 12.5) {
+Series heldCurrents(double interval, const std::vector<std::pair<double, double>>& parts, double voltage = 12.5) {
   Series series;
   for (const auto& [current, seconds] : parts)
     for (long n = 0; n < std::lround(seconds / interval); ++n) {
@@ -27,9 +26,7 @@ Series heldCurrents(double interval, const std::vector<std::pair<double, double>
 
 std::vector<Regime> regimesOfWhole(const Series& series) { return regimesOf(series, {0, series.size()}); }
 
-Regime regimeAt(const Series& series, double time) {
-  return regimesOfWhole(series)[indexRange(series, time, series.time.back()).first];
-}
+Regime regimeAt(const Series& series, double time) { return regimesOfWhole(series)[indexRange(series, time, series.time.back()).first]; }
 
 std::map<Regime, double> shares(const Drive& drive) {
   std::map<Regime, double> time;
@@ -41,8 +38,7 @@ std::map<Regime, double> shares(const Drive& drive) {
 }
 
 TEST(Regimes, EveryRegimeIsRecognisedByItsDefinition) {
-  const Series series = heldCurrents(
-      0.01, {{0.0, 5.0}, {-25.0, 25.0}, {-260.0, 1.0}, {-10.0, 8.0}, {20.0, 15.0}, {0.1, 5.0}, {20.0, 6.0}});
+  const Series series = heldCurrents(0.01, {{0.0, 5.0}, {-25.0, 25.0}, {-260.0, 1.0}, {-10.0, 8.0}, {20.0, 15.0}, {0.1, 5.0}, {20.0, 6.0}});
   EXPECT_EQ(regimeAt(series, 2.0), Regime::kPostDischargeRest);
   EXPECT_EQ(regimeAt(series, 20.0), Regime::kLongDischarge);
   EXPECT_EQ(regimeAt(series, 30.1), Regime::kEdge);

@@ -80,7 +80,8 @@ TEST(RowSimulation, LanesDoNotChangeTheErrors) {
   const BatteryModel model({"charge_acceptance"});
   const CompositionPoint point = pointAtRest(model);
   const Eigen::Index count = model.parameterCount() + model.stateCount();
-  const RowErrors with = rows.simulation().errors(model, point, Eigen::MatrixXd::Identity(count, count)), without = rows.simulation().errors(model, point);
+  const RowErrors with = rows.simulation().errors(model, point, Eigen::MatrixXd::Identity(count, count)),
+                  without = rows.simulation().errors(model, point);
   EXPECT_LT((with.error - without.error).cwiseAbs().maxCoeff(), 1e-9);
 }
 

@@ -43,12 +43,10 @@ TEST(BaseResidual, IsThatOfTheColumnsWhateverTheBlocksHold) {
     const BaseNormalEquations equations(samples, 1.0);
     const Stored stored(samples, equations, kPoint, kLinear);
     const BaseResidual left = BaseNormalEquations(equations).residual(kPoint, kLinear);
-    for (std::size_t n = 0; n < samples.size(); ++n)
-      ASSERT_NEAR(left.at(n), stored.residual[static_cast<Eigen::Index>(n)], 1e-12);
+    for (std::size_t n = 0; n < samples.size(); ++n) ASSERT_NEAR(left.at(n), stored.residual[static_cast<Eigen::Index>(n)], 1e-12);
     EXPECT_NEAR(left.squares() / stored.residual.squaredNorm(), 1.0, 1e-10);
     EXPECT_NEAR(left.lagOne(), lagOneCorrelation(stored.residual), 1e-9);
-    EXPECT_LT(differenceOf(left.information, stored.columns.transpose() * stored.weight.asDiagonal() * stored.columns),
-              1e-10);
+    EXPECT_LT(differenceOf(left.information, stored.columns.transpose() * stored.weight.asDiagonal() * stored.columns), 1e-10);
     const auto last = stored.columns.bottomRows(1);
     EXPECT_NEAR(left.last.d_c2, last(0, kColumnLogC2) / kPoint.c2, 1e-15);
     EXPECT_NEAR(left.last.d_beta, last(0, kColumnLogBeta) / kPoint.beta, 1e-12);
@@ -64,9 +62,7 @@ TEST(BaseResidual, ANarrowKernelIsExact) {
     const Stored stored(samples, equations, kPoint, kLinear);
     const BaseResidual left = BaseNormalEquations(equations).residual(kPoint, kLinear);
     for (const Eigen::Index width : {1, 2, 7, 31, 32})
-      EXPECT_LT(differenceOf(left.bartlettProducts(width),
-                             sandwichParts(stored.columns, stored.residual, stored.weight, width).B),
-                1e-9)
+      EXPECT_LT(differenceOf(left.bartlettProducts(width), sandwichParts(stored.columns, stored.residual, stored.weight, width).B), 1e-9)
           << duration << " s, width " << width;
   }
 }
@@ -81,8 +77,7 @@ TEST(BaseResidual, AWideKernelOverSumsOfSamplesGivesTheSameStandardErrors) {
     const Stored stored(samples, equations, kPoint, kLinear);
     const BaseResidual left = BaseNormalEquations(equations).residual(kPoint, kLinear);
     for (const Eigen::Index width : {33, 35, 42, 63, 150, 700, 1199}) {
-      const Eigen::MatrixXd exact =
-          combined(sandwichParts(stored.columns, stored.residual, stored.weight, width));
+      const Eigen::MatrixXd exact = combined(sandwichParts(stored.columns, stored.residual, stored.weight, width));
       const Eigen::MatrixXd quick = combined({left.information, left.bartlettProducts(width)});
       const Eigen::ArrayXd ratio = (quick.diagonal().array() / exact.diagonal().array()).sqrt();
       most = std::max(most, (ratio - 1.0).abs().maxCoeff());
@@ -101,9 +96,7 @@ TEST(BaseResidual, NoWeightNoScore) {
   const Stored stored(samples, equations, kPoint, kLinear);
   EXPECT_EQ(stored.weight[700], 0.0);
   const BaseResidual left = BaseNormalEquations(equations).residual(kPoint, kLinear);
-  EXPECT_LT(differenceOf(left.bartlettProducts(5),
-                         sandwichParts(stored.columns, stored.residual, stored.weight, 5).B),
-            1e-9);
+  EXPECT_LT(differenceOf(left.bartlettProducts(5), sandwichParts(stored.columns, stored.residual, stored.weight, 5).B), 1e-9);
   EXPECT_NEAR(left.squares() / stored.residual.squaredNorm(), 1.0, 1e-10);
 }
 
@@ -114,8 +107,8 @@ TEST(ScoresKernel, IsTheSameWithEveryInstructionSet) {
   DerivativeBlock derivatives = {};
   test::Random random(1);
   for (int n = 0; n < kBlockSize; ++n) {
-    for (double* value : {measured.discharge, measured.charge, measured.voltage, measured.weight, states.u_c2,
-                          derivatives.d_log_c2, derivatives.d_log_beta, derivatives.d_initial})
+    for (double* value : {measured.discharge, measured.charge, measured.voltage, measured.weight, states.u_c2, derivatives.d_log_c2,
+                          derivatives.d_log_beta, derivatives.d_initial})
       value[n] = random.normal();
   }
   const double linear[kLinearColumns] = {0.1, 0.2, 0.3};
@@ -145,8 +138,7 @@ TEST(ScoresKernel, IsTheSameWithEveryInstructionSet) {
     near(other.left.voltage, plain.left.voltage, kBlockSize);
     near(other.residual.residual, plain.residual.residual, 3 * kLanes);
     near(other.sums.scores[0][0], plain.sums.scores[0][0], kScoreSums * kScoreColumns * kLanes);
-    for (int j = 0; j < kScoreColumns; ++j)
-      near(other.products.sums[j][0], plain.products.sums[j][0], (j + 1) * kLanes);
+    for (int j = 0; j < kScoreColumns; ++j) near(other.products.sums[j][0], plain.products.sums[j][0], (j + 1) * kLanes);
   }
 }
 

@@ -86,9 +86,15 @@ TEST(IdentifyBothWays, RecoversFreshSulphate) {
   EXPECT_TRUE(isUsable(model)) << model.message;
   // Priors pull, as only a hundredth of the samples counts as independent: I_0, told from S_q and beta by little, stays near its
   // magnitude of 2 A (truth 1.5 A), and the rest is found.
-  const std::vector<std::pair<const char*, double>> bounds = {
-      {"r_discharge", 0.03}, {"steady_supply", 0.02}, {"dissolution_time", 0.02}, {"recharged_share", 0.02},
-      {"pore_resistance", 0.03}, {"pore_time", 0.05}, {"fresh_exchange_current", 0.34}, {"beta", 0.05}, {"c2", 0.02}};
+  const std::vector<std::pair<const char*, double>> bounds = {{"r_discharge", 0.03},
+                                                              {"steady_supply", 0.02},
+                                                              {"dissolution_time", 0.02},
+                                                              {"recharged_share", 0.02},
+                                                              {"pore_resistance", 0.03},
+                                                              {"pore_time", 0.05},
+                                                              {"fresh_exchange_current", 0.34},
+                                                              {"beta", 0.05},
+                                                              {"c2", 0.02}};
   for (const auto& [name, share] : bounds)
     EXPECT_NEAR(estimate(model, name).value / truth[*composition.parameterRow(name)], 1.0, share) << name;
   EXPECT_NEAR(model.parameters.u_dc, truth[kRowUDc], 0.02);

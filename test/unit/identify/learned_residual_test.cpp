@@ -135,8 +135,8 @@ TEST(LearnResidual, LearnsNothingToSpeakOfFromNoise) {
   int empty = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     test::Random random(seed);
-    const ResidualSamples samples = samplesOf(
-        startStop(1200, seed), [&](const Moment&, const Eigen::VectorXd&) { return random.normal(); });
+    const ResidualSamples samples =
+        samplesOf(startStop(1200, seed), [&](const Moment&, const Eigen::VectorXd&) { return random.normal(); });
     const LearnedResidual learned = learnResidual(samples);
     empty += learned.current.empty() ? 1 : 0;
     empty += learned.voltage.empty() ? 1 : 0;
@@ -157,8 +157,8 @@ TEST(LearnResidual, LearnsNothingFromTooFewSamples) {
 }
 
 TEST(LearnResidual, PredictionsOutsideTheWindowsRangeStayAtItsEnds) {
-  const ResidualSamples samples = samplesOf(
-      startStop(1200), [](const Moment& moment, const Eigen::VectorXd& x) { return moment.voltage_drives ? x[0] : x[0] * 1e-3; });
+  const ResidualSamples samples =
+      samplesOf(startStop(1200), [](const Moment& moment, const Eigen::VectorXd& x) { return moment.voltage_drives ? x[0] : x[0] * 1e-3; });
   const LearnedResidual learned = learnResidual(samples);
   Eigen::VectorXd far = learned.voltage.upper;
   const double at_end = learned.voltage.at(far);

@@ -66,8 +66,7 @@ TEST_F(RecordingFit, ARangeWithoutSamplesIsRefusedWithWhatThereIs) {
     samplesBetween(series_, 500.0, 600.0);
     FAIL();
   } catch (const std::invalid_argument& error) {
-    EXPECT_EQ(std::string(error.what()).rfind("no sample from 500.000 to 600.000 s; the recording holds 0.000 to ", 0), 0u)
-        << error.what();
+    EXPECT_EQ(std::string(error.what()).rfind("no sample from 500.000 to 600.000 s; the recording holds 0.000 to ", 0), 0u) << error.what();
   }
   EXPECT_THROW(samplesBetween({}, 0.0, 1.0), std::invalid_argument);
 }

@@ -9,15 +9,13 @@ namespace {
 
 TEST(DefaultWindowLength, IsThePapersFourMinutesOrNineHundredSamples) {
   EXPECT_DOUBLE_EQ(defaultWindowLength(test::baseDrive(1, 10.0)), 240.0);
-  const Series slow =
-      test::answered(test::drivenBattery(), std::vector<double>(100, -1.0), 1.0, 0.0, 1);
+  const Series slow = test::answered(test::drivenBattery(), std::vector<double>(100, -1.0), 1.0, 0.0, 1);
   EXPECT_DOUBLE_EQ(defaultWindowLength(slow), 900.0);
 }
 
 TEST(WindowSuitability, IsHigherForADriveThanForARest) {
   const Series drive = test::baseDrive(1, 60.0);
-  const Series rest =
-      test::answered(test::drivenBattery(), std::vector<double>(6000, -1.0), 0.01, 0.002, 1);
+  const Series rest = test::answered(test::drivenBattery(), std::vector<double>(6000, -1.0), 0.01, 0.002, 1);
   EXPECT_GT(windowExcitation(drive, {0, 6000}), 0.5);
   EXPECT_LT(windowExcitation(rest, {0, 6000}), 0.1);
 }
@@ -112,8 +110,7 @@ TEST(ExcitedRange, AddsUpIntervalsAndRunsAsTheirDefinitionSays) {
     double level = 0.0;
     for (int k = 0; k < 500; ++k) {
       if (random.uniform(0.0, 1.0) < 0.1) level = random.uniform(0.0, 1.0) < 0.3 ? 0.0 : random.uniform(-2.0, 2.0);
-      series.time.push_back((series.empty() ? 0.0 : series.time.back()) +
-                            (random.uniform(0.0, 1.0) < 0.02 ? 30.0 : 1.0));
+      series.time.push_back((series.empty() ? 0.0 : series.time.back()) + (random.uniform(0.0, 1.0) < 0.02 ? 30.0 : 1.0));
       series.current.push_back(level);
       series.voltage.push_back(12.0 + 0.1 * random.normal());
     }

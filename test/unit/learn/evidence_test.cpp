@@ -19,7 +19,8 @@ Eigen::MatrixXd drawn(Eigen::Index rows, Eigen::Index columns, std::uint64_t see
 }
 
 /// @param known_std of the first columns.  @param group of the others.
-LinearProblem problemOf(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, const Eigen::VectorXd& known_std, const std::vector<int>& group) {
+LinearProblem problemOf(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, const Eigen::VectorXd& known_std,
+                        const std::vector<int>& group) {
   LinearProblem problem;
   problem.products = A.transpose() * A;
   problem.targets = A.transpose() * y;
@@ -65,10 +66,12 @@ TEST(Evidence, TemperedEqualsThatOfAsManyRowsAsCount) {
   const double temper = 0.3;
   const LinearFit fit = fitSomeGroups(tiny.problem, temper, {1, 1});
   const Eigen::Vector3d D(0.005, fit.strength[0], fit.strength[1]);
-  const Eigen::Matrix3d B = Eigen::Matrix3d::Identity() + Eigen::Matrix3d(temper / (fit.noise * fit.noise) * D.asDiagonal() * tiny.problem.products * D.asDiagonal());
+  const Eigen::Matrix3d B = Eigen::Matrix3d::Identity() +
+                            Eigen::Matrix3d(temper / (fit.noise * fit.noise) * D.asDiagonal() * tiny.problem.products * D.asDiagonal());
   const Eigen::Vector3d h = temper / (fit.noise * fit.noise) * D.cwiseProduct(tiny.problem.targets);
   const double expected = -0.5 * temper * 5.0 * std::log(2.0 * M_PI * fit.noise * fit.noise) -
-                          0.5 * temper * tiny.problem.square / (fit.noise * fit.noise) + 0.5 * h.dot(B.inverse() * h) - 0.5 * std::log(B.determinant());
+                          0.5 * temper * tiny.problem.square / (fit.noise * fit.noise) + 0.5 * h.dot(B.inverse() * h) -
+                          0.5 * std::log(B.determinant());
   EXPECT_NEAR(expected + logPrior(fit.strength), fit.evidence, 1e-9);
 }
 
@@ -76,7 +79,8 @@ TEST(Evidence, MeanAndCovarianceAreThePosteriors) {
   const Tiny tiny;
   const LinearFit fit = fitSomeGroups(tiny.problem, 1.0, {1, 1});
   const Eigen::Vector3d deviation(0.005, fit.strength[0], fit.strength[1]);
-  const Eigen::Matrix3d precision = tiny.problem.products / (fit.noise * fit.noise) + Eigen::Matrix3d(deviation.cwiseAbs2().cwiseInverse().asDiagonal());
+  const Eigen::Matrix3d precision =
+      tiny.problem.products / (fit.noise * fit.noise) + Eigen::Matrix3d(deviation.cwiseAbs2().cwiseInverse().asDiagonal());
   const Eigen::Matrix3d covariance = precision.inverse();
   EXPECT_LT((covariance - fit.covariance).norm(), 1e-9 * covariance.norm());
   EXPECT_LT((covariance * tiny.problem.targets / (fit.noise * fit.noise) - fit.z).norm(), 1e-9 * fit.z.norm());
@@ -143,7 +147,8 @@ TEST(FitSparse, FindsTheTrueColumnsFirst) {
   truth[0] = 0.02;
   truth[8] = 4e-3;
   truth[20] = -2e-3;
-  const LinearProblem problem = problemOf(A, A * truth + 1e-3 * drawn(500, 1, 6).col(0), Eigen::VectorXd::Constant(1, 0.1), std::vector<int>(30, 0));
+  const LinearProblem problem =
+      problemOf(A, A * truth + 1e-3 * drawn(500, 1, 6).col(0), Eigen::VectorXd::Constant(1, 0.1), std::vector<int>(30, 0));
   const SparseFit sparse = fitSparse(problem, 1.0, 12);
   ASSERT_GE(sparse.path.size(), 2u);
   EXPECT_EQ(7, sparse.path[0].column);
@@ -155,8 +160,8 @@ TEST(FitSparse, FindsTheTrueColumnsFirst) {
 
 TEST(FitSparse, TakesNoMoreColumnsThanItMay) {
   const Eigen::MatrixXd A = drawn(500, 11, 7);
-  const LinearProblem problem =
-      problemOf(A, A * Eigen::VectorXd::Constant(11, 5e-3) + 1e-3 * drawn(500, 1, 8).col(0), Eigen::VectorXd::Constant(1, 0.1), std::vector<int>(10, 0));
+  const LinearProblem problem = problemOf(A, A * Eigen::VectorXd::Constant(11, 5e-3) + 1e-3 * drawn(500, 1, 8).col(0),
+                                          Eigen::VectorXd::Constant(1, 0.1), std::vector<int>(10, 0));
   EXPECT_EQ(3u, fitSparse(problem, 1.0, 3).path.size());
   EXPECT_EQ(10u, fitSparse(problem, 1.0, 12).path.size());
 }

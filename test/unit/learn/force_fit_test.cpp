@@ -15,7 +15,9 @@ using namespace test;
 ModelPoint truePoint() { return pointOf(BatteryModel(), typicalPoint(BatteryModel())); }
 
 /// The base circuit at 10 Hz, where every sample is a row of its own, with a millivolt of noise.
-Series tenHertz(double duration, std::uint64_t seed) { return test::answered(drivenBattery(), dataSetOneCurrent(duration, 0.1, seed), 0.1, 0.001, seed); }
+Series tenHertz(double duration, std::uint64_t seed) {
+  return test::answered(drivenBattery(), dataSetOneCurrent(duration, 0.1, seed), 0.1, 0.001, seed);
+}
 
 /// Adds the square root of what ten seconds of charging leave: no column has that form [V].
 Series withRootOfCharging(Series series, double strength) {
@@ -226,7 +228,8 @@ TEST(WithForce, IsWhatTheFitSaysOfEveryRowAlsoBeyondTheTrainingPart) {
   const std::vector<double> voltage = voltages(model, pointOf(model, withFactors(model, truePoint().parameters)), learnt.drive);
   const std::vector<double> base = voltages(BatteryModel(), truePoint(), learnt.drive);
   ASSERT_EQ(voltage.size(), static_cast<std::size_t>(fit.predicted.size()));
-  for (std::size_t n = 0; n < voltage.size(); ++n) ASSERT_NEAR(base[n] + fit.predicted[static_cast<Eigen::Index>(n)], voltage[n], 1e-9) << n;
+  for (std::size_t n = 0; n < voltage.size(); ++n)
+    ASSERT_NEAR(base[n] + fit.predicted[static_cast<Eigen::Index>(n)], voltage[n], 1e-9) << n;
 }
 
 TEST(TakeForceDirections, HardlyChangesTheSensitivities) {

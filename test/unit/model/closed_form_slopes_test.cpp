@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
 #include <Eigen/Core>
+#include <random>
 #include <unsupported/Eigen/AutoDiff>
 
 namespace battery_sof {

@@ -74,8 +74,7 @@ TEST(CurrentTrace, HasTheSlopeOfTheSegmentThatEndsAtATimeAndNoneOutside) {
 TEST(CurrentTrace, MeanOverAnyIntervalIsThatOfItsValues) {
   const Series series = livelyMinute(0.5);
   const CurrentTrace trace(series, whole(series), 5.0);
-  for (const auto& [from, to] :
-       {std::pair(2.9, 3.4), std::pair(5.0, 9.3), std::pair(-1.0, 70.0), std::pair(6.1, 6.2)}) {
+  for (const auto& [from, to] : {std::pair(2.9, 3.4), std::pair(5.0, 9.3), std::pair(-1.0, 70.0), std::pair(6.1, 6.2)}) {
     const int parts = 200000;
     double sum = 0.0;
     for (int k = 0; k < parts; ++k) sum += trace.at(from + (to - from) * (k + 0.5) / parts);
@@ -149,10 +148,8 @@ TEST(FullDrive, OfNothingIsNothing) {
 
 TEST(CompressedDrive, ConservesChargeBetweenItsFirstAndItsLastMiddle) {
   const Series series = driveWithAGap();
-  const Drive full = fullDrive(series, whole(series)),
-              compressed = compressedDrive(series, whole(series));
-  const double from = compressed.samples.front().step.time,
-               to = compressed.samples.back().step.time;
+  const Drive full = fullDrive(series, whole(series)), compressed = compressedDrive(series, whole(series));
+  const double from = compressed.samples.front().step.time, to = compressed.samples.back().step.time;
   EXPECT_NEAR(chargeOf(compressed), full.trace->meanBetween(from, to) * (to - from), 1e-6);
 }
 
@@ -176,16 +173,13 @@ TEST(CompressedDrive, IsAtFullRateAroundEveryEdge) {
   std::vector<double> single;  // times of samples that stand alone
   for (const DriveSample& sample : compressed.samples)
     if (sample.count == 1.0) single.push_back(sample.step.time);
-  const auto alone = [&](std::size_t n) {
-    return std::binary_search(single.begin(), single.end(), series.time[n]);
-  };
+  const auto alone = [&](std::size_t n) { return std::binary_search(single.begin(), single.end(), series.time[n]); };
   int edges = 0;
   for (std::size_t n = 6; n + 6 < series.size(); ++n) {
     if (std::abs(series.current[n] - series.current[n - 1]) <= Compression{}.edge_current) continue;
     ++edges;
     // Five before it; after it until a quarter of the time since then holds a second sample.
-    for (std::size_t k = n - 5; k <= n + 3; ++k)
-      ASSERT_TRUE(alone(k)) << "edge " << n << " sample " << k;
+    for (std::size_t k = n - 5; k <= n + 3; ++k) ASSERT_TRUE(alone(k)) << "edge " << n << " sample " << k;
   }
   EXPECT_GT(edges, 30);
 }
@@ -229,8 +223,7 @@ TEST(CompressedDrive, GivesTheFullDrivesMeanVoltageToAFewHundredMicrovolts) {
   const Series series = baseDrive(9, 240.0, 0.0);
   const BatteryModel model({"acid_transport", "ocv_hysteresis"});
   const ModelPoint start = pointOf(model, typicalPoint(model));
-  const Drive full = fullDrive(series, whole(series)),
-              compressed = compressedDrive(series, whole(series));
+  const Drive full = fullDrive(series, whole(series)), compressed = compressedDrive(series, whole(series));
   const auto fine = voltages(model, start, full), coarse = voltages(model, start, compressed);
   std::size_t n = 0;
   double worst = 0.0;

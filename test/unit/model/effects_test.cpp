@@ -35,8 +35,7 @@ struct DerivativeError {
   std::string where;
 };
 
-DerivativeError worstDerivative(const BatteryModel& model, const Eigen::VectorXd& p,
-                                const Eigen::VectorXd& x, const Drive& drive,
+DerivativeError worstDerivative(const BatteryModel& model, const Eigen::VectorXd& p, const Eigen::VectorXd& x, const Drive& drive,
                                 const std::set<std::string>& skipped = {}) {
   const Eigen::Index lanes = p.size() + 1;
   Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(p.size() + x.size(), lanes);
@@ -50,10 +49,10 @@ DerivativeError worstDerivative(const BatteryModel& model, const Eigen::VectorXd
   }
   DerivativeError worst;
   for (Eigen::Index j = 0; j < lanes; ++j) {
-    const std::string name =
-        j < p.size() ? model.parameters()[static_cast<std::size_t>(j)].name : "u_c2 at the start";
+    const std::string name = j < p.size() ? model.parameters()[static_cast<std::size_t>(j)].name : "u_c2 at the start";
     if (skipped.count(name)) continue;
-    const double h = j < p.size() ? 1e-4 * std::max(std::abs(p[j]), 0.01 * model.parameters()[static_cast<std::size_t>(j)].magnitude + 1e-9) : 1e-4;
+    const double h =
+        j < p.size() ? 1e-4 * std::max(std::abs(p[j]), 0.01 * model.parameters()[static_cast<std::size_t>(j)].magnitude + 1e-9) : 1e-4;
     const auto moved = [&](double by) {
       Eigen::VectorXd q = p, y = x;
       (j < p.size() ? q[j] : y[0]) += by;
@@ -75,11 +74,30 @@ DerivativeError worstDerivative(const BatteryModel& model, const Eigen::VectorXd
 
 TEST(EffectCatalogue, HoldsEveryEquationOfTheThreeTiersUnderItsOwnName) {
   const auto ids = allIds();
-  for (const char* id :
-       {"cpe2", "fast_arc", "current_dependent_resistance", "charge_transfer", "second_electrode", "inductance",
-        "gassing", "charge_acceptance", "sulphate_history", "acid_transport", "ocv_soc", "ocv_hysteresis",
-        "high_rate_depletion", "coup_de_fouet", "fresh_sulphate", "self_heating", "parameter_drift", "parasitic_load",
-        "current_offset", "current_gain", "time_skew", "sensor_lag", "contact_resistance", "voltage_drift"})
+  for (const char* id : {"cpe2",
+                         "fast_arc",
+                         "current_dependent_resistance",
+                         "charge_transfer",
+                         "second_electrode",
+                         "inductance",
+                         "gassing",
+                         "charge_acceptance",
+                         "sulphate_history",
+                         "acid_transport",
+                         "ocv_soc",
+                         "ocv_hysteresis",
+                         "high_rate_depletion",
+                         "coup_de_fouet",
+                         "fresh_sulphate",
+                         "self_heating",
+                         "parameter_drift",
+                         "parasitic_load",
+                         "current_offset",
+                         "current_gain",
+                         "time_skew",
+                         "sensor_lag",
+                         "contact_resistance",
+                         "voltage_drift"})
     EXPECT_EQ(std::count(ids.begin(), ids.end(), id), 1) << id;
 }
 
@@ -129,8 +147,7 @@ TEST_P(EveryEffect, WithoutStrengthIsTheBaseModelExactly) {
   bool implicit = false;
   for (const std::string& id : model_.effects())
     implicit = implicit || id == "gassing" || id == "charge_acceptance" || id == "cpe2" || id == "fresh_sulphate";
-  for (std::size_t n = 0; n < plain.size(); ++n)
-    ASSERT_NEAR(composed[n], plain[n], implicit ? 5e-5 : 1e-12) << n;
+  for (std::size_t n = 0; n < plain.size(); ++n) ASSERT_NEAR(composed[n], plain[n], implicit ? 5e-5 : 1e-12) << n;
 }
 
 TEST_P(EveryEffect, AtItsMagnitudeChangesTheVoltage) {
@@ -164,10 +181,10 @@ TEST_P(EveryEffect, CarriesDerivativesWhereItVanishes) {
   const Drive drive = fullDrive(series, whole(series));
   const Eigen::VectorXd p = vanished(model_);
   // One-sided there: skew and lag change sides, widths and rates are bounded by zero.
-  const DerivativeError worst = worstDerivative(
-      model_, p, model_.restState(), drive,
-      {"channel_skew", "channel_lag", "transition_width", "dispersion", "b3", "inverse_limiting_current",
-       "inverse_depletion_current", "inverse_history_charge", "inverse_heat_capacity", "gassing_current"});
+  const DerivativeError worst =
+      worstDerivative(model_, p, model_.restState(), drive,
+                      {"channel_skew", "channel_lag", "transition_width", "dispersion", "b3", "inverse_limiting_current",
+                       "inverse_depletion_current", "inverse_history_charge", "inverse_heat_capacity", "gassing_current"});
   EXPECT_LT(worst.relative, 2e-3) << worst.where;
 }
 
@@ -200,5 +217,4 @@ TEST_P(EveryEffect, StepsOfASecondStayWithinAMillivoltOfAHundredTimesFinerOnes) 
   EXPECT_LT(worst, GetParam() == "fresh_sulphate" ? 0.013 : 1e-3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, ::testing::ValuesIn(allIds()),
-                         [](const auto& instance) { return instance.param; });
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, ::testing::ValuesIn(allIds()), [](const auto& instance) { return instance.param; });

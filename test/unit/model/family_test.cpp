@@ -43,7 +43,8 @@ TEST(Family, EveryFamilyHasAMemberAnIdAndASentenceOfItsOwn) {
 }
 
 TEST(Family, FaultsThatTheInstrumentScreenFindsAreTheInstruments) {
-  for (const char* fault : {"clipping", "dropouts", "quantisation", "aliasing", "time_skew"}) EXPECT_EQ(Family::kInstrument, familyOf(fault)) << fault;
+  for (const char* fault : {"clipping", "dropouts", "quantisation", "aliasing", "time_skew"})
+    EXPECT_EQ(Family::kInstrument, familyOf(fault)) << fault;
 }
 
 TEST(Family, AnUnknownIdIsRefusedByName) {

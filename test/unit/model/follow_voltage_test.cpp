@@ -146,9 +146,11 @@ TEST(FollowVoltage, LanesChangeNothingOfTheCurrent) {
 
 TEST(FollowVoltage, DerivativesAreTheSameWhetherTheCurrentHasALaneOfItsOwnOrNot) {
   // 8 and 16 lanes fill their arrays: then the last trial's slopes stand in for those along the current.
-  const std::vector<std::vector<std::string>> compositions = {
-      {"charge_transfer"}, {"gassing"}, {"charge_acceptance"}, {"charge_acceptance", "gassing", "acid_transport"},
-      {"ocv_soc", "contact_resistance"}};
+  const std::vector<std::vector<std::string>> compositions = {{"charge_transfer"},
+                                                              {"gassing"},
+                                                              {"charge_acceptance"},
+                                                              {"charge_acceptance", "gassing", "acid_transport"},
+                                                              {"ocv_soc", "contact_resistance"}};
   for (const auto& effects : compositions) {
     const BatteryModel model(effects);
     const ModelPoint start = pointOf(model, typicalPoint(model));
@@ -187,8 +189,7 @@ TEST(FollowVoltage, ARampAtOneHertzAgreesWithAFinerOne) {
     double largest = 0.0, worst = 0.0, worst_late = 0.0;
     for (int n = 1; n <= 45; ++n) {
       coarse.followVoltage(sampleAt(n, 1.0, 0.0, 0.0, true).step, voltageAt(n));
-      for (int k = 1; k <= 10; ++k)
-        fine.followVoltage(sampleAt(n - 1 + 0.1 * k, 0.1, 0.0, 0.0, true).step, voltageAt(n - 1 + 0.1 * k));
+      for (int k = 1; k <= 10; ++k) fine.followVoltage(sampleAt(n - 1 + 0.1 * k, 0.1, 0.0, 0.0, true).step, voltageAt(n - 1 + 0.1 * k));
       const double i = -fine.currentError(), apart = std::abs(coarse.currentError() - fine.currentError());
       largest = std::max(largest, std::abs(i));
       worst = std::max(worst, apart);

@@ -28,7 +28,8 @@ std::vector<ForceMoment> drive(std::size_t count, std::uint64_t seed) {
   double current = 0.0, time = 0.0;
   for (std::size_t n = 0; n < count; ++n) {
     const double before = current;
-    if (random.uniform(0.0, 1.0) < 0.03) current = random.uniform(0.0, 1.0) < 0.2 ? random.uniform(-800.0, -200.0) : random.uniform(-80.0, 80.0);
+    if (random.uniform(0.0, 1.0) < 0.03)
+      current = random.uniform(0.0, 1.0) < 0.2 ? random.uniform(-800.0, -200.0) : random.uniform(-80.0, 80.0);
     const bool gap = n == count / 2;
     const double duration = n == 0 ? 0.0 : gap ? 3600.0 : kStep;
     time += duration;
@@ -50,7 +51,9 @@ Eigen::MatrixXd valuesAlong(ForceMemory& memory, const std::vector<ForceMoment>&
   return values.transpose();
 }
 
-Eigen::MatrixXd valuesAlong(ForceMemory& memory, const std::vector<ForceMoment>& moments) { return valuesAlong(memory, moments, 0, moments.size()); }
+Eigen::MatrixXd valuesAlong(ForceMemory& memory, const std::vector<ForceMoment>& moments) {
+  return valuesAlong(memory, moments, 0, moments.size());
+}
 
 /// The last value of one column.
 double lastOf(const ForceColumn& column, const std::vector<ForceMoment>& moments) {
@@ -61,9 +64,14 @@ double lastOf(const ForceColumn& column, const std::vector<ForceMoment>& moments
 /// How long a column remembers [s]; 0 for one whose numbers mean something else.
 double slowness(const ForceColumn& column) {
   switch (column.kind) {
-    case ForceKind::kHighMemory: return column.charge;
-    case ForceKind::kHighOverpotential: case ForceKind::kHighSum: case ForceKind::kStepCurrent: return 0.0;
-    default: return column.time;
+    case ForceKind::kHighMemory:
+      return column.charge;
+    case ForceKind::kHighOverpotential:
+    case ForceKind::kHighSum:
+    case ForceKind::kStepCurrent:
+      return 0.0;
+    default:
+      return column.time;
   }
 }
 
@@ -76,7 +84,8 @@ TEST(ForceColumns, LowPassesAnswerAStepByTheirClosedForm) {
   EXPECT_EQ(0.0, lastOf({ForceKind::kChargeMemory, Family::kAcceptance, 20.0}, held(-30.0, count)));
   EXPECT_NEAR(30.0 * rise, lastOf({ForceKind::kDischargeMemory, Family::kAcid, 20.0}, held(-30.0, count)), 1e-10);
   EXPECT_NEAR(30.0 * (1.0 - rise), lastOf({ForceKind::kEdge, Family::kStructure, 20.0}, held(30.0, count)), 1e-10);
-  EXPECT_NEAR(std::log1p(30.0 * rise / 5.0), lastOf({ForceKind::kLogChargeMemory, Family::kAcceptance, 20.0, 5.0}, held(30.0, count)), 1e-10);
+  EXPECT_NEAR(std::log1p(30.0 * rise / 5.0), lastOf({ForceKind::kLogChargeMemory, Family::kAcceptance, 20.0, 5.0}, held(30.0, count)),
+              1e-10);
 }
 
 TEST(ForceColumns, AReserveIsEmptiedAndFilledByItsClosedForm) {

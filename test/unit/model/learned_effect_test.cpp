@@ -108,7 +108,8 @@ TEST(LearnedEffect, DerivativesAgreeWithDifferencesUnderACurrent) {
     }
     for (Eigen::Index direction = 0; direction <= model.parameterCount(); ++direction) {
       const double step = stepOf(start, direction);
-      const auto up = voltages(model, moved(start, direction, step), lively()), down = voltages(model, moved(start, direction, -step), lively());
+      const auto up = voltages(model, moved(start, direction, step), lively()),
+                 down = voltages(model, moved(start, direction, -step), lively());
       double largest = 0.0;
       for (std::size_t n = 0; n < up.size(); ++n) largest = std::max(largest, std::abs(slopes[n][direction]));
       for (std::size_t n = 0; n < up.size(); ++n)
@@ -134,7 +135,8 @@ TEST(LearnedEffect, DerivativesOfTheCurrentAgreeWithDifferencesBehindASource) {
     currents(Simulation(model, start, everyDirection(model)), &slopes);
     for (Eigen::Index direction = 0; direction <= model.parameterCount(); ++direction) {
       const double step = stepOf(start, direction);
-      const auto up = currents(Simulation(model, moved(start, direction, step)), nullptr), down = currents(Simulation(model, moved(start, direction, -step)), nullptr);
+      const auto up = currents(Simulation(model, moved(start, direction, step)), nullptr),
+                 down = currents(Simulation(model, moved(start, direction, -step)), nullptr);
       double largest = 0.0;
       for (std::size_t n = 0; n < up.size(); ++n) largest = std::max(largest, std::abs(slopes[n][direction]));
       for (std::size_t n = 0; n < up.size(); ++n)

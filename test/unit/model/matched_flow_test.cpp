@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <functional>
-#include <Eigen/Core>
 #include <unsupported/Eigen/AutoDiff>
 
 #include "battery_sof/model/closed_form_step.hpp"
@@ -44,8 +44,8 @@ TEST(MatchedFlow, IsTheExactStepOfTheBaseReactionHoweverLong) {
   for (double u : {-0.2, -0.03, 0.0, 0.1, 0.3})
     for (double current : {-250.0, -20.0, 0.0, 0.3, 60.0})
       for (double duration : {1e-3, 0.01, 0.5, 10.0, 600.0})
-        EXPECT_NEAR(moved(u, current, duration, 0.5),
-                    closedFormAdvance(kBeta * u, current, kI0, 0.5 * kBeta * duration / kC2) / kBeta, 1e-12)
+        EXPECT_NEAR(moved(u, current, duration, 0.5), closedFormAdvance(kBeta * u, current, kI0, 0.5 * kBeta * duration / kC2) / kBeta,
+                    1e-12)
             << u << " V, " << current << " A, " << duration << " s";
 }
 

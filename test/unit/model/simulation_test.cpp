@@ -14,8 +14,7 @@ using namespace battery_sof::test;
 
 namespace {
 
-const std::vector<std::string> kFive = {"charge_acceptance", "gassing", "acid_transport", "cpe2",
-                                        "current_dependent_resistance"};
+const std::vector<std::string> kFive = {"charge_acceptance", "gassing", "acid_transport", "cpe2", "current_dependent_resistance"};
 
 }  // namespace
 
@@ -39,8 +38,7 @@ TEST(Simulation, GivesTheSameVoltageWithAndWithoutDerivatives) {
   const ModelPoint start = pointOf(model, typicalPoint(model));
   for (Eigen::Index lanes : {1, 8, 9, 16, 17, 24, 30, 48}) {
     Simulation plain(model, start);
-    Simulation carried(model, start,
-                       Eigen::MatrixXd::Ones(model.parameterCount() + model.stateCount(), lanes) * 1e-3);
+    Simulation carried(model, start, Eigen::MatrixXd::Ones(model.parameterCount() + model.stateCount(), lanes) * 1e-3);
     for (const DriveSample& sample : drive.samples) {
       plain.advance(sample.step);
       carried.advance(sample.step);
@@ -63,8 +61,8 @@ TEST(Simulation, TheSameDerivativesComeOutOfLanesThatAllReachTheDoubleLayer) {
     const Eigen::Index rows = model.parameterCount() + model.stateCount();
     const Eigen::Index lanes = std::min<Eigen::Index>(rows, Simulation::kMaxLanes);
     // Mirrored at (1, ..., 1): every lane holds a share of everything.
-    const Eigen::MatrixXd mirror = Eigen::MatrixXd::Identity(lanes, lanes) -
-                                   Eigen::MatrixXd::Constant(lanes, lanes, 2.0 / static_cast<double>(lanes));
+    const Eigen::MatrixXd mirror =
+        Eigen::MatrixXd::Identity(lanes, lanes) - Eigen::MatrixXd::Constant(lanes, lanes, 2.0 / static_cast<double>(lanes));
     Eigen::MatrixXd seeds = Eigen::MatrixXd::Identity(rows, lanes);
     for (Eigen::Index j = 0; j < model.parameterCount(); ++j) seeds.row(j) *= std::abs(start.parameters[j]) + 1e-3;
     Simulation apart(model, start, seeds), mixed(model, start, seeds * mirror);
@@ -72,8 +70,7 @@ TEST(Simulation, TheSameDerivativesComeOutOfLanesThatAllReachTheDoubleLayer) {
       apart.advance(sample.step);
       mixed.advance(sample.step);
       const Eigen::VectorXd expected = mirror * apart.voltageDerivatives();
-      ASSERT_NEAR((expected - mixed.voltageDerivatives()).cwiseAbs().maxCoeff(), 0.0,
-                  1e-9 * (1.0 + expected.cwiseAbs().maxCoeff()))
+      ASSERT_NEAR((expected - mixed.voltageDerivatives()).cwiseAbs().maxCoeff(), 0.0, 1e-9 * (1.0 + expected.cwiseAbs().maxCoeff()))
           << effects.front();
     }
   }

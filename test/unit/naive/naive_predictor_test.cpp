@@ -44,18 +44,15 @@ Driven drive(int stops, double interval, double noise = 0.0) {
 
 TEST(ChargePhases, BeginAtTheFirstChargedSampleAfterADischarge) {
   const Driven driven = drive(3, 1.0);
-  EXPECT_EQ(chargeBeginnings(driven.series, driven.all(), driven.imposes_voltage),
-            (std::vector<std::size_t>{30, 150, 270}));
-  EXPECT_EQ(chargeBeginnings(driven.series, {40, 290}, driven.imposes_voltage),
-            (std::vector<std::size_t>{150, 270}));
+  EXPECT_EQ(chargeBeginnings(driven.series, driven.all(), driven.imposes_voltage), (std::vector<std::size_t>{30, 150, 270}));
+  EXPECT_EQ(chargeBeginnings(driven.series, {40, 290}, driven.imposes_voltage), (std::vector<std::size_t>{150, 270}));
 }
 
 TEST(ChargePhases, TenSecondsAreTenSamplesAtOneHertzAndAThousandAtAHundred) {
   for (const double interval : {1.0, 0.01}) {
     const Driven driven = drive(1, interval);
     const auto first = chargeBeginnings(driven.series, driven.all(), driven.imposes_voltage).at(0);
-    const auto samples =
-        beginningOfCharge(driven.series, driven.all(), first, 10.0, driven.imposes_voltage);
+    const auto samples = beginningOfCharge(driven.series, driven.all(), first, 10.0, driven.imposes_voltage);
     ASSERT_TRUE(samples);
     EXPECT_EQ(samples->size(), static_cast<std::size_t>(std::lround(10.0 / interval)));
   }
@@ -79,8 +76,7 @@ TEST(FitNaive, OfAWindowThatTheCurrentDrivesIsTheSameFromItsCranks) {
   const Driven driven = drive(6, 1.0, 0.5);
   const IndexRange window{10, driven.series.size() - 5};
   const NaivePredictor by_mask = fitNaive(driven.series, window, std::vector<char>(driven.series.size(), 0));
-  const NaivePredictor by_cranks =
-      fitNaiveDrivenByCurrent(driven.series, window, detectCranks(driven.series, window, {}, 10.0));
+  const NaivePredictor by_cranks = fitNaiveDrivenByCurrent(driven.series, window, detectCranks(driven.series, window, {}, 10.0));
   ASSERT_TRUE(by_cranks.voltage_from_current);
   EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->slope, by_mask.voltage_from_current->slope);
   EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->lower_error, by_mask.voltage_from_current->lower_error);
@@ -117,8 +113,7 @@ TEST(FitNaive, ThePhaseIsTheMedianOfPastCharges) {
     ASSERT_TRUE(naive.phase);
     EXPECT_EQ(naive.phase->charges, 5U);
     ASSERT_GE(naive.phase->current.size(), 90U);
-    for (const std::size_t age : {5U, 20U, 60U})
-      EXPECT_NEAR(naive.phase->current[age], chargeAtAge(static_cast<double>(age)), 0.3);
+    for (const std::size_t age : {5U, 20U, 60U}) EXPECT_NEAR(naive.phase->current[age], chargeAtAge(static_cast<double>(age)), 0.3);
   }
 }
 
@@ -134,12 +129,11 @@ TEST(FitNaive, ThePhaseEndsWhereMostChargesHaveEnded) {
 TEST(FitNaive, AWindowWithNothingInItKnowsNothing) {
   const Driven driven = drive(1, 1.0);
   const NaivePredictor naive = fitNaive(driven.series, {3, 3}, driven.imposes_voltage);
-  EXPECT_FALSE(naive.current_from_voltage || naive.voltage_from_current || naive.phase ||
-               naive.cranks || naive.charge_10s || naive.charge_60s);
+  EXPECT_FALSE(naive.current_from_voltage || naive.voltage_from_current || naive.phase || naive.cranks || naive.charge_10s ||
+               naive.charge_60s);
   EXPECT_FALSE(naiveCrankMinimum(naive, -200.0));
   EXPECT_FALSE(naiveChargeCurrent(naive, 14.0, 10.0));
-  EXPECT_TRUE(
-      predictNaive(naive, driven.series, driven.all(), driven.imposes_voltage).current.empty());
+  EXPECT_TRUE(predictNaive(naive, driven.series, driven.all(), driven.imposes_voltage).current.empty());
 }
 
 TEST(FitNaive, AMaskOfAnotherSizeIsRefused) {
@@ -176,8 +170,7 @@ TEST(PredictNaive, NineInTenFurtherCurrentsLieInTheirBounds) {
     const std::size_t n = k - later.first;
     const double current = driven.series.current[k];
     samples += 1.0;
-    if (current >= predicted.current_lower[n] && current <= predicted.current_upper[n])
-      inside += 1.0;
+    if (current >= predicted.current_lower[n] && current <= predicted.current_upper[n]) inside += 1.0;
   }
   EXPECT_NEAR(inside / samples, 0.9, 0.06);
 }
@@ -198,8 +191,7 @@ TEST(NaiveCrankMinimum, FollowsRecentCranksBelowTheLine) {
   const NaivePredictor naive = fitNaive(driven.series, driven.all(), driven.imposes_voltage);
   const double last = naive.cranks->last.minimum;
   const auto minimum = naiveCrankMinimum(naive, naive.cranks->last.current);
-  EXPECT_LT(std::abs(minimum->value - last),
-            std::abs(naive.voltage_from_current->at(naive.cranks->last.current) - last));
+  EXPECT_LT(std::abs(minimum->value - last), std::abs(naive.voltage_from_current->at(naive.cranks->last.current) - last));
   EXPECT_LT(minimum->lower, last);
 }
 

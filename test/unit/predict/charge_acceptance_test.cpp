@@ -51,8 +51,7 @@ TEST(PredictChargeAcceptance, IsTheBaseModelsOwnCurrentStepByStep) {
   for (const double u_boost : {12.4, 13.2, 14.2, 14.8})
     for (const double duration : {0.5, 10.0, 60.0})
       for (const double u_c2 : {-0.3, 0.0, 0.2}) {
-        const ChargeAcceptanceAnswer answer =
-            predictChargeAcceptance(knownModel({}, u_c2), {u_boost, duration, 5000.0}, 1000.0);
+        const ChargeAcceptanceAnswer answer = predictChargeAcceptance(knownModel({}, u_c2), {u_boost, duration, 5000.0}, 1000.0);
         ASSERT_TRUE(answer.i_boost) << answer.message;
         EXPECT_NEAR(answer.i_boost->value, byItsOwnSteps(battery, u_c2, u_boost, duration), 1e-5);
         const double fine = byFineSteps(battery, u_c2, u_boost, duration, 5000.0);
@@ -100,8 +99,8 @@ TEST(PredictChargeAcceptance, IntervalFollowsFromTheParametersErrors) {
   double variance = 0.0;
   const ChargeAcceptanceQuery query{14.2, 10.0, 5000.0};
   const auto at = [&](FittedModel moved, int row, double by) {
-    double* const values[] = {&moved.parameters.r_discharge, &moved.parameters.r_charge,
-                              &moved.parameters.c2, &moved.parameters.beta, &moved.parameters.u_dc};
+    double* const values[] = {&moved.parameters.r_discharge, &moved.parameters.r_charge, &moved.parameters.c2, &moved.parameters.beta,
+                              &moved.parameters.u_dc};
     *values[row] += by;
     return predictChargeAcceptance(moved, query).i_boost->value;
   };

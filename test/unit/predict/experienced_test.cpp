@@ -93,7 +93,7 @@ TEST(ExperiencedCrank, IsTheMeanOfEquationsAndLineEachCorrected) {
 TEST(ExperiencedCrank, TheSensorsEndOfRangeHasACorrectionOfItsOwn) {
   FittedModel model = knownModel();
   for (int k = 0; k < 10; ++k) {
-    model.experience.add(PastCrank{2.0 * k, -250.0, 9.0, 9.5});       // clipped: more flows than is seen
+    model.experience.add(PastCrank{2.0 * k, -250.0, 9.0, 9.5});  // clipped: more flows than is seen
     model.experience.add(PastCrank{2.0 * k + 1.0, -200.0, 10.0, 10.0});
   }
   EXPECT_NEAR(experiencedCrank(model, -250.0, kModelled).value, 9.5, 0.03);

@@ -27,8 +27,7 @@ struct Player {
 
   void play(const Series& series, std::size_t first, std::size_t last) {
     for (std::size_t n = first; n < last; ++n) {
-      const SessionEvents events =
-          session.push({series.time[n], series.current[n], series.voltage[n], {}});
+      const SessionEvents events = session.push({series.time[n], series.current[n], series.voltage[n], {}});
       cranks.insert(cranks.end(), events.cranks.begin(), events.cranks.end());
       if (const auto job = session.takeDueJob()) {
         taken.push_back(series.time[n]);
@@ -120,8 +119,7 @@ TEST(ExtendedSession, AnotherCompositionTakesThePlaceWhenItFitsAsWell) {
   ASSERT_TRUE(session.doesExtendedAnswer());
   session.extendWith({"current_dependent_resistance", "acid_transport"});
   player.play(series, 11000, 11100);
-  EXPECT_THAT(session.status().effects,
-              ElementsAre("current_dependent_resistance", "acid_transport"));
+  EXPECT_THAT(session.status().effects, ElementsAre("current_dependent_resistance", "acid_transport"));
 }
 
 TEST(ExtendedSession, AnotherCompositionThatFitsWorseLeavesTheOneBeforeInUse) {

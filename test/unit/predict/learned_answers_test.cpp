@@ -39,7 +39,8 @@ const Learnt& learnt() {
 double rmseOf(const FittedModel& model) {
   const PredictedVoltage predicted = predictSeries(model, learnt().series, learnt().later);
   double sum = 0.0;
-  for (std::size_t n = 0; n < predicted.voltage.size(); ++n) sum += std::pow(learnt().series.voltage[learnt().later.first + n] - predicted.voltage[n], 2);
+  for (std::size_t n = 0; n < predicted.voltage.size(); ++n)
+    sum += std::pow(learnt().series.voltage[learnt().later.first + n] - predicted.voltage[n], 2);
   return std::sqrt(sum / static_cast<double>(predicted.voltage.size()));
 }
 
@@ -82,11 +83,13 @@ TEST(LearnedAnswers, AModelFileGivesTheSameAnswers) {
 
 TEST(LearnedAnswers, AModelFileWhoseForceIsDamagedIsRefusedByField) {
   const std::string good = modelYaml(learnt().model);
-  EXPECT_THAT(errorOf(with(good, "kind: charge_memory", "kind: perpetual_memory")), HasSubstr("kind is \"perpetual_memory\", expected one of charge_memory"));
+  EXPECT_THAT(errorOf(with(good, "kind: charge_memory", "kind: perpetual_memory")),
+              HasSubstr("kind is \"perpetual_memory\", expected one of charge_memory"));
   EXPECT_THAT(errorOf(with(good, "\nforce:\n", "\nforce_of_habit:\n")), HasSubstr("effects cannot be used"));
   EXPECT_THAT(errorOf(with(good, "  circuit: [", "  circuit: [1, ")), HasSubstr("force.circuit has 7 numbers, expected 6"));
   EXPECT_THAT(errorOf(with(good, "  force_memory: [", "  force_memory: [1, ")), HasSubstr("state.force_memory has"));
-  EXPECT_THAT(errorOf(with(good, "  factor_std:\n", "  factor_std:\n    ageing: -1\n")), HasSubstr("deviation must be finite and at least 0"));
+  EXPECT_THAT(errorOf(with(good, "  factor_std:\n", "  factor_std:\n    ageing: -1\n")),
+              HasSubstr("deviation must be finite and at least 0"));
 }
 
 TEST(LearnedAnswers, ACrankFarBeyondWhatWasLearntOnIsNotVouchedForAndWider) {
@@ -117,7 +120,8 @@ TEST(LearnedAnswers, ACrankFarBeyondWhatWasLearntOnIsNotVouchedForAndWider) {
 
 TEST(LearnedAnswers, AChargeIsAnsweredByTheSameForce) {
   const ChargeAcceptanceQuery query{14.2, 10.0, 300.0};
-  const ChargeAcceptanceAnswer with_force = predictChargeAcceptance(learnt().model, query), without = predictChargeAcceptance(learnt().base, query);
+  const ChargeAcceptanceAnswer with_force = predictChargeAcceptance(learnt().model, query),
+                               without = predictChargeAcceptance(learnt().base, query);
   ASSERT_TRUE(with_force.i_boost && without.i_boost);
   Simulation after = simulationOf(learnt().model);
   double charge = 0.0;

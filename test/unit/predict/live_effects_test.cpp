@@ -15,8 +15,7 @@ using namespace test;
 
 /// A composition at its magnitudes, one per cent uncertain, its state at rest at a sample of the
 /// recording.
-FittedModel standingAt(const std::vector<std::string>& effects, const Series& series,
-                       std::size_t n) {
+FittedModel standingAt(const std::vector<std::string>& effects, const Series& series, std::size_t n) {
   FittedModel model = unfitted(series, {0, n + 1}, BatteryModel(effects), FitStatus::kConverged, "");
   const BatteryModel composition(effects);
   Eigen::VectorXd p = typicalPoint(composition);
@@ -40,8 +39,7 @@ TEST_P(LiveEffect, TrackedSampleBySampleIsWhereCarryingTheStateOfflinePutsIt) {
   for (std::size_t n = 4000; n < series.size(); ++n) series.time[n] += 30.0;  // the recorder slept
   FittedModel offline = standingAt(withNeeds(GetParam()), series, 1000);
   StateTracker tracker(offline, gapThreshold(series));
-  for (std::size_t n = 1001; n < series.size(); ++n)
-    tracker.follow(series.time[n], series.current[n], series.voltage[n]);
+  for (std::size_t n = 1001; n < series.size(); ++n) tracker.follow(series.time[n], series.current[n], series.voltage[n]);
   carryState(offline, series, series.size() - 1);
   const FittedModel live = tracker.modelNow();
   EXPECT_EQ(live.state.time, offline.state.time);
@@ -71,8 +69,7 @@ std::vector<std::string> allIds() {
   return ids;
 }
 
-INSTANTIATE_TEST_SUITE_P(Catalogue, LiveEffect, ::testing::ValuesIn(allIds()),
-                         [](const auto& instance) { return instance.param; });
+INSTANTIATE_TEST_SUITE_P(Catalogue, LiveEffect, ::testing::ValuesIn(allIds()), [](const auto& instance) { return instance.param; });
 
 TEST(OnlineSession, WithEffectsGivesTheSameAnswersAsTheOfflineFunctions) {
   const std::vector<std::string> effects = {"acid_transport", "current_dependent_resistance"};
@@ -104,8 +101,7 @@ TEST(OnlineSession, WithEffectsGivesTheSameAnswersAsTheOfflineFunctions) {
   query.i_load = -25.0;
   query.t_stop = 20.0;
   query.i_cranking = -200.0;
-  const CrankingAnswer offline = predictCranking(model, query),
-                       live = session.predictCranking(query);
+  const CrankingAnswer offline = predictCranking(model, query), live = session.predictCranking(query);
   ASSERT_TRUE(offline.u_min && live.u_min);
   EXPECT_NEAR(live.u_min->value, offline.u_min->value, 1e-9);
   EXPECT_NEAR(live.u_min->lower, offline.u_min->lower, 1e-9);

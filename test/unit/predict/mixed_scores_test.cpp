@@ -22,8 +22,7 @@ Measured measured(double interval, std::size_t samples) {
     const double t = interval * static_cast<double>(k), phase = std::fmod(t + 1e-9, 100.0);
     const bool imposed = phase >= 20.0;
     made.series.time.push_back(t);
-    made.series.current.push_back(imposed ? 40.0 * std::exp(-(phase - 20.0) / 20.0) + 1.0
-                                          : -20.0 - std::fmod(phase, 5.0));
+    made.series.current.push_back(imposed ? 40.0 * std::exp(-(phase - 20.0) / 20.0) + 1.0 : -20.0 - std::fmod(phase, 5.0));
     made.series.voltage.push_back(imposed ? 14.0 : 12.0 + 0.01 * std::fmod(phase, 7.0));
     made.imposes_voltage.push_back(imposed ? 1 : 0);
   }
@@ -32,8 +31,7 @@ Measured measured(double interval, std::size_t samples) {
 
 TEST(ScoreMixed, APerfectPredictionHasAFullShare) {
   const Measured made = measured(1.0, 300);
-  const MixedScores scores =
-      scoreMixed(made.series, made.all(), made.imposes_voltage, made.exact());
+  const MixedScores scores = scoreMixed(made.series, made.all(), made.imposes_voltage, made.exact());
   EXPECT_DOUBLE_EQ(*scores.share_percent, 100.0);
   EXPECT_DOUBLE_EQ(*scores.current_share_percent, 100.0);
   EXPECT_DOUBLE_EQ(*scores.voltage_share_percent, 100.0);
@@ -46,8 +44,7 @@ TEST(ScoreMixed, EachQuantitysMeanHasNoShare) {
   double current = 0.0, voltage = 0.0, charged = 0.0, loaded = 0.0;
   for (std::size_t k = 0; k < 300; ++k) {
     (made.imposes_voltage[k] ? charged : loaded) += 1.0;
-    (made.imposes_voltage[k] ? current : voltage) +=
-        made.imposes_voltage[k] ? made.series.current[k] : made.series.voltage[k];
+    (made.imposes_voltage[k] ? current : voltage) += made.imposes_voltage[k] ? made.series.current[k] : made.series.voltage[k];
   }
   predicted.current.assign(300, current / charged);
   predicted.voltage.assign(300, voltage / loaded);
@@ -60,8 +57,7 @@ TEST(ScoreMixed, EachQuantitysMeanHasNoShare) {
 TEST(ScoreMixed, OnlyTheQuantityThatIsNotImposedCounts) {
   const Measured made = measured(1.0, 300);
   MixedPrediction predicted = made.exact();
-  for (std::size_t k = 0; k < 300; ++k)
-    (made.imposes_voltage[k] ? predicted.voltage[k] : predicted.current[k]) = 1e6;
+  for (std::size_t k = 0; k < 300; ++k) (made.imposes_voltage[k] ? predicted.voltage[k] : predicted.current[k]) = 1e6;
   const MixedScores scores = scoreMixed(made.series, made.all(), made.imposes_voltage, predicted);
   EXPECT_DOUBLE_EQ(*scores.share_percent, 100.0);
 }
@@ -120,8 +116,7 @@ TEST(ScoreMixed, AQuantityWithoutPredictionLeavesNoCombinedShare) {
 
 TEST(ScoreMixed, SizesThatDoNotFitAreRefused) {
   const Measured made = measured(1.0, 300);
-  EXPECT_THROW(scoreMixed(made.series, {0, 200}, made.imposes_voltage, made.exact()),
-               std::invalid_argument);
+  EXPECT_THROW(scoreMixed(made.series, {0, 200}, made.imposes_voltage, made.exact()), std::invalid_argument);
   EXPECT_THROW(scoreMixed(made.series, made.all(), {}, made.exact()), std::invalid_argument);
   EXPECT_THROW(scoreMixed(made.series, {5, 5}, made.imposes_voltage, {}), std::invalid_argument);
 }

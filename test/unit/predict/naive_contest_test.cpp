@@ -163,8 +163,7 @@ TEST(LiveModel, AChargeIsAnsweredByTheMedianOfPastChargesWhereThatWasBetter) {
   EXPECT_NEAR(answer.i_boost->value, 12.0, 1e-9);
   EXPECT_NEAR(answer.i_boost->lower, 8.0, 1e-9);
   EXPECT_NEAR(answer.i_boost->upper, 13.0, 1e-9) << "the source gives no more";
-  EXPECT_THAT(answer.message,
-              HasSubstr("the median of past charges answers: it missed 1.2 A where the model missed 2.0 A"));
+  EXPECT_THAT(answer.message, HasSubstr("the median of past charges answers: it missed 1.2 A where the model missed 2.0 A"));
 }
 
 TEST(LiveModel, LongChargesHaveAContestOfTheirOwn) {
@@ -180,8 +179,7 @@ TEST(LiveModel, QuestionsUnlikeWhatWasComparedAreTheModels) {
   const LiveModel live = liveNaive();
   const LiveModel model(modelWithNaive(), std::nullopt, 50.0);
   EXPECT_EQ(live.predictCranking({-20.0, 5.0, -300.0, 0.5}).message, model.predictCranking({-20.0, 5.0, -300.0, 0.5}).message);
-  EXPECT_EQ(live.predictCranking({-1.0, 3600.0, -200.0, 0.5}).message,
-            model.predictCranking({-1.0, 3600.0, -200.0, 0.5}).message);
+  EXPECT_EQ(live.predictCranking({-1.0, 3600.0, -200.0, 0.5}).message, model.predictCranking({-1.0, 3600.0, -200.0, 0.5}).message);
   for (const ChargeAcceptanceQuery& query : {ChargeAcceptanceQuery{13.2, 10.0}, ChargeAcceptanceQuery{14.0, 60.0}})
     EXPECT_EQ(live.predictChargeAcceptance(query).message, model.predictChargeAcceptance(query).message);
 }

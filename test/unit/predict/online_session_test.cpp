@@ -339,8 +339,7 @@ TEST(OnlineSession, RestoredModelAnswersFromTheFirstSampleOn) {
   EXPECT_THAT(session.status().reason, HasSubstr("saved model waits for the first sample"));
   for (int n = 0; n < 200; ++n) session.push(drive.next());
   EXPECT_EQ(session.status().state, SessionState::kReady);
-  EXPECT_NEAR(session.predictCranking(kQuery).u_min->value,
-              before.predictCranking(kQuery).u_min->value, 0.2);
+  EXPECT_NEAR(session.predictCranking(kQuery).u_min->value, before.predictCranking(kQuery).u_min->value, 0.2);
 }
 
 TEST(OnlineSession, RestoredModelAnswersWhileTheRateIsStillMeasured) {
@@ -358,8 +357,7 @@ TEST(OnlineSession, RestoredModelAnswersWhileTheRateIsStillMeasured) {
     EXPECT_FALSE(session.whyNoModel()) << n;
     EXPECT_EQ(session.status().state, SessionState::kReady) << n;
     EXPECT_THAT(session.status().reason, HasSubstr("the saved model is in use")) << n;
-    EXPECT_NEAR(session.predictCranking(kQuery).u_min->value, before.predictCranking(kQuery).u_min->value, 1e-6)
-        << n;
+    EXPECT_NEAR(session.predictCranking(kQuery).u_min->value, before.predictCranking(kQuery).u_min->value, 1e-6) << n;
   }
 }
 
@@ -451,10 +449,8 @@ TEST(SampleStream, BadValuesAreCountedByReason) {
   SampleStream stream(100.0);
   const double infinite = std::numeric_limits<double>::infinity();
   for (int n = 0; n < 20; ++n) stream.push({static_cast<double>(n), 1.0, 12.0, {}});
-  for (const RawSample& sample :
-       {RawSample{20.0, kNan, 12.0, {}}, RawSample{20.0, infinite, 12.0, {}},
-        RawSample{19.0, 1.0, 12.0, {}}, RawSample{17.0, 1.0, 12.0, {}},
-        RawSample{20.0, 1.0, 500.0, {}}, RawSample{kNan, 1.0, 12.0, {}}}) {
+  for (const RawSample& sample : {RawSample{20.0, kNan, 12.0, {}}, RawSample{20.0, infinite, 12.0, {}}, RawSample{19.0, 1.0, 12.0, {}},
+                                  RawSample{17.0, 1.0, 12.0, {}}, RawSample{20.0, 1.0, 500.0, {}}, RawSample{kNan, 1.0, 12.0, {}}}) {
     stream.push(sample);
   }
   const RejectedCounts rejected = stream.counts().rejected;

@@ -21,14 +21,11 @@ const FittedModel& model() {
 }
 
 TEST(SimulateProfile, ContinuesFromTheSavedState) {
-  const ProfileAnswer answer =
-      simulateProfile(model(), {0.0, 1.0, 2.0}, {model().state.current, -20.0, -20.0});
+  const ProfileAnswer answer = simulateProfile(model(), {0.0, 1.0, 2.0}, {model().state.current, -20.0, -20.0});
   EXPECT_EQ(answer.code, AnswerCode::kOk);
   EXPECT_TRUE(answer.valid);
   ASSERT_EQ(answer.predicted.voltage.size(), 3u);
-  EXPECT_NEAR(answer.predicted.voltage[0],
-              terminalVoltage(model().parameters, model().state.current, model().state.u_c2),
-              1e-12);
+  EXPECT_NEAR(answer.predicted.voltage[0], terminalVoltage(model().parameters, model().state.current, model().state.u_c2), 1e-12);
   for (std::size_t n = 0; n < 3; ++n) {
     EXPECT_LT(answer.predicted.lower[n], answer.predicted.voltage[n]);
     EXPECT_GT(answer.predicted.upper[n], answer.predicted.voltage[n]);
@@ -64,8 +61,7 @@ TEST(PredictSeries, FollowsTheDriveThatFollowsTheWindow) {
   const Series series = test::baseDrive(2, 600.0);
   const FittedModel fitted = identify(series, {0, 24000});
   const IndexRange later = {24000, series.size()};
-  const PredictionScores scores =
-      scorePrediction(series, later, predictSeries(fitted, series, later));
+  const PredictionScores scores = scorePrediction(series, later, predictSeries(fitted, series, later));
   EXPECT_GT(*scores.q_dyn_percent, 98.0);
   EXPECT_LT(scores.rmse, 0.003);
   EXPECT_NEAR(scores.coverage_90, 0.90, 0.02);
@@ -82,9 +78,7 @@ TEST(PredictSeries, UsesOnlyTheCurrentInsideALaterRange) {
   EXPECT_EQ(predictSeries(fitted, series, {24000, 30000}).voltage, before);
 }
 
-TEST(PredictSeries, OfNothingIsNothing) {
-  EXPECT_TRUE(predictSeries(model(), test::baseDrive(1, 10.0), {5, 5}).voltage.empty());
-}
+TEST(PredictSeries, OfNothingIsNothing) { EXPECT_TRUE(predictSeries(model(), test::baseDrive(1, 10.0), {5, 5}).voltage.empty()); }
 
 TEST(ScorePrediction, RefusesAPredictionOfAnotherLength) {
   const Series series = test::baseDrive(1, 10.0);
@@ -97,8 +91,7 @@ TEST(StateTracker, EqualsCarryingTheStateOffline) {
   FittedModel offline = fitted;
   carryState(offline, series, series.size() - 1);
   StateTracker tracker(fitted, gapThreshold(series));
-  for (std::size_t n = 24000; n < series.size(); ++n)
-    tracker.follow(series.time[n], series.current[n], series.voltage[n]);
+  for (std::size_t n = 24000; n < series.size(); ++n) tracker.follow(series.time[n], series.current[n], series.voltage[n]);
   const FittedModel online = tracker.modelNow();
   EXPECT_DOUBLE_EQ(online.state.u_c2, offline.state.u_c2);
   EXPECT_DOUBLE_EQ(online.state.time, offline.state.time);

@@ -51,8 +51,10 @@ TEST(ExtrapolationOf, NoBatteryHasAVoltageBelowZeroOrAboveSixteenVoltsABlock) {
   FittedModel model = knownModel();
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 0.0; }), "");
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 16.0; }), "");
-  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = -0.5; }), "it comes to -0.50 V, expected 0 to 16 V of such a battery");
-  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 16.5; }), "it comes to 16.50 V, expected 0 to 16 V of such a battery");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = -0.5; }),
+            "it comes to -0.50 V, expected 0 to 16 V of such a battery");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 16.5; }),
+            "it comes to 16.50 V, expected 0 to 16 V of such a battery");
   model.parameters.u_dc = 25.2;
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 30.0; }), "");
 }
@@ -88,9 +90,7 @@ TEST(ExtrapolationOf, ChargeMayMoveWhereTheModelsOpenCircuitVoltageDoesButNotBey
   for (const char* id : {"ocv_soc", "acid_transport"}) {
     const FittedModel model = knownModel({id});
     EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charge_moved = 20.0; }), "") << id;
-    EXPECT_TRUE(holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 51.0; }),
-                      "more than the battery's 50 Ah"))
-        << id;
+    EXPECT_TRUE(holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 51.0; }), "more than the battery's 50 Ah")) << id;
   }
 }
 

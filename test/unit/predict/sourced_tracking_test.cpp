@@ -48,8 +48,7 @@ TEST_P(SlowChannel, TrackedLiveTheStateIsWhereCarryingItOfflinePutsIt) {
     ASSERT_EQ(live.state.current, offline.state.current);
     ASSERT_NEAR(live.state.u_c2, offline.state.u_c2, 1e-9) << n;
     ASSERT_EQ(live.state.further.size(), offline.state.further.size());
-    for (std::size_t j = 0; j < live.state.further.size(); ++j)
-      ASSERT_NEAR(live.state.further[j], offline.state.further[j], 1e-9) << n;
+    for (std::size_t j = 0; j < live.state.further.size(); ++j) ASSERT_NEAR(live.state.further[j], offline.state.further[j], 1e-9) << n;
     ASSERT_TRUE(live.covariance.isApprox(offline.covariance, 1e-9)) << n;
     ASSERT_EQ(live.state.memory.numbers().size(), offline.state.memory.numbers().size());
     for (std::size_t j = 0; j < DriveMemory::kNumbers; ++j)
@@ -110,8 +109,7 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
       EXPECT_NEAR(charge.duration, 10.0, 1e-9);
       const auto first = std::lower_bound(series.time.begin(), series.time.end(), charge.time) - series.time.begin() - 1;
       const auto drives = offline.voltage_drives.begin() + first;
-      const double followed =
-          std::accumulate(offline.current.begin() + first, offline.current.begin() + first + 10, 0.0) / 10.0;
+      const double followed = std::accumulate(offline.current.begin() + first, offline.current.begin() + first + 10, 0.0) / 10.0;
       const bool source_took_over = !*(drives - 1) && std::count(drives, drives + 10, 0) == 0;
       // Saved behind a source, the state ramps from its own voltage at the measured current.
       EXPECT_NEAR(charge.modelled_current, followed, source_took_over ? 1e-6 : 0.3) << charge.time;
@@ -120,8 +118,7 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
   EXPECT_GT(taken_over, 8);
   SourceWatch watch(findSource(series).rule);
   std::vector<char> imposed{0};
-  for (std::size_t n = 1; n < series.size(); ++n)
-    imposed.push_back(watch.add(series.time[n], series.current[n], series.voltage[n]));
+  for (std::size_t n = 1; n < series.size(); ++n) imposed.push_back(watch.add(series.time[n], series.current[n], series.voltage[n]));
   const IndexRange all{1, series.size()};
   std::vector<double> short_ones;
   std::size_t long_ones = 0;
@@ -142,8 +139,7 @@ TEST(TrackedModel, WhenTheClockJumpsPastEventsMoveWithIt) {
   const Series series = sourcedDrive(700, battery(), 11, {1, 0});
   TrackedModel tracked({});
   tracked.install(standingAt(series, 0, 1), 10.0);
-  for (std::size_t n = 1; n < series.size(); ++n)
-    tracked.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0);
+  for (std::size_t n = 1; n < series.size(); ++n) tracked.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0);
   const Experience before = tracked.now().experience;
   ASSERT_GT(before.cranks.size(), 3u);
   ASSERT_GT(before.charges.size(), 3u);
@@ -249,8 +245,7 @@ TEST(SessionAtASource, AnIdentificationHoweverLongLosesNoEventAndCountsNoneTwice
     EXPECT_EQ(of_late.cranks[k].time, of_prompt.cranks[k].time);
     EXPECT_NEAR(of_late.cranks[k].modelled, of_prompt.cranks[k].modelled, 1e-9);
   }
-  for (std::size_t k = 0; k < of_late.charges.size(); ++k)
-    EXPECT_NEAR(of_late.charges[k].modelled, of_prompt.charges[k].modelled, 1e-9);
+  for (std::size_t k = 0; k < of_late.charges.size(); ++k) EXPECT_NEAR(of_late.charges[k].modelled, of_prompt.charges[k].modelled, 1e-9);
   EXPECT_EQ(late.session.predictCranking({-20.0, 5.0, -200.0, 1.0}).message,
             prompt.session.predictCranking({-20.0, 5.0, -200.0, 1.0}).message);
 }
@@ -263,7 +258,8 @@ TEST(SessionAtASource, TheModelsExperienceHoldsEveryCrankOfItsWindowAndSinceOnce
   const FittedModel model = *session.session.model();
   std::vector<double> due;
   for (const Event& event : detectEvents(series))
-    if (event.kind == EventKind::kCrank && series.time[event.range.first] >= model.window.from) due.push_back(series.time[event.range.first]);
+    if (event.kind == EventKind::kCrank && series.time[event.range.first] >= model.window.from)
+      due.push_back(series.time[event.range.first]);
   const auto& cranks = model.experience.cranks;
   ASSERT_GT(cranks.size(), 10u);
   for (std::size_t k = 1; k < cranks.size(); ++k) EXPECT_GT(cranks[k].time, cranks[k - 1].time + 5.0);

@@ -72,9 +72,9 @@ TEST(PredictStopTime, IsTheClosedFormOfTheBaseModel) {
 }
 
 TEST(PredictStopTime, InvertsTheCrankOfCompositionsToo) {
-  for (const auto& effects : {std::vector<std::string>{"acid_transport"},
-                              std::vector<std::string>{"ocv_soc", "current_dependent_resistance"},
-                              std::vector<std::string>{"self_heating", "cpe2"}}) {
+  for (const auto& effects :
+       {std::vector<std::string>{"acid_transport"}, std::vector<std::string>{"ocv_soc", "current_dependent_resistance"},
+        std::vector<std::string>{"self_heating", "cpe2"}}) {
     const FittedModel model = knownModel(effects);
     StopTimeQuery query = usualQuery(0.0);
     query.u_required = predictCranking(model, crankAfter(query, 40.0)).u_min->value;
@@ -153,8 +153,7 @@ TEST(PredictStopTime, ACrossingBeyondTheChargeTheModelHoldsIsOnlySaid) {
   EXPECT_EQ(answer.outcome, StopTimeOutcome::kAtLeast);
   EXPECT_NEAR(answer.t_stop->value, 14.4, 1e-9) << "0.1 Ah at 25 A";
   EXPECT_NEAR(answer.t_stop->upper, 40.0, 0.5);
-  EXPECT_TRUE(holds(answer.message, "puts the end at 4") || holds(answer.message, "puts the end at 39"))
-      << answer.message;
+  EXPECT_TRUE(holds(answer.message, "puts the end at 4") || holds(answer.message, "puts the end at 39")) << answer.message;
 }
 
 TEST(PredictStopTime, IsAtLeastADayWhereADayDrawsLess) {
@@ -168,8 +167,8 @@ TEST(PredictStopTime, IsAtLeastADayWhereADayDrawsLess) {
 
 TEST(PredictStopTime, NeverDrawsMoreThanTheBatteryHolds) {
   constexpr double kRounding = 1e-9;  // [Ah]
-  for (const auto& effects : {std::vector<std::string>{}, std::vector<std::string>{"acid_transport"},
-                              std::vector<std::string>{"ocv_soc"}, std::vector<std::string>{"self_heating", "cpe2"}})
+  for (const auto& effects : {std::vector<std::string>{}, std::vector<std::string>{"acid_transport"}, std::vector<std::string>{"ocv_soc"},
+                              std::vector<std::string>{"self_heating", "cpe2"}})
     for (const double capacity : {0.5, 50.0, 200.0})
       for (const double i_load : {-1e-3, -0.5, -5.0, -20.0, -75.0, -400.0, -5000.0})
         for (const double u_required : {0.1, 7.2, 10.5, 11.3, 11.45, 12.6}) {

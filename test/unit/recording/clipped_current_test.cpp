@@ -12,9 +12,7 @@ namespace {
 
 using test::cleanDrive;
 
-double chargeOf(const Series& series) {
-  return 0.01 * std::accumulate(series.current.begin(), series.current.end(), 0.0);
-}
+double chargeOf(const Series& series) { return 0.01 * std::accumulate(series.current.begin(), series.current.end(), 0.0); }
 
 Series clippedAt(double limit, Series series) {
   for (double& current : series.current) current = std::max(current, limit);

@@ -117,8 +117,7 @@ TEST_F(Csv, SemicolonInAColumnsNameDoesNotSeparate) {
 }
 
 TEST_F(Csv, ColumnThatIsThereTwiceIsRefusedOnlyWhenItIsRead) {
-  EXPECT_TRUE(says(errorOf("time_s,current_a,voltage_v,voltage_v\n0,1,12,13\n"),
-                   "has column \"voltage_v\" more than once"));
+  EXPECT_TRUE(says(errorOf("time_s,current_a,voltage_v,voltage_v\n0,1,12,13\n"), "has column \"voltage_v\" more than once"));
   EXPECT_EQ(read("Loop,time_s,current_a,Loop,voltage_v\n1,0,1,1,12\n").series.size(), 1U);
 }
 
@@ -146,14 +145,11 @@ TEST_F(Csv, TextInsteadOfANumberIsNamedWithFileLineColumnAndText) {
   EXPECT_TRUE(says(message, "\"12.5V\" is not a number"));
 }
 
-TEST_F(Csv, HexadecimalIsNotANumber) {
-  EXPECT_TRUE(says(errorOf(std::string(kHeader) + "0,0x10,12\n"), "\"0x10\" is not a number"));
-}
+TEST_F(Csv, HexadecimalIsNotANumber) { EXPECT_TRUE(says(errorOf(std::string(kHeader) + "0,0x10,12\n"), "\"0x10\" is not a number")); }
 
 TEST_F(Csv, RowWithTooManyOrTooFewCellsIsNamedWithItsLine) {
   const std::string header = kHeader;
-  EXPECT_TRUE(
-      says(errorOf(header + "0,1,12\n1,1,12,9\n"), "line 3: has 4 cells, the header has 3"));
+  EXPECT_TRUE(says(errorOf(header + "0,1,12\n1,1,12,9\n"), "line 3: has 4 cells, the header has 3"));
   EXPECT_TRUE(says(errorOf(header + "0,1\n1,1,12\n"), "line 2: has 2 cells, the header has 3"));
 }
 
@@ -164,9 +160,7 @@ TEST_F(Csv, LastLineCutOffWhileWritingIsAMissingValue) {
 }
 
 TEST_F(Csv, EmptyNotANumberAndInfiniteCellsAreCountedNotUsed) {
-  const Recording recording =
-      read(std::string(kHeader) +
-           "0,-5,12.5\n1,,12.5\n2,-5,NaN\n3,nan,nan\n4,inf,12\n5,-5,-inf\n,1,12\n6,-5,12\n");
+  const Recording recording = read(std::string(kHeader) + "0,-5,12.5\n1,,12.5\n2,-5,NaN\n3,nan,nan\n4,inf,12\n5,-5,-inf\n,1,12\n6,-5,12\n");
   EXPECT_EQ(recording.series.time, (std::vector<double>{0.0, 6.0}));
   EXPECT_EQ(recording.rejected.missing_value, 4U);
   EXPECT_EQ(recording.rejected.not_finite, 2U);
@@ -207,9 +201,7 @@ TEST_F(Csv, ExponentsSignsAndBareFractionsAreNumbers) {
   EXPECT_EQ(recording.series.voltage.front(), 12.5);
 }
 
-TEST_F(Csv, LastLineNeedsNoLineBreak) {
-  EXPECT_EQ(read(std::string(kHeader) + "0,1,12\n1,1,12").series.size(), 2U);
-}
+TEST_F(Csv, LastLineNeedsNoLineBreak) { EXPECT_EQ(read(std::string(kHeader) + "0,1,12\n1,1,12").series.size(), 2U); }
 
 // ---------------------------------------------------------------------------------------------
 // other files' columns
@@ -226,8 +218,7 @@ TEST_F(Csv, NamedColumnsAreReadAndDischargePositiveIsTurnedRound) {
 }
 
 TEST_F(Csv, TemperatureIsReadInKelvinWhenTheFileHasIt) {
-  const Recording recording =
-      read("time_s,current_a,voltage_v,temperature_c\n0,1,12,25\n1,1,12,\n2,1,12,-10\n");
+  const Recording recording = read("time_s,current_a,voltage_v,temperature_c\n0,1,12,25\n1,1,12,\n2,1,12,-10\n");
   EXPECT_EQ(recording.series.temperature_time, (std::vector<double>{0.0, 2.0}));
   EXPECT_DOUBLE_EQ(recording.series.temperature[0], 298.15);
   EXPECT_DOUBLE_EQ(recording.series.temperature[1], 263.15);
@@ -240,8 +231,7 @@ TEST_F(Csv, TemperatureColumnThatWasAskedForMustBeThere) {
 }
 
 TEST_F(Csv, RowsWithATemperatureAloneFillTheTemperatureAndAreNoSamples) {
-  const Recording recording =
-      read("time_s,current_a,voltage_v,temperature_c\n0,1,12,\n0.5,,,25\n1,1,12,\n1.5,,,26\n");
+  const Recording recording = read("time_s,current_a,voltage_v,temperature_c\n0,1,12,\n0.5,,,25\n1,1,12,\n1.5,,,26\n");
   EXPECT_EQ(recording.series.time, (std::vector<double>{0.0, 1.0}));
   EXPECT_EQ(recording.series.temperature_time, (std::vector<double>{0.5, 1.5}));
   EXPECT_EQ(recording.offered, 2U);
@@ -260,12 +250,9 @@ TEST_F(Csv, DateTimesBecomeSecondsSince1970) {
 }
 
 TEST_F(Csv, WrongDatesAreText) {
-  for (const char* time :
-       {"2017-13-25 07:00:06", "2017-03-32 07:00:06", "2017-03-25 07:60:06", "2017-03-25 07:00:61",
-        "2017-03-25", "25.03.2017 07:00:06", "07:00:06", "2017-03-25 07:00:06 CET"}) {
-    EXPECT_TRUE(
-        says(errorOf(std::string(kHeader) + time + ",1,12\n"), "is not a number of seconds"))
-        << time;
+  for (const char* time : {"2017-13-25 07:00:06", "2017-03-32 07:00:06", "2017-03-25 07:60:06", "2017-03-25 07:00:61", "2017-03-25",
+                           "25.03.2017 07:00:06", "07:00:06", "2017-03-25 07:00:06 CET"}) {
+    EXPECT_TRUE(says(errorOf(std::string(kHeader) + time + ",1,12\n"), "is not a number of seconds")) << time;
   }
 }
 
@@ -332,8 +319,7 @@ class RealCsv : public ::testing::Test {
 };
 
 TEST_F(RealCsv, StartStopDriveKeepsEverySampleButThoseBehindTheClockSteps) {
-  const Recording recording = read("startstop_car/drive_2.csv",
-                                   {"t_s", "current_A", "voltage_V", std::string("temp_C"), false});
+  const Recording recording = read("startstop_car/drive_2.csv", {"t_s", "current_A", "voltage_V", std::string("temp_C"), false});
   EXPECT_EQ(recording.offered, 19098U);
   EXPECT_EQ(recording.rejected.clock_step_back, 2U);
   EXPECT_EQ(recording.rejected.duplicate_stamp, 2U);
@@ -342,8 +328,7 @@ TEST_F(RealCsv, StartStopDriveKeepsEverySampleButThoseBehindTheClockSteps) {
 }
 
 TEST_F(RealCsv, SolarRecordingHasTemperaturesOnRowsOfTheirOwn) {
-  const Recording recording = read(
-      "solar_vrla/ten_days.csv", {"time", "current", "voltage", std::string("temperature"), true});
+  const Recording recording = read("solar_vrla/ten_days.csv", {"time", "current", "voltage", std::string("temperature"), true});
   EXPECT_EQ(recording.offered, 12726U);
   EXPECT_DOUBLE_EQ(recording.series.time.front(), 1490425206.9);
   EXPECT_LT(recording.series.current.front(), 0.0);
@@ -351,8 +336,7 @@ TEST_F(RealCsv, SolarRecordingHasTemperaturesOnRowsOfTheirOwn) {
 }
 
 TEST_F(RealCsv, CellTesterFileIsReadThoughOtherHeadersRepeat) {
-  const Recording recording =
-      read("leaf_cell/hppc_25c.csv", {"Time(s)", "Current(A)", "Voltage(V)", std::nullopt, false});
+  const Recording recording = read("leaf_cell/hppc_25c.csv", {"Time(s)", "Current(A)", "Voltage(V)", std::nullopt, false});
   EXPECT_EQ(recording.series.size(), 13248U);
   EXPECT_EQ(recording.rejected.total(), 0U);
 }

@@ -35,9 +35,7 @@ TEST(CurrentFlicker, NoiseThatTheVoltageDoesNotShowIsTheSensors) {
   EXPECT_LT(flicker.share, 0.05);
 }
 
-TEST(CurrentFlicker, RippleThatTheVoltageShowsIsReal) {
-  EXPECT_GT(currentFlicker(steps(0.1, 1.0)).share, 0.9);
-}
+TEST(CurrentFlicker, RippleThatTheVoltageShowsIsReal) { EXPECT_GT(currentFlicker(steps(0.1, 1.0)).share, 0.9); }
 
 TEST(CurrentFlicker, SensorNoiseGoesAndStepsStay) {
   const Series measured = steps(0.1, 0.0), truth = steps(0.0, 0.0);

@@ -35,9 +35,7 @@ TEST(NumberOf, RefusesWhatIsNotOneNumber) {
     EXPECT_EQ(numberOf(text), std::nullopt) << '"' << text << '"';
 }
 
-TEST(NumberOf, ReadsNoFurtherThanItsView) {
-  EXPECT_EQ(numberOf(std::string_view("12.345").substr(0, 4)), 12.3);
-}
+TEST(NumberOf, ReadsNoFurtherThanItsView) { EXPECT_EQ(numberOf(std::string_view("12.345").substr(0, 4)), 12.3); }
 
 TEST(PrintClassic, IsPrintf) {
   char text[8];

@@ -28,8 +28,8 @@ Source madeSource() {
   source.seen = true;
   source.share = 11.0 / 15.0;
   source.rule.max_gap = 5.0;
-  source.stretches = {{{0, 2}, Imposed::kCurrent, "load"},     {{2, 4}, Imposed::kVoltage, "source"}, {{4, 7}, Imposed::kVoltage, "held"},
-                      {{7, 9}, Imposed::kCurrent, "load"},     {{9, 10}, Imposed::kVoltage, "source"}, {{10, 15}, Imposed::kVoltage, "source"}};
+  source.stretches = {{{0, 2}, Imposed::kCurrent, "load"}, {{2, 4}, Imposed::kVoltage, "source"},  {{4, 7}, Imposed::kVoltage, "held"},
+                      {{7, 9}, Imposed::kCurrent, "load"}, {{9, 10}, Imposed::kVoltage, "source"}, {{10, 15}, Imposed::kVoltage, "source"}};
   source.summary = "A source.";
   return source;
 }

@@ -71,9 +71,7 @@ std::vector<char> watched(const Series& series, const SourceRule& rule) {
 
 /// 30 A until 14.4 V, that voltage for 40 minutes, an hour's rest.
 Series benchCharge(double interval) {
-  const auto samples = [&](double hours) {
-    return static_cast<std::size_t>(hours * 3600.0 / interval);
-  };
+  const auto samples = [&](double hours) { return static_cast<std::size_t>(hours * 3600.0 / interval); };
   std::vector<double> wanted(samples(0.2), -10.0);
   wanted.insert(wanted.end(), samples(3.0), 30.0);
   wanted.insert(wanted.end(), samples(1.0), 0.0);
@@ -211,8 +209,7 @@ TEST(SourceWatch, ForgetsAConstantCurrentOverAGap) {
 
 TEST(SourceWatch, RefusesWhatIsNotANumber) {
   SourceWatch watch{SourceRule{}};
-  EXPECT_THROW(watch.add(0.0, std::numeric_limits<double>::quiet_NaN(), 12.0),
-               std::invalid_argument);
+  EXPECT_THROW(watch.add(0.0, std::numeric_limits<double>::quiet_NaN(), 12.0), std::invalid_argument);
   SourceRule rule;
   rule.voltage_noise = -1.0;
   EXPECT_THROW(SourceWatch{rule}, std::invalid_argument);

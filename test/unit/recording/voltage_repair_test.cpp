@@ -27,9 +27,7 @@ Series loads(std::size_t samples, std::size_t lag, double noise = 0.002) {
   return series;
 }
 
-std::size_t countOf(const std::vector<char>& marks) {
-  return static_cast<std::size_t>(std::count(marks.begin(), marks.end(), 1));
-}
+std::size_t countOf(const std::vector<char>& marks) { return static_cast<std::size_t>(std::count(marks.begin(), marks.end(), 1)); }
 
 TEST(VoltageRepair, ReplacesADropOutByItsNeighboursMean) {
   Series series = loads(200, 0);

@@ -22,10 +22,7 @@ std::string contentOf(const fs::path& path) {
 
 class DrawStranger : public ::testing::Test {
  protected:
-  DrawStranger()
-      : folder_(fs::temp_directory_path() / ("draw_stranger_" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
-  }
+  DrawStranger() : folder_(fs::temp_directory_path() / ("draw_stranger_" + std::to_string(::getpid()))) { fs::create_directories(folder_); }
   ~DrawStranger() override { fs::remove_all(folder_); }
 
   int run(const std::vector<std::string>& arguments) {
@@ -34,9 +31,8 @@ class DrawStranger : public ::testing::Test {
     return runDrawStranger(arguments, out_, err_);
   }
   int draw(std::vector<std::string> more) {
-    for (const std::string& one :
-         {std::string("--duration"), std::string("240"), std::string("--rate"), std::string("10"),
-          std::string("--out"), recording().string(), std::string("--label"), label().string()})
+    for (const std::string& one : {std::string("--duration"), std::string("240"), std::string("--rate"), std::string("10"),
+                                   std::string("--out"), recording().string(), std::string("--label"), label().string()})
       more.push_back(one);
     return run(more);
   }
@@ -71,8 +67,7 @@ TEST_F(DrawStranger, TheRecordingHasNothingOfTheLabel) {
 }
 
 TEST_F(DrawStranger, TheLabelSaysWhatIsTrue) {
-  ASSERT_EQ(draw({"--family", "acid", "--form", "separator_delay", "--seed", "4"}), 0)
-      << err_.str();
+  ASSERT_EQ(draw({"--family", "acid", "--form", "separator_delay", "--seed", "4"}), 0) << err_.str();
   const auto json = nlohmann::json::parse(contentOf(label()));
   EXPECT_EQ(json["kind"], "other_form");
   EXPECT_EQ(json["family"], "acid");
@@ -93,16 +88,14 @@ class BesideARecording : public DrawStranger {
   BesideARecording() {
     std::ofstream file(measured());
     file << "time_s,current_a,voltage_v\n";
-    for (int n = 0; n < 600; ++n)
-      file << n << "," << (n / 20 % 3 - 1) * 30 << "," << 12.7 + (n / 20 % 3 - 1) * 0.2 << "\n";
+    for (int n = 0; n < 600; ++n) file << n << "," << (n / 20 % 3 - 1) * 30 << "," << 12.7 + (n / 20 % 3 - 1) * 0.2 << "\n";
   }
   fs::path measured() const { return folder_ / "measured.csv"; }
   int put(const std::string& family, const std::string& form, const std::string& strength) {
-    return run({"--beside", measured().string(), "--family", family, "--form", form, "--seed", "3",
-                "--strength", strength, "--out", recording().string()});
+    return run({"--beside", measured().string(), "--family", family, "--form", form, "--seed", "3", "--strength", strength, "--out",
+                recording().string()});
   }
-  std::vector<RecordedSample> after(const std::string& family, const std::string& form,
-                                    const std::string& strength) {
+  std::vector<RecordedSample> after(const std::string& family, const std::string& form, const std::string& strength) {
     EXPECT_EQ(put(family, form, strength), 0) << err_.str();
     return readRecording(recording());
   }
@@ -138,8 +131,7 @@ TEST_F(BesideARecording, AnInstrumentShowsAnotherCurrent) {
   const auto now = after("instrument", "remanence", "1");
   double largest = 0.0;
   const auto before = readRecording(measured());
-  for (std::size_t n = 0; n < now.size(); ++n)
-    largest = std::max(largest, std::abs(now[n].current - before[n].current));
+  for (std::size_t n = 0; n < now.size(); ++n) largest = std::max(largest, std::abs(now[n].current - before[n].current));
   EXPECT_GT(largest, 0.05);
   EXPECT_LE(largest, 0.5 + 1e-6);
 }
@@ -156,14 +148,11 @@ TEST_F(BesideARecording, WhatIsWrongIsNamed) {
 }
 
 TEST_F(DrawStranger, WrongUsageIsSaidInASentence) {
-  EXPECT_EQ(run({"--kind", "friend", "--out", recording().string(), "--label", label().string()}),
-            2);
+  EXPECT_EQ(run({"--kind", "friend", "--out", recording().string(), "--label", label().string()}), 2);
   EXPECT_NE(err_.str().find("--list"), std::string::npos);
   EXPECT_EQ(run({"--seed", "1"}), 2);
   EXPECT_EQ(run({"--out", "case.txt", "--label", label().string()}), 2);
-  EXPECT_EQ(run({"--kind", "null", "--rate", "7", "--out", recording().string(), "--label",
-                 label().string()}),
-            2);
+  EXPECT_EQ(run({"--kind", "null", "--rate", "7", "--out", recording().string(), "--label", label().string()}), 2);
   EXPECT_FALSE(fs::exists(recording()));
 }
 

@@ -21,8 +21,7 @@ using battery_sof::test::Outcome;
 class SimulateCommand : public battery_sof::test::InFolder {
  protected:
   SimulateCommand() : InFolder("simulate") {
-    scenario_ =
-        write("drive.yaml", "{name: drive, seed: 3, duration_s: 20, profile: {kind: city_drive}}");
+    scenario_ = write("drive.yaml", "{name: drive, seed: 3, duration_s: 20, profile: {kind: city_drive}}");
   }
 
   static std::string read(const std::string& file) {
@@ -36,9 +35,7 @@ class SimulateCommand : public battery_sof::test::InFolder {
   static Outcome demo(const std::vector<std::string>& arguments) {
     return battery_sof::test::outcomeOf([](auto&... all) { return runDemo(all...); }, arguments);
   }
-  std::size_t files() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
-  }
+  std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {})); }
 
   std::string scenario_;
 };
@@ -79,8 +76,7 @@ TEST_F(SimulateCommand, DurationAndJsonAreObeyed) {
 }
 
 TEST_F(SimulateCommand, SelfHeatedBatteryReportsItsTemperature) {
-  const std::string warm = write(
-      "warm.yaml", "{duration_s: 5, effects: {self_heating: true}, profile: {kind: city_drive}}");
+  const std::string warm = write("warm.yaml", "{duration_s: 5, effects: {self_heating: true}, profile: {kind: city_drive}}");
   ASSERT_EQ(simulate({warm, path("out.csv")}).code, 0);
   EXPECT_EQ(read(path("out.csv")).rfind("time_s,current_a,voltage_v,temperature_c\n", 0), 0u);
 }
@@ -95,12 +91,8 @@ TEST_F(SimulateCommand, PrintsTheImpedanceBesideTheAnalyticOne) {
   int rows = 0;
   double f, re, im, analytic_re, analytic_im;
   while (std::getline(lines, line)) {
-    ASSERT_EQ(
-        std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf", &f, &re, &im, &analytic_re, &analytic_im),
-        5);
-    EXPECT_LT(std::hypot(re - analytic_re, im - analytic_im),
-              0.01 * std::hypot(analytic_re, analytic_im))
-        << f;
+    ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf", &f, &re, &im, &analytic_re, &analytic_im), 5);
+    EXPECT_LT(std::hypot(re - analytic_re, im - analytic_im), 0.01 * std::hypot(analytic_re, analytic_im)) << f;
     if (rows++ == 0) {
       EXPECT_NEAR(f, 1e-3, 1e-12);
     }
@@ -122,8 +114,7 @@ TEST_F(SimulateCommand, WrongUsageOrInputGivesTwoAndLeavesNoFile) {
   EXPECT_EQ(simulate({scenario_, path("no folder/out.csv")}).code, 2);
   EXPECT_EQ(simulate({scenario_, path("no folder/out.bag")}).code, 2);
   EXPECT_EQ(files(), before);
-  EXPECT_NE(simulate({wrong, path("out.csv")}).err.find("profile.speed is not a known key"),
-            std::string::npos);
+  EXPECT_NE(simulate({wrong, path("out.csv")}).err.find("profile.speed is not a known key"), std::string::npos);
 }
 
 TEST_F(SimulateCommand, HelpGivesZero) {

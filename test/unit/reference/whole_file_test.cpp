@@ -53,10 +53,11 @@ TEST_F(WholeFile, AKilledProcessLeavesWholeFilesAndNothingElse) {
 
 TEST_F(WholeFile, WritingThatFailsLeavesTheOldFileAsItWas) {
   writeText(path("file"), "old");
-  EXPECT_THROW(writeWhole(path("file"), [](const fs::path& name) {
-                 std::ofstream(name) << "half";
-                 throw std::runtime_error("no more");
-               }),
+  EXPECT_THROW(writeWhole(path("file"),
+                          [](const fs::path& name) {
+                            std::ofstream(name) << "half";
+                            throw std::runtime_error("no more");
+                          }),
                std::runtime_error);
   std::string content;
   std::ifstream(path("file")) >> content;

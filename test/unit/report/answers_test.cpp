@@ -46,8 +46,7 @@ TEST(StopTimeJson, WithoutAnAnswerEverythingButTheVerdictIsNull) {
   StopTimeAnswer none;
   none.code = AnswerCode::kNoModel;
   const auto json = stopTimeJson(none);
-  for (const char* field : {"t_stop", "lower", "upper", "outcome", "monotone"})
-    EXPECT_TRUE(json[field].is_null()) << field;
+  for (const char* field : {"t_stop", "lower", "upper", "outcome", "monotone"}) EXPECT_TRUE(json[field].is_null()) << field;
   EXPECT_EQ(json["code"], 2);
 }
 
@@ -73,10 +72,8 @@ TEST(MapJson, HoldsListsAndAnswersRowByRow) {
   const auto json = mapJson(bothMaps());
   EXPECT_EQ(json["schema"], "battery_sof/map/1");
   EXPECT_EQ(json["t_stop"], (std::vector<double>{0.0, 3600.0}));
-  for (const char* field : {"u_min", "u_min_lower", "u_min_upper", "u_min_code", "capable"})
-    EXPECT_EQ(json[field].size(), 4u) << field;
-  for (const char* field : {"i_boost", "i_boost_lower", "i_boost_upper", "i_boost_code"})
-    EXPECT_EQ(json[field].size(), 2u) << field;
+  for (const char* field : {"u_min", "u_min_lower", "u_min_upper", "u_min_code", "capable"}) EXPECT_EQ(json[field].size(), 4u) << field;
+  for (const char* field : {"i_boost", "i_boost_lower", "i_boost_upper", "i_boost_code"}) EXPECT_EQ(json[field].size(), 2u) << field;
   EXPECT_EQ(json["u_min_code"], (std::vector<int>{0, 3, 0, 3}));
   EXPECT_EQ(json["code"], 3);
   EXPECT_TRUE(json["capable"][0].is_null());

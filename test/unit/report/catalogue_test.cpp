@@ -47,8 +47,10 @@ TEST(PhysicsPage, SaysOfEveryEffectItsFamilySignatureLookAlikesAndOtherForms) {
   for (const EffectInfo& effect : effectCatalogue()) {
     const std::string section = physicsOf(effect.id);
     EXPECT_NE(section.find("Family `" + familyId(familyOf(effect.id)) + "`"), std::string::npos) << effect.id;
-    for (const char* said : {"Signature: ", "Look-alike", "Other forms: "}) EXPECT_NE(section.find(said), std::string::npos) << effect.id << ": " << said;
-    for (const std::string& other : effect.look_alikes) EXPECT_NE(section.find("`" + other + "`"), std::string::npos) << effect.id << ": " << other;
+    for (const char* said : {"Signature: ", "Look-alike", "Other forms: "})
+      EXPECT_NE(section.find(said), std::string::npos) << effect.id << ": " << said;
+    for (const std::string& other : effect.look_alikes)
+      EXPECT_NE(section.find("`" + other + "`"), std::string::npos) << effect.id << ": " << other;
   }
 }
 

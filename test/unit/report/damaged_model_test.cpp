@@ -105,8 +105,7 @@ TEST(DamagedModel, CorrelationsAreSymmetricWithOnesOnTheDiagonalAndNoNegativeEig
     std::string rows = "correlation:\n";
     for (int j = 0; j < 6; ++j) {
       rows += "  - [";
-      for (int k = 0; k < 6; ++k)
-        rows += std::to_string(j == k ? diagonal : j < k ? upper : lower) + (k < 5 ? ", " : "]\n");
+      for (int k = 0; k < 6; ++k) rows += std::to_string(j == k ? diagonal : j < k ? upper : lower) + (k < 5 ? ", " : "]\n");
     }
     return errorOf(std::string(good).replace(begin, end - begin + 1, rows));
   };

@@ -53,7 +53,8 @@ class PlottedPage : public testing::Test {
 
 TEST_F(PlottedPage, BringsTheLibraryAlong) {
   const std::string page = pageOf(test::madeNamed());
-  for (const char* piece : {"Dygraph", "diagnosisPlots", "id=\"drive-data\"", "\"extended\":[", "plot-error", "Permission is hereby granted"})
+  for (const char* piece :
+       {"Dygraph", "diagnosisPlots", "id=\"drive-data\"", "\"extended\":[", "plot-error", "Permission is hereby granted"})
     EXPECT_NE(page.find(piece), std::string::npos) << piece;
 }
 
@@ -102,7 +103,9 @@ TEST_F(PlottedPage, DrawsWhatWasLearntBesideTheBaseModel) {
 TEST(DiagnosisPage, TellsWhatWasLearntItsKindAndWhatItAddsUnderACurrent) {
   const std::string page = pageOf(test::madeUnknown());
   for (const char* piece : {"moves the voltage by 61.0 mV RMS", "It is in the extended model", "charging is limited by how fast",
-                            "memory of charging over 10 s", "current of 20 A", "+113.0", "\xe2\x88\x92" "1.1"})
+                            "memory of charging over 10 s", "current of 20 A", "+113.0",
+                            "\xe2\x88\x92"
+                            "1.1"})
     EXPECT_NE(page.find(piece), std::string::npos) << piece;
 }
 
@@ -137,7 +140,8 @@ TEST(DiagnosisPage, DrawsABandWhereTheDeviationIsKnown) {
 
 TEST(DiagnosisPage, DrawsADecadeOfTimeAsWideAsTheNext) {
   const std::string markup = markupOf(pageOf(test::madeUnknown()));
-  for (const char* at : {"cx=\"56.0\"", "cx=\"246.7\"", "cx=\"437.3\"", "cx=\"628.0\""}) EXPECT_NE(markup.find(at), std::string::npos) << at;
+  for (const char* at : {"cx=\"56.0\"", "cx=\"246.7\"", "cx=\"437.3\"", "cx=\"628.0\""})
+    EXPECT_NE(markup.find(at), std::string::npos) << at;
 }
 
 TEST(DiagnosisPage, DrawsNoPointThatIsNotANumberAndNoChartOfOnePoint) {
@@ -181,18 +185,23 @@ TEST(DiagnosisPage, TellsTheSharesOfWhatIsImposedInWords) {
   const test::MadeDiagnosis made = test::madeNamed();
   const double share = 100.0 * made.diagnosis.source.share;
   char words[120];
-  std::snprintf(words, sizeof words, "aria-label=\"voltage imposed %.1f %%, current imposed %.1f %% of the samples\"", share, 100.0 - share);
+  std::snprintf(words, sizeof words, "aria-label=\"voltage imposed %.1f %%, current imposed %.1f %% of the samples\"", share,
+                100.0 - share);
   for (const bool zoomable : {true, false}) {
     const std::string markup = markupOf(pageOf(made, zoomable));
-    for (const std::string& piece : std::vector<std::string>{words, "class=\"strip\"", "the voltage is held while the current moves", "A source holds the voltage"})
+    for (const std::string& piece :
+         std::vector<std::string>{words, "class=\"strip\"", "the voltage is held while the current moves", "A source holds the voltage"})
       EXPECT_NE(markup.find(piece), std::string::npos) << piece;
   }
 }
 
 TEST(DiagnosisPage, WithoutASourceDrawsNoShareAndNoStretch) {
   test::MadeDiagnosis made = test::madeNamed();
-  made.diagnosis.source = {false, 0.0, "Nothing charges the battery: the current is imposed throughout.",
-                           {{"nothing in the recording charges the battery", Imposed::kCurrent, 1, 10}}, {}};
+  made.diagnosis.source = {false,
+                           0.0,
+                           "Nothing charges the battery: the current is imposed throughout.",
+                           {{"nothing in the recording charges the battery", Imposed::kCurrent, 1, 10}},
+                           {}};
   for (const bool zoomable : {true, false}) {
     const std::string markup = markupOf(pageOf(made, zoomable));
     EXPECT_NE(markup.find("Nothing charges the battery"), std::string::npos);

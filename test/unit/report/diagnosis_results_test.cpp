@@ -51,7 +51,9 @@ TEST(DiagnosisJson, TellsWhoImposesWhatBesideTheShare) {
 
 TEST(DiagnosisJson, HoldsWhatIsLeftBesideItsLimits) {
   const Json relevance = diagnosisJson(test::madeNamed().diagnosis)["relevance"];
-  EXPECT_EQ(relevance, (Json{{"rmse_v", 0.0004}, {"crank_v", 0.002}, {"charge_share", 0.006},
+  EXPECT_EQ(relevance, (Json{{"rmse_v", 0.0004},
+                             {"crank_v", 0.002},
+                             {"charge_share", 0.006},
                              {"limits", {{"rmse_v", 0.0015}, {"crank_v", 0.010}, {"charge_share", 0.03}}}}));
 }
 
@@ -62,10 +64,12 @@ TEST(DiagnosisJson, HoldsWhatWasLearnt) {
   EXPECT_EQ(learned["left_out_rmse_v"], 0.021);
   EXPECT_EQ(learned["families"].at(0), (Json{{"family", "acceptance"}, {"gain", 340.0}, {"rms_v", 0.058}}));
   EXPECT_EQ(learned["answers_to_a"], 20.0);
-  EXPECT_EQ(learned["answers"].at(2), (Json{{"time_s", 10.0}, {"charging_v", 0.052}, {"discharging_v", -0.0004},
-                                               {"charging_std_v", 0.004}, {"discharging_std_v", 0.002}}));
+  EXPECT_EQ(
+      learned["answers"].at(2),
+      (Json{{"time_s", 10.0}, {"charging_v", 0.052}, {"discharging_v", -0.0004}, {"charging_std_v", 0.004}, {"discharging_std_v", 0.002}}));
   EXPECT_EQ(learned["curve"].size(), 5u);
-  EXPECT_EQ(learned["curve"].at(3), (Json{{"current_a", 10.0}, {"early_v", 0.0001}, {"late_v", 0.05}, {"early_std_v", nullptr}, {"late_std_v", nullptr}}));
+  EXPECT_EQ(learned["curve"].at(3),
+            (Json{{"current_a", 10.0}, {"early_v", 0.0001}, {"late_v", 0.05}, {"early_std_v", nullptr}, {"late_std_v", nullptr}}));
   EXPECT_EQ(learned["terms"].at(0), "memory of charging over 10 s");
 }
 
@@ -104,9 +108,9 @@ TEST(DiagnosisText, StaysInsideAHundredColumns) {
 
 TEST(DiagnosisText, TellsWhatAMailNeeds) {
   const std::string text = diagnosisText(test::madeNamed().diagnosis);
-  for (const char* piece : {"named: The battery takes charge", "charge_acceptance", "hidden before in r_charge", "at a bound",
-                            "long charge", "95 %", "hold-out", "121.0", "6.4", "became worse in post charge rest",
-                            "could be here unseen: gassing", "14.4 V"})
+  for (const char* piece :
+       {"named: The battery takes charge", "charge_acceptance", "hidden before in r_charge", "at a bound", "long charge", "95 %",
+        "hold-out", "121.0", "6.4", "became worse in post charge rest", "could be here unseen: gassing", "14.4 V"})
     EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
 }
 

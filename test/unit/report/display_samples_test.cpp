@@ -32,7 +32,8 @@ TEST(DisplaySamples, KeepTheExtremesOfEveryTraceInEveryBucket) {
       for (std::size_t n = 0; n < series.size(); ++n)
         if (std::floor((series.time[n] - series.time.front()) / width) == static_cast<double>(bucket)) low = std::min(low, trace(n));
       for (const std::size_t n : shown)
-        if (std::floor((series.time[n] - series.time.front()) / width) == static_cast<double>(bucket)) low_shown = std::min(low_shown, trace(n));
+        if (std::floor((series.time[n] - series.time.front()) / width) == static_cast<double>(bucket))
+          low_shown = std::min(low_shown, trace(n));
       EXPECT_EQ(low, low_shown);
     }
 }

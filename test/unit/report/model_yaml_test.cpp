@@ -65,10 +65,8 @@ TEST(ModelYaml, AnswersQueriesAsTheModelItCameFrom) {
   query.i_load = -20.0;
   query.t_stop = 10.0;
   query.i_cranking = -200.0;
-  EXPECT_NEAR(predictCranking(back, query).u_min->value, predictCranking(model, query).u_min->value,
-              1e-12);
-  EXPECT_NEAR(predictCranking(back, query).u_min->lower, predictCranking(model, query).u_min->lower,
-              1e-9);
+  EXPECT_NEAR(predictCranking(back, query).u_min->value, predictCranking(model, query).u_min->value, 1e-12);
+  EXPECT_NEAR(predictCranking(back, query).u_min->lower, predictCranking(model, query).u_min->lower, 1e-9);
 }
 
 TEST(ModelYaml, KeepsAMissingStandardErrorMissing) {
@@ -84,20 +82,13 @@ TEST(ModelYaml, NamesFileFieldAndExpectationOfEveryFault) {
   EXPECT_NE(errorOf("{").find("not YAML"), std::string::npos);
   EXPECT_NE(errorOf("- 1\n").find("expected a YAML map"), std::string::npos);
   EXPECT_NE(errorOf("").find("model.yaml"), std::string::npos);
-  EXPECT_NE(errorOf(with(good, "battery_sof/model/1", "battery_sof/model/9")).find("schema"),
-            std::string::npos);
-  EXPECT_NE(errorOf(with(good, "  beta:", "  gamma:")).find("parameters.beta is missing"),
-            std::string::npos);
-  EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: two"))
-                .find("fixed.alpha is \"two\", expected a number"),
-            std::string::npos);
+  EXPECT_NE(errorOf(with(good, "battery_sof/model/1", "battery_sof/model/9")).find("schema"), std::string::npos);
+  EXPECT_NE(errorOf(with(good, "  beta:", "  gamma:")).find("parameters.beta is missing"), std::string::npos);
+  EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: two")).find("fixed.alpha is \"two\", expected a number"), std::string::npos);
   EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: 1.5")).find("alpha"), std::string::npos);
   EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: .nan")).find("not finite"), std::string::npos);
-  EXPECT_NE(
-      errorOf(with(good, "status: converged", "status: lucky")).find("fit.status is \"lucky\""),
-      std::string::npos);
-  EXPECT_NE(errorOf(with(good, "correlation:\n", "correlation: []\nunused:\n")).find("correlation"),
-            std::string::npos);
+  EXPECT_NE(errorOf(with(good, "status: converged", "status: lucky")).find("fit.status is \"lucky\""), std::string::npos);
+  EXPECT_NE(errorOf(with(good, "correlation:\n", "correlation: []\nunused:\n")).find("correlation"), std::string::npos);
 }
 
 /// A composition fitted to data of the base model: values and correlations of every kind, some held, some at a bound.
@@ -126,8 +117,7 @@ TEST(ModelYaml, ReadsBackEveryEffectWithItsParametersStatesAndCorrelations) {
     ASSERT_EQ(back.covariance.rows(), model.covariance.rows()) << info.id;
     for (Eigen::Index j = 0; j < model.covariance.rows(); ++j)
       for (Eigen::Index k = 0; k < model.covariance.rows(); ++k)
-        EXPECT_NEAR(back.covariance(j, k), model.covariance(j, k),
-                    1e-9 * std::sqrt(model.covariance(j, j) * model.covariance(k, k)))
+        EXPECT_NEAR(back.covariance(j, k), model.covariance(j, k), 1e-9 * std::sqrt(model.covariance(j, j) * model.covariance(k, k)))
             << info.id << " " << j << " " << k;
     EXPECT_EQ(modelYaml(back), modelYaml(model)) << info.id;
   }
@@ -137,19 +127,15 @@ TEST(ModelYaml, NamesWhatIsWrongWithTheEffectsOfAFile) {
   const std::string good = modelYaml(fittedComposition({"acid_transport", "ocv_soc"}));
   ASSERT_EQ(errorOf(good), "");
   const auto error = [&](const char* from, const char* to) { return errorOf(with(good, from, to)); };
-  EXPECT_NE(error("[acid_transport, ocv_soc]", "[acid_transport, ocv_sock]").find("\"ocv_sock\" is not known"),
-            std::string::npos);
+  EXPECT_NE(error("[acid_transport, ocv_soc]", "[acid_transport, ocv_sock]").find("\"ocv_sock\" is not known"), std::string::npos);
   EXPECT_NE(error("[acid_transport, ocv_soc]", "[sulphate_history]").find("charge_acceptance"), std::string::npos);
   EXPECT_NE(error("[acid_transport, ocv_soc]", "[ocv_soc, ocv_soc]").find("twice"), std::string::npos);
-  EXPECT_NE(error("[acid_transport, ocv_soc]", "5").find("effects is \"5\", expected a list of ids"),
-            std::string::npos);
+  EXPECT_NE(error("[acid_transport, ocv_soc]", "5").find("effects is \"5\", expected a list of ids"), std::string::npos);
   EXPECT_NE(error("  ocv_slope:", "  ocv_steepness:").find("parameters.ocv_slope is missing"), std::string::npos);
-  EXPECT_NE(error("    acid_current_2:", "    acid_current_3:").find("state.further.acid_current_2 is missing"),
-            std::string::npos);
+  EXPECT_NE(error("    acid_current_2:", "    acid_current_3:").find("state.further.acid_current_2 is missing"), std::string::npos);
   EXPECT_NE(error("  further:", "  other:").find("state.further is missing"), std::string::npos);
   // Without ocv_soc the file has a row for its parameter and one for its state too many.
-  EXPECT_NE(error("[acid_transport, ocv_soc]", "[acid_transport]").find("correlation must be 12 rows of 12 numbers"),
-            std::string::npos);
+  EXPECT_NE(error("[acid_transport, ocv_soc]", "[acid_transport]").find("correlation must be 12 rows of 12 numbers"), std::string::npos);
 }
 
 TEST(ModelYaml, KeepsTheMarkOfAHeldParameter) {
@@ -318,9 +304,7 @@ TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithWhatWasLearnt) {
   expectError(withValue("    scale:", zeros + "]"), "and its neighbours must be as many finite numbers, scales above 0");
 }
 
-TEST(ReadModelFile, SaysThatAFileCannotBeRead) {
-  EXPECT_THROW(readModelFile("/nonexistent/model.yaml"), ModelFileError);
-}
+TEST(ReadModelFile, SaysThatAFileCannotBeRead) { EXPECT_THROW(readModelFile("/nonexistent/model.yaml"), ModelFileError); }
 
 TEST(WriteModelFile, WritesAFileThatReadsBack) {
   const auto path = std::filesystem::temp_directory_path() / "battery_sof model yaml test.yaml";

@@ -20,8 +20,7 @@ Diagnosis saying(Verdict verdict, const std::vector<std::string>& effects) {
 TEST(AdoptionOf, NamedPhysicsGoesOnTrialWithAllThatBelongsToIt) {
   const Adoption named = adoptionOf(saying(Verdict::kNamed, {"gassing"}), true);
   EXPECT_THAT(named.effects, ElementsAre("gassing"));
-  const Adoption several =
-      adoptionOf(saying(Verdict::kSeveral, {"gassing", "current_offset"}), true);
+  const Adoption several = adoptionOf(saying(Verdict::kSeveral, {"gassing", "current_offset"}), true);
   EXPECT_THAT(several.effects, ElementsAre("gassing", "current_offset"));
   EXPECT_THAT(several.sentence, HasSubstr("gassing, current_offset (instrument)"));
 }
@@ -33,8 +32,8 @@ TEST(AdoptionOf, NothingGoesOnTrialUnlessAskedFor) {
 }
 
 TEST(AdoptionOf, VerdictsThatNameNoPhysicsAdoptNothingAndSayWhy) {
-  for (const Verdict verdict : {Verdict::kNoMismatch, Verdict::kAmbiguous, Verdict::kUnknown,
-                                Verdict::kSensorFault, Verdict::kInsufficientData}) {
+  for (const Verdict verdict :
+       {Verdict::kNoMismatch, Verdict::kAmbiguous, Verdict::kUnknown, Verdict::kSensorFault, Verdict::kInsufficientData}) {
     const Adoption adoption = adoptionOf(saying(verdict, {"gassing"}), true);
     EXPECT_THAT(adoption.effects, IsEmpty());
     EXPECT_THAT(adoption.sentence, HasSubstr(describe(verdict)));

@@ -135,8 +135,7 @@ TEST(ResponseOf, AbsentNumbersAreNanNeverZero) {
   answer.code = AnswerCode::kNoModel;
   answer.message = "nothing identified yet";
   const PredictCranking::Response response = responseOf(answer);
-  EXPECT_TRUE(std::isnan(response.u_min) && std::isnan(response.lower) &&
-              std::isnan(response.upper));
+  EXPECT_TRUE(std::isnan(response.u_min) && std::isnan(response.lower) && std::isnan(response.upper));
   EXPECT_FALSE(response.capable);
   EXPECT_EQ(response.code, PredictCranking::Response::NO_MODEL);
   EXPECT_EQ(response.message, "nothing identified yet");
@@ -160,8 +159,7 @@ TEST(ResponseOf, CodesOfTheServicesAreThoseOfTheCore) {
 TEST(MessageOf, ModelKeepsEveryParameterAndTheWholeFile) {
   const FittedModel model = someModel();
   const IdentifiedModel message = messageOf(model);
-  EXPECT_THAT(message.names,
-              ::testing::ElementsAre("r_discharge", "r_charge", "c2", "beta", "u_dc"));
+  EXPECT_THAT(message.names, ::testing::ElementsAre("r_discharge", "r_charge", "c2", "beta", "u_dc"));
   EXPECT_EQ(message.values[2], 1100.0);
   EXPECT_TRUE(std::isnan(message.std[1]));
   EXPECT_TRUE(message.at_bound[1]);
@@ -181,12 +179,10 @@ TEST(MessageOf, StatusWithoutModelAndEventsHasNanInTheirPlaces) {
   const SofStatus message = messageOf(contents);
   EXPECT_EQ(message.state, SofStatus::NO_DATA);
   EXPECT_EQ(message.reason, "no sample yet");
-  for (double value :
-       {message.model_age, message.suitability, message.backtest_q_dyn_percent, message.u_required,
-        message.u_min, message.crank_time, message.crank_measured, message.crank_expected,
-        message.stop_time, message.stop_time_upper, message.i_boost, message.i_boost_lower,
-        message.charge_time, message.charge_measured, message.charge_expected,
-        message.cranks_inside_share, message.charges_mean_abs_error}) {
+  for (double value : {message.model_age, message.suitability, message.backtest_q_dyn_percent, message.u_required, message.u_min,
+                       message.crank_time, message.crank_measured, message.crank_expected, message.stop_time, message.stop_time_upper,
+                       message.i_boost, message.i_boost_lower, message.charge_time, message.charge_measured, message.charge_expected,
+                       message.cranks_inside_share, message.charges_mean_abs_error}) {
     EXPECT_TRUE(std::isnan(value));
   }
   EXPECT_EQ(message.i_cranking, -200.0);
@@ -324,10 +320,9 @@ TEST(MessageOf, DiagnosisThatComparedNothingHasNoMetrics) {
 }
 
 TEST(MessageOf, EveryVerdictIsOneOfTheMessagesConstants) {
-  const std::vector<std::string> constants = {
-      DiagnosisMessage::NO_MISMATCH,  DiagnosisMessage::NAMED,   DiagnosisMessage::SEVERAL,
-      DiagnosisMessage::AMBIGUOUS,    DiagnosisMessage::UNKNOWN, DiagnosisMessage::SENSOR_FAULT,
-      DiagnosisMessage::INSUFFICIENT_DATA};
+  const std::vector<std::string> constants = {DiagnosisMessage::NO_MISMATCH,      DiagnosisMessage::NAMED,   DiagnosisMessage::SEVERAL,
+                                              DiagnosisMessage::AMBIGUOUS,        DiagnosisMessage::UNKNOWN, DiagnosisMessage::SENSOR_FAULT,
+                                              DiagnosisMessage::INSUFFICIENT_DATA};
   DiagnosisReport report = someReport();
   for (int verdict = 0; verdict < 7; ++verdict) {
     report.diagnosis->verdict = static_cast<Verdict>(verdict);

@@ -40,8 +40,7 @@ TEST(NodeOptions, NothingGivenIsTheDefaults) {
 XmlRpc::XmlRpcValue asParameters(const YAML::Node& node) {
   XmlRpc::XmlRpcValue value;
   if (node.IsMap()) {
-    for (const auto& entry : node)
-      value[entry.first.as<std::string>()] = asParameters(entry.second);
+    for (const auto& entry : node) value[entry.first.as<std::string>()] = asParameters(entry.second);
     return value;
   }
   const std::string text = node.as<std::string>();
@@ -65,8 +64,7 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
   EXPECT_EQ(shipped.session.events.crank_current, built_in.session.events.crank_current);
   EXPECT_EQ(shipped.session.identify.start, built_in.session.identify.start);
   EXPECT_EQ(shipped.session.identify.crank_weight, built_in.session.identify.crank_weight);
-  EXPECT_EQ(shipped.session.identify.crank_weight_current,
-            built_in.session.identify.crank_weight_current);
+  EXPECT_EQ(shipped.session.identify.crank_weight_current, built_in.session.identify.crank_weight_current);
   EXPECT_EQ(shipped.session.identify.max_iterations, built_in.session.identify.max_iterations);
   EXPECT_EQ(shipped.diagnose_period, built_in.diagnose_period);
   EXPECT_EQ(shipped.adopt_diagnosis, built_in.adopt_diagnosis);
@@ -97,18 +95,14 @@ TEST(NodeOptions, DiagnosisOptionsThatCannotBeAreNamedTogether) {
   XmlRpc::XmlRpcValue parameters = with("diagnose_period_s", 20.0);
   parameters["adopt_diagnosis"] = true;
   parameters["fit"] = with("start", std::string("paper"));
-  EXPECT_THAT(refusal(parameters),
-              AllOf(HasSubstr("~diagnose_period_s is 20, expected 0 (only on request) or 60 to 86400"),
-                    HasSubstr("~adopt_diagnosis is true and ~fit/start paper")));
-  EXPECT_THAT(refusal(with("adopt_diagnosis", 1)),
-              HasSubstr("~adopt_diagnosis is an integer, expected true or false"));
+  EXPECT_THAT(refusal(parameters), AllOf(HasSubstr("~diagnose_period_s is 20, expected 0 (only on request) or 60 to 86400"),
+                                         HasSubstr("~adopt_diagnosis is true and ~fit/start paper")));
+  EXPECT_THAT(refusal(with("adopt_diagnosis", 1)), HasSubstr("~adopt_diagnosis is an integer, expected true or false"));
 }
 
 TEST(NodeOptions, UnknownKeyIsNamedWithTheKnownOnes) {
-  EXPECT_THAT(refusal(with("bufer_s", 600.0)),
-              AllOf(HasSubstr("~bufer_s is unknown"), HasSubstr("buffer_s")));
-  EXPECT_THAT(refusal(with("standing_query", with("t_stop", 3.0))),
-              HasSubstr("~standing_query/t_stop is unknown"));
+  EXPECT_THAT(refusal(with("bufer_s", 600.0)), AllOf(HasSubstr("~bufer_s is unknown"), HasSubstr("buffer_s")));
+  EXPECT_THAT(refusal(with("standing_query", with("t_stop", 3.0))), HasSubstr("~standing_query/t_stop is unknown"));
 }
 
 TEST(NodeOptions, WrongTypeIsNamed) {
@@ -118,10 +112,8 @@ TEST(NodeOptions, WrongTypeIsNamed) {
 }
 
 TEST(NodeOptions, OutOfRangeIsNamedWithTheRangeAndNanIsOutOfEveryRange) {
-  EXPECT_THAT(refusal(with("capacity_ah", -5.0)),
-              HasSubstr("~capacity_ah is -5, expected 1 to 1000"));
-  EXPECT_THAT(refusal(with("capacity_ah", std::numeric_limits<double>::quiet_NaN())),
-              HasSubstr("~capacity_ah is nan"));
+  EXPECT_THAT(refusal(with("capacity_ah", -5.0)), HasSubstr("~capacity_ah is -5, expected 1 to 1000"));
+  EXPECT_THAT(refusal(with("capacity_ah", std::numeric_limits<double>::quiet_NaN())), HasSubstr("~capacity_ah is nan"));
   EXPECT_THAT(refusal(with("fit", with("start", "clever"))), HasSubstr("robust or paper"));
 }
 
@@ -129,10 +121,9 @@ TEST(NodeOptions, StandingChargeIsCheckedLikeTheRest) {
   XmlRpc::XmlRpcValue query = with("u_boost_v", 0.0);
   query["t_sof2_s"] = 4000.0;
   query["i_limit_a"] = "much";
-  EXPECT_THAT(refusal(with("standing_query", query)),
-              AllOf(HasSubstr("~standing_query/u_boost_v is 0, expected 1 to 100"),
-                    HasSubstr("~standing_query/t_sof2_s is 4000, expected 0.1 to 3600"),
-                    HasSubstr("~standing_query/i_limit_a is a string")));
+  EXPECT_THAT(refusal(with("standing_query", query)), AllOf(HasSubstr("~standing_query/u_boost_v is 0, expected 1 to 100"),
+                                                            HasSubstr("~standing_query/t_sof2_s is 4000, expected 0.1 to 3600"),
+                                                            HasSubstr("~standing_query/i_limit_a is a string")));
 }
 
 TEST(NodeOptions, StandingStopTimeAsksForTheStandingCrank) {
@@ -158,8 +149,8 @@ TEST(NodeOptions, AllFaultsComeAtOnce) {
   XmlRpc::XmlRpcValue parameters = with("buffer_s", "long");
   parameters["window"] = 240.0;
   parameters["standing_query"] = with("i_load_a", 20.0);
-  EXPECT_THAT(refusal(parameters), AllOf(HasSubstr("~buffer_s"), HasSubstr("~window is unknown"),
-                                         HasSubstr("~standing_query/i_load_a is 20")));
+  EXPECT_THAT(refusal(parameters),
+              AllOf(HasSubstr("~buffer_s"), HasSubstr("~window is unknown"), HasSubstr("~standing_query/i_load_a is 20")));
 }
 
 }  // namespace

@@ -11,15 +11,15 @@ namespace energy_manager {
 
 /// What the car needs, and how careful to be.
 struct Rule {
-  double u_required = 7.2;    ///< [V], lowest voltage at which the starter and the car's computers still work
-  double margin = 0.2;        ///< [V], by which the lower bound of a crank has to lie above u_required
-  double look_ahead = 3.0;    ///< [s], from the wish to start the engine to the crank, and the shortest stop worth it
-  double i_load = -20.0;      ///< [A], <= 0: consumers while the engine is off, before a stop was seen
-  double i_cranking = -200.0; ///< [A], < 0: the crank that is always reckoned with; a stronger one that was seen counts instead
-  double t_cranking = 0.5;    ///< [s]
-  double u_boost = 14.2;      ///< [V], held by the generator while braking
-  double i_limit = 150.0;     ///< [A], what the generator gives
-  double t_boost = 10.0;      ///< [s], a braking
+  double u_required = 7.2;     ///< [V], lowest voltage at which the starter and the car's computers still work
+  double margin = 0.2;         ///< [V], by which the lower bound of a crank has to lie above u_required
+  double look_ahead = 3.0;     ///< [s], from the wish to start the engine to the crank, and the shortest stop worth it
+  double i_load = -20.0;       ///< [A], <= 0: consumers while the engine is off, before a stop was seen
+  double i_cranking = -200.0;  ///< [A], < 0: the crank that is always reckoned with; a stronger one that was seen counts instead
+  double t_cranking = 0.5;     ///< [s]
+  double u_boost = 14.2;       ///< [V], held by the generator while braking
+  double i_limit = 150.0;      ///< [A], what the generator gives
+  double t_boost = 10.0;       ///< [s], a braking
 };
 
 /// One answer of battery_sof: its 5 % quantile, and whether the model vouches for it.

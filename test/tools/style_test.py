@@ -1,0 +1,68 @@
+"""Style of the checkout, by the tools that define it: clang-format, catkin_lint, shellcheck.
+
+Usage: style_test.py clang-format|catkin_lint|shellcheck. Exit code 77: skipped, the tool is not installed or not the one that is meant.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+SHELL_FOLDERS = ("scripts", ".ci", "test", "tools", "bench", "cmake", "completion")
+CODE_FOLDERS = ("src", "include", "test", "bench", "experiments", "examples", "python")
+SHELL = re.compile(rb"#!.*\b(ba)?sh\b")
+CLANG_FORMAT = 14  # two versions do not format alike
+
+
+def files(folders):
+    for folder in folders:
+        for parent, _, names in os.walk(os.path.join(ROOT, folder)):
+            for name in sorted(names):
+                yield os.path.join(parent, name)
+
+
+def is_shell(path):
+    with open(path, "rb") as file:
+        return SHELL.match(file.readline())
+
+
+def shellcheck():
+    return ["shellcheck", *(path for path in files(SHELL_FOLDERS) if is_shell(path))]
+
+
+def clang_format():
+    return ["clang-format", "--dry-run", "--Werror", *(path for path in files(CODE_FOLDERS) if path.endswith((".cpp", ".hpp")))]
+
+
+def catkin_lint():
+    # Scripts of the checkout are not installed: they build or need sources.
+    return ["catkin_lint", "--offline", "--strict", "-W1", "--ignore", "uninstalled_script", ROOT]
+
+
+TOOLS = {"shellcheck": shellcheck, "clang-format": clang_format, "catkin_lint": catkin_lint}
+
+
+def other_version(tool):
+    """What makes a tool that is there not the one that is meant, or None."""
+    if tool != "clang-format":
+        return None
+    said = subprocess.run([tool, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+    return None if re.search(rf"version {CLANG_FORMAT}\.", said) else f"{said}, expected version {CLANG_FORMAT}"
+
+
+def main(tool):
+    reason = "not installed" if not shutil.which(tool) else other_version(tool)
+    if reason:
+        print(f"SKIPPED: {tool} is {reason}")
+        return 77
+    command = TOOLS[tool]()
+    if len(command) < 3:
+        print(f"{tool}: no file was found")
+        return 1
+    return subprocess.run(command).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))
