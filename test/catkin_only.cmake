@@ -56,6 +56,9 @@ set_tests_properties(setup_brings_path_and_completion PROPERTIES TIMEOUT 60)
 add_test(NAME commands_of_the_pages_run
   COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/pages_test.py" "${CMAKE_BINARY_DIR}")
 set_tests_properties(commands_of_the_pages_run PROPERTIES TIMEOUT 600)
+add_test(NAME layouts_name_what_is_published
+  COMMAND "${CATKIN_DEVEL_PREFIX}/env.sh" "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/layouts_test.py")
+set_tests_properties(layouts_name_what_is_published PROPERTIES TIMEOUT 60)
 add_test(NAME pages_make_a_site COMMAND "${PYTHON_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/make_docs" "${CMAKE_BINARY_DIR}/docs")
 set_tests_properties(pages_make_a_site PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 120)
 foreach(tool clang-format catkin_lint shellcheck)
