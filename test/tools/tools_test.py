@@ -51,7 +51,7 @@ class Site(unittest.TestCase):
     def test_links_are_made_to_fit(self):
         outside = set()
         self.assertEqual(docs_site.fitted("[a](docs/node.md#states) [b](LICENSE) [c](docs/decisions) [d](https://x.org/y.md) [e](#here)", "README.md", outside),
-                         "[a](node.md#states) [b](files/LICENSE) c [d](https://x.org/y.md) [e](#here)")
+                         "[a](node.md#states) [b](files/LICENSE.txt) c [d](https://x.org/y.md) [e](#here)")
         self.assertEqual(outside, {"LICENSE"})
         self.assertEqual(docs_site.fitted("![p](../pictures/suitability.png) [r](../../README.md)", "docs/archive/study.md", outside),
                          "![p](../pictures/suitability.png) [r](../index.md)")

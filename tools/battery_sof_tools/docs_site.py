@@ -3,7 +3,8 @@
 Usage: make_docs [FOLDER]; FOLDER is build/docs unless given. Exit code 77: there is no mkdocs of version 1.4 or later.
 
 The pages are copied beside the site first: README.md becomes index.md, links are made to fit, and a file outside docs/ that a page links to
-is copied into files/. A link to a folder, which a site cannot show, becomes plain text.
+is copied into files/ under a name that ends in .txt (roslaunch looks for launch files in build/, too). A link to a folder, which a site cannot
+show, becomes plain text.
 """
 
 import os
@@ -42,7 +43,7 @@ def place_in_site(path):
         return None
     if path in TOP:
         return TOP[path]
-    return os.path.relpath(path, "docs") if path.startswith("docs/") else os.path.join(FILES, path)
+    return os.path.relpath(path, "docs") if path.startswith("docs/") else os.path.join(FILES, path + ".txt")
 
 
 def fitted(text, page, outside):
