@@ -56,9 +56,15 @@ double RidgeFit::at(const Eigen::Ref<const Eigen::VectorXd>& columns) const {
 }
 
 Eigen::VectorXd RidgeFit::ofRows(const Eigen::Ref<const Eigen::MatrixXd>& X) const {
-  Eigen::VectorXd values(X.rows());
-  for (Eigen::Index n = 0; n < X.rows(); ++n) values[n] = at(X.row(n).transpose());
+  Eigen::VectorXd values = Eigen::VectorXd::Constant(X.rows(), empty() ? 0.0 : constant);
+  for (Eigen::Index j = 0; j < weight.size(); ++j) values += ofColumn(j, X.col(j));
   return values;
+}
+
+Eigen::VectorXd RidgeFit::ofColumn(Eigen::Index j, const Eigen::Ref<const Eigen::VectorXd>& values) const {
+  Eigen::ArrayXd x = values.array();
+  if (lower.size() > 0) x = x.max(lower[j]).min(upper[j]);
+  return weight[j] / scale[j] * (x - centre[j]);
 }
 
 namespace {

@@ -29,6 +29,8 @@ struct RidgeFit {
   bool empty() const { return weight.size() == 0; }
   double at(const Eigen::Ref<const Eigen::VectorXd>& columns) const;
   Eigen::VectorXd ofRows(const Eigen::Ref<const Eigen::MatrixXd>& X) const;  ///< at() of every row
+  /// What column j adds to the constant in every row. @param values of that column.
+  Eigen::VectorXd ofColumn(Eigen::Index j, const Eigen::Ref<const Eigen::VectorXd>& values) const;
 };
 
 /**

@@ -1,4 +1,4 @@
-"""Stress of the node (docs/reliability.md). Usage: stress soak|kill BUILD_FOLDER [options]"""
+"""Stress of the node (docs/reliability.md). Usage: stress soak|kill|disk|overload BUILD_FOLDER [options]"""
 
 import argparse
 import os
@@ -7,7 +7,7 @@ import sys
 import tempfile
 
 from ..sof import required
-from . import kill, soak
+from . import disk, kill, overload, soak
 
 
 class Programs:
@@ -46,14 +46,18 @@ class Programs:
 def parsed(arguments):
     parser = argparse.ArgumentParser(description="Stress of the node; prints a table.")
     kinds = parser.add_subparsers(dest="kind", required=True)
-    for name in ("soak", "kill"):
+    for name in ("soak", "kill", "disk", "overload"):
         kinds.add_parser(name).add_argument("build", nargs="?", default="build")
-    soaked, killed = (kinds.choices[name] for name in ("soak", "kill"))
+    soaked, killed, loaded = (kinds.choices[name] for name in ("soak", "kill", "overload"))
     soaked.add_argument("--hours", type=float, default=24.0, help="of driving")
     soaked.add_argument("--speed", type=float, default=50.0, help="times as fast as it was driven")
     soaked.add_argument("--rate", type=float, default=100.0, help="[Hz]")
     killed.add_argument("--count", type=int, default=100)
     killed.add_argument("--seed", type=int, default=1)
+    loaded.add_argument("--clients", type=int, default=20)
+    loaded.add_argument("--questions", type=float, default=200.0, help="a second, of all clients")
+    loaded.add_argument("--rate", type=float, default=5000.0, help="[Hz] of the topic")
+    loaded.add_argument("--seconds", type=float, default=60.0)
     return parser.parse_args(arguments)
 
 
@@ -62,7 +66,12 @@ def main():
     programs = Programs(a.build)
     with tempfile.TemporaryDirectory(prefix="battery sof ") as folder:
         if a.kind == "soak":
-            print("\n".join(soak.report(soak.soak(programs, folder, a.hours, a.speed, a.rate))))
+            lines = soak.report(soak.soak(programs, folder, a.hours, a.speed, a.rate))
+        elif a.kind == "kill":
+            lines = kill.report(kill.kills(programs, folder, a.count, a.seed))
+        elif a.kind == "overload":
+            lines = overload.report(overload.overload(programs, folder, a.clients, a.questions, a.rate, a.seconds))
         else:
-            print("\n".join(kill.report(kill.kills(programs, folder, a.count, a.seed))))
+            lines = disk.report(disk.disks(programs, folder))
+    print("\n".join(lines))
     return 0

@@ -1,5 +1,6 @@
 """A roscore, nodes and players of their own for one run, on loopback, each ended by its process id."""
 
+import logging
 import os
 import signal
 import socket
@@ -22,6 +23,7 @@ class Processes:
         self.folder, self.started = folder, []
 
     def __enter__(self):
+        logging.getLogger("rosout").setLevel(logging.ERROR)  # rospy tells of every service it waits for
         port = free_port()
         os.environ.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1", ROS_LOG_DIR=self.folder)
         self.start("roscore", "-p", str(port))
