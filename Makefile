@@ -1,4 +1,4 @@
-# make demo | test | test-core | sanitize | fuzz | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | test-core | docs | sanitize | fuzz | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 BUILD_CORE ?= $(BUILD)/core
 BUILD_SANITIZED ?= $(BUILD)/sanitized
@@ -7,7 +7,7 @@ JOBS ?= $(shell nproc)
 PYTHON := /usr/bin/python3
 CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBATTERY_SOF_WERROR=ON
 
-.PHONY: build demo test test-core sanitized sanitize fuzz bench reproduce study calibrate proof proof-quick deps clean
+.PHONY: build demo docs test test-core sanitized sanitize fuzz bench reproduce study calibrate proof proof-quick deps clean
 
 deps:
 	@bash scripts/install_dependencies
@@ -24,6 +24,10 @@ demo: build
 test: build
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target tests -j$(JOBS)
 	@cd "$(BUILD)" && CTEST_OUTPUT_ON_FAILURE=1 bash ../scripts/with_ros ctest -j$(JOBS) --no-tests=error
+
+# The pages as a site: build/docs/index.html. A link that leads nowhere ends it.
+docs: deps
+	@$(PYTHON) scripts/make_docs "$(BUILD)/docs"
 
 # The build without ROS (docs/core.md), and what can differ in it: files and commands, the installed package, Python.
 test-core: deps

@@ -52,6 +52,18 @@ set_tests_properties(scripts_do_what_they_say PROPERTIES TIMEOUT 300 ENVIRONMENT
 add_test(NAME setup_brings_path_and_completion
   COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/path_test.py" "${CATKIN_DEVEL_PREFIX}")
 set_tests_properties(setup_brings_path_and_completion PROPERTIES TIMEOUT 60)
+add_test(NAME diagnosis_can_be_interrupted
+  COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/interruption_test.py" "${CMAKE_BINARY_DIR}")
+set_tests_properties(diagnosis_can_be_interrupted PROPERTIES TIMEOUT 60)
+# What README.md and docs/getting-started.md tell a reader to type, and the site of the pages.
+add_test(NAME commands_of_the_pages_run
+  COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/pages_test.py" "${CMAKE_BINARY_DIR}")
+set_tests_properties(commands_of_the_pages_run PROPERTIES TIMEOUT 600)
+add_test(NAME layouts_name_what_is_published
+  COMMAND "${CATKIN_DEVEL_PREFIX}/env.sh" "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/layouts_test.py")
+set_tests_properties(layouts_name_what_is_published PROPERTIES TIMEOUT 60)
+add_test(NAME pages_make_a_site COMMAND "${PYTHON_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/make_docs" "${CMAKE_BINARY_DIR}/docs")
+set_tests_properties(pages_make_a_site PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 120)
 foreach(tool clang-format catkin_lint shellcheck)
   add_test(NAME ${tool}_finds_nothing COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/style_test.py" ${tool})
   set_tests_properties(${tool}_finds_nothing PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 120)

@@ -7,6 +7,7 @@
 #include "battery_sof/report/diagnosis_results.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 #include "command.hpp"
+#include "interruption.hpp"
 
 namespace battery_sof {
 namespace {
@@ -47,12 +48,20 @@ void writeFiles(const DiagnoseArguments& arguments, const Recording& recording, 
   if (!arguments.base_out.empty()) writeModelFile(arguments.base_out, diagnosis.base);
 }
 
+Diagnosis interruptible(const Recording& recording, DiagnoseOptions options, Progress& progress, std::ostream& err) {
+  Interruption interruption(err);
+  options.progress = [&](const std::string& stage) {
+    interruption.stage(stage);
+    progress.stage(stage);
+  };
+  return diagnose(recording, options);
+}
+
 int runDiagnose(const CommandLine& line, DiagnoseArguments arguments) {
   requireFolders(arguments);
   Progress progress(line.err);
   const Recording recording = stretchOf(arguments);
-  arguments.options.progress = [&](const std::string& stage) { progress.stage(stage); };
-  Diagnosis diagnosis = diagnose(recording, arguments.options);
+  Diagnosis diagnosis = interruptible(recording, arguments.options, progress, line.err);
   const std::string hash = fileHash(arguments.recording.path);
   nameOrigin(diagnosis.base, recording, hash);
   nameOrigin(diagnosis.extended, recording, hash);

@@ -54,6 +54,7 @@ class Explainer {
     ExplanationState now = start;
     for (const std::string& id : given_) take(now, id);
     while (given_.empty() && static_cast<int>(now.members.size() + now.learnt.size()) < rules_.most_components && extend(now)) {
+      tell("weighing families (taken in so far: " + takenIn(now) + ")");
       weighAgain(now);
       fits_.takeTemper(now);
       fits_.weigh(now);
@@ -63,6 +64,12 @@ class Explainer {
   }
 
  private:
+  static std::string takenIn(const ExplanationState& state) {
+    std::vector<std::string> names = state.members;
+    if (!state.learnt.empty()) names.push_back("what no equation stands for");
+    return listed(names);
+  }
+
   /// Takes in what is known to be there.
   void take(ExplanationState& state, const std::string& id) {
     if (ExplanationFits::isUsed(id, state)) return;

@@ -11,6 +11,7 @@
 #include "battery_sof/identify/fit_description.hpp"
 #include "battery_sof/identify/follower.hpp"
 #include "battery_sof/identify/window.hpp"
+#include "battery_sof/recording/blocks.hpp"
 #include "battery_sof/recording/events.hpp"
 #include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/sampling.hpp"
@@ -206,7 +207,7 @@ std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& 
 
 double suitabilityOf(const FittedModel& model, const WindowSamples& samples, double duration) {
   if (const auto& share = model.scores.left_out_share_percent) return std::clamp(*share / 100.0, 0.0, 1.0);
-  return predictionSuitability(model.scores.rmse, windowExcitation(samples, duration));
+  return predictionSuitability(model.scores.rmse / blocksInSeries(model.parameters.u_dc), windowExcitation(samples, duration));
 }
 
 FittedModel fitted(const Window& window, const IdentifyOptions& options) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "battery_sof/predict/prediction_interval.hpp"
+#include "battery_sof/recording/blocks.hpp"
 #include "battery_sof/recording/intake.hpp"
 #include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/words.hpp"
@@ -15,12 +16,11 @@ constexpr double kMostCurrent = IntakeLimits{}.max_abs_current;  // [A]
 constexpr double kLongestProfile = 86400.0;                      // [s], a day
 constexpr std::size_t kMostPoints = 100000;
 constexpr double kCurrentReach = 1.25;      // of the largest current of the window
-constexpr double kVoltageReach = 0.3;       // [V] above the window's highest
+constexpr double kVoltageReach = 0.3;       // [V] a block above the window's highest
 constexpr double kLearnedReach = 0.010;     // [V], of a learnt force held at its range's end: relevant to a crank
 constexpr double kTemperatureReach = 10.0;  // [K]
 constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("within 1 %")
 constexpr double kMostOfBlock = 16.0;       // [V], of six lead-acid cells, above any charger's
-constexpr double kRestOfBlock = 12.5;       // [V], likewise at rest
 constexpr double kShortCharge = 10.0;       // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 
 bool movesOpenCircuitVoltage(const FittedModel& model) {
@@ -46,7 +46,7 @@ class Reasons {
 };
 
 /// The voltage above which no battery of as many blocks is [V].
-double mostVoltage(const FittedModel& model) { return kMostOfBlock * std::max(1.0, std::round(model.parameters.u_dc / kRestOfBlock)); }
+double mostVoltage(const FittedModel& model) { return kMostOfBlock * blocksInSeries(model.parameters.u_dc); }
 
 void addCharging(Reasons& reasons, const FittedModel& model, const QueryRange& range) {
   const ExcitedRange& seen = model.excited;
@@ -97,7 +97,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
     reasons.add(*range.most_current > kCurrentReach * std::max(seen.max_current, 0.0),
                 sentence("it charges with %.0f A but the window's largest charge was %.0f A", *range.most_current, seen.max_current));
   if (range.most_voltage)
-    reasons.add(*range.most_voltage > seen.max_voltage + kVoltageReach,
+    reasons.add(*range.most_voltage > seen.max_voltage + blocksInSeries(model.parameters.u_dc) * kVoltageReach,
                 sentence("it goes to %.2f V but the window's highest voltage was %.2f V", *range.most_voltage, seen.max_voltage));
   reasons.add(range.charge_moved > kConstantCharge * capacity && !movesOpenCircuitVoltage(model),
               sentence("it moves %.2f Ah, more than 1 %% of %g Ah, and the model holds the open-circuit "

@@ -85,6 +85,7 @@ void BatterySofNode::advertise() {
   services_ = {serve<PredictCranking>("predict_cranking", question_queue_, &Node::onPredictCranking),
                serve<PredictStopTime>("predict_stop_time", question_queue_, &Node::onPredictStopTime),
                serve<PredictChargeAcceptance>("predict_charge_acceptance", question_queue_, &Node::onPredictChargeAcceptance),
+               serve<SetStandingQuery>("set_standing_query", question_queue_, &Node::onSetStandingQuery),
                serve<PredictMap>("predict_map", patient_queue_, &Node::onPredictMap),
                serve<SimulateProfile>("simulate_profile", patient_queue_, &Node::onSimulateProfile),
                serve<Identify>("identify", patient_queue_, &Node::onIdentify),
@@ -242,7 +243,7 @@ void BatterySofNode::publishDueStatus() {
     due = std::exchange(due_status_, std::nullopt);
   }
   if (!due) return;
-  due->contents.answers = answersTo(options_.standing, due->model);
+  due->contents.answers = answersTo(due->contents.standing, due->model);
   SofStatus message = messageOf(due->contents);
   const std::optional<double> newest = due->contents.session.newest_time;
   message.header.stamp = newest ? rosTime(*newest) : ros::Time::now();

@@ -65,6 +65,17 @@ bool BatterySofNode::onPredictChargeAcceptance(PredictChargeAcceptance::Request&
   return answer<ChargeAcceptanceAnswer>("the charge query", response, [&] { return live().predictChargeAcceptance(queryOf(request)); });
 }
 
+bool BatterySofNode::onSetStandingQuery(SetStandingQuery::Request& request, SetStandingQuery::Response& response) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  try {
+    options_.standing = changedBy(request, options_.standing);
+    response = responseOf(options_.standing);
+  } catch (const NodeOptionsError& error) {
+    response = refusalOf(error, options_.standing);
+  }
+  return true;
+}
+
 bool BatterySofNode::onPredictMap(PredictMap::Request& request, PredictMap::Response& response) {
   if (guarded("the map", [&] { response = mapsOf(live(), request); })) return true;
   response = {};

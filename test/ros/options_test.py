@@ -31,7 +31,7 @@ def node_of(config, name):
 
 class Options(NodeTest):
     def test_shipped_parameters_are_accepted(self):
-        for path in glob.glob(os.path.join(PACKAGE, "config", "*.yaml")):
+        for path in glob.glob(os.path.join(PACKAGE, "config", "battery_sof*.yaml")):
             with open(path) as shipped:
                 node = self.start("shipped", **yaml.safe_load(shipped))
             status = self.latest("/shipped/status", SofStatus)

@@ -1,12 +1,9 @@
-"""What a shell has after `source devel/setup.bash`: sof and ask_and_compare on the PATH, the completion of sof, and what README.md shows."""
+"""What a shell has after `source devel/setup.bash`: sof and ask_and_compare on the PATH, and the completion of sof."""
 
 import os
 import subprocess
 import sys
-import tempfile
 import unittest
-
-README = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "README.md")
 
 DEVEL = ""
 
@@ -24,36 +21,6 @@ def completed(*words):
     """What Tab offers for the last of these words."""
     line = " ".join(f'"{word}"' for word in words)
     return in_shell(f'COMP_WORDS=({line}); COMP_CWORD={len(words) - 1}; _sof; printf "%s\\n" "${{COMPREPLY[@]}}"').split()
-
-
-def shown(path):
-    """Commands after "$ " in a page, each with the lines shown below it."""
-    found = []
-    with open(path) as file:
-        for line in file:
-            if line.startswith("    $ "):
-                found.append((line[6:].split(" #")[0].strip(), []))
-            elif found and line.startswith("    "):
-                found[-1][1].append(line.strip())
-            elif found and line.strip():
-                break
-    return found
-
-
-class Readme(unittest.TestCase):
-    def test_its_commands_print_what_stands_below_them(self):
-        commands = [(command, lines) for command, lines in shown(README) if command.startswith("sof ")]
-        self.assertEqual(len(commands), 3)
-        self.assertEqual(sum(bool(lines) for _, lines in commands), 1)
-        with tempfile.TemporaryDirectory(prefix="read me ") as folder:
-            for command, lines in commands:
-                printed = in_shell(f'cd "{folder}"; {command}').splitlines()
-                if lines:
-                    self.assertEqual([line.strip() for line in printed], lines, command)
-
-    def test_it_is_short(self):
-        with open(README) as file:
-            self.assertLessEqual(len(file.readlines()), 150)
 
 
 class Path(unittest.TestCase):

@@ -13,7 +13,7 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 import numpy as np
 
-from battery_sof_tools import concealment, families, files, rates, recordings, stop_rules, tables, update_effects_page
+from battery_sof_tools import concealment, docs_site, families, files, rates, recordings, stop_rules, tables, update_cli_page, update_effects_page
 from battery_sof_tools.real import command, laws, plan, run, score
 from battery_sof_tools.sof import Catalogue, Failure, call, catalogue, program
 
@@ -36,6 +36,28 @@ class Rates(unittest.TestCase):
     def test_a_geometric_mean_is_that_of_logarithms(self):
         self.assertAlmostEqual(rates.geometric_mean([0.5, 2.0, 8.0]), 2.0)
         self.assertIsNone(rates.geometric_mean([]))
+
+
+class CliPage(unittest.TestCase):
+    def test_the_page_of_the_command_is_what_its_help_says(self):
+        with open(os.path.join(ROOT, "docs", "cli.md")) as file:
+            self.assertEqual(file.read(), update_cli_page.page(program(BUILD, "sof")), "docs/cli.md is behind: run scripts/update_cli_page")
+
+    def test_every_subcommand_is_found(self):
+        self.assertEqual(update_cli_page.subcommands("sof\n\nSubcommands:\n  check    looks\n  stop-time   asks\n           more\n"), ["check", "stop-time"])
+
+
+class Site(unittest.TestCase):
+    def test_links_are_made_to_fit(self):
+        outside = set()
+        self.assertEqual(docs_site.fitted("[a](docs/node.md#states) [b](LICENSE) [c](docs/decisions) [d](https://x.org/y.md) [e](#here)", "README.md", outside),
+                         "[a](node.md#states) [b](files/LICENSE.txt) c [d](https://x.org/y.md) [e](#here)")
+        self.assertEqual(outside, {"LICENSE"})
+        self.assertEqual(docs_site.fitted("![p](../pictures/suitability.png) [r](../../README.md)", "docs/archive/study.md", outside),
+                         "![p](../pictures/suitability.png) [r](../index.md)")
+
+    def test_a_link_to_nothing_is_left_for_mkdocs_to_refuse(self):
+        self.assertEqual(docs_site.fitted("[x](nowhere.md)", "README.md", set()), "[x](nowhere.md)")
 
 
 class Files(unittest.TestCase):

@@ -1,4 +1,4 @@
-"""Suitability of windows and coverage of intervals, by experiment: writes docs/study.md and its picture.
+"""Suitability of windows and coverage of intervals, by experiment: writes docs/archive/study.md and its picture.
 
     make study [DATA=folder with startstop_car/]
 
@@ -230,7 +230,7 @@ The aim was 0.9: **{all_q:.2f} for Q_dyn and {all_crank:.2f} for the crank error
 and regimes apart in which the model holds or does not; which of two windows of the same drive is the better one it knows for cranks a little
 and for Q_dyn hardly: there Q_dyn differs by few per cent, and the difference is what the rest of the drive holds, which no window knows.
 
-![scatter](pictures/suitability.png)
+![scatter](../pictures/suitability.png)
 
 What choosing brings: crank error of the chosen window over that of the mean window of its recording, held-out recordings.
 
@@ -270,10 +270,10 @@ def main():
         sof2 = sof2_table(tools, folder)
     held = [r for r in windows if held_out(r["recording"])]
     picture(held, os.path.join(ROOT, "docs/pictures/suitability.png"))
-    write_text(os.path.join(ROOT, "docs/study.md"), PAGE.format(
+    write_text(os.path.join(ROOT, "docs/archive/study.md"), PAGE.format(
         data=" DATA=..." if real else "", windows=len(windows), recordings=len({r["recording"] for r in windows}),
         real="and the real drives of a start-stop car" if real else "; no real recordings were at hand for this run", held=len(held),
         indicators=indicator_table(held), all_q=correlation(held, "suitability", "q_whole"),
         all_crank=-correlation(held, "suitability", "crank_mae"), in_q=within(held, "suitability", "q_whole"),
         in_crank=-within(held, "suitability", "crank_mae"), choices=choice_table(held), coverage=coverage_table(session), sof2=sof2))
-    say("docs/study.md written")
+    say("docs/archive/study.md written")

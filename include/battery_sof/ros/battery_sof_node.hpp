@@ -16,6 +16,7 @@
 #include "battery_sof/ros/node_diagnostics.hpp"
 #include "battery_sof/ros/node_options.hpp"
 #include "battery_sof/ros/response_times.hpp"
+#include "battery_sof/ros/standing_query.hpp"
 #include "battery_sof/ros/state_file.hpp"
 
 namespace battery_sof {
@@ -25,7 +26,7 @@ namespace battery_sof {
  *
  * Threads, so that nothing waits for what takes longer:
  *   - samples: the global callback queue, nothing else;
- *   - questions: the three predictions, ~status and /diagnostics, one after the other;
+ *   - questions: the three predictions, ~set_standing_query, ~status and /diagnostics, one after the other;
  *   - patient: ~identify, which waits for a fit, ~predict_map and ~simulate_profile, which may take seconds;
  *   - diagnoses: ~diagnose, which waits for one, and refuses a second request meanwhile;
  *   - identifications and diagnoses themselves: a worker's each.
@@ -75,6 +76,7 @@ class BatterySofNode {
   bool onPredictCranking(PredictCranking::Request& request, PredictCranking::Response& response);
   bool onPredictStopTime(PredictStopTime::Request& request, PredictStopTime::Response& response);
   bool onPredictChargeAcceptance(PredictChargeAcceptance::Request& request, PredictChargeAcceptance::Response& response);
+  bool onSetStandingQuery(SetStandingQuery::Request& request, SetStandingQuery::Response& response);
   bool onPredictMap(PredictMap::Request& request, PredictMap::Response& response);
   bool onSimulateProfile(SimulateProfile::Request& request, SimulateProfile::Response& response);
   bool onIdentify(Identify::Request& request, Identify::Response& response);

@@ -1,4 +1,4 @@
-"""Repeats the paper's section V on simulated recordings and writes docs/reproduction.md with its pictures.
+"""Repeats the paper's section V on simulated recordings and writes docs/archive/reproduction.md with its pictures.
 
 Usage: reproduce BUILD_FOLDER [--seeds N]. Data sets 1 to 3 are simulated with the reference (Fig. 4), identified and
 predicted with `sof`; `window_experiment` fits data set 1's eleven windows under every setting of the factor experiment.
@@ -42,7 +42,7 @@ def main():
         picture_prediction(stretch(second[0]["data"], 2250, 2400), "Data set 2: 37.5 to 40 min", "reproduction_fig9.png")
         picture_prediction(stretch(second[0]["data"], 3535, 3600), "Data set 2: the last minute", "reproduction_fig10.png")
         picture_prediction(third[0]["data"], "Data set 3: 6 to 12 min", "reproduction_fig11.png")
-        write_text(os.path.join(ROOT, "docs", "reproduction.md"),
+        write_text(os.path.join(ROOT, "docs", "archive", "reproduction.md"),
                    page(rows, first, second, second_fig4, third, impedance_error, args.seeds))
-    progress("docs/reproduction.md written")
+    progress("docs/archive/reproduction.md written")
     return 0

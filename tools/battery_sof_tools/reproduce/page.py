@@ -58,17 +58,17 @@ Start values and bounds are the paper's Table I (`tableOne()` in `model/base_mod
 
 Its small-signal impedance against the analytic expression of Fig. 4, 1 mHz to 100 Hz: largest difference {impedance:.3f} %.
 
-![Impedance](pictures/reproduction_impedance.png)
+![Impedance](../pictures/reproduction_impedance.png)
 
 ## Data set 1: eleven windows, one hour
 
-![Excitation](pictures/reproduction_fig5.png)
+![Excitation](../pictures/reproduction_fig5.png)
 
 Seed 1, default procedure; fitted on four minutes, scored on the whole hour (counterpart of Figs. 5 to 8):
 
 {windows}
 
-![Q_dyn and crank errors](pictures/reproduction_fig7_8.png)
+![Q_dyn and crank errors](../pictures/reproduction_fig7_8.png)
 
 | | paper | here, default, {n} windows |
 |---|---|---|
@@ -76,7 +76,7 @@ Seed 1, default procedure; fitted on four minutes, scored on the whole hour (cou
 | crank error, window 3 / worst (Fig. 8) | < 0.05 V / not given | median {cmed:.3f} V / {cmax:.3f} V |
 | error 40 to 50 min, window 3 (Fig. 6) | within +-0.2 V | {first_error} V |
 
-![40 to 50 min](pictures/reproduction_fig6.png)
+![40 to 50 min](../pictures/reproduction_fig6.png)
 
 ## Why did look-alike windows predict so differently?
 
@@ -128,9 +128,9 @@ With Fig. 4's physics alone the simulation cannot show what the paper's battery 
 of dissolved Pb2+ (the paper's [18], on in the scenario as shipped) it has the sign the paper saw, and the discharge that follows is predicted worse than
 in the paper. This is the mismatch a diagnosis has to name.
 
-![37.5 to 40 min](pictures/reproduction_fig9.png)
+![37.5 to 40 min](../pictures/reproduction_fig9.png)
 
-![The last minute](pictures/reproduction_fig10.png)
+![The last minute](../pictures/reproduction_fig10.png)
 
 ## Data set 3: a city drive
 
@@ -142,7 +142,7 @@ Fitted on the first six minutes, predicted on the next six.
 | crank error [V] | 0.10 (deviation 0.05) | {crank3:.3f} (deviation {crank3sd:.3f}) |
 | Q_dyn [%] | not given | {q3min:.1f} to {q3max:.1f} |
 
-![6 to 12 min](pictures/reproduction_fig11.png)
+![6 to 12 min](../pictures/reproduction_fig11.png)
 """
 
 

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <battery_sof/SetStandingQuery.h>
+
+#include "battery_sof/ros/node_options.hpp"
+
+namespace battery_sof {
+
+/**
+ * @brief The standing questions with what a request changes; its NaN keep what there is.
+ * @throws NodeOptionsError for values outside the ranges of the parameters standing_query/..., one line each.
+ */
+StandingQueries changedBy(const SetStandingQuery::Request& request, const StandingQueries& present);
+
+/// A response of OK with the questions in force. u_required is NaN when it is not asked.
+SetStandingQuery::Response responseOf(const StandingQueries& standing);
+
+/// A response of INVALID_QUERY with the questions that stay in force.
+SetStandingQuery::Response refusalOf(const NodeOptionsError& error, const StandingQueries& present);
+
+}  // namespace battery_sof

@@ -1,0 +1,65 @@
+#include "interruption.hpp"
+
+#include <signal.h>
+
+#include <chrono>
+#include <cstdio>
+#include <ostream>
+
+#include "battery_sof/recording/words.hpp"
+
+namespace battery_sof {
+
+namespace {
+
+constexpr long kLook = 20 * 1000 * 1000;  // [ns], how often it is asked whether the work is over
+
+double steadySeconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+sigset_t interrupts() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  return set;
+}
+
+}  // namespace
+
+Interruption::Interruption(std::ostream& err) : err_(err), started_(steadySeconds()) {
+  const sigset_t set = interrupts();
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  watcher_ = std::thread([this] { wait(); });
+}
+
+Interruption::~Interruption() {
+  is_over_ = true;
+  watcher_.join();
+  const sigset_t set = interrupts();
+  pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
+}
+
+void Interruption::stage(const std::string& what) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  stage_ = what;
+}
+
+void Interruption::wait() {
+  const sigset_t set = interrupts();
+  const timespec look = {0, kLook};
+  while (!is_over_) {
+    const int signal = sigtimedwait(&set, nullptr, &look);
+    if (signal > 0) return end(signal);
+  }
+}
+
+void Interruption::end(int signal) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  err_ << sentence("sof: stopped after %.0f s while ", steadySeconds() - started_) << stage_ << "; no file was written\n" << std::flush;
+  ::signal(signal, SIG_DFL);
+  raise(signal);  // waits until this thread lets the signal through
+  const sigset_t set = interrupts();
+  pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,193 @@
+"""Runs the commands that pages show.
+
+A block of commands has a mark before it that a reader does not see:
+    <!-- run me -->                  its commands end with 0
+    <!-- run me, exit 1 -->          they end with 1
+    <!-- run me with roscore -->     under a roscore of its own: launch files are started in the background, then the other lines are run
+    <!-- not run: REASON -->
+Where a line begins with "$ ", what stands below it is what it prints; "..." stands for anything. Blocks of one page share a folder, in which
+build/ is the build that is tested. Launch files serve the live page on a free port in place of the one that is shown.
+
+Usage: pages_test.py BUILD
+"""
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+MARKED = ("README.md", "docs/getting-started.md")  # every block of these has a mark
+PAGES = MARKED + ("docs/node.md", "docs/live_page.md", "docs/energy_manager.md")
+MARK = re.compile(r"<!-- (?:run me(?P<exit>, exit \d)?(?P<core> with roscore)?|not run: (?P<reason>.+)) -->$")
+BUILD = ""
+
+
+class Block:
+    def __init__(self, page, line, mark):
+        self.where, self.lines = f"{page}:{line}", []
+        self.mark = mark
+        self.is_run = bool(mark) and not mark["reason"]
+        self.code = int((mark and mark["exit"] or "0")[-1])
+
+    def steps(self):
+        """Commands, each with what is shown below it (None: nothing is said of it)."""
+        steps = []
+        for line in self.lines:
+            if line.startswith("$ "):
+                steps.append((line[2:], []))
+            elif any(one.startswith("$ ") for one in self.lines):
+                steps[-1][1].append(line)
+            else:
+                steps.append((line, None))
+        return steps
+
+
+def blocks(page):
+    """Indented blocks of a page; the mark is the last line of text before a block."""
+    found, mark, open_block = [], None, None
+    with open(os.path.join(ROOT, page)) as file:
+        for number, line in enumerate(file, 1):
+            if line.startswith("    ") and line.strip():
+                if not open_block:
+                    open_block = Block(page, number, mark)
+                    found.append(open_block)
+                open_block.lines.append(line[4:].rstrip())
+            elif line.strip():
+                open_block, mark = None, MARK.match(line.strip())
+    return found
+
+
+def like(shown, printed):
+    """Whether a line is the one that is shown, trailing spaces apart."""
+    return re.fullmatch(".*".join(map(re.escape, shown.rstrip().split("..."))), printed.rstrip()) is not None
+
+
+class Shell:
+    """Runs lines in a folder as a user would who has sourced the devel space."""
+
+    def __init__(self, folder, environment=None):
+        self.folder = folder
+        self.environment = {"PATH": "/usr/local/bin:/usr/bin:/bin", "HOME": folder, "LC_ALL": "C.UTF-8", "ROS_HOME": os.path.join(folder, "ros"), **(environment or {})}
+
+    def begin(self, line, **files):
+        return subprocess.Popen(["bash", "--norc", "-c", f'. build/devel/setup.bash; exec {line}'], cwd=self.folder, env=self.environment,
+                                stdin=subprocess.DEVNULL, start_new_session=True, text=True, **files)
+
+    def run(self, line):
+        """Exit code, standard output and standard error."""
+        done = subprocess.run(["bash", "--norc", "-c", f". build/devel/setup.bash; {line}"], cwd=self.folder, env=self.environment,
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120)
+        return done.returncode, done.stdout, done.stderr
+
+
+class Roscore:
+    """A roscore on a free port, and the launch files under it; all ended at the end."""
+
+    def __init__(self, folder):
+        with socket.socket() as one:
+            one.bind(("127.0.0.1", 0))
+            port = one.getsockname()[1]
+        self.shell = Shell(folder, {"ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1"})
+        self.log = tempfile.TemporaryFile(mode="w+")
+        self.started = [self.shell.begin(f"roscore -p {port}", stdout=self.log, stderr=self.log)]
+
+    def __enter__(self):
+        self.until("rosparam list", "roscore")
+        return self
+
+    def __exit__(self, *error):
+        for process in reversed(self.started):
+            process.send_signal(signal.SIGINT)
+        for process in reversed(self.started):
+            try:
+                process.wait(timeout=30)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+        self.log.close()
+
+    def said(self):
+        self.log.seek(0)
+        return self.log.read()
+
+    def until(self, line, what):
+        """What a line prints once it ends with 0."""
+        end = time.monotonic() + 40
+        while True:
+            code, out, error = self.shell.run(line)
+            if code == 0:
+                return out
+            if time.monotonic() > end:
+                raise AssertionError(f"{what}: {line}: {error}\n{self.said()}")
+            time.sleep(0.2)
+
+    def launch(self, line):
+        line = re.sub(r" port:=\d+", "", line.split(" #")[0].rstrip()) + (" port:=0" if "live.launch" in line else "")
+        code, told, error = self.shell.run(line + " --nodes")
+        nodes = told.split()
+        if code != 0 or not nodes:
+            raise AssertionError(f"{line}: {error}")
+        self.started.append(self.shell.begin(line, stdout=self.log, stderr=self.log))
+        for node in nodes:
+            self.until(f"rosnode list | grep -qx {node}", line)
+        for node in nodes:
+            if node.endswith("battery_sof_node"):  # its last service
+                self.until(f"rosservice list | grep -qx {node}/diagnose", line)
+
+
+class Pages(unittest.TestCase):
+    def check(self, block, shell):
+        for line, shown in block.steps():
+            code, out, error = shell.run(line)
+            self.assertEqual(code, block.code, f"{block.where}: {line}\n{out}{error}")
+            if shown:
+                printed = out.splitlines()
+                self.assertEqual(len(printed), len(shown), f"{block.where}: {line}\n{out}")
+                for one, other in zip(shown, printed):
+                    self.assertTrue(like(one, other), f"{block.where}: {line}\nshown:   {one}\nprinted: {other}")
+
+    def run_page(self, page):
+        with tempfile.TemporaryDirectory(prefix="a page ") as folder:
+            os.symlink(os.path.realpath(BUILD), os.path.join(folder, "build"))
+            for block in blocks(page):
+                if block.is_run and block.mark["core"]:
+                    with Roscore(folder) as core:
+                        launched = [line for line in block.lines if line.startswith("roslaunch ")]
+                        for line in launched:
+                            core.launch(line)
+                        block.lines = [line for line in block.lines if line not in launched]
+                        self.check(block, core.shell)
+                elif block.is_run:
+                    self.check(block, Shell(folder))
+
+    def test_every_block_of_the_first_pages_has_a_mark(self):
+        for page in MARKED:
+            self.assertEqual([block.where for block in blocks(page) if not block.mark], [])
+            self.assertTrue([block for block in blocks(page) if block.is_run])
+
+    def test_the_readme_is_short(self):
+        with open(os.path.join(ROOT, "README.md")) as file:
+            self.assertLessEqual(len(file.readlines()), 150)
+
+    def test_another_line_than_the_one_shown_would_be_seen(self):
+        self.assertTrue(like("in 2 iterations (... ms)", "in 2 iterations (20.8 ms)"))
+        self.assertFalse(like("in 2 iterations (... ms)", "in 3 iterations (20.8 ms)"))
+        self.assertFalse(like("11.527 V", "11a527 V"))
+
+
+def named(page):
+    return "test_commands_of_" + re.sub(r"\W", "_", page)
+
+
+for shown_page in PAGES:
+    setattr(Pages, named(shown_page), lambda self, page=shown_page: self.run_page(page))
+
+if __name__ == "__main__":
+    BUILD = sys.argv.pop(1)
+    unittest.main(verbosity=2)

@@ -1,0 +1,117 @@
+"""Makes a site of README.md, CONTRIBUTING.md and docs/ with mkdocs (Debian's), in strict mode: a link that leads nowhere ends it.
+
+Usage: make_docs [FOLDER]; FOLDER is build/docs unless given. Exit code 77: there is no mkdocs of version 1.4 or later.
+
+The pages are copied beside the site first: README.md becomes index.md, links are made to fit, and a file outside docs/ that a page links to
+is copied into files/ under a name that ends in .txt (roslaunch looks for launch files in build/, too). A link to a folder, which a site cannot
+show, becomes plain text.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+from .files import ROOT, write_text
+
+TOP = {"README.md": "index.md", "CONTRIBUTING.md": "CONTRIBUTING.md"}  # pages outside docs/, and what they are called in the site
+LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]*)(#[^)\s]*)?\)")
+FILES = "files"
+SETTINGS = """INHERIT: {settings}
+docs_dir: {pages}
+site_dir: {site}
+hooks: [{hooks}]
+"""
+# Anchors as they are in the pages' links: python-markdown's own join hyphens and number headings differently.
+HOOKS = '''import re
+
+
+def slug(text, separator):
+    return re.sub(r"[^\\w\\- ]", "", text).lower().replace(" ", separator)
+
+
+def on_config(config):
+    config["mdx_configs"]["toc"] = dict(config["mdx_configs"].get("toc") or {}, slugify=slug)
+    return config
+'''
+
+
+def place_in_site(path):
+    """Where a file of the checkout lies in the site; None for a folder."""
+    if os.path.isdir(os.path.join(ROOT, path)):
+        return None
+    if path in TOP:
+        return TOP[path]
+    return os.path.relpath(path, "docs") if path.startswith("docs/") else os.path.join(FILES, path + ".txt")
+
+
+def fitted(text, page, outside):
+    """A page with links that fit the site. @param page its path in the checkout. @param outside gains the files that are linked to."""
+    here = os.path.dirname(place_in_site(page))
+
+    def link(match):
+        mark, words, target, anchor = match[1], match[2], match[3], match[4] or ""
+        path = os.path.normpath(os.path.join(os.path.dirname(page), target))
+        if not target or ":" in target or not os.path.exists(os.path.join(ROOT, path)):
+            return match[0]
+        place = place_in_site(path)
+        if place is None:
+            return words
+        if place.startswith(FILES + os.sep):
+            outside.add(path)
+        return f"{mark}[{words}]({os.path.relpath(place, here or '.')}{anchor})"
+
+    return LINK.sub(link, text)
+
+
+def pages():
+    """Paths of all pages in the checkout."""
+    found = list(TOP)
+    for folder, _, names in os.walk(os.path.join(ROOT, "docs")):
+        found += [os.path.relpath(os.path.join(folder, name), ROOT) for name in sorted(names) if name.endswith(".md")]
+    return found
+
+
+def copy(path, folder):
+    goal = os.path.join(folder, place_in_site(path))
+    os.makedirs(os.path.dirname(goal), exist_ok=True)
+    shutil.copyfile(os.path.join(ROOT, path), goal)
+
+
+def assemble(folder):
+    """The pages as mkdocs is to read them."""
+    outside = set()
+    shutil.copytree(os.path.join(ROOT, "docs"), folder)
+    for page in pages():
+        with open(os.path.join(ROOT, page)) as file:
+            write_text(os.path.join(folder, place_in_site(page)), fitted(file.read(), page, outside))
+    for path in outside:
+        copy(path, folder)
+
+
+def has_mkdocs():
+    """Whether there is one that knows hooks and INHERIT."""
+    if not shutil.which("mkdocs"):
+        return False
+    told = subprocess.run(["mkdocs", "--version"], capture_output=True, text=True, check=True).stdout
+    return tuple(map(int, re.search(r"version (\d+)\.(\d+)", told).groups())) >= (1, 4)
+
+
+def main():
+    if not has_mkdocs():
+        print("SKIPPED: there is no mkdocs of version 1.4 or later")
+        return 77
+    site = os.path.abspath(sys.argv[1] if len(sys.argv) > 1 else os.path.join(ROOT, "build", "docs"))
+    work = site + ".work"
+    shutil.rmtree(work, ignore_errors=True)
+    os.makedirs(work)
+    assemble(os.path.join(work, "pages"))
+    write_text(os.path.join(work, "hooks.py"), HOOKS)
+    write_text(os.path.join(work, "mkdocs.yml"), SETTINGS.format(
+        settings=os.path.join(ROOT, "mkdocs.yml"), pages=os.path.join(work, "pages"), site=site, hooks=os.path.join(work, "hooks.py")))
+    done = subprocess.run(["mkdocs", "build", "--strict", "--quiet", "-f", os.path.join(work, "mkdocs.yml")], check=False)
+    shutil.rmtree(work)
+    if done.returncode == 0:
+        print(f"the site's first page is {os.path.join(site, 'index.html')}")
+    return done.returncode
