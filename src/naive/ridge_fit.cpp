@@ -55,12 +55,6 @@ double RidgeFit::at(const Eigen::Ref<const Eigen::VectorXd>& columns) const {
   return constant + (weight.array() * (x - centre.array()) / scale.array()).sum();
 }
 
-Eigen::VectorXd RidgeFit::ofRows(const Eigen::Ref<const Eigen::MatrixXd>& X) const {
-  Eigen::VectorXd values = Eigen::VectorXd::Constant(X.rows(), empty() ? 0.0 : constant);
-  for (Eigen::Index j = 0; j < weight.size(); ++j) values += ofColumn(j, X.col(j));
-  return values;
-}
-
 Eigen::VectorXd RidgeFit::ofColumn(Eigen::Index j, const Eigen::Ref<const Eigen::VectorXd>& values) const {
   Eigen::ArrayXd x = values.array();
   if (lower.size() > 0) x = x.max(lower[j]).min(upper[j]);
