@@ -20,7 +20,6 @@ import subprocess
 import tempfile
 
 import numpy as np
-from scipy.stats import spearmanr
 
 from . import recordings
 
@@ -113,6 +112,7 @@ def intervals(all_events):
 
 def rank(found):
     """Correlation of suitability with the next window's share, and with its cranks' mean error."""
+    from scipy.stats import spearmanr  # half a second, and not all that import this module rank
     with_share = [(f["suitability"], f["model"]["share_percent"]) for f in found if f["model"]["share_percent"] is not None]
     with_cranks = [(f["suitability"], f["model"]["crank_mae_v"]) for f in found if f["model"]["crank_mae_v"] is not None]
     return ["-" if len(pairs) < 5 else "{:+.2f}".format(spearmanr(*zip(*pairs)).statistic) for pairs in (with_share, with_cranks)]
