@@ -25,6 +25,10 @@ def parser():
     every = argparse.ArgumentParser(description=__doc__, epilog=DESCRIPTION, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = every.add_subparsers(dest="command", required=True)
     add_run(commands.add_parser("run", help="take the steps that a folder lacks", epilog=DESCRIPTION))
+    one = commands.add_parser("report", help="the fleet's page")
+    one.add_argument("folder")
+    one.add_argument("--out", help="page to write; FOLDER/report.html by default. Links to recordings' pages work from there alone")
+    one.add_argument("--nulls", metavar="FOLDER", help="fleet of recordings that lack nothing, run with the same sof: false discoveries are counted by them")
     one = commands.add_parser("load", help="make the database anew")
     one.add_argument("folder")
     one.add_argument("--without-pages", action="store_true", help="leave the pages out of the database")
@@ -83,6 +87,13 @@ def run(args):
     return 1 if left else 0
 
 
+def report(args):
+    from . import page  # statsmodels takes its time
+    out = args.out or os.path.join(args.folder, "report.html")
+    page.write(args.folder, out, args.nulls)
+    print(out)
+
+
 def load(args):
     print(f"{database.load(args.folder, not args.without_pages)} recordings")
 
@@ -102,4 +113,4 @@ def digest(args):
 
 def main():
     args = parser().parse_args()
-    return {"run": run, "load": load, "export": export, "rebuild": rebuild, "digest": digest}[args.command](args) or 0
+    return {"run": run, "report": report, "load": load, "export": export, "rebuild": rebuild, "digest": digest}[args.command](args) or 0

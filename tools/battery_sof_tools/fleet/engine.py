@@ -14,6 +14,7 @@ from . import plan
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOOLS = os.path.dirname(os.path.dirname(HERE))
 SNAKEMAKE = "snakemake"
+WITH_US = ("setpriv", "--pdeathsig", "TERM")  # ends with the process that called it
 RETRIES = 1  # of a job that was lost; what fails for a reason is a row and no lost job
 
 
@@ -48,7 +49,7 @@ def slurm_options(jobs, options):
 def command(folder, jobs, slurm=False, sbatch=(), profile=None):
     engine = ["--profile", profile] if profile else slurm_options(jobs, sbatch) if slurm else ["--cores", str(jobs)]
     return [SNAKEMAKE, "--snakefile", os.path.join(HERE, "Snakefile"), "--directory", folder, "--keep-going", "--nolock", "--rerun-incomplete", "--rerun-triggers", "mtime",
-            "--restart-times", str(RETRIES), "--quiet", "all", "--config", "python=" + sys.executable, *engine]
+            "--restart-times", str(RETRIES), "--quiet", "rules", "--config", "python=" + sys.executable, *engine]
 
 
 def environment():
@@ -67,5 +68,5 @@ def run(folder, entries, steps, jobs, **how):
         os.makedirs(os.path.join(folder, "slurm"), exist_ok=True)
         print(f"{len(todo)} recordings in {count} jobs", file=sys.stderr, flush=True)
         with open(os.path.join(folder, "engine.log"), "a") as log:
-            subprocess.run(command(os.path.abspath(folder), jobs, **how), stdout=log, stderr=log, env=environment(), check=False)
+            subprocess.run([*WITH_US, *command(os.path.abspath(folder), jobs, **how)], stdout=log, stderr=log, env=environment(), check=False)
     return [one for one in todo if plan.missing(folder, one["key"], steps)]

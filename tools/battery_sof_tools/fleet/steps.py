@@ -23,7 +23,6 @@ class Recording:
     def __init__(self, folder, entry, setting):
         self.entry, self.setting = entry, setting
         self.results = plan.results(folder, entry["key"])
-        os.makedirs(self.results, exist_ok=True)
         self.is_bag = entry["path"].endswith(".bag")
 
     def file(self, name):
