@@ -5,6 +5,7 @@
     sof-fleet load FOLDER                        FOLDER/fleet.sqlite anew from the results in it
     sof-fleet export FOLDER --csv DIR            one CSV file a table
     sof-fleet rebuild FLEET.sqlite --out FOLDER  the folder that a database was loaded from
+    sof-fleet slurm start|stop DIR               a Slurm of this machine alone, to try run --slurm
     sof-fleet digest FOLDER                      SHA-256 of all rows but measured times
 """
 
@@ -15,7 +16,7 @@ import time
 
 from ..files import write_json
 from ..sof import product_digest, program, required
-from . import database, engine, plan
+from . import database, engine, plan, slurm
 
 DESCRIPTION = "RECORDINGS: folders, .csv or .bag files, or lists of them (.csv or .yaml) with the columns path, battery, vehicle_type, age_years, time_column, current_column, " \
               "voltage_column, temperature_column, topic, discharge_positive, from_s, to_s, effects; only path is needed."
@@ -29,6 +30,9 @@ def parser():
     one.add_argument("folder")
     one.add_argument("--out", help="page to write; FOLDER/report.html by default. Links to recordings' pages work from there alone")
     one.add_argument("--nulls", metavar="FOLDER", help="fleet of recordings that lack nothing, run with the same sof: false discoveries are counted by them")
+    one = commands.add_parser("slurm", help="a Slurm of this machine alone, to try run --slurm")
+    one.add_argument("what", choices=("start", "stop"))
+    one.add_argument("folder", help="of its files")
     one = commands.add_parser("load", help="make the database anew")
     one.add_argument("folder")
     one.add_argument("--without-pages", action="store_true", help="leave the pages out of the database")
@@ -94,6 +98,10 @@ def report(args):
     print(out)
 
 
+def slurm_here(args):
+    return slurm.main(args.what, args.folder)
+
+
 def load(args):
     print(f"{database.load(args.folder, not args.without_pages)} recordings")
 
@@ -113,4 +121,4 @@ def digest(args):
 
 def main():
     args = parser().parse_args()
-    return {"run": run, "report": report, "load": load, "export": export, "rebuild": rebuild, "digest": digest}[args.command](args) or 0
+    return {"run": run, "report": report, "slurm": slurm_here, "load": load, "export": export, "rebuild": rebuild, "digest": digest}[args.command](args) or 0

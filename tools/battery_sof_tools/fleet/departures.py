@@ -1,4 +1,4 @@
-"""Which batteries depart from the others of their type: parameters beside the median of the type.
+"""Which batteries depart from the others of their type: parameters beside the median of those of the same type that were fitted with the same effects.
 
     z = (x - median) / sqrt(s^2 + std^2),     s = 1.4826 median |x - median|
 
@@ -15,18 +15,19 @@ from statsmodels.stats.multitest import multipletests
 from .discoveries import RATE
 
 LEVELS = ("u_dc",)  # voltages: differences count, not ratios
+DETERMINED = "p.source = 'identify' AND p.value IS NOT NULL AND p.std > 0 AND p.determined = 1 AND p.at_bound = 0"  # and not held
 LEAST = 8           # batteries of a type, for a median and a spread
 
 Departure = collections.namedtuple("Departure", "battery vehicle_type name value unit median z found")
 
 
 def values(base):
-    """(vehicle type, name) -> {battery: [(value, std)]}, unit by name; parameters that a fit determined inside their bounds."""
-    rows = base.execute("SELECT r.battery, r.vehicle_type, p.name, p.value, p.std, p.unit FROM parameter p JOIN recording r USING (recording) "
-                        "WHERE p.source = 'identify' AND p.value IS NOT NULL AND p.determined = 1 AND p.at_bound = 0 ORDER BY recording")
+    """(vehicle type, effects, name) -> {battery: [(value, std)]}, unit by name; parameters that a fit determined inside their bounds."""
+    rows = base.execute(f"SELECT r.battery, r.vehicle_type, w.effects, p.* FROM parameter p JOIN recording r USING (recording) JOIN window w USING (recording) "
+                        f"WHERE {DETERMINED} ORDER BY recording")
     found, units = collections.defaultdict(lambda: collections.defaultdict(list)), {}
     for row in rows:
-        found[row["vehicle_type"] or "", row["name"]][row["battery"]].append((row["value"], row["std"] or 0.0))
+        found[row["vehicle_type"] or "", row["effects"], row["name"]][row["battery"]].append((row["value"], row["std"]))
         units[row["name"]] = row["unit"]
     return found, units
 
@@ -50,7 +51,7 @@ def of_type(vehicle_type, name, by_battery, unit):
 def departures(base):
     """Batteries and parameters that depart, the farthest first; and how many were compared."""
     found, units = values(base)
-    every = [one for (vehicle_type, name), by_battery in sorted(found.items()) if len(by_battery) >= LEAST for one in of_type(vehicle_type, name, by_battery, units[name])]
+    every = [one for (vehicle_type, _, name), by_battery in sorted(found.items()) if len(by_battery) >= LEAST for one in of_type(vehicle_type, name, by_battery, units[name])]
     if not every:
         return [], 0
     stands = multipletests([2.0 * norm.sf(abs(one.z)) for one in every], alpha=RATE, method="fdr_bh")[0]

@@ -21,7 +21,7 @@ def ticks(low, high, about=4):
 
 def range_of(values):
     """1 to 99 % of the values with a margin: one wild fit does not flatten the others."""
-    low, high = np.percentile(values, [1, 99])
+    low, high = (float(value) for value in np.percentile(values, [1, 99]))
     margin = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
     return low - margin, high + margin
 
@@ -35,7 +35,7 @@ def axes(x_range, y_range, x_label):
     for value in ticks(*y_range):
         y = place(value, *y_range, HEIGHT - BELOW, TOP)
         parts.append(f'<path class="grid" d="M{LEFT} {y:.1f}H{WIDTH - 8}"/><text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{value:.6g}</text>')
-    for value in ticks(*x_range) if x_range else ():
+    for value in ticks(*x_range):
         x = place(value, *x_range, LEFT, WIDTH - 8)
         parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BELOW + 16}" text-anchor="middle">{value:.6g}</text>')
     return "".join(parts) + f'<text x="{(LEFT + WIDTH) / 2}" y="{HEIGHT - 4}" text-anchor="middle">{html.escape(x_label)}</text>'
@@ -50,11 +50,11 @@ def points(xs, rows, x_range, y_range, colours):
     return "".join(parts)
 
 
-def drawing(title, xs, rows, x_label, colours, x_ticks=True):
-    x_range, y_range = range_of(xs), range_of([row["value"] for row in rows])
+def drawing(title, xs, rows, x_label, colours, x_range=None):
+    x_range, y_range = x_range or range_of(xs), range_of([row["value"] for row in rows])
     legend = "".join(f'<span><i class="dot {colour}"></i>{html.escape(name or "no type")}</span>' for name, colour in colours.items()) if len(colours) > 1 else ""
     return (f'<figure class="chart"><figcaption><span class="what">{html.escape(title)}</span><span class="legend">{legend}</span></figcaption>'
-            f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{html.escape(title + " over " + x_label)}">{axes(x_range if x_ticks else None, y_range, x_label)}'
+            f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{html.escape(title + " over " + x_label)}">{axes(x_range, y_range, x_label)}'
             f"{points(xs, rows, x_range, y_range, colours)}</svg></figure>")
 
 
@@ -74,4 +74,4 @@ def parameter(name, rows):
         return made
     ordered = sorted(rows, key=lambda row: row["value"])
     share = [100.0 * (k + 0.5) / len(ordered) for k in range(len(ordered))]
-    return drawing(title, share, ordered, "recordings with less [%]", colours)
+    return drawing(title, share, ordered, "recordings with less [%]", colours, (0.0, 100.0))

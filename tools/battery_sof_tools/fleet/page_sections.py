@@ -10,6 +10,7 @@ from . import departures as departing_batteries
 from . import page_plots, plan
 
 MOST_ROWS = 3000  # of recordings on the page; the database has all
+LEAST_POINTS = 3  # of a parameter, to be drawn
 WORDS = {"acceptance": "charge acceptance", "side_reactions": "side reactions", "acid": "acid transport", "open_circuit": "open-circuit voltage", "structure": "the circuit's structure",
          "ageing": "ageing or warming", "instrument": "the instruments"}
 MEANT = {"acceptance": "charging is limited by how fast the battery takes charge up", "side_reactions": "part of the charging current leaves no charge in the battery",
@@ -105,13 +106,14 @@ def departing(base, found, compared):
 def parameters(base):
     """Parameters over age and temperature where they are known, and by type of vehicle."""
     rows = base.execute("SELECT p.name, p.value, p.std, p.unit, r.age_years, r.temperature_min_c, r.temperature_max_c, r.vehicle_type, r.battery FROM parameter p "
-                        "JOIN recording r USING (recording) WHERE p.source = 'identify' AND p.determined = 1 AND p.at_bound = 0 AND p.value IS NOT NULL ORDER BY r.battery").fetchall()
-    names = list(dict.fromkeys(row["name"] for row in sorted(rows, key=lambda row: row["name"])))
+                        f"JOIN recording r USING (recording) WHERE {departing_batteries.DETERMINED} ORDER BY r.battery").fetchall()
+    counted = collections.Counter(row["name"] for row in rows)
+    names = sorted(name for name in counted if counted[name] >= LEAST_POINTS)
     if not names:
-        return section("parameters", "Parameters", "<p>No parameter was determined.</p>")
+        return section("parameters", "Parameters", "<p>No parameter was determined by three recordings.</p>")
     figures = "".join(page_plots.parameter(name, [row for row in rows if row["name"] == name]) for name in names[:12])
-    ages = sum(1 for row in rows if row["age_years"] is not None)
-    heat = sum(1 for row in rows if row["temperature_min_c"] is not None)
+    ages = any(1 for row in rows if row["age_years"] is not None)
+    heat = any(1 for row in rows if row["temperature_min_c"] is not None)
     note = "" if ages and heat else f'<p class="note">{"" if ages else "No battery has an age (age_years in the list of recordings). "}{"" if heat else "No recording has a temperature."}</p>'
     return section("parameters", "Parameters", f'<div class="plots">{figures}</div>', note)
 

@@ -12,7 +12,7 @@ STEPS = ("check", "convert", "identify", "predict", "diagnose", "score")
 MEANT = ("discharge_positive", "from_s", "to_s", "effects", *listing.COLUMNS)  # what changes an answer
 GROUP_BYTES = 8e6  # of recordings in one job
 GROUP_MOST = 25    # recordings in one job
-JOBS_A_CORE = 8    # at least, so that cores end together
+JOBS_A_CORE = 4    # at least, so that cores end together
 
 
 def key_of(entry, sha256):
