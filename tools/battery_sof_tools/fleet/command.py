@@ -5,6 +5,7 @@
     sof-fleet load FOLDER                        FOLDER/fleet.sqlite anew from the results in it
     sof-fleet export FOLDER --csv DIR            one CSV file a table
     sof-fleet rebuild FLEET.sqlite --out FOLDER  the folder that a database was loaded from
+    sof-fleet priors FOLDER --out PRIORS.yaml    mean and covariance of parameters by type of vehicle
     sof-fleet slurm start|stop DIR               a Slurm of this machine alone, to try run --slurm
     sof-fleet digest FOLDER                      SHA-256 of all rows but measured times
 """
@@ -30,6 +31,10 @@ def parser():
     one.add_argument("folder")
     one.add_argument("--out", help="page to write; FOLDER/report.html by default. Links to recordings' pages work from there alone")
     one.add_argument("--nulls", metavar="FOLDER", help="fleet of recordings that lack nothing, run with the same sof: false discoveries are counted by them")
+    one = commands.add_parser("priors", help="what the fleet says of a battery before it is measured")
+    one.add_argument("folder", help="folder or database")
+    one.add_argument("--out", required=True, help="PRIORS.yaml to write")
+    one.add_argument("--without", action="append", default=[], metavar="BATTERY", help="leave a battery out")
     one = commands.add_parser("slurm", help="a Slurm of this machine alone, to try run --slurm")
     one.add_argument("what", choices=("start", "stop"))
     one.add_argument("folder", help="of its files")
@@ -98,6 +103,13 @@ def report(args):
     print(out)
 
 
+def priors(args):
+    from . import priors as fleet_priors  # statsmodels takes its time
+    told = fleet_priors.write(args.folder, args.out, args.without)
+    for one in told["priors"]:
+        print(f"{one['vehicle_type'] or 'all types'}, {','.join(one['effects']) or 'base circuit'}: {one['batteries']} batteries, {len(one['parameters'])} parameters")
+
+
 def slurm_here(args):
     return slurm.main(args.what, args.folder)
 
@@ -121,4 +133,4 @@ def digest(args):
 
 def main():
     args = parser().parse_args()
-    return {"run": run, "report": report, "slurm": slurm_here, "load": load, "export": export, "rebuild": rebuild, "digest": digest}[args.command](args) or 0
+    return {"run": run, "report": report, "priors": priors, "slurm": slurm_here, "load": load, "export": export, "rebuild": rebuild, "digest": digest}[args.command](args) or 0
