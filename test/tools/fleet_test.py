@@ -192,8 +192,7 @@ class Made(Folder):
             base.execute("INSERT INTO verdict (recording, verdict, family, probability, gain) VALUES (?, 'named', ?, 0.7, ?)", (f"k{k}", family, gain))
         for k, value in enumerate(parameters):
             base.execute("INSERT INTO recording (recording, battery, vehicle_type) VALUES (?, ?, 'van')", (f"p{k}", f"b{k}"))
-            base.execute("INSERT INTO window (recording, effects) VALUES (?, '')", (f"p{k}",))
-            base.execute("INSERT INTO parameter VALUES (?, 'identify', 'r_discharge', ?, 1e-5, 'ohm', 1, 0)", (f"p{k}", value))
+            base.execute("INSERT INTO parameter VALUES (?, 'identify', '', 'r_discharge', ?, 1e-5, 'ohm', 1, 0)", (f"p{k}", value))
         return base
 
     def test_evidence_of_nothing_is_no_discovery_and_much_is_one(self):

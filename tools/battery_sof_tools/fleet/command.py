@@ -35,6 +35,7 @@ def parser():
     one.add_argument("folder", help="folder or database")
     one.add_argument("--out", required=True, help="PRIORS.yaml to write")
     one.add_argument("--without", action="append", default=[], metavar="BATTERY", help="leave a battery out")
+    one.add_argument("--battery", help="one of the fleet, whose own past counts beside the others")
     one = commands.add_parser("slurm", help="a Slurm of this machine alone, to try run --slurm")
     one.add_argument("what", choices=("start", "stop"))
     one.add_argument("folder", help="of its files")
@@ -105,7 +106,7 @@ def report(args):
 
 def priors(args):
     from . import priors as fleet_priors  # statsmodels takes its time
-    told = fleet_priors.write(args.folder, args.out, args.without)
+    told = fleet_priors.write(args.folder, args.out, args.without, args.battery)
     for one in told["priors"]:
         print(f"{one['vehicle_type'] or 'all types'}, {','.join(one['effects']) or 'base circuit'}: {one['batteries']} batteries, {len(one['parameters'])} parameters")
 

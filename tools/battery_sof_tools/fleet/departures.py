@@ -15,7 +15,8 @@ from statsmodels.stats.multitest import multipletests
 from .discoveries import RATE
 
 LEVELS = ("u_dc",)  # voltages: differences count, not ratios
-DETERMINED = "p.source = 'identify' AND p.value IS NOT NULL AND p.std > 0 AND p.determined = 1 AND p.at_bound = 0"  # and not held
+DETERMINED = "p.value IS NOT NULL AND p.std > 0 AND p.determined = 1 AND p.at_bound = 0"  # and not held
+OF_RECORDING = "p.source = 'identify' AND " + DETERMINED
 LEAST = 8           # batteries of a type, for a median and a spread
 
 Departure = collections.namedtuple("Departure", "battery vehicle_type name value unit median z found")
@@ -23,8 +24,8 @@ Departure = collections.namedtuple("Departure", "battery vehicle_type name value
 
 def values(base):
     """(vehicle type, effects, name) -> {battery: [(value, std)]}, unit by name; parameters that a fit determined inside their bounds."""
-    rows = base.execute(f"SELECT r.battery, r.vehicle_type, w.effects, p.* FROM parameter p JOIN recording r USING (recording) JOIN window w USING (recording) "
-                        f"WHERE {DETERMINED} ORDER BY recording")
+    rows = base.execute(f"SELECT r.battery, r.vehicle_type, p.* FROM parameter p JOIN recording r USING (recording) "
+                        f"WHERE {OF_RECORDING} ORDER BY recording")
     found, units = collections.defaultdict(lambda: collections.defaultdict(list)), {}
     for row in rows:
         found[row["vehicle_type"] or "", row["effects"], row["name"]][row["battery"]].append((row["value"], row["std"]))

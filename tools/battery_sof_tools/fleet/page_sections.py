@@ -106,7 +106,7 @@ def departing(base, found, compared):
 def parameters(base):
     """Parameters over age and temperature where they are known, and by type of vehicle."""
     rows = base.execute("SELECT p.name, p.value, p.std, p.unit, r.age_years, r.temperature_min_c, r.temperature_max_c, r.vehicle_type, r.battery FROM parameter p "
-                        f"JOIN recording r USING (recording) WHERE {departing_batteries.DETERMINED} ORDER BY r.battery").fetchall()
+                        f"JOIN recording r USING (recording) WHERE {departing_batteries.OF_RECORDING} ORDER BY r.battery").fetchall()
     counted = collections.Counter(row["name"] for row in rows)
     names = sorted(name for name in counted if counted[name] >= LEAST_POINTS)
     if not names:

@@ -13,7 +13,7 @@ def of_recording(entry, told):
     answers = {step: one["answer"] for step, one in told.items() if one["answer"]}
     made = {"recording": [recording(entry, told, answers.get("check"))], "step": [(key, s, told[s]["exit"], told[s]["reason"]) for s in STEPS if s in told],
             "cost": [(key, s, told[s]["cost"]["wall_s"], told[s]["cost"]["cpu_s"]) for s in STEPS if s in told]}
-    makers = {"check": (findings,), "identify": (window, parameters), "predict": (prediction,), "diagnose": (verdict, families, candidates, found_parameters), "score": (scores,)}
+    makers = {"check": (findings,), "identify": (window, parameters), "predict": (prediction,), "diagnose": (verdict, families, candidates, found_parameters), "score": (scores, window_parameters)}
     for step, functions in makers.items():
         for maker in functions if step in answers else ():
             table, lines = maker(answers[step])
@@ -49,8 +49,8 @@ def window(answer):
                        answer.get("q_dyn_percent"), answer.get("rmse_v"))]
 
 
-def parameter(source, one):
-    return (source, one["name"], one["value"], one.get("std"), one.get("unit"), flag(one.get("determined")), flag(one.get("at_bound")))
+def parameter(source, effects, one):
+    return (source, ",".join(effects), one["name"], one["value"], one.get("std"), one.get("unit"), flag(one.get("determined")), flag(one.get("at_bound")))
 
 
 def flag(value):
@@ -58,11 +58,15 @@ def flag(value):
 
 
 def parameters(answer):
-    return "parameter", [parameter("identify", one) for one in answer.get("parameters") or ()]
+    return "parameter", [parameter("identify", answer.get("effects") or (), one) for one in answer.get("parameters") or ()]
 
 
 def found_parameters(answer):
-    return "parameter", [parameter("diagnose " + effect["id"], one) for effect in answer.get("effects") or () for one in effect.get("parameters") or ()]
+    return "parameter", [parameter("diagnose", [effect["id"]], one) for effect in answer.get("effects") or () for one in effect.get("parameters") or ()]
+
+
+def window_parameters(answer):
+    return "parameter", [parameter(f"score {one['start_s']:.3f}", one["effects"], each) for one in answer["windows"] for each in one["parameters"]]
 
 
 def prediction(answer):

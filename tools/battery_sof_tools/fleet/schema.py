@@ -10,7 +10,7 @@ TABLES = {
     "step": "recording TEXT, step TEXT, exit INTEGER, reason TEXT, PRIMARY KEY (recording, step)",
     "finding": "recording TEXT, id TEXT, severity TEXT, value REAL, unit TEXT, samples INTEGER, what TEXT",
     "window": "recording TEXT, from_s REAL, to_s REAL, samples INTEGER, effects TEXT, status TEXT, suitability REAL, q_dyn_percent REAL, rmse_v REAL",
-    "parameter": "recording TEXT, source TEXT, name TEXT, value REAL, std REAL, unit TEXT, determined INTEGER, at_bound INTEGER",
+    "parameter": "recording TEXT, source TEXT, effects TEXT, name TEXT, value REAL, std REAL, unit TEXT, determined INTEGER, at_bound INTEGER",
     "prediction": "recording TEXT, from_s REAL, to_s REAL, q_dyn_percent REAL, rmse_v REAL, max_abs_v REAL, coverage_90 REAL, crank_mae_v REAL, cranks INTEGER, "
                   "share_percent REAL, naive_share_percent REAL, naive_crank_mae_v REAL",
     "verdict": "recording TEXT PRIMARY KEY, verdict TEXT, family TEXT, probability REAL, gain REAL, summary TEXT, base_rmse_v REAL, extended_rmse_v REAL",

@@ -25,20 +25,16 @@ def answer(recording):
         return None, None, f"{len(t)} samples, {2 * LEAST} are needed"
     window = recording.setting["window_s"]
     found, stretches = [], stretches_of(t, window)
-    args = argparse.Namespace(sof=recording.setting["sof"], effects=recording.entry.get("effects"))
+    args = argparse.Namespace(sof=recording.setting["sof"], effects=recording.entry.get("effects"), identify=recording.priors())
     options = listing.column_options(recording.entry) if not recording.is_bag else []
     for ends in stretches:
         with contextlib.redirect_stderr(io.StringIO()):
-            scores = score_next_window.score(args, recording.path(), options + priors(recording, "identify"), t, ends)
+            scores = score_next_window.score(args, recording.path(), options, t, ends)
         if scores:
             found.append({key: value for key, value in scores.items() if key != "fit_ms"})
     if not found:
         return None, {"tried": len(stretches), "windows": []}, f"none of {len(stretches)} windows was fitted and predicted"
     return 0, {"tried": len(stretches), "windows": found}, None
-
-
-def priors(_recording, _step):
-    return []
 
 
 def times(recording):

@@ -38,16 +38,21 @@ class Recording:
         converted = self.file("recording.csv")
         return converted if self.is_bag and os.path.exists(converted) else self.entry["path"]
 
+    def priors(self):
+        if not self.setting.get("priors"):
+            return []
+        kind = ["--vehicle-type", self.entry["vehicle_type"]] if "vehicle_type" in self.entry else []
+        return ["--priors", self.setting["priors"], *kind]
+
     def command(self, step):
         read = [self.path(), *self.columns()]
         window = listing.window_options(self.entry)
         effects = ["--effects", self.entry["effects"]] if "effects" in self.entry else []
-        priors = ["--priors", self.setting["priors"]] if self.setting.get("priors") else []
         model = self.file("model.yaml")
         return [self.setting["sof"], *{
             "check": ["check", *read],
             "convert": ["convert", self.entry["path"], self.file("recording.csv"), *listing.column_options(self.entry)],
-            "identify": ["identify", *read, *window, "--auto", "--out", model, *effects, *priors],
+            "identify": ["identify", *read, *window, "--auto", "--out", model, *effects, *self.priors()],
             "predict": ["predict", model, *read, *window],
             "diagnose": ["diagnose", *read, *window, "--threads", "1", *([] if self.setting["without_pages"] else ["--report", self.file("page.html")])],
         }[step]]
