@@ -6,6 +6,7 @@
     sof-fleet export FOLDER --csv DIR            one CSV file a table
     sof-fleet rebuild FLEET.sqlite --out FOLDER  the folder that a database was loaded from
     sof-fleet priors FOLDER --out PRIORS.yaml    mean and covariance of parameters by type of vehicle
+    sof-fleet leave-one-out FOLDER               what that is worth on batteries that it has not seen
     sof-fleet slurm start|stop DIR               a Slurm of this machine alone, to try run --slurm
     sof-fleet digest FOLDER                      SHA-256 of all rows but measured times
 """
@@ -36,6 +37,10 @@ def parser():
     one.add_argument("--out", required=True, help="PRIORS.yaml to write")
     one.add_argument("--without", action="append", default=[], metavar="BATTERY", help="leave a battery out")
     one.add_argument("--battery", help="one of the fleet, whose own past counts beside the others")
+    one = commands.add_parser("leave-one-out", help="next-window scores of each battery with the prior of the others, and without")
+    one.add_argument("folder", help="run with the step score")
+    one.add_argument("--jobs", type=int, default=os.cpu_count())
+    one.add_argument("--sof", help="the command, in place of the one that the folder was run with")
     one = commands.add_parser("slurm", help="a Slurm of this machine alone, to try run --slurm")
     one.add_argument("what", choices=("start", "stop"))
     one.add_argument("folder", help="of its files")
@@ -111,6 +116,11 @@ def priors(args):
         print(f"{one['vehicle_type'] or 'all types'}, {','.join(one['effects']) or 'base circuit'}: {one['batteries']} batteries, {len(one['parameters'])} parameters")
 
 
+def leave_one_out(args):
+    from . import leave_one_out as comparison
+    print("\n".join(comparison.compare(args.folder, args.jobs, required(os.path.abspath(args.sof)) if args.sof else None)))
+
+
 def slurm_here(args):
     return slurm.main(args.what, args.folder)
 
@@ -134,4 +144,6 @@ def digest(args):
 
 def main():
     args = parser().parse_args()
-    return {"run": run, "report": report, "priors": priors, "slurm": slurm_here, "load": load, "export": export, "rebuild": rebuild, "digest": digest}[args.command](args) or 0
+    known = {"run": run, "report": report, "priors": priors, "leave-one-out": leave_one_out, "slurm": slurm_here, "load": load, "export": export, "rebuild": rebuild,
+             "digest": digest}
+    return known[args.command](args) or 0
