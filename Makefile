@@ -1,4 +1,4 @@
-# make demo | test | test-core | docs | sanitize | fuzz | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | test-core | docs | sanitize | fuzz | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 BUILD_CORE ?= $(BUILD)/core
 BUILD_SANITIZED ?= $(BUILD)/sanitized
@@ -7,7 +7,7 @@ JOBS ?= $(shell nproc)
 PYTHON := /usr/bin/python3
 CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBATTERY_SOF_WERROR=ON
 
-.PHONY: build demo docs test test-core sanitized sanitize fuzz bench reproduce study calibrate proof proof-quick deps clean
+.PHONY: build demo docs test test-core sanitized sanitize fuzz soak stress bench reproduce study calibrate proof proof-quick deps clean
 
 deps:
 	@bash scripts/install_dependencies
@@ -49,6 +49,16 @@ sanitize: sanitized
 fuzz: sanitized
 	@cmake --build "$(BUILD_SANITIZED)" --target fuzz_targets -j$(JOBS)
 	@bash scripts/fuzz "$(BUILD_SANITIZED)" $(SECONDS)
+
+# The node through HOURS of driving, fifty times as fast: memory, files, threads (docs/reliability.md). A day takes half an hour.
+HOURS ?= 24
+soak: build
+	@bash scripts/with_ros bash -c '. "$$0/devel/setup.sh" && exec $(PYTHON) scripts/stress soak "$$0" --hours $(HOURS)' "$(BUILD)"
+
+# The node killed a hundred times, with more clients and samples than a car has, and on disks that are full or gone (root: mounts a tmpfs).
+stress: build
+	@for kind in kill overload disk; do \
+	  bash scripts/with_ros bash -c '. "$$0/devel/setup.sh" && exec $(PYTHON) scripts/stress "$$1" "$$0"' "$(BUILD)" $$kind || exit 1; done
 
 bench: deps
 	@bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS) -DBATTERY_SOF_BENCH=ON

@@ -123,7 +123,7 @@
     if (!status) return el('figures').replaceChildren();
     const rows = [['Model age', duration(status.model_age)], ['Suitability', fixed(status.suitability, 2)],
       ['Voltage explained', isNumber(status.backtest_q_dyn_percent) ? status.backtest_q_dyn_percent.toFixed(1) + ' %' : '–'],
-      ['Cranks answered by', status.crank_answered_by], ['Charges answered by', status.charge_answered_by],
+      ['Cranks answered by', status.past_cranks.answered_by], ['Charges answered by', status.past_charges.answered_by],
       ['Further physics', status.effects.join(', ') || 'none'], ['Driven by', status.voltage_drives ? 'voltage' : 'current'],
       ['Samples', status.accepted + (status.rejected ? ' (' + status.rejected + ' refused)' : '')]];
     el('figures').replaceChildren(...rows.map(([name, value]) => make('div', {}, make('dt', {}, name), make('dd', {}, value))));
@@ -150,20 +150,23 @@
   }
 
   function crankAnswer(s) {
-    return { title: 'Crank after ' + duration(s.t_stop) + ' off: lowest voltage', value: s.u_min, lower: s.lower, upper: s.upper, limit: s.u_required, valid: s.valid, holds: s.capable,
-      shown: fixed(s.u_min, 2) + ' V', word: s.capable ? 'holds' : 'may not hold', message: s.message,
-      spoken: fixed(s.lower, 2) + ' to ' + fixed(s.upper, 2) + ' V; needed ' + fixed(s.u_required, 2) + ' V at ' + fixed(s.i_cranking, 0) + ' A' };
+    const a = s.crank;
+    return { title: 'Crank after ' + duration(s.t_stop) + ' off: lowest voltage', value: a.u_min, lower: a.lower, upper: a.upper, limit: s.u_required, valid: a.valid, holds: a.capable,
+      shown: fixed(a.u_min, 2) + ' V', word: a.capable ? 'holds' : 'may not hold', message: a.message,
+      spoken: fixed(a.lower, 2) + ' to ' + fixed(a.upper, 2) + ' V; needed ' + fixed(s.u_required, 2) + ' V at ' + fixed(s.i_cranking, 0) + ' A' };
   }
 
   function stopAnswer(s) {
-    return { title: 'Longest stop before such a crank', value: s.stop_time, lower: s.stop_time_lower, upper: s.stop_time_upper, limit: s.t_stop, valid: s.stop_time_valid,
-      holds: s.stop_time_lower === 'inf' || s.stop_time_lower >= s.t_stop, word: s.stop_time_outcome.replace('_', ' '), message: s.stop_time_message,
-      shown: duration(s.stop_time), spoken: duration(s.stop_time_lower) + ' to ' + duration(s.stop_time_upper) + '; asked for ' + duration(s.t_stop) + ' at ' + fixed(s.i_load, 0) + ' A' };
+    const a = s.stop_time;
+    return { title: 'Longest stop before such a crank', value: a.t_stop, lower: a.lower, upper: a.upper, limit: s.t_stop, valid: a.valid,
+      holds: a.lower === 'inf' || a.lower >= s.t_stop, word: a.outcome.replace('_', ' '), message: a.message,
+      shown: duration(a.t_stop), spoken: duration(a.lower) + ' to ' + duration(a.upper) + '; asked for ' + duration(s.t_stop) + ' at ' + fixed(s.i_load, 0) + ' A' };
   }
 
   function chargeAnswer(s) {
-    return { title: 'Charge at ' + fixed(s.u_boost, 1) + ' V for ' + duration(s.t_sof2), value: s.i_boost, lower: s.i_boost_lower, upper: s.i_boost_upper, valid: s.i_boost_valid, holds: true,
-      shown: fixed(s.i_boost, 1) + ' A', word: 'mean current', message: s.i_boost_message, spoken: fixed(s.i_boost_lower, 1) + ' to ' + fixed(s.i_boost_upper, 1) + ' A' };
+    const a = s.charge;
+    return { title: 'Charge at ' + fixed(s.u_boost, 1) + ' V for ' + duration(s.t_sof2), value: a.i_boost, lower: a.lower, upper: a.upper, valid: a.valid, holds: true,
+      shown: fixed(a.i_boost, 1) + ' A', word: 'mean current', message: a.message, spoken: fixed(a.lower, 1) + ' to ' + fixed(a.upper, 1) + ' A' };
   }
 
   function showAnswers(status) {
@@ -256,10 +259,10 @@
     const battery = batteries[chosen], status = battery.status;
     showState(status);
     showAnswers(status);
-    showPast('cranks', battery.cranks, 'V', 3, 'Lowest voltage of cranks', percent(status && status.cranks_inside_share) + ' inside, mean error ' + fixed(status && status.cranks_mean_abs_error, 3) + ' V');
-    showPast('charges', battery.charges, 'A', 1, 'Mean current of charges', percent(status && status.charges_inside_share) + ' inside, mean error ' + fixed(status && status.charges_mean_abs_error, 1) + ' A');
+    showPast('cranks', battery.cranks, 'V', 3, 'Lowest voltage of cranks', percent(status && status.past_cranks.inside_share) + ' inside, mean error ' + fixed(status && status.past_cranks.mean_abs_error, 3) + ' V');
+    showPast('charges', battery.charges, 'A', 1, 'Mean current of charges', percent(status && status.past_charges.inside_share) + ' inside, mean error ' + fixed(status && status.past_charges.mean_abs_error, 1) + ' A');
     showDiagnosis(battery.diagnosis);
-    [...el('tabs').children].forEach((tab, k) => tab.classList.toggle('ailing', Boolean(batteries[k].status && batteries[k].status.state === 'ready' && !batteries[k].status.capable)));
+    [...el('tabs').children].forEach((tab, k) => tab.classList.toggle('ailing', Boolean(batteries[k].status && batteries[k].status.state === 'ready' && !batteries[k].status.crank.capable)));
     if (!held || now) showPlots(battery);
   }
 

@@ -49,6 +49,8 @@ set_tests_properties(strangers_count_right PROPERTIES TIMEOUT 120)
 # What the scripts share, and the shell scripts.
 add_test(NAME scripts_do_what_they_say COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/tools_test.py")
 set_tests_properties(scripts_do_what_they_say PROPERTIES TIMEOUT 300 ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
+add_test(NAME fleet_has_the_same_rows_however_it_is_run COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/fleet_test.py")
+set_tests_properties(fleet_has_the_same_rows_however_it_is_run PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
 add_test(NAME setup_brings_path_and_completion
   COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/path_test.py" "${CATKIN_DEVEL_PREFIX}")
 set_tests_properties(setup_brings_path_and_completion PROPERTIES TIMEOUT 60)

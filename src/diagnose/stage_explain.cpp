@@ -24,9 +24,9 @@ bool isLeadAcid(const Series& series) {
 }
 
 /// Ids to weigh. @param notes grows by what is left out.
-std::vector<std::string> idsToWeigh(const Screening& screened, const std::vector<std::string>& wanted, bool is_driven,
+std::vector<std::string> idsToWeigh(const Screening& screened, const std::vector<std::string>& wanted, bool is_driven, bool is_lead_acid,
                                     std::vector<std::string>& notes) {
-  if (wanted.empty() && !isLeadAcid(screened.series)) {
+  if (wanted.empty() && !is_lead_acid) {
     notes.push_back("the voltage is not that of lead-acid blocks: what is missing is learnt and gets no lead-acid name");
     return {};
   }
@@ -68,7 +68,9 @@ bool holdsShift(const Explanation& explanation) { return contains(explanation.mo
 Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options) {
   Explained explained;
   explained.driving = drivingSource(prepared.screened.series);
-  const std::vector<std::string> ids = idsToWeigh(prepared.screened, options.hypotheses, explained.driving.has_value(), explained.notes);
+  explained.is_lead_acid = isLeadAcid(prepared.screened.series);
+  const std::vector<std::string> ids =
+      idsToWeigh(prepared.screened, options.hypotheses, explained.driving.has_value(), explained.is_lead_acid, explained.notes);
   explained.explanation = explainBy(explained.driving, prepared, ids, options);
   if (!explained.driving || !prepared.screened.slow || !holdsShift(explained.explanation)) return explained;
   const Explanation by_current = explainBy(std::nullopt, prepared, ids, options);

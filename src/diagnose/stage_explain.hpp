@@ -14,6 +14,7 @@ namespace battery_sof {
 struct Explained {
   std::optional<DrivingSource> driving;  ///< a source that drives the battery; then the voltage is imposed where it does
   Explanation explanation;
+  bool is_lead_acid = true;        ///< the voltage is that of blocks of six lead-acid cells
   std::vector<std::string> notes;  ///< on what was not weighed, a sentence each
   bool hasEffects() const { return !explanation.model.effects().empty(); }
 };

@@ -91,6 +91,10 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared, const
   } else if (judged.verdict == Verdict::kUnknown && rest.is_learned && !learned.finding->families.empty()) {
     judged.family = learned.finding->families.front().family;
   }
+  if (judged.family && !explained.is_lead_acid && isOfLeadAcid(*judged.family)) {
+    judged.family.reset();
+    judged.probability = 0.0;
+  }
   judged.candidates = candidatesOf(explained.explanation.weighed, judged.components);
   if (options.lists_detectable) judged.detectable = detectableOf(explained.explanation.least, {recording, prepared, last.fit}, options);
   return judged;

@@ -52,6 +52,8 @@ std::string familyId(Family family) { return infoOf(family).id; }
 
 std::string familySentence(Family family) { return infoOf(family).sentence; }
 
+bool isOfLeadAcid(Family family) { return family == Family::kAcceptance || family == Family::kSideReactions || family == Family::kAcid; }
+
 Family familyOf(const std::string& effect) {
   for (const FamilyInfo& info : table())
     if (contains(info.members, effect)) return info.family;

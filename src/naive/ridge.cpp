@@ -54,29 +54,28 @@ VectorXd chargeOver(const VectorXd& time, const VectorXd& current) {
   return charge;
 }
 
-MatrixXd columnsOf(const VectorXd& time, const VectorXd& current, double interval) {
+/// Hands out the columns one by one, so that a long recording needs room for one of them. @param take void(const VectorXd&).
+template <typename Take>
+void forEachColumn(const VectorXd& time, const VectorXd& current, double interval, Take take) {
   const VectorXd charging = current.cwiseMax(0.0);
   const auto bent = [](const VectorXd& x, double scale) {
     return VectorXd(x.unaryExpr([scale](double value) { return std::asinh(value / scale); }));
   };
   const auto time_constants = usableTimeConstants(time, interval);
-  std::vector<VectorXd> columns;
   for (const VectorXd& drive : {current, charging, bent(current, 5.0), bent(charging, 2.0)}) {
-    columns.push_back(drive);
-    for (const double tau : time_constants) columns.push_back(lowPass(drive, time, tau));
+    take(drive);
+    for (const double tau : time_constants) take(lowPass(drive, time, tau));
   }
-  columns.push_back(chargeOver(time, current));
+  take(chargeOver(time, current));
   for (const double tau : time_constants) {
     if (tau < 1.0) continue;
     const VectorXd discharged = lowPass((-current).cwiseMax(0.0), time, tau) * tau;
     for (const double scale : kRecentDischarges) {
-      columns.push_back(scale / (scale + discharged.array()));
-      columns.push_back(columns.back().cwiseProduct(charging));
+      const VectorXd accepted = scale / (scale + discharged.array());
+      take(accepted);
+      take(VectorXd(accepted.cwiseProduct(charging)));
     }
   }
-  MatrixXd x(time.size(), static_cast<Index>(columns.size()));
-  for (std::size_t c = 0; c < columns.size(); ++c) x.col(static_cast<Index>(c)) = columns[c];
-  return x;
 }
 
 struct Rows {
@@ -84,17 +83,28 @@ struct Rows {
   VectorXd y;
 };
 
-/// Rows of a range of the columns, every k-th of very many.
-Rows trainingRows(const MatrixXd& x, const Series& series, IndexRange train, std::size_t first) {
+/// The columns of a range of the samples, every k-th of very many. @param first sample of time and current.
+Rows trainingRows(const VectorXd& time, const VectorXd& current, const Series& series, IndexRange train, std::size_t first) {
   const std::size_t stride = 1 + (train.size() - 1) / kMostRows;
   const auto count = static_cast<Index>(1 + (train.size() - 1) / stride);
-  Rows rows{MatrixXd(count, x.cols()), VectorXd(count)};
-  for (Index n = 0; n < count; ++n) {
-    const std::size_t k = train.first + static_cast<std::size_t>(n) * stride;
-    rows.x.row(n) = x.row(static_cast<Index>(k - first));
-    rows.y[n] = series.voltage[k];
-  }
+  const auto sample = [&](Index n) { return train.first + static_cast<std::size_t>(n) * stride; };
+  std::vector<VectorXd> columns;
+  forEachColumn(time, current, medianInterval(series), [&](const VectorXd& column) {
+    VectorXd& taken = columns.emplace_back(count);
+    for (Index n = 0; n < count; ++n) taken[n] = column[static_cast<Index>(sample(n) - first)];
+  });
+  Rows rows{MatrixXd(count, static_cast<Index>(columns.size())), VectorXd(count)};
+  for (std::size_t c = 0; c < columns.size(); ++c) rows.x.col(static_cast<Index>(c)) = columns[c];
+  for (Index n = 0; n < count; ++n) rows.y[n] = series.voltage[sample(n)];
   return rows;
+}
+
+/// What a fit says of `count` samples from `begin` of time and current on.
+VectorXd predicted(const RidgeFit& fit, const VectorXd& time, const VectorXd& current, double interval, Index begin, Index count) {
+  VectorXd voltage = VectorXd::Constant(count, fit.constant);
+  Index at = 0;
+  forEachColumn(time, current, interval, [&](const VectorXd& column) { voltage += fit.ofColumn(at++, column.segment(begin, count)); });
+  return voltage;
 }
 
 RidgeOptions options() {
@@ -113,14 +123,14 @@ RidgePrediction ridgeVoltage(const Series& series, IndexRange train, IndexRange 
   const auto size = static_cast<Index>(std::max(train.last, test.last) - first);
   const VectorXd time = Eigen::Map<const VectorXd>(series.time.data() + first, size);
   const VectorXd current = Eigen::Map<const VectorXd>(series.current.data() + first, size);
-  const MatrixXd x = columnsOf(time, current, medianInterval(series));
-  const Rows rows = trainingRows(x, series, train, first);
+  const Rows rows = trainingRows(time, current, series, train, first);
   VectorXd left_out;
   const RidgeFit fit = fitRidge(rows.x, rows.y, options(), &left_out);
-  const VectorXd voltage = fit.ofRows(x.middleRows(static_cast<Index>(test.first - first), static_cast<Index>(test.size())));
+  const VectorXd voltage =
+      predicted(fit, time, current, medianInterval(series), static_cast<Index>(test.first - first), static_cast<Index>(test.size()));
 
   RidgePrediction prediction;
-  prediction.columns = static_cast<std::size_t>(x.cols()) + 1;
+  prediction.columns = static_cast<std::size_t>(rows.x.cols()) + 1;
   prediction.rows = static_cast<std::size_t>(rows.x.rows());
   prediction.penalty = fit.penalty / kPenaltyUnit;
   prediction.held_out_rmse = std::sqrt((rows.y - left_out).squaredNorm() / static_cast<double>(rows.y.size()));

@@ -55,10 +55,10 @@ double RidgeFit::at(const Eigen::Ref<const Eigen::VectorXd>& columns) const {
   return constant + (weight.array() * (x - centre.array()) / scale.array()).sum();
 }
 
-Eigen::VectorXd RidgeFit::ofRows(const Eigen::Ref<const Eigen::MatrixXd>& X) const {
-  Eigen::VectorXd values(X.rows());
-  for (Eigen::Index n = 0; n < X.rows(); ++n) values[n] = at(X.row(n).transpose());
-  return values;
+Eigen::VectorXd RidgeFit::ofColumn(Eigen::Index j, const Eigen::Ref<const Eigen::VectorXd>& values) const {
+  Eigen::ArrayXd x = values.array();
+  if (lower.size() > 0) x = x.max(lower[j]).min(upper[j]);
+  return weight[j] / scale[j] * (x - centre[j]);
 }
 
 namespace {

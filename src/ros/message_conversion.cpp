@@ -82,38 +82,10 @@ ChargeAcceptanceQuery queryOf(const PredictChargeAcceptance::Request& request) {
   return query;
 }
 
-PredictCranking::Response responseOf(const CrankingAnswer& answer) {
-  PredictCranking::Response response;
-  fillAnswer(response, answer);
-  return response;
-}
-
-PredictStopTime::Response responseOf(const StopTimeAnswer& answer) {
-  PredictStopTime::Response response;
-  const Interval t_stop = answer.t_stop.value_or(kNoInterval);
-  response.t_stop = t_stop.value;
-  response.lower = t_stop.lower;
-  response.upper = t_stop.upper;
-  if (answer.t_stop) {
-    response.outcome = describe(answer.outcome);
-    response.monotone = answer.monotone;
-  }
-  response.valid = answer.valid;
-  response.code = codeOf(answer.code);
-  response.message = answer.message;
-  return response;
-}
-
+PredictCranking::Response responseOf(const CrankingAnswer& answer) { return messageAs<PredictCranking::Response>(answer); }
+PredictStopTime::Response responseOf(const StopTimeAnswer& answer) { return messageAs<PredictStopTime::Response>(answer); }
 PredictChargeAcceptance::Response responseOf(const ChargeAcceptanceAnswer& answer) {
-  PredictChargeAcceptance::Response response;
-  const Interval i_boost = answer.i_boost.value_or(kNoInterval);
-  response.i_boost = i_boost.value;
-  response.lower = i_boost.lower;
-  response.upper = i_boost.upper;
-  response.valid = answer.valid;
-  response.code = codeOf(answer.code);
-  response.message = answer.message;
-  return response;
+  return messageAs<PredictChargeAcceptance::Response>(answer);
 }
 
 PredictMap::Response mapsOf(const LiveModel& model, const PredictMap::Request& request) {

@@ -42,76 +42,68 @@ void fillContest(SofStatus& message, const SessionStatus& session) {
   message.extended_rmse = session.contest ? session.contest->extended_rmse : kNan;
 }
 
-void fillStopTime(SofStatus& message, const std::optional<StopTimeAnswer>& asked) {
-  StopTimeAnswer not_asked;
-  not_asked.code = AnswerCode::kInvalidQuery;
-  not_asked.message = "u_required is not given";
-  const PredictStopTime::Response answer = responseOf(asked.value_or(not_asked));
-  message.stop_time = answer.t_stop;
-  message.stop_time_lower = answer.lower;
-  message.stop_time_upper = answer.upper;
-  message.stop_time_outcome = answer.outcome;
-  message.stop_time_monotone = answer.monotone;
-  message.stop_time_valid = answer.valid;
-  message.stop_time_code = answer.code;
-  message.stop_time_message = answer.message;
+StopTimeAnswer notAsked() {
+  StopTimeAnswer answer;
+  answer.code = AnswerCode::kInvalidQuery;
+  answer.message = "u_required is not given";
+  return answer;
 }
 
-void fillCharge(SofStatus& message, const ChargeAcceptanceAnswer& answer) {
-  const Interval i_boost = answer.i_boost.value_or(kNoInterval);
-  message.i_boost = i_boost.value;
-  message.i_boost_lower = i_boost.lower;
-  message.i_boost_upper = i_boost.upper;
-  message.i_boost_valid = answer.valid;
-  message.i_boost_code = codeOf(answer.code);
-  message.i_boost_message = answer.message;
+void fillAnswers(SofStatus& message, const StandingAnswers& answers) {
+  message.crank = messageAs<CrankAnswer>(answers.cranking);
+  message.stop_time = messageAs<StopTimeMessage>(answers.stop_time.value_or(notAsked()));
+  message.charge = messageAs<ChargeAnswer>(answers.charge);
 }
 
-void fillCranks(SofStatus& message, const EventTallies& events) {
-  const CrankComparison shown = events.last_crank.value_or(CrankComparison{kNan, kNan, kNan, kNoInterval, kNan, {}, false});
-  message.cranks = static_cast<std::uint32_t>(events.cranks.count);
-  message.crank_time = shown.time;
-  message.crank_current = shown.current;
-  message.crank_measured = shown.measured_minimum;
-  message.crank_expected = shown.expected_minimum.value;
-  message.crank_lower = shown.expected_minimum.lower;
-  message.crank_upper = shown.expected_minimum.upper;
-  message.cranks_inside_share = orNan(events.cranks.insideShare());
-  message.cranks_mean_abs_error = orNan(events.cranks.meanAbsError());
-  message.crank_interval_factor = events.crank_scale.factor;
+/// What the record of one kind of event says of all of them.
+EventRecord recordOf(const EventTally& model, const EventTally& naive, const EventTally& answered, const IntervalScale& scale,
+                     const NaiveScore& contest) {
+  EventRecord record;
+  record.count = static_cast<std::uint32_t>(model.count);
+  record.inside_share = orNan(model.insideShare());
+  record.mean_abs_error = orNan(model.meanAbsError());
+  record.naive_mean_abs_error = orNan(naive.meanAbsError());
+  record.answered_mean_abs_error = orNan(answered.meanAbsError());
+  record.answered_by = contest.naive_answers ? "naive" : "model";
+  record.interval_factor = scale.factor;
+  return record;
 }
 
-void fillCharges(SofStatus& message, const EventTallies& events) {
-  const ChargeComparison shown = events.last_charge.value_or(ChargeComparison{kNan, kNan, kNan, kNan, kNan, kNoInterval, kNan, {}, false});
-  message.charges = static_cast<std::uint32_t>(events.charges.count);
-  message.charge_time = shown.time;
-  message.charge_duration = shown.duration;
-  message.charge_voltage = shown.mean_voltage;
-  message.charge_measured = shown.measured_current;
-  message.charge_expected = shown.expected_current.value;
-  message.charge_lower = shown.expected_current.lower;
-  message.charge_upper = shown.expected_current.upper;
-  message.charges_inside_share = orNan(events.charges.insideShare());
-  message.charges_mean_abs_error = orNan(events.charges.meanAbsError());
-  message.charge_interval_factor = events.charge_scale.factor;
+/// The last event's part of a record.
+void fillLast(EventRecord& record, double time, double given, double measured, const Interval& expected) {
+  record.time = time;
+  record.given = given;
+  record.measured = measured;
+  record.expected = expected.value;
+  record.lower = expected.lower;
+  record.upper = expected.upper;
 }
 
-const char* nameOf(const NaiveScore& contest) { return contest.naive_answers ? "naive" : "model"; }
+EventRecord cranksOf(const EventTallies& events, const NaiveScore& contest) {
+  EventRecord record = recordOf(events.cranks, events.naive_cranks, events.answered_cranks, events.crank_scale, contest);
+  record.duration = kNan;
+  fillLast(record, kNan, kNan, kNan, kNoInterval);
+  if (const auto& last = events.last_crank) fillLast(record, last->time, last->current, last->measured_minimum, last->expected_minimum);
+  return record;
+}
 
-void fillSourceAndNaive(SofStatus& message, const StatusContents& contents) {
-  message.source_seen = contents.session.source_seen;
-  message.source_share = orNan(contents.session.source_share);
-  message.voltage_drives = contents.session.voltage_drives;
-  const ExpectedSample expected = contents.session.expected.value_or(ExpectedSample{kNan, std::nullopt, std::nullopt});
+EventRecord chargesOf(const EventTallies& events, const NaiveScore& contest) {
+  EventRecord record = recordOf(events.charges, events.naive_charges, events.answered_charges, events.charge_scale, contest);
+  const auto& last = events.last_charge;
+  record.duration = last ? last->duration : kNan;
+  fillLast(record, kNan, kNan, kNan, kNoInterval);
+  if (last) fillLast(record, last->time, last->mean_voltage, last->measured_current, last->expected_current);
+  return record;
+}
+
+void fillSource(SofStatus& message, const SessionStatus& session) {
+  message.source_seen = session.source_seen;
+  message.source_share = orNan(session.source_share);
+  message.voltage_drives = session.voltage_drives;
+  const ExpectedSample expected = session.expected.value_or(ExpectedSample{kNan, std::nullopt, std::nullopt});
   message.expected_time = expected.time;
   message.expected_voltage = orNan(expected.voltage);
   message.expected_current = orNan(expected.current);
-  message.naive_crank_mean_abs_error = orNan(contents.events.naive_cranks.meanAbsError());
-  message.naive_charge_mean_abs_error = orNan(contents.events.naive_charges.meanAbsError());
-  message.crank_answered_by = nameOf(contents.session.crank_contest);
-  message.charge_answered_by = nameOf(contents.session.charge_contest);
-  message.answered_crank_mean_abs_error = orNan(contents.events.answered_cranks.meanAbsError());
-  message.answered_charge_mean_abs_error = orNan(contents.events.answered_charges.meanAbsError());
 }
 
 }  // namespace
@@ -134,12 +126,10 @@ SofStatus messageOf(const StatusContents& contents) {
   message.backtest_duration = contents.session.backtest.duration;
   fillContest(message, contents.session);
   fillStandingQuestion(message, contents.standing);
-  fillAnswer(message, contents.answers.cranking);
-  fillStopTime(message, contents.answers.stop_time);
-  fillCharge(message, contents.answers.charge);
-  fillCranks(message, contents.events);
-  fillCharges(message, contents.events);
-  fillSourceAndNaive(message, contents);
+  fillAnswers(message, contents.answers);
+  message.past_cranks = cranksOf(contents.events, contents.session.crank_contest);
+  message.past_charges = chargesOf(contents.events, contents.session.charge_contest);
+  fillSource(message, contents.session);
   message.accepted = contents.counts.accepted;
   message.rejected = contents.counts.rejectedTotal();
   return message;

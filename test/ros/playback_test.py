@@ -183,14 +183,15 @@ class Playback(NodeTest):
 
     def assert_standing_answers(self, status):
         self.assertEqual((status.u_boost, status.t_sof2, status.i_limit), (14.2, 10.0, 5000.0))
-        self.assertTrue(status.stop_time_outcome and status.stop_time_message and status.i_boost_message)
-        self.assertTrue(status.i_boost_lower < status.i_boost < status.i_boost_upper)
-        self.assertTrue(0.0 <= status.cranks_inside_share <= 1.0)
-        self.assertLess(status.cranks_mean_abs_error, 0.1)
-        self.assertGreater(status.charges, 2)
-        self.assertLess(status.charges_mean_abs_error, 5.0)
-        self.assertAlmostEqual(status.charge_expected, status.charge_measured, delta=8.0)
-        self.assertTrue(0.1 <= status.crank_interval_factor <= 50.0)
+        self.assertTrue(status.stop_time.outcome and status.stop_time.message and status.charge.message)
+        self.assertTrue(status.charge.lower < status.charge.i_boost < status.charge.upper)
+        cranks, charges = status.past_cranks, status.past_charges
+        self.assertTrue(0.0 <= cranks.inside_share <= 1.0)
+        self.assertLess(cranks.mean_abs_error, 0.1)
+        self.assertGreater(charges.count, 2)
+        self.assertLess(charges.mean_abs_error, 5.0)
+        self.assertAlmostEqual(charges.expected, charges.measured, delta=8.0)
+        self.assertTrue(0.1 <= cranks.interval_factor <= 50.0)
 
     def assert_identify_on_request_delays_nothing(self, node):
         responses = []
@@ -236,10 +237,10 @@ class Playback(NodeTest):
         final = status.wait(lambda s: s.accepted == len(self.drive.rows), 20, "every sample of the bag accepted")
         self.assertEqual(final.rejected, 0)
         self.assertGreater(final.backtest_q_dyn_percent, 90.0)
-        self.assertEqual(final.code, 0, final.message)
-        self.assertTrue(final.capable and final.lower < final.u_min < final.upper)
-        self.assertGreater(final.cranks, 2)
-        self.assertAlmostEqual(final.crank_expected, final.crank_measured, delta=0.1)
+        self.assertEqual(final.crank.code, 0, final.crank.message)
+        self.assertTrue(final.crank.capable and final.crank.lower < final.crank.u_min < final.crank.upper)
+        self.assertGreater(final.past_cranks.count, 2)
+        self.assertAlmostEqual(final.past_cranks.expected, final.past_cranks.measured, delta=0.1)
         self.assert_standing_answers(final)
         self.assertAlmostEqual(final.expected_time, self.drive.rows[-1][0], delta=0.02)
         self.assertAlmostEqual(final.expected_voltage, self.drive.rows[-1][2], delta=0.05)
@@ -282,7 +283,7 @@ class Playback(NodeTest):
         self.play(self.bag, RATE, "--duration", 20)
         refused = status.wait(lambda s: s.accepted > 500, 20, "samples")
         self.assertEqual(refused.state, SofStatus.COLLECTING)
-        self.assertEqual(refused.code, 2)
+        self.assertEqual(refused.crank.code, 2)
 
         damaged = self.folder.file("damaged.yaml")
         with open(self.state_file) as good, open(damaged, "w") as bad:

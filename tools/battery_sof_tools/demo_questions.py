@@ -79,9 +79,9 @@ def main():
     states = {getattr(SofStatus, name): name for name in ("NO_DATA", "COLLECTING", "IDENTIFYING", "READY", "STALE")}
     print("~status: {}, model {:.0f} s old, Q_dyn of the running back-test {:.1f} %, suitability {:.2f}".format(
         states[status.state], status.model_age, status.backtest_q_dyn_percent, status.suitability))
+    cranks, charges = status.past_cranks, status.past_charges
     print("    so far {} cranks missed by {:.3f} V, {} charges by {:.1f} A; inside their 90 % intervals: {:.0f} %, {:.0f} %".format(
-        status.cranks, status.cranks_mean_abs_error, status.charges, status.charges_mean_abs_error,
-        100.0 * status.cranks_inside_share, 100.0 * status.charges_inside_share))
+        cranks.count, cranks.mean_abs_error, charges.count, charges.mean_abs_error, 100.0 * cranks.inside_share, 100.0 * charges.inside_share))
     cranking()
     stop_time()
     charge()

@@ -20,7 +20,6 @@ import subprocess
 import tempfile
 
 import numpy as np
-from scipy.stats import spearmanr
 
 from . import recordings
 
@@ -30,6 +29,7 @@ def arguments():
     parser.add_argument("recordings", nargs="+")
     parser.add_argument("--sof", default="sof", help="the command")
     parser.add_argument("--effects", help="ids for sof identify; without it sof's own choice")
+    parser.add_argument("--priors", help="PRIORS.yaml for sof identify")
     parser.add_argument("--window", type=float, default=900.0, help="[s] fitted, and predicted")
     parser.add_argument("--split", type=float, help="share of the recording's time that is fitted; the rest is predicted")
     parser.add_argument("--picture", help="PNG to write")
@@ -38,7 +38,9 @@ def arguments():
     parser.add_argument("--current-column", default="current_a")
     parser.add_argument("--voltage-column", default="voltage_v")
     parser.add_argument("--discharge-positive", action="store_true")
-    return parser.parse_args()
+    args = parser.parse_args()
+    args.identify = ["--priors", args.priors] if args.priors else []
+    return args
 
 
 def covered(t, start, window, interval):
@@ -65,13 +67,14 @@ def score(args, recording, columns, t, ends):
     before = t[t < ends[1]]
     after = t[t >= ends[1]]
     effects = ["--effects", args.effects] if args.effects else []
+    effects += args.identify
     with tempfile.TemporaryDirectory() as folder:
         model = os.path.join(folder, "model.yaml")
         fit = run([args.sof, "identify", recording, *columns, "--from", repr(float(ends[0])), "--to", repr(float(before[-1])), "--out", model, *effects])
         ahead = fit and run([args.sof, "predict", model, recording, *columns, "--from", repr(float(after[0])), "--to", repr(float(t[t < ends[2]][-1]))])
     if not ahead:
         return None
-    return {"suitability": fit["suitability"], "fit_ms": fit["fit_ms"], "effects": fit["effects"], "start_s": ends[0],
+    return {"suitability": fit["suitability"], "fit_ms": fit["fit_ms"], "effects": fit["effects"], "parameters": fit["parameters"], "start_s": ends[0],
             "model": ahead["mixed"] or from_current(ahead), "naive": ahead["naive"], "q_dyn": ahead["q_dyn_percent"]}
 
 
@@ -113,6 +116,7 @@ def intervals(all_events):
 
 def rank(found):
     """Correlation of suitability with the next window's share, and with its cranks' mean error."""
+    from scipy.stats import spearmanr  # half a second, and not all that import this module rank
     with_share = [(f["suitability"], f["model"]["share_percent"]) for f in found if f["model"]["share_percent"] is not None]
     with_cranks = [(f["suitability"], f["model"]["crank_mae_v"]) for f in found if f["model"]["crank_mae_v"] is not None]
     return ["-" if len(pairs) < 5 else "{:+.2f}".format(spearmanr(*zip(*pairs)).statistic) for pairs in (with_share, with_cranks)]

@@ -87,8 +87,8 @@ class EnergyManager {
 
   void onStatus(const battery_sof::SofStatus& status) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (status.cranks > cranks_) habits_.addCrank(status.crank_current);
-    cranks_ = status.cranks;
+    if (status.past_cranks.count > cranks_) habits_.addCrank(status.past_cranks.given);
+    cranks_ = status.past_cranks.count;
     is_ready_ = status.state == battery_sof::SofStatus::READY;
     status_reason_ = status.reason;
     status_came_ = ros::SteadyTime::now();

@@ -28,6 +28,9 @@ std::string familyId(Family family);
 /// @return what the battery does, as a clause for a reader: "charging is limited by ...".
 std::string familySentence(Family family);
 
+/// @return whether a family's name speaks of the chemistry of lead-acid cells: acceptance, side reactions, acid.
+bool isOfLeadAcid(Family family);
+
 /// @return family of an effect or of a fault of an instrument. @throws std::invalid_argument for an unknown id.
 Family familyOf(const std::string& effect);
 

@@ -28,7 +28,8 @@ struct RidgeFit {
   double gain = 0.0;     ///< 1 - squared error of the left-out blocks over that of predicting zero [1]
   bool empty() const { return weight.size() == 0; }
   double at(const Eigen::Ref<const Eigen::VectorXd>& columns) const;
-  Eigen::VectorXd ofRows(const Eigen::Ref<const Eigen::MatrixXd>& X) const;  ///< at() of every row
+  /// What column j adds to the constant in every row; all columns together make at(). @param values of that column.
+  Eigen::VectorXd ofColumn(Eigen::Index j, const Eigen::Ref<const Eigen::VectorXd>& values) const;
 };
 
 /**

@@ -1,11 +1,15 @@
 #pragma once
 
 // The package's messages and services. ROS puts them into the core's namespace: the message IdentifiedModel is the core's
-// FittedModel on the wire. A Diagnosis is both, so the message goes by the name DiagnosisMessage here.
+// FittedModel on the wire. A Diagnosis and a StopTimeAnswer are both: the messages go by the names DiagnosisMessage and
+// StopTimeMessage here.
 #define Diagnosis DiagnosisMessage
+#define StopTimeAnswer StopTimeMessage
 #include <battery_sof/Diagnose.h>
 #include <battery_sof/Diagnosis.h>
+#include <battery_sof/SofStatus.h>
 #undef Diagnosis
+#undef StopTimeAnswer
 #include <battery_sof/IdentifiedModel.h>
 #include <battery_sof/Identify.h>
 #include <battery_sof/PredictChargeAcceptance.h>
@@ -13,4 +17,3 @@
 #include <battery_sof/PredictMap.h>
 #include <battery_sof/PredictStopTime.h>
 #include <battery_sof/SimulateProfile.h>
-#include <battery_sof/SofStatus.h>

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <random>
 
+#include "battery_sof/model/family.hpp"
 #include "battery_sof/report/diagnosis_results.hpp"
 #include "support/base_drive.hpp"
 
@@ -132,6 +133,24 @@ TEST(Diagnose, OneSampleASecondWhoseVoltageIsHalfASecondLateIsNamedSo) {
   ASSERT_FALSE(diagnosis.effects.front().parameters.empty());
   EXPECT_NEAR(0.5, diagnosis.effects.front().parameters.front().value, 0.1);
   EXPECT_EQ(Family::kInstrument, diagnosis.family) << diagnosis.summary;
+}
+
+/// Slow diffusion of a lithium cell, which in a lead-acid battery would be the acid's.
+TEST(Diagnose, ACellOfAnotherChemistryGetsNoNameOfLeadAcid) {
+  Recording recording = recordingOfDrive(900.0);
+  Series& series = recording.series;
+  double memory = 0.0;  // [A], of the last two minutes
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    memory += (series.current[k] - memory) * (series.time[k] - series.time[k - 1]) / 120.0;
+    series.voltage[k] += 0.002 * memory;
+  }
+  const Diagnosis twelve = diagnose(recording);
+  ASSERT_TRUE(twelve.family && isOfLeadAcid(*twelve.family)) << twelve.summary;
+  for (double& voltage : series.voltage) voltage -= 8.9;
+  const Diagnosis cell = diagnose(recording);
+  EXPECT_FALSE(cell.family && isOfLeadAcid(*cell.family)) << cell.summary;
+  EXPECT_EQ(std::string::npos, cell.summary.find("acid")) << cell.summary;
+  EXPECT_EQ(Verdict::kUnknown, cell.verdict) << cell.summary;
 }
 
 TEST(Diagnose, AMinuteIsTooShort) {

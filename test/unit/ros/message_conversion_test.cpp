@@ -156,6 +156,13 @@ TEST(ResponseOf, CodesOfTheServicesAreThoseOfTheCore) {
   EXPECT_EQ(SimulateProfile::Response::EXTRAPOLATION, static_cast<int>(AnswerCode::kExtrapolation));
 }
 
+TEST(MessageOf, ServicesAnswerInTheFieldsOfTheStatus) {
+  using ros::message_traits::md5sum;
+  EXPECT_STREQ(md5sum<PredictCranking::Response>(), md5sum<CrankAnswer>());
+  EXPECT_STREQ(md5sum<PredictStopTime::Response>(), md5sum<StopTimeMessage>());
+  EXPECT_STREQ(md5sum<PredictChargeAcceptance::Response>(), md5sum<ChargeAnswer>());
+}
+
 TEST(MessageOf, ModelKeepsEveryParameterAndTheWholeFile) {
   const FittedModel model = someModel();
   const IdentifiedModel message = messageOf(model);
@@ -179,17 +186,18 @@ TEST(MessageOf, StatusWithoutModelAndEventsHasNanInTheirPlaces) {
   const SofStatus message = messageOf(contents);
   EXPECT_EQ(message.state, SofStatus::NO_DATA);
   EXPECT_EQ(message.reason, "no sample yet");
-  for (double value : {message.model_age, message.suitability, message.backtest_q_dyn_percent, message.u_required, message.u_min,
-                       message.crank_time, message.crank_measured, message.crank_expected, message.stop_time, message.stop_time_upper,
-                       message.i_boost, message.i_boost_lower, message.charge_time, message.charge_measured, message.charge_expected,
-                       message.cranks_inside_share, message.charges_mean_abs_error}) {
+  for (double value : {message.model_age, message.suitability, message.backtest_q_dyn_percent, message.u_required, message.crank.u_min,
+                       message.past_cranks.time, message.past_cranks.measured, message.past_cranks.expected, message.stop_time.t_stop,
+                       message.stop_time.upper, message.charge.i_boost, message.charge.lower, message.past_charges.time,
+                       message.past_charges.duration, message.past_charges.measured, message.past_charges.expected,
+                       message.past_cranks.inside_share, message.past_charges.mean_abs_error}) {
     EXPECT_TRUE(std::isnan(value));
   }
   EXPECT_EQ(message.i_cranking, -200.0);
-  EXPECT_EQ(message.code, 2);
-  EXPECT_EQ(message.i_boost_code, 2);
-  EXPECT_EQ(message.stop_time_code, 1) << "not asked without u_required";
-  EXPECT_EQ(message.crank_interval_factor, 1.0);
+  EXPECT_EQ(message.crank.code, CrankAnswer::NO_MODEL);
+  EXPECT_EQ(message.charge.code, ChargeAnswer::NO_MODEL);
+  EXPECT_EQ(message.stop_time.code, StopTimeMessage::INVALID_QUERY) << "not asked without u_required";
+  EXPECT_EQ(message.past_cranks.interval_factor, 1.0);
 }
 
 TEST(MessageOf, StatusHoldsTheThreeStandingAnswers) {
@@ -198,11 +206,11 @@ TEST(MessageOf, StatusHoldsTheThreeStandingAnswers) {
   contents.standing.cranking.i_load = 0.0;
   contents.answers = answersTo(contents.standing, LiveModel(test::knownModel(), std::nullopt, 50.0));
   const SofStatus message = messageOf(contents);
-  EXPECT_TRUE(message.valid && message.capable);
-  EXPECT_EQ(message.stop_time_outcome, "always");
-  EXPECT_TRUE(std::isinf(message.stop_time) && message.stop_time_valid);
-  EXPECT_GT(message.i_boost, 10.0);
-  EXPECT_LE(message.i_boost, 200.0);
+  EXPECT_TRUE(message.crank.valid && message.crank.capable);
+  EXPECT_EQ(message.stop_time.outcome, "always");
+  EXPECT_TRUE(std::isinf(message.stop_time.t_stop) && message.stop_time.valid);
+  EXPECT_GT(message.charge.i_boost, 10.0);
+  EXPECT_LE(message.charge.i_boost, 200.0);
   EXPECT_EQ(message.u_boost, 13.5);
   EXPECT_EQ(message.t_sof2, 5.0);
   EXPECT_EQ(message.i_limit, 200.0);
@@ -221,18 +229,22 @@ TEST(MessageOf, StatusShowsCranksChargesAndTheCounts) {
   EXPECT_EQ(message.state, SofStatus::READY);
   EXPECT_EQ(message.accepted, 100u);
   EXPECT_EQ(message.rejected, 4u);
-  EXPECT_EQ(message.crank_measured, 9.8);
-  EXPECT_EQ(message.crank_expected, 9.9);
-  EXPECT_EQ(message.cranks, 2u);
-  EXPECT_EQ(message.cranks_inside_share, 0.5);
-  EXPECT_NEAR(message.cranks_mean_abs_error, 0.55, 1e-12);
-  EXPECT_EQ(message.crank_interval_factor, 1.25);
-  EXPECT_EQ(message.charges, 1u);
-  EXPECT_EQ(message.charge_voltage, 14.1);
-  EXPECT_EQ(message.charge_measured, 30.0);
-  EXPECT_EQ(message.charge_upper, 31.0);
-  EXPECT_EQ(message.charges_inside_share, 1.0);
-  EXPECT_EQ(message.charges_mean_abs_error, 2.0);
+  EXPECT_EQ(message.past_cranks.measured, 9.8);
+  EXPECT_EQ(message.past_cranks.expected, 9.9);
+  EXPECT_EQ(message.past_cranks.time, 50.0);
+  EXPECT_EQ(message.past_cranks.given, -240.0);
+  EXPECT_TRUE(std::isnan(message.past_cranks.duration));
+  EXPECT_EQ(message.past_cranks.count, 2u);
+  EXPECT_EQ(message.past_cranks.inside_share, 0.5);
+  EXPECT_NEAR(message.past_cranks.mean_abs_error, 0.55, 1e-12);
+  EXPECT_EQ(message.past_cranks.interval_factor, 1.25);
+  EXPECT_EQ(message.past_charges.count, 1u);
+  EXPECT_EQ(message.past_charges.given, 14.1);
+  EXPECT_EQ(message.past_charges.duration, 10.0);
+  EXPECT_EQ(message.past_charges.measured, 30.0);
+  EXPECT_EQ(message.past_charges.upper, 31.0);
+  EXPECT_EQ(message.past_charges.inside_share, 1.0);
+  EXPECT_EQ(message.past_charges.mean_abs_error, 2.0);
 }
 
 DiagnosisReport someReport() {

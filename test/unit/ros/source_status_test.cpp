@@ -12,10 +12,10 @@ TEST(MessageOf, StatusBeforeTheFirstIdentificationKnowsOfNoSourceAndTheModelAnsw
   EXPECT_FALSE(message.source_seen);
   EXPECT_TRUE(std::isnan(message.source_share));
   EXPECT_FALSE(message.voltage_drives);
-  EXPECT_TRUE(std::isnan(message.naive_crank_mean_abs_error) && std::isnan(message.naive_charge_mean_abs_error));
-  EXPECT_TRUE(std::isnan(message.answered_crank_mean_abs_error) && std::isnan(message.answered_charge_mean_abs_error));
-  EXPECT_EQ(message.crank_answered_by, "model");
-  EXPECT_EQ(message.charge_answered_by, "model");
+  EXPECT_TRUE(std::isnan(message.past_cranks.naive_mean_abs_error) && std::isnan(message.past_charges.naive_mean_abs_error));
+  EXPECT_TRUE(std::isnan(message.past_cranks.answered_mean_abs_error) && std::isnan(message.past_charges.answered_mean_abs_error));
+  EXPECT_EQ(message.past_cranks.answered_by, "model");
+  EXPECT_EQ(message.past_charges.answered_by, "model");
 }
 
 TEST(MessageOf, StatusSaysWhoImposesWhatAndWhoAnswers) {
@@ -32,14 +32,14 @@ TEST(MessageOf, StatusSaysWhoImposesWhatAndWhoAnswers) {
   const SofStatus message = messageOf(contents);
   EXPECT_TRUE(message.source_seen && message.voltage_drives);
   EXPECT_EQ(message.source_share, 0.75);
-  EXPECT_EQ(message.crank_answered_by, "model");
-  EXPECT_EQ(message.charge_answered_by, "naive");
-  EXPECT_EQ(message.cranks_mean_abs_error, 1.0);
-  EXPECT_EQ(message.naive_crank_mean_abs_error, 0.25);
-  EXPECT_EQ(message.answered_crank_mean_abs_error, 1.0);
-  EXPECT_EQ(message.charges_mean_abs_error, 2.0);
-  EXPECT_EQ(message.naive_charge_mean_abs_error, 1.0);
-  EXPECT_EQ(message.answered_charge_mean_abs_error, 1.5);
+  EXPECT_EQ(message.past_cranks.answered_by, "model");
+  EXPECT_EQ(message.past_charges.answered_by, "naive");
+  EXPECT_EQ(message.past_cranks.mean_abs_error, 1.0);
+  EXPECT_EQ(message.past_cranks.naive_mean_abs_error, 0.25);
+  EXPECT_EQ(message.past_cranks.answered_mean_abs_error, 1.0);
+  EXPECT_EQ(message.past_charges.mean_abs_error, 2.0);
+  EXPECT_EQ(message.past_charges.naive_mean_abs_error, 1.0);
+  EXPECT_EQ(message.past_charges.answered_mean_abs_error, 1.5);
 }
 
 TEST(MessageOf, StatusHasWhatIsExpectedOfTheQuantityThatIsNotImposed) {

@@ -1,0 +1,98 @@
+"""Every measured recording, whole, diagnosed: verdict, family, hold-out errors beside a ridge regression, processor time."""
+
+import argparse
+import math
+import os
+import resource
+import statistics
+import sys
+
+from . import recordings, sof
+from .tables import table
+
+HEAD = ("recording", "verdict; family; effects", "RMS error [mV]: base, extended, ridge regression, straight line",
+        "share [%]: base, extended", "processor time [s]")
+MORE = {
+    "drive_1": recordings.MEASURED["drive_1a"]._replace(start=-math.inf, end=math.inf),
+    "drive_2": recordings.MEASURED["drive_2a"]._replace(start=-math.inf, end=math.inf),
+    "other_car_1": recordings.MEASURED["other_car_1"]._replace(start=-math.inf, end=math.inf),
+}
+
+
+def whole_recordings():
+    """By name: the recordings as they are, no stretch of them alone."""
+    parts = {"drive_1a", "drive_1b", "drive_2a", "drive_2b"}
+    return {**{name: one for name, one in recordings.MEASURED.items() if name not in parts}, **MORE}
+
+
+def options_of(measured):
+    """What `sof` is told of a file's columns and sign."""
+    named = zip(("--time-column", "--current-column", "--voltage-column"), measured.columns)
+    told = [word for option, column in named for word in (option, column)]
+    return told + (["--discharge-positive"] if measured.discharge_positive else [])
+
+
+def processor_time():
+    """[s] of all programs called so far."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def figures(answer):
+    """Errors [V] and shares [%] of a diagnosis, base circuit and extended model."""
+    base, extended = (answer["fit"][one]["holdout"] for one in ("base", "extended")) if answer["fit"].get("extended") else (
+        answer["fit"]["base"]["holdout"],) * 2
+    return {"base": base["rmse_v"], "extended": extended["rmse_v"], "ridge": answer["naive"]["rmse_v"], "line": answer["naive_line"]["rmse_v"],
+            "shares": (base["share_percent"], extended["share_percent"])}
+
+
+def told_of(answer):
+    """Verdict, family with its probability, and what is named."""
+    parts = [answer["verdict"]]
+    if answer["family"]:
+        parts.append(f"{answer['family']} ({answer['probability']:.2f})")
+    named = dict.fromkeys(" or ".join(sorted([one["id"], *one["tied_with"]])) for one in answer["effects"])
+    return "; ".join(parts + ([", ".join(named)] if named else []))
+
+
+def row(name, answer, seconds):
+    found = figures(answer)
+    errors = ", ".join(f"{1e3 * found[key]:.0f}" for key in ("base", "extended", "ridge", "line"))
+    shares = ", ".join("-" if share is None else f"{share:.0f}" for share in found["shares"])
+    return (name, told_of(answer), errors, shares, f"{seconds:.0f}")
+
+
+def summary(found):
+    """Extended over base as a geometric mean, and where the naive predictors are ahead."""
+    ratio = statistics.geometric_mean(one["extended"] / one["base"] for one in found.values())
+    behind = [name for name, one in found.items() if one["ridge"] < one["extended"]]
+    line = [name for name, one in found.items() if one["line"] < one["extended"]]
+    return (f"Extended over base: {ratio:.2f} (geometric mean of {len(found)}). A ridge regression is ahead on {len(behind)} ({', '.join(behind)}), "
+            f"a straight line on {len(line)} ({', '.join(line)}).")
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Diagnoses the measured recordings, one thread, one after the other.")
+    parser.add_argument("build", nargs="?", default="build")
+    parser.add_argument("--data", required=True, help="folder of the recordings")
+    parser.add_argument("--sof", help="a copy of the command, its libraries above it, in place of the build's")
+    parser.add_argument("--only", default="", help="recordings, comma-separated")
+    arguments = parser.parse_args()
+    program = arguments.sof or sof.program(arguments.build, "sof")
+    rows, found = [], {}
+    for name, measured in whole_recordings().items():
+        if arguments.only and name not in arguments.only.split(","):
+            continue
+        begun = processor_time()
+        try:
+            answer = sof.diagnose(program, os.path.join(arguments.data, measured.path), *options_of(measured))
+        except sof.Failure as failure:
+            rows.append((name, str(failure), "", "", ""))
+            continue
+        rows.append(row(name, answer, processor_time() - begun))
+        found[name] = figures(answer)
+        print(name, file=sys.stderr, flush=True)
+    print("\n".join(table(HEAD, rows)))
+    if found:
+        print("\n" + summary(found))
+    return 0

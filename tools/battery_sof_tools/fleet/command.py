@@ -1,0 +1,149 @@
+"""sof-fleet: many recordings through `sof`, one database of what came out, one page that shows it (docs/fleet.md).
+
+    sof-fleet run RECORDINGS... --out FOLDER     check, convert, identify, predict, diagnose and score each; call again to go on
+    sof-fleet report FOLDER                      FOLDER/report.html
+    sof-fleet load FOLDER                        FOLDER/fleet.sqlite anew from the results in it
+    sof-fleet export FOLDER --csv DIR            one CSV file a table
+    sof-fleet rebuild FLEET.sqlite --out FOLDER  the folder that a database was loaded from
+    sof-fleet priors FOLDER --out PRIORS.yaml    mean and covariance of parameters by type of vehicle
+    sof-fleet leave-one-out FOLDER               what that is worth on batteries that it has not seen
+    sof-fleet slurm start|stop DIR               a Slurm of this machine alone, to try run --slurm
+    sof-fleet digest FOLDER                      SHA-256 of all rows but measured times
+"""
+
+import argparse
+import os
+import sys
+import time
+
+from ..files import write_json
+from ..sof import product_digest, program, required
+from . import database, engine, plan, slurm
+
+DESCRIPTION = "RECORDINGS: folders, .csv or .bag files, or lists of them (.csv or .yaml) with the columns path, battery, vehicle_type, age_years, time_column, current_column, " \
+              "voltage_column, temperature_column, topic, discharge_positive, from_s, to_s, effects; only path is needed."
+
+
+def parser():
+    every = argparse.ArgumentParser(description=__doc__, epilog=DESCRIPTION, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = every.add_subparsers(dest="command", required=True)
+    add_run(commands.add_parser("run", help="take the steps that a folder lacks", epilog=DESCRIPTION))
+    one = commands.add_parser("report", help="the fleet's page")
+    one.add_argument("folder")
+    one.add_argument("--out", help="page to write; FOLDER/report.html by default. Links to recordings' pages work from there alone")
+    one.add_argument("--nulls", metavar="FOLDER", help="fleet of recordings that lack nothing, run with the same sof: false discoveries are counted by them")
+    one = commands.add_parser("priors", help="what the fleet says of a battery before it is measured")
+    one.add_argument("folder", help="folder or database")
+    one.add_argument("--out", required=True, help="PRIORS.yaml to write")
+    one.add_argument("--without", action="append", default=[], metavar="BATTERY", help="leave a battery out")
+    one.add_argument("--battery", help="one of the fleet, whose own past counts beside the others")
+    one = commands.add_parser("leave-one-out", help="next-window scores of each battery with the prior of the others, and without")
+    one.add_argument("folder", help="run with the step score")
+    one.add_argument("--jobs", type=int, default=os.cpu_count())
+    one.add_argument("--sof", help="the command, in place of the one that the folder was run with")
+    one = commands.add_parser("slurm", help="a Slurm of this machine alone, to try run --slurm")
+    one.add_argument("what", choices=("start", "stop"))
+    one.add_argument("folder", help="of its files")
+    one = commands.add_parser("load", help="make the database anew")
+    one.add_argument("folder")
+    one.add_argument("--without-pages", action="store_true", help="leave the pages out of the database")
+    one = commands.add_parser("export", help="tables as CSV")
+    one.add_argument("folder", help="folder or database")
+    one.add_argument("--csv", required=True, help="folder to write")
+    one = commands.add_parser("rebuild", help="the folder from the database")
+    one.add_argument("database")
+    one.add_argument("--out", required=True)
+    one = commands.add_parser("digest", help="of what is in the database")
+    one.add_argument("folder", help="folder or database")
+    return every
+
+
+def add_run(one):
+    one.add_argument("recordings", nargs="+")
+    one.add_argument("--out", required=True, help="folder of results")
+    one.add_argument("--steps", default=",".join(plan.STEPS), help="comma-separated; all by default")
+    one.add_argument("--jobs", type=int, default=os.cpu_count(), help="at a time; all cores by default")
+    one.add_argument("--slurm", action="store_true", help="as jobs of Slurm")
+    one.add_argument("--sbatch", action="append", default=[], metavar="OPTION", help="further option of sbatch, such as --sbatch=--partition=day")
+    one.add_argument("--profile", help="Snakemake profile of another cluster, in place of --slurm")
+    one.add_argument("--window", type=float, default=900.0, help="[s] fitted, and predicted, by the step score")
+    one.add_argument("--patience", type=float, default=1800.0, help="[s] for one step of one recording")
+    one.add_argument("--priors", help="PRIORS.yaml for the step identify")
+    one.add_argument("--without-pages", action="store_true", help="no page of each recording")
+    one.add_argument("--build", default="build", help="folder of the build")
+    one.add_argument("--sof", help="the command, in place of the build's")
+
+
+def steps_of(text):
+    """In their order. SystemExit for names that are none."""
+    wanted = text.split(",")
+    unknown = sorted(set(wanted) - set(plan.STEPS))
+    if unknown:
+        raise SystemExit(f"no step {', '.join(unknown)}; there are {', '.join(plan.STEPS)}")
+    return [step for step in plan.STEPS if step in wanted]
+
+
+def run(args):
+    steps = steps_of(args.steps)
+    sof = required(os.path.abspath(args.sof)) if args.sof else program(args.build, "sof")
+    options = {"window_s": args.window, "without_pages": args.without_pages, "priors": os.path.abspath(args.priors) if args.priors else None}
+    begin = time.monotonic()
+    os.makedirs(args.out, exist_ok=True)
+    lock = engine.alone(args.out)
+    recordings = plan.make(args.out, args.recordings, steps, product_digest(sof), options)
+    write_json(os.path.join(args.out, "setting.json"), {"sof": sof, "patience_s": args.patience})
+    left = engine.run(args.out, recordings, steps, args.jobs, slurm=args.slurm, sbatch=args.sbatch, profile=args.profile and os.path.abspath(args.profile))
+    worked = time.monotonic()
+    database.load(args.out)
+    lock.close()
+    print(f"{args.out}/{database.NAME}: {len(recordings)} recordings; {worked - begin:.1f} s, database {time.monotonic() - worked:.1f} s", file=sys.stderr)
+    for entry in left[:10]:
+        print(f"{entry['path']}: not finished; {args.out}/engine.log says why, call again to go on", file=sys.stderr)
+    return 1 if left else 0
+
+
+def report(args):
+    from . import page  # statsmodels takes its time
+    out = args.out or os.path.join(args.folder, "report.html")
+    page.write(args.folder, out, args.nulls)
+    print(out)
+
+
+def priors(args):
+    from . import priors as fleet_priors  # statsmodels takes its time
+    told = fleet_priors.write(args.folder, args.out, args.without, args.battery)
+    for one in told["priors"]:
+        print(f"{one['vehicle_type'] or 'all types'}, {','.join(one['effects']) or 'base circuit'}: {one['batteries']} batteries, {len(one['parameters'])} parameters")
+
+
+def leave_one_out(args):
+    from . import leave_one_out as comparison
+    print("\n".join(comparison.compare(args.folder, args.jobs, required(os.path.abspath(args.sof)) if args.sof else None)))
+
+
+def slurm_here(args):
+    return slurm.main(args.what, args.folder)
+
+
+def load(args):
+    print(f"{database.load(args.folder, not args.without_pages)} recordings")
+
+
+def export(args):
+    database.export(args.folder, args.csv)
+
+
+def rebuild(args):
+    database.rebuild(args.database, args.out)
+    database.load(args.out)
+
+
+def digest(args):
+    print(database.digest(args.folder))
+
+
+def main():
+    args = parser().parse_args()
+    known = {"run": run, "report": report, "priors": priors, "leave-one-out": leave_one_out, "slurm": slurm_here, "load": load, "export": export, "rebuild": rebuild,
+             "digest": digest}
+    return known[args.command](args) or 0

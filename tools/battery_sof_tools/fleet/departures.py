@@ -1,0 +1,59 @@
+"""Which batteries depart from the others of their type: parameters beside the median of those of the same type that were fitted with the same effects.
+
+    z = (x - median) / sqrt(s^2 + std^2),     s = 1.4826 median |x - median|
+
+in logarithms where a parameter is positive by nature. A battery has the median of its recordings. Two-sided p of a normal distribution, Benjamini-Hochberg over all.
+"""
+
+import collections
+import math
+
+import numpy as np
+from scipy.stats import norm
+from statsmodels.stats.multitest import multipletests
+
+from .discoveries import RATE
+
+LEVELS = ("u_dc",)  # voltages: differences count, not ratios
+DETERMINED = "p.value IS NOT NULL AND p.std > 0 AND p.determined = 1 AND p.at_bound = 0"  # and not held
+OF_RECORDING = "p.source = 'identify' AND " + DETERMINED
+LEAST = 8           # batteries of a type, for a median and a spread
+
+Departure = collections.namedtuple("Departure", "battery vehicle_type name value unit median z found")
+
+
+def values(base):
+    """(vehicle type, effects, name) -> {battery: [(value, std)]}, unit by name; parameters that a fit determined inside their bounds."""
+    rows = base.execute(f"SELECT r.battery, r.vehicle_type, p.* FROM parameter p JOIN recording r USING (recording) "
+                        f"WHERE {OF_RECORDING} ORDER BY recording")
+    found, units = collections.defaultdict(lambda: collections.defaultdict(list)), {}
+    for row in rows:
+        found[row["vehicle_type"] or "", row["effects"], row["name"]][row["battery"]].append((row["value"], row["std"]))
+        units[row["name"]] = row["unit"]
+    return found, units
+
+
+def coordinate(name, value, std):
+    """What is compared: logarithm and relative error, or the value itself."""
+    return (value, std) if name in LEVELS or value <= 0.0 else (math.log(value), std / value)
+
+
+def of_type(vehicle_type, name, by_battery, unit):
+    """Departures, found or not, with their p, of one parameter."""
+    names = sorted(by_battery)
+    value = [float(np.median([one[0] for one in by_battery[battery]])) for battery in names]
+    std = [float(np.median([one[1] for one in by_battery[battery]])) for battery in names]
+    x, s = np.array([coordinate(name, *pair) for pair in zip(value, std)]).T
+    away = x - np.median(x)
+    z = away / np.sqrt((1.4826 * np.median(np.abs(away)))**2 + s**2 + 1e-18)
+    return [Departure(battery, vehicle_type, name, v, unit, float(np.median(value)), float(one), False) for battery, v, one in zip(names, value, z)]
+
+
+def departures(base):
+    """Batteries and parameters that depart, the farthest first; and how many were compared."""
+    found, units = values(base)
+    every = [one for (vehicle_type, _, name), by_battery in sorted(found.items()) if len(by_battery) >= LEAST for one in of_type(vehicle_type, name, by_battery, units[name])]
+    if not every:
+        return [], 0
+    stands = multipletests([2.0 * norm.sf(abs(one.z)) for one in every], alpha=RATE, method="fdr_bh")[0]
+    return sorted((one._replace(found=True) for one, yes in zip(every, stands) if yes), key=lambda one: -abs(one.z)), len(every)

@@ -1,0 +1,72 @@
+"""Which batteries of a fleet lack something, with the share of false ones among them held (docs/fleet.md).
+
+A recording's statistic is the evidence that its extended model gains over the base circuit [nats], 0 where no family is told. With nulls, recordings of batteries that lack
+nothing, it has a p-value: the share of nulls that gain as much. Without, exp(gain) / TRIED is an e-value, and 1 / e stands for p: Benjamini-Hochberg then holds the rate
+however the recordings depend on each other (Wang and Ramdas 2022).
+"""
+
+import collections
+import math
+
+import numpy as np
+from statsmodels.stats.multitest import multipletests
+
+RATE = 0.1
+TRIED = 50      # things that a diagnosis tries (docs/diagnosis.md): the best of them is taken
+LEAST_LOG = -700.0  # of a probability, exp() of less is 0
+
+Battery = collections.namedtuple("Battery", "name vehicle_type recordings family probability p found")
+
+
+def gains(base):
+    """(battery, vehicle type, family, probability, gain) of every recording that was judged."""
+    rows = base.execute("SELECT r.battery, r.vehicle_type, v.family, v.probability, v.gain, v.verdict FROM recording r JOIN verdict v USING (recording) ORDER BY r.battery, recording")
+    return [(row["battery"], row["vehicle_type"] or "", row["family"], row["probability"], statistic(row)) for row in rows if row["verdict"] != "insufficient_data"]
+
+
+def statistic(row):
+    return max(0.0, row["gain"] or 0.0) if row["family"] else 0.0
+
+
+def simulated_p(values, nulls):
+    """Share of nulls that reach each value, the recording itself counted."""
+    nulls = np.sort(nulls)
+    return (1.0 + len(nulls) - np.searchsorted(nulls, values, side="left")) / (1.0 + len(nulls))
+
+
+def p_of_battery(values, nulls):
+    """Of one battery's recordings: Bonferroni with nulls, else the mean of e-values."""
+    values = np.asarray(values, float)
+    if nulls is not None:
+        return min(1.0, len(values) * float(np.min(simulated_p(values, nulls))))
+    log_e = np.logaddexp.reduce(values) - math.log(len(values) * TRIED)
+    return math.exp(min(0.0, max(LEAST_LOG, -log_e)))
+
+
+def batteries(base, nulls=None):
+    """Every battery with a judged recording, the surest finding first. nulls: gains of recordings that lack nothing."""
+    by_name = collections.defaultdict(list)
+    for row in gains(base):
+        by_name[row[0]].append(row)
+    if not by_name:
+        return []
+    names = sorted(by_name)
+    p = [p_of_battery([row[4] for row in by_name[name]], nulls) for name in names]
+    found = multipletests(p, alpha=RATE, method="fdr_bh")[0]
+    made = []
+    for name, value, is_found in zip(names, p, found):
+        rows = by_name[name]
+        told = max(rows, key=lambda row: (row[4], row[3] or 0.0))
+        made.append(Battery(name, told[1], len(rows), told[2], told[3], value, bool(is_found and told[2])))
+    return sorted(made, key=lambda one: (not one.found, one.p, one.name))
+
+
+def families(found):
+    """By family: batteries told, those that stand in the fleet, how many of them are expected to be of that family, and the median probability."""
+    counted = []
+    for name in sorted({one.family for one in found if one.family}):
+        told = [one for one in found if one.family == name]
+        standing = [one for one in told if one.found]
+        sure = [one.probability or 0.0 for one in standing]
+        counted.append((name, len(told), standing, sum(sure), float(np.median(sure)) if sure else None))
+    return sorted(counted, key=lambda row: (-len(row[2]), row[0]))

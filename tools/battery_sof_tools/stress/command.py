@@ -1,0 +1,77 @@
+"""Stress of the node (docs/reliability.md). Usage: stress soak|kill|disk|overload BUILD_FOLDER [options]"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+
+from ..sof import required
+from . import disk, kill, overload, soak
+
+
+class Programs:
+    """What is built, and what it is asked to make."""
+
+    def __init__(self, build):
+        self.folder = os.path.join(os.path.abspath(build), "devel", "lib", "battery_sof")
+        self.node, self.sof = (required(os.path.join(self.folder, name)) for name in ("battery_sof_node", "sof"))
+
+    def drive(self, recording, duration, rate, seed):
+        """A simulated drive as a bag or CSV, thinned to a rate."""
+        with tempfile.TemporaryDirectory() as folder:
+            whole = os.path.join(folder, "drive.csv")
+            self.call(os.path.join(self.folder, "simulate_city_drive"), whole, "--seed", str(seed), "--duration", str(duration))
+            thinned = os.path.join(folder, "thinned.csv")
+            every = round(100.0 / rate)
+            with open(whole) as rows, open(thinned, "w") as out:
+                out.writelines(line for n, line in enumerate(rows) if n == 0 or (n - 1) % every == 0)
+            self.call(self.sof, "convert", thinned, recording)
+
+    def identify(self, recording, model):
+        self.call(self.sof, "identify", recording, "--out", model)
+
+    def reads(self, model):
+        """Whether a model file is whole."""
+        asked = [self.sof, "crank", model, "--i-load", "-20", "--t-stop", "10", "--i-cranking", "-200", "--t-cranking", "1"]
+        return subprocess.run(asked, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode in (0, 1)
+
+    @staticmethod
+    def call(*command):
+        told = subprocess.run(command, capture_output=True, text=True)
+        if told.returncode:
+            raise SystemExit(f"{os.path.basename(command[0])}: exit code {told.returncode}: {told.stderr.strip()}")
+
+
+def parsed(arguments):
+    parser = argparse.ArgumentParser(description="Stress of the node; prints a table.")
+    kinds = parser.add_subparsers(dest="kind", required=True)
+    for name in ("soak", "kill", "disk", "overload"):
+        kinds.add_parser(name).add_argument("build", nargs="?", default="build")
+    soaked, killed, loaded = (kinds.choices[name] for name in ("soak", "kill", "overload"))
+    soaked.add_argument("--hours", type=float, default=24.0, help="of driving")
+    soaked.add_argument("--speed", type=float, default=50.0, help="times as fast as it was driven")
+    soaked.add_argument("--rate", type=float, default=100.0, help="[Hz]")
+    killed.add_argument("--count", type=int, default=100)
+    killed.add_argument("--seed", type=int, default=1)
+    loaded.add_argument("--clients", type=int, default=20)
+    loaded.add_argument("--questions", type=float, default=200.0, help="a second, of all clients")
+    loaded.add_argument("--rate", type=float, default=5000.0, help="[Hz] of the topic")
+    loaded.add_argument("--seconds", type=float, default=60.0)
+    return parser.parse_args(arguments)
+
+
+def main():
+    a = parsed(sys.argv[1:])
+    programs = Programs(a.build)
+    with tempfile.TemporaryDirectory(prefix="battery sof ") as folder:
+        if a.kind == "soak":
+            lines = soak.report(soak.soak(programs, folder, a.hours, a.speed, a.rate))
+        elif a.kind == "kill":
+            lines = kill.report(kill.kills(programs, folder, a.count, a.seed))
+        elif a.kind == "overload":
+            lines = overload.report(overload.overload(programs, folder, a.clients, a.questions, a.rate, a.seconds))
+        else:
+            lines = disk.report(disk.disks(programs, folder))
+    print("\n".join(lines))
+    return 0

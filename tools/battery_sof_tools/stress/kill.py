@@ -1,0 +1,113 @@
+"""The node killed (-9) at random moments of a drive, its writing of the state included, and started again."""
+
+import csv
+import math
+import os
+import random
+import threading
+import time
+
+from ..tables import table
+from .ros import NODE, Processes
+
+MOST_SAMPLES = 200  # until the saved model must have answered
+
+
+class Drive:
+    """Samples of a recording, one after the other, over and over, on the node's topic; stamps go on."""
+
+    def __init__(self, path):
+        import rospy
+        from sensor_msgs.msg import BatteryState
+        with open(path, newline="") as file:
+            self.rows = [(float(row["time_s"]), float(row["current_a"]), float(row["voltage_v"])) for row in csv.DictReader(file)]
+        self.message, self.stamp = BatteryState, rospy.Time.from_sec
+        self.topic = rospy.Publisher("battery_state", BatteryState, queue_size=100000, tcp_nodelay=True)
+        self.at, self.origin = 0, 1000.0
+
+    def publish(self):
+        if self.at == len(self.rows):
+            self.origin += self.rows[-1][0] + 0.01
+            self.at = 0
+        instant, current, voltage = self.rows[self.at]
+        self.at += 1
+        message = self.message(current=current, voltage=voltage, temperature=math.nan)
+        message.header.stamp = self.stamp(self.origin + instant)
+        self.topic.publish(message)
+
+    def until_connected(self):
+        while self.topic.get_num_connections() == 0:
+            time.sleep(0.005)
+
+
+def samples_until_answered(drive):
+    """How many samples the node takes until its saved model answers a crank; None when it does not."""
+    import rospy
+    from battery_sof.srv import PredictCranking, PredictCrankingResponse
+    rospy.wait_for_service(NODE + "/predict_cranking", timeout=30.0)
+    crank = rospy.ServiceProxy(NODE + "/predict_cranking", PredictCranking)
+    drive.until_connected()
+    for taken in range(1, MOST_SAMPLES + 1):
+        drive.publish()
+        time.sleep(0.02)
+        answer = crank(i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=math.nan)
+        if answer.code != PredictCrankingResponse.NO_MODEL:
+            return taken
+    return None
+
+
+def identify_beside():
+    """Asks for an identification, at whose end the state is written; the node dies before or after."""
+    import rospy
+    from battery_sof.srv import Identify
+
+    def ask():
+        try:
+            rospy.ServiceProxy(NODE + "/identify", Identify)()
+        except (rospy.ServiceException, rospy.ROSException):
+            pass  # the node was killed
+    thread = threading.Thread(target=ask, daemon=True)
+    thread.start()
+
+
+def one_life(processes, programs, state, drive, chance):
+    """(samples until the saved model answered, drafts left beside the state file)."""
+    node = processes.start(programs.node, f"_state_file:={state}", "_window_s:=60", "_min_suitability:=0")
+    taken = samples_until_answered(drive)
+    for _ in range(8000):
+        drive.publish()
+        time.sleep(0.0001)
+    identify_beside()
+    time.sleep(chance.uniform(0.0, 0.4))
+    node.kill()
+    node.wait()
+    processes.started.remove(node)
+    home = os.path.dirname(state)
+    return taken, [name for name in os.listdir(home) if name != os.path.basename(state)]
+
+
+def kills(programs, folder, count, seed):
+    """Rows of (samples until the saved model answered, drafts, whether the state file reads back, whether it was written anew)."""
+    import rospy
+    recording, chance = os.path.join(folder, "drive.csv"), random.Random(seed)
+    programs.drive(recording, 900.0, 100.0, seed)
+    home = os.path.join(folder, "state")
+    os.mkdir(home)
+    state = os.path.join(home, "state.yaml")
+    programs.identify(recording, state)
+    rows = []
+    with Processes(folder) as processes:
+        rospy.init_node("kills", anonymous=True, disable_signals=True)
+        drive = Drive(recording)
+        for _ in range(count):
+            before = os.stat(state).st_mtime_ns
+            taken, drafts = one_life(processes, programs, state, drive, chance)
+            rows.append((taken, drafts, programs.reads(state), os.stat(state).st_mtime_ns != before))
+    return rows
+
+
+def report(rows):
+    taken = [row[0] for row in rows if row[0] is not None]
+    return table(("kills", "state written in this life", "state file whole", "saved model answered", "after samples, most", "drafts left"),
+                 [(len(rows), sum(row[3] for row in rows), sum(row[2] for row in rows), len(taken), max(taken, default=None),
+                   sum(bool(row[1]) for row in rows))])

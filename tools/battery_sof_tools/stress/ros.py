@@ -1,0 +1,84 @@
+"""A roscore, nodes and players of their own for one run, on loopback, each ended by its process id."""
+
+import logging
+import os
+import signal
+import socket
+import subprocess
+import time
+
+NODE = "/battery_sof_node"
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Processes:
+    """Everything started here ends here, the last first."""
+
+    def __init__(self, folder):
+        self.folder, self.started = folder, []
+
+    def __enter__(self):
+        logging.getLogger("rosout").setLevel(logging.ERROR)  # rospy tells of every service it waits for
+        port = free_port()
+        os.environ.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1", ROS_LOG_DIR=self.folder)
+        self.start("roscore", "-p", str(port))
+        for _ in range(200):
+            with socket.socket() as probe:
+                if probe.connect_ex(("127.0.0.1", port)) == 0:
+                    return self
+            time.sleep(0.05)
+        raise SystemExit("roscore did not come up within 10 s")
+
+    def __exit__(self, *_):
+        for process in reversed(self.started):
+            end(process)
+
+    def start(self, *command):
+        log = os.path.join(self.folder, os.path.basename(command[0]) + ".log")
+        with open(log, "a") as file:
+            self.started.append(subprocess.Popen(command, stdout=file, stderr=file, stdin=subprocess.DEVNULL))
+        return self.started[-1]
+
+
+def end(process, patience_s=20.0):
+    """Interrupted, killed when that is not enough."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(timeout=patience_s)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def wait_until(condition, patience_s, what):
+    end_at = time.monotonic() + patience_s
+    while not condition():
+        if time.monotonic() > end_at:
+            raise SystemExit(f"not within {patience_s:g} s: {what}")
+        time.sleep(0.01)
+
+
+class Newest:
+    """The newest message of a topic, and how many came."""
+
+    def __init__(self, topic, kind):
+        import rospy
+        self.message, self.count = None, 0
+        self.subscriber = rospy.Subscriber(topic, kind, self.add)
+
+    def add(self, message):
+        self.message = message
+        self.count += 1
+
+
+def use_of(process):
+    """Resident memory [MB], open files and threads of a process."""
+    with open(f"/proc/{process.pid}/status") as file:
+        fields = dict(line.split(":", 1) for line in file if ":" in line)
+    return int(fields["VmRSS"].split()[0]) / 1024.0, len(os.listdir(f"/proc/{process.pid}/fd")), int(fields["Threads"])
