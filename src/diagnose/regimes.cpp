@@ -60,15 +60,12 @@ std::vector<Run> runsOf(const Drive& drive) {
 
 Regime regimeOf(const Run& run, Load before) {
   switch (run.load) {
-    case Load::kCrank:
-      return Regime::kCrank;
+    case Load::kCrank: return Regime::kCrank;
     case Load::kCharge:
       if (run.duration > kLongChargeTime && run.charge > kLongChargeCurrent * run.duration) return Regime::kLongCharge;
       return run.volts > kHighVoltage * run.count ? Regime::kHighVoltageCharge : Regime::kShortCharge;
-    case Load::kDischarge:
-      return run.duration > kLongDischargeTime ? Regime::kLongDischarge : Regime::kDischarge;
-    case Load::kRest:
-      break;
+    case Load::kDischarge: return run.duration > kLongDischargeTime ? Regime::kLongDischarge : Regime::kDischarge;
+    case Load::kRest: break;
   }
   return before == Load::kCharge ? Regime::kPostChargeRest : Regime::kPostDischargeRest;
 }
@@ -116,24 +113,15 @@ class EdgeFinder {
 
 std::string regimeName(Regime regime) {
   switch (regime) {
-    case Regime::kEdge:
-      return "edge";
-    case Regime::kCrank:
-      return "crank";
-    case Regime::kLongCharge:
-      return "long charge";
-    case Regime::kHighVoltageCharge:
-      return "high-voltage charge";
-    case Regime::kShortCharge:
-      return "short charge";
-    case Regime::kLongDischarge:
-      return "long discharge";
-    case Regime::kDischarge:
-      return "discharge";
-    case Regime::kPostChargeRest:
-      return "post-charge rest";
-    case Regime::kPostDischargeRest:
-      return "post-discharge rest";
+    case Regime::kEdge: return "edge";
+    case Regime::kCrank: return "crank";
+    case Regime::kLongCharge: return "long charge";
+    case Regime::kHighVoltageCharge: return "high-voltage charge";
+    case Regime::kShortCharge: return "short charge";
+    case Regime::kLongDischarge: return "long discharge";
+    case Regime::kDischarge: return "discharge";
+    case Regime::kPostChargeRest: return "post-charge rest";
+    case Regime::kPostDischargeRest: return "post-discharge rest";
   }
   throw std::invalid_argument("regimeName: not a regime");
 }

@@ -77,20 +77,13 @@ std::string whereSentence(const Diagnosis& diagnosis) {
 
 std::string describe(Verdict verdict) {
   switch (verdict) {
-    case Verdict::kNoMismatch:
-      return "no_mismatch";
-    case Verdict::kNamed:
-      return "named";
-    case Verdict::kSeveral:
-      return "several";
-    case Verdict::kAmbiguous:
-      return "ambiguous";
-    case Verdict::kUnknown:
-      return "unknown";
-    case Verdict::kSensorFault:
-      return "sensor_fault";
-    case Verdict::kInsufficientData:
-      return "insufficient_data";
+    case Verdict::kNoMismatch: return "no_mismatch";
+    case Verdict::kNamed: return "named";
+    case Verdict::kSeveral: return "several";
+    case Verdict::kAmbiguous: return "ambiguous";
+    case Verdict::kUnknown: return "unknown";
+    case Verdict::kSensorFault: return "sensor_fault";
+    case Verdict::kInsufficientData: return "insufficient_data";
   }
   return "insufficient_data";
 }
@@ -132,8 +125,7 @@ std::string nextExperiment(const Diagnosis& diagnosis) {
                  effectInfo(one.id).tells_apart + ".";
       return "Nothing is open; the same recording at another temperature would widen what the model is good for.";
     }
-    default:
-      break;
+    default: break;
   }
   for (const NamedEffect& effect : diagnosis.effects)
     if (!effect.tied_with.empty() && !effectInfo(effect.id).tells_apart.empty())
@@ -150,8 +142,7 @@ std::string summaryOf(const Diagnosis& diagnosis) {
       return "Model and measurement agree as well as this recording can tell (" +
              withUnit(1e3 * diagnosis.fit.base_holdout.rmse, "%.1f", "mV") + " RMS on the part that was held out).";
     case Verdict::kNamed:
-    case Verdict::kSeveral:
-      return missing(diagnosis, " and ") + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
+    case Verdict::kSeveral: return missing(diagnosis, " and ") + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kAmbiguous:
       return missing(diagnosis, " or ") + ", some of which this recording cannot tell apart" + gainSentence(diagnosis) +
              whereSentence(diagnosis) + ".";
@@ -159,10 +150,8 @@ std::string summaryOf(const Diagnosis& diagnosis) {
       return (diagnosis.family ? "Of what is missing the kind is known and the form is not: " + familySentence(*diagnosis.family)
                                : std::string("Model and measurement part in a way that no family of effects explains")) +
              partOfIt(diagnosis) + learnedSentence(diagnosis) + whereSentence(diagnosis) + ".";
-    case Verdict::kSensorFault:
-      return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";
-    case Verdict::kInsufficientData:
-      break;
+    case Verdict::kSensorFault: return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";
+    case Verdict::kInsufficientData: break;
   }
   return diagnosis.summary;
 }

@@ -81,6 +81,7 @@ void CompositionProblem::addParameter(Eigen::Index row, const ParameterInfo& inf
     coordinate.prior_mean = in(info.magnitude);
     coordinate.prior_std = info.logarithmic ? *info.prior_std : *info.prior_std / coordinate.scale;
   }
+  takeKnown(info, coordinate);
   coordinates_.push_back(coordinate);
   // A current that answers to a voltage is linear in nothing.
   linear_.push_back(info.linear && !cost_.channels);
@@ -89,6 +90,20 @@ void CompositionProblem::addParameter(Eigen::Index row, const ParameterInfo& inf
   const double length = drive_.samples.back().step.time - drive_.first_time;
   lower_[size() - 1] = in(info.lower);
   upper_[size() - 1] = in(info.instant ? std::clamp(length, info.lower, info.upper) : info.upper);
+}
+
+/// A spread of logarithms is taken for that share of the value, and the other way round, where the search has other coordinates.
+void CompositionProblem::takeKnown(const ParameterInfo& info, Coordinate& coordinate) const {
+  const auto known = std::find_if(cost_.known.begin(), cost_.known.end(), [&](const KnownParameter& one) { return one.name == info.name; });
+  if (known == cost_.known.end()) return;
+  const double value = std::clamp(known->value, info.lower, info.upper);
+  if (info.logarithmic) {
+    coordinate.prior_mean = std::log(value);
+    coordinate.prior_std = known->logarithmic ? known->std : known->std / std::abs(value);
+  } else {
+    coordinate.prior_mean = value / coordinate.scale;
+    coordinate.prior_std = (known->logarithmic ? known->std * std::abs(value) : known->std) / coordinate.scale;
+  }
 }
 
 void CompositionProblem::addState(Eigen::Index row, const StateInfo& info) {

@@ -12,12 +12,9 @@ namespace battery_sof {
 
 FitStatus fitStatusOf(MinimizeStatus status) {
   switch (status) {
-    case MinimizeStatus::kConverged:
-      return FitStatus::kConverged;
-    case MinimizeStatus::kIterationLimit:
-      return FitStatus::kIterationLimit;
-    case MinimizeStatus::kStalled:
-      return FitStatus::kStalled;
+    case MinimizeStatus::kConverged: return FitStatus::kConverged;
+    case MinimizeStatus::kIterationLimit: return FitStatus::kIterationLimit;
+    case MinimizeStatus::kStalled: return FitStatus::kStalled;
   }
   return FitStatus::kStalled;
 }
@@ -81,18 +78,10 @@ FitScores scoresOf(const Series& series, IndexRange range, const FitErrors& erro
 std::string sentenceOf(const FittedModel& model) {
   ClassicStream text;
   switch (model.status) {
-    case FitStatus::kConverged:
-      text << "converged after " << model.iterations << " iterations";
-      break;
-    case FitStatus::kIterationLimit:
-      text << "stopped by the limit of " << model.iterations << " iterations";
-      break;
-    case FitStatus::kNotExcited:
-      text << "the window determines none of the parameters";
-      break;
-    default:
-      text << "no step lowers the cost any more, but the optimum was not reached";
-      break;
+    case FitStatus::kConverged: text << "converged after " << model.iterations << " iterations"; break;
+    case FitStatus::kIterationLimit: text << "stopped by the limit of " << model.iterations << " iterations"; break;
+    case FitStatus::kNotExcited: text << "the window determines none of the parameters"; break;
+    default: text << "no step lowers the cost any more, but the optimum was not reached"; break;
   }
   std::string weak;
   for (const auto& estimate : model.estimates) {

@@ -202,49 +202,40 @@ ForceGroup groupOf(ForceKind kind) {
     case ForceKind::kMemoryOfCharging:
     case ForceKind::kFresh:
     case ForceKind::kFreshCharging:
-    case ForceKind::kAcceptanceReserve:
-      return ForceGroup::kCharge;
+    case ForceKind::kAcceptanceReserve: return ForceGroup::kCharge;
     case ForceKind::kDischargeMemory:
     case ForceKind::kLogDischargeMemory:
     case ForceKind::kDischargeReserve:
-    case ForceKind::kSinceCharge:
-      return ForceGroup::kDischarge;
+    case ForceKind::kSinceCharge: return ForceGroup::kDischarge;
     case ForceKind::kMemory:
     case ForceKind::kCompressedMemory:
-    case ForceKind::kMemoryOfCompressed:
-      return ForceGroup::kCurrent;
+    case ForceKind::kMemoryOfCompressed: return ForceGroup::kCurrent;
     case ForceKind::kCompressed:
     case ForceKind::kSaturating:
     case ForceKind::kLogMagnitude:
     case ForceKind::kSmallCurrent:
-    case ForceKind::kRest:
-      return ForceGroup::kStatic;
+    case ForceKind::kRest: return ForceGroup::kStatic;
     case ForceKind::kCharge:
     case ForceKind::kChargeSquared:
     case ForceKind::kSlowCharge:
-    case ForceKind::kPath:
-      return ForceGroup::kChargeCounted;
+    case ForceKind::kPath: return ForceGroup::kChargeCounted;
     case ForceKind::kEdge:
     case ForceKind::kChange:
-    case ForceKind::kChangeBefore:
-      return ForceGroup::kEdges;
+    case ForceKind::kChangeBefore: return ForceGroup::kEdges;
     case ForceKind::kOverpotentialMagnitude:
     case ForceKind::kOverpotentialSquared:
     case ForceKind::kOverpotentialCubed:
-    case ForceKind::kOverpotentialLogCosh:
-      return ForceGroup::kKinetics;
+    case ForceKind::kOverpotentialLogCosh: return ForceGroup::kKinetics;
     case ForceKind::kHighOverpotential:
     case ForceKind::kHighMemory:
-    case ForceKind::kHighSum:
-      return ForceGroup::kHighVoltage;
+    case ForceKind::kHighSum: return ForceGroup::kHighVoltage;
     case ForceKind::kTimeCurrent:
     case ForceKind::kTimeMagnitude:
     case ForceKind::kTimeSquaredCurrent:
     case ForceKind::kTimeOverpotential:
     case ForceKind::kWarmCurrent:
     case ForceKind::kTime:
-    case ForceKind::kStepCurrent:
-      return ForceGroup::kTime;
+    case ForceKind::kStepCurrent: return ForceGroup::kTime;
   }
   throw std::logic_error("a column of an unknown kind");
 }
@@ -278,63 +269,44 @@ std::string describe(const ForceColumn& column) {
   switch (column.kind) {
     case ForceKind::kChargeMemory:
     case ForceKind::kLogChargeMemory:
-    case ForceKind::kMemoryOfCharging:
-      return text("memory of charging over %g s", column.time);
+    case ForceKind::kMemoryOfCharging: return text("memory of charging over %g s", column.time);
     case ForceKind::kDischargeMemory:
-    case ForceKind::kLogDischargeMemory:
-      return text("memory of discharging over %g s", column.time);
+    case ForceKind::kLogDischargeMemory: return text("memory of discharging over %g s", column.time);
     case ForceKind::kMemory:
     case ForceKind::kCompressedMemory:
-    case ForceKind::kMemoryOfCompressed:
-      return text("memory of the current over %g s", column.time);
+    case ForceKind::kMemoryOfCompressed: return text("memory of the current over %g s", column.time);
     case ForceKind::kFresh:
-    case ForceKind::kFreshCharging:
-      return text("what was discharged in the last %g s (%g As)", column.time, column.scale);
-    case ForceKind::kAcceptanceReserve:
-      return text("a reserve of %g As that charging empties and %g s refill", column.scale, column.time);
+    case ForceKind::kFreshCharging: return text("what was discharged in the last %g s (%g As)", column.time, column.scale);
+    case ForceKind::kAcceptanceReserve: return text("a reserve of %g As that charging empties and %g s refill", column.scale, column.time);
     case ForceKind::kDischargeReserve:
       return text("a reserve of %g As that discharging empties and %g s refill", column.scale, column.time);
-    case ForceKind::kSinceCharge:
-      return text("the first %g As of a discharge", column.scale);
+    case ForceKind::kSinceCharge: return text("the first %g As of a discharge", column.scale);
     case ForceKind::kCompressed:
     case ForceKind::kSaturating:
     case ForceKind::kLogMagnitude:
     case ForceKind::kSmallCurrent:
-    case ForceKind::kRest:
-      return text("a static curve of the current, bent at %g A", column.scale);
+    case ForceKind::kRest: return text("a static curve of the current, bent at %g A", column.scale);
     case ForceKind::kCharge:
-    case ForceKind::kChargeSquared:
-      return "charge moved";
-    case ForceKind::kSlowCharge:
-      return text("charge moved, %g s late", column.time);
-    case ForceKind::kPath:
-      return text("the direction of the last %g As", column.scale);
-    case ForceKind::kEdge:
-      return text("edges of the current within %g s", column.time);
+    case ForceKind::kChargeSquared: return "charge moved";
+    case ForceKind::kSlowCharge: return text("charge moved, %g s late", column.time);
+    case ForceKind::kPath: return text("the direction of the last %g As", column.scale);
+    case ForceKind::kEdge: return text("edges of the current within %g s", column.time);
     case ForceKind::kChange:
-    case ForceKind::kChangeBefore:
-      return "edges of the current";
+    case ForceKind::kChangeBefore: return "edges of the current";
     case ForceKind::kOverpotentialMagnitude:
     case ForceKind::kOverpotentialSquared:
     case ForceKind::kOverpotentialCubed:
-    case ForceKind::kOverpotentialLogCosh:
-      return "curvature of the kinetics";
+    case ForceKind::kOverpotentialLogCosh: return "curvature of the kinetics";
     case ForceKind::kHighOverpotential:
     case ForceKind::kHighMemory:
-    case ForceKind::kHighSum:
-      return "high voltage";
+    case ForceKind::kHighSum: return "high voltage";
     case ForceKind::kTimeCurrent:
     case ForceKind::kTimeMagnitude:
-    case ForceKind::kTimeSquaredCurrent:
-      return "a resistance that drifts";
-    case ForceKind::kTimeOverpotential:
-      return "kinetics that drift";
-    case ForceKind::kWarmCurrent:
-      return text("a resistance that follows the heat of %g s", column.time);
-    case ForceKind::kTime:
-      return "a drift of the voltage";
-    case ForceKind::kStepCurrent:
-      return text("a resistance that steps at %g s", column.time);
+    case ForceKind::kTimeSquaredCurrent: return "a resistance that drifts";
+    case ForceKind::kTimeOverpotential: return "kinetics that drift";
+    case ForceKind::kWarmCurrent: return text("a resistance that follows the heat of %g s", column.time);
+    case ForceKind::kTime: return "a drift of the voltage";
+    case ForceKind::kStepCurrent: return text("a resistance that steps at %g s", column.time);
   }
   throw std::logic_error("a column of an unknown kind");
 }

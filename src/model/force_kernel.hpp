@@ -26,8 +26,7 @@ Dual<N> mapped(const Dual<N>& x, double value, double slope) {
 /// Time constant of a column's low pass [s]; 0 without one.
 inline double lowPassTime(const ForceColumn& column) {
   switch (column.kind) {
-    case ForceKind::kHighMemory:
-      return column.charge;
+    case ForceKind::kHighMemory: return column.charge;
     case ForceKind::kChargeMemory:
     case ForceKind::kDischargeMemory:
     case ForceKind::kMemory:
@@ -40,10 +39,8 @@ inline double lowPassTime(const ForceColumn& column) {
     case ForceKind::kFreshCharging:
     case ForceKind::kSlowCharge:
     case ForceKind::kEdge:
-    case ForceKind::kWarmCurrent:
-      return column.time;
-    default:
-      return 0.0;
+    case ForceKind::kWarmCurrent: return column.time;
+    default: return 0.0;
   }
 }
 
@@ -150,44 +147,25 @@ struct ColumnKernel {
     const S &i = moment.current, &u = moment.overpotential;
     const S charging = positivePart(flowed), discharging = positivePart(S(-flowed));
     switch (column.kind) {
-      case ForceKind::kChargeMemory:
-        return lowPass(k, charging);
-      case ForceKind::kDischargeMemory:
-        return lowPass(k, discharging);
-      case ForceKind::kMemory:
-        return lowPass(k, flowed);
-      case ForceKind::kLogChargeMemory:
-        return logOf(lowPass(k, charging), column.scale);
-      case ForceKind::kLogDischargeMemory:
-        return logOf(lowPass(k, discharging), column.scale);
-      case ForceKind::kCompressedMemory:
-        return bentAt(lowPass(k, flowed), column.scale);
-      case ForceKind::kMemoryOfCompressed:
-        return lowPass(k, bentAt(flowed, column.scale));
-      case ForceKind::kMemoryOfCharging:
-        return lowPass(k, bentAt(charging, column.scale));
-      case ForceKind::kFresh:
-        return fresh(k, discharging);
-      case ForceKind::kFreshCharging:
-        return S(positivePart(i) * fresh(k, discharging));
-      case ForceKind::kAcceptanceReserve:
-        return S(-logReserve(reserve(k, charging, discharging, moment.duration)));
-      case ForceKind::kDischargeReserve:
-        return logReserve(reserve(k, discharging, charging, moment.duration));
-      case ForceKind::kSlowCharge:
-        return lowPass(k, state[columns.size() + kChargeState]);
-      case ForceKind::kPath:
-        return path(k, flowed, moment.duration);
-      case ForceKind::kEdge:
-        return S(i - lowPass(k, i));
-      case ForceKind::kHighMemory:
-        return lowPass(k, highPart(column, u));
-      case ForceKind::kHighSum:
-        return state[k] = S(state[k] + highPart(column, u) * moment.duration);
-      case ForceKind::kWarmCurrent:
-        return S(i * lowPass(k, S(flowed * flowed)));
-      default:
-        return valueNow(column, moment);
+      case ForceKind::kChargeMemory: return lowPass(k, charging);
+      case ForceKind::kDischargeMemory: return lowPass(k, discharging);
+      case ForceKind::kMemory: return lowPass(k, flowed);
+      case ForceKind::kLogChargeMemory: return logOf(lowPass(k, charging), column.scale);
+      case ForceKind::kLogDischargeMemory: return logOf(lowPass(k, discharging), column.scale);
+      case ForceKind::kCompressedMemory: return bentAt(lowPass(k, flowed), column.scale);
+      case ForceKind::kMemoryOfCompressed: return lowPass(k, bentAt(flowed, column.scale));
+      case ForceKind::kMemoryOfCharging: return lowPass(k, bentAt(charging, column.scale));
+      case ForceKind::kFresh: return fresh(k, discharging);
+      case ForceKind::kFreshCharging: return S(positivePart(i) * fresh(k, discharging));
+      case ForceKind::kAcceptanceReserve: return S(-logReserve(reserve(k, charging, discharging, moment.duration)));
+      case ForceKind::kDischargeReserve: return logReserve(reserve(k, discharging, charging, moment.duration));
+      case ForceKind::kSlowCharge: return lowPass(k, state[columns.size() + kChargeState]);
+      case ForceKind::kPath: return path(k, flowed, moment.duration);
+      case ForceKind::kEdge: return S(i - lowPass(k, i));
+      case ForceKind::kHighMemory: return lowPass(k, highPart(column, u));
+      case ForceKind::kHighSum: return state[k] = S(state[k] + highPart(column, u) * moment.duration);
+      case ForceKind::kWarmCurrent: return S(i * lowPass(k, S(flowed * flowed)));
+      default: return valueNow(column, moment);
     }
   }
 
@@ -197,52 +175,31 @@ struct ColumnKernel {
     const double t = moment.time / context.span;
     const auto bent = [&] { return limited(S(u * column.scale), kMostBend); };
     switch (column.kind) {
-      case ForceKind::kSinceCharge:
-        return valueOf(i) < -1.0 ? fading(shared[kDrawnState], column.scale) : S(0.0);
-      case ForceKind::kCompressed:
-        return bentAt(i, column.scale);
+      case ForceKind::kSinceCharge: return valueOf(i) < -1.0 ? fading(shared[kDrawnState], column.scale) : S(0.0);
+      case ForceKind::kCompressed: return bentAt(i, column.scale);
       case ForceKind::kSaturating: {
         const double value = std::tanh(valueOf(i) / column.scale);
         return mapped(i, value, (1.0 - value * value) / column.scale);
       }
-      case ForceKind::kLogMagnitude:
-        return logOf(magnitudeOf(i), column.scale);
-      case ForceKind::kSmallCurrent:
-        return S(i * fading(magnitudeOf(i), column.scale));
-      case ForceKind::kRest:
-        return fading(magnitudeOf(i), column.scale);
-      case ForceKind::kCharge:
-        return shared[kChargeState];
-      case ForceKind::kChargeSquared:
-        return S(shared[kChargeState] * shared[kChargeState]);
-      case ForceKind::kChange:
-        return moment.gap ? S(0.0) : S(i - shared[kLastCurrent]);
-      case ForceKind::kChangeBefore:
-        return shared[kChangeState];
-      case ForceKind::kOverpotentialMagnitude:
-        return magnitudeOf(u);
-      case ForceKind::kOverpotentialSquared:
-        return S(bent() * bent());
-      case ForceKind::kOverpotentialCubed:
-        return S(bent() * S(bent() * bent()));
-      case ForceKind::kOverpotentialLogCosh:
-        return logCosh(S(u * column.scale));
-      case ForceKind::kHighOverpotential:
-        return highPart(column, u);
-      case ForceKind::kTimeCurrent:
-        return S(i * t);
-      case ForceKind::kTimeMagnitude:
-        return S(magnitudeOf(i) * t);
-      case ForceKind::kTimeSquaredCurrent:
-        return S(i * (t * t));
-      case ForceKind::kTimeOverpotential:
-        return S(u * t);
-      case ForceKind::kTime:
-        return S(t);
-      case ForceKind::kStepCurrent:
-        return moment.time >= column.time ? i : S(0.0);
-      default:
-        throw std::logic_error("a column of an unknown kind");
+      case ForceKind::kLogMagnitude: return logOf(magnitudeOf(i), column.scale);
+      case ForceKind::kSmallCurrent: return S(i * fading(magnitudeOf(i), column.scale));
+      case ForceKind::kRest: return fading(magnitudeOf(i), column.scale);
+      case ForceKind::kCharge: return shared[kChargeState];
+      case ForceKind::kChargeSquared: return S(shared[kChargeState] * shared[kChargeState]);
+      case ForceKind::kChange: return moment.gap ? S(0.0) : S(i - shared[kLastCurrent]);
+      case ForceKind::kChangeBefore: return shared[kChangeState];
+      case ForceKind::kOverpotentialMagnitude: return magnitudeOf(u);
+      case ForceKind::kOverpotentialSquared: return S(bent() * bent());
+      case ForceKind::kOverpotentialCubed: return S(bent() * S(bent() * bent()));
+      case ForceKind::kOverpotentialLogCosh: return logCosh(S(u * column.scale));
+      case ForceKind::kHighOverpotential: return highPart(column, u);
+      case ForceKind::kTimeCurrent: return S(i * t);
+      case ForceKind::kTimeMagnitude: return S(magnitudeOf(i) * t);
+      case ForceKind::kTimeSquaredCurrent: return S(i * (t * t));
+      case ForceKind::kTimeOverpotential: return S(u * t);
+      case ForceKind::kTime: return S(t);
+      case ForceKind::kStepCurrent: return moment.time >= column.time ? i : S(0.0);
+      default: throw std::logic_error("a column of an unknown kind");
     }
   }
 };

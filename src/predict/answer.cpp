@@ -4,14 +4,10 @@ namespace battery_sof {
 
 std::string describe(AnswerCode code) {
   switch (code) {
-    case AnswerCode::kOk:
-      return "ok";
-    case AnswerCode::kInvalidQuery:
-      return "invalid_query";
-    case AnswerCode::kNoModel:
-      return "no_model";
-    case AnswerCode::kExtrapolation:
-      return "extrapolation";
+    case AnswerCode::kOk: return "ok";
+    case AnswerCode::kInvalidQuery: return "invalid_query";
+    case AnswerCode::kNoModel: return "no_model";
+    case AnswerCode::kExtrapolation: return "extrapolation";
   }
   return "unknown";
 }

@@ -34,14 +34,10 @@ Map filled(const FittedModel& model, const std::vector<double>& rows, const char
 
 int gravity(AnswerCode code) {
   switch (code) {
-    case AnswerCode::kOk:
-      return 0;
-    case AnswerCode::kExtrapolation:
-      return 1;
-    case AnswerCode::kNoModel:
-      return 2;
-    case AnswerCode::kInvalidQuery:
-      return 3;
+    case AnswerCode::kOk: return 0;
+    case AnswerCode::kExtrapolation: return 1;
+    case AnswerCode::kNoModel: return 2;
+    case AnswerCode::kInvalidQuery: return 3;
   }
   return 3;
 }

@@ -174,14 +174,10 @@ std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query, 
 
 std::string describe(StopTimeOutcome outcome) {
   switch (outcome) {
-    case StopTimeOutcome::kFinite:
-      return "finite";
-    case StopTimeOutcome::kAtLeast:
-      return "at_least";
-    case StopTimeOutcome::kAlways:
-      return "always";
-    case StopTimeOutcome::kNever:
-      return "never";
+    case StopTimeOutcome::kFinite: return "finite";
+    case StopTimeOutcome::kAtLeast: return "at_least";
+    case StopTimeOutcome::kAlways: return "always";
+    case StopTimeOutcome::kNever: return "never";
   }
   return "never";
 }

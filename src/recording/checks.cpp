@@ -85,12 +85,9 @@ constexpr Part kParts[] = {check_parts::findVoltageLevel, check_parts::findSign,
 
 std::string describe(Severity severity) {
   switch (severity) {
-    case Severity::kNote:
-      return "note";
-    case Severity::kWarning:
-      return "warning";
-    case Severity::kProblem:
-      return "problem";
+    case Severity::kNote: return "note";
+    case Severity::kWarning: return "warning";
+    case Severity::kProblem: return "problem";
   }
   throw std::invalid_argument("describe: not a severity");
 }

@@ -118,14 +118,10 @@ void addChargeEvent(const Event& event, double duration, EventSummary& summary) 
 
 std::string describe(EventKind kind) {
   switch (kind) {
-    case EventKind::kCrank:
-      return "crank";
-    case EventKind::kDischarge:
-      return "discharge";
-    case EventKind::kCharge:
-      return "charge";
-    case EventKind::kRest:
-      return "rest";
+    case EventKind::kCrank: return "crank";
+    case EventKind::kDischarge: return "discharge";
+    case EventKind::kCharge: return "charge";
+    case EventKind::kRest: return "rest";
   }
   throw std::invalid_argument("describe: not an event kind");
 }

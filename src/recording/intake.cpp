@@ -37,20 +37,13 @@ void appendSample(Series& series, const RawSample& sample) {
 
 std::string describe(SampleFate fate) {
   switch (fate) {
-    case SampleFate::kAccepted:
-      return "accepted";
-    case SampleFate::kTemperatureOnly:
-      return "temperature only";
-    case SampleFate::kMissingValue:
-      return "missing value";
-    case SampleFate::kNotFinite:
-      return "not finite";
-    case SampleFate::kDuplicateStamp:
-      return "duplicate stamp";
-    case SampleFate::kClockStepBack:
-      return "clock step back";
-    case SampleFate::kOutOfRange:
-      return "out of range";
+    case SampleFate::kAccepted: return "accepted";
+    case SampleFate::kTemperatureOnly: return "temperature only";
+    case SampleFate::kMissingValue: return "missing value";
+    case SampleFate::kNotFinite: return "not finite";
+    case SampleFate::kDuplicateStamp: return "duplicate stamp";
+    case SampleFate::kClockStepBack: return "clock step back";
+    case SampleFate::kOutOfRange: return "out of range";
   }
   throw std::invalid_argument("describe: not a sample fate");
 }

@@ -209,20 +209,13 @@ void requireValid(const SourceRule& rule) {
 
 std::string describe(SourceReason reason) {
   switch (reason) {
-    case SourceReason::kNoSource:
-      return "nothing in the recording charges the battery";
-    case SourceReason::kLoad:
-      return "a load: the current is below what a source lets through";
-    case SourceReason::kConstantCurrent:
-      return "the current is held within its noise while the voltage moves one way";
-    case SourceReason::kRestApart:
-      return "a rest apart from any source: the voltage relaxes";
-    case SourceReason::kChargeAsBefore:
-      return "a charge that begins as this recording's charges do, with an imposed current";
-    case SourceReason::kHeldVoltage:
-      return "the voltage is held while the current moves";
-    case SourceReason::kSource:
-      return "a source is connected: the current is above what loads leave";
+    case SourceReason::kNoSource: return "nothing in the recording charges the battery";
+    case SourceReason::kLoad: return "a load: the current is below what a source lets through";
+    case SourceReason::kConstantCurrent: return "the current is held within its noise while the voltage moves one way";
+    case SourceReason::kRestApart: return "a rest apart from any source: the voltage relaxes";
+    case SourceReason::kChargeAsBefore: return "a charge that begins as this recording's charges do, with an imposed current";
+    case SourceReason::kHeldVoltage: return "the voltage is held while the current moves";
+    case SourceReason::kSource: return "a source is connected: the current is above what loads leave";
   }
   throw std::invalid_argument("describe: not a reason");
 }

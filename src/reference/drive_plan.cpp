@@ -152,12 +152,9 @@ class LongChargesPlan : public DrivePlan {
   }
   Phase finalPhase() {
     switch (final_phase_++) {
-      case 0:
-        return steady(options_.final_hold_s, -options_.final_hold_a);
-      case 1:
-        return {options_.final_s - options_.final_hold_s, -options_.final_hold_a, -options_.final_peak_a};
-      default:
-        return steady(std::max(options_.final_rest_s, 1.0), 0.0);
+      case 0: return steady(options_.final_hold_s, -options_.final_hold_a);
+      case 1: return {options_.final_s - options_.final_hold_s, -options_.final_hold_a, -options_.final_peak_a};
+      default: return steady(std::max(options_.final_rest_s, 1.0), 0.0);
     }
   }
 

@@ -286,18 +286,10 @@ void FullBattery::drift(Conditions& now, double hours) const {
   if (!additions_.parameter_drift) return;
   const double factor = 1.0 + additions_.drift_per_h * hours;
   switch (additions_.drifting) {
-    case DriftingParameter::kROhmic:
-      now.r_ohmic *= factor;
-      break;
-    case DriftingParameter::kR1:
-      now.r1_factor *= factor;
-      break;
-    case DriftingParameter::kCpe2Capacitance:
-      now.cpe2_factor *= factor;
-      break;
-    case DriftingParameter::kU0:
-      now.u0_factor *= factor;
-      break;
+    case DriftingParameter::kROhmic: now.r_ohmic *= factor; break;
+    case DriftingParameter::kR1: now.r1_factor *= factor; break;
+    case DriftingParameter::kCpe2Capacitance: now.cpe2_factor *= factor; break;
+    case DriftingParameter::kU0: now.u0_factor *= factor; break;
   }
 }
 

@@ -33,20 +33,13 @@ void requireMatching(const Recording& recording, const Diagnosis& diagnosis) {
 /// The verdict as two or three words above the sentence.
 std::string verdictWords(Verdict verdict) {
   switch (verdict) {
-    case Verdict::kNoMismatch:
-      return "No mismatch";
-    case Verdict::kNamed:
-      return "One effect is missing";
-    case Verdict::kSeveral:
-      return "Several effects are missing";
-    case Verdict::kAmbiguous:
-      return "One of a few";
-    case Verdict::kUnknown:
-      return "Unknown physics";
-    case Verdict::kSensorFault:
-      return "The instruments";
-    case Verdict::kInsufficientData:
-      break;
+    case Verdict::kNoMismatch: return "No mismatch";
+    case Verdict::kNamed: return "One effect is missing";
+    case Verdict::kSeveral: return "Several effects are missing";
+    case Verdict::kAmbiguous: return "One of a few";
+    case Verdict::kUnknown: return "Unknown physics";
+    case Verdict::kSensorFault: return "The instruments";
+    case Verdict::kInsufficientData: break;
   }
   return "Not enough to judge";
 }

@@ -15,20 +15,13 @@ using Faults = std::vector<std::string>;
 
 std::string typeName(const Value& value) {
   switch (value.getType()) {
-    case Value::TypeBoolean:
-      return "a boolean";
-    case Value::TypeInt:
-      return "an integer";
-    case Value::TypeDouble:
-      return "a number";
-    case Value::TypeString:
-      return "a string";
-    case Value::TypeArray:
-      return "a list";
-    case Value::TypeStruct:
-      return "a map";
-    default:
-      return "of another type";
+    case Value::TypeBoolean: return "a boolean";
+    case Value::TypeInt: return "an integer";
+    case Value::TypeDouble: return "a number";
+    case Value::TypeString: return "a string";
+    case Value::TypeArray: return "a list";
+    case Value::TypeStruct: return "a map";
+    default: return "of another type";
   }
 }
 

@@ -8,16 +8,11 @@ namespace {
 
 std::uint8_t stateCode(SessionState state) {
   switch (state) {
-    case SessionState::kNoSample:
-      return SofStatus::NO_DATA;
-    case SessionState::kCollecting:
-      return SofStatus::COLLECTING;
-    case SessionState::kIdentifying:
-      return SofStatus::IDENTIFYING;
-    case SessionState::kReady:
-      return SofStatus::READY;
-    case SessionState::kStale:
-      return SofStatus::STALE;
+    case SessionState::kNoSample: return SofStatus::NO_DATA;
+    case SessionState::kCollecting: return SofStatus::COLLECTING;
+    case SessionState::kIdentifying: return SofStatus::IDENTIFYING;
+    case SessionState::kReady: return SofStatus::READY;
+    case SessionState::kStale: return SofStatus::STALE;
   }
   return SofStatus::NO_DATA;
 }

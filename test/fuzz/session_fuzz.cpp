@@ -15,22 +15,15 @@ class FuzzedDrive {
 
   void act() {
     switch (data_.ConsumeIntegralInRange<int>(0, 9)) {
-      case 0:
-        return jump();
+      case 0: return jump();
       case 1:
         return offer({fuzz::anyNumber(data_, 0.0, 2e9), fuzz::anyNumber(data_, -6000.0, 6000.0), fuzz::anyNumber(data_, -10.0, 110.0), {}});
-      case 2:
-        return identify();
-      case 3:
-        return ask();
-      case 4:
-        return extend();
-      case 5:
-        return session_.beginAnew();
-      case 6:
-        return session_.restore(fuzz::modelIn(data_));
-      default:
-        return drive();
+      case 2: return identify();
+      case 3: return ask();
+      case 4: return extend();
+      case 5: return session_.beginAnew();
+      case 6: return session_.restore(fuzz::modelIn(data_));
+      default: return drive();
     }
   }
 

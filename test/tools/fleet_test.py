@@ -224,7 +224,7 @@ class Made(Folder):
         self.assertEqual((compared, [one.battery for one in found]), (31, ["b30"]))
 
     def test_a_fleet_without_verdicts_has_a_page_in_words(self):
-        self.assertIn("No battery", page.headline([], []))
+        self.assertIn("No battery", page.headline([], [], True))
 
     def test_the_prior_of_a_type_is_its_mean_and_its_spread_without_the_errors_of_fits(self):
         dice = np.random.default_rng(5)

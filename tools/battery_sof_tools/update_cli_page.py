@@ -44,6 +44,8 @@ says what was being done, ends at once, and leaves no file.
 *Times* are those of the recording's own clock; `+60` counts from its first sample. Bags have the topic `battery_state`, or `--topic`.
 
 *Scoring windows of a recording* beside straight lines and past events: `scripts/score_next_window drive.csv` (15 min fitted, the next 15 predicted), `--split 0.75` (three quarters fitted, the last predicted).
+
+*Many recordings at once*, and what a fleet says of a battery (`sof identify --priors`): [fleet.md](fleet.md).
 """
 
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/identify/known_parameter.hpp"
 #include "battery_sof/identify/levenberg_marquardt.hpp"
 #include "battery_sof/identify/noise_model.hpp"
 #include "battery_sof/model/simulation.hpp"
@@ -35,6 +36,7 @@ struct FitCost {
   double crank_weight_current = -150.0;                  ///< [A]
   bool priors = true;                                    ///< with what is known beforehand of parameters and first states
   std::optional<ChannelErrors> channels = std::nullopt;  ///< errors in both variables, in place of eq. 3's weights
+  std::vector<KnownParameter> known = {};                ///< priors in place of the catalogue's
 };
 
 /// Parameters and first states of a composition.
@@ -109,6 +111,7 @@ class CompositionProblem {
   };
   void addParameter(Eigen::Index row, const ParameterInfo& info);
   void addState(Eigen::Index row, const StateInfo& info);
+  void takeKnown(const ParameterInfo& info, Coordinate& coordinate) const;
   void addPriors(const Eigen::VectorXd& x, NormalEquations& equations) const;
 
   const BatteryModel& model_;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/identify/known_parameter.hpp"
 #include "battery_sof/recording/series.hpp"
 #include "battery_sof/recording/source.hpp"
 #include "battery_sof/recording/voltage_repair.hpp"
@@ -45,9 +46,11 @@ struct IdentifyOptions {
   bool chooses_effects = false;
   std::vector<std::string> effects = {};                ///< ids of further physics, see effectCatalogue(); "learned" with `force`
   std::shared_ptr<const LearnedForce> force = nullptr;  ///< learnt before (learnForce()); its factors are fitted
-  bool whiten = false;                                  ///< cost of residuals whitened by a fitted noise model in place of eq. 3
-  int more_starts = 2;                                  ///< of a composition, beside the base model's optimum and the effects' magnitudes
-  int threads = 1;                                      ///< for the starts; 0: as many as the machine has; the result is the same
+  /// What a fleet knows; the population with the fit's own effects serves. The base circuit driven by the current alone has no priors.
+  std::vector<KnownPopulation> priors = {};
+  bool whiten = false;  ///< cost of residuals whitened by a fitted noise model in place of eq. 3
+  int more_starts = 2;  ///< of a composition, beside the base model's optimum and the effects' magnitudes
+  int threads = 1;      ///< for the starts; 0: as many as the machine has; the result is the same
 };
 
 /**

@@ -79,6 +79,31 @@ TEST(IdentifyBothWays, RecoversABaseBatteryUnderTheNoiseOfAVehiclesSensors) {
   EXPECT_NEAR(model.parameters.u_dc, truth.u_dc, 0.03);
 }
 
+IdentifyOptions knowing(const StartStopDrive& drive, const KnownParameter& known) {
+  IdentifyOptions options;
+  options.source = knownSource(drive);
+  options.effects = {"fresh_sulphate"};
+  options.priors = {{{}, {{"pore_time", 60.0, 0.01, true}}}, {{"fresh_sulphate"}, {known}}};
+  return options;
+}
+
+TEST(IdentifyBothWays, AFleetsPriorHoldsAParameterWhereItIsSharpAndLeavesItWhereItIsWide) {
+  const StartStopDrive drive = freshTwin(0.3, 0.012);
+  const IndexRange whole{0, drive.series.size()};
+  const double alone = estimate(fitted(drive, {"fresh_sulphate"}), "pore_time").value;
+  const double held = estimate(identify(drive.series, whole, knowing(drive, {"pore_time", 30.0, 1e-3, true})), "pore_time").value;
+  const double wide = estimate(identify(drive.series, whole, knowing(drive, {"pore_time", alone, 10.0, true})), "pore_time").value;
+  EXPECT_NEAR(held, 30.0, 0.3);
+  EXPECT_NEAR(wide, alone, 0.5 * alone);
+}
+
+TEST(IdentifyBothWays, APopulationOfOtherEffectsSaysNothing) {
+  const StartStopDrive drive = freshTwin(0.3, 0.012);
+  IdentifyOptions options = knowing(drive, {"pore_time", 30.0, 1e-3, true});
+  options.priors.pop_back();
+  EXPECT_EQ(identify(drive.series, {0, drive.series.size()}, options).parameters.c2, fitted(drive, {"fresh_sulphate"}).parameters.c2);
+}
+
 TEST(IdentifyBothWays, RecoversFreshSulphate) {
   const FittedModel model = fitted(freshTwin(0.0, 0.0, 3600.0), {"fresh_sulphate"});
   const BatteryModel composition({"fresh_sulphate"});

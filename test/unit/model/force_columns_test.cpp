@@ -64,14 +64,11 @@ double lastOf(const ForceColumn& column, const std::vector<ForceMoment>& moments
 /// How long a column remembers [s]; 0 for one whose numbers mean something else.
 double slowness(const ForceColumn& column) {
   switch (column.kind) {
-    case ForceKind::kHighMemory:
-      return column.charge;
+    case ForceKind::kHighMemory: return column.charge;
     case ForceKind::kHighOverpotential:
     case ForceKind::kHighSum:
-    case ForceKind::kStepCurrent:
-      return 0.0;
-    default:
-      return column.time;
+    case ForceKind::kStepCurrent: return 0.0;
+    default: return column.time;
   }
 }
 

@@ -1,8 +1,8 @@
 """Which batteries of a fleet lack something, with the share of false ones among them held (docs/fleet.md).
 
 A recording's statistic is the evidence that its extended model gains over the base circuit [nats], 0 where no family is told. With nulls, recordings of batteries that lack
-nothing, it has a p-value: the share of nulls that gain as much. Without, exp(gain) / TRIED is an e-value, and 1 / e stands for p: Benjamini-Hochberg then holds the rate
-however the recordings depend on each other (Wang and Ramdas 2022).
+nothing, it has a p-value: the share of nulls that gain as much. Without, exp(gain) / TRIED is taken for an e-value, and 1 / e stands for p (Wang and Ramdas 2022): that holds the
+rate where the evidence is what it says, and it is not in short recordings at 1 Hz (docs/fleet.md has figures).
 """
 
 import collections

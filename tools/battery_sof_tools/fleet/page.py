@@ -47,15 +47,16 @@ def nulls_of(folder):
     return values
 
 
-def headline(found, told):
-    """One sentence: what the fleet lacks, and how sure that is."""
+def headline(found, told, held):
+    """One sentence: what the fleet lacks. held: the share of false ones is."""
     if not found:
         return "No battery of this fleet was judged."
     standing = [one for one in found if one.found]
     if not standing:
         return f"None of {sections.count(len(found), 'battery', 'batteries')} lacks a kind of physics that stands among so many."
     first = told[0]
-    return (f"{len(standing)} of {sections.count(len(found), 'battery', 'batteries')} lack a kind of physics that the base circuit does not have; the most frequent one is "
+    lack = "lack" if held else "are told to lack"
+    return (f"{len(standing)} of {sections.count(len(found), 'battery', 'batteries')} {lack} a kind of physics that the base circuit does not have; the most frequent one is "
             f"{sections.words(first[0])} ({len(first[2])}).")
 
 
@@ -74,10 +75,10 @@ def make(folder, nulls=None):
     null_gains = nulls_of(nulls)
     found = discoveries.batteries(base, null_gains)
     told = discoveries.families(found)
-    title = "Fleet of " + sections.count(len({one.name for one in found}), "battery", "batteries")
+    title = "Fleet of " + sections.count(base.execute("SELECT count(DISTINCT battery) FROM recording").fetchone()[0], "battery", "batteries")
     page_css = text_of(os.path.join(ROOT, "src", "report", "page", "page.css"))
     style = page_css + text_of(os.path.join(HERE, "page.css"))
-    origin = f'<header><p class="origin">{html.escape(title)}, <strong>{html.escape(os.path.basename(os.path.abspath(folder)))}</strong></p><h1>{html.escape(headline(found, told))}</h1>'
+    origin = f'<header><p class="origin">{html.escape(title)}, <strong>{html.escape(os.path.basename(os.path.abspath(folder)))}</strong></p><h1>{html.escape(headline(found, told, nulls is not None))}</h1>'
     parts = [HEAD.format(title=html.escape(title), style=style), origin, figures(base, found), "</header>", sections.families(base, told, len(found), null_gains),
              sections.departing(base, *departures.departures(base)), sections.parameters(base), sections.predictions(base), sections.recordings(base, {one.name for one in found if one.found}),
              FOOT.format(script=text_of(os.path.join(HERE, "page.js")))]

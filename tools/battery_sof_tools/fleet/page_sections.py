@@ -82,9 +82,11 @@ def families(base, told, judged, nulls):
         bar = f'<span class="share"><i style="width:{100.0 * len(standing) / most:.1f}%"></i></span>'
         lines.append((f"<b>{html.escape(words(name))}</b><small class=wrap>{html.escape(MEANT.get(name, ''))}</small>", f"{bar}{len(standing)}<small>of {count_told} told</small>",
                       "" if sure is None else f"{expected:.1f}", number(sure, 2), battery_list(standing, rows) if standing else ""))
-    how = (f"Each battery is set beside {len(nulls)} recordings that lack nothing." if nulls is not None else
-           "No recordings that lack nothing were given; the evidence that a diagnosis gains stands for an e-value.")
-    note = (f'<p class="note">Of the batteries counted here at most one in ten is expected to lack nothing at all (false discovery rate 10 %, Benjamini-Hochberg over {judged} batteries). {how} '
+    how = (f"Of the batteries counted here at most one in ten is expected to lack nothing at all: false discovery rate 10 %, Benjamini-Hochberg over {judged} batteries, each set beside "
+           f"{len(nulls)} recordings that lack nothing." if nulls is not None else
+           f"<strong>How many of the batteries counted here lack nothing is not known:</strong> no recordings that lack nothing were given (--nulls). The evidence that a diagnosis gains stands for an "
+           f"e-value in Benjamini-Hochberg over {judged} batteries; short recordings at 1 Hz gain evidence without lacking anything.")
+    note = (f'<p class="note">{how} '
             "<em>Family right</em> is the sum of the stated probabilities: so many of them are expected to lack this family and not another one.</p>")
     return section("families", "What is missing, and in how many batteries", table(("family", "batteries", "family right", "median probability", "which"), lines, (2, 3)), note)
 
@@ -137,7 +139,7 @@ def recordings(base, standing):
     rows = recordings_of(base)
     rows.sort(key=lambda row: (row["outcome"] == "done", row["battery"] not in standing, row["battery"]))
     lines = [(linked(row), html.escape(row["battery"]), html.escape(row["vehicle_type"] or ""), "" if row["to_s"] is None else f"{(row['to_s'] - row['from_s']) / 60.0:.0f}",
-              f'<span class="badge {row["verdict"]}">{VERDICTS.get(row["verdict"], row["verdict"])}</span>' if row["verdict"] else '<span class="badge insufficient_data">no answer</span>',
+              f'<span class="badge {row["verdict"]}">{VERDICTS.get(row["verdict"], row["verdict"])}</span>' if row["verdict"] else f'<span class="badge insufficient_data">{"no answer" if row["reason"] else "not judged"}</span>',
               html.escape(words(row["family"]) if row["family"] else ""), html.escape((row["reason"] or row["summary"] or "").replace(os.path.dirname(row["path"]) + os.sep, "")))
              for row in rows[:MOST_ROWS]]
     more = f'<p class="note">{len(rows) - MOST_ROWS} more are in the database.</p>' if len(rows) > MOST_ROWS else ""

@@ -1,6 +1,6 @@
 """The step `score`: what a model of a window says of the next one (score_next_window.py), as one answer for a recording.
 
-Windows are those of score_next_window; a recording too short for two of them is parted in the middle.
+Windows are those of score_next_window, longer where samples are rare; a recording too short for two of them is parted in the middle.
 """
 
 import argparse
@@ -23,7 +23,7 @@ def answer(recording):
         return None, None, str(refused)
     if len(t) < 2 * LEAST:
         return None, None, f"{len(t)} samples, {2 * LEAST} are needed"
-    window = recording.setting["window_s"]
+    window = max(recording.setting["window_s"], 2 * LEAST * float(np.median(np.diff(t))))
     found, stretches = [], stretches_of(t, window)
     args = argparse.Namespace(sof=recording.setting["sof"], effects=recording.entry.get("effects"), identify=recording.priors())
     options = listing.column_options(recording.entry) if not recording.is_bag else []

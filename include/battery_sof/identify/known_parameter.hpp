@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace battery_sof {
+
+/// What other batteries say of a parameter before this one is measured, in place of the catalogue's prior.
+struct KnownParameter {
+  std::string name;
+  double value = 0.0;        ///< in the parameter's unit
+  double std = 0.0;          ///< of the logarithm when logarithmic, else in the parameter's unit; > 0
+  bool logarithmic = false;  ///< then value is the geometric mean
+};
+
+/// What a population says, of fits with the same effects.
+struct KnownPopulation {
+  std::vector<std::string> effects;  ///< ids, in any order
+  std::vector<KnownParameter> parameters;
+};
+
+}  // namespace battery_sof

@@ -1,0 +1,49 @@
+#include "battery_sof/report/priors_yaml.hpp"
+
+#include <gtest/gtest.h>
+
+#include "battery_sof/report/model_yaml.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr char kPriors[] = R"(schema: battery_sof/priors/1
+priors:
+- {vehicle_type: '', effects: [], batteries: 9, parameters: {beta: {value: 20, std: 0.3, logarithmic: true}}, correlation: [[1]]}
+- {vehicle_type: '', effects: [fresh_sulphate], batteries: 9, parameters: {u_dc: {value: 12.5, std: 0.2, logarithmic: false}}}
+- {vehicle_type: van, effects: [fresh_sulphate], batteries: 4, parameters: {u_dc: {value: 12.9, std: 0.1, logarithmic: false}}}
+- {vehicle_type: bus, effects: [fresh_sulphate], batteries: 4, parameters: {u_dc: {value: 24.9, std: 0.1, logarithmic: false}}}
+)";
+
+TEST(PriorsYaml, APopulationOfTheTypeComesBeforeThatOfAllTypes) {
+  const auto of_van = parsePriorsYaml(kPriors, "priors.yaml", "van");
+  ASSERT_EQ(of_van.size(), 2u);
+  EXPECT_TRUE(of_van[0].effects.empty());
+  EXPECT_EQ(of_van[0].parameters.at(0).name, "beta");
+  EXPECT_TRUE(of_van[0].parameters.at(0).logarithmic);
+  EXPECT_EQ(of_van[1].parameters.at(0).value, 12.9);
+  const auto of_tram = parsePriorsYaml(kPriors, "priors.yaml", "tram");
+  ASSERT_EQ(of_tram.size(), 2u);
+  EXPECT_EQ(of_tram[1].parameters.at(0).value, 12.5);
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    parsePriorsYaml(text, "priors.yaml", "");
+  } catch (const ModelFileError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(PriorsYaml, WhatIsWrongIsNamedWithItsPlace) {
+  EXPECT_EQ(refusal("schema: other"), "priors.yaml: schema is \"other\", expected battery_sof/priors/1");
+  const std::string head = "schema: battery_sof/priors/1\npriors: [{vehicle_type: '', effects: [], parameters: {beta: {";
+  EXPECT_NE(refusal(head + "value: 20, std: 0, logarithmic: true}}}]").find("priors[0].parameters.beta.std is 0"), std::string::npos);
+  EXPECT_NE(refusal(head + "value: -1, std: 1, logarithmic: true}}}]").find("priors[0].parameters.beta.value is not positive"),
+            std::string::npos);
+  EXPECT_NE(refusal("{").find("no YAML"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace battery_sof
