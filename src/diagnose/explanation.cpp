@@ -15,9 +15,8 @@ namespace battery_sof {
 namespace {
 
 constexpr int kFirstIterations = 4;
-constexpr double kSettled = 0.1;      // nats
-constexpr double kDiscrepancy = 0.1;  // of the structure's gain, that physics beside it must bring
-constexpr int kSwaps = 3;             // rounds in which places may be taken by what does better
+constexpr double kSettled = 0.1;  // nats
+constexpr int kSwaps = 3;         // rounds in which places may be taken by what does better
 
 /// Ids in the catalogue's order: what is given is one set, however it was written.
 std::vector<std::string> inOrder(const std::vector<std::string>& given) {

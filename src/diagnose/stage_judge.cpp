@@ -12,15 +12,41 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kToldRight = 0.7;  // [1], of the families told of batteries of unknown law: docs/diagnosis.md
+constexpr double kToldRight = 0.7;        // [1], of the families told of batteries of unknown law: docs/diagnosis.md
+constexpr double kInsideSampling = 0.25;  // [1], of the interval between two samples
+
+double rmsOf(const Eigen::VectorXd& values) {
+  return values.size() ? std::sqrt(values.squaredNorm() / static_cast<double>(values.size())) : 0.0;
+}
 
 Unexplained restOf(const Prepared& prepared, const FinalFit& last, const Learned& learned) {
   Unexplained rest;
   rest.is_tone = slowTone(last.fit, last.drive(prepared)).has_value();
   rest.is_learned = learned.isUsed();
-  rest.rmse = learned.finding ? learned.finding->left_out.base : 0.0;
+  // Blocks that are left out are missed by more than what is missing where a short recording hardly determines the parameters.
+  rest.rmse = learned.finding ? std::min(learned.finding->left_out.base, rmsOf(last.fit.residual)) : 0.0;
   rest.plausible = kPlausible;
   return rest;
+}
+
+/// Whether an effect is a time alone, a shift or a lag, and the fit's is a small part of what passes between two samples: what happens
+/// there, no recording tells.
+bool isInsideSampling(const std::string& id, const WhitenedFit& fit, double interval) {
+  const std::vector<ParameterInfo>& parameters = effectInfo(id).parameters;
+  if (parameters.size() != 1 || parameters.front().unit != "s") return false;
+  const std::optional<Eigen::Index> row = fit.model.parameterRow(parameters.front().name);
+  return row && std::abs(fit.point.parameters[*row]) < kInsideSampling * interval;
+}
+
+/// What is told of an explanation: effects by their evidence, but for those inside the sampling; a family that its columns alone
+/// stand for where what they learnt holds on blocks that were left out.
+Explanation confirmed(Explanation explanation, const Learned& learned, const WhitenedFit& fit, double interval) {
+  const auto is_untold = [&](const Component& one) {
+    return one.member.empty() ? !learned.isUsed() : isInsideSampling(one.member, fit, interval);
+  };
+  std::vector<Component>& all = explanation.components;
+  all.erase(std::remove_if(all.begin(), all.end(), is_untold), all.end());
+  return explanation;
 }
 
 std::string rejection(const Candidate& candidate, const std::vector<Component>& components) {
@@ -80,9 +106,10 @@ std::vector<Detectable> detectableOf(const std::vector<LeastStrength>& all, cons
 Judged judgeFindings(const Recording& recording, const Prepared& prepared, const Explained& explained, const FinalFit& last,
                      const Learned& learned, const DiagnoseOptions& options) {
   const Unexplained rest = restOf(prepared, last, learned);
+  const Explanation explanation = confirmed(explained.explanation, learned, last.fit, medianInterval(prepared.screened.series));
   Judged judged;
-  judged.verdict = judge(explained.explanation, {prepared.screened.faults, prepared.screened.sentences}, rest);
-  judged.components = explained.explanation.components;
+  judged.verdict = judge(explanation, {prepared.screened.faults, prepared.screened.sentences}, rest);
+  judged.components = explanation.components;
   // The evidence weighs families against each other and does not know that a battery's law may be none of them.
   for (Component& one : judged.components) one.probability *= kToldRight;
   if (!judged.components.empty()) {
@@ -95,8 +122,8 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared, const
     judged.family.reset();
     judged.probability = 0.0;
   }
-  judged.candidates = candidatesOf(explained.explanation.weighed, judged.components);
-  if (options.lists_detectable) judged.detectable = detectableOf(explained.explanation.least, {recording, prepared, last.fit}, options);
+  judged.candidates = candidatesOf(explanation.weighed, judged.components);
+  if (options.lists_detectable) judged.detectable = detectableOf(explanation.least, {recording, prepared, last.fit}, options);
   return judged;
 }
 

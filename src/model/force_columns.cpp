@@ -135,110 +135,75 @@ class Library {
   std::vector<ForceColumn> columns_;
 };
 
-const std::vector<std::pair<ForceKind, const char*>>& kindIds() {
-  using Kind = ForceKind;
-  static const std::vector<std::pair<ForceKind, const char*>> ids = {
-      {Kind::kChargeMemory, "charge_memory"},
-      {Kind::kDischargeMemory, "discharge_memory"},
-      {Kind::kMemory, "memory"},
-      {Kind::kLogChargeMemory, "log_charge_memory"},
-      {Kind::kLogDischargeMemory, "log_discharge_memory"},
-      {Kind::kCompressedMemory, "compressed_memory"},
-      {Kind::kMemoryOfCompressed, "memory_of_compressed"},
-      {Kind::kMemoryOfCharging, "memory_of_charging"},
-      {Kind::kFresh, "fresh"},
-      {Kind::kFreshCharging, "fresh_charging"},
-      {Kind::kAcceptanceReserve, "acceptance_reserve"},
-      {Kind::kDischargeReserve, "discharge_reserve"},
-      {Kind::kSinceCharge, "since_charge"},
-      {Kind::kCompressed, "compressed"},
-      {Kind::kSaturating, "saturating"},
-      {Kind::kLogMagnitude, "log_magnitude"},
-      {Kind::kSmallCurrent, "small_current"},
-      {Kind::kRest, "rest"},
-      {Kind::kCharge, "charge"},
-      {Kind::kChargeSquared, "charge_squared"},
-      {Kind::kSlowCharge, "slow_charge"},
-      {Kind::kPath, "path"},
-      {Kind::kEdge, "edge"},
-      {Kind::kChange, "change"},
-      {Kind::kChangeBefore, "change_before"},
-      {Kind::kOverpotentialMagnitude, "overpotential_magnitude"},
-      {Kind::kOverpotentialSquared, "overpotential_squared"},
-      {Kind::kOverpotentialCubed, "overpotential_cubed"},
-      {Kind::kOverpotentialLogCosh, "overpotential_log_cosh"},
-      {Kind::kHighOverpotential, "high_overpotential"},
-      {Kind::kHighMemory, "high_memory"},
-      {Kind::kHighSum, "high_sum"},
-      {Kind::kTimeCurrent, "time_current"},
-      {Kind::kTimeMagnitude, "time_magnitude"},
-      {Kind::kTimeSquaredCurrent, "time_squared_current"},
-      {Kind::kTimeOverpotential, "time_overpotential"},
-      {Kind::kWarmCurrent, "warm_current"},
-      {Kind::kTime, "time"},
-      {Kind::kStepCurrent, "step_current"},
-  };
-  return ids;
+struct KindInfo {
+  ForceKind kind;
+  const char* id;
+  ForceGroup group;
+  bool scale_first;   ///< the words hold the scale, then the time; else the other way round, or neither
+  const char* words;  ///< a pattern of printf
+};
+
+constexpr KindInfo kKinds[] = {
+    {ForceKind::kChargeMemory, "charge_memory", ForceGroup::kCharge, false, "memory of charging over %g s"},
+    {ForceKind::kDischargeMemory, "discharge_memory", ForceGroup::kDischarge, false, "memory of discharging over %g s"},
+    {ForceKind::kMemory, "memory", ForceGroup::kCurrent, false, "memory of the current over %g s"},
+    {ForceKind::kLogChargeMemory, "log_charge_memory", ForceGroup::kCharge, false, "memory of charging over %g s"},
+    {ForceKind::kLogDischargeMemory, "log_discharge_memory", ForceGroup::kDischarge, false, "memory of discharging over %g s"},
+    {ForceKind::kCompressedMemory, "compressed_memory", ForceGroup::kCurrent, false, "memory of the current over %g s"},
+    {ForceKind::kMemoryOfCompressed, "memory_of_compressed", ForceGroup::kCurrent, false, "memory of the current over %g s"},
+    {ForceKind::kMemoryOfCharging, "memory_of_charging", ForceGroup::kCharge, false, "memory of charging over %g s"},
+    {ForceKind::kFresh, "fresh", ForceGroup::kCharge, false, "what was discharged in the last %g s (%g As)"},
+    {ForceKind::kFreshCharging, "fresh_charging", ForceGroup::kCharge, false, "what was discharged in the last %g s (%g As)"},
+    {ForceKind::kAcceptanceReserve, "acceptance_reserve", ForceGroup::kCharge, true,
+     "a reserve of %g As that charging empties and %g s refill"},
+    {ForceKind::kDischargeReserve, "discharge_reserve", ForceGroup::kDischarge, true,
+     "a reserve of %g As that discharging empties and %g s refill"},
+    {ForceKind::kSinceCharge, "since_charge", ForceGroup::kDischarge, true, "the first %g As of a discharge"},
+    {ForceKind::kCompressed, "compressed", ForceGroup::kStatic, true, "a static curve of the current, bent at %g A"},
+    {ForceKind::kSaturating, "saturating", ForceGroup::kStatic, true, "a static curve of the current, bent at %g A"},
+    {ForceKind::kLogMagnitude, "log_magnitude", ForceGroup::kStatic, true, "a static curve of the current, bent at %g A"},
+    {ForceKind::kSmallCurrent, "small_current", ForceGroup::kStatic, true, "a static curve of the current, bent at %g A"},
+    {ForceKind::kRest, "rest", ForceGroup::kStatic, true, "a static curve of the current, bent at %g A"},
+    {ForceKind::kCharge, "charge", ForceGroup::kChargeCounted, false, "charge moved"},
+    {ForceKind::kChargeSquared, "charge_squared", ForceGroup::kChargeCounted, false, "charge moved"},
+    {ForceKind::kSlowCharge, "slow_charge", ForceGroup::kChargeCounted, false, "charge moved, %g s late"},
+    {ForceKind::kPath, "path", ForceGroup::kChargeCounted, true, "the direction of the last %g As"},
+    {ForceKind::kEdge, "edge", ForceGroup::kEdges, false, "edges of the current within %g s"},
+    {ForceKind::kChange, "change", ForceGroup::kEdges, false, "edges of the current"},
+    {ForceKind::kChangeBefore, "change_before", ForceGroup::kEdges, false, "edges of the current"},
+    {ForceKind::kOverpotentialMagnitude, "overpotential_magnitude", ForceGroup::kKinetics, false, "curvature of the kinetics"},
+    {ForceKind::kOverpotentialSquared, "overpotential_squared", ForceGroup::kKinetics, false, "curvature of the kinetics"},
+    {ForceKind::kOverpotentialCubed, "overpotential_cubed", ForceGroup::kKinetics, false, "curvature of the kinetics"},
+    {ForceKind::kOverpotentialLogCosh, "overpotential_log_cosh", ForceGroup::kKinetics, false, "curvature of the kinetics"},
+    {ForceKind::kHighOverpotential, "high_overpotential", ForceGroup::kHighVoltage, false, "high voltage"},
+    {ForceKind::kHighMemory, "high_memory", ForceGroup::kHighVoltage, false, "high voltage"},
+    {ForceKind::kHighSum, "high_sum", ForceGroup::kHighVoltage, false, "high voltage"},
+    {ForceKind::kTimeCurrent, "time_current", ForceGroup::kTime, false, "a resistance that drifts"},
+    {ForceKind::kTimeMagnitude, "time_magnitude", ForceGroup::kTime, false, "a resistance that drifts"},
+    {ForceKind::kTimeSquaredCurrent, "time_squared_current", ForceGroup::kTime, false, "a resistance that drifts"},
+    {ForceKind::kTimeOverpotential, "time_overpotential", ForceGroup::kTime, false, "kinetics that drift"},
+    {ForceKind::kWarmCurrent, "warm_current", ForceGroup::kTime, false, "a resistance that follows the heat of %g s"},
+    {ForceKind::kTime, "time", ForceGroup::kTime, false, "a drift of the voltage"},
+    {ForceKind::kStepCurrent, "step_current", ForceGroup::kTime, false, "a resistance that steps at %g s"},
+};
+
+const KindInfo& infoOf(ForceKind kind) {
+  for (const KindInfo& info : kKinds)
+    if (info.kind == kind) return info;
+  throw std::logic_error("a column of an unknown kind");
 }
 
 }  // namespace
 
-std::string kindId(ForceKind kind) {
-  for (const auto& [known, id] : kindIds())
-    if (known == kind) return id;
-  throw std::logic_error("a column of an unknown kind");
-}
+std::string kindId(ForceKind kind) { return infoOf(kind).id; }
 
 std::vector<ForceKind> allForceKinds() {
   std::vector<ForceKind> kinds;
-  for (const auto& each : kindIds()) kinds.push_back(each.first);
+  for (const KindInfo& info : kKinds) kinds.push_back(info.kind);
   return kinds;
 }
 
-ForceGroup groupOf(ForceKind kind) {
-  switch (kind) {
-    case ForceKind::kChargeMemory:
-    case ForceKind::kLogChargeMemory:
-    case ForceKind::kMemoryOfCharging:
-    case ForceKind::kFresh:
-    case ForceKind::kFreshCharging:
-    case ForceKind::kAcceptanceReserve: return ForceGroup::kCharge;
-    case ForceKind::kDischargeMemory:
-    case ForceKind::kLogDischargeMemory:
-    case ForceKind::kDischargeReserve:
-    case ForceKind::kSinceCharge: return ForceGroup::kDischarge;
-    case ForceKind::kMemory:
-    case ForceKind::kCompressedMemory:
-    case ForceKind::kMemoryOfCompressed: return ForceGroup::kCurrent;
-    case ForceKind::kCompressed:
-    case ForceKind::kSaturating:
-    case ForceKind::kLogMagnitude:
-    case ForceKind::kSmallCurrent:
-    case ForceKind::kRest: return ForceGroup::kStatic;
-    case ForceKind::kCharge:
-    case ForceKind::kChargeSquared:
-    case ForceKind::kSlowCharge:
-    case ForceKind::kPath: return ForceGroup::kChargeCounted;
-    case ForceKind::kEdge:
-    case ForceKind::kChange:
-    case ForceKind::kChangeBefore: return ForceGroup::kEdges;
-    case ForceKind::kOverpotentialMagnitude:
-    case ForceKind::kOverpotentialSquared:
-    case ForceKind::kOverpotentialCubed:
-    case ForceKind::kOverpotentialLogCosh: return ForceGroup::kKinetics;
-    case ForceKind::kHighOverpotential:
-    case ForceKind::kHighMemory:
-    case ForceKind::kHighSum: return ForceGroup::kHighVoltage;
-    case ForceKind::kTimeCurrent:
-    case ForceKind::kTimeMagnitude:
-    case ForceKind::kTimeSquaredCurrent:
-    case ForceKind::kTimeOverpotential:
-    case ForceKind::kWarmCurrent:
-    case ForceKind::kTime:
-    case ForceKind::kStepCurrent: return ForceGroup::kTime;
-  }
-  throw std::logic_error("a column of an unknown kind");
-}
+ForceGroup groupOf(ForceKind kind) { return infoOf(kind).group; }
 
 std::vector<ForceColumn> forceLibrary(const ForceContext& context) { return Library(context).take(); }
 
@@ -261,54 +226,11 @@ void ForceMemory::advance(const ForceMoment& moment, Eigen::Ref<Eigen::VectorXd>
 }
 
 std::string describe(const ForceColumn& column) {
-  const auto text = [](const char* format, double one, double two = 0.0) {
-    char buffer[120];
-    printClassic(buffer, sizeof buffer, format, one, two);
-    return std::string(buffer);
-  };
-  switch (column.kind) {
-    case ForceKind::kChargeMemory:
-    case ForceKind::kLogChargeMemory:
-    case ForceKind::kMemoryOfCharging: return text("memory of charging over %g s", column.time);
-    case ForceKind::kDischargeMemory:
-    case ForceKind::kLogDischargeMemory: return text("memory of discharging over %g s", column.time);
-    case ForceKind::kMemory:
-    case ForceKind::kCompressedMemory:
-    case ForceKind::kMemoryOfCompressed: return text("memory of the current over %g s", column.time);
-    case ForceKind::kFresh:
-    case ForceKind::kFreshCharging: return text("what was discharged in the last %g s (%g As)", column.time, column.scale);
-    case ForceKind::kAcceptanceReserve: return text("a reserve of %g As that charging empties and %g s refill", column.scale, column.time);
-    case ForceKind::kDischargeReserve:
-      return text("a reserve of %g As that discharging empties and %g s refill", column.scale, column.time);
-    case ForceKind::kSinceCharge: return text("the first %g As of a discharge", column.scale);
-    case ForceKind::kCompressed:
-    case ForceKind::kSaturating:
-    case ForceKind::kLogMagnitude:
-    case ForceKind::kSmallCurrent:
-    case ForceKind::kRest: return text("a static curve of the current, bent at %g A", column.scale);
-    case ForceKind::kCharge:
-    case ForceKind::kChargeSquared: return "charge moved";
-    case ForceKind::kSlowCharge: return text("charge moved, %g s late", column.time);
-    case ForceKind::kPath: return text("the direction of the last %g As", column.scale);
-    case ForceKind::kEdge: return text("edges of the current within %g s", column.time);
-    case ForceKind::kChange:
-    case ForceKind::kChangeBefore: return "edges of the current";
-    case ForceKind::kOverpotentialMagnitude:
-    case ForceKind::kOverpotentialSquared:
-    case ForceKind::kOverpotentialCubed:
-    case ForceKind::kOverpotentialLogCosh: return "curvature of the kinetics";
-    case ForceKind::kHighOverpotential:
-    case ForceKind::kHighMemory:
-    case ForceKind::kHighSum: return "high voltage";
-    case ForceKind::kTimeCurrent:
-    case ForceKind::kTimeMagnitude:
-    case ForceKind::kTimeSquaredCurrent: return "a resistance that drifts";
-    case ForceKind::kTimeOverpotential: return "kinetics that drift";
-    case ForceKind::kWarmCurrent: return text("a resistance that follows the heat of %g s", column.time);
-    case ForceKind::kTime: return "a drift of the voltage";
-    case ForceKind::kStepCurrent: return text("a resistance that steps at %g s", column.time);
-  }
-  throw std::logic_error("a column of an unknown kind");
+  const KindInfo& info = infoOf(column.kind);
+  char buffer[120];
+  printClassic(buffer, sizeof buffer, info.words, info.scale_first ? column.scale : column.time,
+               info.scale_first ? column.time : column.scale);
+  return buffer;
 }
 
 }  // namespace battery_sof

@@ -88,6 +88,20 @@ TEST(DiagnoseCases, PhysicsGivesWayToStructureThatDoesBetter) {
   EXPECT_EQ("charge_acceptance", diagnosis.effects.front().id) << diagnosis.summary;
 }
 
+/// What happens between two samples had been called structure, acceptance or a shift in one of four.
+TEST(DiagnoseCases, OneSampleASecondOfNothingIsNoMismatch) {
+  int alarms = 0;
+  std::string told;
+  for (std::uint64_t seed = 5301; seed <= 5330; ++seed) {
+    const Diagnosis diagnosis =
+        diagnose(recordingOf("null", reference::recordedScenario(reference::drawCase({"null", "-"}, seed, 300.0, 1.0, {1.0}))));
+    if (diagnosis.verdict == Verdict::kNoMismatch) continue;
+    ++alarms;
+    told += std::to_string(seed) + ": " + diagnosis.summary + "\n";
+  }
+  EXPECT_LE(alarms, 3) << told;
+}
+
 /// What a sulphate history adds to the acceptance that it needs stood where gassing belongs, weighed as one with it.
 TEST(DiagnoseCases, GassingIsNamedBesideTheAcceptanceThatLetsTheVoltageRise) {
   const Diagnosis diagnosis = diagnosisOf(recordingOf({"effect", "gassing"}, 1675836588586451672u, 1200.0, 0.247));
