@@ -39,10 +39,10 @@ bool isInsideSampling(const std::string& id, const WhitenedFit& fit, double inte
 }
 
 /// What is told of an explanation: effects by their evidence, but for those inside the sampling; a family that its columns alone
-/// stand for where what they learnt holds on blocks that were left out.
+/// stand for where what they learnt holds on blocks that were left out. Ageing has clocks of its own and no part in what is learnt.
 Explanation confirmed(Explanation explanation, const Learned& learned, const WhitenedFit& fit, double interval) {
   const auto is_untold = [&](const Component& one) {
-    return one.member.empty() ? !learned.isUsed() : isInsideSampling(one.member, fit, interval);
+    return one.member.empty() ? !learned.isUsed() && one.family != Family::kAgeing : isInsideSampling(one.member, fit, interval);
   };
   std::vector<Component>& all = explanation.components;
   all.erase(std::remove_if(all.begin(), all.end(), is_untold), all.end());
