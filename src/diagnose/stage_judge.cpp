@@ -12,8 +12,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kToldRight = 0.7;        // [1], of the families told of batteries of unknown law: docs/diagnosis.md
-constexpr double kInsideSampling = 0.25;  // [1], of the interval between two samples
+constexpr double kToldRight = 0.7;  // [1], of the families told of batteries of unknown law: docs/diagnosis.md
 
 double rmsOf(const Eigen::VectorXd& values) {
   return values.size() ? std::sqrt(values.squaredNorm() / static_cast<double>(values.size())) : 0.0;
@@ -22,7 +21,7 @@ double rmsOf(const Eigen::VectorXd& values) {
 Unexplained restOf(const Prepared& prepared, const FinalFit& last, const Learned& learned) {
   Unexplained rest;
   rest.is_tone = slowTone(last.fit, last.drive(prepared)).has_value();
-  rest.is_learned = learned.isUsed();
+  rest.is_learned = learned.holds();
   // Blocks that are left out are missed by more than what is missing where a short recording hardly determines the parameters.
   rest.rmse = learned.finding ? std::min(learned.finding->left_out.base, rmsOf(last.fit.residual)) : 0.0;
   rest.plausible = kPlausible;
@@ -35,14 +34,14 @@ bool isInsideSampling(const std::string& id, const WhitenedFit& fit, double inte
   const std::vector<ParameterInfo>& parameters = effectInfo(id).parameters;
   if (parameters.size() != 1 || parameters.front().unit != "s") return false;
   const std::optional<Eigen::Index> row = fit.model.parameterRow(parameters.front().name);
-  return row && std::abs(fit.point.parameters[*row]) < kInsideSampling * interval;
+  return row && std::abs(fit.point.parameters[*row]) < kDiscrepancy * interval;
 }
 
 /// What is told of an explanation: effects by their evidence, but for those inside the sampling; a family that its columns alone
 /// stand for where what they learnt holds on blocks that were left out. Ageing has clocks of its own and no part in what is learnt.
 Explanation confirmed(Explanation explanation, const Learned& learned, const WhitenedFit& fit, double interval) {
   const auto is_untold = [&](const Component& one) {
-    return one.member.empty() ? !learned.isUsed() && one.family != Family::kAgeing : isInsideSampling(one.member, fit, interval);
+    return one.member.empty() ? !learned.holds() && one.family != Family::kAgeing : isInsideSampling(one.member, fit, interval);
   };
   std::vector<Component>& all = explanation.components;
   all.erase(std::remove_if(all.begin(), all.end(), is_untold), all.end());

@@ -72,7 +72,7 @@ Learned learnRest(const Prepared& prepared, const Explained& explained, const Fi
   const bool matters = finding.rms >= std::max(options.relevance.rmse, 0.5 * fit.noise);
   // Where nothing else came in, it alone would be the alarm: it takes as much evidence as any other component.
   const bool is_evident = !explanation.components.empty() || fit.gain >= ExplanationRules().least_gain;
-  finding.is_used = matters && is_evident && finding.left_out.force < (1.0 - kDiscrepancy) * finding.left_out.base;
+  finding.is_used = matters && is_evident && finding.left_out.force < finding.left_out.base;
   if (!finding.is_used && finding.left_out.base <= kPlausible) return learned;
   describeLearned(finding);
   if (finding.is_used) learned.with_force = composedWith(beside, std::make_shared<const LearnedForce>(finding.force));

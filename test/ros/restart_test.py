@@ -2,6 +2,7 @@
 """The node is killed and started again under a bag that goes on: it answers from its saved model."""
 
 import math
+import os
 import subprocess
 import sys
 
@@ -45,6 +46,7 @@ class Restart(NodeTest):
         player = self.play(bag, RATE)
         status.wait(lambda s: s.state == SofStatus.READY, 60, "ready")
         before = wait_until(lambda: self.asked([]), 20, "an answer before the kill")
+        wait_until(lambda: os.path.exists(parameters["state_file"]), 20, "the model on the disk")
         node.kill()
         status.close()
 
