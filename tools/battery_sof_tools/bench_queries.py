@@ -9,41 +9,25 @@ the base model, once with a model of four effects. Before that, the questions al
 import multiprocessing
 import os
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
 import time
 
 from .files import ROOT
+from .stress.ros import NODE, Processes, ResponseTimes, Samples, node_of_this_process, rows_of
 
 RATE, QUESTIONS = 100.0, 200.0  # [Hz]
 LEARNT = 300.0  # [s] of the drive before the load begins
 EFFECTS = "charge_acceptance,gassing,ocv_soc,current_dependent_resistance"
-NODE = "/battery_sof_node"
-
-
-def node_of_this_process(name):
-    import rospy
-    rospy.init_node(name, anonymous=True, disable_signals=True)
-    return rospy
-
-
-def read_drive(path):
-    with open(path) as rows:
-        next(rows)
-        return [tuple(map(float, row.split(",")[:3])) for row in rows]
 
 
 def publish(path, first, duration, ready):
     """The drive from `first` on: LEARNT as fast as it goes, then at its own pace."""
-    rospy = node_of_this_process("publisher")
-    from sensor_msgs.msg import BatteryState
-    topic = rospy.Publisher("battery_state", BatteryState, queue_size=100000, tcp_nodelay=True)
-    while topic.get_num_connections() == 0:
-        time.sleep(0.01)
+    samples = Samples(node_of_this_process("publisher"))
+    samples.until_connected()
     started, begin = None, first + LEARNT
-    for stamp, current, voltage in read_drive(path):
+    for stamp, current, voltage in rows_of(path):
         if stamp < first:
             continue
         if stamp >= begin:
@@ -52,9 +36,7 @@ def publish(path, first, duration, ready):
             time.sleep(max(0.0, started + stamp - time.monotonic()))
         else:
             time.sleep(0.0001)
-        message = BatteryState(current=current, voltage=voltage, temperature=float("nan"))
-        message.header.stamp = rospy.Time.from_sec(stamp)
-        topic.publish(message)
+        samples.send(stamp, current, voltage)
         if stamp > begin + duration:
             return
 
@@ -98,29 +80,7 @@ def identify_beside(command, duration, counts):
     counts.put("{} identifications beside the node".format(runs))
 
 
-class Diagnosed:
-    """The node's response times; the longest delay of a sample over all reports."""
-
-    def __init__(self, rospy):
-        from diagnostic_msgs.msg import DiagnosticArray
-        self.longest, self.values, self.reports = 0.0, {}, 0
-        rospy.Subscriber("/diagnostics", DiagnosticArray, self.add)
-
-    def add(self, array):
-        for status in array.status:
-            if status.name.endswith("response times"):
-                self.values = {value.key: float(value.value) for value in status.values}
-                self.longest = max(self.longest, self.values["sample delay longest since the last look [ms]"])
-                self.reports += 1
-
-    def begin(self):
-        reports = self.reports
-        while self.reports < reports + 1:
-            time.sleep(0.01)
-        self.longest = 0.0
-
-
-def run(tools, folder, drive, first, parameters, title, duration, identification=None):
+def run(rospy, tools, folder, drive, first, parameters, title, duration, identification=None):
     """One node under load; its lines."""
     with open(os.path.join(folder, "node.log"), "w") as log:
         node = subprocess.Popen([os.path.join(tools, "battery_sof_node")] + parameters, stdout=log, stderr=log)
@@ -134,7 +94,7 @@ def run(tools, folder, drive, first, parameters, title, duration, identification
         publisher.start()
         if not ready.wait(120.0):
             raise RuntimeError("the drive did not get through")
-        diagnosed = Diagnosed(node_of_this_process.rospy)
+        diagnosed = ResponseTimes(rospy)
         time.sleep(3.0)
         diagnosed.begin()
         for worker in workers:
@@ -160,35 +120,15 @@ def run(tools, folder, drive, first, parameters, title, duration, identification
         node.wait(timeout=20.0)
 
 
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
 def load(tools, folder, drive, model, duration):
-    port = free_port()
-    os.environ.update(ROS_MASTER_URI="http://127.0.0.1:{}".format(port), ROS_IP="127.0.0.1",
-                      ROS_HOME=os.path.join(folder, "ros"), ROS_LOG_DIR=os.path.join(folder, "ros"))
-    with open(os.path.join(folder, "roscore.log"), "w") as log:
-        core = subprocess.Popen(["roscore", "-p", str(port)], stdout=log, stderr=log)
     other = os.path.join(folder, "other.yaml")
-    try:
-        import rosgraph
-        deadline = time.monotonic() + 30.0
-        while not rosgraph.is_master_online():
-            if time.monotonic() > deadline:
-                raise RuntimeError("roscore did not start")
-            time.sleep(0.1)
-        node_of_this_process.rospy = node_of_this_process("bench_queries")
-        run(tools, folder, drive, 0.0, [], "base model", duration)
-        run(tools, folder, drive, LEARNT, ["_state_file:=" + model],
+    with Processes(folder):
+        rospy = node_of_this_process("bench_queries")
+        run(rospy, tools, folder, drive, 0.0, [], "base model", duration)
+        run(rospy, tools, folder, drive, LEARNT, ["_state_file:=" + model],
             "base + " + EFFECTS.replace(",", ", "), duration,
             ["nice", "-n", "10", os.path.join(tools, "sof"), "identify", drive, "--to", str(LEARNT),
              "--effects", EFFECTS, "--out", other])
-    finally:
-        core.send_signal(signal.SIGINT)
-        core.wait(timeout=20.0)
 
 
 def main():

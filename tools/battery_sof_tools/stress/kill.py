@@ -1,6 +1,5 @@
 """The node killed (-9) at random moments of a drive, its writing of the state included, and started again."""
 
-import csv
 import math
 import os
 import random
@@ -8,7 +7,7 @@ import threading
 import time
 
 from ..tables import table
-from .ros import NODE, Processes
+from .ros import NODE, Processes, Samples, rows_of
 
 MOST_SAMPLES = 200  # until the saved model must have answered
 
@@ -18,11 +17,8 @@ class Drive:
 
     def __init__(self, path):
         import rospy
-        from sensor_msgs.msg import BatteryState
-        with open(path, newline="") as file:
-            self.rows = [(float(row["time_s"]), float(row["current_a"]), float(row["voltage_v"])) for row in csv.DictReader(file)]
-        self.message, self.stamp = BatteryState, rospy.Time.from_sec
-        self.topic = rospy.Publisher("battery_state", BatteryState, queue_size=100000, tcp_nodelay=True)
+        self.rows = rows_of(path)
+        self.samples = Samples(rospy)
         self.at, self.origin = 0, 1000.0
 
     def publish(self):
@@ -31,13 +27,10 @@ class Drive:
             self.at = 0
         instant, current, voltage = self.rows[self.at]
         self.at += 1
-        message = self.message(current=current, voltage=voltage, temperature=math.nan)
-        message.header.stamp = self.stamp(self.origin + instant)
-        self.topic.publish(message)
+        self.samples.send(self.origin + instant, current, voltage)
 
     def until_connected(self):
-        while self.topic.get_num_connections() == 0:
-            time.sleep(0.005)
+        self.samples.until_connected()
 
 
 def samples_until_answered(drive):

@@ -1,39 +1,24 @@
 """More than a car asks: many clients, a topic fifty times as fast, identifications and diagnoses beside."""
 
-import math
 import multiprocessing
 import os
 import time
 
 from ..tables import table
-from .ros import NODE, Processes, wait_until
+from .ros import NODE, Processes, ResponseTimes, Samples, node_of_this_process, rows_of
 
 LEARNT = 400.0  # [s] of the drive before the load begins
 LIMITS = (6.0, 16.0)  # [V] in which a crank's answer lies
-KEYS = ("query work p99 [ms]", "query work longest [ms]", "sample delay p99 [ms]", "sample delay longest since the last look [ms]")
-
-
-def node_of_this_process(name):
-    import rospy
-    rospy.init_node(name, anonymous=True, disable_signals=True)
-    return rospy
+KEYS = ("query work p99 [ms]", "query work longest [ms]", "sample delay p99 [ms]")
 
 
 def publish(rows, rate, duration, ready):
     """The drive up to LEARNT as fast as it goes, then what comes at `rate` [Hz], linear between the rows, at its own pace."""
-    rospy = node_of_this_process("publisher")
-    from sensor_msgs.msg import BatteryState
-    topic = rospy.Publisher("battery_state", BatteryState, queue_size=100000, tcp_nodelay=True)
-    while topic.get_num_connections() == 0:
-        time.sleep(0.01)
-
-    def send(stamp, current, voltage):
-        message = BatteryState(current=current, voltage=voltage, temperature=math.nan)
-        message.header.stamp = rospy.Time.from_sec(1000.0 + stamp)
-        topic.publish(message)
+    samples = Samples(node_of_this_process("publisher"))
+    samples.until_connected()
     learnt = [row for row in rows if row[0] <= LEARNT]
     for row in learnt:
-        send(*row)
+        samples.send(*row)
         time.sleep(0.0001)
     ready.set()
     begun, sent, at = time.monotonic(), 0, len(learnt) - 1
@@ -44,7 +29,7 @@ def publish(rows, rate, duration, ready):
             while rows[at + 1][0] < stamp:
                 at += 1
             share = (stamp - rows[at][0]) / (rows[at + 1][0] - rows[at][0])
-            send(stamp, *(a + share * (b - a) for a, b in zip(rows[at][1:], rows[at + 1][1:])))
+            samples.send(stamp, *(a + share * (b - a) for a, b in zip(rows[at][1:], rows[at + 1][1:])))
         sent = max(sent, due)
         time.sleep(0.001)
 
@@ -88,28 +73,11 @@ def work_beside(kind, duration, told):
     told.put((kind, runs))
 
 
-class ResponseTimes:
-    """What the node tells of its own times; the longest delay over all reports."""
-
-    def __init__(self, rospy):
-        from diagnostic_msgs.msg import DiagnosticArray
-        self.values, self.longest = {}, 0.0
-        rospy.Subscriber("/diagnostics", DiagnosticArray, self.add)
-
-    def add(self, array):
-        for status in array.status:
-            if status.name.endswith("response times"):
-                self.values = {value.key: float(value.value) for value in status.values}
-                self.longest = max(self.longest, self.values[KEYS[3]])
-
-
 def overload(programs, folder, clients, questions, rate, duration):
     """(codes, outside, waits, response times, longest delay [ms], runs beside)."""
     recording = os.path.join(folder, "drive.csv")
     programs.drive(recording, LEARNT + duration + 60.0, 100.0, 1)
-    with open(recording) as file:
-        next(file)
-        rows = [tuple(map(float, line.split(",")[:3])) for line in file]
+    rows = rows_of(recording)
     spawn = multiprocessing.get_context("spawn")
     ready, told, beside = spawn.Event(), spawn.Queue(), spawn.Queue()
     with Processes(folder) as processes:
@@ -119,8 +87,7 @@ def overload(programs, folder, clients, questions, rate, duration):
         workers[0].start()
         if not ready.wait(180.0):
             raise SystemExit("the drive did not get through within 180 s")
-        wait_until(lambda: times.values, 10.0, "the node's response times")
-        times.longest = 0.0
+        times.begin()
         workers += [spawn.Process(target=ask, args=(clients, questions, duration, told), daemon=True)]
         workers += [spawn.Process(target=work_beside, args=(kind, duration, beside), daemon=True) for kind in ("identify", "diagnose")]
         for worker in workers[1:]:
@@ -138,5 +105,5 @@ def report(result):
     rows = [("questions answered", sum(codes.values())), *((f"of code {code}", count) for code, count in sorted(codes.items())),
             ("answers of code 0 outside 6 to 16 V", outside), *((f"{kind} beside", count) for kind, count in runs),
             ("a client in Python waits, median; 99 % [ms]", f"{waits[len(waits) // 2]:.1f}; {waits[int(0.99 * (len(waits) - 1))]:.1f}"),
-            *((key, f"{values[key]:.2f}") for key in KEYS[:3]), ("sample delay longest [ms]", f"{longest:.2f}")]
+            *((key, f"{values[key]:.2f}") for key in KEYS), ("sample delay longest [ms]", f"{longest:.2f}")]
     return table(("what", "figure"), rows)

@@ -1,6 +1,7 @@
-"""A roscore, nodes and players of their own for one run, on loopback, each ended by its process id."""
+"""A roscore, nodes and players of their own for one run, on loopback, each ended by its process id; samples, and what the node tells."""
 
 import logging
+import math
 import os
 import signal
 import socket
@@ -25,7 +26,7 @@ class Processes:
     def __enter__(self):
         logging.getLogger("rosout").setLevel(logging.ERROR)  # rospy tells of every service it waits for
         port = free_port()
-        os.environ.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1", ROS_LOG_DIR=self.folder)
+        os.environ.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1", ROS_HOME=self.folder, ROS_LOG_DIR=self.folder)
         self.start("roscore", "-p", str(port))
         for _ in range(200):
             with socket.socket() as probe:
@@ -62,6 +63,62 @@ def wait_until(condition, patience_s, what):
         if time.monotonic() > end_at:
             raise SystemExit(f"not within {patience_s:g} s: {what}")
         time.sleep(0.01)
+
+
+def node_of_this_process(name):
+    """rospy, as a node of its own that leaves signals to others."""
+    import rospy
+    rospy.init_node(name, anonymous=True, disable_signals=True)
+    return rospy
+
+
+def rows_of(path):
+    """(time [s], current [A], voltage [V]) of every row of a recording that `sof` wrote."""
+    with open(path) as file:
+        next(file)
+        return [tuple(map(float, line.split(",")[:3])) for line in file]
+
+
+class Samples:
+    """The node's topic, with somebody who listens. @param rospy of a node."""
+
+    def __init__(self, rospy):
+        from sensor_msgs.msg import BatteryState
+        self.message, self.stamp = BatteryState, rospy.Time.from_sec
+        self.topic = rospy.Publisher("battery_state", BatteryState, queue_size=100000, tcp_nodelay=True)
+
+    def until_connected(self):
+        while self.topic.get_num_connections() == 0:
+            time.sleep(0.005)
+
+    def send(self, stamp, current, voltage):
+        message = self.message(current=current, voltage=voltage, temperature=math.nan)
+        message.header.stamp = self.stamp(stamp)
+        self.topic.publish(message)
+
+
+class ResponseTimes:
+    """What the node tells of its own times, by key; the longest delay of a sample [ms] over all reports since begin()."""
+
+    LONGEST = "sample delay longest since the last look [ms]"
+
+    def __init__(self, rospy):
+        from diagnostic_msgs.msg import DiagnosticArray
+        self.values, self.longest, self.reports = {}, 0.0, 0
+        self.subscriber = rospy.Subscriber("/diagnostics", DiagnosticArray, self.add)
+
+    def add(self, array):
+        for status in array.status:
+            if status.name.endswith("response times"):
+                self.values = {value.key: float(value.value) for value in status.values}
+                self.longest = max(self.longest, self.values[self.LONGEST])
+                self.reports += 1
+
+    def begin(self):
+        """Waits for a report: what came before it is not counted."""
+        reports = self.reports
+        wait_until(lambda: self.reports > reports, 30.0, "the node's response times")
+        self.longest = 0.0
 
 
 class Newest:
