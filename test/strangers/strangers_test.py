@@ -40,6 +40,7 @@ class Plan(unittest.TestCase):
         wanted = {"null": 3, "other_form": 8}
         self.assertEqual(plans.plan(wanted, 1, FORMS), plans.plan(wanted, 1, FORMS))
         self.assertNotEqual(plans.plan(wanted, 1, FORMS), plans.plan(wanted, 2, FORMS))
+        self.assertEqual([dict(case, rate=1.0) for case in plans.plan(wanted, 1, FORMS)], plans.plan(wanted, 1, FORMS, rate=1.0))
 
     def test_families_and_their_forms_take_turns(self):
         cases = plans.plan({"other_form": 8}, 1, FORMS)

@@ -30,15 +30,15 @@ def forms_of(draw):
     return dict(forms)
 
 
-def plan(wanted, seed, forms):
+def plan(wanted, seed, forms, **given):
     """Cases under opaque names, in an order of the seed. Families take turns, and within a family its forms.
 
-    wanted: number by kind.  forms: {family: [form, ...]}.
+    wanted: number by kind.  forms: {family: [form, ...]}.  given: rate [Hz] or duration [s] of all, in place of the seeds' choice.
     """
     cases = []
     for kind in KINDS:
         for number in range(wanted.get(kind, 0)):
-            case = {"kind": kind, "seed": seed_of(seed, kind, number)}
+            case = {"kind": kind, "seed": seed_of(seed, kind, number), **given}
             if kind == "other_form":
                 family = sorted(forms)[number % len(forms)]
                 case.update(family=family, form=forms[family][number // len(forms) % len(forms[family])])
@@ -53,7 +53,6 @@ def drawn(draw, out, case):
     if os.path.exists(recording) and os.path.exists(label):
         return None
     command = [draw, "--kind", case["kind"], "--seed", str(case["seed"]), "--out", recording, "--label", label]
-    if "form" in case:
-        command += ["--family", case["family"], "--form", case["form"]]
+    command += [word for key in ("family", "form", "rate", "duration") if key in case for word in ("--" + key, str(case[key]))]
     told = subprocess.run(command, capture_output=True, text=True)
     return None if told.returncode == 0 else f"{case['name']}: {told.stderr.strip()[:300]}"

@@ -72,7 +72,8 @@ def gather(a):
     sof, draw = sof_of(a), required(os.path.abspath(a.draw)) if a.draw else program(a.build, "draw_stranger")
     for folder in (RECORDINGS, LABELS, ANSWERS, RIDGES):
         os.makedirs(os.path.join(a.out, folder), exist_ok=True)
-    cases = plan(wanted_of(a.kinds), a.seed, forms_of(draw))
+    given = {key: value for key, value in (("rate", a.rate), ("duration", a.duration)) if value is not None}
+    cases = plan(wanted_of(a.kinds), a.seed, forms_of(draw), **given)
     require_same(os.path.join(a.out, "plan.json"), {"cases": cases}, "other cases")
     said = run(a.jobs, drawn, [(draw, a.out, case) for case in cases], "drawn")
     names = [case["name"] for case in cases if os.path.exists(path(a.out, RECORDINGS, case["name"], "csv"))]
@@ -92,6 +93,8 @@ def arguments(given):
     parser.add_argument("--out", required=True, help="folder of cases and answers")
     parser.add_argument("--kinds", default=USUAL, help=f"how many of each ({USUAL})")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rate", type=float, help="of all recordings [Hz]; the seeds choose 1, 10 or 100")
+    parser.add_argument("--duration", type=float, help="of all recordings [s]; the seeds choose 600 to 3600")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only-score", action="store_true", help="draw and ask nothing")
     parser.add_argument("--markdown", help="write the tables there too")
