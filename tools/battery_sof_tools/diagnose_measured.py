@@ -1,7 +1,6 @@
 """Every measured recording, whole, diagnosed: verdict, family, hold-out errors beside a ridge regression, processor time."""
 
 import argparse
-import math
 import os
 import resource
 import statistics
@@ -12,24 +11,11 @@ from .tables import table
 
 HEAD = ("recording", "verdict; family; effects", "RMS error [mV]: base, extended, ridge regression, straight line",
         "share [%]: base, extended", "processor time [s]")
-MORE = {
-    "drive_1": recordings.MEASURED["drive_1a"]._replace(start=-math.inf, end=math.inf),
-    "drive_2": recordings.MEASURED["drive_2a"]._replace(start=-math.inf, end=math.inf),
-    "other_car_1": recordings.MEASURED["other_car_1"]._replace(start=-math.inf, end=math.inf),
-}
 
 
 def whole_recordings():
-    """By name: the recordings as they are, no stretch of them alone."""
-    parts = {"drive_1a", "drive_1b", "drive_2a", "drive_2b"}
-    return {**{name: one for name, one in recordings.MEASURED.items() if name not in parts}, **MORE}
-
-
-def options_of(measured):
-    """What `sof` is told of a file's columns and sign."""
-    named = zip(("--time-column", "--current-column", "--voltage-column"), measured.columns)
-    told = [word for option, column in named for word in (option, column)]
-    return told + (["--discharge-positive"] if measured.discharge_positive else [])
+    """By the path without its ending: the recordings as they are, whatever stretches of them others take."""
+    return {os.path.splitext(one.path)[0]: one for one in recordings.MEASURED.values()}
 
 
 def processor_time():
@@ -50,7 +36,8 @@ def told_of(answer):
     """Verdict, family with its probability, and what is named."""
     parts = [answer["verdict"]]
     if answer["family"]:
-        parts.append(f"{answer['family']} ({answer['probability']:.2f})")
+        stated = "" if answer["probability"] is None else f" ({answer['probability']:.2f})"
+        parts.append(answer["family"] + stated)
     named = dict.fromkeys(" or ".join(sorted([one["id"], *one["tied_with"]])) for one in answer["effects"])
     return "; ".join(parts + ([", ".join(named)] if named else []))
 
@@ -76,7 +63,7 @@ def main():
     parser.add_argument("build", nargs="?", default="build")
     parser.add_argument("--data", required=True, help="folder of the recordings")
     parser.add_argument("--sof", help="a copy of the command, its libraries above it, in place of the build's")
-    parser.add_argument("--only", default="", help="recordings, comma-separated")
+    parser.add_argument("--only", default="", help="recordings, comma-separated, as the table names them")
     arguments = parser.parse_args()
     program = arguments.sof or sof.program(arguments.build, "sof")
     rows, found = [], {}
@@ -85,7 +72,7 @@ def main():
             continue
         begun = processor_time()
         try:
-            answer = sof.diagnose(program, os.path.join(arguments.data, measured.path), *options_of(measured))
+            answer = sof.diagnose(program, os.path.join(arguments.data, measured.path), *recordings.column_options(measured.columns, measured.discharge_positive))
         except sof.Failure as failure:
             rows.append((name, str(failure), "", "", ""))
             continue

@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""What the tables of measured recordings and of hard usage say of their rows."""
+
+import os
+import sys
+import unittest
+
+sys.dont_write_bytecode = True
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+sys.path.insert(0, os.path.join(ROOT, "tools"))
+
+from battery_sof_tools import diagnose_measured, recordings
+from battery_sof_tools.stress import kill, soak
+
+
+def errors(rmse, share):
+    return {"holdout": {"rmse_v": rmse, "share_percent": share}}
+
+
+def answer(extended=None, **more):
+    given = {"verdict": "mismatch", "family": None, "probability": None, "effects": [], "naive": {"rmse_v": 0.04}, "naive_line": {"rmse_v": 0.3},
+             "fit": {"base": errors(0.1, 10.0), "extended": extended}}
+    return dict(given, **more)
+
+
+class DiagnoseMeasured(unittest.TestCase):
+    def test_every_recording_is_there_once_and_whole(self):
+        whole = diagnose_measured.whole_recordings()
+        self.assertEqual(sorted(one.path for one in whole.values()), sorted({one.path for one in recordings.MEASURED.values()}))
+
+    def test_without_an_extended_model_the_base_stands_for_it(self):
+        found = diagnose_measured.figures(answer())
+        self.assertEqual((found["base"], found["extended"], found["shares"]), (0.1, 0.1, (10.0, 10.0)))
+        found = diagnose_measured.figures(answer(errors(0.05, None)))
+        self.assertEqual((found["base"], found["extended"], found["ridge"], found["line"], found["shares"]), (0.1, 0.05, 0.04, 0.3, (10.0, None)))
+
+    def test_what_is_told_has_each_name_once(self):
+        ocv = {"id": "ocv_soc", "tied_with": ["hidden_load"]}
+        rival = {"id": "hidden_load", "tied_with": ["ocv_soc"]}
+        self.assertEqual(diagnose_measured.told_of(answer(verdict="no_mismatch")), "no_mismatch")
+        self.assertEqual(diagnose_measured.told_of(answer(verdict="unknown", family="ageing")), "unknown; ageing")
+        told = diagnose_measured.told_of(answer(verdict="named", family="open_circuit", probability=0.5, effects=[ocv, rival]))
+        self.assertEqual(told, "named; open_circuit (0.50); hidden_load or ocv_soc")
+
+    def test_a_row_is_in_millivolts(self):
+        self.assertEqual(diagnose_measured.row("a", answer(errors(0.05, None)), 12.3), ("a", "mismatch", "100, 50, 40, 300", "10, -", "12"))
+
+    def test_the_summary_counts_who_is_ahead(self):
+        found = {"a": {"base": 0.1, "extended": 0.05, "ridge": 0.04, "line": 0.3}, "b": {"base": 0.1, "extended": 0.2, "ridge": 0.3, "line": 0.1}}
+        self.assertEqual(diagnose_measured.summary(found), "Extended over base: 1.00 (geometric mean of 2). A ridge regression is ahead on 1 (a), "
+                                                           "a straight line on 1 (b).")
+
+
+class Soak(unittest.TestCase):
+    def test_the_first_hour_does_not_count(self):
+        rows = [(0.0, 0, 10.0, 5, 3), (0.5, 1, 30.0, 9, 9)] + [(float(hour), 1, 40.0 + 0.25 * hour, 6, 4) for hour in range(1, 9)]
+        self.assertAlmostEqual(soak.slope(rows), 0.25)
+        self.assertIn("Memory grows by 0.25 MB an hour of driving after the first; open files 6 to 6, threads 4 to 4.", soak.report(rows))
+
+    def test_of_less_than_an_hour_no_growth_is_told(self):
+        self.assertIn("nan", soak.report([(0.0, 0, 10.0, 5, 3), (0.5, 1, 30.0, 9, 9)])[-1])
+
+
+class Kill(unittest.TestCase):
+    def test_a_life_without_an_answer_is_not_counted_as_answered(self):
+        cells = kill.report([(1, [], True, True), (None, ["state.yaml.part"], False, False), (4, [], True, False)])[-1]
+        self.assertEqual([cell.strip() for cell in cells.strip("|").split("|")], ["3", "1", "2", "2", "4", "1"])
+
+
+if __name__ == "__main__":
+    unittest.main()
