@@ -4,6 +4,7 @@
 #include "battery_sof/diagnose/diagnose.hpp"
 #include "battery_sof/predict/online_session.hpp"
 #include "battery_sof/recording/csv.hpp"
+#include "column_options.hpp"
 
 namespace {
 
@@ -72,10 +73,7 @@ int main(int argc, char** argv) {
   app.add_option("--diagnose-at", trial.diagnose_at,
                  "[s] of driving, when the buffer is diagnosed and what is found goes on trial; 0: never");
   app.add_option("--identify-period", options.identify_period, "[s]");
-  app.add_option("--time-column", columns.time);
-  app.add_option("--current-column", columns.current);
-  app.add_option("--voltage-column", columns.voltage);
-  app.add_flag("--discharge-positive", columns.discharge_positive);
+  addColumnOptions(app, columns);
   CLI11_PARSE(app, argc, argv);
   std::puts("recording,kind,time_s,current_a_or_voltage_v,measured,expected,lower,upper,scale");
   try {

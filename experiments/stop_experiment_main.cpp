@@ -5,6 +5,7 @@
 
 #include "battery_sof/predict/online_session.hpp"
 #include "battery_sof/recording/csv.hpp"
+#include "column_options.hpp"
 #include "energy_manager/decision.hpp"
 
 namespace {
@@ -111,10 +112,7 @@ int main(int argc, char** argv) {
   app.add_option("--t-cranking", rule.t_cranking, "[s]");
   app.add_option("--period", period, "[s] between decisions in a stop");
   app.add_option("--identify-period", options.identify_period, "[s]");
-  app.add_option("--time-column", columns.time);
-  app.add_option("--current-column", columns.current);
-  app.add_option("--voltage-column", columns.voltage);
-  app.add_flag("--discharge-positive", columns.discharge_positive);
+  addColumnOptions(app, columns);
   CLI11_PARSE(app, argc, argv);
   std::puts("stop,time_s,may_stop,reserve_v,longest_stop_s,planned_charge_a,reason");
   try {

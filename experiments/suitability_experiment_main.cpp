@@ -13,6 +13,7 @@
 #include "battery_sof/predict/query.hpp"
 #include "battery_sof/predict/scores.hpp"
 #include "battery_sof/recording/csv.hpp"
+#include "column_options.hpp"
 
 namespace {
 
@@ -119,10 +120,7 @@ int main(int argc, char** argv) {
   int windows = 12;
   app.add_option("REC", recordings, "CSV recordings")->required();
   app.add_option("--windows", windows, "windows of a stretch without a gap");
-  app.add_option("--time-column", columns.time);
-  app.add_option("--current-column", columns.current);
-  app.add_option("--voltage-column", columns.voltage);
-  app.add_flag("--discharge-positive", columns.discharge_positive);
+  addColumnOptions(app, columns);
   CLI11_PARSE(app, argc, argv);
   std::puts(
       "recording,from_s,q_whole,crank_mae,cranks,rmse_whole,excitation,sd_crank,sd_stop,sd_charge,sd_now,log_det,worst_rel,"

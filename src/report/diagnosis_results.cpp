@@ -348,7 +348,7 @@ nlohmann::json diagnosisJson(const Diagnosis& d) {
           {"regimes", listOf(d.regimes, regimeJson)},
           {"absorption", listOf(d.absorption, absorptionJson)},
           {"family", d.family ? Json(familyId(*d.family)) : Json(nullptr)},
-          {"probability", d.family ? number(d.probability) : Json(nullptr)},
+          {"probability", d.family && d.probability > 0.0 ? number(d.probability) : Json(nullptr)},
           {"relevance", relevanceJson(d.left)},
           {"withheld_rmse_v", number(d.withheld_rmse)},
           {"learned", learnedJson(d.learned)},

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdarg>
-#include <cstdio>
 
 #include "battery_sof/predict/query.hpp"
 #include "battery_sof/recording/number_text.hpp"
@@ -13,16 +12,12 @@
 namespace battery_sof {
 namespace {
 
-/// printf onto the end of a text.
-void appendLine(std::string& text, const char* pattern, ...) {
-  char line[512];
+/// A sentence onto the end of a text.
+__attribute__((format(printf, 2, 3))) void appendLine(std::string& text, const char* pattern, ...) {
   std::va_list arguments;
   va_start(arguments, pattern);
-  const ClassicNumbers classic;
-  std::vsnprintf(line, sizeof line, pattern, arguments);
+  text += sentenceOf(pattern, arguments) + '\n';
   va_end(arguments);
-  text += line;
-  text += '\n';
 }
 
 template <typename T>

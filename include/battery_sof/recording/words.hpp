@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdarg>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,10 @@ std::string listed(const Names& names, const char* between = ", ") {
   return text;
 }
 
-/// Formatted text of at most 319 characters, in the classic locale.
+/// Formatted text, in the classic locale.
 __attribute__((format(printf, 1, 2))) std::string sentence(const char* pattern, ...);
+
+/// sentence() for functions that take a pattern's arguments themselves.
+__attribute__((format(printf, 1, 0))) std::string sentenceOf(const char* pattern, std::va_list arguments);
 
 }  // namespace battery_sof

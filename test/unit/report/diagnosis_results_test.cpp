@@ -86,6 +86,14 @@ TEST(DiagnosisJson, HasNullForWhatIsAbsentOrNotFinite) {
   EXPECT_EQ(Json::parse(json.dump()), json);
 }
 
+TEST(DiagnosisJson, OfAFamilyThatNoProbabilityIsSaidOfHasNull) {
+  test::MadeDiagnosis made = test::madeUnknown();
+  made.diagnosis.family = Family::acceptance;
+  made.diagnosis.probability = 0.0;
+  EXPECT_EQ(diagnosisJson(made.diagnosis)["family"], "acceptance");
+  EXPECT_TRUE(diagnosisJson(made.diagnosis)["probability"].is_null());
+}
+
 TEST(DiagnosisJson, OfAnEmptyDiagnosisHasEveryField) {
   const Json json = diagnosisJson({});
   EXPECT_EQ(json["verdict"], "insufficient_data");

@@ -1,0 +1,23 @@
+#include "battery_sof/recording/words.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace battery_sof {
+namespace {
+
+TEST(Sentence, IsAsLongAsItsWords) {
+  const std::string path(2000, 'p');
+  EXPECT_EQ(sentence("%s: %d rows", path.c_str(), 7), path + ": 7 rows");
+  EXPECT_EQ(sentence("%s", ""), "");
+}
+
+TEST(Listed, LeavesOutWhatIsEmpty) {
+  EXPECT_EQ(listed(std::vector<std::string>{"a", "", "b"}), "a, b");
+  EXPECT_EQ(listed(std::vector<std::string>{"", "b"}, " or "), "b");
+}
+
+}  // namespace
+}  // namespace battery_sof
