@@ -52,7 +52,7 @@ double fitMilliseconds(const test::StartStopDrive& record, const std::vector<std
   options.effects = effects;
   if (mixed) options.source = test::knownSource(record);
   return shortest(rounds, [&] {
-    if (!isUsable(identify(record.series, {0, record.series.size()}, options))) throw std::runtime_error("a fit found nothing");
+    if (!isUsable(identify(record.series, {0, record.series.size()}, options).fit)) throw std::runtime_error("a fit found nothing");
   });
 }
 

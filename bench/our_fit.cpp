@@ -20,8 +20,8 @@ Fit searchOnly(const DriveWindow& window) {
 
 void requireSameAsIdentify(const DriveWindow& window, const Fit& searched) {
   const FittedModel model = identify(window.series, window.range());
-  if (model.status != FitStatus::kConverged) throw std::runtime_error("identify() did not converge: " + model.message);
-  const auto& a = model.parameters;
+  if (model.fit.status != FitStatus::kConverged) throw std::runtime_error("identify() did not converge: " + model.fit.message);
+  const auto& a = model.fit.parameters;
   const auto& b = searched.parameters;
   if (a.r_discharge != b.r_discharge || a.r_charge != b.r_charge || a.c2 != b.c2 || a.beta != b.beta || a.u_dc != b.u_dc)
     throw std::runtime_error("searchOnly() is no longer the search of identify(): bench/our_fit.cpp");

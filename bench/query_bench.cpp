@@ -60,7 +60,7 @@ std::vector<Question> questions() {
 void time(const char* path) {
   const FittedModel model = readModelFile(path);
   std::string effects;
-  for (const std::string& effect : model.effects) effects += " + " + effect;
+  for (const std::string& effect : model.fit.effects) effects += " + " + effect;
   std::printf("base%s\n", effects.c_str());
   for (const Question& question : questions()) {
     std::vector<double> times;

@@ -34,7 +34,7 @@ void adoptDiagnosis(OnlineSession& session) {
   options.lists_detectable = false;
   const Diagnosis found = diagnose(buffered, options);
   std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(), found.summary.c_str());
-  if (!found.extended.effects.empty()) session.extendWith(found.extended.effects, 0.0, found.extended.force);
+  if (!found.extended.fit.effects.empty()) session.extendWith(found.extended.fit.effects, 0.0, found.extended.fit.force);
 }
 
 /// Plays a recording through a session; identifications and diagnosis end before the next sample.

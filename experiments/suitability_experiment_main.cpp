@@ -41,7 +41,7 @@ double logDeterminant(const Eigen::MatrixXd& covariance) {
 double worstRelative(const FittedModel& model) {
   double worst = 0.0;
   for (int j = 0; j < kRowUDc; ++j) {
-    const auto& e = model.estimates[static_cast<std::size_t>(j)];
+    const auto& e = model.fit.estimates[static_cast<std::size_t>(j)];
     worst = std::max(worst, e.std ? *e.std / std::abs(e.value) : 10.0);
   }
   return worst;
@@ -51,7 +51,7 @@ double worstRelative(const FittedModel& model) {
 double insideValidation(const Series& series, IndexRange window) {
   const IndexRange train{window.first, window.first + 2 * window.size() / 3};
   FittedModel model = identify(series, train);
-  if (!isUsable(model)) return -100.0;
+  if (!isUsable(model.fit)) return -100.0;
   const Series part = slice(series, window);
   const IndexRange test{train.size(), part.size()};
   const PredictedVoltage predicted = predictSeries(model, part, test);
@@ -77,7 +77,7 @@ Moments momentsOf(const Series& series, IndexRange range) {
 
 void runWindow(const std::string& name, const Series& series, IndexRange window, IndexRange whole) {
   FittedModel model = identify(series, window);
-  if (!isUsable(model)) return;
+  if (!isUsable(model.fit)) return;
   fitErrors(model, series, window);
   const PredictedVoltage predicted = predictSeries(model, series, whole);
   const PredictionScores scores = scorePrediction(series, whole, predicted);
@@ -85,15 +85,15 @@ void runWindow(const std::string& name, const Series& series, IndexRange window,
   for (const auto& c : scores.cranks)
     crank += std::abs(c.measured_minimum - c.predicted_minimum.value) / static_cast<double>(scores.cranks.size());
   const Moments m = momentsOf(series, window);
-  const NoiseModel noise = model.noise.value_or(NoiseModel{});
+  const NoiseModel noise = model.fit.noise.value_or(NoiseModel{});
   std::printf(
       "%s,%.1f,%.3f,%.4f,%zu,%.4f,%.4f,%.5f,%.5f,%.5f,%.5f,%.3f,%.5f,%.3f,%.5f,%.2f,%.1f,%.1f,%d,%.6f,%.5f,%.3f,%.6f,%.1f,%.1f,%.3f,%.4f\n",
-      name.c_str(), model.window.from, scores.q_dyn_percent.value_or(NAN), crank, scores.cranks.size(), scores.rmse,
+      name.c_str(), model.fit.window.from, scores.q_dyn_percent.value_or(NAN), crank, scores.cranks.size(), scores.rmse,
       windowExcitation(series, window), eventDeviation(model, -20.0, 30.0, -200.0, 1.0), eventDeviation(model, -20.0, 30.0, -20.0, 1.0),
-      eventDeviation(model, -10.0, 10.0, 30.0, 10.0), eventDeviation(model, 0.0, 0.0, -200.0, 1.0), logDeterminant(model.covariance),
-      worstRelative(model), model.scores.q_dyn_percent, model.scores.rmse, m.std, m.lowest, m.highest, model.scores.cranks, noise.white_std,
-      noise.ar_std, noise.ar_time, noise.walk_std, model.excited.charge_time, model.excited.discharge_time,
-      insideValidation(series, window), model.suitability);
+      eventDeviation(model, -10.0, 10.0, 30.0, 10.0), eventDeviation(model, 0.0, 0.0, -200.0, 1.0), logDeterminant(model.fit.covariance),
+      worstRelative(model), model.fit.scores.q_dyn_percent, model.fit.scores.rmse, m.std, m.lowest, m.highest, model.fit.scores.cranks,
+      noise.white_std, noise.ar_std, noise.ar_time, noise.walk_std, model.fit.excited.charge_time, model.fit.excited.discharge_time,
+      insideValidation(series, window), model.fit.suitability);
 }
 
 void runRecording(const std::string& path, const CsvColumns& columns, int windows) {

@@ -128,12 +128,12 @@ void judge(const BatteryModel& model, const ModelPoint& truth, const Series& mea
   options.source = source;
   const IndexRange window = indexRange(measured, 0.0, kWindow - 0.5);
   const FittedModel fitted = identify(measured, window, options);
-  if (!isUsable(fitted)) {
+  if (!isUsable(fitted.fit)) {
     ++outcome.refused;
     return;
   }
-  for (std::size_t j = 0; j < fitted.estimates.size(); ++j) {
-    const ParameterEstimate& estimate = fitted.estimates[j];
+  for (std::size_t j = 0; j < fitted.fit.estimates.size(); ++j) {
+    const ParameterEstimate& estimate = fitted.fit.estimates[j];
     if (estimate.held || !estimate.std) continue;
     Tally& tally = outcome.parameters[estimate.name];
     const double off = estimate.value - truth.parameters[static_cast<Eigen::Index>(j)];
@@ -142,7 +142,7 @@ void judge(const BatteryModel& model, const ModelPoint& truth, const Series& mea
     tally.ratios.push_back(off / *estimate.std);
   }
   FittedModel plain = fitted;
-  plain.learned = {};
+  plain.fit.learned = {};
   Follower follower(plain);
   Drive drive = fullDrive(measured, {window.last - 1, measured.size()}, {}, drives);
   std::vector<double> current(measured.size(), 0.0);

@@ -84,7 +84,7 @@ WindowResult runWindow(const Series& series, double from, const Setting& setting
   const IndexRange window = windowFrom(series, from);
   IdentifyOptions options = setting.options;
   if (setting.from_optimum) {
-    const BaseParameters optimum = identify(series, window).parameters;
+    const BaseParameters optimum = identify(series, window).fit.parameters;
     options.initial = {optimum.r_discharge, optimum.r_charge, optimum.c2, optimum.beta};
   }
   WindowResult result;

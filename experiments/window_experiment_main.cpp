@@ -16,10 +16,11 @@ void printRow(const std::string& recording, const std::string& setting, int wind
   const double mean = std::accumulate(errors.begin(), errors.end(), 0.0) / count;
   double square = 0.0;
   for (double e : errors) square += (e - mean) * (e - mean) / count;
-  const auto& p = r.model.parameters;
+  const auto& p = r.model.fit.parameters;
   std::printf("%s,\"%s\",%d,%.2f,%.3f,%.3f,%.5f,%.5f,%d,%d,%s,%.6f,%.6f,%.3f,%.4f,%.4f\n", recording.c_str(), setting.c_str(), window,
-              r.model.window.from, r.model.scores.q_dyn_percent, r.hour.q_dyn_percent.value_or(NAN), mean, std::sqrt(square),
-              r.model.scores.cranks, r.model.iterations, describe(r.model.status).c_str(), p.r_discharge, p.r_charge, p.c2, p.beta, p.u_dc);
+              r.model.fit.window.from, r.model.fit.scores.q_dyn_percent, r.hour.q_dyn_percent.value_or(NAN), mean, std::sqrt(square),
+              r.model.fit.scores.cranks, r.model.fit.iterations, describe(r.model.fit.status).c_str(), p.r_discharge, p.r_charge, p.c2,
+              p.beta, p.u_dc);
 }
 
 void runRecording(const std::string& path) {

@@ -21,12 +21,12 @@ namespace {
 using Seconds = std::optional<double>;
 
 void requireUsableModel(const FittedModel& model) {
-  if (!isUsable(model)) throw std::invalid_argument("no model: " + model.message);
+  if (!isUsable(model.fit)) throw std::invalid_argument("no model: " + model.fit.message);
 }
 
 void nameOrigin(FittedModel& model, const HeldRecording& held) {
-  model.recording = held.recording.name;
-  model.recording_hash = held.hash;
+  model.provenance.recording = held.recording.name;
+  model.provenance.recording_hash = held.hash;
 }
 
 FitStart startOf(const std::string& name) {
@@ -54,9 +54,9 @@ FittedModel identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bo
   const FitPlan plan = planFit(held.fitted, request);
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = fitPlanned(held.fitted, plan);
-  model.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  model.provenance.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   nameOrigin(model, held);
-  if (isUsable(model)) carryToEnd(model, held.fitted, request);
+  if (isUsable(model.fit)) carryToEnd(model, held.fitted, request);
   return model;
 }
 
@@ -135,9 +135,9 @@ HeldDiagnosis diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to, 
 }
 
 Numbers covarianceOf(const FittedModel& model) {
-  Numbers rows({model.covariance.rows(), model.covariance.cols()});
-  for (Eigen::Index j = 0; j < model.covariance.rows(); ++j)
-    for (Eigen::Index k = 0; k < model.covariance.cols(); ++k) rows.mutable_at(j, k) = model.covariance(j, k);
+  Numbers rows({model.fit.covariance.rows(), model.fit.covariance.cols()});
+  for (Eigen::Index j = 0; j < model.fit.covariance.rows(); ++j)
+    for (Eigen::Index k = 0; k < model.fit.covariance.cols(); ++k) rows.mutable_at(j, k) = model.fit.covariance(j, k);
   return rows;
 }
 
@@ -150,7 +150,7 @@ void defineModel(py::module_& module) {
                   })
       .def_property_readonly("usable", &isUsable)
       .def_property_readonly("covariance", &covarianceOf)
-      .def_property_readonly("recording_hash", [](const FittedModel& model) { return model.recording_hash; })
+      .def_property_readonly("recording_hash", [](const FittedModel& model) { return model.provenance.recording_hash; })
       .def("json", [](const FittedModel& model) { return identifyJson(model).dump(); })
       .def("rested",
            [](const FittedModel& model) {

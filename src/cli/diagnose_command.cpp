@@ -37,8 +37,8 @@ void requireFolders(const DiagnoseArguments& arguments) {
 }
 
 void nameOrigin(FittedModel& model, const Recording& recording, const std::string& hash) {
-  model.recording = recording.name;
-  model.recording_hash = hash;
+  model.provenance.recording = recording.name;
+  model.provenance.recording_hash = hash;
 }
 
 void writeFiles(const DiagnoseArguments& arguments, const Recording& recording, const Diagnosis& diagnosis) {

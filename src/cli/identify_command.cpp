@@ -30,8 +30,8 @@ void warn(const CommandLine& line, const Recording& recording) {
 
 FittedModel withoutSamples() {
   FittedModel model;
-  model.status = FitStatus::kWindowTooShort;
-  model.message = kTooShortForDesignRate;
+  model.fit.status = FitStatus::kWindowTooShort;
+  model.fit.message = kTooShortForDesignRate;
   return model;
 }
 
@@ -52,7 +52,7 @@ FittedModel fit(const Series& series, const FitRequest& request) {
   const FitPlan plan = planFit(series, request);
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = fitPlanned(series, plan);
-  model.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  model.provenance.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return model;
 }
 
@@ -83,11 +83,11 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   progress.stage("identifying");
   const FitRequest request = requestOf(arguments, series);
   FittedModel model = fit(series, request);
-  model.recording = recording.name;
-  model.recording_hash = fileHash(arguments.recording.path);
-  if (!isUsable(model)) {
+  model.provenance.recording = recording.name;
+  model.provenance.recording_hash = fileHash(arguments.recording.path);
+  if (!isUsable(model.fit)) {
     emit(line, identifyText(model), identifyJson(model), arguments.json);
-    line.err << "sof: no model: " << printable(model.message) << "\n";
+    line.err << "sof: no model: " << printable(model.fit.message) << "\n";
     return kExitNegative;
   }
   carryToEnd(model, series, request);

@@ -46,7 +46,7 @@ ErrorMetrics metricsOf(const Opened& opened, IndexRange range, const std::vector
 
 CompositionPoint pointOfFirst(const FittedModel& model) {
   CompositionPoint point{pointOf(model).parameters, Eigen::VectorXd()};
-  point.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
+  point.state = Eigen::Map<const Eigen::VectorXd>(model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
   return point;
 }
 
@@ -56,7 +56,7 @@ std::vector<double> voltageOf(const Opened& opened, const BatteryModel& model, c
   return {voltage.data(), voltage.data() + voltage.size()};
 }
 std::vector<double> voltageOf(const Opened& opened, const FittedModel& model) {
-  return voltageOf(opened, compositionOf(model), pointOfFirst(model));
+  return voltageOf(opened, compositionOf(model.fit), pointOfFirst(model));
 }
 
 void takeShares(const MixedScores& scores, ErrorMetrics& metrics) {
@@ -67,8 +67,8 @@ void takeShares(const MixedScores& scores, ErrorMetrics& metrics) {
 
 /// In the direction that is imposed.
 MixedScores sharesOf(FittedModel model, const DrivingSource& driving, const Series& series, IndexRange holdout) {
-  model.source = driving.rule;
-  model.voltage_lag = driving.repair.lag;
+  model.fit.source = driving.rule;
+  model.fit.voltage_lag = driving.repair.lag;
   const FollowedPrediction predicted = predictMixed(model, series, holdout);
   return scoreBothWays(model, series, holdout, predicted).mixed;
 }

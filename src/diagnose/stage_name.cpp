@@ -24,7 +24,7 @@ FittedModel completed(const WhitenedFit& fit, const Prepared& prepared, const st
   options.voltage_lsb_std = screened.limits.voltage_lsb_std;
   FittedModel model = completedModel(screened.series, prepared.parts.train, options, fit.point, fit.noise);
   fitErrors(model, screened.series, prepared.parts.train);
-  model.recording = recording;
+  model.provenance.recording = recording;
   return model;
 }
 
@@ -38,9 +38,9 @@ void takeBothWays(Named& named, const Prepared& prepared, const Explained& expla
   options.chooses_effects = !explained.hasEffects();
   const bool lacks_something = !explained.explanation.components.empty();
   named.extended = lacks_something ? identify(prepared.screened.series, prepared.parts.train, options) : base;
-  named.extended.recording = recording;
-  base.learned = LearnedResidual();
-  base.experience = Experience();
+  named.extended.provenance.recording = recording;
+  base.fit.learned = LearnedResidual();
+  base.intervals.experience = Experience();
   named.base_both_ways = std::move(base);
 }
 
@@ -61,8 +61,8 @@ DiagnosedParameter profiled(const ParameterEstimate& estimate, const ParameterIn
 std::vector<std::string> absorbedInto(const FittedModel& base, const FittedModel& extended) {
   std::vector<std::pair<double, std::string>> moved;
   for (std::size_t j = 0; j < static_cast<std::size_t>(kRowUDc); ++j) {
-    const ParameterEstimate& before = base.estimates[j];
-    const ParameterEstimate& after = extended.estimates[j];
+    const ParameterEstimate& before = base.fit.estimates[j];
+    const ParameterEstimate& after = extended.fit.estimates[j];
     const double by = std::abs(before.value - after.value);
     const double noise = std::hypot(before.std.value_or(0.0), after.std.value_or(0.0));
     if (by > 0.1 * std::abs(before.value) && by > 2.0 * noise) moved.push_back({by / std::abs(before.value), before.name});
@@ -78,7 +78,7 @@ void takeEffect(Named& named, const Component& one, const WhitenedFit& fit, cons
   NamedEffect effect{one.member,           one.probability, absorbedInto(named.base, named.extended), {}, one.gain, one.rms, one.tied,
                      familyId(one.family), one.probability};
   for (const ParameterInfo& info : effectInfo(one.member).parameters)
-    for (const ParameterEstimate& estimate : named.extended.estimates)
+    for (const ParameterEstimate& estimate : named.extended.fit.estimates)
       if (estimate.name == info.name && !estimate.held) effect.parameters.push_back(profiled(estimate, info, fit, drive));
   const double each = one.probability / static_cast<double>(1 + one.tied.size());
   if (!one.tied.empty()) effect.confidence = each;

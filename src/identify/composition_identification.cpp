@@ -240,23 +240,23 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   const double rho = std::clamp(lagOneCorrelation(fitted.channels ? weighted : pass.residual), -0.9999, 0.9999);
 
   FittedModel found = unfitted(series, range, model, fitted.fit.status, "");
-  found.parameters = baseParameters(fitted.fit.point.parameters);
-  found.iterations = fitted.fit.iterations;
+  found.fit.parameters = baseParameters(fitted.fit.point.parameters);
+  found.fit.iterations = fitted.fit.iterations;
   const Eigen::MatrixXd covariance = covarianceOf(problem, fitted, pass, rho);
-  found.covariance = pass.at_end * covariance * pass.at_end.transpose();
-  found.estimates = estimatesOf(model, problem, fitted, found.covariance);
-  found.scores = scoresBothWays(series, range, full, residual, options.crank_weight_current);
-  if (fitted.channels) found.scores.q_dyn_percent = scoresFromCurrent(model, series, range, options, fitted.fit.point).q_dyn_percent;
-  if (std::none_of(found.estimates.begin(), found.estimates.begin() + kRowUDc,
+  found.fit.covariance = pass.at_end * covariance * pass.at_end.transpose();
+  found.fit.estimates = estimatesOf(model, problem, fitted, found.fit.covariance);
+  found.fit.scores = scoresBothWays(series, range, full, residual, options.crank_weight_current);
+  if (fitted.channels) found.fit.scores.q_dyn_percent = scoresFromCurrent(model, series, range, options, fitted.fit.point).q_dyn_percent;
+  if (std::none_of(found.fit.estimates.begin(), found.fit.estimates.begin() + kRowUDc,
                    [](const ParameterEstimate& estimate) { return estimate.determined; }))
-    found.status = FitStatus::kNotExcited;
-  found.message = sentenceOf(found);
+    found.fit.status = FitStatus::kNotExcited;
+  found.fit.message = sentenceOf(found.fit);
 
   Simulation at_end(model, {fitted.fit.point.parameters, fitted.fit.point.state, full.first_time, full.first_time});
   for (const DriveSample& sample : full.samples) at_end.follow(sample);
   takeState(found, at_end, series.current[range.last - 1]);
   const Eigen::VectorXd& first = fitted.fit.point.state;
-  found.first_state.assign(first.data(), first.data() + first.size());
+  found.fit.first_state.assign(first.data(), first.data() + first.size());
   return found;
 }
 
@@ -271,7 +271,7 @@ FittedModel identifyBothWays(const BatteryModel& model, const Series& series, In
   for (std::size_t n = 0; n < options.masked.size(); ++n) masked[n] = masked[n] || options.masked[n];
   const Drive drive = fullDrive(sound, range, masked, options.source->imposes_voltage);
   FittedModel found = completed(model, {sound, range, drive, drive}, options, searchBothWays(model, drive, options, base));
-  found.voltage_lag = options.source->repair.lag;
+  found.fit.voltage_lag = options.source->repair.lag;
   learnFromWindow(found, sound, range, drive, *options.source);
   return found;
 }

@@ -23,10 +23,10 @@ NoiseFilter<double> filterOf(const std::optional<NoiseModel>& noise, const Discr
 }  // namespace
 
 ErrorTracker::ErrorTracker(const FittedModel& model)
-    : noise_(model.noise),
-      filter_(filterOf(model.noise, model.discrepancy)),
-      drift_(model.discrepancy.drift),
-      colored_(model.discrepancy.colored) {}
+    : noise_(model.fit.noise),
+      filter_(filterOf(model.fit.noise, model.state.discrepancy)),
+      drift_(model.state.discrepancy.drift),
+      colored_(model.state.discrepancy.colored) {}
 
 void ErrorTracker::observe(double duration, double error) {
   if (!noise_) return;
@@ -60,11 +60,11 @@ namespace {
 
 /// What a model missed of its window's voltage; nothing where the voltage drove.
 std::vector<std::optional<double>> missedVoltage(const FittedModel& model, const Series& series, IndexRange range) {
-  if (model.first_state.empty() || range.empty()) return {};
+  if (model.fit.first_state.empty() || range.empty()) return {};
   ModelPoint start = pointOf(model);
-  start.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
+  start.state = Eigen::Map<const Eigen::VectorXd>(model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
   start.time = start.reference_time = series.time[range.first];
-  Simulation simulation(compositionOf(model), start);
+  Simulation simulation(compositionOf(model.fit), start);
   std::vector<std::optional<double>> missed;
   for (const DriveSample& sample : driveOf(model, series, range).samples) {
     const double error = simulation.follow(sample);
@@ -101,8 +101,8 @@ void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
     if (sample.count > 0.0) ++averages;
   }
   if (averages < kLeastAverages) return;
-  model.noise = fitNoise(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())), samples);
-  model.discrepancy = {0.0, 0.0, 0.0, 0.0, model.noise->ar_std * model.noise->ar_std};
+  model.fit.noise = fitNoise(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())), samples);
+  model.state.discrepancy = {0.0, 0.0, 0.0, 0.0, model.fit.noise->ar_std * model.fit.noise->ar_std};
   ErrorTracker tracker(model);
   for (std::size_t n = 0; n < missed.size(); ++n) {
     const double duration = n == 0 ? 0.0 : series.time[range.first + n] - series.time[range.first + n - 1];
@@ -111,7 +111,7 @@ void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
     else
       tracker.wait(duration);
   }
-  model.discrepancy = tracker.discrepancy();
+  model.state.discrepancy = tracker.discrepancy();
 }
 
 }  // namespace battery_sof

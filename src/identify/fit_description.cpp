@@ -32,21 +32,21 @@ FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel&
 FittedModel unfitted(const Series& series, IndexRange range, const ExcitedRange& excited, const BatteryModel& composition, FitStatus status,
                      const std::string& message) {
   FittedModel model;
-  model.effects = composition.effects();
-  model.force = composition.force();
-  model.status = status;
-  model.message = message;
+  model.fit.effects = composition.effects();
+  model.fit.force = composition.force();
+  model.fit.status = status;
+  model.fit.message = message;
   const Eigen::Index rows = composition.parameterCount() + composition.stateCount();
-  model.covariance = Eigen::MatrixXd::Zero(rows, rows);
-  model.window.samples = range.size();
+  model.fit.covariance = Eigen::MatrixXd::Zero(rows, rows);
+  model.fit.window.samples = range.size();
   if (!range.empty()) {
-    model.window.from = series.time[range.first];
-    model.window.to = series.time[range.last - 1];
-    model.state = {model.window.to, 0.0, series.current[range.last - 1]};
-    model.excited = excited;
+    model.fit.window.from = series.time[range.first];
+    model.fit.window.to = series.time[range.last - 1];
+    model.state = {model.fit.window.to, 0.0, series.current[range.last - 1]};
+    model.fit.excited = excited;
   }
   for (const ParameterInfo& info : composition.parameters())
-    model.estimates.push_back({info.name, info.unit, info.magnitude, std::nullopt, false, false, info.held});
+    model.fit.estimates.push_back({info.name, info.unit, info.magnitude, std::nullopt, false, false, info.held});
   const Eigen::VectorXd rest = composition.restState();
   model.state.further.assign(rest.data() + 1, rest.data() + rest.size());
   return model;
@@ -75,16 +75,16 @@ FitScores scoresOf(const Series& series, IndexRange range, const FitErrors& erro
   return scores;
 }
 
-std::string sentenceOf(const FittedModel& model) {
+std::string sentenceOf(const Fit& fit) {
   ClassicStream text;
-  switch (model.status) {
-    case FitStatus::kConverged: text << "converged after " << model.iterations << " iterations"; break;
-    case FitStatus::kIterationLimit: text << "stopped by the limit of " << model.iterations << " iterations"; break;
+  switch (fit.status) {
+    case FitStatus::kConverged: text << "converged after " << fit.iterations << " iterations"; break;
+    case FitStatus::kIterationLimit: text << "stopped by the limit of " << fit.iterations << " iterations"; break;
     case FitStatus::kNotExcited: text << "the window determines none of the parameters"; break;
     default: text << "no step lowers the cost any more, but the optimum was not reached"; break;
   }
   std::string weak;
-  for (const auto& estimate : model.estimates) {
+  for (const auto& estimate : fit.estimates) {
     if (estimate.determined || estimate.held) continue;
     weak += (weak.empty() ? "" : ", ") + estimate.name + (estimate.at_bound ? " (at a bound)" : "");
   }

@@ -17,23 +17,24 @@ std::string describe(FitStatus status) {
   return "unknown";
 }
 
-bool isUsable(const FittedModel& model) { return model.status == FitStatus::kConverged || model.status == FitStatus::kIterationLimit; }
+bool isUsable(const Fit& fit) { return fit.status == FitStatus::kConverged || fit.status == FitStatus::kIterationLimit; }
 
-BatteryModel compositionOf(const FittedModel& model) { return BatteryModel(model.effects, model.force); }
+BatteryModel compositionOf(const Fit& fit) { return BatteryModel(fit.effects, fit.force); }
 
 ModelPoint pointOf(const FittedModel& model) {
-  const BatteryModel composition = compositionOf(model);
+  const BatteryModel composition = compositionOf(model.fit);
   ModelPoint point;
   point.parameters = composition.typicalParameters();
-  const BaseParameters& base = model.parameters;
+  const BaseParameters& base = model.fit.parameters;
   point.parameters.head<kBaseRows>() << base.r_discharge, base.r_charge, base.c2, base.beta, base.u_dc;
   for (Eigen::Index j = kBaseRows; j < point.parameters.size(); ++j)
-    if (static_cast<std::size_t>(j) < model.estimates.size()) point.parameters[j] = model.estimates[static_cast<std::size_t>(j)].value;
+    if (static_cast<std::size_t>(j) < model.fit.estimates.size())
+      point.parameters[j] = model.fit.estimates[static_cast<std::size_t>(j)].value;
   point.state = composition.restState();
   point.state[0] = model.state.u_c2;
   for (std::size_t k = 0; k < model.state.further.size(); ++k) point.state[static_cast<Eigen::Index>(k) + 1] = model.state.further[k];
   point.time = model.state.time;
-  point.reference_time = model.window.from;
+  point.reference_time = model.fit.window.from;
   point.force_memory = model.state.force_memory;
   return point;
 }
@@ -53,14 +54,14 @@ Eigen::MatrixXd covarianceFactor(const Eigen::MatrixXd& covariance) {
   return factor;
 }
 
-Simulation simulationOf(const FittedModel& model) { return Simulation(compositionOf(model), pointOf(model)); }
+Simulation simulationOf(const FittedModel& model) { return Simulation(compositionOf(model.fit), pointOf(model)); }
 
 Simulation uncertainSimulationOf(const FittedModel& model) {
-  return Simulation(compositionOf(model), pointOf(model), covarianceFactor(model.covariance));
+  return Simulation(compositionOf(model.fit), pointOf(model), covarianceFactor(model.fit.covariance));
 }
 
 FittedModel rested(FittedModel model) {
-  const BatteryModel composition = compositionOf(model);
+  const BatteryModel composition = compositionOf(model.fit);
   const Eigen::VectorXd rest = composition.restState();
   model.state = {model.state.time,
                  rest[0],
@@ -68,25 +69,31 @@ FittedModel rested(FittedModel model) {
                  std::vector<double>(rest.data() + 1, rest.data() + rest.size()),
                  std::nullopt,
                  {},
-                 model.force ? restedMemory(*model.force, model.state.force_memory) : std::vector<double>()};
+                 model.fit.force ? restedMemory(*model.fit.force, model.state.force_memory) : std::vector<double>(),
+                 model.state.discrepancy};
   const Eigen::Index states = composition.stateCount();
-  model.covariance.bottomRows(states).setZero();
-  model.covariance.rightCols(states).setZero();
+  model.fit.covariance.bottomRows(states).setZero();
+  model.fit.covariance.rightCols(states).setZero();
   return model;
 }
 
 void takeState(FittedModel& model, const Simulation& simulation, double current) {
   const Eigen::VectorXd state = simulation.state();
-  model.state = {
-      simulation.time(),       state[0], current, std::vector<double>(state.data() + 1, state.data() + state.size()), std::nullopt, {},
-      simulation.forceMemory()};
+  model.state = {simulation.time(),
+                 state[0],
+                 current,
+                 std::vector<double>(state.data() + 1, state.data() + state.size()),
+                 std::nullopt,
+                 {},
+                 simulation.forceMemory(),
+                 model.state.discrepancy};
   if (simulation.lanes() == 0) return;
-  const Eigen::Index parameters = model.covariance.rows() - state.size();
-  const Eigen::MatrixXd factor = covarianceFactor(model.covariance);
+  const Eigen::Index parameters = model.fit.covariance.rows() - state.size();
+  const Eigen::MatrixXd factor = covarianceFactor(model.fit.covariance);
   Eigen::MatrixXd now(factor.rows(), factor.cols());
   now.topRows(parameters) = factor.topRows(parameters);
   now.bottomRows(state.size()) = simulation.stateDerivatives();
-  model.covariance = now * now.transpose();
+  model.fit.covariance = now * now.transpose();
 }
 
 }  // namespace battery_sof

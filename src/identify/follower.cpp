@@ -12,7 +12,9 @@ constexpr double kLookBack = 300.0;  // [s], of a source's past that its judgeme
 }  // namespace
 
 Follower::Follower(const FittedModel& model, bool uncertain)
-    : simulation_(uncertain ? uncertainSimulationOf(model) : simulationOf(model)), memory_(model.state.memory), learned_(model.learned) {
+    : simulation_(uncertain ? uncertainSimulationOf(model) : simulationOf(model)),
+      memory_(model.state.memory),
+      learned_(model.fit.learned) {
   // A source's ramp begins at the voltage that the state stands for.
   DriveStep here;
   here.time = model.state.time;
@@ -44,15 +46,15 @@ FollowedSample Follower::follow(const DriveSample& sample) {
 }
 
 Drive driveOf(const FittedModel& model, const Series& series, IndexRange range) {
-  if (!model.source || range.empty()) return fullDrive(series, range);
+  if (!model.fit.source || range.empty()) return fullDrive(series, range);
   // Judged as live: from a little before the range on, sample by sample.
   std::vector<char> imposed(series.size(), 0);
-  SourceWatch watch(*model.source);
+  SourceWatch watch(*model.fit.source);
   std::size_t n = range.first;
   while (n > 0 && series.time[range.first] - series.time[n - 1] < kLookBack) --n;
   for (; n < range.last; ++n) imposed[n] = watch.add(series.time[n], series.current[n], series.voltage[n]);
   VoltageRepair repair;
-  repair.lag = model.voltage_lag;
+  repair.lag = model.fit.voltage_lag;
   for (std::size_t k = 0; k < series.size(); ++k) repair.dropped.push_back(isDropOut(series, k));
   return fullDrive(repaired(series, repair), range, {}, imposed);
 }

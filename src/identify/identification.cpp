@@ -163,20 +163,20 @@ FittedModel describeFit(const Window& window, const BaseFit& fit, BaseNormalEqua
   const double rho = std::clamp(left.lagOne(), -0.9999, 0.9999);
 
   FittedModel model = unfitted(series, range, excited, BatteryModel(), fit.status, "");
-  model.parameters = p;
-  model.iterations = fit.iterations;
-  model.covariance = covarianceOf(p, left, bartlettWidth(rho, static_cast<Eigen::Index>(range.size())));
-  model.estimates = estimatesOf(p, model.covariance);
+  model.fit.parameters = p;
+  model.fit.iterations = fit.iterations;
+  model.fit.covariance = covarianceOf(p, left, bartlettWidth(rho, static_cast<Eigen::Index>(range.size())));
+  model.fit.estimates = estimatesOf(p, model.fit.covariance);
   const auto residualAt = [&](std::size_t n) { return left.at(n); };
   const FitErrors errors{left.squares(), rho, crankErrors(series, range.first, cranks, residualAt)};
-  model.scores = scoresOf(series, range, errors, interval);
-  if (std::none_of(model.estimates.begin(), model.estimates.begin() + kRowUDc,
+  model.fit.scores = scoresOf(series, range, errors, interval);
+  if (std::none_of(model.fit.estimates.begin(), model.fit.estimates.begin() + kRowUDc,
                    [](const ParameterEstimate& estimate) { return estimate.determined; }))
-    model.status = FitStatus::kNotExcited;
-  model.message = sentenceOf(model);
+    model.fit.status = FitStatus::kNotExcited;
+  model.fit.message = sentenceOf(model.fit);
   model.state = {series.time[range.last - 1], left.last.value, series.current[range.last - 1]};
-  model.first_state = {fit.u_c2_first};
-  carryCovariance(model.covariance, left.last);
+  model.fit.first_state = {fit.u_c2_first};
+  carryCovariance(model.fit.covariance, left.last);
   return model;
 }
 
@@ -206,8 +206,8 @@ std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& 
 }
 
 double suitabilityOf(const FittedModel& model, const WindowSamples& samples, double duration) {
-  if (const auto& share = model.scores.left_out_share_percent) return std::clamp(*share / 100.0, 0.0, 1.0);
-  return predictionSuitability(model.scores.rmse / blocksInSeries(model.parameters.u_dc), windowExcitation(samples, duration));
+  if (const auto& share = model.fit.scores.left_out_share_percent) return std::clamp(*share / 100.0, 0.0, 1.0);
+  return predictionSuitability(model.fit.scores.rmse / blocksInSeries(model.fit.parameters.u_dc), windowExcitation(samples, duration));
 }
 
 FittedModel fitted(const Window& window, const IdentifyOptions& options) {
@@ -222,8 +222,8 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
   FittedModel model =
       is_base ? describeFit(window, fit, std::move(equations), weighs_cranks ? cranks : cranksOf(window, options.crank_weight_current))
               : identifyComposition(series, range, options, fit);
-  if (!model.source) model.naive = fitNaiveDrivenByCurrent(series, range, cranks);
-  model.suitability = suitabilityOf(model, samples, window.duration());
+  if (!model.fit.source) model.fit.naive = fitNaiveDrivenByCurrent(series, range, cranks);
+  model.fit.suitability = suitabilityOf(model, samples, window.duration());
   return model;
 }
 
@@ -239,7 +239,7 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
   const Window window = windowOf(series, range);
   const std::optional<FittedModel> refusal = refused(window, options);
   FittedModel model = refusal ? *refusal : fitted(window, options);
-  model.start = options.start == FitStart::kPaper ? "paper" : "robust";
+  model.fit.start = options.start == FitStart::kPaper ? "paper" : "robust";
   return model;
 }
 
@@ -275,7 +275,7 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
       errors.observe(sample.step.duration, sample.voltage - followed.voltage);
   }
   takeState(model, follower, series.current[last]);
-  model.discrepancy = errors.discrepancy();
+  model.state.discrepancy = errors.discrepancy();
 }
 
 }  // namespace battery_sof

@@ -33,12 +33,12 @@ FitPlan planFit(const Series& series, const FitRequest& request) {
 FittedModel fitPlanned(const Series& series, const FitPlan& plan) {
   FittedModel model;
   if (!plan.window.range) {
-    model.status = FitStatus::kNotExcited;
-    model.message = plan.window.message;
+    model.fit.status = FitStatus::kNotExcited;
+    model.fit.message = plan.window.message;
     return model;
   }
   model = identify(series, *plan.window.range, plan.options);
-  if (isUsable(model)) fitErrors(model, series, *plan.window.range);
+  if (isUsable(model.fit)) fitErrors(model, series, *plan.window.range);
   return model;
 }
 

@@ -21,9 +21,9 @@ struct Followed {
 
 Followed followWindow(const FittedModel& model, const Drive& drive) {
   ModelPoint start = pointOf(model);
-  start.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
+  start.state = Eigen::Map<const Eigen::VectorXd>(model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
   start.time = start.reference_time = drive.first_time;
-  Follower follower(Simulation(compositionOf(model), start));
+  Follower follower(Simulation(compositionOf(model.fit), start));
   Followed out;
   for (const DriveSample& sample : drive.samples) {
     const FollowedSample at = follower.follow(sample);
@@ -103,19 +103,19 @@ void holdInside(LearnedResidual& learned, const Series& series, IndexRange range
 }  // namespace
 
 void learnFromWindow(FittedModel& model, const Series& series, IndexRange range, const Drive& drive, const Source& source) {
-  model.source = source.rule;
-  model.naive = fitNaive(series, range, source.imposes_voltage);
+  model.fit.source = source.rule;
+  model.fit.naive = fitNaive(series, range, source.imposes_voltage);
   const Followed followed = followWindow(model, drive);
   std::vector<double> left_out;
-  model.learned = learnResidual(followed.samples, &left_out);
+  model.fit.learned = learnResidual(followed.samples, &left_out);
   model.state.memory = followed.memory;
-  holdInside(model.learned, series, range, source);
-  model.scores.left_out_share_percent = leftOutShare(followed.samples, left_out, series, range);
+  holdInside(model.fit.learned, series, range, source);
+  model.fit.scores.left_out_share_percent = leftOutShare(followed.samples, left_out, series, range);
   std::vector<double> current = followed.current;
   for (std::size_t n = 0; n < current.size(); ++n)
     if (followed.samples.voltage_drives[n]) current[n] += left_out[n];
-  addCranks(model.experience, series, range, followed.voltage);
-  addCharges(model.experience, series, range, source, current);
+  addCranks(model.intervals.experience, series, range, followed.voltage);
+  addCharges(model.intervals.experience, series, range, source, current);
 }
 
 }  // namespace battery_sof

@@ -86,11 +86,11 @@ ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<Volt
   const MeanCurrent mean = meanCurrent(uncertainSimulationOf(model), steps, i_limit, expected);
   double duration = 0.0;
   for (const VoltageStep& step : steps) duration += step.duration;
-  const double own = model.noise ? model.noise->white_std : model.scores.rmse;
+  const double own = model.fit.noise ? model.fit.noise->white_std : model.fit.scores.rmse;
   const double error = std::sqrt(errors.forecast(0.5 * duration).variance + own * own + std::pow(mean.beyond_learned, 2));
   const MeanCurrent moved = meanCurrent(simulationOf(model), steps, i_limit, [&](double since) { return expected(since) - error; });
   const double variance = mean.derivatives.squaredNorm() + std::pow(mean.value - moved.value, 2);
-  const double half = kNinetyPercent * model.charge_scale.factor * std::sqrt(variance);
+  const double half = kNinetyPercent * model.intervals.charge_scale.factor * std::sqrt(variance);
   return {{mean.value, mean.value - half, std::min(mean.value + half, i_limit)}, mean.highest, mean.beyond_learned};
 }
 
@@ -103,7 +103,7 @@ QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
   range.charge_duration = query.t_sof2;
   range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / 3600.0;
   range.temperature = query.temperature;
-  range.evidence = chargeEvidence(model.experience, query.u_boost, query.t_sof2);
+  range.evidence = chargeEvidence(model.intervals.experience, query.u_boost, query.t_sof2);
   return range;
 }
 
@@ -116,9 +116,9 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model, const C
     answer.code = AnswerCode::kInvalidQuery;
     return answer;
   }
-  if (!isUsable(model)) {
+  if (!isUsable(model.fit)) {
     answer.code = AnswerCode::kNoModel;
-    answer.message = "the model cannot be used: " + model.message;
+    answer.message = "the model cannot be used: " + model.fit.message;
     return answer;
   }
   const ExpectedCurrent mean = expectedCurrent(model, stepsOf(query), query.i_limit);
@@ -161,8 +161,8 @@ Interval followedCurrent(const FittedModel& model, const Series& series, MissedC
     current_before = series.current[n];
   }
   const double duration = before - model.state.time;
-  const double own = model.scores.current_rmse.value_or(0.0);
-  const double half = kNinetyPercent * model.charge_scale.factor * std::hypot(spread / duration, own);
+  const double own = model.fit.scores.current_rmse.value_or(0.0);
+  const double half = kNinetyPercent * model.intervals.charge_scale.factor * std::hypot(spread / duration, own);
   return {sum / duration, sum / duration - half, sum / duration + half};
 }
 
@@ -187,7 +187,7 @@ MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& serie
   }
   mean.measured /= total;
   mean.mean_voltage /= total;
-  if (!model.source) {
+  if (!model.fit.source) {
     mean.current = expectedCurrent(model, steps, kMostCurrent).current;
     mean.modelled = mean.current.value;
     return mean;

@@ -32,7 +32,7 @@ void ChargeWatch::beginBehind(double current) {
 }
 
 /// Samples after a charge's last one until its voltage is known.
-std::size_t ChargeWatch::waitsFor(const FittedModel& model) { return model.source ? model.voltage_lag + 1 : 0; }
+std::size_t ChargeWatch::waitsFor(const Fit& fit) { return fit.source ? fit.voltage_lag + 1 : 0; }
 
 std::optional<ChargeComparison> ChargeWatch::add(const StreamSample& sample, const StateTracker& before, double max_gap) {
   const bool is_gap = sample.time - before.state().time > max_gap;
@@ -50,7 +50,7 @@ std::optional<ChargeComparison> ChargeWatch::add(const StreamSample& sample, con
   if (sample.time - running_->model.state.time < compare_after_) return comparison;
   complete_ = std::exchange(running_, std::nullopt);
   complete_->own = complete_->samples.size();
-  return waitsFor(complete_->model) == 0 ? compare(*std::exchange(complete_, std::nullopt)) : comparison;
+  return waitsFor(complete_->model.fit) == 0 ? compare(*std::exchange(complete_, std::nullopt)) : comparison;
 }
 
 bool ChargeWatch::isOver(const StreamSample& sample, const StateTracker& before) const {
@@ -68,7 +68,7 @@ bool ChargeWatch::begins(const StreamSample& sample, const StateTracker& before)
 /// The sample before this one was judged since: a charge that it began with the current imposed has not begun, and one with too
 /// much of that is over. The model stands where the voltage before the charge puts it, once that is known.
 void ChargeWatch::judgeLast(const StateTracker& before) {
-  if (!running_ || !running_->model.source) return;
+  if (!running_ || !running_->model.fit.source) return;
   if (before.lastTime() == running_->model.state.time) {
     running_->model = before.modelSettled();
     running_->missed = before.missedSettled();
@@ -88,7 +88,7 @@ std::optional<ChargeComparison> ChargeWatch::finishComplete(const StreamSample& 
   if (!complete_) return std::nullopt;
   if (complete_->samples.size() == complete_->own && before.voltageDrives()) ++complete_->imposed;
   if (!is_gap) append(complete_->samples, sample);
-  if (!is_gap && complete_->samples.size() < complete_->own + waitsFor(complete_->model)) return std::nullopt;
+  if (!is_gap && complete_->samples.size() < complete_->own + waitsFor(complete_->model.fit)) return std::nullopt;
   const Charge charge = *std::exchange(complete_, std::nullopt);
   if (static_cast<double>(charge.imposed) < kLeastImposed * static_cast<double>(charge.own)) return std::nullopt;
   return compare(charge);
@@ -97,8 +97,8 @@ std::optional<ChargeComparison> ChargeWatch::finishComplete(const StreamSample& 
 ChargeComparison ChargeWatch::compare(const Charge& charge) {
   const Series own = slice(charge.samples, {0, charge.own});
   std::vector<double> driving;
-  for (std::size_t n = 0; n < charge.own && charge.model.source; ++n)
-    driving.push_back(repairedVoltage(charge.samples, n, charge.model.voltage_lag));
+  for (std::size_t n = 0; n < charge.own && charge.model.fit.source; ++n)
+    driving.push_back(repairedVoltage(charge.samples, n, charge.model.fit.voltage_lag));
   const MeanChargeCurrent expected = currentAtVoltage(charge.model, own, charge.missed, driving);
   ChargeComparison comparison;
   comparison.time = own.time.front();

@@ -43,7 +43,7 @@ std::optional<CrankComparison> CrankWatch::finish() const {
   const CrankingAnswer answer = predictCranking(*model_, query);
   if (!answer.u_min) return std::nullopt;
   FittedModel unexperienced = *model_;
-  unexperienced.experience = {};
+  unexperienced.intervals.experience = {};
   const auto minimum = std::min_element(crank_.voltage.begin(), crank_.voltage.end());
   return CrankComparison{crank_.time[static_cast<std::size_t>(minimum - crank_.voltage.begin())], lowest(crank_.current), *minimum,
                          *answer.u_min, predictCranking(unexperienced, query).u_min->value};

@@ -91,19 +91,19 @@ std::string faultsOf(const CrankingQuery& q) {
   return faults;
 }
 
-double crankError(const FittedModel& model, double current) {
+double crankError(const Fit& fit, double current) {
   // Without a crank in the window the scores hold the error of normal driving: it grows with the current.
-  if (model.scores.cranks > 0) return model.scores.crank_error_std;
-  const double seen = std::max({-model.excited.min_current, model.excited.max_current, 1.0});
-  return model.scores.rmse * std::max(1.0, std::abs(current) / seen);
+  if (fit.scores.cranks > 0) return fit.scores.crank_error_std;
+  const double seen = std::max({-fit.excited.min_current, fit.excited.max_current, 1.0});
+  return fit.scores.rmse * std::max(1.0, std::abs(current) / seen);
 }
 
 Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query, double ahead, double* beyond_learned) {
   const ErrorTracker errors(model);
-  const double own = crankError(model, lowestCurrent(query));
+  const double own = crankError(model.fit, lowestCurrent(query));
   std::optional<Interval> lowest;
   const auto look = [&](const Simulation& now, double since) {
-    const Interval u = voltageAnswer(now, errors.forecastThrough(ahead + since), own, model.crank_scale);
+    const Interval u = voltageAnswer(now, errors.forecastThrough(ahead + since), own, model.intervals.crank_scale);
     if (!lowest || u.value <= lowest->value) lowest = u;
     if (beyond_learned) *beyond_learned = std::max(*beyond_learned, now.beyondLearned());
   };
@@ -113,7 +113,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
   }
   double since = 0.0;
   for (const double share : kLooks) {
-    if (model.effects.empty() && share > 0.0 && share < 1.0) continue;
+    if (model.fit.effects.empty() && share > 0.0 && share < 1.0) continue;
     hold(simulation, query.i_cranking, share * query.t_cranking - since);
     since = share * query.t_cranking;
     look(simulation, since);
@@ -128,9 +128,9 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
     answer.code = AnswerCode::kInvalidQuery;
     return answer;
   }
-  if (!isUsable(model)) {
+  if (!isUsable(model.fit)) {
     answer.code = AnswerCode::kNoModel;
-    answer.message = "the model cannot be used: " + model.message;
+    answer.message = "the model cannot be used: " + model.fit.message;
     return answer;
   }
   Simulation simulation = uncertainSimulationOf(model);

@@ -137,12 +137,12 @@ Interval around(double value, const std::vector<double>& errors, const IntervalS
 }  // namespace
 
 Interval experiencedCrank(const FittedModel& model, double current, const Interval& modelled) {
-  const std::vector<PastCrank>& cranks = model.experience.cranks;
+  const std::vector<PastCrank>& cranks = model.intervals.experience.cranks;
   if (cranks.empty()) return modelled;
   std::vector<double> by_model, by_line;
   for (const PastCrank& crank : cranks) by_model.push_back(crank.modelled);
   const CrankCorrection of_model(cranks, by_model);
-  const auto& line = model.naive.voltage_from_current;
+  const auto& line = model.fit.naive.voltage_from_current;
   const bool takes_line = line && cranks.size() >= kLeastForLine;
   double value = modelled.value + of_model.at(current);
   if (takes_line)
@@ -155,11 +155,11 @@ Interval experiencedCrank(const FittedModel& model, double current, const Interv
     if (takes_line) without = 0.5 * (without + by_line[k] + of_line.without(cranks[k], by_line[k]));
     errors.push_back(cranks[k].minimum - without);
   }
-  return around(value, errors, model.crank_scale, modelled);
+  return around(value, errors, model.intervals.crank_scale, modelled);
 }
 
 Interval experiencedCharge(const FittedModel& model, const ChargeBeginning& charge, const Interval& modelled) {
-  const std::vector<PastCharge> charges = alike(model.experience, charge.voltage, charge.duration, kAlikeVoltage);
+  const std::vector<PastCharge> charges = alike(model.intervals.experience, charge.voltage, charge.duration, kAlikeVoltage);
   if (charges.size() < kLeastForInterval) return modelled;
   const auto answer = [&](const ChargeBeginning& at, double of_model, std::size_t left_out) {
     const double stacked = stackOf(charges, of_model, left_out);
@@ -170,7 +170,7 @@ Interval experiencedCharge(const FittedModel& model, const ChargeBeginning& char
   for (std::size_t k = 0; k < charges.size(); ++k)
     errors.push_back(charges[k].measured -
                      answer({charges[k].voltage, charges[k].first_voltage, charges[k].duration}, charges[k].modelled, k));
-  return around(answer(charge, modelled.value, charges.size()), errors, model.charge_scale, modelled);
+  return around(answer(charge, modelled.value, charges.size()), errors, model.intervals.charge_scale, modelled);
 }
 
 ChargeEvidence chargeEvidence(const Experience& experience, double voltage, double duration) {

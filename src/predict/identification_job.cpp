@@ -18,7 +18,7 @@ double lengthOf(const IdentificationJob& job) { return job.window_length.value_o
 
 double openLoopRmse(FittedModel model, const Series& series, IndexRange range, double max_gap) {
   const std::size_t first = range.first;
-  const double voltage = model.source ? repairedVoltage(series, first, model.voltage_lag) : series.voltage[first];
+  const double voltage = model.fit.source ? repairedVoltage(series, first, model.fit.voltage_lag) : series.voltage[first];
   setStateFromVoltage(model, series.time[first], series.current[first], voltage);
   StateTracker tracker(model, max_gap);
   tracker.lookBack(series);
@@ -56,10 +56,10 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
   if (options.start != FitStart::kPaper) options.source = window.source;
   options.chooses_effects = true;
   trial.model = identify(series, window.range, options);
-  trial.message = trial.model->message;
-  if (!isUsable(*trial.model)) return trial;
+  trial.message = trial.model->fit.message;
+  if (!isUsable(trial.model->fit)) return trial;
   fitErrors(*trial.model, series, window.range);
-  if (trial.model->source) {
+  if (trial.model->fit.source) {
     trial.followed = followedBehind(*trial.model, series, window.events, window.max_gap);
     trial.model = trial.followed->now();
   } else {

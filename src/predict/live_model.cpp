@@ -5,7 +5,7 @@ namespace {
 
 FittedModel unusable() {
   FittedModel none;
-  none.status = FitStatus::kNotExcited;
+  none.fit.status = FitStatus::kNotExcited;
   return none;
 }
 
@@ -21,13 +21,13 @@ Answer LiveModel::explained(Answer answer) const {
 }
 
 CrankingAnswer LiveModel::predictCranking(const CrankingQuery& query) const {
-  return battery_sof::betterOf(explained(battery_sof::predictCranking(model_, query, capacity_)), query, model_.naive, naive_.cranks);
+  return battery_sof::betterOf(explained(battery_sof::predictCranking(model_, query, capacity_)), query, model_.fit.naive, naive_.cranks);
 }
 
 StopTimeAnswer LiveModel::predictStopTime(const StopTimeQuery& query) const {
   StopTimeAnswer answer = explained(battery_sof::predictStopTime(model_, query, capacity_));
   if (answer.t_stop && naive_.cranks.score.naive_answers)
-    answer.message += "; by the model, though " + naiveCrankName(model_.naive) + " is better at cranks at present";
+    answer.message += "; by the model, though " + naiveCrankName(model_.fit.naive) + " is better at cranks at present";
   return answer;
 }
 
@@ -37,7 +37,7 @@ ChargeAcceptanceAnswer LiveModel::predictChargeAcceptance(const ChargeAcceptance
 
 ChargeAcceptanceAnswer LiveModel::betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query) const {
   // What was compared over 10 s and over 60 s have no question in common.
-  return battery_sof::betterOf(battery_sof::betterOf(std::move(answer), query, model_.naive, naive_.charges), query, model_.naive,
+  return battery_sof::betterOf(battery_sof::betterOf(std::move(answer), query, model_.fit.naive, naive_.charges), query, model_.fit.naive,
                                naive_.long_charges);
 }
 
@@ -47,7 +47,7 @@ CrankingMap LiveModel::mapCranking(const CrankingQuery& query, const std::vector
   cell.load = {};
   for (std::size_t k = 0; k < map.answers.size(); ++k) {
     cell.t_stop = t_stop[k % t_stop.size()];
-    map.answers[k] = battery_sof::betterOf(std::move(map.answers[k]), cell, model_.naive, naive_.cranks);
+    map.answers[k] = battery_sof::betterOf(std::move(map.answers[k]), cell, model_.fit.naive, naive_.cranks);
   }
   return map;
 }

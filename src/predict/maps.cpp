@@ -21,9 +21,9 @@ Map filled(const FittedModel& model, const std::vector<double>& rows, const char
     map.code = AnswerCode::kInvalidQuery;
     return map;
   }
-  if (!isUsable(model)) {
+  if (!isUsable(model.fit)) {
     map.code = AnswerCode::kNoModel;
-    map.message = "the model cannot be used: " + model.message;
+    map.message = "the model cannot be used: " + model.fit.message;
     return map;
   }
   for (const double row : rows)

@@ -280,8 +280,8 @@ std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
 std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_compare) const {
   if (!trial.model) return trial.message;
   const FittedModel& model = *trial.model;
-  if (!isUsable(model)) return describe(model.status) + ": " + model.message;
-  for (const ParameterEstimate& estimate : model.estimates) {
+  if (!isUsable(model.fit)) return describe(model.fit.status) + ": " + model.fit.message;
+  for (const ParameterEstimate& estimate : model.fit.estimates) {
     if (isRequired(estimate) && !estimate.determined) {
       return "the window does not determine " + estimate.name;
     }
@@ -346,7 +346,7 @@ void OnlineSession::beginDueExtension() {
 std::string OnlineSession::extensionSentence() const {
   const std::optional<Extension>& newest = next_extension_ ? next_extension_ : extension_;
   if (!newest) return {};
-  const std::vector<std::string> running = contenders_.extended ? contenders_.extended->accepted().effects : std::vector<std::string>();
+  const std::vector<std::string> running = contenders_.extended ? contenders_.extended->accepted().fit.effects : std::vector<std::string>();
   std::string text = running.empty() ? "the base model answers" : contestSentence();
   if (running == newest->effects) return text;
   const std::string names = listed(newest->effects);
@@ -356,7 +356,7 @@ std::string OnlineSession::extensionSentence() const {
 
 std::string OnlineSession::contestSentence() const {
   const ContestScore score = contenders_.contest.score();
-  const std::string names = listed(contenders_.extended->accepted().effects);
+  const std::string names = listed(contenders_.extended->accepted().fit.effects);
   const std::string who = doesExtendedAnswer() ? "the model with " + names : "the base model";
   return who + sentence(" answers: over %.0f s it missed %.1f mV with %s, %.1f mV without", score.duration, 1e3 * score.extended_rmse,
                         names.c_str(), 1e3 * score.base_rmse);

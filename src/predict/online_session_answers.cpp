@@ -25,9 +25,9 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
     refused_ = model;
     return;
   }
-  last_outcome_ = inUseSentence(first.time - model.window.to);
-  if (model.source) source_ = SourceShare(*model.source);
-  contenders_.base.setScales(model.crank_scale, model.charge_scale);
+  last_outcome_ = inUseSentence(first.time - model.fit.window.to);
+  if (model.fit.source) source_ = SourceShare(*model.fit.source);
+  contenders_.base.setScales(model.intervals.crank_scale, model.intervals.charge_scale);
   contenders_.base.install(model, stream_.maxGap());
   followAgain(model.state.time, stream_.maxGap());
   next_look_ = driving_ + options_.identify_period;
@@ -40,14 +40,14 @@ void OnlineSession::offerRefusedAgain() {
 
 std::string OnlineSession::refusalOfRestored(double first_time) const {
   const double ahead = restored_->state.time - first_time;
-  const double age = first_time - restored_->window.to;
+  const double age = first_time - restored_->fit.window.to;
   if (ahead > 0.0) {
     return sentence("the saved model was refused: its state is %.1f s ahead of the first sample", ahead);
   }
   if (age > options_.model_max_age) {
     return sentence("the saved model was refused: it is %.0f s old, allowed are %.0f s", age, options_.model_max_age);
   }
-  return isUsable(*restored_) ? "" : "the saved model was refused: its fit is not usable";
+  return isUsable(restored_->fit) ? "" : "the saved model was refused: its fit is not usable";
 }
 
 std::string OnlineSession::whyRestoredWaits() const {
@@ -70,7 +70,7 @@ std::string OnlineSession::whyNoSample() const {
 FittedModel OnlineSession::restoredNow() const {
   const Series& first = stream_.waiting();
   TrackedModel model(options_.events);
-  model.setScales(restored_->crank_scale, restored_->charge_scale);
+  model.setScales(restored_->intervals.crank_scale, restored_->intervals.charge_scale);
   model.install(*restored_, stream_.maxGap());
   for (std::size_t n = 0; n < first.size(); ++n) model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());
   return model.now();
@@ -138,8 +138,8 @@ SessionStatus OnlineSession::status() const {
   status.newest_time = newestTime();
   status.model_age = ageOf(inUse());
   if (inUse().holdsModel()) {
-    status.suitability = inUse().accepted().suitability;
-    status.effects = inUse().accepted().effects;
+    status.suitability = inUse().accepted().fit.suitability;
+    status.effects = inUse().accepted().fit.effects;
   }
   status.backtest = inUse().backtest();
   status.extension = extensionSentence();
@@ -153,10 +153,10 @@ SessionStatus OnlineSession::status() const {
   const auto reason = whyNoModel();
   if (restored_ && !reason) {
     status.state = SessionState::kReady;
-    status.model_age = stream_.waiting().time.back() - restored_->window.to;
+    status.model_age = stream_.waiting().time.back() - restored_->fit.window.to;
     status.reason = inUseSentence(*status.model_age);
-    status.suitability = restored_->suitability;
-    status.effects = restored_->effects;
+    status.suitability = restored_->fit.suitability;
+    status.effects = restored_->fit.effects;
   } else if (!newest_) {
     status.state = SessionState::kNoSample;
     status.reason = whyNoSample();

@@ -52,12 +52,12 @@ void append(PredictedVoltage& predicted, const Interval& u) {
 
 std::string extrapolation(const FittedModel& model, const std::vector<double>& current) {
   const auto [low, high] = std::minmax_element(current.begin(), current.end());
-  if (*low >= kExtrapolation * std::min(model.excited.min_current, 0.0) &&
-      *high <= kExtrapolation * std::max(model.excited.max_current, 0.0))
+  if (*low >= kExtrapolation * std::min(model.fit.excited.min_current, 0.0) &&
+      *high <= kExtrapolation * std::max(model.fit.excited.max_current, 0.0))
     return "";
   char text[200];
   printClassic(text, sizeof text, "the profile spans %.1f to %.1f A but the window only %.1f to %.1f A", *low, *high,
-               model.excited.min_current, model.excited.max_current);
+               model.fit.excited.min_current, model.fit.excited.max_current);
   return text;
 }
 
@@ -75,8 +75,15 @@ double missingAt(const FittedModel& model, const Series& series, std::size_t n) 
 /// first second; the effects' states at rest.
 FittedModel modelAtFirstSample(const FittedModel& model, const Series& series) {
   FittedModel start = model;
-  const Eigen::VectorXd rest = compositionOf(model).restState();
-  start.state = {series.time.front(), 0.0, series.current.front(), std::vector<double>(rest.data() + 1, rest.data() + rest.size())};
+  const Eigen::VectorXd rest = compositionOf(model.fit).restState();
+  start.state = {series.time.front(),
+                 0.0,
+                 series.current.front(),
+                 std::vector<double>(rest.data() + 1, rest.data() + rest.size()),
+                 std::nullopt,
+                 {},
+                 {},
+                 model.state.discrepancy};
   std::vector<double> missing;
   for (std::size_t n = 0; n < series.size(); ++n) {
     if (series.time[n] - series.time.front() > kStartSpan) break;
@@ -125,14 +132,14 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
     answer.code = AnswerCode::kInvalidQuery;
     return answer;
   }
-  if (!isUsable(model)) {
+  if (!isUsable(model.fit)) {
     answer.code = AnswerCode::kNoModel;
-    answer.message = "the model cannot be used: " + model.message;
+    answer.message = "the model cannot be used: " + model.fit.message;
     return answer;
   }
   Simulation simulation = uncertainSimulationOf(model);
   const ErrorTracker errors(model);
-  const double own = model.noise ? model.noise->white_std : model.scores.rmse;
+  const double own = model.fit.noise ? model.fit.noise->white_std : model.fit.scores.rmse;
   double time_before = 0.0;
   double current_before = model.state.current;
   for (std::size_t n = 0; n < time.size(); ++n) {
@@ -156,8 +163,8 @@ FollowedPrediction predictMixed(const FittedModel& model, const Series& series, 
   if (range.empty()) return {};
   const auto [start, first, was_there] = startFor(model, series, range);
   const Drive drive = driveOf(start, series, {first, range.last});
-  const double own_current = std::pow(start.scores.current_rmse.value_or(0.0), 2);
-  const double own_voltage = std::pow(start.scores.rmse, 2);
+  const double own_current = std::pow(start.fit.scores.current_rmse.value_or(0.0), 2);
+  const double own_voltage = std::pow(start.fit.scores.rmse, 2);
   Follower follower(start, true);
   FollowedPrediction predicted;
   for (std::size_t n = was_there ? first + 1 : first; n < range.last; ++n) {
@@ -175,7 +182,7 @@ FollowedPrediction predictMixed(const FittedModel& model, const Series& series, 
     predicted.current_upper.push_back(at.current + half_a);
   }
   for (auto* voltage : {&predicted.voltage, &predicted.voltage_lower, &predicted.voltage_upper, &predicted.equations_voltage})
-    delay(*voltage, start.voltage_lag);
+    delay(*voltage, start.fit.voltage_lag);
   return predicted;
 }
 
@@ -187,7 +194,7 @@ PredictedVoltage predictSeries(const FittedModel& model, const Series& series, I
   PredictedVoltage predicted;
   for (std::size_t n = was_there ? first + 1 : first; n < range.last; ++n) {
     simulation.advance(drive.samples[n - first].step);
-    if (n >= range.first) append(predicted, voltageInterval(simulation, start.scores.rmse));
+    if (n >= range.first) append(predicted, voltageInterval(simulation, start.fit.scores.rmse));
   }
   return predicted;
 }

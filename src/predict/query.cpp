@@ -24,11 +24,11 @@ constexpr double kMostOfBlock = 16.0;       // [V], of six lead-acid cells, abov
 constexpr double kShortCharge = 10.0;       // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 
 bool movesOpenCircuitVoltage(const FittedModel& model) {
-  return contains(model.effects, "ocv_soc") || contains(model.effects, "acid_transport");
+  return contains(model.fit.effects, "ocv_soc") || contains(model.fit.effects, "acid_transport");
 }
 
 bool isDetermined(const FittedModel& model, const char* name) {
-  for (const ParameterEstimate& estimate : model.estimates)
+  for (const ParameterEstimate& estimate : model.fit.estimates)
     if (estimate.name == name) return estimate.determined;
   return true;
 }
@@ -46,10 +46,10 @@ class Reasons {
 };
 
 /// The voltage above which no battery of as many blocks is [V].
-double mostVoltage(const FittedModel& model) { return kMostOfBlock * blocksInSeries(model.parameters.u_dc); }
+double mostVoltage(const FittedModel& model) { return kMostOfBlock * blocksInSeries(model.fit.parameters.u_dc); }
 
 void addCharging(Reasons& reasons, const FittedModel& model, const QueryRange& range) {
-  const ExcitedRange& seen = model.excited;
+  const ExcitedRange& seen = model.fit.excited;
   const ChargeEvidence& evidence = range.evidence;
   if (evidence.vouches || !range.charges) return;
   if (evidence.charges >= ChargeEvidence::kLeast) {
@@ -57,13 +57,13 @@ void addCharging(Reasons& reasons, const FittedModel& model, const QueryRange& r
                                evidence.median_error));
     return;
   }
-  if (model.source) {
+  if (model.fit.source) {
     reasons.add(true,
                 sentence("%d past charges were like it, at least %d are needed to vouch for it", evidence.charges, ChargeEvidence::kLeast));
     return;
   }
   if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;
-  reasons.add(!contains(model.effects, "charge_acceptance"), "the model lacks a limit of charge acceptance (effect charge_acceptance)");
+  reasons.add(!contains(model.fit.effects, "charge_acceptance"), "the model lacks a limit of charge acceptance (effect charge_acceptance)");
   reasons.add(seen.longest_charge < kShortCharge,
               sentence("the window's longest charge lasted %.1f s, at least %.0f s are needed", seen.longest_charge, kShortCharge));
 }
@@ -88,7 +88,7 @@ double chargeHeldFor(const FittedModel& model, double capacity) {
 }
 
 std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity) {
-  const ExcitedRange& seen = model.excited;
+  const ExcitedRange& seen = model.fit.excited;
   Reasons reasons;
   if (range.least_current)
     reasons.add(*range.least_current < kCurrentReach * std::min(seen.min_current, 0.0),
@@ -97,7 +97,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
     reasons.add(*range.most_current > kCurrentReach * std::max(seen.max_current, 0.0),
                 sentence("it charges with %.0f A but the window's largest charge was %.0f A", *range.most_current, seen.max_current));
   if (range.most_voltage)
-    reasons.add(*range.most_voltage > seen.max_voltage + blocksInSeries(model.parameters.u_dc) * kVoltageReach,
+    reasons.add(*range.most_voltage > seen.max_voltage + blocksInSeries(model.fit.parameters.u_dc) * kVoltageReach,
                 sentence("it goes to %.2f V but the window's highest voltage was %.2f V", *range.most_voltage, seen.max_voltage));
   reasons.add(range.charge_moved > kConstantCharge * capacity && !movesOpenCircuitVoltage(model),
               sentence("it moves %.2f Ah, more than 1 %% of %g Ah, and the model holds the open-circuit "
@@ -118,7 +118,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   addCharging(reasons, model, range);
   if (range.charges && range.evidence.vouches) return reasons.text();
   // With fresh_sulphate one resistance serves both signs.
-  const bool of_charging = range.charges && !contains(model.effects, "fresh_sulphate");
+  const bool of_charging = range.charges && !contains(model.fit.effects, "fresh_sulphate");
   const char* needed = of_charging ? "r_charge" : "r_discharge";
   reasons.add(!isDetermined(model, needed), sentence("the window did not determine %s", needed));
   return reasons.text();

@@ -19,10 +19,10 @@ FollowedPrediction currentDriven(const FittedModel& model, const Series& series,
 /// Whether the voltage drives where a source imposes it; gives the model a source when it was fitted without.
 bool drivesBothWays(FittedModel& model, const Series& series, DriveMode drive) {
   if (drive == DriveMode::kCurrent) return false;
-  if (drive == DriveMode::kAsFitted || model.source) return model.source.has_value();
+  if (drive == DriveMode::kAsFitted || model.fit.source) return model.fit.source.has_value();
   const Source source = findSource(series);
   if (!source.seen) throw NoSource("no source is seen in the recording: " + source.summary);
-  model.source = source.rule;
+  model.fit.source = source.rule;
   return true;
 }
 
@@ -30,8 +30,8 @@ PredictionReport scored(const FittedModel& model, const Series& series, IndexRan
                         const FollowedPrediction& predicted) {
   PredictionReport report;
   report.from_current = scorePrediction(series, range, {from_current.voltage, from_current.voltage_lower, from_current.voltage_upper});
-  report.naive = scoreNaive(model.naive, series, range, predicted.voltage_drives);
-  const PredictedVoltage line = naiveVoltage(model.naive, series, range);
+  report.naive = scoreNaive(model.fit.naive, series, range, predicted.voltage_drives);
+  const PredictedVoltage line = naiveVoltage(model.fit.naive, series, range);
   if (!line.voltage.empty()) report.naive_from_current = scorePrediction(series, range, line);
   return report;
 }

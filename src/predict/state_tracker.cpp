@@ -31,8 +31,8 @@ StateTracker::StateTracker(const FittedModel& model, double max_gap)
     : model_(model),
       max_gap_(max_gap),
       settled_{Follower(model, true), {}, model.state, ErrorTracker(model), model.state.time},
-      needs_trace_(!model.effects.empty()) {
-  if (model.source) watch_.emplace(*model.source);
+      needs_trace_(!model.fit.effects.empty()) {
+  if (model.fit.source) watch_.emplace(*model.fit.source);
   if (needs_trace_) trace_.append(model.state.time, model.state.current, max_gap_);
 }
 
@@ -56,7 +56,7 @@ bool StateTracker::follow(double time, double current, double voltage) {
   append(recent_, time, current, voltage);
   voltage_drives_ = watch_ && watch_->add(time, current, voltage);
   imposed_.push_back(voltage_drives_);
-  const std::size_t behind = watch_ ? model_.voltage_lag + 1 : 0;
+  const std::size_t behind = watch_ ? model_.fit.voltage_lag + 1 : 0;
   const bool settles = recent_.size() - settled_count_ > behind;
   if (settles) settleOldest();
   if (watch_) lookAhead();
@@ -86,7 +86,7 @@ DriveSample StateTracker::sampleAfter(const Place& place, std::size_t n) const {
   DriveSample sample;
   sample.step = driveStep(place.state.time, place.state.current, recent_.time[n], recent_.current[n], max_gap_);
   if (needs_trace_) sample.step.trace = &trace_;
-  sample.voltage = watch_ ? repairedVoltage(recent_, n, model_.voltage_lag) : recent_.voltage[n];
+  sample.voltage = watch_ ? repairedVoltage(recent_, n, model_.fit.voltage_lag) : recent_.voltage[n];
   sample.voltage_drives = imposed_[n];
   return sample;
 }
@@ -107,27 +107,27 @@ FollowedSample StateTracker::step(Place& place, const DriveSample& imposed) cons
 }
 
 void StateTracker::setOrigin(const FittedModel& model) {
-  model_.recording = model.recording;
-  model_.recording_hash = model.recording_hash;
-  model_.fit_ms = model.fit_ms;
+  model_.provenance.recording = model.provenance.recording;
+  model_.provenance.recording_hash = model.provenance.recording_hash;
+  model_.provenance.fit_ms = model.provenance.fit_ms;
 }
 
 void StateTracker::setScales(const IntervalScale& crank, const IntervalScale& charge) {
-  model_.crank_scale = crank;
-  model_.charge_scale = charge;
+  model_.intervals.crank_scale = crank;
+  model_.intervals.charge_scale = charge;
 }
 
 FittedModel StateTracker::modelAt(const Place& place) const {
   FittedModel now = model_;
   ErrorTracker errors = place.errors;
   if (place.state.time > place.error_time) errors.wait(place.state.time - place.error_time);
-  now.discrepancy = errors.discrepancy();
+  now.state.discrepancy = errors.discrepancy();
   takeState(now, place.follower, place.state.current);
   return now;
 }
 
 void setStateFromVoltage(FittedModel& model, double time, double current, double voltage) {
-  const BatteryModel composition = compositionOf(model);
+  const BatteryModel composition = compositionOf(model.fit);
   model.state.time = time;
   model.state.current = current;
   Simulation here = uncertainSimulationOf(model);
@@ -138,8 +138,8 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
   const double missing = voltage - here.voltage();
 
   const Eigen::Index parameters = composition.parameterCount();
-  const Eigen::MatrixXd factor = covarianceFactor(model.covariance);
-  const double own = std::pow(model.scores.rmse, 2);
+  const Eigen::MatrixXd factor = covarianceFactor(model.fit.covariance);
+  const double own = std::pow(model.fit.scores.rmse, 2);
   Eigen::MatrixXd moved = factor;
   Eigen::VectorXd unshared = Eigen::VectorXd::Zero(factor.rows());
   for (Eigen::Index j = 0; j < composition.stateCount(); ++j) {
@@ -150,7 +150,7 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
     if (factor.cols() > 0) moved.row(parameters + j) = factor.row(parameters) - here.voltageDerivatives().transpose();
     unshared[parameters + j] = std::sqrt(own);
   }
-  model.covariance = moved * moved.transpose() + unshared * unshared.transpose();
+  model.fit.covariance = moved * moved.transpose() + unshared * unshared.transpose();
 }
 
 }  // namespace battery_sof

@@ -191,7 +191,7 @@ QueryRange rangeOf(const FittedModel& model, const StopTimeQuery& query, const C
   if (!query.crank.empty()) range.least_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
   range.charge_moved = std::min(-query.i_load * std::min(value, kLongest) / 3600.0, held_for);
   range.temperature = query.temperature;
-  if (model.force) range.beyond_learned = beyondLearnedAfter(model, crank, std::min(value, kLongest));
+  if (model.fit.force) range.beyond_learned = beyondLearnedAfter(model, crank, std::min(value, kLongest));
   return range;
 }
 
@@ -205,9 +205,9 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
     answer.code = AnswerCode::kInvalidQuery;
     return answer;
   }
-  if (!isUsable(model)) {
+  if (!isUsable(model.fit)) {
     answer.code = AnswerCode::kNoModel;
-    answer.message = "the model cannot be used: " + model.message;
+    answer.message = "the model cannot be used: " + model.fit.message;
     return answer;
   }
   const bool draws = query.i_load < 0.0;

@@ -8,7 +8,7 @@ TrackedModel::TrackedModel(const EventLimits& limits) : crank_watch_(limits) {}
 
 void TrackedModel::install(const FittedModel& model, double max_gap) {
   model_ = model;
-  fitted_until_ = model.window.to;
+  fitted_until_ = model.fit.window.to;
   compared_.clear();
   tracker_.emplace(model, max_gap);
   tracker_->setScales(crank_scale_, charge_scale_);
@@ -16,7 +16,7 @@ void TrackedModel::install(const FittedModel& model, double max_gap) {
 
 void TrackedModel::goOnAs(const TrackedModel& other, const FittedModel& model) {
   model_ = model;
-  fitted_until_ = model.window.to;
+  fitted_until_ = model.fit.window.to;
   compared_.clear();
   tracker_ = other.tracker_;
   tracker_->setOrigin(model);
@@ -48,8 +48,8 @@ void TrackedModel::moveTo(const StreamSample& first, double moved, double max_ga
   if (!model_) return;
   fitted_until_ += moved;
   FittedModel there = *model_;
-  there.experience = tracker_->experience();
-  there.experience.moveBy(moved);
+  there.intervals.experience = tracker_->experience();
+  there.intervals.experience.moveBy(moved);
   setStateFromVoltage(there, first.time, first.current, first.voltage);
   tracker_.emplace(there, max_gap);
   tracker_->setScales(crank_scale_, charge_scale_);
@@ -78,7 +78,7 @@ SessionEvents TrackedModel::watch(const StreamSample& sample, double max_gap) {
     setBesideNaive(*crank);
     events.cranks.push_back(*crank);
     observe(crank_scale_, crank->measured_minimum, crank->expected_minimum);
-    if (model_->source) tracker_->learnFrom(PastCrank{crank->time, crank->current, crank->measured_minimum, crank->modelled_minimum});
+    if (model_->fit.source) tracker_->learnFrom(PastCrank{crank->time, crank->current, crank->measured_minimum, crank->modelled_minimum});
   }
   if (auto charge = charge_watch_.add(sample, *tracker_, max_gap)) {
     setBesideNaive(*charge, charge_contest_);
@@ -86,7 +86,7 @@ SessionEvents TrackedModel::watch(const StreamSample& sample, double max_gap) {
     observe(charge_scale_, charge->measured_current, charge->expected_current);
     learnFrom(*charge);
   }
-  if (!model_->source) return events;
+  if (!model_->fit.source) return events;
   if (auto charge = long_charge_watch_.add(sample, *tracker_, max_gap)) {
     setBesideNaive(*charge, long_charge_contest_);
     learnFrom(*charge);
@@ -95,13 +95,13 @@ SessionEvents TrackedModel::watch(const StreamSample& sample, double max_gap) {
 }
 
 void TrackedModel::learnFrom(const ChargeComparison& charge) {
-  if (!model_->source) return;
+  if (!model_->fit.source) return;
   tracker_->learnFrom(PastCharge{charge.time, charge.duration, charge.mean_voltage, charge.first_voltage, charge.measured_current,
                                  charge.modelled_current});
 }
 
 void TrackedModel::setBesideNaive(CrankComparison& crank) {
-  const auto naive = naiveCrankMinimum(model_->naive, crank.current);
+  const auto naive = naiveCrankMinimum(model_->fit.naive, crank.current);
   if (!naive) return;
   crank.naive_answered = crank_contest_.doesNaiveAnswer();
   crank.naive_minimum = crank_contest_.add(
@@ -109,7 +109,7 @@ void TrackedModel::setBesideNaive(CrankComparison& crank) {
 }
 
 void TrackedModel::setBesideNaive(ChargeComparison& charge, NaiveContest& contest) const {
-  const auto naive = naiveChargeCurrent(model_->naive, charge.mean_voltage, charge.duration);
+  const auto naive = naiveChargeCurrent(model_->fit.naive, charge.mean_voltage, charge.duration);
   if (!naive) return;
   charge.naive_answered = contest.doesNaiveAnswer();
   charge.naive_current = contest.add({charge.time,

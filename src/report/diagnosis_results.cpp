@@ -181,7 +181,7 @@ std::string verdictText(const Diagnosis& d) {
   if (d.family)
     text += wrapped("family       ", familyId(*d.family) + " (" + familySentence(*d.family) + ")" +
                                          (d.probability > 0.0 ? sentence(", probability %.2f", d.probability) : ""));
-  if (!d.base.recording.empty()) text += "recording    " + d.base.recording + "\n";
+  if (!d.base.provenance.recording.empty()) text += "recording    " + d.base.provenance.recording + "\n";
   if (d.fit.train.to > d.fit.train.from)
     text += "             trained on " + timesText(d.fit.train) + ", compared on " + timesText(d.fit.holdout) + " that no fit has seen\n";
   return text;
@@ -333,7 +333,7 @@ Json imposedJson(const SourceOverview& source) {
 nlohmann::json diagnosisJson(const Diagnosis& d) {
   return {{"schema", "battery_sof/diagnosis/1"},
           {"program", "battery_sof " + version()},
-          {"recording", validText(d.base.recording)},
+          {"recording", validText(d.base.provenance.recording)},
           {"verdict", describe(d.verdict)},
           {"summary", d.summary},
           {"effects", listOf(d.effects, effectJson)},
@@ -365,7 +365,7 @@ std::string diagnosisText(const Diagnosis& d) {
 
 std::string useOfLearned(const Diagnosis& diagnosis) {
   if (!diagnosis.learned->is_used) return "It is not used.";
-  if (diagnosis.extended.force || diagnosis.source_share == 0.0) return "It is in the extended model.";
+  if (diagnosis.extended.fit.force || diagnosis.source_share == 0.0) return "It is in the extended model.";
   return "It is in the extended model's voltage; a model file answers in the direction that the source imposes and has what was learnt "
          "there.";
 }

@@ -38,15 +38,15 @@ ParameterEstimate estimateOf(const Reader& parameters, const ParameterInfo& info
 
 void readParameters(const Reader& root, FittedModel& model) {
   const Reader parameters = root.at("parameters");
-  const BatteryModel composition = compositionOf(model);
-  for (const ParameterInfo& info : composition.parameters()) model.estimates.push_back(estimateOf(parameters, info));
+  const BatteryModel composition = compositionOf(model.fit);
+  for (const ParameterInfo& info : composition.parameters()) model.fit.estimates.push_back(estimateOf(parameters, info));
   const Reader fixed = root.at("fixed");
-  auto& p = model.parameters;
-  p.r_discharge = model.estimates[kRowRDischarge].value;
-  p.r_charge = model.estimates[kRowRCharge].value;
-  p.c2 = model.estimates[kRowC2].value;
-  p.beta = model.estimates[kRowBeta].value;
-  p.u_dc = model.estimates[kRowUDc].value;
+  auto& p = model.fit.parameters;
+  p.r_discharge = model.fit.estimates[kRowRDischarge].value;
+  p.r_charge = model.fit.estimates[kRowRCharge].value;
+  p.c2 = model.fit.estimates[kRowC2].value;
+  p.beta = model.fit.estimates[kRowBeta].value;
+  p.u_dc = model.fit.estimates[kRowUDc].value;
   p.i0 = fixed.number("i0_a", {1e-6, 1e6});
   p.alpha = fixed.number("alpha");
   try {
@@ -59,9 +59,9 @@ void readParameters(const Reader& root, FittedModel& model) {
 /// What "parameters" and "effects" say must be a composition.
 void readEffects(const Reader& root, FittedModel& model) {
   const auto ids = root.get<std::vector<std::string>>("effects", "a list of ids");
-  if (root.has("force")) model.force = std::make_shared<const LearnedForce>(forceOf(root.at("force")));
+  if (root.has("force")) model.fit.force = std::make_shared<const LearnedForce>(forceOf(root.at("force")));
   try {
-    model.effects = BatteryModel(ids, model.force).effects();
+    model.fit.effects = BatteryModel(ids, model.fit.force).effects();
   } catch (const std::invalid_argument& error) {
     root.fail("effects", std::string("cannot be used: ") + error.what());
   }
@@ -70,7 +70,7 @@ void readEffects(const Reader& root, FittedModel& model) {
 void readState(const Reader& root, FittedModel& model) {
   const Reader state = root.at("state");
   model.state = {state.number("time_s", kTimes), state.number("u_c2_v", kVoltages), state.number("current_a", kCurrents)};
-  const BatteryModel composition = compositionOf(model);
+  const BatteryModel composition = compositionOf(model.fit);
   for (std::size_t j = 1; j < composition.states().size(); ++j)
     model.state.further.push_back(state.at("further").at(composition.states()[j].name).number("value", kNumbers));
 }
@@ -79,7 +79,7 @@ void readState(const Reader& root, FittedModel& model) {
 Eigen::VectorXd stdOf(const Reader& state, const FittedModel& model, const BatteryModel& composition) {
   const Eigen::Index parameters = composition.parameterCount();
   Eigen::VectorXd std(parameters + composition.stateCount());
-  for (Eigen::Index j = 0; j < parameters; ++j) std[j] = model.estimates[static_cast<std::size_t>(j)].std.value_or(0.0);
+  for (Eigen::Index j = 0; j < parameters; ++j) std[j] = model.fit.estimates[static_cast<std::size_t>(j)].std.value_or(0.0);
   std[parameters] = state.number("u_c2_std_v", {0.0, kMostFurtherStd});
   for (Eigen::Index j = 1; j < composition.stateCount(); ++j) {
     const std::string& name = composition.states()[static_cast<std::size_t>(j)].name;
@@ -97,7 +97,7 @@ void requireCorrelation(const Reader& root, const Eigen::MatrixXd& correlation) 
 }
 
 void readCovariance(const Reader& root, FittedModel& model) {
-  const BatteryModel composition = compositionOf(model);
+  const BatteryModel composition = compositionOf(model.fit);
   const Eigen::VectorXd std = stdOf(root.at("state"), model, composition);
   const Eigen::Index size = std.size();
   const std::string expected = std::to_string(size) + " rows of " + std::to_string(size) + " numbers";
@@ -111,7 +111,7 @@ void readCovariance(const Reader& root, FittedModel& model) {
       correlation(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(k)) = rows[j][k];
     }
   requireCorrelation(root, correlation);
-  model.covariance = std.asDiagonal() * correlation * std.asDiagonal();
+  model.fit.covariance = std.asDiagonal() * correlation * std.asDiagonal();
 }
 
 IntervalScale scaleOf(const Reader& field) {
@@ -141,13 +141,13 @@ Discrepancy discrepancyOf(const Reader& now) {
 void readErrors(const Reader& root, FittedModel& model) {
   if (!root.has("errors")) return;
   const Reader errors = root.at("errors");
-  model.crank_scale = scaleOf(errors.at("crank_intervals"));
-  model.charge_scale = scaleOf(errors.at("charge_intervals"));
+  model.intervals.crank_scale = scaleOf(errors.at("crank_intervals"));
+  model.intervals.charge_scale = scaleOf(errors.at("charge_intervals"));
   if (!errors.has("white_std_v")) return;
   constexpr Range kStd{0.0, 10.0};  // [V] and [V/sqrt(s)], of a 12 V battery's error
-  model.noise = NoiseModel{errors.number("white_std_v", {1e-9, kStd.most}), errors.number("ar_std_v", kStd),
-                           errors.number("ar_time_s", {1e-6, 1e9}), errors.number("walk_std_v_per_sqrt_s", kStd)};
-  model.discrepancy = discrepancyOf(errors.at("now"));
+  model.fit.noise = NoiseModel{errors.number("white_std_v", {1e-9, kStd.most}), errors.number("ar_std_v", kStd),
+                               errors.number("ar_time_s", {1e-6, 1e9}), errors.number("walk_std_v_per_sqrt_s", kStd)};
+  model.state.discrepancy = discrepancyOf(errors.at("now"));
 }
 
 }  // namespace
@@ -166,7 +166,8 @@ void requireRuns(const Reader& root, const FittedModel& model) {
     for (const double current : {-kCurrent, kCurrent}) {
       Simulation simulation = uncertainSimulationOf(model);
       hold(simulation, current, kDuration);
-      const Interval u = voltageAnswer(simulation, ErrorTracker(model).forecast(kDuration), model.scores.rmse, model.crank_scale);
+      const Interval u =
+          voltageAnswer(simulation, ErrorTracker(model).forecast(kDuration), model.fit.scores.rmse, model.intervals.crank_scale);
       if (!(std::isfinite(u.value) && std::isfinite(u.lower) && std::isfinite(u.upper)))
         root.fail("parameters", "and state make no finite voltage");
     }

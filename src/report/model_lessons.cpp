@@ -76,12 +76,12 @@ std::optional<NaiveCranks> cranksOf(const Reader& node) {
 void readNaive(const Reader& root, FittedModel& model) {
   if (!root.has("naive")) return;
   const Reader node = root.at("naive");
-  model.naive.current_from_voltage = lineOf(node, "current_from_voltage");
-  model.naive.voltage_from_current = lineOf(node, "voltage_from_current");
-  model.naive.charge_10s = historyOf(node, "charge_10s");
-  model.naive.charge_60s = historyOf(node, "charge_60s");
-  model.naive.phase = phaseOf(node);
-  model.naive.cranks = cranksOf(node);
+  model.fit.naive.current_from_voltage = lineOf(node, "current_from_voltage");
+  model.fit.naive.voltage_from_current = lineOf(node, "voltage_from_current");
+  model.fit.naive.charge_10s = historyOf(node, "charge_10s");
+  model.fit.naive.charge_60s = historyOf(node, "charge_60s");
+  model.fit.naive.phase = phaseOf(node);
+  model.fit.naive.cranks = cranksOf(node);
 }
 
 void readSource(const Reader& root, FittedModel& model) {
@@ -102,10 +102,10 @@ void readSource(const Reader& root, FittedModel& model) {
   } catch (const std::invalid_argument& error) {
     node.fail("least_current_a", std::string("and its neighbours cannot be used: ") + error.what());
   }
-  model.source = rule;
-  model.voltage_lag = node.get<std::size_t>("voltage_lag_samples", "a whole number");
-  if (model.voltage_lag > kMostLag)
-    node.fail("voltage_lag_samples", "is " + std::to_string(model.voltage_lag) + ", expected 0 to " + std::to_string(kMostLag));
+  model.fit.source = rule;
+  model.fit.voltage_lag = node.get<std::size_t>("voltage_lag_samples", "a whole number");
+  if (model.fit.voltage_lag > kMostLag)
+    node.fail("voltage_lag_samples", "is " + std::to_string(model.fit.voltage_lag) + ", expected 0 to " + std::to_string(kMostLag));
 }
 
 /// Rows of numbers, each in its range.
@@ -124,9 +124,9 @@ void readExperience(const Reader& root, FittedModel& model) {
   if (!root.has("experience")) return;
   const Reader node = root.at("experience");
   for (const auto& x : rowsOf(node, "cranks", {kTimes, kCurrents, kVoltages, kVoltages}))
-    model.experience.add(PastCrank{x[0], x[1], x[2], x[3]});
+    model.intervals.experience.add(PastCrank{x[0], x[1], x[2], x[3]});
   for (const auto& x : rowsOf(node, "charges", {kTimes, {kLeastStep, kTimes.most}, kVoltages, kVoltages, kCurrents, kCurrents}))
-    model.experience.add(PastCharge{x[0], x[1], x[2], x[3], x[4], x[5]});
+    model.intervals.experience.add(PastCharge{x[0], x[1], x[2], x[3], x[4], x[5]});
 }
 
 RidgeFit ridgeOf(const Reader& node) {
@@ -153,7 +153,7 @@ RidgeFit ridgeOf(const Reader& node) {
 void readLearned(const Reader& root, FittedModel& model) {
   if (root.at("state").has("memory"))
     model.state.memory = DriveMemory::fromNumbers(root.at("state").finiteNumbers("memory", DriveMemory::kNumbers));
-  if (model.force) model.state.force_memory = root.at("state").finiteNumbers("force_memory", model.force->memorySize());
+  if (model.fit.force) model.state.force_memory = root.at("state").finiteNumbers("force_memory", model.fit.force->memorySize());
   if (!root.has("learned")) return;
   const Reader node = root.at("learned");
   const auto read = [&](const char* key, Eigen::Index columns, RidgeFit& fit) {
@@ -162,14 +162,14 @@ void readLearned(const Reader& root, FittedModel& model) {
     if (fit.weight.size() != columns)
       node.at(key).fail("weight", "has " + std::to_string(fit.weight.size()) + " numbers, expected " + std::to_string(columns));
   };
-  read("current", DriveMemory::kCurrentColumns, model.learned.current);
+  read("current", DriveMemory::kCurrentColumns, model.fit.learned.current);
   if (node.has("current")) {
     const auto range = node.finiteNumbers("current_range_a", 2, kCurrents);
-    model.learned.least_current = range[0];
-    model.learned.most_current = range[1];
+    model.fit.learned.least_current = range[0];
+    model.fit.learned.most_current = range[1];
     if (!(range[0] <= range[1])) node.fail("current_range_a", "must rise");
   }
-  read("voltage", DriveMemory::kVoltageColumns, model.learned.voltage);
+  read("voltage", DriveMemory::kVoltageColumns, model.fit.learned.voltage);
 }
 
 }  // namespace

@@ -47,8 +47,8 @@ YAML::Node stateNode(const FittedModel& model) {
   YAML::Node node;
   node["time_s"] = scalar(model.state.time);
   node["u_c2_v"] = scalar(model.state.u_c2);
-  const auto std_of = [&](Eigen::Index row) { return std::sqrt(std::max(0.0, model.covariance(row, row))); };
-  const BatteryModel composition = compositionOf(model);
+  const auto std_of = [&](Eigen::Index row) { return std::sqrt(std::max(0.0, model.fit.covariance(row, row))); };
+  const BatteryModel composition = compositionOf(model.fit);
   const Eigen::Index first = composition.parameterCount();
   node["u_c2_std_v"] = scalar(std_of(first));
   node["current_a"] = scalar(model.state.current);
@@ -76,19 +76,19 @@ YAML::Node scaleNode(const IntervalScale& scale) {
 /// What the model misses, and how wide its intervals must be.
 YAML::Node errorsNode(const FittedModel& model) {
   YAML::Node node;
-  if (model.noise) {
-    node["white_std_v"] = scalar(model.noise->white_std);
-    node["ar_std_v"] = scalar(model.noise->ar_std);
-    node["ar_time_s"] = scalar(model.noise->ar_time);
-    node["walk_std_v_per_sqrt_s"] = scalar(model.noise->walk_std);
-    const Discrepancy& d = model.discrepancy;
+  if (model.fit.noise) {
+    node["white_std_v"] = scalar(model.fit.noise->white_std);
+    node["ar_std_v"] = scalar(model.fit.noise->ar_std);
+    node["ar_time_s"] = scalar(model.fit.noise->ar_time);
+    node["walk_std_v_per_sqrt_s"] = scalar(model.fit.noise->walk_std);
+    const Discrepancy& d = model.state.discrepancy;
     node["now"]["drift_v"] = scalar(d.drift);
     node["now"]["colored_v"] = scalar(d.colored);
     for (const double p : {d.p_dd, d.p_da, d.p_aa}) node["now"]["covariance_v2"].push_back(scalar(p));
     node["now"]["covariance_v2"].SetStyle(YAML::EmitterStyle::Flow);
   }
-  node["crank_intervals"] = scaleNode(model.crank_scale);
-  node["charge_intervals"] = scaleNode(model.charge_scale);
+  node["crank_intervals"] = scaleNode(model.intervals.crank_scale);
+  node["charge_intervals"] = scaleNode(model.intervals.charge_scale);
   return node;
 }
 
@@ -155,36 +155,36 @@ YAML::Node ridgeNode(const RidgeFit& fit) {
 
 YAML::Node windowNode(const FittedModel& model) {
   YAML::Node node;
-  node["from_s"] = scalar(model.window.from);
-  node["to_s"] = scalar(model.window.to);
-  node["samples"] = scalar(model.window.samples);
-  node["min_current_a"] = scalar(model.excited.min_current);
-  node["max_current_a"] = scalar(model.excited.max_current);
-  node["min_voltage_v"] = scalar(model.excited.min_voltage);
-  node["max_voltage_v"] = scalar(model.excited.max_voltage);
-  node["discharge_time_s"] = scalar(model.excited.discharge_time);
-  node["charge_time_s"] = scalar(model.excited.charge_time);
-  node["longest_discharge_s"] = scalar(model.excited.longest_discharge);
-  node["longest_charge_s"] = scalar(model.excited.longest_charge);
-  if (model.excited.temperature) node["temperature_c"] = scalar(*model.excited.temperature - kKelvin);
+  node["from_s"] = scalar(model.fit.window.from);
+  node["to_s"] = scalar(model.fit.window.to);
+  node["samples"] = scalar(model.fit.window.samples);
+  node["min_current_a"] = scalar(model.fit.excited.min_current);
+  node["max_current_a"] = scalar(model.fit.excited.max_current);
+  node["min_voltage_v"] = scalar(model.fit.excited.min_voltage);
+  node["max_voltage_v"] = scalar(model.fit.excited.max_voltage);
+  node["discharge_time_s"] = scalar(model.fit.excited.discharge_time);
+  node["charge_time_s"] = scalar(model.fit.excited.charge_time);
+  node["longest_discharge_s"] = scalar(model.fit.excited.longest_discharge);
+  node["longest_charge_s"] = scalar(model.fit.excited.longest_charge);
+  if (model.fit.excited.temperature) node["temperature_c"] = scalar(*model.fit.excited.temperature - kKelvin);
   return node;
 }
 
 YAML::Node fitNode(const FittedModel& model) {
   YAML::Node node;
-  node["status"] = describe(model.status);
-  node["message"] = model.message;
-  node["start"] = model.start;
-  node["iterations"] = scalar(model.iterations);
-  node["q_dyn_percent"] = scalar(model.scores.q_dyn_percent);
-  node["rmse_v"] = scalar(model.scores.rmse);
-  if (model.scores.current_rmse) node["current_rmse_a"] = scalar(*model.scores.current_rmse);
-  if (model.scores.left_out_share_percent) node["left_out_share_percent"] = scalar(*model.scores.left_out_share_percent);
-  node["crank_error_v"] = scalar(model.scores.crank_error_std);
-  node["cranks"] = scalar(model.scores.cranks);
-  node["residual_correlation_time_s"] = scalar(model.scores.residual_correlation_time);
-  node["suitability"] = scalar(model.suitability);
-  node["fit_ms"] = scalar(model.fit_ms);
+  node["status"] = describe(model.fit.status);
+  node["message"] = model.fit.message;
+  node["start"] = model.fit.start;
+  node["iterations"] = scalar(model.fit.iterations);
+  node["q_dyn_percent"] = scalar(model.fit.scores.q_dyn_percent);
+  node["rmse_v"] = scalar(model.fit.scores.rmse);
+  if (model.fit.scores.current_rmse) node["current_rmse_a"] = scalar(*model.fit.scores.current_rmse);
+  if (model.fit.scores.left_out_share_percent) node["left_out_share_percent"] = scalar(*model.fit.scores.left_out_share_percent);
+  node["crank_error_v"] = scalar(model.fit.scores.crank_error_std);
+  node["cranks"] = scalar(model.fit.scores.cranks);
+  node["residual_correlation_time_s"] = scalar(model.fit.scores.residual_correlation_time);
+  node["suitability"] = scalar(model.fit.suitability);
+  node["fit_ms"] = scalar(model.provenance.fit_ms);
   return node;
 }
 
@@ -202,29 +202,29 @@ std::string modelYaml(const FittedModel& model) {
   YAML::Node root;
   root["schema"] = kModelSchema;
   root["program"] = "battery_sof " + version();
-  root["recording"]["name"] = model.recording;
-  root["recording"]["hash"] = model.recording_hash;
+  root["recording"]["name"] = model.provenance.recording;
+  root["recording"]["hash"] = model.provenance.recording_hash;
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);
   root["effects"].SetStyle(YAML::EmitterStyle::Flow);
-  for (const auto& effect : model.effects) root["effects"].push_back(effect);
-  for (const auto& estimate : model.estimates) root["parameters"][estimate.name] = parameterNode(estimate);
-  root["fixed"]["i0_a"] = scalar(model.parameters.i0);
-  root["fixed"]["alpha"] = scalar(model.parameters.alpha);
-  root["correlation"] = correlationNode(model.covariance);
+  for (const auto& effect : model.fit.effects) root["effects"].push_back(effect);
+  for (const auto& estimate : model.fit.estimates) root["parameters"][estimate.name] = parameterNode(estimate);
+  root["fixed"]["i0_a"] = scalar(model.fit.parameters.i0);
+  root["fixed"]["alpha"] = scalar(model.fit.parameters.alpha);
+  root["correlation"] = correlationNode(model.fit.covariance);
   root["state"] = stateNode(model);
   root["errors"] = errorsNode(model);
   root["window"] = windowNode(model);
   root["fit"] = fitNode(model);
-  root["naive"] = naiveNode(model.naive);
-  if (model.source) {
-    root["source"] = sourceNode(*model.source);
-    root["source"]["voltage_lag_samples"] = scalar(model.voltage_lag);
+  root["naive"] = naiveNode(model.fit.naive);
+  if (model.fit.source) {
+    root["source"] = sourceNode(*model.fit.source);
+    root["source"]["voltage_lag_samples"] = scalar(model.fit.voltage_lag);
   }
-  root["experience"] = experienceNode(model.experience);
-  takeLearned(root, model.learned);
+  root["experience"] = experienceNode(model.intervals.experience);
+  takeLearned(root, model.fit.learned);
   if (model.state.memory.begun) root["state"]["memory"] = flow(model.state.memory.numbers());
-  if (model.force) {
-    root["force"] = forceNode(*model.force);
+  if (model.fit.force) {
+    root["force"] = forceNode(*model.fit.force);
     root["state"]["force_memory"] = flow(model.state.force_memory);
   }
 

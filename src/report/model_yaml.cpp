@@ -28,9 +28,9 @@ FitStatus statusOf(const Reader& fit) {
 
 void readWindow(const Reader& root, FittedModel& model) {
   const Reader window = root.at("window");
-  model.window = {window.number("from_s", kTimes), window.number("to_s", kTimes), window.get<std::size_t>("samples", "a whole number")};
-  if (model.window.to < model.window.from) window.fail("to_s", "is before from_s");
-  auto& excited = model.excited;
+  model.fit.window = {window.number("from_s", kTimes), window.number("to_s", kTimes), window.get<std::size_t>("samples", "a whole number")};
+  if (model.fit.window.to < model.fit.window.from) window.fail("to_s", "is before from_s");
+  auto& excited = model.fit.excited;
   excited.min_current = window.number("min_current_a", kCurrents);
   excited.max_current = window.number("max_current_a", kCurrents);
   excited.min_voltage = window.number("min_voltage_v", kVoltages);
@@ -44,19 +44,19 @@ void readWindow(const Reader& root, FittedModel& model) {
 
 void readFit(const Reader& root, FittedModel& model) {
   const Reader fit = root.at("fit");
-  model.status = statusOf(fit);
-  model.message = fit.text("message");
-  model.start = fit.text("start");
-  model.iterations = fit.get<int>("iterations", "a whole number");
-  model.scores.q_dyn_percent = fit.number("q_dyn_percent");
-  model.scores.rmse = fit.number("rmse_v", kErrors);
-  if (fit.has("current_rmse_a")) model.scores.current_rmse = fit.number("current_rmse_a", kErrors);
-  if (fit.has("left_out_share_percent")) model.scores.left_out_share_percent = fit.number("left_out_share_percent");
-  model.scores.crank_error_std = fit.number("crank_error_v", kErrors);
-  model.scores.cranks = fit.get<int>("cranks", "a whole number");
-  model.scores.residual_correlation_time = fit.number("residual_correlation_time_s", kDurations);
-  model.suitability = fit.number("suitability", {0.0, 1.0});
-  model.fit_ms = fit.number("fit_ms", {0.0, 1e12});
+  model.fit.status = statusOf(fit);
+  model.fit.message = fit.text("message");
+  model.fit.start = fit.text("start");
+  model.fit.iterations = fit.get<int>("iterations", "a whole number");
+  model.fit.scores.q_dyn_percent = fit.number("q_dyn_percent");
+  model.fit.scores.rmse = fit.number("rmse_v", kErrors);
+  if (fit.has("current_rmse_a")) model.fit.scores.current_rmse = fit.number("current_rmse_a", kErrors);
+  if (fit.has("left_out_share_percent")) model.fit.scores.left_out_share_percent = fit.number("left_out_share_percent");
+  model.fit.scores.crank_error_std = fit.number("crank_error_v", kErrors);
+  model.fit.scores.cranks = fit.get<int>("cranks", "a whole number");
+  model.fit.scores.residual_correlation_time = fit.number("residual_correlation_time_s", kDurations);
+  model.fit.suitability = fit.number("suitability", {0.0, 1.0});
+  model.provenance.fit_ms = fit.number("fit_ms", {0.0, 1e12});
 }
 
 YAML::Node documentOf(const std::string& text, const std::string& source) {
@@ -77,8 +77,8 @@ FittedModel modelOf(const Reader& root) {
   readFit(root, model);
   readLessons(root, model);
   requireRuns(root, model);
-  model.recording = root.at("recording").text("name");
-  model.recording_hash = root.at("recording").text("hash");
+  model.provenance.recording = root.at("recording").text("name");
+  model.provenance.recording_hash = root.at("recording").text("hash");
   return model;
 }
 

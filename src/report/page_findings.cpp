@@ -228,8 +228,8 @@ std::string effectHtml(const NamedEffect& effect) {
 
 std::string baseParameterTable(const Diagnosis& d) {
   std::vector<std::vector<Cell>> rows;
-  for (const ParameterEstimate& before : d.base.estimates)
-    for (const ParameterEstimate& after : d.extended.estimates) {
+  for (const ParameterEstimate& before : d.base.fit.estimates)
+    for (const ParameterEstimate& after : d.extended.fit.estimates) {
       if (after.name != before.name || before.value == 0.0) continue;
       rows.push_back({{code(before.name)},
                       numberCell(withError(before.value, before.std, before.unit)),

@@ -44,7 +44,7 @@ std::string describe(const std::optional<Interval>& interval) {
 
 nlohmann::json identifyJson(const FittedModel& model) {
   nlohmann::json parameters = nlohmann::json::array();
-  for (const auto& estimate : model.estimates)
+  for (const auto& estimate : model.fit.estimates)
     parameters.push_back({{"name", estimate.name},
                           {"value", estimate.value},
                           {"std", orNull(estimate.std)},
@@ -54,41 +54,41 @@ nlohmann::json identifyJson(const FittedModel& model) {
                           {"determined", estimate.determined}});
   return {{"schema", "battery_sof/model/1"},
           {"program", "battery_sof " + version()},
-          {"recording", model.recording},
-          {"window", windowJson(model.window)},
-          {"samples", model.window.samples},
-          {"effects", model.effects},
-          {"status", describe(model.status)},
-          {"message", model.message},
-          {"start", model.start},
-          {"iterations", model.iterations},
+          {"recording", model.provenance.recording},
+          {"window", windowJson(model.fit.window)},
+          {"samples", model.fit.window.samples},
+          {"effects", model.fit.effects},
+          {"status", describe(model.fit.status)},
+          {"message", model.fit.message},
+          {"start", model.fit.start},
+          {"iterations", model.fit.iterations},
           {"parameters", parameters},
           {"state", {{"time_s", model.state.time}, {"u_c2_v", model.state.u_c2}}},
-          {"q_dyn_percent", model.scores.q_dyn_percent},
-          {"rmse_v", model.scores.rmse},
-          {"suitability", model.suitability},
-          {"fit_ms", model.fit_ms}};
+          {"q_dyn_percent", model.fit.scores.q_dyn_percent},
+          {"rmse_v", model.fit.scores.rmse},
+          {"suitability", model.fit.suitability},
+          {"fit_ms", model.provenance.fit_ms}};
 }
 
 std::string identifyText(const FittedModel& model) {
   std::string text;
-  appendLine(text, "window       %.2f to %.2f s, %zu samples, current %.1f to %.1f A", model.window.from, model.window.to,
-             model.window.samples, model.excited.min_current, model.excited.max_current);
+  appendLine(text, "window       %.2f to %.2f s, %zu samples, current %.1f to %.1f A", model.fit.window.from, model.fit.window.to,
+             model.fit.window.samples, model.fit.excited.min_current, model.fit.excited.max_current);
   appendLine(text, "%-26s %12s %12s", "parameter", "value", "std. error");
-  for (const auto& e : model.estimates) {
+  for (const auto& e : model.fit.estimates) {
     if (e.std)
       appendLine(text, "%-26s %12.6g %12.2g %-4s %s", e.name.c_str(), e.value, *e.std, e.unit.c_str(), remarkOn(e));
     else
       appendLine(text, "%-26s %12.6g %12s %-4s %s", e.name.c_str(), e.value, "-", e.unit.c_str(), remarkOn(e));
   }
-  appendLine(text, "fit          Q_dyn %.1f %%, RMS error %.1f mV, residual correlated over %.2f s", model.scores.q_dyn_percent,
-             1e3 * model.scores.rmse, model.scores.residual_correlation_time);
-  if (model.scores.cranks > 0)
-    appendLine(text, "cranks       %d in the window, minima missed by %.0f mV (RMS)", model.scores.cranks,
-               1e3 * model.scores.crank_error_std);
+  appendLine(text, "fit          Q_dyn %.1f %%, RMS error %.1f mV, residual correlated over %.2f s", model.fit.scores.q_dyn_percent,
+             1e3 * model.fit.scores.rmse, model.fit.scores.residual_correlation_time);
+  if (model.fit.scores.cranks > 0)
+    appendLine(text, "cranks       %d in the window, minima missed by %.0f mV (RMS)", model.fit.scores.cranks,
+               1e3 * model.fit.scores.crank_error_std);
   appendLine(text, "state        u_c2 = %.4f V at %.2f s", model.state.u_c2, model.state.time);
-  appendLine(text, "suitability  %.2f of the window for this model", model.suitability);
-  appendLine(text, "%s: %s (%.1f ms)", describe(model.status).c_str(), model.message.c_str(), model.fit_ms);
+  appendLine(text, "suitability  %.2f of the window for this model", model.fit.suitability);
+  appendLine(text, "%s: %s (%.1f ms)", describe(model.fit.status).c_str(), model.fit.message.c_str(), model.provenance.fit_ms);
   return text;
 }
 

@@ -27,8 +27,8 @@ IdentificationResult timedIdentification(const IdentificationJob& job) {
     result.epoch = job.epoch;
     result.message = std::string("the identification failed: ") + error.what();
   }
-  if (result.model) result.model->fit_ms = watch.milliseconds();
-  if (result.extended && result.extended->model) result.extended->model->fit_ms = watch.milliseconds();
+  if (result.model) result.model->provenance.fit_ms = watch.milliseconds();
+  if (result.extended && result.extended->model) result.extended->model->provenance.fit_ms = watch.milliseconds();
   return result;
 }
 

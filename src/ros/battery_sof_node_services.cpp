@@ -112,10 +112,10 @@ IdentificationOutcome BatterySofNode::identified(const IdentificationJob& job) {
 IdentificationOutcome BatterySofNode::takeBack(IdentificationResult result) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (result.model) {
-    result.model->recording = subscriber_.getTopic();
-    fit_ms_ = result.model->fit_ms;
+    result.model->provenance.recording = subscriber_.getTopic();
+    fit_ms_ = result.model->provenance.fit_ms;
   }
-  if (result.extended && result.extended->model) result.extended->model->recording = subscriber_.getTopic();
+  if (result.extended && result.extended->model) result.extended->model->provenance.recording = subscriber_.getTopic();
   IdentificationOutcome outcome = session_.finish(std::move(result));
   announceWhoAnswers();
   demandStatus();

@@ -46,7 +46,7 @@ ChargeAcceptanceMap chargeMapOf(const LiveModel& model, const PredictMap::Reques
 }
 
 void fillEstimates(IdentifiedModel& message, const FittedModel& model) {
-  for (const ParameterEstimate& estimate : model.estimates) {
+  for (const ParameterEstimate& estimate : model.fit.estimates) {
     message.names.push_back(estimate.name);
     message.units.push_back(estimate.unit);
     message.values.push_back(estimate.value);
@@ -121,16 +121,16 @@ IdentifiedModel messageOf(const FittedModel& model) {
   message.header.stamp = rosTime(model.state.time);
   fillEstimates(message, model);
   message.u_c2 = model.state.u_c2;
-  message.window_from = model.window.from;
-  message.window_to = model.window.to;
-  message.window_samples = static_cast<std::uint32_t>(model.window.samples);
-  message.status = describe(model.status);
-  message.message = model.message;
-  message.q_dyn_percent = model.scores.q_dyn_percent;
-  message.rmse = model.scores.rmse;
-  message.suitability = model.suitability;
-  message.fit_ms = model.fit_ms;
-  message.effects = model.effects;
+  message.window_from = model.fit.window.from;
+  message.window_to = model.fit.window.to;
+  message.window_samples = static_cast<std::uint32_t>(model.fit.window.samples);
+  message.status = describe(model.fit.status);
+  message.message = model.fit.message;
+  message.q_dyn_percent = model.fit.scores.q_dyn_percent;
+  message.rmse = model.fit.scores.rmse;
+  message.suitability = model.fit.suitability;
+  message.fit_ms = model.provenance.fit_ms;
+  message.effects = model.fit.effects;
   message.model_yaml = modelYaml(model);
   return message;
 }

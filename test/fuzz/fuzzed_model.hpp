@@ -37,10 +37,10 @@ inline std::vector<std::string> effectsIn(FuzzedDataProvider& data) {
 /// A model with parameters anywhere inside their bounds.
 inline FittedModel modelIn(FuzzedDataProvider& data) {
   FittedModel model = test::uncertainModel(data.ConsumeFloatingPointInRange(0.0, 1.0), effectsIn(data));
-  const BatteryModel composition = compositionOf(model);
-  for (std::size_t j = 0; j < model.estimates.size(); ++j) {
+  const BatteryModel composition = compositionOf(model.fit);
+  for (std::size_t j = 0; j < model.fit.estimates.size(); ++j) {
     const ParameterInfo& info = composition.parameters()[j];
-    if (data.ConsumeBool()) model.estimates[j].value = data.ConsumeFloatingPointInRange(info.lower, info.upper);
+    if (data.ConsumeBool()) model.fit.estimates[j].value = data.ConsumeFloatingPointInRange(info.lower, info.upper);
   }
   test::takeEstimates(model);
   model.state.u_c2 = data.ConsumeFloatingPointInRange(-5.0, 5.0);

@@ -16,8 +16,8 @@ int ask(const char* file, double from, double to) {
   request.to = to;
   request.options.chooses_effects = true;
   battery_sof::FittedModel model = fitPlanned(series, planFit(series, request));
-  if (!isUsable(model)) {
-    std::fprintf(stderr, "no model: %s\n", model.message.c_str());
+  if (!isUsable(model.fit)) {
+    std::fprintf(stderr, "no model: %s\n", model.fit.message.c_str());
     return 1;
   }
   carryToEnd(model, series, request);

@@ -53,20 +53,20 @@ void driveSomewhere(FittedModel& model, Random& random) {
 
 FittedModel drawnModel(Random& random) {
   FittedModel model = knownModel(drawnEffects(random));
-  const BatteryModel composition = compositionOf(model);
+  const BatteryModel composition = compositionOf(model.fit);
   const double share = happens(random, 0.2) ? 0.0 : magnitude(random, 1e-4, 1.0);
   for (Eigen::Index j = 0; j < composition.parameterCount(); ++j) {
     const ParameterInfo& info = composition.parameters()[static_cast<std::size_t>(j)];
-    ParameterEstimate& estimate = model.estimates[static_cast<std::size_t>(j)];
+    ParameterEstimate& estimate = model.fit.estimates[static_cast<std::size_t>(j)];
     estimate.value = drawnParameter(random, info);
     estimate.std = j == kRowUDc ? 0.5 * share : share * std::abs(estimate.value);
-    model.covariance(j, j) = *estimate.std * *estimate.std;
+    model.fit.covariance(j, j) = *estimate.std * *estimate.std;
   }
   takeEstimates(model);
-  model.excited.max_voltage = random.uniform(13.0, 16.0);
+  model.fit.excited.max_voltage = random.uniform(13.0, 16.0);
   if (happens(random, 0.5))
-    model.noise = NoiseModel{magnitude(random, 1e-4, 0.1), magnitude(random, 1e-4, 0.1), magnitude(random, 0.1, 1000.0),
-                             magnitude(random, 1e-6, 0.01)};
+    model.fit.noise = NoiseModel{magnitude(random, 1e-4, 0.1), magnitude(random, 1e-4, 0.1), magnitude(random, 0.1, 1000.0),
+                                 magnitude(random, 1e-6, 0.01)};
   driveSomewhere(model, random);
   return model;
 }
@@ -92,7 +92,7 @@ ChargeAcceptanceQuery drawnCharge(Random& random) {
 
 /// What the sensor shows of a battery that is left alone [A].
 double shownAlone(const FittedModel& model) {
-  for (const ParameterEstimate& estimate : model.estimates)
+  for (const ParameterEstimate& estimate : model.fit.estimates)
     if (estimate.name == "current_offset") return estimate.value;
   return 0.0;
 }
@@ -119,7 +119,7 @@ struct Tally {
 
 std::string listed(const FittedModel& model) {
   std::string names;
-  for (const auto& id : model.effects) names += id + " ";
+  for (const auto& id : model.fit.effects) names += id + " ";
   return names;
 }
 

@@ -46,7 +46,7 @@ void expectCoverage(bool whiten, double least) {
     const Series series = drawnDrive(model, truth, static_cast<std::uint64_t>(seed));
     const FittedModel fit = identify(series, whole(series), options);
     for (std::size_t j = 0; j < count; ++j) {
-      const ParameterEstimate& e = fit.estimates[j];
+      const ParameterEstimate& e = fit.fit.estimates[j];
       if (e.held || !e.std) continue;
       ++known[j];
       inside[j] += std::abs(e.value - truth[static_cast<Eigen::Index>(j)]) < 2.0 * *e.std;

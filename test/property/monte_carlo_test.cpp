@@ -31,7 +31,7 @@ TEST(Identify, ParametersLieWithinTwoStandardErrorsInNineOfTenDrives) {
     const Series series = test::baseDrive(seed);
     const FittedModel model = identify(series, {0, series.size()});
     for (std::size_t j = 0; j < 5; ++j)
-      inside[j] += std::abs(model.estimates[j].value - truth[j]) < 2.0 * model.estimates[j].std.value_or(0.0);
+      inside[j] += std::abs(model.fit.estimates[j].value - truth[j]) < 2.0 * model.fit.estimates[j].std.value_or(0.0);
   }
   for (std::size_t j = 0; j < 5; ++j) {
     const std::string name = j < 4 ? tableOne()[j].name : "u_dc";
@@ -47,8 +47,8 @@ TEST(Identify, ReachesTheOptimumFromAlmostAnyStartInTableOnesBox) {
     const IndexRange range{0, series.size()};
     const FittedModel usual = identify(series, range);
     const FittedModel other = identify(series, range, randomStart(seed));
-    const auto a = valuesOf(usual.parameters), b = valuesOf(other.parameters);
-    bool same = other.status == FitStatus::kConverged;
+    const auto a = valuesOf(usual.fit.parameters), b = valuesOf(other.fit.parameters);
+    bool same = other.fit.status == FitStatus::kConverged;
     for (std::size_t j = 0; j < 5; ++j) same = same && std::abs(b[j] / a[j] - 1.0) < 1e-4;
     reached += same;
   }
@@ -61,7 +61,8 @@ TEST(Identify, DoesNotDependOnTheClocksOrigin) {
   const FittedModel before = identify(series, {0, series.size()});
   for (double& t : series.time) t += 4096.0;  // exact in binary
   const FittedModel after = identify(series, {0, series.size()});
-  for (std::size_t j = 0; j < 5; ++j) EXPECT_NEAR(after.estimates[j].value, before.estimates[j].value, 1e-6 * before.estimates[j].value);
+  for (std::size_t j = 0; j < 5; ++j)
+    EXPECT_NEAR(after.fit.estimates[j].value, before.fit.estimates[j].value, 1e-6 * before.fit.estimates[j].value);
 }
 
 TEST(Identify, ShiftsTheOpenCircuitVoltageWithTheVoltageAndNothingElse) {
@@ -69,8 +70,9 @@ TEST(Identify, ShiftsTheOpenCircuitVoltageWithTheVoltageAndNothingElse) {
   const FittedModel before = identify(series, {0, series.size()});
   for (double& u : series.voltage) u += 0.75;
   const FittedModel after = identify(series, {0, series.size()});
-  EXPECT_NEAR(after.parameters.u_dc, before.parameters.u_dc + 0.75, 1e-6);
-  for (std::size_t j = 0; j < 4; ++j) EXPECT_NEAR(after.estimates[j].value, before.estimates[j].value, 1e-5 * before.estimates[j].value);
+  EXPECT_NEAR(after.fit.parameters.u_dc, before.fit.parameters.u_dc + 0.75, 1e-6);
+  for (std::size_t j = 0; j < 4; ++j)
+    EXPECT_NEAR(after.fit.estimates[j].value, before.fit.estimates[j].value, 1e-5 * before.fit.estimates[j].value);
 }
 
 TEST(Identify, FindsBatteriesAllOverTheBox) {
@@ -83,7 +85,7 @@ TEST(Identify, FindsBatteriesAllOverTheBox) {
     truth.beta = random.uniform(8.0, 60.0);
     truth.u_dc = random.uniform(11.8, 13.2);
     const Series series = test::answered(truth, test::dataSetOneCurrent(240.0, 0.01, 300 + k), 0.01, 0.002, 300 + k);
-    const auto found = valuesOf(identify(series, {0, series.size()}).parameters), wanted = valuesOf(truth);
+    const auto found = valuesOf(identify(series, {0, series.size()}).fit.parameters), wanted = valuesOf(truth);
     for (std::size_t j = 0; j < 5; ++j) EXPECT_NEAR(found[j] / wanted[j], 1.0, 0.02) << k << " parameter " << j;
   }
 }

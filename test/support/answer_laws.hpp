@@ -18,7 +18,7 @@ inline constexpr double kRestVolts = 12.5;    // [V], likewise
 inline constexpr double kMostStop = 86400.0;  // [s]
 inline constexpr double kRounding = 1.0 + 1e-9;
 
-inline double blocksOf(const FittedModel& model) { return std::max(1.0, std::round(model.parameters.u_dc / kRestVolts)); }
+inline double blocksOf(const FittedModel& model) { return std::max(1.0, std::round(model.fit.parameters.u_dc / kRestVolts)); }
 
 inline bool isOrdered(const Interval& u) { return u.lower <= u.value && u.value <= u.upper; }
 inline bool isFinite(const Interval& u) { return std::isfinite(u.lower) && std::isfinite(u.value) && std::isfinite(u.upper); }

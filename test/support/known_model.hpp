@@ -10,8 +10,8 @@ inline FittedModel knownModel(const std::vector<std::string>& effects = {}, doub
   const BatteryModel composition(effects);
   const Eigen::VectorXd p = typicalPoint(composition);
   FittedModel model;
-  model.effects = effects;
-  model.parameters = drivenBattery();
+  model.fit.effects = effects;
+  model.fit.parameters = drivenBattery();
   for (Eigen::Index j = 0; j < p.size(); ++j) {
     const ParameterInfo& info = composition.parameters()[static_cast<std::size_t>(j)];
     ParameterEstimate estimate;
@@ -19,20 +19,20 @@ inline FittedModel knownModel(const std::vector<std::string>& effects = {}, doub
     estimate.unit = info.unit;
     estimate.value = p[j];
     estimate.std = 0.0;
-    model.estimates.push_back(estimate);
+    model.fit.estimates.push_back(estimate);
   }
   const Eigen::Index rows = p.size() + composition.stateCount();
-  model.covariance = Eigen::MatrixXd::Zero(rows, rows);
+  model.fit.covariance = Eigen::MatrixXd::Zero(rows, rows);
   const Eigen::VectorXd rest = composition.restState();
   model.state = {100.0, u_c2, 0.0, {rest.data() + 1, rest.data() + rest.size()}};
-  model.window = {0.0, 100.0, 10000};
-  model.excited.min_current = -400.0;
-  model.excited.max_current = 400.0;
-  model.excited.min_voltage = 9.0;
-  model.excited.max_voltage = 15.0;
-  model.excited.longest_charge = 60.0;
-  model.suitability = 0.8;
-  model.message = "known";
+  model.fit.window = {0.0, 100.0, 10000};
+  model.fit.excited.min_current = -400.0;
+  model.fit.excited.max_current = 400.0;
+  model.fit.excited.min_voltage = 9.0;
+  model.fit.excited.max_voltage = 15.0;
+  model.fit.excited.longest_charge = 60.0;
+  model.fit.suitability = 0.8;
+  model.fit.message = "known";
   return model;
 }
 
@@ -40,9 +40,9 @@ inline FittedModel knownModel(const std::vector<std::string>& effects = {}, doub
 inline FittedModel uncertainModel(double share, const std::vector<std::string>& effects = {}) {
   FittedModel model = knownModel(effects);
   for (Eigen::Index j = 0; j < kBaseRows; ++j) {
-    ParameterEstimate& estimate = model.estimates[static_cast<std::size_t>(j)];
+    ParameterEstimate& estimate = model.fit.estimates[static_cast<std::size_t>(j)];
     estimate.std = j == kBaseRows - 1 ? 0.01 : share * estimate.value;  // u_dc: 10 mV
-    model.covariance(j, j) = *estimate.std * *estimate.std;
+    model.fit.covariance(j, j) = *estimate.std * *estimate.std;
   }
   return model;
 }
@@ -50,8 +50,8 @@ inline FittedModel uncertainModel(double share, const std::vector<std::string>& 
 /// Takes the base parameters over from the estimates.
 inline void takeEstimates(FittedModel& model) {
   Eigen::VectorXd p(static_cast<Eigen::Index>(kBaseRows));
-  for (Eigen::Index j = 0; j < p.size(); ++j) p[j] = model.estimates[static_cast<std::size_t>(j)].value;
-  model.parameters = baseParameters(p);
+  for (Eigen::Index j = 0; j < p.size(); ++j) p[j] = model.fit.estimates[static_cast<std::size_t>(j)].value;
+  model.fit.parameters = baseParameters(p);
 }
 
 inline bool holds(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }

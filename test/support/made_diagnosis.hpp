@@ -72,7 +72,7 @@ inline MadeDiagnosis madeDrivenBy(double missing) {
   made.recording.series = series;
   made.diagnosis.base = knownModel();
   made.diagnosis.extended = knownModel();
-  made.diagnosis.base.recording = made.diagnosis.extended.recording = made.recording.name;
+  made.diagnosis.base.provenance.recording = made.diagnosis.extended.provenance.recording = made.recording.name;
   made.diagnosis.source = madeSource(made.recording.series);
   made.diagnosis.source_share = made.diagnosis.source.share;
   made.diagnosis.fit.train = {0.0, 900.0, 16000};
@@ -98,8 +98,8 @@ inline MadeDiagnosis madeNamed() {
       "The battery takes charge less and less readily than the base model says: the charging reaction runs out of "
       "dissolved lead (charge_acceptance), which lowers the error of the held-out drive from 121 to 6 mV.";
   d.extended = uncertainModel(0.02, {"charge_acceptance"});
-  d.extended.recording = made.recording.name;
-  d.base.estimates[1].value *= 1.31;
+  d.extended.provenance.recording = made.recording.name;
+  d.base.fit.estimates[1].value *= 1.31;
   NamedEffect effect;
   effect.id = "charge_acceptance";
   effect.confidence = 0.97;

@@ -58,6 +58,6 @@ std::vector<double> crankErrors(const Series& series, std::size_t first, const s
 FitStatus fitStatusOf(MinimizeStatus status);
 
 /// @return how a fit ended and what it did not determine.
-std::string sentenceOf(const FittedModel& model);
+std::string sentenceOf(const Fit& fit);
 
 }  // namespace battery_sof

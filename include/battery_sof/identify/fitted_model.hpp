@@ -39,8 +39,15 @@ struct ParameterEstimate {
   bool held = false;          ///< not estimated: stays where EffectInfo or the caller put it
 };
 
-/// Where the model's state stands; the event of a query begins here.
-struct ModelState {
+/// What the model was seen to miss when its state stands where it does; see ErrorTracker.
+struct Discrepancy {
+  double drift = 0.0;                         ///< d [V], of the random walk
+  double colored = 0.0;                       ///< a [V], of the AR(1)
+  double p_dd = 0.0, p_da = 0.0, p_aa = 0.0;  ///< their covariance [V^2]
+};
+
+/// Where the model's state stands, and what it was seen to miss there; the event of a query begins here.
+struct LiveState {
   double time = 0.0;                                 ///< [s], the recording's clock
   double u_c2 = 0.0;                                 ///< [V]
   double current = 0.0;                              ///< [A], current at that time
@@ -48,6 +55,7 @@ struct ModelState {
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery at that time, when known
   DriveMemory memory = {};                           ///< what drove it lately; begun only where something was learnt
   std::vector<double> force_memory = {};             ///< of a learnt force, see Simulation::forceMemory()
+  Discrepancy discrepancy = {};                      ///< at that time
 };
 
 /// The part of a recording that was fitted.
@@ -83,13 +91,6 @@ struct ExcitedRange {
   std::optional<double> temperature;  ///< [K], mean
 };
 
-/// What the model was seen to miss when its state stands where it does; see ErrorTracker.
-struct Discrepancy {
-  double drift = 0.0;                         ///< d [V], of the random walk
-  double colored = 0.0;                       ///< a [V], of the AR(1)
-  double p_dd = 0.0, p_da = 0.0, p_aa = 0.0;  ///< their covariance [V^2]
-};
-
 /// Factor on the width of a kind of interval, as its own past asks for; see observe().
 struct IntervalScale {
   double factor = 1.0;  ///< [1]
@@ -97,47 +98,61 @@ struct IntervalScale {
   int inside = 0;       ///< of those the event fell into
 };
 
-/// Everything an identification found; what MODEL.yaml stores and every query reads.
-struct FittedModel {
+/// What a window taught: the model, how well it is known, and what may be asked of it.
+struct Fit {
   BaseParameters parameters;
   std::vector<ParameterEstimate> estimates;  ///< in the order of BatteryModel::parameters()
-  /// Covariance of (parameters, states at state.time) in the orders of BatteryModel [units squared]; zero rows where
+  /// Covariance of (parameters, states at LiveState::time) in the orders of BatteryModel [units squared]; zero rows where
   /// nothing is known. 6 x 6 for the base model: r_discharge, r_charge, c2, beta, u_dc, u_c2.
   Eigen::MatrixXd covariance;
-  ModelState state;
-  std::vector<double> first_state;            ///< at the window's first sample; not stored in MODEL.yaml
   std::vector<std::string> effects;           ///< ids of further physics; empty for the base model
   std::shared_ptr<const LearnedForce> force;  ///< what the effect "learned" is; none without it
+  std::optional<SourceRule> source;           ///< where the voltage is imposed it drives; none: the current drives throughout
+  std::size_t voltage_lag = 0;                ///< [samples], by which the voltage channel is behind the current
+  std::vector<double> first_state;            ///< at the window's first sample; not stored in MODEL.yaml
   FitWindow window;
+  ExcitedRange excited;
   FitStatus status = FitStatus::kConverged;
   std::string message;  ///< one sentence
   std::string start;    ///< "robust" or "paper"
   int iterations = 0;
   FitScores scores;
-  std::optional<NoiseModel> noise;   ///< of the residual over the window; none: fitErrors() was not called
-  Discrepancy discrepancy;           ///< at state.time
-  std::optional<SourceRule> source;  ///< where the voltage is imposed it drives; none: the current drives throughout
-  std::size_t voltage_lag = 0;       ///< [samples], by which the voltage channel is behind the current
-  NaivePredictor naive;              ///< what the same window says without physics
-  Experience experience;             ///< cranks and charges of the window and since, beside what was expected of them
-  LearnedResidual learned;           ///< what the equations miss in the well-posed direction; empty when nothing was learnt
-  IntervalScale crank_scale, charge_scale;
-  ExcitedRange excited;
   /// [0, 1], of the window alone: predictionSuitability(); with a source FitScores::left_out_share_percent as a share, at least 0.
   double suitability = 0.0;
-  double fit_ms = 0.0;         ///< [ms] wall time, filled in by the caller that holds a clock
+  std::optional<NoiseModel> noise;  ///< of the residual over the window; none: fitErrors() was not called
+  NaivePredictor naive;             ///< what the same window says without physics
+  LearnedResidual learned;          ///< what the equations miss in the well-posed direction; empty when nothing was learnt
+};
+
+/// How the intervals of answers learn from what happens.
+struct IntervalLearning {
+  Experience experience;  ///< cranks and charges of the window and since, beside what was expected of them
+  IntervalScale crank_scale, charge_scale;
+};
+
+/// Where a model comes from.
+struct Provenance {
   std::string recording;       ///< file name or topic
   std::string recording_hash;  ///< "sha256:..." of the file, empty when there is no file
+  double fit_ms = 0.0;         ///< [ms] wall time, filled in by the caller that holds a clock
+};
+
+/// Everything an identification found; what MODEL.yaml stores and every query reads. A function takes the part it needs.
+struct FittedModel {
+  Fit fit;                     ///< stays what it is until the next identification, but for the states' rows of its covariance
+  LiveState state;             ///< moves with every sample
+  IntervalLearning intervals;  ///< moves with every crank and charge
+  Provenance provenance;
 };
 
 /// Rows of a base model's covariance behind the parameters (BaseRow).
 enum BaseCovarianceRow { kRowState = kBaseRows, kCovarianceRows };
 
 /// @return true when the fit may be used for predictions: it converged, or stopped at the iteration limit.
-bool isUsable(const FittedModel& model);
+bool isUsable(const Fit& fit);
 
 /// @return the composition a model was fitted with.
-BatteryModel compositionOf(const FittedModel& model);
+BatteryModel compositionOf(const Fit& fit);
 
 /// @return its parameters and its state; drifts count from the window's first sample.
 ModelPoint pointOf(const FittedModel& model);

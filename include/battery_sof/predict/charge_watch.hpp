@@ -52,7 +52,7 @@ class ChargeWatch {
     std::size_t imposed = 0;  // of its own samples, those whose voltage is known to be imposed
   };
 
-  static std::size_t waitsFor(const FittedModel& model);
+  static std::size_t waitsFor(const Fit& fit);
   static ChargeComparison compare(const Charge& charge);
   std::optional<ChargeComparison> finishComplete(const StreamSample& sample, const StateTracker& before, bool is_gap);
   void judgeLast(const StateTracker& before);

@@ -54,6 +54,6 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
                        double* beyond_learned = nullptr);
 
 /// What a crank misses by itself, beyond normal driving [V].
-double crankError(const FittedModel& model, double current);
+double crankError(const Fit& fit, double current);
 
 }  // namespace battery_sof

@@ -48,7 +48,7 @@ class StateTracker {
   const MissedCrank& missedSettled() const { return settled_.missed; }
 
   /// At the newest sample.
-  const ModelState& state() const { return here().state; }
+  const LiveState& state() const { return here().state; }
   /// Whether a source may drive the model.
   bool hasSource() const { return watch_.has_value(); }
   /// Whether the newest sample's voltage is imposed and drives the model.
@@ -59,9 +59,9 @@ class StateTracker {
   /// An event passed: what it teaches goes along with the model.
   template <typename Event>
   void learnFrom(const Event& event) {
-    model_.experience.add(event);
+    model_.intervals.experience.add(event);
   }
-  const Experience& experience() const { return model_.experience; }
+  const Experience& experience() const { return model_.intervals.experience; }
 
   /// The running simulation, for a query to go on from.
   const Simulation& simulation() const { return here().follower.simulation(); }
@@ -71,7 +71,7 @@ class StateTracker {
   struct Place {
     Follower follower;
     MissedCrank missed;
-    ModelState state;
+    LiveState state;
     ErrorTracker errors;
     double error_time;  // [s], of the last voltage taken in
   };

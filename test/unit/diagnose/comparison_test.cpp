@@ -18,7 +18,7 @@ IndexRange wholeOf(const Series& series) { return {0, series.size()}; }
 FittedModel modelAtStart() {
   FittedModel model = test::knownModel();
   model.state = {0.0, 0.0, 0.0};
-  model.window = {0.0, 0.0, 1};
+  model.fit.window = {0.0, 0.0, 1};
   return model;
 }
 
@@ -151,7 +151,7 @@ TEST(ChargeCurrentError, ARangeThatBeginsBeforeTheStateIsReachedFromTheFirstStat
   model.state.time = 240.0;
   model.state.u_c2 = 0.3;
   EXPECT_FALSE(chargeCurrentError(model, series, wholeOf(series)).has_value());
-  model.first_state = {0.0};
+  model.fit.first_state = {0.0};
   EXPECT_LT(chargeCurrentError(model, series, wholeOf(series)).value(), 0.5);
 }
 

@@ -92,7 +92,7 @@ TEST(Diagnose, WhatIsGivenIsModelledAndNothingElseIsNamed) {
   DiagnoseOptions options;
   options.given = {"ocv_soc", "acid_transport"};
   const Diagnosis given = diagnose(withSlope(0.1, 2.0), options), searched = diagnose(withSlope(0.1, 2.0));
-  EXPECT_EQ((std::vector<std::string>{"acid_transport", "ocv_soc"}), given.extended.effects);
+  EXPECT_EQ((std::vector<std::string>{"acid_transport", "ocv_soc"}), given.extended.fit.effects);
   EXPECT_LT(given.fit.extended_holdout.rmse, 1.1 * searched.fit.extended_holdout.rmse);
   options.given = {"no_such_effect"};
   EXPECT_THROW(diagnose(recordingOfDrive(600.0), options), std::invalid_argument);
@@ -193,7 +193,7 @@ TEST(Diagnose, WhatPredictsTheHoldOutWorseThanTheBaseModelIsToldAndNotGiven) {
   ASSERT_TRUE(diagnosis.withheld_rmse) << diagnosis.summary;
   EXPECT_GT(*diagnosis.withheld_rmse, diagnosis.fit.base_holdout.rmse);
   EXPECT_EQ(diagnosis.fit.base_holdout.rmse, diagnosis.fit.extended_holdout.rmse);
-  EXPECT_TRUE(diagnosis.extended.effects.empty());
+  EXPECT_TRUE(diagnosis.extended.fit.effects.empty());
   EXPECT_EQ(diagnosis.base_voltage, diagnosis.extended_voltage);
   EXPECT_NE(std::string::npos, diagnosis.summary.find("so the base model is given")) << diagnosis.summary;
 }

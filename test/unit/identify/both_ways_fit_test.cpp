@@ -15,7 +15,7 @@ namespace {
 using namespace test;
 
 const ParameterEstimate& estimate(const FittedModel& model, const std::string& name) {
-  for (const auto& e : model.estimates)
+  for (const auto& e : model.fit.estimates)
     if (e.name == name) return e;
   throw std::out_of_range(name);
 }
@@ -59,24 +59,24 @@ FittedModel fitted(const StartStopDrive& drive, const std::vector<std::string>& 
 TEST(IdentifyBothWays, RecoversABaseBatteryThatASourceCharges) {
   const FittedModel model = fitted(baseTwin(0.0, 0.0));
   const BaseParameters truth = patientBattery();
-  EXPECT_TRUE(isUsable(model));
-  EXPECT_NEAR(model.parameters.r_discharge, truth.r_discharge, 0.01 * truth.r_discharge);
-  EXPECT_NEAR(model.parameters.r_charge, truth.r_charge, 0.01 * truth.r_charge);
-  EXPECT_NEAR(model.parameters.c2, truth.c2, 0.03 * truth.c2);
-  EXPECT_NEAR(model.parameters.beta, truth.beta, 0.03 * truth.beta);
-  EXPECT_NEAR(model.parameters.u_dc, truth.u_dc, 0.005);
-  ASSERT_TRUE(model.scores.current_rmse);
-  EXPECT_LT(*model.scores.current_rmse, 0.3);
-  EXPECT_TRUE(model.source);
-  EXPECT_EQ(model.voltage_lag, 0u);
+  EXPECT_TRUE(isUsable(model.fit));
+  EXPECT_NEAR(model.fit.parameters.r_discharge, truth.r_discharge, 0.01 * truth.r_discharge);
+  EXPECT_NEAR(model.fit.parameters.r_charge, truth.r_charge, 0.01 * truth.r_charge);
+  EXPECT_NEAR(model.fit.parameters.c2, truth.c2, 0.03 * truth.c2);
+  EXPECT_NEAR(model.fit.parameters.beta, truth.beta, 0.03 * truth.beta);
+  EXPECT_NEAR(model.fit.parameters.u_dc, truth.u_dc, 0.005);
+  ASSERT_TRUE(model.fit.scores.current_rmse);
+  EXPECT_LT(*model.fit.scores.current_rmse, 0.3);
+  EXPECT_TRUE(model.fit.source);
+  EXPECT_EQ(model.fit.voltage_lag, 0u);
 }
 
 TEST(IdentifyBothWays, RecoversABaseBatteryUnderTheNoiseOfAVehiclesSensors) {
   const FittedModel model = fitted(baseTwin(0.3, 0.012));
   const BaseParameters truth = patientBattery();
-  EXPECT_NEAR(model.parameters.r_discharge, truth.r_discharge, 0.1 * truth.r_discharge);
-  EXPECT_NEAR(model.parameters.r_charge, truth.r_charge, 0.1 * truth.r_charge);
-  EXPECT_NEAR(model.parameters.u_dc, truth.u_dc, 0.03);
+  EXPECT_NEAR(model.fit.parameters.r_discharge, truth.r_discharge, 0.1 * truth.r_discharge);
+  EXPECT_NEAR(model.fit.parameters.r_charge, truth.r_charge, 0.1 * truth.r_charge);
+  EXPECT_NEAR(model.fit.parameters.u_dc, truth.u_dc, 0.03);
 }
 
 IdentifyOptions knowing(const StartStopDrive& drive, const KnownParameter& known) {
@@ -101,14 +101,14 @@ TEST(IdentifyBothWays, APopulationOfOtherEffectsSaysNothing) {
   const StartStopDrive drive = freshTwin(0.3, 0.012);
   IdentifyOptions options = knowing(drive, {"pore_time", 30.0, 1e-3, true});
   options.priors.pop_back();
-  EXPECT_EQ(identify(drive.series, {0, drive.series.size()}, options).parameters.c2, fitted(drive, {"fresh_sulphate"}).parameters.c2);
+  EXPECT_EQ(identify(drive.series, {0, drive.series.size()}, options).fit.parameters.c2, fitted(drive, {"fresh_sulphate"}).fit.parameters.c2);
 }
 
 TEST(IdentifyBothWays, RecoversFreshSulphate) {
   const FittedModel model = fitted(freshTwin(0.0, 0.0, 3600.0), {"fresh_sulphate"});
   const BatteryModel composition({"fresh_sulphate"});
   const Eigen::VectorXd truth = freshBattery(composition);
-  EXPECT_TRUE(isUsable(model)) << model.message;
+  EXPECT_TRUE(isUsable(model.fit)) << model.fit.message;
   // Priors pull, as only a hundredth of the samples counts as independent: I_0, told from S_q and beta by little, stays near its
   // magnitude of 2 A (truth 1.5 A), and the rest is found.
   const std::vector<std::pair<const char*, double>> bounds = {{"r_discharge", 0.03},
@@ -122,10 +122,10 @@ TEST(IdentifyBothWays, RecoversFreshSulphate) {
                                                               {"c2", 0.02}};
   for (const auto& [name, share] : bounds)
     EXPECT_NEAR(estimate(model, name).value / truth[*composition.parameterRow(name)], 1.0, share) << name;
-  EXPECT_NEAR(model.parameters.u_dc, truth[kRowUDc], 0.02);
-  EXPECT_LT(*model.scores.current_rmse, 0.3);
-  EXPECT_LT(model.scores.rmse, 0.01);
-  EXPECT_GT(*model.scores.left_out_share_percent, 98.0);
+  EXPECT_NEAR(model.fit.parameters.u_dc, truth[kRowUDc], 0.02);
+  EXPECT_LT(*model.fit.scores.current_rmse, 0.3);
+  EXPECT_LT(model.fit.scores.rmse, 0.01);
+  EXPECT_GT(*model.fit.scores.left_out_share_percent, 98.0);
 }
 
 TEST(IdentifyBothWays, TruthLiesWithinFourStandardErrors) {
@@ -146,9 +146,9 @@ TEST(IdentifyBothWays, ChoosesThePhysicsOfChargingWhereASourceImposesTheVoltage)
   options.chooses_effects = true;
   options.source = knownSource(drive);
   const FittedModel chosen = identify(drive.series, {0, drive.series.size()}, options);
-  EXPECT_EQ(chosen.effects, std::vector<std::string>{"fresh_sulphate"});
+  EXPECT_EQ(chosen.fit.effects, std::vector<std::string>{"fresh_sulphate"});
   options.source.reset();
-  EXPECT_TRUE(identify(drive.series, {0, drive.series.size()}, options).effects.empty());
+  EXPECT_TRUE(identify(drive.series, {0, drive.series.size()}, options).fit.effects.empty());
 }
 
 TEST(IdentifyBothWays, WithNoImposedSampleInTheWindowIsTheFitWithoutASource) {
@@ -162,14 +162,14 @@ TEST(IdentifyBothWays, WithNoImposedSampleInTheWindowIsTheFitWithoutASource) {
   for (int k = 0; k < 2; ++k) {
     if (k == 1) with.source = nowhere;
     const FittedModel one = identify(series, {0, series.size()}, plain), other = identify(series, {0, series.size()}, with);
-    for (std::size_t j = 0; j < one.estimates.size(); ++j) {
-      EXPECT_EQ(one.estimates[j].value, other.estimates[j].value) << one.estimates[j].name;
-      EXPECT_EQ(one.estimates[j].std, other.estimates[j].std);
+    for (std::size_t j = 0; j < one.fit.estimates.size(); ++j) {
+      EXPECT_EQ(one.fit.estimates[j].value, other.fit.estimates[j].value) << one.fit.estimates[j].name;
+      EXPECT_EQ(one.fit.estimates[j].std, other.fit.estimates[j].std);
     }
-    EXPECT_EQ(one.covariance, other.covariance);
+    EXPECT_EQ(one.fit.covariance, other.fit.covariance);
     EXPECT_EQ(one.state.u_c2, other.state.u_c2);
-    EXPECT_FALSE(other.source);
-    EXPECT_TRUE(other.learned.empty());
+    EXPECT_FALSE(other.fit.source);
+    EXPECT_TRUE(other.fit.learned.empty());
   }
 }
 
@@ -251,14 +251,14 @@ TEST(LearnFromWindow, KeepsCranksAndChargesOfTheWindowBesideWhatWasExpectedOfThe
   const auto sources = static_cast<std::size_t>(
       std::count_if(drive.series.current.begin(), drive.series.current.end(), [](double i) { return i < -150.0; }));
   EXPECT_GE(sources, 6u);
-  EXPECT_EQ(model.experience.cranks.size(), sources);
-  for (const PastCrank& crank : model.experience.cranks) {
+  EXPECT_EQ(model.intervals.experience.cranks.size(), sources);
+  for (const PastCrank& crank : model.intervals.experience.cranks) {
     EXPECT_LT(crank.current, -150.0);
     EXPECT_NEAR(crank.modelled, crank.minimum, 0.15);
   }
   double before = -1.0;
   int short_ones = 0, long_ones = 0;
-  for (const PastCharge& charge : model.experience.charges) {
+  for (const PastCharge& charge : model.intervals.experience.charges) {
     EXPECT_GE(charge.time, before) << "in order of time";
     before = charge.time;
     (charge.duration == 10.0 ? short_ones : long_ones) += 1;
@@ -268,8 +268,8 @@ TEST(LearnFromWindow, KeepsCranksAndChargesOfTheWindowBesideWhatWasExpectedOfThe
   EXPECT_GE(short_ones, static_cast<int>(sources) - 1);
   EXPECT_GT(long_ones, 0);
   EXPECT_TRUE(model.state.memory.begun);
-  ASSERT_TRUE(model.scores.left_out_share_percent);
-  EXPECT_GT(*model.scores.left_out_share_percent, 80.0);
+  ASSERT_TRUE(model.fit.scores.left_out_share_percent);
+  EXPECT_GT(*model.fit.scores.left_out_share_percent, 80.0);
 }
 
 TEST(Experience, KeepsTheNewestInOrderOfTime) {
@@ -305,7 +305,7 @@ TEST(CarryState, GoesThroughWhatASourceImposedAsTheFollowerDoes) {
   EXPECT_EQ(model.state.u_c2, follower.simulation().state()[0]);
   EXPECT_EQ(model.state.memory.numbers(), follower.memory().numbers());
   EXPECT_NE(model.state.memory.numbers(), before.state.memory.numbers());
-  EXPECT_TRUE(model.covariance.allFinite());
+  EXPECT_TRUE(model.fit.covariance.allFinite());
   EXPECT_THROW(carryState(model, drive.series, 0), std::invalid_argument);
 }
 
@@ -332,12 +332,12 @@ TEST(Follower, BegunAtASavedStateGoesOnAsIfItHadNotStopped) {
   // Cut at the last sample of a load: the source's ramp begins at the load's voltage.
   const StartStopDrive drive = freshTwin(0.0, 0.0);
   FittedModel model = fitted(drive, {"fresh_sulphate"});
-  model.learned = {};
+  model.fit.learned = {};
   const Drive samples = fullDrive(drive.series, {0, drive.series.size()}, {}, drive.imposed);
   ModelPoint at = pointOf(model);
-  at.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
+  at.state = Eigen::Map<const Eigen::VectorXd>(model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
   at.time = at.reference_time = 0.0;
-  Follower whole_way(Simulation(compositionOf(model), at));
+  Follower whole_way(Simulation(compositionOf(model.fit), at));
   std::size_t cuts = 0;
   for (std::size_t n = 0; n + 1 < samples.samples.size(); ++n) {
     whole_way.follow(samples.samples[n]);
@@ -356,12 +356,12 @@ TEST(Follower, PredictsTheQuantityThatIsNotImposed) {
   const StartStopDrive drive = freshTwin(0.0, 0.0);
   const FittedModel model = fitted(drive, {"fresh_sulphate"});
   FittedModel start = model;
-  start.learned = {};
+  start.fit.learned = {};
   const Drive samples = fullDrive(drive.series, {0, drive.series.size()}, {}, drive.imposed);
   ModelPoint at = pointOf(start);
-  at.state = Eigen::Map<const Eigen::VectorXd>(model.first_state.data(), static_cast<Eigen::Index>(model.first_state.size()));
+  at.state = Eigen::Map<const Eigen::VectorXd>(model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
   at.time = at.reference_time = 0.0;
-  Follower follower(Simulation(compositionOf(start), at));
+  Follower follower(Simulation(compositionOf(start.fit), at));
   for (std::size_t n = 0; n < samples.samples.size(); ++n) {
     const FollowedSample followed = follower.follow(samples.samples[n]);
     EXPECT_EQ(followed.voltage_drives, static_cast<bool>(drive.imposed[n]));
@@ -381,12 +381,12 @@ TEST(Follower, AddsWhatWasLearntInsideTheWindowsCurrents) {
   const StartStopDrive drive = freshTwin(0.1, 0.01);
   FittedModel model = fitted(drive, {"fresh_sulphate"});
   // A constant of 1000 A is learnt: the prediction stays inside the window's range.
-  model.learned.current = RidgeFit();
-  model.learned.current.centre = model.learned.current.weight = Eigen::VectorXd::Zero(DriveMemory::kCurrentColumns);
-  model.learned.current.scale = Eigen::VectorXd::Ones(DriveMemory::kCurrentColumns);
-  model.learned.current.constant = 1000.0;
-  model.learned.least_current = -2.0;
-  model.learned.most_current = 33.0;
+  model.fit.learned.current = RidgeFit();
+  model.fit.learned.current.centre = model.fit.learned.current.weight = Eigen::VectorXd::Zero(DriveMemory::kCurrentColumns);
+  model.fit.learned.current.scale = Eigen::VectorXd::Ones(DriveMemory::kCurrentColumns);
+  model.fit.learned.current.constant = 1000.0;
+  model.fit.learned.least_current = -2.0;
+  model.fit.learned.most_current = 33.0;
   Follower follower(model, true);
   DriveSample sample;
   sample.step.time = model.state.time + 1.0;
@@ -405,8 +405,8 @@ TEST(DriveOf, WithoutASourceIsTheCurrentsDrive) {
   FittedModel model;
   const Drive plain = driveOf(model, drive.series, {0, drive.series.size()});
   EXPECT_TRUE(std::none_of(plain.samples.begin(), plain.samples.end(), [](const DriveSample& s) { return s.voltage_drives; }));
-  model.source = findSource(drive.series).rule;
-  model.voltage_lag = 1;
+  model.fit.source = findSource(drive.series).rule;
+  model.fit.voltage_lag = 1;
   const Drive driven = driveOf(model, drive.series, {0, drive.series.size()});
   EXPECT_TRUE(std::any_of(driven.samples.begin(), driven.samples.end(), [](const DriveSample& s) { return s.voltage_drives; }));
   EXPECT_EQ(driven.samples[10].voltage, drive.series.voltage[11]);

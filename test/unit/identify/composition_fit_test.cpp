@@ -482,7 +482,7 @@ TEST(Identify, FindsWhenAContactChangedWhereverInTheWindowThatWas) {
     options.effects = {"contact_resistance"};
     const FittedModel model = identify(series, {0, series.size()}, options);
     const auto of = [&](const char* name) {
-      for (const ParameterEstimate& estimate : model.estimates)
+      for (const ParameterEstimate& estimate : model.fit.estimates)
         if (estimate.name == name) return estimate.value;
       return std::nan("");
     };

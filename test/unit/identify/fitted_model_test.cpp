@@ -25,15 +25,15 @@ FittedModel modelOf(const std::vector<std::string>& effects) {
   FittedModel model = unfitted(series, whole(series), BatteryModel(effects), FitStatus::kConverged, "");
   const BatteryModel composition(effects);
   const Eigen::VectorXd p = typicalPoint(composition);
-  model.parameters = baseParameters(p);
-  for (Eigen::Index j = 0; j < p.size(); ++j) model.estimates[static_cast<std::size_t>(j)].value = p[j];
+  model.fit.parameters = baseParameters(p);
+  for (Eigen::Index j = 0; j < p.size(); ++j) model.fit.estimates[static_cast<std::size_t>(j)].value = p[j];
   Eigen::VectorXd std(composition.parameterCount() + composition.stateCount());
   for (Eigen::Index j = 0; j < p.size(); ++j)
     std[j] = 0.01 * std::max(std::abs(p[j]), std::abs(composition.parameters()[static_cast<std::size_t>(j)].magnitude));
   std.tail(composition.stateCount()).setConstant(0.002);
-  model.covariance = std.cwiseAbs2().asDiagonal();
+  model.fit.covariance = std.cwiseAbs2().asDiagonal();
   model.state.time = 100.0;
-  model.scores.rmse = 0.002;
+  model.fit.scores.rmse = 0.002;
   return model;
 }
 
@@ -65,9 +65,9 @@ TEST(PointOf, BringsParametersStatesAndTheTimeDriftsCountFrom) {
   FittedModel model = modelOf({"acid_transport", "ocv_soc"});
   model.state.u_c2 = 0.07;
   model.state.further = {5.0, -3.0, 0.2};
-  model.window.from = 7.0;
+  model.fit.window.from = 7.0;
   const ModelPoint point = pointOf(model);
-  const BatteryModel composition = compositionOf(model);
+  const BatteryModel composition = compositionOf(model.fit);
   EXPECT_EQ(point.parameters, typicalPoint(composition));
   EXPECT_EQ(point.state, Eigen::Vector4d(0.07, 5.0, -3.0, 0.2));
   EXPECT_EQ(point.time, 100.0);
@@ -80,27 +80,27 @@ TEST(Rested, PutsEveryStateAtRestAndKnowsItThere) {
     model.state.u_c2 = 0.2;
     for (double& x : model.state.further) x += 0.1;
     const FittedModel at_rest = rested(model);
-    const BatteryModel composition = compositionOf(model);
+    const BatteryModel composition = compositionOf(model.fit);
     EXPECT_EQ(pointOf(at_rest).state, composition.restState()) << info.id;
     EXPECT_EQ(at_rest.state.current, 0.0);
     EXPECT_EQ(at_rest.state.time, model.state.time);
     const Eigen::Index parameters = composition.parameterCount();
-    EXPECT_EQ(at_rest.covariance.bottomRows(composition.stateCount()).norm(), 0.0);
-    EXPECT_EQ(at_rest.covariance.topLeftCorner(parameters, parameters), model.covariance.topLeftCorner(parameters, parameters));
+    EXPECT_EQ(at_rest.fit.covariance.bottomRows(composition.stateCount()).norm(), 0.0);
+    EXPECT_EQ(at_rest.fit.covariance.topLeftCorner(parameters, parameters), model.fit.covariance.topLeftCorner(parameters, parameters));
   }
 }
 
 TEST(Rested, GoesOnWithTheVoltageOfABatteryThatRested) {
   for (const EffectInfo& info : effectCatalogue()) {
     FittedModel model = modelOf(withNeeds(info.id));
-    model.window.from = model.state.time;  // nothing has drifted yet
+    model.fit.window.from = model.state.time;  // nothing has drifted yet
     Simulation simulation = simulationOf(rested(model));
     DriveStep step;
     step.duration = 0.01;
     step.time = model.state.time + step.duration;
     simulation.advance(step);
     // Side currents and offsets that flow at rest take a few millivolts at most.
-    EXPECT_NEAR(simulation.voltage(), model.parameters.u_dc, 0.01) << info.id;
+    EXPECT_NEAR(simulation.voltage(), model.fit.parameters.u_dc, 0.01) << info.id;
   }
 }
 
@@ -119,24 +119,24 @@ TEST(TakeState, PutsStateAndItsCovarianceWhereTheSimulationStands) {
   EXPECT_NEAR(after.state.further[2], before.state.further[2] - 0.5, 1e-12) << "30 A for a minute";
 
   // The same by differences: every direction of the old covariance, moved along.
-  const Eigen::Index size = before.covariance.rows(), parameters = size - 4;
-  const Eigen::VectorXd std = before.covariance.diagonal().cwiseSqrt();
+  const Eigen::Index size = before.fit.covariance.rows(), parameters = size - 4;
+  const Eigen::VectorXd std = before.fit.covariance.diagonal().cwiseSqrt();
   Eigen::MatrixXd T = Eigen::MatrixXd::Identity(size, size);
   for (Eigen::Index j = 0; j < size; ++j) {
     const auto moved = [&](double by) {
       ModelPoint point = pointOf(before);
       (j < parameters ? point.parameters[j] : point.state[j - parameters]) += by;
-      Simulation other(compositionOf(before), point);
+      Simulation other(compositionOf(before.fit), point);
       other.advance(step);
       return other.state();
     };
     const double h = 0.1 * std[j];
     T.col(j).tail(4) = (moved(h) - moved(-h)) / (2.0 * h);
   }
-  const Eigen::MatrixXd expected = T * before.covariance * T.transpose();
+  const Eigen::MatrixXd expected = T * before.fit.covariance * T.transpose();
   for (Eigen::Index j = 0; j < size; ++j)
     for (Eigen::Index k = 0; k < size; ++k)
-      EXPECT_NEAR(after.covariance(j, k), expected(j, k), 1e-3 * std::sqrt(expected(j, j) * expected(k, k)) + 1e-15);
+      EXPECT_NEAR(after.fit.covariance(j, k), expected(j, k), 1e-3 * std::sqrt(expected(j, j) * expected(k, k)) + 1e-15);
 }
 
 TEST(TakeState, OfASimulationWithoutLanesLeavesTheCovarianceAlone) {
@@ -149,7 +149,7 @@ TEST(TakeState, OfASimulationWithoutLanesLeavesTheCovarianceAlone) {
   step.held = step.current = 20.0;
   simulation.advance(step);
   takeState(after, simulation, 20.0);
-  EXPECT_EQ(after.covariance, before.covariance);
+  EXPECT_EQ(after.fit.covariance, before.fit.covariance);
   EXPECT_GT(after.state.u_c2, 0.0);
 }
 

@@ -14,7 +14,7 @@ namespace {
 IndexRange whole(const Series& series) { return {0, series.size()}; }
 
 const ParameterEstimate& estimate(const FittedModel& model, const std::string& name) {
-  for (const auto& e : model.estimates)
+  for (const auto& e : model.fit.estimates)
     if (e.name == name) return e;
   throw std::out_of_range(name);
 }
@@ -23,21 +23,21 @@ TEST(Identify, RecoversTheParametersOfANoiselessDrive) {
   const Series series = test::baseDrive(1, 240.0, 0.0);
   const FittedModel model = identify(series, whole(series));
   const BaseParameters truth = test::drivenBattery();
-  EXPECT_EQ(model.status, FitStatus::kConverged);
-  EXPECT_NEAR(model.parameters.r_discharge, truth.r_discharge, 1e-7);
-  EXPECT_NEAR(model.parameters.r_charge, truth.r_charge, 1e-7);
-  EXPECT_NEAR(model.parameters.c2, truth.c2, 1e-3 * truth.c2);
-  EXPECT_NEAR(model.parameters.beta, truth.beta, 1e-3 * truth.beta);
-  EXPECT_NEAR(model.parameters.u_dc, truth.u_dc, 1e-4);
-  EXPECT_GT(model.scores.q_dyn_percent, 99.9);
+  EXPECT_EQ(model.fit.status, FitStatus::kConverged);
+  EXPECT_NEAR(model.fit.parameters.r_discharge, truth.r_discharge, 1e-7);
+  EXPECT_NEAR(model.fit.parameters.r_charge, truth.r_charge, 1e-7);
+  EXPECT_NEAR(model.fit.parameters.c2, truth.c2, 1e-3 * truth.c2);
+  EXPECT_NEAR(model.fit.parameters.beta, truth.beta, 1e-3 * truth.beta);
+  EXPECT_NEAR(model.fit.parameters.u_dc, truth.u_dc, 1e-4);
+  EXPECT_GT(model.fit.scores.q_dyn_percent, 99.9);
 }
 
 TEST(Identify, EstimatesTheStateOfAWindowThatOpensFarFromRest) {
   const BaseParameters truth = test::drivenBattery();
   const Series series = test::answered(truth, test::dataSetOneCurrent(240.0, 0.01, 5), 0.01, 0.002, 5, -0.35);
   const FittedModel model = identify(series, whole(series));
-  EXPECT_NEAR(model.parameters.c2, truth.c2, 0.02 * truth.c2);
-  EXPECT_NEAR(model.parameters.u_dc, truth.u_dc, 0.005);
+  EXPECT_NEAR(model.fit.parameters.c2, truth.c2, 0.02 * truth.c2);
+  EXPECT_NEAR(model.fit.parameters.u_dc, truth.u_dc, 0.005);
 }
 
 TEST(Identify, LeavesTheStateAtTheWindowsLastSample) {
@@ -57,8 +57,8 @@ TEST(Identify, ARobustStartSurvivesAWindowThatOpensOnACurrentEdgeThePapersDoesNo
   const double truth = test::drivenBattery().c2;
   IdentifyOptions paper;
   paper.start = FitStart::kPaper;
-  const double robust_error = std::abs(identify(series, whole(series)).parameters.c2 / truth - 1.0);
-  const double paper_error = std::abs(identify(series, whole(series), paper).parameters.c2 / truth - 1.0);
+  const double robust_error = std::abs(identify(series, whole(series)).fit.parameters.c2 / truth - 1.0);
+  const double paper_error = std::abs(identify(series, whole(series), paper).fit.parameters.c2 / truth - 1.0);
   EXPECT_LT(robust_error, 0.005);
   EXPECT_GT(paper_error, 0.02);
 }
@@ -69,11 +69,11 @@ TEST(Identify, ThePapersStartFindsTheParametersOfACleanWindow) {
   options.start = FitStart::kPaper;
   const FittedModel model = identify(series, whole(series), options);
   const BaseParameters truth = test::drivenBattery();
-  EXPECT_EQ(model.start, "paper");
-  EXPECT_LE(model.iterations, 20);
-  EXPECT_NEAR(model.parameters.r_discharge, truth.r_discharge, 1e-5);
-  EXPECT_NEAR(model.parameters.c2, truth.c2, 0.01 * truth.c2);
-  EXPECT_NEAR(model.parameters.beta, truth.beta, 0.01 * truth.beta);
+  EXPECT_EQ(model.fit.start, "paper");
+  EXPECT_LE(model.fit.iterations, 20);
+  EXPECT_NEAR(model.fit.parameters.r_discharge, truth.r_discharge, 1e-5);
+  EXPECT_NEAR(model.fit.parameters.c2, truth.c2, 0.01 * truth.c2);
+  EXPECT_NEAR(model.fit.parameters.beta, truth.beta, 0.01 * truth.beta);
 }
 
 TEST(Identify, ThePapersPenaltyKeepsParametersNearTableOne) {
@@ -84,7 +84,7 @@ TEST(Identify, ThePapersPenaltyKeepsParametersNearTableOne) {
   options.start = FitStart::kPaper;
   const FittedModel model = identify(series, whole(series), options);
   EXPECT_TRUE(estimate(model, "r_charge").at_bound);
-  EXPECT_GT(model.parameters.r_charge, 0.0002);
+  EXPECT_GT(model.fit.parameters.r_charge, 0.0002);
 }
 
 TEST(Identify, ReportsAParameterThatEndsAtABoundWithoutAStandardError) {
@@ -97,7 +97,7 @@ TEST(Identify, ReportsAParameterThatEndsAtABoundWithoutAStandardError) {
   EXPECT_FALSE(r_charge.determined);
   EXPECT_FALSE(r_charge.std.has_value());
   EXPECT_DOUBLE_EQ(r_charge.value, 0.001);
-  EXPECT_NE(model.message.find("r_charge"), std::string::npos);
+  EXPECT_NE(model.fit.message.find("r_charge"), std::string::npos);
 }
 
 TEST(Identify, SaysThatADischargeOnlyWindowDoesNotDetermineTheChargeResistance) {
@@ -113,16 +113,16 @@ TEST(Identify, SaysThatADischargeOnlyWindowDoesNotDetermineTheChargeResistance) 
 TEST(Identify, RefusesAWindowTooShortToFit) {
   const Series series = test::baseDrive(1, 0.2);
   const FittedModel model = identify(series, whole(series));
-  EXPECT_EQ(model.status, FitStatus::kWindowTooShort);
-  EXPECT_FALSE(isUsable(model));
-  EXPECT_NE(model.message.find("20 samples"), std::string::npos);
+  EXPECT_EQ(model.fit.status, FitStatus::kWindowTooShort);
+  EXPECT_FALSE(isUsable(model.fit));
+  EXPECT_NE(model.fit.message.find("20 samples"), std::string::npos);
 }
 
 TEST(Identify, RefusesAWindowWhoseCurrentNeverChanges) {
   const Series series = test::answered(test::drivenBattery(), std::vector<double>(1000, -5.0), 0.01, 0.002, 1);
   const FittedModel model = identify(series, whole(series));
-  EXPECT_EQ(model.status, FitStatus::kNotExcited);
-  EXPECT_FALSE(isUsable(model));
+  EXPECT_EQ(model.fit.status, FitStatus::kNotExcited);
+  EXPECT_FALSE(isUsable(model.fit));
 }
 
 TEST(Identify, TakesAGapInsideTheWindowForARest) {
@@ -138,8 +138,8 @@ TEST(Identify, TakesAGapInsideTheWindowForARest) {
     series.voltage[n] = terminalVoltage(test::drivenBattery(), series.current[n], u);
   }
   const FittedModel model = identify(series, whole(series));
-  EXPECT_NEAR(model.parameters.c2, test::drivenBattery().c2, 2.0);
-  EXPECT_LT(model.scores.rmse, 1e-4);
+  EXPECT_NEAR(model.fit.parameters.c2, test::drivenBattery().c2, 2.0);
+  EXPECT_LT(model.fit.scores.rmse, 1e-4);
 }
 
 TEST(Identify, RefusesOptionsOutsideTheirRangesByName) {

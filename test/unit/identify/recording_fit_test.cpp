@@ -39,8 +39,8 @@ TEST_F(RecordingFit, TheStateIsCarriedToTheRequestsEnd) {
   request_.from = 0.0;
   request_.to = 240.0;
   FittedModel model = fitPlanned(series_, planFit(series_, request_));
-  ASSERT_TRUE(isUsable(model));
-  EXPECT_TRUE(model.noise.has_value());
+  ASSERT_TRUE(isUsable(model.fit));
+  EXPECT_TRUE(model.fit.noise.has_value());
   request_.to = 300.0;
   carryToEnd(model, series_, request_);
   EXPECT_NEAR(model.state.time, 300.0, 1e-9);
@@ -56,9 +56,9 @@ TEST_F(RecordingFit, WithoutAWindowThereIsNoModelAndAReason) {
   const FitPlan plan = planFit(series_, request_);
   EXPECT_FALSE(plan.window.range);
   const FittedModel model = fitPlanned(series_, plan);
-  EXPECT_FALSE(isUsable(model));
-  EXPECT_EQ(model.message, plan.window.message);
-  EXPECT_FALSE(model.message.empty());
+  EXPECT_FALSE(isUsable(model.fit));
+  EXPECT_EQ(model.fit.message, plan.window.message);
+  EXPECT_FALSE(model.fit.message.empty());
 }
 
 TEST_F(RecordingFit, ARangeWithoutSamplesIsRefusedWithWhatThereIs) {

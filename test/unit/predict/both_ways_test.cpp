@@ -102,8 +102,8 @@ TEST_F(BothWays, UsesOnlyWhatDrivesOfTheRangeAndNothingThatComesLater) {
 
 TEST_F(BothWays, WithoutASourceIsThePredictionFromTheCurrent) {
   FittedModel model = *model_;
-  model.source.reset();
-  model.learned = {};
+  model.fit.source.reset();
+  model.fit.learned = {};
   const FollowedPrediction mixed = predictMixed(model, drive_->series, rest());
   const PredictedVoltage plain = predictSeries(model, drive_->series, rest());
   EXPECT_TRUE(std::none_of(mixed.voltage_drives.begin(), mixed.voltage_drives.end(), [](char c) { return c; }));
@@ -114,12 +114,12 @@ TEST_F(BothWays, OfNothingIsNothing) { EXPECT_TRUE(predictMixed(*model_, drive_-
 
 TEST_F(BothWays, AVoltageThatIsBehindIsPredictedAsItIsShown) {
   FittedModel model = *model_;
-  model.learned = {};
+  model.fit.learned = {};
   const FollowedPrediction prompt = predictMixed(model, drive_->series, rest());
   // The same drive as a channel shows it that is a sample late.
   Series late = drive_->series;
   for (std::size_t n = late.size(); n-- > 1;) late.voltage[n] = late.voltage[n - 1];
-  model.voltage_lag = 1;
+  model.fit.voltage_lag = 1;
   const FollowedPrediction shown = predictMixed(model, late, rest());
   ASSERT_EQ(shown.voltage.size(), prompt.voltage.size());
   int alike = 0;
@@ -138,7 +138,7 @@ TEST_F(BothWays, AnExactPredictionHasAFullShareAndExactEvents) {
   exact.equations_voltage = exact.voltage_lower = exact.voltage_upper = exact.voltage;
   exact.current_lower = exact.current_upper = exact.current;
   FittedModel model = *model_;
-  model.experience = {};
+  model.intervals.experience = {};
   const BothWaysScores scores = scoreBothWays(model, drive_->series, rest(), exact);
   EXPECT_DOUBLE_EQ(*scores.mixed.share_percent, 100.0);
   EXPECT_DOUBLE_EQ(*scores.crank_mean_abs_error, 0.0);
@@ -148,12 +148,12 @@ TEST_F(BothWays, AnExactPredictionHasAFullShareAndExactEvents) {
 TEST_F(BothWays, PastCranksCorrectThePredictedOnes) {
   FollowedPrediction low = predictMixed(*model_, drive_->series, rest());
   FittedModel naive_model = *model_;
-  naive_model.naive.voltage_from_current.reset();
+  naive_model.fit.naive.voltage_from_current.reset();
   FittedModel ignorant = naive_model;
-  ignorant.experience = {};
+  ignorant.intervals.experience = {};
   // Equations that read every crank 0.4 V too low, in the past as now.
   for (double& u : low.equations_voltage) u -= 0.4;
-  for (PastCrank& crank : naive_model.experience.cranks) crank.modelled -= 0.4;
+  for (PastCrank& crank : naive_model.intervals.experience.cranks) crank.modelled -= 0.4;
   const double corrected = *scoreBothWays(naive_model, drive_->series, rest(), low).crank_mean_abs_error;
   EXPECT_GT(*scoreBothWays(ignorant, drive_->series, rest(), low).crank_mean_abs_error, 0.3);
   EXPECT_LT(corrected, 0.15);
@@ -161,14 +161,14 @@ TEST_F(BothWays, PastCranksCorrectThePredictedOnes) {
 
 TEST_F(BothWays, TheNaivePredictorsAreScoredOnTheSameSamples) {
   const std::vector<char> mask(drive_->imposed.begin() + static_cast<std::ptrdiff_t>(half()), drive_->imposed.end());
-  const BothWaysScores naive = scoreNaive(model_->naive, drive_->series, rest(), mask);
+  const BothWaysScores naive = scoreNaive(model_->fit.naive, drive_->series, rest(), mask);
   const BothWaysScores model = scoreBothWays(*model_, drive_->series, rest(), predictMixed(*model_, drive_->series, rest()));
   ASSERT_TRUE(naive.mixed.share_percent);
   EXPECT_LT(*naive.mixed.share_percent, *model.mixed.share_percent);
   EXPECT_EQ(naive.cranks.size(), model.cranks.size());
-  const PredictedVoltage line = naiveVoltage(model_->naive, drive_->series, rest());
+  const PredictedVoltage line = naiveVoltage(model_->fit.naive, drive_->series, rest());
   ASSERT_EQ(line.voltage.size(), rest().size());
-  EXPECT_NEAR(line.voltage[3], model_->naive.voltage_from_current->at(drive_->series.current[half() + 3]), 1e-12);
+  EXPECT_NEAR(line.voltage[3], model_->fit.naive.voltage_from_current->at(drive_->series.current[half() + 3]), 1e-12);
   EXPECT_TRUE(naiveVoltage({}, drive_->series, rest()).voltage.empty());
   EXPECT_FALSE(scoreNaive({}, drive_->series, rest(), mask).mixed.share_percent);
 }

@@ -77,7 +77,7 @@ TEST(PredictChargeAcceptance, StaysAtTheSourcesLimitAndLeavesItWhenTheBatteryFil
 
 TEST(PredictChargeAcceptance, PastChargesTakeNoBoundBeyondTheSourcesLimit) {
   FittedModel model = knownModel();
-  for (int k = 0; k < 6; ++k) model.experience.add(PastCharge{10.0 * k, 10.0, 14.2, 14.2, 90.0 + k, 60.0});
+  for (int k = 0; k < 6; ++k) model.intervals.experience.add(PastCharge{10.0 * k, 10.0, 14.2, 14.2, 90.0 + k, 60.0});
   const ChargeAcceptanceAnswer answer = predictChargeAcceptance(model, {14.2, 10.0, 40.0});
   EXPECT_LE(answer.i_boost->lower, answer.i_boost->value);
   EXPECT_LE(answer.i_boost->value, answer.i_boost->upper);
@@ -99,19 +99,19 @@ TEST(PredictChargeAcceptance, IntervalFollowsFromTheParametersErrors) {
   double variance = 0.0;
   const ChargeAcceptanceQuery query{14.2, 10.0, 5000.0};
   const auto at = [&](FittedModel moved, int row, double by) {
-    double* const values[] = {&moved.parameters.r_discharge, &moved.parameters.r_charge, &moved.parameters.c2, &moved.parameters.beta,
-                              &moved.parameters.u_dc};
+    double* const values[] = {&moved.fit.parameters.r_discharge, &moved.fit.parameters.r_charge, &moved.fit.parameters.c2,
+                              &moved.fit.parameters.beta, &moved.fit.parameters.u_dc};
     *values[row] += by;
     return predictChargeAcceptance(moved, query).i_boost->value;
   };
   for (int row = 0; row < kBaseRows; ++row) {
-    const double std = *model.estimates[static_cast<std::size_t>(row)].std;
+    const double std = *model.fit.estimates[static_cast<std::size_t>(row)].std;
     variance += std::pow((at(model, row, std) - at(model, row, -std)) / 2.0, 2);
   }
   const Interval i = *predictChargeAcceptance(model, query).i_boost;
   EXPECT_NEAR(i.upper - i.value, 1.645 * std::sqrt(variance), 0.01 * (i.upper - i.value));
   EXPECT_NEAR(i.value - i.lower, i.upper - i.value, 1e-9);
-  model.charge_scale.factor = 3.0;
+  model.intervals.charge_scale.factor = 3.0;
   const Interval wider = *predictChargeAcceptance(model, query).i_boost;
   EXPECT_NEAR(wider.upper - wider.value, 3.0 * (i.upper - i.value), 1e-6);
 }
@@ -143,7 +143,7 @@ TEST(PredictChargeAcceptance, OfMoreThanTenSecondsWantsALimitOfAcceptanceInTheMo
 
 TEST(PredictChargeAcceptance, HasNoAnswerFromAModelThatCannotBeUsed) {
   FittedModel model = knownModel();
-  model.status = FitStatus::kWindowTooShort;
+  model.fit.status = FitStatus::kWindowTooShort;
   EXPECT_EQ(predictChargeAcceptance(model, {14.2, 10.0, 100.0}).code, AnswerCode::kNoModel);
 }
 

@@ -15,8 +15,8 @@ class Rivals {
   explicit Rivals(double off) : off_(off), base_(EventLimits()), extended_(EventLimits()) {
     FittedModel model = knownModel();
     base_.install(model, 5.0);
-    model.parameters.u_dc += off;
-    model.estimates[4].value += off;
+    model.fit.parameters.u_dc += off;
+    model.fit.estimates[4].value += off;
     extended_.install(model, 5.0);
   }
 

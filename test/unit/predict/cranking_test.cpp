@@ -28,13 +28,13 @@ CrankingQuery usualQuery() {
 
 /// Minimum over (t_stop, t_stop + t_cranking] in steps of a millisecond.
 double byBruteForce(const FittedModel& model, const CrankingQuery& query) {
-  const OverpotentialStep step(model.parameters);
+  const OverpotentialStep step(model.fit.parameters);
   double u = model.state.u_c2;
   for (int k = 0; k < std::lround(query.t_stop * 1e3); ++k) u = step.advance(u, query.i_load, 1e-3);
   double lowest = std::numeric_limits<double>::infinity();
   for (int k = 0; k < std::lround(query.t_cranking * 1e3); ++k) {
     u = step.advance(u, query.i_cranking, 1e-3);
-    lowest = std::min(lowest, terminalVoltage(model.parameters, query.i_cranking, u));
+    lowest = std::min(lowest, terminalVoltage(model.fit.parameters, query.i_cranking, u));
   }
   return lowest;
 }
@@ -55,7 +55,7 @@ TEST(PredictCranking, EqualsABruteForceSimulation) {
 TEST(PredictCranking, FindsTheMinimumAtTheBeginningWhenTheBatteryRecoversDuringTheCrank) {
   // After -300 A the state lies below what -1 A settles at: u_c2 rises during the "crank".
   FittedModel model = driveModel();
-  model.state.u_c2 = settledOverpotential(model.parameters, -300.0);
+  model.state.u_c2 = settledOverpotential(model.fit.parameters, -300.0);
   CrankingQuery query = usualQuery();
   query.t_stop = 0.0;
   query.i_cranking = -1.0;
@@ -82,7 +82,7 @@ TEST(PredictCranking, TheIntervalHoldsTheTruthInNineOfTenDrives) {
     const FittedModel model = driveModel(seed);
     const auto u = predictCranking(model, usualQuery()).u_min;
     FittedModel truth = model;
-    truth.parameters = test::drivenBattery();
+    truth.fit.parameters = test::drivenBattery();
     const double expected = predictCranking(truth, usualQuery()).u_min->value;
     inside += expected >= u->lower && expected <= u->upper;
   }
@@ -151,7 +151,7 @@ TEST(PredictCranking, IsNotValidWhenTheStopTakesMoreThanOnePercentOfTheCharge) {
 
 TEST(PredictCranking, HasNoAnswerFromAModelThatCannotBeUsed) {
   FittedModel model = driveModel();
-  model.status = FitStatus::kNotExcited;
+  model.fit.status = FitStatus::kNotExcited;
   const CrankingAnswer answer = predictCranking(model, usualQuery());
   EXPECT_EQ(answer.code, AnswerCode::kNoModel);
   EXPECT_FALSE(answer.u_min.has_value());

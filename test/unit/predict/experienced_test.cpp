@@ -19,12 +19,12 @@ FittedModel cranked(std::size_t cranks, double bias, double noise = 0.0, bool li
   FittedModel model = knownModel();
   for (std::size_t k = 0; k < cranks; ++k) {
     const double current = random.uniform(-240.0, -160.0), modelled = 12.0 + 0.01 * current;
-    model.experience.add(PastCrank{10.0 * static_cast<double>(k), current, modelled + bias + noise * random.normal(), modelled});
+    model.intervals.experience.add(PastCrank{10.0 * static_cast<double>(k), current, modelled + bias + noise * random.normal(), modelled});
   }
   if (line) {
-    model.naive.voltage_from_current.emplace();
-    model.naive.voltage_from_current->intercept = 12.0;
-    model.naive.voltage_from_current->slope = 0.01;
+    model.fit.naive.voltage_from_current.emplace();
+    model.fit.naive.voltage_from_current->intercept = 12.0;
+    model.fit.naive.voltage_from_current->slope = 0.01;
   }
   return model;
 }
@@ -34,8 +34,8 @@ FittedModel charged(std::size_t charges, double bias, double noise = 0.0, double
   FittedModel model = knownModel();
   for (std::size_t k = 0; k < charges; ++k) {
     const double modelled = random.uniform(8.0, 12.0);
-    model.experience.add(PastCharge{100.0 * static_cast<double>(k), 10.0, voltage + random.uniform(-0.1, 0.1), voltage - 0.3,
-                                    modelled + bias + noise * random.normal(), modelled});
+    model.intervals.experience.add(PastCharge{100.0 * static_cast<double>(k), 10.0, voltage + random.uniform(-0.1, 0.1), voltage - 0.3,
+                                              modelled + bias + noise * random.normal(), modelled});
   }
   return model;
 }
@@ -65,7 +65,7 @@ TEST(ExperiencedCrank, TakesOffABiasThatPastCranksShow) {
 
 TEST(ExperiencedCrank, OneCrankTakesOffItsBiasByTheRidgesShare) {
   FittedModel model = knownModel();
-  model.experience.add(PastCrank{1.0, -200.0, 9.0, 9.4});
+  model.intervals.experience.add(PastCrank{1.0, -200.0, 9.0, 9.4});
   // At -200 A the features are [1, 0, 0]: w = -0.4 / (1 + 0.3).
   EXPECT_NEAR(experiencedCrank(model, -200.0, kModelled).value, 10.0 - 0.4 / 1.3, 1e-12);
   // The bounds go along: there are too few for an interval of their own.
@@ -75,8 +75,8 @@ TEST(ExperiencedCrank, OneCrankTakesOffItsBiasByTheRidgesShare) {
 TEST(ExperiencedCrank, AsksTheNaiveLineOnlyFromFourCranksOn) {
   for (const std::size_t cranks : {3u, 4u}) {
     FittedModel with = cranked(cranks, 0.0), without = with;
-    with.naive.voltage_from_current.emplace();
-    with.naive.voltage_from_current->intercept = 8.0;  // misses all of them by 2 V
+    with.fit.naive.voltage_from_current.emplace();
+    with.fit.naive.voltage_from_current->intercept = 8.0;  // misses all of them by 2 V
     const double apart = std::abs(experiencedCrank(with, -200.0, kModelled).value - experiencedCrank(without, -200.0, kModelled).value);
     if (cranks < 4)
       EXPECT_EQ(apart, 0.0);
@@ -93,8 +93,8 @@ TEST(ExperiencedCrank, IsTheMeanOfEquationsAndLineEachCorrected) {
 TEST(ExperiencedCrank, TheSensorsEndOfRangeHasACorrectionOfItsOwn) {
   FittedModel model = knownModel();
   for (int k = 0; k < 10; ++k) {
-    model.experience.add(PastCrank{2.0 * k, -250.0, 9.0, 9.5});  // clipped: more flows than is seen
-    model.experience.add(PastCrank{2.0 * k + 1.0, -200.0, 10.0, 10.0});
+    model.intervals.experience.add(PastCrank{2.0 * k, -250.0, 9.0, 9.5});  // clipped: more flows than is seen
+    model.intervals.experience.add(PastCrank{2.0 * k + 1.0, -200.0, 10.0, 10.0});
   }
   EXPECT_NEAR(experiencedCrank(model, -250.0, kModelled).value, 9.5, 0.03);
   EXPECT_NEAR(experiencedCrank(model, -200.0, kModelled).value, 10.0, 0.03);
@@ -119,7 +119,7 @@ TEST(ExperiencedCrank, ItsIntervalHoldsNineOfTenNextCranks) {
 TEST(ExperiencedCrank, ItsWidthGrowsWithTheScaleOfPastIntervals) {
   FittedModel model = cranked(10, 0.2, 0.1);
   const Interval one = experiencedCrank(model, -200.0, kModelled);
-  model.crank_scale.factor = 2.0;
+  model.intervals.crank_scale.factor = 2.0;
   const Interval two = experiencedCrank(model, -200.0, kModelled);
   EXPECT_EQ(two.value, one.value);
   EXPECT_NEAR(two.upper - two.value, 2.0 * (one.upper - one.value), 1e-12);
@@ -155,7 +155,7 @@ TEST(ExperiencedCharge, AModelThatIsFarOffGivesWayToTheMedian) {
   FittedModel model = knownModel();
   Random random(4);
   for (int k = 0; k < 3; ++k)  // with three: model and median alone
-    model.experience.add(PastCharge{1.0 * k, 10.0, 14.0, 13.7, 5.0 + 0.01 * k, random.uniform(15.0, 60.0)});
+    model.intervals.experience.add(PastCharge{1.0 * k, 10.0, 14.0, 13.7, 5.0 + 0.01 * k, random.uniform(15.0, 60.0)});
   EXPECT_NEAR(experiencedCharge(model, kBeginning, {40.0, 30.0, 50.0}).value, 5.01, 0.5);
 }
 
@@ -178,8 +178,8 @@ TEST(ExperiencedCharge, ItsIntervalHoldsNineOfTenNextCharges) {
 TEST(ChargeEvidence, VouchesFromThreeChargesAlikeThatWereForeseenOn) {
   EXPECT_EQ(chargeEvidence({}, 14.0, 10.0).charges, 0);
   EXPECT_FALSE(chargeEvidence({}, 14.0, 10.0).vouches);
-  EXPECT_FALSE(chargeEvidence(charged(2, 0.1).experience, 14.0, 10.0).vouches);
-  const ChargeEvidence evidence = chargeEvidence(charged(3, 0.1).experience, 14.0, 10.0);
+  EXPECT_FALSE(chargeEvidence(charged(2, 0.1).intervals.experience, 14.0, 10.0).vouches);
+  const ChargeEvidence evidence = chargeEvidence(charged(3, 0.1).intervals.experience, 14.0, 10.0);
   EXPECT_EQ(evidence.charges, 3);
   EXPECT_NEAR(evidence.median_error, 0.1, 1e-9);
   EXPECT_GT(evidence.typical, 8.0);
@@ -187,8 +187,8 @@ TEST(ChargeEvidence, VouchesFromThreeChargesAlikeThatWereForeseenOn) {
 }
 
 TEST(ChargeEvidence, DoesNotVouchForErrorsAboveAQuarterOfTheCurrent) {
-  EXPECT_TRUE(chargeEvidence(charged(10, 2.0).experience, 14.0, 10.0).vouches);
-  EXPECT_FALSE(chargeEvidence(charged(10, 5.0).experience, 14.0, 10.0).vouches);
+  EXPECT_TRUE(chargeEvidence(charged(10, 2.0).intervals.experience, 14.0, 10.0).vouches);
+  EXPECT_FALSE(chargeEvidence(charged(10, 5.0).intervals.experience, 14.0, 10.0).vouches);
 }
 
 TEST(ChargeEvidence, OneAmpereIsAlwaysGoodEnough) {
@@ -198,7 +198,7 @@ TEST(ChargeEvidence, OneAmpereIsAlwaysGoodEnough) {
 }
 
 TEST(ChargeEvidence, CountsNoChargeAtAnotherVoltageOrOverAnotherTime) {
-  const Experience experience = charged(10, 0.1).experience;
+  const Experience experience = charged(10, 0.1).intervals.experience;
   EXPECT_EQ(chargeEvidence(experience, 14.5, 10.0).charges, 0);
   EXPECT_EQ(chargeEvidence(experience, 14.0, 60.0).charges, 0);
   EXPECT_EQ(chargeEvidence(experience, 14.0, 19.0).charges, 10);

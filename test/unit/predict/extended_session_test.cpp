@@ -65,7 +65,7 @@ TEST(ExtendedSession, CompositionThatTheBatteryHasAnswersAndPredictsBetter) {
   ASSERT_TRUE(status.contest);
   EXPECT_LT(status.contest->extended_rmse, 0.5 * status.contest->base_rmse);
   EXPECT_GT(status.contest->cranks, 2);
-  EXPECT_EQ(session.model()->effects, kMissing);
+  EXPECT_EQ(session.model()->fit.effects, kMissing);
   EXPECT_TRUE(session.predictCranking(kQuery).u_min);
 }
 
@@ -77,7 +77,7 @@ TEST(ExtendedSession, CompositionThatTheBatteryLacksDoesNotAnswer) {
   player.play(series, 0, series.size());
   EXPECT_EQ(std::count(player.extended_answered.begin(), player.extended_answered.end(), true), 0);
   EXPECT_THAT(session.status().extension, HasSubstr("the base model answers: over"));
-  EXPECT_TRUE(session.model()->effects.empty());
+  EXPECT_TRUE(session.model()->fit.effects.empty());
 }
 
 TEST(ExtendedSession, OfferedCompositionIsFittedAtOnceButNotBeforeItsMoment) {

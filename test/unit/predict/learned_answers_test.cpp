@@ -62,7 +62,7 @@ std::string with(std::string text, const std::string& from, const std::string& t
 TEST(LearnedAnswers, WhatComesAfterTheWindowIsPredictedBetter) { EXPECT_LT(rmseOf(learnt().model), 0.5 * rmseOf(learnt().base)); }
 
 TEST(LearnedAnswers, FactorsAreFittedNearWhatWasLearnt) {
-  for (const ParameterEstimate& estimate : learnt().model.estimates)
+  for (const ParameterEstimate& estimate : learnt().model.fit.estimates)
     if (estimate.name == "learned_acceptance") {
       EXPECT_NEAR(1.0, estimate.value, 0.3);
       EXPECT_TRUE(estimate.std);
@@ -94,19 +94,19 @@ TEST(LearnedAnswers, AModelFileWhoseForceIsDamagedIsRefusedByField) {
 
 TEST(LearnedAnswers, ACrankFarBeyondWhatWasLearntOnIsNotVouchedForAndWider) {
   FittedModel narrow = learnt().model;
-  auto force = std::make_shared<LearnedForce>(*narrow.force);
+  auto force = std::make_shared<LearnedForce>(*narrow.fit.force);
   for (Eigen::Index k = 0; k < force->weight.size(); ++k)
     if (force->columns[static_cast<std::size_t>(k)].kind == ForceKind::kCompressed) {
       force->upper[k] = std::max(force->lower[k], 0.0);
       force->lower[k] = std::min(force->upper[k], -0.1);
       force->weight[k] = 0.05;
     }
-  narrow.force = force;
+  narrow.fit.force = force;
   FittedModel wide = narrow;
   auto unbounded = std::make_shared<LearnedForce>(*force);
   unbounded->lower.setConstant(-1e9);
   unbounded->upper.setConstant(1e9);
-  wide.force = unbounded;
+  wide.fit.force = unbounded;
   const CrankingQuery crank{-25.0, 20.0, -200.0, 0.5, 7.2};
   const CrankingAnswer inside = predictCranking(wide, crank), outside = predictCranking(narrow, crank);
   EXPECT_TRUE(inside.valid) << inside.message;
@@ -131,7 +131,7 @@ TEST(LearnedAnswers, AChargeIsAnsweredByTheSameForce) {
 
 TEST(LearnedAnswers, ARestedModelHasForgottenWhatDroveIt) {
   const FittedModel rest = rested(learnt().model);
-  EXPECT_EQ(rest.state.force_memory.size(), learnt().model.force->memorySize());
+  EXPECT_EQ(rest.state.force_memory.size(), learnt().model.fit.force->memorySize());
   EXPECT_NE(rest.state.force_memory, learnt().model.state.force_memory);
   EXPECT_TRUE(predictCranking(rest, {-25.0, 20.0, -200.0, 0.5, 7.2}).u_min);
 }

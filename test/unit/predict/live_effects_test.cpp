@@ -20,15 +20,15 @@ FittedModel standingAt(const std::vector<std::string>& effects, const Series& se
   const BatteryModel composition(effects);
   Eigen::VectorXd p = typicalPoint(composition);
   if (const auto row = composition.parameterRow("contact_time")) p[*row] = series.time[n] + 20.0;
-  model.parameters = baseParameters(p);
+  model.fit.parameters = baseParameters(p);
   Eigen::VectorXd std = Eigen::VectorXd::Constant(p.size() + composition.stateCount(), 0.002);
   for (Eigen::Index j = 0; j < p.size(); ++j) {
-    model.estimates[static_cast<std::size_t>(j)].value = p[j];
+    model.fit.estimates[static_cast<std::size_t>(j)].value = p[j];
     const ParameterInfo& info = composition.parameters()[static_cast<std::size_t>(j)];
     std[j] = info.held ? 0.0 : 0.01 * std::abs(info.magnitude);
   }
-  model.covariance = std.cwiseAbs2().asDiagonal();
-  model.scores.rmse = 0.002;
+  model.fit.covariance = std.cwiseAbs2().asDiagonal();
+  model.fit.scores.rmse = 0.002;
   return model;
 }
 
@@ -46,8 +46,8 @@ TEST_P(LiveEffect, TrackedSampleBySampleIsWhereCarryingTheStateOfflinePutsIt) {
   EXPECT_EQ(live.state.u_c2, offline.state.u_c2);
   EXPECT_EQ(live.state.further, offline.state.further);
   EXPECT_EQ(live.state.further, tracker.state().further);
-  EXPECT_TRUE(live.covariance.isApprox(offline.covariance, 1e-12));
-  EXPECT_GT(live.covariance.trace(), 0.0);
+  EXPECT_TRUE(live.fit.covariance.isApprox(offline.fit.covariance, 1e-12));
+  EXPECT_GT(live.fit.covariance.trace(), 0.0);
 }
 
 TEST_P(LiveEffect, StateSetFromAMeasuredVoltageReadsThatVoltage) {
@@ -96,7 +96,7 @@ TEST(OnlineSession, WithEffectsGivesTheSameAnswersAsTheOfflineFunctions) {
   FittedModel model = identify(series, *choice.range, options.identify);
   fitErrors(model, series, *choice.range);
   carryState(model, series, series.size() - 1);
-  model.crank_scale = session.crankScale();  // the session has learned from the cranks it saw
+  model.intervals.crank_scale = session.crankScale();  // the session has learned from the cranks it saw
   CrankingQuery query;
   query.i_load = -25.0;
   query.t_stop = 20.0;

@@ -14,11 +14,11 @@ constexpr double kStart = 1000.0;  // [s]
 /// A model whose voltage leaves the range of numbers some 200 s after its window began: no file may hold it.
 FittedModel overflowing() {
   FittedModel model = test::knownModel({"voltage_drift"});
-  for (ParameterEstimate& estimate : model.estimates)
+  for (ParameterEstimate& estimate : model.fit.estimates)
     if (estimate.name == "u_dc" || estimate.name == "voltage_drift") estimate.value = 1.7e308;
   test::takeEstimates(model);
-  model.window.from = kStart - 110.0;
-  model.state.time = model.window.to = kStart - 10.0;
+  model.fit.window.from = kStart - 110.0;
+  model.state.time = model.fit.window.to = kStart - 10.0;
   return model;
 }
 

@@ -55,7 +55,7 @@ TEST(Maps, RefuseListsThatAreEmptyOrTooLongAndNameThem) {
 
 TEST(Maps, HaveNoAnswersFromAModelThatCannotBeUsed) {
   FittedModel model = knownModel();
-  model.status = FitStatus::kNotExcited;
+  model.fit.status = FitStatus::kNotExcited;
   EXPECT_EQ(mapCranking(model, crank(), {-10.0}, {1.0}).code, AnswerCode::kNoModel);
 }
 

@@ -126,9 +126,9 @@ TEST(NaiveContest, AJumpOfTheClockKeepsWhatWasCompared) {
 
 FittedModel modelWithNaive() {
   FittedModel model = test::knownModel();
-  model.naive.current_from_voltage = NaiveLine{-100.0, 8.0, 1.0, -2.0, 2.0, 13.5, 0.5, 100};
-  model.naive.phase = NaivePhase{1.0, std::vector<double>(20, 12.0), 1.0, -2.0, 2.0, 8};
-  model.naive.cranks = NaiveCranks{{-210.0, 9.4}, {-205.0, 9.5}, 11.4, 0.01, -0.1, 0.2, 8};
+  model.fit.naive.current_from_voltage = NaiveLine{-100.0, 8.0, 1.0, -2.0, 2.0, 13.5, 0.5, 100};
+  model.fit.naive.phase = NaivePhase{1.0, std::vector<double>(20, 12.0), 1.0, -2.0, 2.0, 8};
+  model.fit.naive.cranks = NaiveCranks{{-210.0, 9.4}, {-205.0, 9.5}, 11.4, 0.01, -0.1, 0.2, 8};
   return model;
 }
 

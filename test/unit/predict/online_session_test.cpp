@@ -102,7 +102,7 @@ TEST(OnlineSession, GivesTheSameAnswersAsTheOfflineFunctionsOnTheSameSamples) {
   FittedModel model = identify(recording.series, *choice.range);
   fitErrors(model, recording.series, *choice.range);
   carryState(model, recording.series, recording.series.size() - 1);
-  model.crank_scale = session.crankScale();  // learnt from the cranks that passed
+  model.intervals.crank_scale = session.crankScale();  // learnt from the cranks that passed
   const CrankingAnswer offline = predictCranking(model, kQuery);
   const CrankingAnswer online = session.predictCranking(kQuery);
 
@@ -186,8 +186,8 @@ TEST(OnlineSession, FindsTheTruthOfTheDriveAndAWorkingBacktest) {
   feeder.drive(drive, 40000);
   const auto model = session.model();
   ASSERT_TRUE(model);
-  EXPECT_NEAR(model->parameters.r_discharge, 0.006, 0.0002);
-  EXPECT_NEAR(model->parameters.u_dc, 12.7, 0.02);
+  EXPECT_NEAR(model->fit.parameters.r_discharge, 0.006, 0.0002);
+  EXPECT_NEAR(model->fit.parameters.u_dc, 12.7, 0.02);
   const SessionStatus status = session.status();
   EXPECT_EQ(status.state, SessionState::kReady);
   EXPECT_GT(*status.backtest.q_dyn_percent, 95.0);
@@ -231,7 +231,7 @@ TEST(OnlineSession, BringsAThousandHertzDownToAHundredAndFindsTheSameBattery) {
   feeder.drive(drive, 260000);
   ASSERT_TRUE(session.model());
   EXPECT_NEAR(*session.inputRate(), 1000.0, 1.0);
-  EXPECT_NEAR(session.model()->parameters.r_discharge, 0.006, 0.0003);
+  EXPECT_NEAR(session.model()->fit.parameters.r_discharge, 0.006, 0.0003);
   EXPECT_EQ(session.counts().accepted, 260000u);
 }
 
@@ -385,15 +385,15 @@ TEST(OnlineSession, WorseModelIsRefusedAndTheOldOneKept) {
   Feeder feeder(session);
   Drive drive(0.01);
   feeder.drive(drive, 30000);
-  const double r_discharge = session.model()->parameters.r_discharge;
+  const double r_discharge = session.model()->fit.parameters.r_discharge;
   const auto job = session.takeJob();
   IdentificationResult worse = runIdentification(*job);
-  worse.model->parameters.r_discharge = 0.02;
+  worse.model->fit.parameters.r_discharge = 0.02;
   worse.recent_rmse = 1.2 * *worse.incumbent_rmse + 0.05;
   const IdentificationOutcome outcome = session.finish(worse);
   EXPECT_FALSE(outcome.accepted);
   EXPECT_THAT(outcome.message, HasSubstr("RMSE"));
-  EXPECT_EQ(session.model()->parameters.r_discharge, r_discharge);
+  EXPECT_EQ(session.model()->fit.parameters.r_discharge, r_discharge);
 }
 
 TEST(OnlineSession, FitThatLeavesARequiredParameterOpenIsRefusedByItsName) {
@@ -405,7 +405,7 @@ TEST(OnlineSession, FitThatLeavesARequiredParameterOpenIsRefusedByItsName) {
   job->window_length = 90.0;
   IdentificationResult result = runIdentification(*job);
   ASSERT_TRUE(result.model) << result.message;
-  for (ParameterEstimate& estimate : result.model->estimates) {
+  for (ParameterEstimate& estimate : result.model->fit.estimates) {
     if (estimate.name == "u_dc") estimate.determined = false;
   }
   EXPECT_THAT(session.finish(result).message, HasSubstr("does not determine u_dc"));
@@ -463,14 +463,14 @@ TEST(SampleStream, BadValuesAreCountedByReason) {
 
 TEST(SetStateFromVoltage, ModelThenReadsTheMeasuredVoltage) {
   FittedModel model;
-  model.parameters = Drive::truth();
-  model.covariance = Eigen::MatrixXd::Zero(kCovarianceRows, kCovarianceRows);
-  model.covariance(kRowUDc, kRowUDc) = 0.01;
-  model.scores.rmse = 0.02;
+  model.fit.parameters = Drive::truth();
+  model.fit.covariance = Eigen::MatrixXd::Zero(kCovarianceRows, kCovarianceRows);
+  model.fit.covariance(kRowUDc, kRowUDc) = 0.01;
+  model.fit.scores.rmse = 0.02;
   setStateFromVoltage(model, 5.0, -100.0, 11.8);
-  EXPECT_NEAR(terminalVoltage(model.parameters, -100.0, model.state.u_c2), 11.8, 1e-12);
-  EXPECT_NEAR(model.covariance(kRowState, kRowState), 0.01 + 0.0004, 1e-12);
-  EXPECT_NEAR(model.covariance(kRowState, kRowUDc), -0.01, 1e-12);
+  EXPECT_NEAR(terminalVoltage(model.fit.parameters, -100.0, model.state.u_c2), 11.8, 1e-12);
+  EXPECT_NEAR(model.fit.covariance(kRowState, kRowState), 0.01 + 0.0004, 1e-12);
+  EXPECT_NEAR(model.fit.covariance(kRowState, kRowUDc), -0.01, 1e-12);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ TEST(SimulateProfile, ContinuesFromTheSavedState) {
   EXPECT_EQ(answer.code, AnswerCode::kOk);
   EXPECT_TRUE(answer.valid);
   ASSERT_EQ(answer.predicted.voltage.size(), 3u);
-  EXPECT_NEAR(answer.predicted.voltage[0], terminalVoltage(model().parameters, model().state.current, model().state.u_c2), 1e-12);
+  EXPECT_NEAR(answer.predicted.voltage[0], terminalVoltage(model().fit.parameters, model().state.current, model().state.u_c2), 1e-12);
   for (std::size_t n = 0; n < 3; ++n) {
     EXPECT_LT(answer.predicted.lower[n], answer.predicted.voltage[n]);
     EXPECT_GT(answer.predicted.upper[n], answer.predicted.voltage[n]);
@@ -95,7 +95,7 @@ TEST(StateTracker, EqualsCarryingTheStateOffline) {
   const FittedModel online = tracker.modelNow();
   EXPECT_DOUBLE_EQ(online.state.u_c2, offline.state.u_c2);
   EXPECT_DOUBLE_EQ(online.state.time, offline.state.time);
-  EXPECT_TRUE(online.covariance.isApprox(offline.covariance, 1e-9));
+  EXPECT_TRUE(online.fit.covariance.isApprox(offline.fit.covariance, 1e-9));
   EXPECT_NEAR(tracker.last().voltage, series.voltage.back(), 0.02);
 }
 

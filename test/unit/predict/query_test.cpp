@@ -55,13 +55,13 @@ TEST(ExtrapolationOf, NoBatteryHasAVoltageBelowZeroOrAboveSixteenVoltsABlock) {
             "it comes to -0.50 V, expected 0 to 16 V of such a battery");
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 16.5; }),
             "it comes to 16.50 V, expected 0 to 16 V of such a battery");
-  model.parameters.u_dc = 25.2;
+  model.fit.parameters.u_dc = 25.2;
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 30.0; }), "");
 }
 
 TEST(ExtrapolationOf, ACrankThatComesToLessThanNothingIsNotValidAndNeitherIsItsStopTime) {
   FittedModel model = knownModel();
-  model.parameters.r_discharge = model.estimates[kRowRDischarge].value = 0.06;
+  model.fit.parameters.r_discharge = model.fit.estimates[kRowRDischarge].value = 0.06;
   const CrankingAnswer crank = predictCranking(model, {-1.0, 10.0, -300.0, 0.5});
   EXPECT_LT(crank.u_min->value, 0.0);
   EXPECT_FALSE(crank.valid);
@@ -71,7 +71,7 @@ TEST(ExtrapolationOf, ACrankThatComesToLessThanNothingIsNotValidAndNeitherIsItsS
 
 TEST(ExtrapolationOf, WhatAModelMakesNoFiniteNumbersOfIsAnsweredWithoutNumbers) {
   FittedModel model = knownModel({"voltage_drift"});
-  for (ParameterEstimate& estimate : model.estimates)
+  for (ParameterEstimate& estimate : model.fit.estimates)
     if (estimate.name == "u_dc" || estimate.name == "voltage_drift") estimate.value = 1.7e308;
   takeEstimates(model);
   const CrankingAnswer crank = predictCranking(model, {-1.0, 3600.0, -200.0, 0.5});
@@ -98,7 +98,7 @@ TEST(ExtrapolationOf, TemperatureCountsWhenBothAreKnown) {
   FittedModel model = knownModel();
   const auto cold = [](QueryRange& r) { r.temperature = 263.15; };
   EXPECT_EQ(reasonFor(model, cold), "");
-  model.excited.temperature = 293.15;
+  model.fit.excited.temperature = 293.15;
   EXPECT_EQ(reasonFor(model, cold), "the battery is at -10 degC, in the window it was at 20 degC");
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.temperature = 300.0; }), "");
 }
@@ -111,16 +111,16 @@ TEST(ExtrapolationOf, LongChargesWantAnAcceptanceLimitAndALongChargeInTheWindow)
   EXPECT_TRUE(holds(reasonFor(knownModel(), twenty_seconds), "effect charge_acceptance"));
   FittedModel model = knownModel({"charge_acceptance"});
   EXPECT_EQ(reasonFor(model, twenty_seconds), "");
-  model.excited.longest_charge = 4.0;
+  model.fit.excited.longest_charge = 4.0;
   EXPECT_EQ(reasonFor(model, twenty_seconds), "the window's longest charge lasted 4.0 s, at least 10 s are needed");
 }
 
 TEST(ExtrapolationOf, NamesTheResistanceTheWindowDidNotDetermine) {
   FittedModel model = knownModel();
-  model.estimates[0].determined = false;  // r_discharge
+  model.fit.estimates[0].determined = false;  // r_discharge
   EXPECT_EQ(reasonFor(model, [](QueryRange&) {}), "the window did not determine r_discharge");
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charges = true; }), "");
-  model.estimates[1].determined = false;
+  model.fit.estimates[1].determined = false;
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charges = true; }), "the window did not determine r_charge");
 }
 

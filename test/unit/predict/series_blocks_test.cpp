@@ -33,7 +33,7 @@ class SeriesOfBlocks : public ::testing::TestWithParam<double> {};
 
 TEST_P(SeriesOfBlocks, IsIdentifiedWithAsManyTimesTheResistance) {
   const double blocks = GetParam();
-  const FittedModel one = fittedTo(1.0), row = fittedTo(blocks);
+  const Fit one = fittedTo(1.0).fit, row = fittedTo(blocks).fit;
   ASSERT_TRUE(isUsable(row)) << row.message;
   EXPECT_NEAR(row.parameters.r_discharge, blocks * one.parameters.r_discharge, 1e-4 * blocks * one.parameters.r_discharge);
   EXPECT_NEAR(row.parameters.r_charge, blocks * one.parameters.r_charge, 1e-4 * blocks * one.parameters.r_charge);

@@ -21,11 +21,11 @@ FittedModel battery() { return uncertainModel(0.01, {"fresh_sulphate"}); }
 /// The battery as a model fitted to a drive, its state at a sample.
 FittedModel standingAt(const Series& series, std::size_t n, std::size_t lag) {
   FittedModel model = battery();
-  model.source = findSource(series).rule;
-  model.voltage_lag = lag;
+  model.fit.source = findSource(series).rule;
+  model.fit.voltage_lag = lag;
   model.state.time = series.time[n];
   model.state.current = series.current[n];
-  model.scores.current_rmse = 0.5;
+  model.fit.scores.current_rmse = 0.5;
   return model;
 }
 
@@ -49,11 +49,11 @@ TEST_P(SlowChannel, TrackedLiveTheStateIsWhereCarryingItOfflinePutsIt) {
     ASSERT_NEAR(live.state.u_c2, offline.state.u_c2, 1e-9) << n;
     ASSERT_EQ(live.state.further.size(), offline.state.further.size());
     for (std::size_t j = 0; j < live.state.further.size(); ++j) ASSERT_NEAR(live.state.further[j], offline.state.further[j], 1e-9) << n;
-    ASSERT_TRUE(live.covariance.isApprox(offline.covariance, 1e-9)) << n;
+    ASSERT_TRUE(live.fit.covariance.isApprox(offline.fit.covariance, 1e-9)) << n;
     ASSERT_EQ(live.state.memory.numbers().size(), offline.state.memory.numbers().size());
     for (std::size_t j = 0; j < DriveMemory::kNumbers; ++j)
       ASSERT_NEAR(live.state.memory.numbers()[j], offline.state.memory.numbers()[j], 1e-9) << n;
-    ASSERT_NEAR(live.discrepancy.drift, offline.discrepancy.drift, 1e-12);
+    ASSERT_NEAR(live.state.discrepancy.drift, offline.state.discrepancy.drift, 1e-12);
   }
 }
 
@@ -83,7 +83,7 @@ TEST_P(SlowChannel, PutRightTheChannelShowsTheCurrentThatFlowed) {
   const Series faulty = sourcedDrive(700, battery(), 5, {lag, 23});
   const FittedModel right = standingAt(faulty, 0, lag);
   FittedModel wrong = right;
-  wrong.voltage_lag = lag == 0 ? 2 : 0;
+  wrong.fit.voltage_lag = lag == 0 ? 2 : 0;
   const auto errors = [&](const FittedModel& model) {
     StateTracker tracker(model, 10.0);
     double sum = 0.0;
@@ -129,7 +129,7 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
   ASSERT_GT(short_ones.size(), 8u);
   EXPECT_TRUE(std::includes(short_ones.begin(), short_ones.end(), compared.begin(), compared.end()));
   EXPECT_GE(compared.size() + 2, short_ones.size()) << "one that begins inside another is left out";
-  const std::size_t learnt = tracked.now().experience.charges.size();
+  const std::size_t learnt = tracked.now().intervals.experience.charges.size();
   EXPECT_LE(learnt, compared.size() + long_ones);
   EXPECT_GE(learnt + 1, compared.size() + long_ones);
   EXPECT_EQ(static_cast<std::size_t>(tracked.longChargeContest().score().events), 0u) << "no naive predictor";
@@ -140,7 +140,7 @@ TEST(TrackedModel, WhenTheClockJumpsPastEventsMoveWithIt) {
   TrackedModel tracked({});
   tracked.install(standingAt(series, 0, 1), 10.0);
   for (std::size_t n = 1; n < series.size(); ++n) tracked.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0);
-  const Experience before = tracked.now().experience;
+  const Experience before = tracked.now().intervals.experience;
   ASSERT_GT(before.cranks.size(), 3u);
   ASSERT_GT(before.charges.size(), 3u);
   const double moved = 50.0 - series.time.back();
@@ -148,7 +148,7 @@ TEST(TrackedModel, WhenTheClockJumpsPastEventsMoveWithIt) {
     const double at = tracked.stateTime() + jump;
     tracked.moveTo({at, -20.0, 12.4}, jump, 10.0);
   }
-  const Experience after = tracked.now().experience;
+  const Experience after = tracked.now().intervals.experience;
   ASSERT_EQ(after.cranks.size(), before.cranks.size());
   ASSERT_EQ(after.charges.size(), before.charges.size());
   for (std::size_t k = 0; k < after.cranks.size(); ++k) {
@@ -238,7 +238,7 @@ TEST(SessionAtASource, AnIdentificationHoweverLongLosesNoEventAndCountsNoneTwice
   EXPECT_EQ(prompt.session.crankScale().events, static_cast<int>(prompt.events.cranks.size()));
   EXPECT_EQ(prompt.session.chargeScale().events, static_cast<int>(prompt.events.charges.size()));
   EXPECT_EQ(late.session.status().crank_contest.events, prompt.session.status().crank_contest.events);
-  const Experience of_late = late.session.model()->experience, of_prompt = prompt.session.model()->experience;
+  const Experience of_late = late.session.model()->intervals.experience, of_prompt = prompt.session.model()->intervals.experience;
   ASSERT_EQ(of_late.cranks.size(), of_prompt.cranks.size());
   ASSERT_EQ(of_late.charges.size(), of_prompt.charges.size());
   for (std::size_t k = 0; k < of_late.cranks.size(); ++k) {
@@ -258,9 +258,9 @@ TEST(SessionAtASource, TheModelsExperienceHoldsEveryCrankOfItsWindowAndSinceOnce
   const FittedModel model = *session.session.model();
   std::vector<double> due;
   for (const Event& event : detectEvents(series))
-    if (event.kind == EventKind::kCrank && series.time[event.range.first] >= model.window.from)
+    if (event.kind == EventKind::kCrank && series.time[event.range.first] >= model.fit.window.from)
       due.push_back(series.time[event.range.first]);
-  const auto& cranks = model.experience.cranks;
+  const auto& cranks = model.intervals.experience.cranks;
   ASSERT_GT(cranks.size(), 10u);
   for (std::size_t k = 1; k < cranks.size(); ++k) EXPECT_GT(cranks[k].time, cranks[k - 1].time + 5.0);
   EXPECT_NEAR(static_cast<double>(cranks.size()), static_cast<double>(std::min(due.size(), Experience::kMost)), 1.0);

@@ -49,7 +49,7 @@ struct HeldCurrent {
 };
 
 double closedForm(const FittedModel& model, const StopTimeQuery& q) {
-  const BaseParameters& b = model.parameters;
+  const BaseParameters& b = model.fit.parameters;
   const double u_end = q.u_required - b.u_dc - b.r_discharge * q.i_cranking;
   const double x_end = std::exp(0.5 * b.beta * u_end);
   const double x_begin = HeldCurrent(b, q.i_cranking).before(x_end, q.t_cranking);
@@ -204,7 +204,7 @@ TEST(PredictStopTime, RefusesImpossibleQueriesAndNamesWhatWasExpected) {
 
 TEST(PredictStopTime, HasNoAnswerFromAModelThatCannotBeUsed) {
   FittedModel model = knownModel();
-  model.status = FitStatus::kNotExcited;
+  model.fit.status = FitStatus::kNotExcited;
   const StopTimeAnswer answer = predictStopTime(model, usualQuery(7.2));
   EXPECT_EQ(answer.code, AnswerCode::kNoModel);
   EXPECT_FALSE(answer.t_stop);

@@ -18,8 +18,8 @@ class WrongClock : public ::testing::Test {
  protected:
   WrongClock() : drive_(test::baseDrive(3, 120.0)) {
     FittedModel saved = test::uncertainModel(0.02);
-    saved.state.time = saved.window.to = kStart - 10.0;
-    saved.window.from = kStart - 110.0;
+    saved.state.time = saved.fit.window.to = kStart - 10.0;
+    saved.fit.window.from = kStart - 110.0;
     session_.restore(saved);
     pushUntil(6000);
   }
@@ -96,8 +96,8 @@ TEST_F(WrongClock, BeginningAnewForgetsTheModelAndKeepsTheCounts) {
 
 TEST(SavedModel, SurvivesAFirstStampOfZero) {
   FittedModel saved = test::uncertainModel(0.02);
-  saved.state.time = saved.window.to = 1.7e9;
-  saved.window.from = 1.7e9 - 100.0;
+  saved.state.time = saved.fit.window.to = 1.7e9;
+  saved.fit.window.from = 1.7e9 - 100.0;
   OnlineSession session;
   session.restore(saved);
   session.push({0.0, -5.0, 12.5, {}});
@@ -108,8 +108,8 @@ TEST(SavedModel, SurvivesAFirstStampOfZero) {
 
 TEST(SavedModel, RefusedByAWrongClockIsJudgedAgainWhenTheClockIsRight) {
   FittedModel saved = test::uncertainModel(0.02);
-  saved.state.time = saved.window.to = 1.7e9;
-  saved.window.from = 1.7e9 - 100.0;
+  saved.state.time = saved.fit.window.to = 1.7e9;
+  saved.fit.window.from = 1.7e9 - 100.0;
   OnlineSession session;
   session.restore(saved);
   for (int n = 0; n < 500; ++n) session.push({0.01 * n, -5.0, 12.5, {}});

@@ -16,19 +16,19 @@ namespace {
 /// A model with noise, source, past events and naive predictors.
 FittedModel fullModel() {
   FittedModel model = test::uncertainModel(0.02);
-  model.noise = NoiseModel{0.002, 0.003, 10.0, 1e-4};
-  model.discrepancy = {0.001, 0.002, 1e-6, 2e-7, 3e-6};
-  model.covariance(5, 5) = 1e-4;
+  model.fit.noise = NoiseModel{0.002, 0.003, 10.0, 1e-4};
+  model.state.discrepancy = {0.001, 0.002, 1e-6, 2e-7, 3e-6};
+  model.fit.covariance(5, 5) = 1e-4;
   SourceRule rule;
   rule.present = true;
   rule.least_current = -5.0;
   rule.current_noise = 0.1;
   rule.voltage_noise = 0.01;
-  model.source = rule;
-  model.naive.voltage_from_current = NaiveLine{12.5, 0.006, 0.02, -0.03, 0.03, -10.0, 20.0, 1000};
-  model.naive.cranks = NaiveCranks{{-200.0, 10.5}, {-210.0, 10.4}, 11.0, 0.006, -0.1, 0.1, 5};
-  model.experience.cranks = {{50.0, -200.0, 10.5, 10.6}};
-  model.experience.charges = {{60.0, 10.0, 14.0, 13.9, 30.0, 31.0}};
+  model.fit.source = rule;
+  model.fit.naive.voltage_from_current = NaiveLine{12.5, 0.006, 0.02, -0.03, 0.03, -10.0, 20.0, 1000};
+  model.fit.naive.cranks = NaiveCranks{{-200.0, 10.5}, {-210.0, 10.4}, 11.0, 0.006, -0.1, 0.1, 5};
+  model.intervals.experience.cranks = {{50.0, -200.0, 10.5, 10.6}};
+  model.intervals.experience.charges = {{60.0, 10.0, 14.0, 13.9, 30.0, 31.0}};
   return model;
 }
 

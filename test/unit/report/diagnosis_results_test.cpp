@@ -103,7 +103,7 @@ TEST(DiagnosisJson, OfAnEmptyDiagnosisHasEveryField) {
 
 TEST(DiagnosisJson, SurvivesFileNamesOfAnyBytes) {
   Diagnosis diagnosis;
-  diagnosis.base.recording = "\xff\xfe drive.bag";
+  diagnosis.base.provenance.recording = "\xff\xfe drive.bag";
   EXPECT_NO_THROW(diagnosisJson(diagnosis).dump());
 }
 

@@ -26,7 +26,7 @@ class Locale : public ::testing::Test {
     series_.temperature_time = {1024.5};
     series_.temperature = {293.15 + 1.0 / 3.0};
     model_ = test::knownModel();
-    model_.window.samples = 24000;
+    model_.fit.window.samples = 24000;
   }
   ~Locale() override { std::filesystem::remove(file_); }
 

@@ -19,9 +19,9 @@ FittedModel fittedModel() {
   series.temperature_time = {0.0};
   series.temperature = {298.15};
   FittedModel model = identify(series, {0, series.size()});
-  model.recording = "drive \"one\": a test.csv";
-  model.recording_hash = "sha256:0123";
-  model.fit_ms = 4.25;
+  model.provenance.recording = "drive \"one\": a test.csv";
+  model.provenance.recording_hash = "sha256:0123";
+  model.provenance.fit_ms = 4.25;
   return model;
 }
 
@@ -44,17 +44,17 @@ std::string errorOf(const std::string& text) {
 TEST(ModelYaml, ReadsBackWhatItWrote) {
   const FittedModel model = fittedModel();
   const FittedModel back = parseModelYaml(modelYaml(model), "model.yaml");
-  EXPECT_DOUBLE_EQ(back.parameters.r_discharge, model.parameters.r_discharge);
-  EXPECT_DOUBLE_EQ(back.parameters.beta, model.parameters.beta);
-  EXPECT_DOUBLE_EQ(back.parameters.u_dc, model.parameters.u_dc);
+  EXPECT_DOUBLE_EQ(back.fit.parameters.r_discharge, model.fit.parameters.r_discharge);
+  EXPECT_DOUBLE_EQ(back.fit.parameters.beta, model.fit.parameters.beta);
+  EXPECT_DOUBLE_EQ(back.fit.parameters.u_dc, model.fit.parameters.u_dc);
   EXPECT_DOUBLE_EQ(back.state.u_c2, model.state.u_c2);
   EXPECT_DOUBLE_EQ(back.state.time, model.state.time);
-  EXPECT_TRUE(back.covariance.isApprox(model.covariance, 1e-12));
-  EXPECT_EQ(back.status, model.status);
-  EXPECT_EQ(back.recording, model.recording);
-  EXPECT_EQ(back.recording_hash, model.recording_hash);
-  EXPECT_DOUBLE_EQ(*back.excited.temperature, *model.excited.temperature);
-  EXPECT_EQ(back.window.samples, model.window.samples);
+  EXPECT_TRUE(back.fit.covariance.isApprox(model.fit.covariance, 1e-12));
+  EXPECT_EQ(back.fit.status, model.fit.status);
+  EXPECT_EQ(back.provenance.recording, model.provenance.recording);
+  EXPECT_EQ(back.provenance.recording_hash, model.provenance.recording_hash);
+  EXPECT_DOUBLE_EQ(*back.fit.excited.temperature, *model.fit.excited.temperature);
+  EXPECT_EQ(back.fit.window.samples, model.fit.window.samples);
   EXPECT_EQ(modelYaml(back), modelYaml(model));
 }
 
@@ -71,10 +71,10 @@ TEST(ModelYaml, AnswersQueriesAsTheModelItCameFrom) {
 
 TEST(ModelYaml, KeepsAMissingStandardErrorMissing) {
   FittedModel model = fittedModel();
-  model.estimates[1].std.reset();
-  model.covariance.row(1).setZero();
-  model.covariance.col(1).setZero();
-  EXPECT_FALSE(parseModelYaml(modelYaml(model), "model.yaml").estimates[1].std.has_value());
+  model.fit.estimates[1].std.reset();
+  model.fit.covariance.row(1).setZero();
+  model.fit.covariance.col(1).setZero();
+  EXPECT_FALSE(parseModelYaml(modelYaml(model), "model.yaml").fit.estimates[1].std.has_value());
 }
 
 TEST(ModelYaml, NamesFileFieldAndExpectationOfEveryFault) {
@@ -104,20 +104,21 @@ TEST(ModelYaml, ReadsBackEveryEffectWithItsParametersStatesAndCorrelations) {
   for (const EffectInfo& info : effectCatalogue()) {
     const FittedModel model = fittedComposition(test::withNeeds(info.id));
     const FittedModel back = parseModelYaml(modelYaml(model), "model.yaml");
-    EXPECT_EQ(back.effects, model.effects) << info.id;
-    ASSERT_EQ(back.estimates.size(), model.estimates.size()) << info.id;
-    for (std::size_t j = 0; j < model.estimates.size(); ++j) {
-      EXPECT_EQ(back.estimates[j].name, model.estimates[j].name);
-      EXPECT_EQ(back.estimates[j].value, model.estimates[j].value);
-      EXPECT_EQ(back.estimates[j].std, model.estimates[j].std);
-      EXPECT_EQ(back.estimates[j].held, model.estimates[j].held);
-      EXPECT_EQ(back.estimates[j].at_bound, model.estimates[j].at_bound);
+    EXPECT_EQ(back.fit.effects, model.fit.effects) << info.id;
+    ASSERT_EQ(back.fit.estimates.size(), model.fit.estimates.size()) << info.id;
+    for (std::size_t j = 0; j < model.fit.estimates.size(); ++j) {
+      EXPECT_EQ(back.fit.estimates[j].name, model.fit.estimates[j].name);
+      EXPECT_EQ(back.fit.estimates[j].value, model.fit.estimates[j].value);
+      EXPECT_EQ(back.fit.estimates[j].std, model.fit.estimates[j].std);
+      EXPECT_EQ(back.fit.estimates[j].held, model.fit.estimates[j].held);
+      EXPECT_EQ(back.fit.estimates[j].at_bound, model.fit.estimates[j].at_bound);
     }
     EXPECT_EQ(back.state.further, model.state.further) << info.id;
-    ASSERT_EQ(back.covariance.rows(), model.covariance.rows()) << info.id;
-    for (Eigen::Index j = 0; j < model.covariance.rows(); ++j)
-      for (Eigen::Index k = 0; k < model.covariance.rows(); ++k)
-        EXPECT_NEAR(back.covariance(j, k), model.covariance(j, k), 1e-9 * std::sqrt(model.covariance(j, j) * model.covariance(k, k)))
+    ASSERT_EQ(back.fit.covariance.rows(), model.fit.covariance.rows()) << info.id;
+    for (Eigen::Index j = 0; j < model.fit.covariance.rows(); ++j)
+      for (Eigen::Index k = 0; k < model.fit.covariance.rows(); ++k)
+        EXPECT_NEAR(back.fit.covariance(j, k), model.fit.covariance(j, k),
+                    1e-9 * std::sqrt(model.fit.covariance(j, j) * model.fit.covariance(k, k)))
             << info.id << " " << j << " " << k;
     EXPECT_EQ(modelYaml(back), modelYaml(model)) << info.id;
   }
@@ -144,7 +145,7 @@ TEST(ModelYaml, KeepsTheMarkOfAHeldParameter) {
   const auto at = text.find("  oxygen_limit:");
   ASSERT_NE(at, std::string::npos);
   EXPECT_NE(text.substr(at, text.find('\n', at) - at).find("held: true"), std::string::npos);
-  EXPECT_TRUE(parseModelYaml(text, "model.yaml").estimates.back().held);
+  EXPECT_TRUE(parseModelYaml(text, "model.yaml").fit.estimates.back().held);
 }
 
 TEST(ModelYaml, OfACompositionAnswersQueriesAsTheModelItCameFrom) {
@@ -210,38 +211,38 @@ std::string* ModelYamlBothWays::text_ = nullptr;
 
 TEST_F(ModelYamlBothWays, ReadsBackSourceNaivePredictorsPastEventsAndWhatWasLearnt) {
   const FittedModel& model = *model_;
-  ASSERT_TRUE(model.source);
-  ASSERT_FALSE(model.learned.current.empty());
-  ASSERT_FALSE(model.experience.cranks.empty());
-  ASSERT_FALSE(model.experience.charges.empty());
-  ASSERT_TRUE(model.naive.current_from_voltage && model.naive.voltage_from_current && model.naive.cranks);
+  ASSERT_TRUE(model.fit.source);
+  ASSERT_FALSE(model.fit.learned.current.empty());
+  ASSERT_FALSE(model.intervals.experience.cranks.empty());
+  ASSERT_FALSE(model.intervals.experience.charges.empty());
+  ASSERT_TRUE(model.fit.naive.current_from_voltage && model.fit.naive.voltage_from_current && model.fit.naive.cranks);
   const FittedModel back = parseModelYaml(*text_, "model.yaml");
-  ASSERT_TRUE(back.source);
-  EXPECT_TRUE(back.source->present);
-  EXPECT_EQ(back.source->least_current, model.source->least_current);
-  EXPECT_EQ(back.source->charge_begins, model.source->charge_begins);
-  EXPECT_EQ(back.source->current_noise, model.source->current_noise);
-  EXPECT_EQ(back.source->voltage_noise, model.source->voltage_noise);
-  EXPECT_EQ(back.source->resistance, model.source->resistance);
-  EXPECT_EQ(back.source->max_gap, model.source->max_gap);
-  EXPECT_EQ(back.voltage_lag, 1u);
-  EXPECT_EQ(back.naive.current_from_voltage->slope, model.naive.current_from_voltage->slope);
-  EXPECT_EQ(back.naive.voltage_from_current->samples, model.naive.voltage_from_current->samples);
-  EXPECT_EQ(back.naive.cranks->intercept, model.naive.cranks->intercept);
-  EXPECT_EQ(back.naive.phase.has_value(), model.naive.phase.has_value());
-  ASSERT_EQ(back.experience.cranks.size(), model.experience.cranks.size());
-  EXPECT_EQ(back.experience.cranks.back().modelled, model.experience.cranks.back().modelled);
-  ASSERT_EQ(back.experience.charges.size(), model.experience.charges.size());
-  EXPECT_EQ(back.experience.charges.front().first_voltage, model.experience.charges.front().first_voltage);
-  EXPECT_EQ(back.learned.current.weight, model.learned.current.weight);
-  EXPECT_EQ(back.learned.current.upper, model.learned.current.upper);
-  EXPECT_EQ(back.learned.least_current, model.learned.least_current);
-  EXPECT_EQ(back.learned.most_current, model.learned.most_current);
-  EXPECT_EQ(back.learned.voltage.weight, model.learned.voltage.weight);
+  ASSERT_TRUE(back.fit.source);
+  EXPECT_TRUE(back.fit.source->present);
+  EXPECT_EQ(back.fit.source->least_current, model.fit.source->least_current);
+  EXPECT_EQ(back.fit.source->charge_begins, model.fit.source->charge_begins);
+  EXPECT_EQ(back.fit.source->current_noise, model.fit.source->current_noise);
+  EXPECT_EQ(back.fit.source->voltage_noise, model.fit.source->voltage_noise);
+  EXPECT_EQ(back.fit.source->resistance, model.fit.source->resistance);
+  EXPECT_EQ(back.fit.source->max_gap, model.fit.source->max_gap);
+  EXPECT_EQ(back.fit.voltage_lag, 1u);
+  EXPECT_EQ(back.fit.naive.current_from_voltage->slope, model.fit.naive.current_from_voltage->slope);
+  EXPECT_EQ(back.fit.naive.voltage_from_current->samples, model.fit.naive.voltage_from_current->samples);
+  EXPECT_EQ(back.fit.naive.cranks->intercept, model.fit.naive.cranks->intercept);
+  EXPECT_EQ(back.fit.naive.phase.has_value(), model.fit.naive.phase.has_value());
+  ASSERT_EQ(back.intervals.experience.cranks.size(), model.intervals.experience.cranks.size());
+  EXPECT_EQ(back.intervals.experience.cranks.back().modelled, model.intervals.experience.cranks.back().modelled);
+  ASSERT_EQ(back.intervals.experience.charges.size(), model.intervals.experience.charges.size());
+  EXPECT_EQ(back.intervals.experience.charges.front().first_voltage, model.intervals.experience.charges.front().first_voltage);
+  EXPECT_EQ(back.fit.learned.current.weight, model.fit.learned.current.weight);
+  EXPECT_EQ(back.fit.learned.current.upper, model.fit.learned.current.upper);
+  EXPECT_EQ(back.fit.learned.least_current, model.fit.learned.least_current);
+  EXPECT_EQ(back.fit.learned.most_current, model.fit.learned.most_current);
+  EXPECT_EQ(back.fit.learned.voltage.weight, model.fit.learned.voltage.weight);
   EXPECT_EQ(back.state.memory.numbers(), model.state.memory.numbers());
-  EXPECT_EQ(back.scores.current_rmse, model.scores.current_rmse);
-  ASSERT_TRUE(model.scores.left_out_share_percent);
-  EXPECT_EQ(back.scores.left_out_share_percent, model.scores.left_out_share_percent);
+  EXPECT_EQ(back.fit.scores.current_rmse, model.fit.scores.current_rmse);
+  ASSERT_TRUE(model.fit.scores.left_out_share_percent);
+  EXPECT_EQ(back.fit.scores.left_out_share_percent, model.fit.scores.left_out_share_percent);
   EXPECT_EQ(modelYaml(back), *text_);
 }
 
@@ -260,12 +261,12 @@ TEST_F(ModelYamlBothWays, PredictsAsTheModelItCameFrom) {
 
 TEST_F(ModelYamlBothWays, AFileWithoutThemIsAModelWithoutThem) {
   const FittedModel back = parseModelYaml(modelYaml(fittedModel()), "model.yaml");
-  EXPECT_FALSE(back.source);
-  EXPECT_TRUE(back.learned.empty());
-  EXPECT_TRUE(back.experience.cranks.empty() && back.experience.charges.empty());
+  EXPECT_FALSE(back.fit.source);
+  EXPECT_TRUE(back.fit.learned.empty());
+  EXPECT_TRUE(back.intervals.experience.cranks.empty() && back.intervals.experience.charges.empty());
   EXPECT_FALSE(back.state.memory.begun);
-  EXPECT_EQ(back.voltage_lag, 0u);
-  EXPECT_FALSE(back.scores.left_out_share_percent);
+  EXPECT_EQ(back.fit.voltage_lag, 0u);
+  EXPECT_FALSE(back.fit.scores.left_out_share_percent);
 }
 
 TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithASource) {

@@ -28,8 +28,8 @@ TEST(IdentifyJson, HoldsTheContractsFields) {
 
 TEST(IdentifyText, SaysWhichParametersAreNotDetermined) {
   FittedModel model = fittedModel();
-  model.estimates[1].determined = false;
-  model.estimates[1].std.reset();
+  model.fit.estimates[1].determined = false;
+  model.fit.estimates[1].std.reset();
   EXPECT_NE(identifyText(model).find("not determined"), std::string::npos);
 }
 

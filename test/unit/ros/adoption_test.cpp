@@ -13,7 +13,7 @@ using ::testing::IsEmpty;
 Diagnosis saying(Verdict verdict, const std::vector<std::string>& effects) {
   Diagnosis diagnosis;
   diagnosis.verdict = verdict;
-  diagnosis.extended.effects = effects;
+  diagnosis.extended.fit.effects = effects;
   return diagnosis;
 }
 
@@ -42,10 +42,10 @@ TEST(AdoptionOf, VerdictsThatNameNoPhysicsAdoptNothingAndSayWhy) {
 
 TEST(AdoptionOf, WhatWasLearntGoesOnTrialWhateverTheVerdict) {
   Diagnosis diagnosis = saying(Verdict::kUnknown, {kLearnedEffect});
-  diagnosis.extended.force = std::make_shared<const LearnedForce>();
+  diagnosis.extended.fit.force = std::make_shared<const LearnedForce>();
   const Adoption adoption = adoptionOf(diagnosis, true);
   EXPECT_THAT(adoption.effects, ElementsAre(kLearnedEffect));
-  EXPECT_EQ(diagnosis.extended.force, adoption.force);
+  EXPECT_EQ(diagnosis.extended.fit.force, adoption.force);
 }
 
 TEST(AdoptionOf, WhatPredictsTheHoldOutWorseIsNotAdoptedAndSaysSo) {

@@ -14,16 +14,16 @@ namespace {
 
 FittedModel someModel() {
   FittedModel model;
-  model.estimates = {{"r_discharge", "ohm", 0.006, 0.0001, false, true},
-                     {"r_charge", "ohm", 0.0085, std::nullopt, true, false},
-                     {"c2", "F", 1100.0, 20.0, false, true},
-                     {"beta", "1/V", 22.0, 0.5, false, true},
-                     {"u_dc", "V", 12.7, 0.01, false, true}};
-  model.covariance = Eigen::MatrixXd::Identity(kCovarianceRows, kCovarianceRows) * 1e-4;
+  model.fit.estimates = {{"r_discharge", "ohm", 0.006, 0.0001, false, true},
+                         {"r_charge", "ohm", 0.0085, std::nullopt, true, false},
+                         {"c2", "F", 1100.0, 20.0, false, true},
+                         {"beta", "1/V", 22.0, 0.5, false, true},
+                         {"u_dc", "V", 12.7, 0.01, false, true}};
+  model.fit.covariance = Eigen::MatrixXd::Identity(kCovarianceRows, kCovarianceRows) * 1e-4;
   model.state = {1234.5, -0.12, -20.0};
-  model.window = {900.0, 1140.0, 24000};
-  model.message = "converged";
-  model.fit_ms = 12.0;
+  model.fit.window = {900.0, 1140.0, 24000};
+  model.fit.message = "converged";
+  model.provenance.fit_ms = 12.0;
   return model;
 }
 
