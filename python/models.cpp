@@ -148,7 +148,7 @@ void defineModel(py::module_& module) {
                     const py::gil_scoped_release released;
                     return readModelFile(path);
                   })
-      .def_property_readonly("usable", &isUsable)
+      .def_property_readonly("usable", [](const FittedModel& model) { return isUsable(model.fit); })
       .def_property_readonly("covariance", &covarianceOf)
       .def_property_readonly("recording_hash", [](const FittedModel& model) { return model.provenance.recording_hash; })
       .def("json", [](const FittedModel& model) { return identifyJson(model).dump(); })
