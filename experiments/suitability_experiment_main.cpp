@@ -38,10 +38,10 @@ double logDeterminant(const Eigen::MatrixXd& covariance) {
   return sum;
 }
 
-double worstRelative(const FittedModel& model) {
+double worstRelative(const Fit& fit) {
   double worst = 0.0;
   for (int j = 0; j < kRowUDc; ++j) {
-    const auto& e = model.fit.estimates[static_cast<std::size_t>(j)];
+    const auto& e = fit.estimates[static_cast<std::size_t>(j)];
     worst = std::max(worst, e.std ? *e.std / std::abs(e.value) : 10.0);
   }
   return worst;
@@ -91,7 +91,7 @@ void runWindow(const std::string& name, const Series& series, IndexRange window,
       name.c_str(), model.fit.window.from, scores.q_dyn_percent.value_or(NAN), crank, scores.cranks.size(), scores.rmse,
       windowExcitation(series, window), eventDeviation(model, -20.0, 30.0, -200.0, 1.0), eventDeviation(model, -20.0, 30.0, -20.0, 1.0),
       eventDeviation(model, -10.0, 10.0, 30.0, 10.0), eventDeviation(model, 0.0, 0.0, -200.0, 1.0), logDeterminant(model.fit.covariance),
-      worstRelative(model), model.fit.scores.q_dyn_percent, model.fit.scores.rmse, m.std, m.lowest, m.highest, model.fit.scores.cranks,
+      worstRelative(model.fit), model.fit.scores.q_dyn_percent, model.fit.scores.rmse, m.std, m.lowest, m.highest, model.fit.scores.cranks,
       noise.white_std, noise.ar_std, noise.ar_time, noise.walk_std, model.fit.excited.charge_time, model.fit.excited.discharge_time,
       insideValidation(series, window), model.fit.suitability);
 }

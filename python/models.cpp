@@ -20,13 +20,13 @@ namespace {
 
 using Seconds = std::optional<double>;
 
-void requireUsableModel(const FittedModel& model) {
-  if (!isUsable(model.fit)) throw std::invalid_argument("no model: " + model.fit.message);
+void requireUsableModel(const Fit& fit) {
+  if (!isUsable(fit)) throw std::invalid_argument("no model: " + fit.message);
 }
 
-void nameOrigin(FittedModel& model, const HeldRecording& held) {
-  model.provenance.recording = held.recording.name;
-  model.provenance.recording_hash = held.hash;
+void nameOrigin(Provenance& provenance, const HeldRecording& held) {
+  provenance.recording = held.recording.name;
+  provenance.recording_hash = held.hash;
 }
 
 FitStart startOf(const std::string& name) {
@@ -55,7 +55,7 @@ FittedModel identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bo
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = fitPlanned(held.fitted, plan);
   model.provenance.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  nameOrigin(model, held);
+  nameOrigin(model.provenance, held);
   if (isUsable(model.fit)) carryToEnd(model, held.fitted, request);
   return model;
 }
@@ -83,7 +83,7 @@ std::pair<py::dict, std::string> predictHeld(const FittedModel& model, const Hel
   Series part;
   {
     const py::gil_scoped_release released;
-    requireUsableModel(model);
+    requireUsableModel(model.fit);
     const IndexRange range = samplesBetween(held.fitted, from, to);
     prediction = predictRange(model, held.fitted, range, driveOf(drive));
     part = slice(held.fitted, range);
@@ -129,8 +129,8 @@ HeldDiagnosis diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to, 
   options.given = given;
   options.threads = threads;
   result.diagnosis = diagnose(result.stretch, options);
-  nameOrigin(result.diagnosis.base, held);
-  nameOrigin(result.diagnosis.extended, held);
+  nameOrigin(result.diagnosis.base.provenance, held);
+  nameOrigin(result.diagnosis.extended.provenance, held);
   return result;
 }
 
@@ -154,12 +154,12 @@ void defineModel(py::module_& module) {
       .def("json", [](const FittedModel& model) { return identifyJson(model).dump(); })
       .def("rested",
            [](const FittedModel& model) {
-             requireUsableModel(model);
+             requireUsableModel(model.fit);
              return rested(model);
            })
       .def("write", [](const FittedModel& model, const std::string& path) {
         const py::gil_scoped_release released;
-        requireUsableModel(model);
+        requireUsableModel(model.fit);
         writeModelFile(path, model);
       });
 }

@@ -36,9 +36,9 @@ void requireFolders(const DiagnoseArguments& arguments) {
   }
 }
 
-void nameOrigin(FittedModel& model, const Recording& recording, const std::string& hash) {
-  model.provenance.recording = recording.name;
-  model.provenance.recording_hash = hash;
+void nameOrigin(Provenance& provenance, const Recording& recording, const std::string& hash) {
+  provenance.recording = recording.name;
+  provenance.recording_hash = hash;
 }
 
 void writeFiles(const DiagnoseArguments& arguments, const Recording& recording, const Diagnosis& diagnosis) {
@@ -63,8 +63,8 @@ int runDiagnose(const CommandLine& line, DiagnoseArguments arguments) {
   const Recording recording = stretchOf(arguments);
   Diagnosis diagnosis = interruptible(recording, arguments.options, progress, line.err);
   const std::string hash = fileHash(arguments.recording.path);
-  nameOrigin(diagnosis.base, recording, hash);
-  nameOrigin(diagnosis.extended, recording, hash);
+  nameOrigin(diagnosis.base.provenance, recording, hash);
+  nameOrigin(diagnosis.extended.provenance, recording, hash);
   progress.stage("writing");
   writeFiles(arguments, recording, diagnosis);
   emit(line, diagnosisText(diagnosis), diagnosisJson(diagnosis), arguments.json);

@@ -58,11 +58,11 @@ DiagnosedParameter profiled(const ParameterEstimate& estimate, const ParameterIn
 }
 
 /// Base parameters that moved by more than a tenth, or two standard errors, once the effects were in.
-std::vector<std::string> absorbedInto(const FittedModel& base, const FittedModel& extended) {
+std::vector<std::string> absorbedInto(const Fit& base, const Fit& extended) {
   std::vector<std::pair<double, std::string>> moved;
   for (std::size_t j = 0; j < static_cast<std::size_t>(kRowUDc); ++j) {
-    const ParameterEstimate& before = base.fit.estimates[j];
-    const ParameterEstimate& after = extended.fit.estimates[j];
+    const ParameterEstimate& before = base.estimates[j];
+    const ParameterEstimate& after = extended.estimates[j];
     const double by = std::abs(before.value - after.value);
     const double noise = std::hypot(before.std.value_or(0.0), after.std.value_or(0.0));
     if (by > 0.1 * std::abs(before.value) && by > 2.0 * noise) moved.push_back({by / std::abs(before.value), before.name});
@@ -75,8 +75,9 @@ std::vector<std::string> absorbedInto(const FittedModel& base, const FittedModel
 
 /// A component's effect, then those that would do as well.
 void takeEffect(Named& named, const Component& one, const WhitenedFit& fit, const Drive& drive) {
-  NamedEffect effect{one.member,           one.probability, absorbedInto(named.base, named.extended), {}, one.gain, one.rms, one.tied,
-                     familyId(one.family), one.probability};
+  NamedEffect effect{
+      one.member,           one.probability, absorbedInto(named.base.fit, named.extended.fit), {}, one.gain, one.rms, one.tied,
+      familyId(one.family), one.probability};
   for (const ParameterInfo& info : effectInfo(one.member).parameters)
     for (const ParameterEstimate& estimate : named.extended.fit.estimates)
       if (estimate.name == info.name && !estimate.held) effect.parameters.push_back(profiled(estimate, info, fit, drive));

@@ -66,7 +66,7 @@ std::vector<std::optional<double>> missedVoltage(const FittedModel& model, const
   start.time = start.reference_time = series.time[range.first];
   Simulation simulation(compositionOf(model.fit), start);
   std::vector<std::optional<double>> missed;
-  for (const DriveSample& sample : driveOf(model, series, range).samples) {
+  for (const DriveSample& sample : driveOf(model.fit, series, range).samples) {
     const double error = simulation.follow(sample);
     missed.push_back(sample.voltage_drives ? std::nullopt : std::optional<double>(error));
   }

@@ -45,16 +45,16 @@ FollowedSample Follower::follow(const DriveSample& sample) {
   return out;
 }
 
-Drive driveOf(const FittedModel& model, const Series& series, IndexRange range) {
-  if (!model.fit.source || range.empty()) return fullDrive(series, range);
+Drive driveOf(const Fit& fit, const Series& series, IndexRange range) {
+  if (!fit.source || range.empty()) return fullDrive(series, range);
   // Judged as live: from a little before the range on, sample by sample.
   std::vector<char> imposed(series.size(), 0);
-  SourceWatch watch(*model.fit.source);
+  SourceWatch watch(*fit.source);
   std::size_t n = range.first;
   while (n > 0 && series.time[range.first] - series.time[n - 1] < kLookBack) --n;
   for (; n < range.last; ++n) imposed[n] = watch.add(series.time[n], series.current[n], series.voltage[n]);
   VoltageRepair repair;
-  repair.lag = model.fit.voltage_lag;
+  repair.lag = fit.voltage_lag;
   for (std::size_t k = 0; k < series.size(); ++k) repair.dropped.push_back(isDropOut(series, k));
   return fullDrive(repaired(series, repair), range, {}, imposed);
 }

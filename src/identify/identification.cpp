@@ -205,9 +205,9 @@ std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& 
   return unfitted(series, range, excited, BatteryModel(options.effects, options.force), status, message.str());
 }
 
-double suitabilityOf(const FittedModel& model, const WindowSamples& samples, double duration) {
-  if (const auto& share = model.fit.scores.left_out_share_percent) return std::clamp(*share / 100.0, 0.0, 1.0);
-  return predictionSuitability(model.fit.scores.rmse / blocksInSeries(model.fit.parameters.u_dc), windowExcitation(samples, duration));
+double suitabilityOf(const Fit& fit, const WindowSamples& samples, double duration) {
+  if (const auto& share = fit.scores.left_out_share_percent) return std::clamp(*share / 100.0, 0.0, 1.0);
+  return predictionSuitability(fit.scores.rmse / blocksInSeries(fit.parameters.u_dc), windowExcitation(samples, duration));
 }
 
 FittedModel fitted(const Window& window, const IdentifyOptions& options) {
@@ -223,7 +223,7 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
       is_base ? describeFit(window, fit, std::move(equations), weighs_cranks ? cranks : cranksOf(window, options.crank_weight_current))
               : identifyComposition(series, range, options, fit);
   if (!model.fit.source) model.fit.naive = fitNaiveDrivenByCurrent(series, range, cranks);
-  model.fit.suitability = suitabilityOf(model, samples, window.duration());
+  model.fit.suitability = suitabilityOf(model.fit, samples, window.duration());
   return model;
 }
 
@@ -263,7 +263,7 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
   if (at == series.time.end() || *at != model.state.time || last >= series.size() || series.time[last] < model.state.time)
     throw std::invalid_argument("carryState: the state must stand at a sample at or before the end");
   const auto first = static_cast<std::size_t>(at - series.time.begin());
-  const Drive drive = driveOf(model, series, {first, last + 1});
+  const Drive drive = driveOf(model.fit, series, {first, last + 1});
   Follower follower(model, true);
   ErrorTracker errors(model);
   for (std::size_t n = 1; n < drive.samples.size(); ++n) {

@@ -12,7 +12,7 @@ std::string faultOf(const std::vector<double>& side, const char* name) {
 
 /// Fills a map, or says why not.
 template <typename Map, typename Ask>
-Map filled(const FittedModel& model, const std::vector<double>& rows, const char* row_name, const std::vector<double>& columns,
+Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name, const std::vector<double>& columns,
            const char* column_name, Ask&& ask) {
   Map map;
   map.message = faultOf(rows, row_name);
@@ -21,9 +21,9 @@ Map filled(const FittedModel& model, const std::vector<double>& rows, const char
     map.code = AnswerCode::kInvalidQuery;
     return map;
   }
-  if (!isUsable(model.fit)) {
+  if (!isUsable(fit)) {
     map.code = AnswerCode::kNoModel;
-    map.message = "the model cannot be used: " + model.fit.message;
+    map.message = "the model cannot be used: " + fit.message;
     return map;
   }
   for (const double row : rows)
@@ -67,7 +67,7 @@ MapVerdict verdictOf(const std::optional<CrankingMap>& cranking, const std::opti
 
 CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query, const std::vector<double>& i_load,
                         const std::vector<double>& t_stop, double capacity) {
-  return filled<CrankingMap>(model, i_load, "i_load", t_stop, "t_stop", [&](double load, double stop) {
+  return filled<CrankingMap>(model.fit, i_load, "i_load", t_stop, "t_stop", [&](double load, double stop) {
     CrankingQuery one = query;
     one.load = {};
     one.i_load = load;
@@ -78,7 +78,7 @@ CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query, co
 
 ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
                                         const std::vector<double>& t_sof2, double capacity) {
-  return filled<ChargeAcceptanceMap>(model, u_boost, "u_boost", t_sof2, "t_sof2", [&](double voltage, double duration) {
+  return filled<ChargeAcceptanceMap>(model.fit, u_boost, "u_boost", t_sof2, "t_sof2", [&](double voltage, double duration) {
     ChargeAcceptanceQuery one = query;
     one.u_boost = voltage;
     one.t_sof2 = duration;

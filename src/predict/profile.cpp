@@ -50,14 +50,13 @@ void append(PredictedVoltage& predicted, const Interval& u) {
   predicted.upper.push_back(u.upper);
 }
 
-std::string extrapolation(const FittedModel& model, const std::vector<double>& current) {
+std::string extrapolation(const Fit& fit, const std::vector<double>& current) {
   const auto [low, high] = std::minmax_element(current.begin(), current.end());
-  if (*low >= kExtrapolation * std::min(model.fit.excited.min_current, 0.0) &&
-      *high <= kExtrapolation * std::max(model.fit.excited.max_current, 0.0))
+  if (*low >= kExtrapolation * std::min(fit.excited.min_current, 0.0) && *high <= kExtrapolation * std::max(fit.excited.max_current, 0.0))
     return "";
   char text[200];
   printClassic(text, sizeof text, "the profile spans %.1f to %.1f A but the window only %.1f to %.1f A", *low, *high,
-               model.fit.excited.min_current, model.fit.excited.max_current);
+               fit.excited.min_current, fit.excited.max_current);
   return text;
 }
 
@@ -152,7 +151,7 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
     time_before = time[n];
     current_before = current[n];
   }
-  const std::string reason = extrapolation(model, current);
+  const std::string reason = extrapolation(model.fit, current);
   answer.valid = reason.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
   answer.message = answer.valid ? "ok" : "not to be relied on: " + reason;
@@ -162,7 +161,7 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
 FollowedPrediction predictMixed(const FittedModel& model, const Series& series, IndexRange range) {
   if (range.empty()) return {};
   const auto [start, first, was_there] = startFor(model, series, range);
-  const Drive drive = driveOf(start, series, {first, range.last});
+  const Drive drive = driveOf(start.fit, series, {first, range.last});
   const double own_current = std::pow(start.fit.scores.current_rmse.value_or(0.0), 2);
   const double own_voltage = std::pow(start.fit.scores.rmse, 2);
   Follower follower(start, true);

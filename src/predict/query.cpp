@@ -23,12 +23,10 @@ constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("w
 constexpr double kMostOfBlock = 16.0;       // [V], of six lead-acid cells, above any charger's
 constexpr double kShortCharge = 10.0;       // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 
-bool movesOpenCircuitVoltage(const FittedModel& model) {
-  return contains(model.fit.effects, "ocv_soc") || contains(model.fit.effects, "acid_transport");
-}
+bool movesOpenCircuitVoltage(const Fit& fit) { return contains(fit.effects, "ocv_soc") || contains(fit.effects, "acid_transport"); }
 
-bool isDetermined(const FittedModel& model, const char* name) {
-  for (const ParameterEstimate& estimate : model.fit.estimates)
+bool isDetermined(const Fit& fit, const char* name) {
+  for (const ParameterEstimate& estimate : fit.estimates)
     if (estimate.name == name) return estimate.determined;
   return true;
 }
@@ -46,10 +44,10 @@ class Reasons {
 };
 
 /// The voltage above which no battery of as many blocks is [V].
-double mostVoltage(const FittedModel& model) { return kMostOfBlock * blocksInSeries(model.fit.parameters.u_dc); }
+double mostVoltage(const Fit& fit) { return kMostOfBlock * blocksInSeries(fit.parameters.u_dc); }
 
-void addCharging(Reasons& reasons, const FittedModel& model, const QueryRange& range) {
-  const ExcitedRange& seen = model.fit.excited;
+void addCharging(Reasons& reasons, const Fit& fit, const QueryRange& range) {
+  const ExcitedRange& seen = fit.excited;
   const ChargeEvidence& evidence = range.evidence;
   if (evidence.vouches || !range.charges) return;
   if (evidence.charges >= ChargeEvidence::kLeast) {
@@ -57,13 +55,13 @@ void addCharging(Reasons& reasons, const FittedModel& model, const QueryRange& r
                                evidence.median_error));
     return;
   }
-  if (model.fit.source) {
+  if (fit.source) {
     reasons.add(true,
                 sentence("%d past charges were like it, at least %d are needed to vouch for it", evidence.charges, ChargeEvidence::kLeast));
     return;
   }
   if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;
-  reasons.add(!contains(model.fit.effects, "charge_acceptance"), "the model lacks a limit of charge acceptance (effect charge_acceptance)");
+  reasons.add(!contains(fit.effects, "charge_acceptance"), "the model lacks a limit of charge acceptance (effect charge_acceptance)");
   reasons.add(seen.longest_charge < kShortCharge,
               sentence("the window's longest charge lasted %.1f s, at least %.0f s are needed", seen.longest_charge, kShortCharge));
 }
@@ -83,12 +81,11 @@ std::string faultOf(const CurrentProfile& profile, const char* name) {
   return "";
 }
 
-double chargeHeldFor(const FittedModel& model, double capacity) {
-  return movesOpenCircuitVoltage(model) ? capacity : kConstantCharge * capacity;
-}
+double chargeHeldFor(const Fit& fit, double capacity) { return movesOpenCircuitVoltage(fit) ? capacity : kConstantCharge * capacity; }
 
 std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity) {
-  const ExcitedRange& seen = model.fit.excited;
+  const Fit& fit = model.fit;
+  const ExcitedRange& seen = fit.excited;
   Reasons reasons;
   if (range.least_current)
     reasons.add(*range.least_current < kCurrentReach * std::min(seen.min_current, 0.0),
@@ -97,16 +94,16 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
     reasons.add(*range.most_current > kCurrentReach * std::max(seen.max_current, 0.0),
                 sentence("it charges with %.0f A but the window's largest charge was %.0f A", *range.most_current, seen.max_current));
   if (range.most_voltage)
-    reasons.add(*range.most_voltage > seen.max_voltage + blocksInSeries(model.fit.parameters.u_dc) * kVoltageReach,
+    reasons.add(*range.most_voltage > seen.max_voltage + blocksInSeries(fit.parameters.u_dc) * kVoltageReach,
                 sentence("it goes to %.2f V but the window's highest voltage was %.2f V", *range.most_voltage, seen.max_voltage));
-  reasons.add(range.charge_moved > kConstantCharge * capacity && !movesOpenCircuitVoltage(model),
+  reasons.add(range.charge_moved > kConstantCharge * capacity && !movesOpenCircuitVoltage(fit),
               sentence("it moves %.2f Ah, more than 1 %% of %g Ah, and the model holds the open-circuit "
                        "voltage constant",
                        range.charge_moved, capacity));
   reasons.add(range.charge_moved > capacity, sentence("it moves %.0f Ah, more than the battery's %g Ah", range.charge_moved, capacity));
   if (const auto u = range.answered_voltage)
-    reasons.add(!(*u >= 0.0 && *u <= mostVoltage(model)),
-                sentence("it comes to %.2f V, expected 0 to %.0f V of such a battery", *u, mostVoltage(model)));
+    reasons.add(!(*u >= 0.0 && *u <= mostVoltage(fit)),
+                sentence("it comes to %.2f V, expected 0 to %.0f V of such a battery", *u, mostVoltage(fit)));
   reasons.add(range.beyond_learned > kLearnedReach,
               sentence("what was learnt beside the equations is held at its range's end, %.0f mV from where it would be",
                        1e3 * range.beyond_learned));
@@ -115,12 +112,12 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
     reasons.add(
         std::abs(*temperature - *seen.temperature) > kTemperatureReach,
         sentence("the battery is at %.0f degC, in the window it was at %.0f degC", *temperature - 273.15, *seen.temperature - 273.15));
-  addCharging(reasons, model, range);
+  addCharging(reasons, fit, range);
   if (range.charges && range.evidence.vouches) return reasons.text();
   // With fresh_sulphate one resistance serves both signs.
-  const bool of_charging = range.charges && !contains(model.fit.effects, "fresh_sulphate");
+  const bool of_charging = range.charges && !contains(fit.effects, "fresh_sulphate");
   const char* needed = of_charging ? "r_charge" : "r_discharge";
-  reasons.add(!isDetermined(model, needed), sentence("the window did not determine %s", needed));
+  reasons.add(!isDetermined(fit, needed), sentence("the window did not determine %s", needed));
   return reasons.text();
 }
 

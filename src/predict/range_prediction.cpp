@@ -16,22 +16,22 @@ FollowedPrediction currentDriven(const FittedModel& model, const Series& series,
   return predicted;
 }
 
-/// Whether the voltage drives where a source imposes it; gives the model a source when it was fitted without.
-bool drivesBothWays(FittedModel& model, const Series& series, DriveMode drive) {
+/// Whether the voltage drives where a source imposes it; gives the fit a source when it was fitted without.
+bool drivesBothWays(Fit& fit, const Series& series, DriveMode drive) {
   if (drive == DriveMode::kCurrent) return false;
-  if (drive == DriveMode::kAsFitted || model.fit.source) return model.fit.source.has_value();
+  if (drive == DriveMode::kAsFitted || fit.source) return fit.source.has_value();
   const Source source = findSource(series);
   if (!source.seen) throw NoSource("no source is seen in the recording: " + source.summary);
-  model.fit.source = source.rule;
+  fit.source = source.rule;
   return true;
 }
 
-PredictionReport scored(const FittedModel& model, const Series& series, IndexRange range, const FollowedPrediction& from_current,
+PredictionReport scored(const Fit& fit, const Series& series, IndexRange range, const FollowedPrediction& from_current,
                         const FollowedPrediction& predicted) {
   PredictionReport report;
   report.from_current = scorePrediction(series, range, {from_current.voltage, from_current.voltage_lower, from_current.voltage_upper});
-  report.naive = scoreNaive(model.fit.naive, series, range, predicted.voltage_drives);
-  const PredictedVoltage line = naiveVoltage(model.fit.naive, series, range);
+  report.naive = scoreNaive(fit.naive, series, range, predicted.voltage_drives);
+  const PredictedVoltage line = naiveVoltage(fit.naive, series, range);
   if (!line.voltage.empty()) report.naive_from_current = scorePrediction(series, range, line);
   return report;
 }
@@ -39,12 +39,12 @@ PredictionReport scored(const FittedModel& model, const Series& series, IndexRan
 }  // namespace
 
 RangePrediction predictRange(FittedModel model, const Series& series, IndexRange range, DriveMode drive) {
-  const bool both_ways = drivesBothWays(model, series, drive);
+  const bool both_ways = drivesBothWays(model.fit, series, drive);
   const FollowedPrediction from_current = currentDriven(model, series, range);
   RangePrediction result;
   result.course = both_ways ? predictMixed(model, series, range) : from_current;
   PredictionReport& report = result.report;
-  report = scored(model, series, range, from_current, result.course);
+  report = scored(model.fit, series, range, from_current, result.course);
   if (both_ways) {
     report.both_ways = scoreBothWays(model, series, range, result.course);
     report.from_current.cranks = report.both_ways->cranks;

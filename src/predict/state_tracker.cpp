@@ -106,11 +106,7 @@ FollowedSample StateTracker::step(Place& place, const DriveSample& imposed) cons
   return followed;
 }
 
-void StateTracker::setOrigin(const FittedModel& model) {
-  model_.provenance.recording = model.provenance.recording;
-  model_.provenance.recording_hash = model.provenance.recording_hash;
-  model_.provenance.fit_ms = model.provenance.fit_ms;
-}
+void StateTracker::setOrigin(const Provenance& origin) { model_.provenance = origin; }
 
 void StateTracker::setScales(const IntervalScale& crank, const IntervalScale& charge) {
   model_.intervals.crank_scale = crank;

@@ -211,7 +211,7 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
     return answer;
   }
   const bool draws = query.i_load < 0.0;
-  const double held_for = chargeHeldFor(model, capacity);
+  const double held_for = chargeHeldFor(model.fit, capacity);
   const double longest = stopThatDraws(capacity, query.i_load);
   const double longest_held = draws ? stopThatDraws(held_for, query.i_load) : kEver;
   StopScan scan(model, crank, longest);

@@ -19,7 +19,7 @@ void TrackedModel::goOnAs(const TrackedModel& other, const FittedModel& model) {
   fitted_until_ = model.fit.window.to;
   compared_.clear();
   tracker_ = other.tracker_;
-  tracker_->setOrigin(model);
+  tracker_->setOrigin(model.provenance);
   tracker_->setScales(crank_scale_, charge_scale_);
   crank_watch_ = other.crank_watch_;
   charge_watch_ = other.charge_watch_;

@@ -36,17 +36,17 @@ ParameterEstimate estimateOf(const Reader& parameters, const ParameterInfo& info
   return estimate;
 }
 
-void readParameters(const Reader& root, FittedModel& model) {
+void readParameters(const Reader& root, Fit& fit) {
   const Reader parameters = root.at("parameters");
-  const BatteryModel composition = compositionOf(model.fit);
-  for (const ParameterInfo& info : composition.parameters()) model.fit.estimates.push_back(estimateOf(parameters, info));
+  const BatteryModel composition = compositionOf(fit);
+  for (const ParameterInfo& info : composition.parameters()) fit.estimates.push_back(estimateOf(parameters, info));
   const Reader fixed = root.at("fixed");
-  auto& p = model.fit.parameters;
-  p.r_discharge = model.fit.estimates[kRowRDischarge].value;
-  p.r_charge = model.fit.estimates[kRowRCharge].value;
-  p.c2 = model.fit.estimates[kRowC2].value;
-  p.beta = model.fit.estimates[kRowBeta].value;
-  p.u_dc = model.fit.estimates[kRowUDc].value;
+  auto& p = fit.parameters;
+  p.r_discharge = fit.estimates[kRowRDischarge].value;
+  p.r_charge = fit.estimates[kRowRCharge].value;
+  p.c2 = fit.estimates[kRowC2].value;
+  p.beta = fit.estimates[kRowBeta].value;
+  p.u_dc = fit.estimates[kRowUDc].value;
   p.i0 = fixed.number("i0_a", {1e-6, 1e6});
   p.alpha = fixed.number("alpha");
   try {
@@ -57,11 +57,11 @@ void readParameters(const Reader& root, FittedModel& model) {
 }
 
 /// What "parameters" and "effects" say must be a composition.
-void readEffects(const Reader& root, FittedModel& model) {
+void readEffects(const Reader& root, Fit& fit) {
   const auto ids = root.get<std::vector<std::string>>("effects", "a list of ids");
-  if (root.has("force")) model.fit.force = std::make_shared<const LearnedForce>(forceOf(root.at("force")));
+  if (root.has("force")) fit.force = std::make_shared<const LearnedForce>(forceOf(root.at("force")));
   try {
-    model.fit.effects = BatteryModel(ids, model.fit.force).effects();
+    fit.effects = BatteryModel(ids, fit.force).effects();
   } catch (const std::invalid_argument& error) {
     root.fail("effects", std::string("cannot be used: ") + error.what());
   }
@@ -76,10 +76,10 @@ void readState(const Reader& root, FittedModel& model) {
 }
 
 /// Standard errors of parameters and states.
-Eigen::VectorXd stdOf(const Reader& state, const FittedModel& model, const BatteryModel& composition) {
+Eigen::VectorXd stdOf(const Reader& state, const Fit& fit, const BatteryModel& composition) {
   const Eigen::Index parameters = composition.parameterCount();
   Eigen::VectorXd std(parameters + composition.stateCount());
-  for (Eigen::Index j = 0; j < parameters; ++j) std[j] = model.fit.estimates[static_cast<std::size_t>(j)].std.value_or(0.0);
+  for (Eigen::Index j = 0; j < parameters; ++j) std[j] = fit.estimates[static_cast<std::size_t>(j)].std.value_or(0.0);
   std[parameters] = state.number("u_c2_std_v", {0.0, kMostFurtherStd});
   for (Eigen::Index j = 1; j < composition.stateCount(); ++j) {
     const std::string& name = composition.states()[static_cast<std::size_t>(j)].name;
@@ -96,9 +96,9 @@ void requireCorrelation(const Reader& root, const Eigen::MatrixXd& correlation) 
   if (!(least >= kLeastEigenvalue)) root.fail("correlation", sentence("has the eigenvalue %g, expected none below 0", least));
 }
 
-void readCovariance(const Reader& root, FittedModel& model) {
-  const BatteryModel composition = compositionOf(model.fit);
-  const Eigen::VectorXd std = stdOf(root.at("state"), model, composition);
+void readCovariance(const Reader& root, Fit& fit) {
+  const BatteryModel composition = compositionOf(fit);
+  const Eigen::VectorXd std = stdOf(root.at("state"), fit, composition);
   const Eigen::Index size = std.size();
   const std::string expected = std::to_string(size) + " rows of " + std::to_string(size) + " numbers";
   const auto rows = root.rows("correlation", expected.c_str());
@@ -111,7 +111,7 @@ void readCovariance(const Reader& root, FittedModel& model) {
       correlation(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(k)) = rows[j][k];
     }
   requireCorrelation(root, correlation);
-  model.fit.covariance = std.asDiagonal() * correlation * std.asDiagonal();
+  fit.covariance = std.asDiagonal() * correlation * std.asDiagonal();
 }
 
 IntervalScale scaleOf(const Reader& field) {
@@ -153,10 +153,10 @@ void readErrors(const Reader& root, FittedModel& model) {
 }  // namespace
 
 void readEquations(const Reader& root, FittedModel& model) {
-  readEffects(root, model);
-  readParameters(root, model);
+  readEffects(root, model.fit);
+  readParameters(root, model.fit);
   readState(root, model);
-  readCovariance(root, model);
+  readCovariance(root, model.fit);
   readErrors(root, model);
 }
 

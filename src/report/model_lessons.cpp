@@ -73,18 +73,18 @@ std::optional<NaiveCranks> cranksOf(const Reader& node) {
   return c;
 }
 
-void readNaive(const Reader& root, FittedModel& model) {
+void readNaive(const Reader& root, Fit& fit) {
   if (!root.has("naive")) return;
   const Reader node = root.at("naive");
-  model.fit.naive.current_from_voltage = lineOf(node, "current_from_voltage");
-  model.fit.naive.voltage_from_current = lineOf(node, "voltage_from_current");
-  model.fit.naive.charge_10s = historyOf(node, "charge_10s");
-  model.fit.naive.charge_60s = historyOf(node, "charge_60s");
-  model.fit.naive.phase = phaseOf(node);
-  model.fit.naive.cranks = cranksOf(node);
+  fit.naive.current_from_voltage = lineOf(node, "current_from_voltage");
+  fit.naive.voltage_from_current = lineOf(node, "voltage_from_current");
+  fit.naive.charge_10s = historyOf(node, "charge_10s");
+  fit.naive.charge_60s = historyOf(node, "charge_60s");
+  fit.naive.phase = phaseOf(node);
+  fit.naive.cranks = cranksOf(node);
 }
 
-void readSource(const Reader& root, FittedModel& model) {
+void readSource(const Reader& root, Fit& fit) {
   if (!root.has("source")) return;
   const Reader node = root.at("source");
   SourceRule rule;
@@ -102,10 +102,10 @@ void readSource(const Reader& root, FittedModel& model) {
   } catch (const std::invalid_argument& error) {
     node.fail("least_current_a", std::string("and its neighbours cannot be used: ") + error.what());
   }
-  model.fit.source = rule;
-  model.fit.voltage_lag = node.get<std::size_t>("voltage_lag_samples", "a whole number");
-  if (model.fit.voltage_lag > kMostLag)
-    node.fail("voltage_lag_samples", "is " + std::to_string(model.fit.voltage_lag) + ", expected 0 to " + std::to_string(kMostLag));
+  fit.source = rule;
+  fit.voltage_lag = node.get<std::size_t>("voltage_lag_samples", "a whole number");
+  if (fit.voltage_lag > kMostLag)
+    node.fail("voltage_lag_samples", "is " + std::to_string(fit.voltage_lag) + ", expected 0 to " + std::to_string(kMostLag));
 }
 
 /// Rows of numbers, each in its range.
@@ -120,13 +120,12 @@ std::vector<std::vector<double>> rowsOf(const Reader& node, const std::string& k
   return rows;
 }
 
-void readExperience(const Reader& root, FittedModel& model) {
+void readExperience(const Reader& root, Experience& experience) {
   if (!root.has("experience")) return;
   const Reader node = root.at("experience");
-  for (const auto& x : rowsOf(node, "cranks", {kTimes, kCurrents, kVoltages, kVoltages}))
-    model.intervals.experience.add(PastCrank{x[0], x[1], x[2], x[3]});
+  for (const auto& x : rowsOf(node, "cranks", {kTimes, kCurrents, kVoltages, kVoltages})) experience.add(PastCrank{x[0], x[1], x[2], x[3]});
   for (const auto& x : rowsOf(node, "charges", {kTimes, {kLeastStep, kTimes.most}, kVoltages, kVoltages, kCurrents, kCurrents}))
-    model.intervals.experience.add(PastCharge{x[0], x[1], x[2], x[3], x[4], x[5]});
+    experience.add(PastCharge{x[0], x[1], x[2], x[3], x[4], x[5]});
 }
 
 RidgeFit ridgeOf(const Reader& node) {
@@ -175,9 +174,9 @@ void readLearned(const Reader& root, FittedModel& model) {
 }  // namespace
 
 void readLessons(const Reader& root, FittedModel& model) {
-  readNaive(root, model);
-  readSource(root, model);
-  readExperience(root, model);
+  readNaive(root, model.fit);
+  readSource(root, model.fit);
+  readExperience(root, model.intervals.experience);
   readLearned(root, model);
 }
 

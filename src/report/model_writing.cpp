@@ -153,20 +153,20 @@ YAML::Node ridgeNode(const RidgeFit& fit) {
   return node;
 }
 
-YAML::Node windowNode(const FittedModel& model) {
+YAML::Node windowNode(const Fit& fit) {
   YAML::Node node;
-  node["from_s"] = scalar(model.fit.window.from);
-  node["to_s"] = scalar(model.fit.window.to);
-  node["samples"] = scalar(model.fit.window.samples);
-  node["min_current_a"] = scalar(model.fit.excited.min_current);
-  node["max_current_a"] = scalar(model.fit.excited.max_current);
-  node["min_voltage_v"] = scalar(model.fit.excited.min_voltage);
-  node["max_voltage_v"] = scalar(model.fit.excited.max_voltage);
-  node["discharge_time_s"] = scalar(model.fit.excited.discharge_time);
-  node["charge_time_s"] = scalar(model.fit.excited.charge_time);
-  node["longest_discharge_s"] = scalar(model.fit.excited.longest_discharge);
-  node["longest_charge_s"] = scalar(model.fit.excited.longest_charge);
-  if (model.fit.excited.temperature) node["temperature_c"] = scalar(*model.fit.excited.temperature - kKelvin);
+  node["from_s"] = scalar(fit.window.from);
+  node["to_s"] = scalar(fit.window.to);
+  node["samples"] = scalar(fit.window.samples);
+  node["min_current_a"] = scalar(fit.excited.min_current);
+  node["max_current_a"] = scalar(fit.excited.max_current);
+  node["min_voltage_v"] = scalar(fit.excited.min_voltage);
+  node["max_voltage_v"] = scalar(fit.excited.max_voltage);
+  node["discharge_time_s"] = scalar(fit.excited.discharge_time);
+  node["charge_time_s"] = scalar(fit.excited.charge_time);
+  node["longest_discharge_s"] = scalar(fit.excited.longest_discharge);
+  node["longest_charge_s"] = scalar(fit.excited.longest_charge);
+  if (fit.excited.temperature) node["temperature_c"] = scalar(*fit.excited.temperature - kKelvin);
   return node;
 }
 
@@ -213,7 +213,7 @@ std::string modelYaml(const FittedModel& model) {
   root["correlation"] = correlationNode(model.fit.covariance);
   root["state"] = stateNode(model);
   root["errors"] = errorsNode(model);
-  root["window"] = windowNode(model);
+  root["window"] = windowNode(model.fit);
   root["fit"] = fitNode(model);
   root["naive"] = naiveNode(model.fit.naive);
   if (model.fit.source) {

@@ -26,11 +26,11 @@ FitStatus statusOf(const Reader& fit) {
                          "window_too_short or not_excited");
 }
 
-void readWindow(const Reader& root, FittedModel& model) {
+void readWindow(const Reader& root, Fit& fit) {
   const Reader window = root.at("window");
-  model.fit.window = {window.number("from_s", kTimes), window.number("to_s", kTimes), window.get<std::size_t>("samples", "a whole number")};
-  if (model.fit.window.to < model.fit.window.from) window.fail("to_s", "is before from_s");
-  auto& excited = model.fit.excited;
+  fit.window = {window.number("from_s", kTimes), window.number("to_s", kTimes), window.get<std::size_t>("samples", "a whole number")};
+  if (fit.window.to < fit.window.from) window.fail("to_s", "is before from_s");
+  auto& excited = fit.excited;
   excited.min_current = window.number("min_current_a", kCurrents);
   excited.max_current = window.number("max_current_a", kCurrents);
   excited.min_voltage = window.number("min_voltage_v", kVoltages);
@@ -73,7 +73,7 @@ FittedModel modelOf(const Reader& root) {
   if (schema != kModelSchema) root.fail("schema", "is \"" + schema + "\", expected \"" + kModelSchema + "\"");
   FittedModel model;
   readEquations(root, model);
-  readWindow(root, model);
+  readWindow(root, model.fit);
   readFit(root, model);
   readLessons(root, model);
   requireRuns(root, model);

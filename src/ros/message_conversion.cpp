@@ -45,8 +45,8 @@ ChargeAcceptanceMap chargeMapOf(const LiveModel& model, const PredictMap::Reques
   return model.mapChargeAcceptance(query, request.u_boost, request.t_sof2);
 }
 
-void fillEstimates(IdentifiedModel& message, const FittedModel& model) {
-  for (const ParameterEstimate& estimate : model.fit.estimates) {
+void fillEstimates(IdentifiedModel& message, const Fit& fit) {
+  for (const ParameterEstimate& estimate : fit.estimates) {
     message.names.push_back(estimate.name);
     message.units.push_back(estimate.unit);
     message.values.push_back(estimate.value);
@@ -119,7 +119,7 @@ SimulateProfile::Response responseOf(const ProfileAnswer& answer) {
 IdentifiedModel messageOf(const FittedModel& model) {
   IdentifiedModel message;
   message.header.stamp = rosTime(model.state.time);
-  fillEstimates(message, model);
+  fillEstimates(message, model.fit);
   message.u_c2 = model.state.u_c2;
   message.window_from = model.fit.window.from;
   message.window_to = model.fit.window.to;

@@ -42,7 +42,7 @@ inline FittedModel modelIn(FuzzedDataProvider& data) {
     const ParameterInfo& info = composition.parameters()[j];
     if (data.ConsumeBool()) model.fit.estimates[j].value = data.ConsumeFloatingPointInRange(info.lower, info.upper);
   }
-  test::takeEstimates(model);
+  test::takeEstimates(model.fit);
   model.state.u_c2 = data.ConsumeFloatingPointInRange(-5.0, 5.0);
   return model;
 }

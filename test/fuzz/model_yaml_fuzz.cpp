@@ -8,7 +8,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace battery_sof;
   try {
     const FittedModel model = parseModelYaml(std::string(reinterpret_cast<const char*>(data), size), "fuzzed.yaml");
-    fuzz::require(test::brokenLaw(predictCranking(model, {-20.0, 10.0, -200.0, 0.5, 7.2}), model));
+    fuzz::require(test::brokenLaw(predictCranking(model, {-20.0, 10.0, -200.0, 0.5, 7.2}), model.fit));
     const StopTimeQuery stop{-20.0, -200.0, 0.5, 7.2};
     fuzz::require(test::brokenLaw(predictStopTime(model, stop), stop, 50.0));
     const ChargeAcceptanceQuery charge{14.4, 10.0};

@@ -31,7 +31,7 @@ void askCrank(FuzzedDataProvider& data, const FittedModel& model, double capacit
                             load,
                             crank,
                             perhaps(data, 200.0, 350.0)};
-  fuzz::require(test::brokenLaw(predictCranking(model, query, capacity), model));
+  fuzz::require(test::brokenLaw(predictCranking(model, query, capacity), model.fit));
 }
 
 void askStopTime(FuzzedDataProvider& data, const FittedModel& model, double capacity) {

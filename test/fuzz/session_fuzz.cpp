@@ -80,7 +80,7 @@ class FuzzedDrive {
 
   void ask() {
     const std::optional<FittedModel> model = session_.model();
-    fuzz::require(test::brokenLaw(session_.predictCranking({-20.0, 10.0, -200.0, 0.5, 7.2}), model.value_or(FittedModel())));
+    fuzz::require(test::brokenLaw(session_.predictCranking({-20.0, 10.0, -200.0, 0.5, 7.2}), model.value_or(FittedModel()).fit));
     const StopTimeQuery stop{-20.0, -200.0, 0.5, 7.2};
     fuzz::require(test::brokenLaw(session_.predictStopTime(stop), stop, session_.capacity()));
     const ChargeAcceptanceQuery charge{14.4, 10.0};

@@ -62,7 +62,7 @@ FittedModel drawnModel(Random& random) {
     estimate.std = j == kRowUDc ? 0.5 * share : share * std::abs(estimate.value);
     model.fit.covariance(j, j) = *estimate.std * *estimate.std;
   }
-  takeEstimates(model);
+  takeEstimates(model.fit);
   model.fit.excited.max_voltage = random.uniform(13.0, 16.0);
   if (happens(random, 0.5))
     model.fit.noise = NoiseModel{magnitude(random, 1e-4, 0.1), magnitude(random, 1e-4, 0.1), magnitude(random, 0.1, 1000.0),
@@ -91,8 +91,8 @@ ChargeAcceptanceQuery drawnCharge(Random& random) {
 }
 
 /// What the sensor shows of a battery that is left alone [A].
-double shownAlone(const FittedModel& model) {
-  for (const ParameterEstimate& estimate : model.fit.estimates)
+double shownAlone(const Fit& fit) {
+  for (const ParameterEstimate& estimate : fit.estimates)
     if (estimate.name == "current_offset") return estimate.value;
   return 0.0;
 }
@@ -100,7 +100,7 @@ double shownAlone(const FittedModel& model) {
 /// The highest voltage of a battery that is left alone for a while [V].
 double highestAlone(const FittedModel& model, double duration) {
   Simulation simulation = simulationOf(model);
-  const double none = shownAlone(model);
+  const double none = shownAlone(model.fit);
   double highest = -HUGE_VAL, at = 0.0;
   for (double share : {0.0, 1e-4, 1e-3, 1e-2, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0}) {
     hold(simulation, none, share * duration - at);
@@ -117,9 +117,9 @@ struct Tally {
   std::string slowest_of;
 };
 
-std::string listed(const FittedModel& model) {
+std::string listed(const Fit& fit) {
   std::string names;
-  for (const auto& id : model.fit.effects) names += id + " ";
+  for (const auto& id : fit.effects) names += id + " ";
   return names;
 }
 
@@ -134,7 +134,7 @@ auto counted(Tally& tally, const FittedModel& model, Ask ask) {
   tally.total += spent;
   if (spent > tally.slowest) {
     tally.slowest = spent;
-    tally.slowest_of = listed(model);
+    tally.slowest_of = listed(model.fit);
   }
   return answer;
 }
@@ -156,18 +156,18 @@ TEST(Answers, OfAnyModelInAnyStateToAnyQuestionKeepTheLawsOfAnswers) {
     const double capacity = magnitude(random, 5.0, 300.0);
     const CrankingQuery crank = drawnCrank(random);
     const CrankingAnswer cranked = counted(cranks, model, [&] { return predictCranking(model, crank, capacity); });
-    EXPECT_EQ(brokenLaw(cranked, model), "") << "model " << k << " " << listed(model) << ": " << cranked.message;
+    EXPECT_EQ(brokenLaw(cranked, model.fit), "") << "model " << k << " " << listed(model.fit) << ": " << cranked.message;
     const StopTimeQuery stop = drawnStop(random);
     const StopTimeAnswer stopped = counted(stops, model, [&] { return predictStopTime(model, stop, capacity); });
-    EXPECT_EQ(brokenLaw(stopped, stop, capacity), "") << "model " << k << " " << listed(model) << ": " << stopped.message;
+    EXPECT_EQ(brokenLaw(stopped, stop, capacity), "") << "model " << k << " " << listed(model.fit) << ": " << stopped.message;
     const ChargeAcceptanceQuery charge = drawnCharge(random);
     const ChargeAcceptanceAnswer charged = counted(charges, model, [&] { return predictChargeAcceptance(model, charge, capacity); });
     charges.negative += charged.valid && charged.i_boost->value < 0.0;
     if (charged.valid && charge.u_boost > highestAlone(model, charge.t_sof2)) {
       ++above;
-      EXPECT_GE(charged.i_boost->value, 0.0) << "model " << k << " " << listed(model) << ": " << charged.message;
+      EXPECT_GE(charged.i_boost->value, 0.0) << "model " << k << " " << listed(model.fit) << ": " << charged.message;
     }
-    EXPECT_EQ(brokenLaw(charged, charge, capacity), "") << "model " << k << " " << listed(model) << ": " << charged.message;
+    EXPECT_EQ(brokenLaw(charged, charge, capacity), "") << "model " << k << " " << listed(model.fit) << ": " << charged.message;
   }
   print("cranks", cranks);
   print("stops", stops);

@@ -18,7 +18,7 @@ inline constexpr double kRestVolts = 12.5;    // [V], likewise
 inline constexpr double kMostStop = 86400.0;  // [s]
 inline constexpr double kRounding = 1.0 + 1e-9;
 
-inline double blocksOf(const FittedModel& model) { return std::max(1.0, std::round(model.fit.parameters.u_dc / kRestVolts)); }
+inline double blocksOf(const Fit& fit) { return std::max(1.0, std::round(fit.parameters.u_dc / kRestVolts)); }
 
 inline bool isOrdered(const Interval& u) { return u.lower <= u.value && u.value <= u.upper; }
 inline bool isFinite(const Interval& u) { return std::isfinite(u.lower) && std::isfinite(u.value) && std::isfinite(u.upper); }
@@ -37,13 +37,13 @@ inline std::string brokenInterval(const Interval& u) {
   return isOrdered(u) ? "" : sentence("not ordered: %g [%g, %g]", u.value, u.lower, u.upper);
 }
 
-inline std::string brokenLaw(const CrankingAnswer& answer, const FittedModel& model) {
+inline std::string brokenLaw(const CrankingAnswer& answer, const Fit& fit) {
   const std::string form = brokenForm(answer, answer.u_min.has_value());
   if (!form.empty() || !answer.u_min) return form;
   const Interval& u = *answer.u_min;
   const std::string interval = brokenInterval(u);
   if (!interval.empty() || !answer.valid) return interval;
-  const double most = kMostVolts * blocksOf(model);
+  const double most = kMostVolts * blocksOf(fit);
   return u.value >= 0.0 && u.value <= most ? "" : sentence("a valid crank of %g V, expected 0 to %g V", u.value, most);
 }
 

@@ -48,10 +48,10 @@ inline FittedModel uncertainModel(double share, const std::vector<std::string>& 
 }
 
 /// Takes the base parameters over from the estimates.
-inline void takeEstimates(FittedModel& model) {
+inline void takeEstimates(Fit& fit) {
   Eigen::VectorXd p(static_cast<Eigen::Index>(kBaseRows));
-  for (Eigen::Index j = 0; j < p.size(); ++j) p[j] = model.fit.estimates[static_cast<std::size_t>(j)].value;
-  model.fit.parameters = baseParameters(p);
+  for (Eigen::Index j = 0; j < p.size(); ++j) p[j] = fit.estimates[static_cast<std::size_t>(j)].value;
+  fit.parameters = baseParameters(p);
 }
 
 inline bool holds(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }

@@ -41,7 +41,7 @@ class Follower {
 };
 
 /// @return a stretch of a recording as a model is driven through it: by the voltage where its source imposes that.
-Drive driveOf(const FittedModel& model, const Series& series, IndexRange range);
+Drive driveOf(const Fit& fit, const Series& series, IndexRange range);
 
 /// Puts a follower's state, its covariance and its memory into the model it was begun with.
 void takeState(FittedModel& model, const Follower& follower, double current);

@@ -40,7 +40,7 @@ struct QueryRange {
 
 /// The most charge that a model's equations hold for [Ah]: all of the capacity where the open-circuit voltage may move
 /// (ocv_soc, acid_transport), else 1 % of it.
-double chargeHeldFor(const FittedModel& model, double capacity);
+double chargeHeldFor(const Fit& fit, double capacity);
 
 /**
  * @brief Why a model should not be relied on for a query: what its window did not excite and its equations do not hold.

@@ -31,7 +31,7 @@ class StateTracker {
   /// Widths of intervals, as past events ask for.
   void setScales(const IntervalScale& crank, const IntervalScale& charge);
   /// What the caller knows of the model beside its numbers: recording and duration of the fit.
-  void setOrigin(const FittedModel& model);
+  void setOrigin(const Provenance& origin);
 
   // The last settled sample; meaningless before the first.
   bool hasSettled() const { return has_settled_; }
@@ -47,7 +47,7 @@ class StateTracker {
   FittedModel modelSettled() const { return modelAt(settled_); }
   const MissedCrank& missedSettled() const { return settled_.missed; }
 
-  /// At the newest sample.
+  /// At the newest sample; without discrepancy and memories, which modelNow() has.
   const LiveState& state() const { return here().state; }
   /// Whether a source may drive the model.
   bool hasSource() const { return watch_.has_value(); }

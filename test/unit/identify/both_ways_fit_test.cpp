@@ -14,8 +14,8 @@ namespace {
 
 using namespace test;
 
-const ParameterEstimate& estimate(const FittedModel& model, const std::string& name) {
-  for (const auto& e : model.fit.estimates)
+const ParameterEstimate& estimate(const Fit& fit, const std::string& name) {
+  for (const auto& e : fit.estimates)
     if (e.name == name) return e;
   throw std::out_of_range(name);
 }
@@ -90,9 +90,9 @@ IdentifyOptions knowing(const StartStopDrive& drive, const KnownParameter& known
 TEST(IdentifyBothWays, AFleetsPriorHoldsAParameterWhereItIsSharpAndLeavesItWhereItIsWide) {
   const StartStopDrive drive = freshTwin(0.3, 0.012);
   const IndexRange whole{0, drive.series.size()};
-  const double alone = estimate(fitted(drive, {"fresh_sulphate"}), "pore_time").value;
-  const double held = estimate(identify(drive.series, whole, knowing(drive, {"pore_time", 30.0, 1e-3, true})), "pore_time").value;
-  const double wide = estimate(identify(drive.series, whole, knowing(drive, {"pore_time", alone, 10.0, true})), "pore_time").value;
+  const double alone = estimate(fitted(drive, {"fresh_sulphate"}).fit, "pore_time").value;
+  const double held = estimate(identify(drive.series, whole, knowing(drive, {"pore_time", 30.0, 1e-3, true})).fit, "pore_time").value;
+  const double wide = estimate(identify(drive.series, whole, knowing(drive, {"pore_time", alone, 10.0, true})).fit, "pore_time").value;
   EXPECT_NEAR(held, 30.0, 0.3);
   EXPECT_NEAR(wide, alone, 0.5 * alone);
 }
@@ -101,7 +101,8 @@ TEST(IdentifyBothWays, APopulationOfOtherEffectsSaysNothing) {
   const StartStopDrive drive = freshTwin(0.3, 0.012);
   IdentifyOptions options = knowing(drive, {"pore_time", 30.0, 1e-3, true});
   options.priors.pop_back();
-  EXPECT_EQ(identify(drive.series, {0, drive.series.size()}, options).fit.parameters.c2, fitted(drive, {"fresh_sulphate"}).fit.parameters.c2);
+  EXPECT_EQ(identify(drive.series, {0, drive.series.size()}, options).fit.parameters.c2,
+            fitted(drive, {"fresh_sulphate"}).fit.parameters.c2);
 }
 
 TEST(IdentifyBothWays, RecoversFreshSulphate) {
@@ -121,7 +122,7 @@ TEST(IdentifyBothWays, RecoversFreshSulphate) {
                                                               {"beta", 0.05},
                                                               {"c2", 0.02}};
   for (const auto& [name, share] : bounds)
-    EXPECT_NEAR(estimate(model, name).value / truth[*composition.parameterRow(name)], 1.0, share) << name;
+    EXPECT_NEAR(estimate(model.fit, name).value / truth[*composition.parameterRow(name)], 1.0, share) << name;
   EXPECT_NEAR(model.fit.parameters.u_dc, truth[kRowUDc], 0.02);
   EXPECT_LT(*model.fit.scores.current_rmse, 0.3);
   EXPECT_LT(model.fit.scores.rmse, 0.01);
@@ -133,7 +134,7 @@ TEST(IdentifyBothWays, TruthLiesWithinFourStandardErrors) {
   const BatteryModel composition({"fresh_sulphate"});
   const Eigen::VectorXd truth = freshBattery(composition);
   for (const char* name : {"r_discharge", "steady_supply", "dissolution_time", "pore_resistance", "u_dc"}) {
-    const ParameterEstimate& e = estimate(model, name);
+    const ParameterEstimate& e = estimate(model.fit, name);
     ASSERT_TRUE(e.std) << name;
     EXPECT_LT(std::abs(e.value - truth[*composition.parameterRow(name)]), 4.0 * *e.std) << name;
     EXPECT_LT(*e.std, 0.5 * std::abs(e.value)) << name;
@@ -297,7 +298,7 @@ TEST(CarryState, GoesThroughWhatASourceImposedAsTheFollowerDoes) {
   fitErrors(model, drive.series, {0, half});
   const FittedModel before = model;
   const std::size_t last = drive.series.size() - 1;
-  const Drive rest = driveOf(before, drive.series, {half - 1, last + 1});
+  const Drive rest = driveOf(before.fit, drive.series, {half - 1, last + 1});
   Follower follower(before, true);
   for (std::size_t n = 1; n < rest.samples.size(); ++n) follower.follow(rest.samples[n]);
   carryState(model, drive.series, last);
@@ -403,14 +404,14 @@ TEST(Follower, AddsWhatWasLearntInsideTheWindowsCurrents) {
 TEST(DriveOf, WithoutASourceIsTheCurrentsDrive) {
   const StartStopDrive drive = freshTwin(0.1, 0.01, 200.0);
   FittedModel model;
-  const Drive plain = driveOf(model, drive.series, {0, drive.series.size()});
+  const Drive plain = driveOf(model.fit, drive.series, {0, drive.series.size()});
   EXPECT_TRUE(std::none_of(plain.samples.begin(), plain.samples.end(), [](const DriveSample& s) { return s.voltage_drives; }));
   model.fit.source = findSource(drive.series).rule;
   model.fit.voltage_lag = 1;
-  const Drive driven = driveOf(model, drive.series, {0, drive.series.size()});
+  const Drive driven = driveOf(model.fit, drive.series, {0, drive.series.size()});
   EXPECT_TRUE(std::any_of(driven.samples.begin(), driven.samples.end(), [](const DriveSample& s) { return s.voltage_drives; }));
   EXPECT_EQ(driven.samples[10].voltage, drive.series.voltage[11]);
-  EXPECT_TRUE(driveOf(model, drive.series, {5, 5}).samples.empty());
+  EXPECT_TRUE(driveOf(model.fit, drive.series, {5, 5}).samples.empty());
 }
 
 }  // namespace

@@ -13,8 +13,8 @@ namespace {
 
 IndexRange whole(const Series& series) { return {0, series.size()}; }
 
-const ParameterEstimate& estimate(const FittedModel& model, const std::string& name) {
-  for (const auto& e : model.fit.estimates)
+const ParameterEstimate& estimate(const Fit& fit, const std::string& name) {
+  for (const auto& e : fit.estimates)
     if (e.name == name) return e;
   throw std::out_of_range(name);
 }
@@ -83,7 +83,7 @@ TEST(Identify, ThePapersPenaltyKeepsParametersNearTableOne) {
   IdentifyOptions options;
   options.start = FitStart::kPaper;
   const FittedModel model = identify(series, whole(series), options);
-  EXPECT_TRUE(estimate(model, "r_charge").at_bound);
+  EXPECT_TRUE(estimate(model.fit, "r_charge").at_bound);
   EXPECT_GT(model.fit.parameters.r_charge, 0.0002);
 }
 
@@ -92,7 +92,7 @@ TEST(Identify, ReportsAParameterThatEndsAtABoundWithoutAStandardError) {
   outside.r_charge = 0.0002;
   const Series series = test::answered(outside, test::dataSetOneCurrent(240.0, 0.01, 2), 0.01, 0.002, 2);
   const FittedModel model = identify(series, whole(series));
-  const auto& r_charge = estimate(model, "r_charge");
+  const auto& r_charge = estimate(model.fit, "r_charge");
   EXPECT_TRUE(r_charge.at_bound);
   EXPECT_FALSE(r_charge.determined);
   EXPECT_FALSE(r_charge.std.has_value());
@@ -105,9 +105,9 @@ TEST(Identify, SaysThatADischargeOnlyWindowDoesNotDetermineTheChargeResistance) 
   for (double& i : current) i = std::min(i, -1.0);
   const Series series = test::answered(test::drivenBattery(), current, 0.01, 0.002, 4);
   const FittedModel model = identify(series, whole(series));
-  EXPECT_TRUE(estimate(model, "r_discharge").determined);
-  EXPECT_FALSE(estimate(model, "r_charge").determined);
-  EXPECT_FALSE(estimate(model, "r_charge").std.has_value());
+  EXPECT_TRUE(estimate(model.fit, "r_discharge").determined);
+  EXPECT_FALSE(estimate(model.fit, "r_charge").determined);
+  EXPECT_FALSE(estimate(model.fit, "r_charge").std.has_value());
 }
 
 TEST(Identify, RefusesAWindowTooShortToFit) {

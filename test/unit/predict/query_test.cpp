@@ -73,7 +73,7 @@ TEST(ExtrapolationOf, WhatAModelMakesNoFiniteNumbersOfIsAnsweredWithoutNumbers) 
   FittedModel model = knownModel({"voltage_drift"});
   for (ParameterEstimate& estimate : model.fit.estimates)
     if (estimate.name == "u_dc" || estimate.name == "voltage_drift") estimate.value = 1.7e308;
-  takeEstimates(model);
+  takeEstimates(model.fit);
   const CrankingAnswer crank = predictCranking(model, {-1.0, 3600.0, -200.0, 0.5});
   EXPECT_EQ(crank.code, AnswerCode::kNoModel);
   EXPECT_FALSE(crank.u_min || crank.capable || crank.valid);
