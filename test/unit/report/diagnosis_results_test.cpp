@@ -88,7 +88,7 @@ TEST(DiagnosisJson, HasNullForWhatIsAbsentOrNotFinite) {
 
 TEST(DiagnosisJson, OfAFamilyThatNoProbabilityIsSaidOfHasNull) {
   test::MadeDiagnosis made = test::madeUnknown();
-  made.diagnosis.family = Family::acceptance;
+  made.diagnosis.family = Family::kAcceptance;
   made.diagnosis.probability = 0.0;
   EXPECT_EQ(diagnosisJson(made.diagnosis)["family"], "acceptance");
   EXPECT_TRUE(diagnosisJson(made.diagnosis)["probability"].is_null());
