@@ -23,7 +23,7 @@ demo: build
 
 test: build
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target tests -j$(JOBS)
-	@cd "$(BUILD)" && CTEST_OUTPUT_ON_FAILURE=1 bash ../scripts/with_ros ctest --no-tests=error
+	@cd "$(BUILD)" && CTEST_OUTPUT_ON_FAILURE=1 bash ../scripts/with_ros ctest -j$(JOBS) --no-tests=error
 
 # The pages as a site: build/docs/index.html. A link that leads nowhere ends it.
 docs: deps

@@ -32,7 +32,7 @@ set_tests_properties(diagnosis_page_in_a_browser PROPERTIES SKIP_RETURN_CODE 77 
 add_test(NAME live_page_in_a_browser
   COMMAND "${CATKIN_DEVEL_PREFIX}/env.sh" "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/page/live_test.py"
     "${CATKIN_DEVEL_PREFIX}" "${CMAKE_CURRENT_BINARY_DIR}/page")
-set_tests_properties(live_page_in_a_browser PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300)
+set_tests_properties(live_page_in_a_browser PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 RUN_SERIAL TRUE)
 
 # The benchmark of the diagnosis: its arithmetic, and a tenth of it as a whole (some minutes).
 add_test(NAME proof_counts_right COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/proof/proof_test.py")
@@ -40,7 +40,7 @@ set_tests_properties(proof_counts_right PROPERTIES TIMEOUT 120 ENVIRONMENT "BATT
 add_test(NAME proof_quick
   COMMAND "${PYTHON_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/proof" quick --build "${CMAKE_BINARY_DIR}"
     --seal "${CMAKE_CURRENT_SOURCE_DIR}/proof/quick" --out "${CMAKE_BINARY_DIR}/proof/quick")
-set_tests_properties(proof_quick PROPERTIES TIMEOUT 600)
+set_tests_properties(proof_quick PROPERTIES TIMEOUT 600 PROCESSORS 2)
 
 # What judges the diagnosis on forms that no catalogue has: its arithmetic.
 add_test(NAME strangers_count_right COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/strangers/strangers_test.py")
@@ -49,6 +49,8 @@ set_tests_properties(strangers_count_right PROPERTIES TIMEOUT 120)
 # What the scripts share, and the shell scripts.
 add_test(NAME scripts_do_what_they_say COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/tools_test.py")
 set_tests_properties(scripts_do_what_they_say PROPERTIES TIMEOUT 300 ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
+add_test(NAME tables_say_what_was_measured COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/measures_test.py")
+set_tests_properties(tables_say_what_was_measured PROPERTIES TIMEOUT 60)
 add_test(NAME fleet_has_the_same_rows_however_it_is_run COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/fleet_test.py")
 set_tests_properties(fleet_has_the_same_rows_however_it_is_run PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
 add_test(NAME setup_brings_path_and_completion
@@ -76,5 +78,5 @@ add_test(NAME energy_manager_builds_and_decides
   COMMAND "${CMAKE_COMMAND}" "-DDEVEL=${CATKIN_DEVEL_PREFIX}" "-DSOURCE=${PROJECT_SOURCE_DIR}/examples/energy_manager"
     "-DWORK=${CMAKE_BINARY_DIR}/energy_manager" "-DCXX=${CMAKE_CXX_COMPILER}" "-DPYTHON=${PYTHON_EXECUTABLE}"
     "-DROSTEST=${BATTERY_SOF_ROSTEST}" -P "${CMAKE_CURRENT_SOURCE_DIR}/examples/try.cmake")
-set_tests_properties(energy_manager_builds_and_decides PROPERTIES TIMEOUT 300)
+set_tests_properties(energy_manager_builds_and_decides PROPERTIES TIMEOUT 300 RESOURCE_LOCK roscore)
 add_dependencies(tests stop_experiment)
