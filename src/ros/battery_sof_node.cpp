@@ -86,6 +86,7 @@ void BatterySofNode::advertise() {
                serve<PredictStopTime>("predict_stop_time", question_queue_, &Node::onPredictStopTime),
                serve<PredictChargeAcceptance>("predict_charge_acceptance", question_queue_, &Node::onPredictChargeAcceptance),
                serve<SetStandingQuery>("set_standing_query", question_queue_, &Node::onSetStandingQuery),
+               serve<CancelDiagnosis>("cancel_diagnosis", question_queue_, &Node::onCancelDiagnosis),
                serve<PredictMap>("predict_map", patient_queue_, &Node::onPredictMap),
                serve<SimulateProfile>("simulate_profile", patient_queue_, &Node::onSimulateProfile),
                serve<Identify>("identify", patient_queue_, &Node::onIdentify),
