@@ -37,6 +37,7 @@ struct RecordingArguments {
   std::string path;
   CsvColumns columns;
   std::string topic = kDefaultTopic;
+  double blocks = 1.0;  ///< 12 V blocks in a row
 };
 
 /// The options --from and --to, as typed.
@@ -45,10 +46,11 @@ struct WindowArguments {
 };
 
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path = true);
+void addBlocksOption(CLI::App& command, RecordingArguments& arguments);
 void addWindowOptions(CLI::App& command, WindowArguments& arguments);
 void addJsonOption(CLI::App& command, std::string& json);
 
-/// Reads a bag or CSV file. @throws RecordingError.
+/// Reads a bag or CSV file, with the voltage of one of its blocks. @throws RecordingError, UsageError.
 Recording loadRecording(const RecordingArguments& arguments);
 
 /// Why there is nothing left to work with after atDesignRate().

@@ -85,12 +85,13 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   FittedModel model = fit(series, request);
   model.recording = recording.name;
   model.recording_hash = fileHash(arguments.recording.path);
+  if (isUsable(model)) carryToEnd(model, series, request);
+  model.blocks = arguments.recording.blocks;
   if (!isUsable(model)) {
     emit(line, identifyText(model), identifyJson(model), arguments.json);
     line.err << "sof: no model: " << printable(model.message) << "\n";
     return kExitNegative;
   }
-  carryToEnd(model, series, request);
   writeModelFile(arguments.out, model);
   emit(line, identifyText(model), identifyJson(model), arguments.json);
   return kExitDone;
@@ -102,6 +103,7 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("identify", "fit the model to a window of a recording");
   auto arguments = std::make_shared<IdentifyArguments>();
   addRecordingOptions(*command, arguments->recording);
+  addBlocksOption(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
   command->add_flag("--auto", arguments->automatic, "choose the window inside --from and --to even when both are given");
   command->add_option("--out", arguments->out, "model file to write")->required()->type_name(kWrittenFile);

@@ -45,8 +45,11 @@ class Reasons {
   std::string text_;
 };
 
+/// Blocks in a row, those that were said and those that the voltage tells of.
+double blocksOf(const FittedModel& model) { return model.blocks * blocksInSeries(model.parameters.u_dc); }
+
 /// The voltage above which no battery of as many blocks is [V].
-double mostVoltage(const FittedModel& model) { return kMostOfBlock * blocksInSeries(model.parameters.u_dc); }
+double mostVoltage(const FittedModel& model) { return kMostOfBlock * blocksOf(model); }
 
 void addCharging(Reasons& reasons, const FittedModel& model, const QueryRange& range) {
   const ExcitedRange& seen = model.excited;
@@ -97,8 +100,9 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
     reasons.add(*range.most_current > kCurrentReach * std::max(seen.max_current, 0.0),
                 sentence("it charges with %.0f A but the window's largest charge was %.0f A", *range.most_current, seen.max_current));
   if (range.most_voltage)
-    reasons.add(*range.most_voltage > seen.max_voltage + blocksInSeries(model.parameters.u_dc) * kVoltageReach,
-                sentence("it goes to %.2f V but the window's highest voltage was %.2f V", *range.most_voltage, seen.max_voltage));
+    reasons.add(
+        *range.most_voltage > model.blocks * seen.max_voltage + blocksOf(model) * kVoltageReach,
+        sentence("it goes to %.2f V but the window's highest voltage was %.2f V", *range.most_voltage, model.blocks * seen.max_voltage));
   reasons.add(range.charge_moved > kConstantCharge * capacity && !movesOpenCircuitVoltage(model),
               sentence("it moves %.2f Ah, more than 1 %% of %g Ah, and the model holds the open-circuit "
                        "voltage constant",
@@ -109,7 +113,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
                 sentence("it comes to %.2f V, expected 0 to %.0f V of such a battery", *u, mostVoltage(model)));
   reasons.add(range.beyond_learned > kLearnedReach,
               sentence("what was learnt beside the equations is held at its range's end, %.0f mV from where it would be",
-                       1e3 * range.beyond_learned));
+                       1e3 * model.blocks * range.beyond_learned));
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;
   if (temperature && seen.temperature)
     reasons.add(

@@ -204,6 +204,7 @@ std::string modelYaml(const FittedModel& model) {
   root["program"] = "battery_sof " + version();
   root["recording"]["name"] = model.recording;
   root["recording"]["hash"] = model.recording_hash;
+  if (model.blocks != 1.0) root["blocks"] = scalar(model.blocks);
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);
   root["effects"].SetStyle(YAML::EmitterStyle::Flow);
   for (const auto& effect : model.effects) root["effects"].push_back(effect);

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "battery_sof/predict/query.hpp"
+#include "battery_sof/recording/blocks.hpp"
 #include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/version.hpp"
@@ -60,6 +61,7 @@ nlohmann::json identifyJson(const FittedModel& model) {
   return {{"schema", "battery_sof/model/1"},
           {"program", "battery_sof " + version()},
           {"recording", model.recording},
+          {"blocks", model.blocks},
           {"window", windowJson(model.window)},
           {"samples", model.window.samples},
           {"effects", model.effects},
@@ -79,6 +81,7 @@ std::string identifyText(const FittedModel& model) {
   std::string text;
   appendLine(text, "window       %.2f to %.2f s, %zu samples, current %.1f to %.1f A", model.window.from, model.window.to,
              model.window.samples, model.excited.min_current, model.excited.max_current);
+  if (model.blocks != 1.0) text += "blocks       " + sentenceOfRow(model.blocks) + "\n";
   appendLine(text, "%-26s %12s %12s", "parameter", "value", "std. error");
   for (const auto& e : model.estimates) {
     if (e.std)

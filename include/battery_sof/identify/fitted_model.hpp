@@ -128,6 +128,8 @@ struct FittedModel {
   double fit_ms = 0.0;         ///< [ms] wall time, filled in by the caller that holds a clock
   std::string recording;       ///< file name or topic
   std::string recording_hash;  ///< "sha256:..." of the file, empty when there is no file
+  /// 12 V blocks in a row: all else here is of one of them, queries and answers are of the row (recording/blocks.hpp).
+  double blocks = 1.0;
 };
 
 /// Rows of a base model's covariance behind the parameters (BaseRow).
