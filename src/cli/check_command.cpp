@@ -12,12 +12,15 @@ struct CheckArguments {
 };
 
 int runCheck(const CommandLine& line, const CheckArguments& arguments) {
+  Progress progress(line.err);
   const Recording recording = loadRecording(arguments.recording);
+  progress.stage("checking");
   const CheckReport report = checkRecording(recording);
   const double blocks = arguments.recording.blocks;
   nlohmann::json json = checkReportJson(recording.name, recording, report);
   json["blocks"] = blocks;
   const std::string row = blocks == 1.0 ? "" : sentenceOfRow(blocks) + "\n";
+  progress.end();
   emit(line, row + checkReportText(recording.name, recording, report), json, arguments.json);
   return kExitDone;
 }

@@ -1,10 +1,8 @@
 #include "command.hpp"
 
 #include <openssl/evp.h>
-#include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -19,10 +17,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kEpochClock = 1e8;     // [s]; a clock above it counts from 1970
-constexpr double kProgressAfter = 2.0;  // [s]
-
-double steadySeconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+constexpr double kEpochClock = 1e8;  // [s]; a clock above it counts from 1970
 
 bool isBag(const std::string& path) {
   if (std::filesystem::path(path).extension() == ".bag") return true;
@@ -109,12 +104,6 @@ std::string fileHash(const std::string& path) {
     text += pair;
   }
   return text;
-}
-
-Progress::Progress(std::ostream& err) : err_(err), shown_(isatty(STDERR_FILENO) != 0), started_(steadySeconds()) {}
-
-void Progress::stage(const std::string& what) {
-  if (shown_ && steadySeconds() - started_ > kProgressAfter) err_ << what << " ...\n" << std::flush;
 }
 
 }  // namespace battery_sof

@@ -12,6 +12,7 @@
 #include "battery_sof/cli/sof.hpp"
 #include "battery_sof/recording/csv.hpp"
 #include "battery_sof/recording/resample.hpp"
+#include "progress.hpp"
 
 namespace battery_sof {
 
@@ -74,19 +75,6 @@ void emit(const CommandLine& line, const std::string& text, const nlohmann::json
 
 /// @return "sha256:" and the digest of a file's bytes in hexadecimal.
 std::string fileHash(const std::string& path);
-
-/// Says on err, after two seconds of work and only when standard error is a terminal, what is being
-/// done.
-class Progress {
- public:
-  explicit Progress(std::ostream& err);
-  void stage(const std::string& what);
-
- private:
-  std::ostream& err_;
-  bool shown_;
-  double started_;
-};
 
 void addCheckCommand(CLI::App& app, CommandLine& line);
 void addConvertCommand(CLI::App& app, CommandLine& line);

@@ -71,6 +71,7 @@ int runDiagnose(const CommandLine& line, DiagnoseArguments arguments) {
   nameOrigin(diagnosis, recording, arguments.recording);
   progress.stage("writing");
   writeFiles(arguments, recording, diagnosis);
+  progress.end();
   emit(line, diagnosisText(diagnosis), diagnosisJson(diagnosis), arguments.json);
   if (diagnosis.verdict != Verdict::kInsufficientData) return kExitDone;
   line.err << "sof: no diagnosis: " << diagnosis.summary << "\n";

@@ -23,8 +23,10 @@ struct IdentifyArguments {
   bool names_effects = false;  // --effects was given, if only as "none"
 };
 
-void warn(const CommandLine& line, const Recording& recording) {
-  for (const Finding& finding : checkRecording(recording).findings)
+void warn(const CommandLine& line, Progress& progress, const Recording& recording) {
+  const CheckReport report = checkRecording(recording);
+  progress.hide();
+  for (const Finding& finding : report.findings)
     if (finding.severity != Severity::kNote) line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
 }
 
@@ -78,7 +80,7 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   Progress progress(line.err);
   const Recording recording = loadRecording(arguments.recording);
   progress.stage("checking");
-  warn(line, recording);
+  warn(line, progress, recording);
   const Series series = atDesignRate(recording.series);
   progress.stage("identifying");
   const FitRequest request = requestOf(arguments, series);
@@ -87,6 +89,7 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   model.recording_hash = fileHash(arguments.recording.path);
   if (isUsable(model)) carryToEnd(model, series, request);
   model.blocks = arguments.recording.blocks;
+  progress.end();
   if (!isUsable(model)) {
     emit(line, identifyText(model), identifyJson(model), arguments.json);
     line.err << "sof: no model: " << printable(model.message) << "\n";
