@@ -10,7 +10,7 @@ import rostest
 from battery_sof.msg import Diagnosis, IdentifiedModel, SofStatus
 from battery_sof.srv import Diagnose, PredictChargeAcceptance, PredictCranking
 
-from processes import Folder, NodeTest, Program, program, service, start_node, wait_until, whole_arguments
+from processes import Folder, NodeTest, program, service, start_node, wait_until, whole_arguments
 
 RATE = 30
 DURATION = 330  # [s]
@@ -62,8 +62,8 @@ class RowOfBlocks(NodeTest):
         for status in statuses:
             status.wait(lambda s: True, 20, "the first status")
         self.play(self.bags[0], RATE, self.bags[1]).wait(60)
-        one, row = [status.wait(lambda s: s.state == SofStatus.READY and s.header.stamp.to_sec() > DURATION - 2.0, 20, "READY")
-                    for status in statuses]
+        for status in statuses:
+            status.wait(lambda s: s.state == SofStatus.READY and s.header.stamp.to_sec() > DURATION - 2.0, 20, "READY")
         wait_until(lambda: statuses[0].newest().header.stamp == statuses[1].newest().header.stamp, 10, "the same sample")
         one, row = [status.newest() for status in statuses]
         self.assert_twice(row, one, "u_required", "u_boost", "expected_voltage")
