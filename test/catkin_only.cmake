@@ -58,7 +58,7 @@ add_test(NAME setup_brings_path_and_completion
 set_tests_properties(setup_brings_path_and_completion PROPERTIES TIMEOUT 60)
 add_test(NAME diagnosis_can_be_interrupted
   COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/interruption_test.py" "${CMAKE_BINARY_DIR}")
-set_tests_properties(diagnosis_can_be_interrupted PROPERTIES TIMEOUT 60)
+set_tests_properties(diagnosis_can_be_interrupted PROPERTIES TIMEOUT 120)
 # What README.md and docs/getting-started.md tell a reader to type, and the site of the pages.
 add_test(NAME commands_of_the_pages_run
   COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/pages_test.py" "${CMAKE_BINARY_DIR}")

@@ -1,3 +1,4 @@
+#include "battery_sof/recording/blocks.hpp"
 #include "battery_sof/recording/checks.hpp"
 #include "battery_sof/report/check_report.hpp"
 #include "command.hpp"
@@ -11,9 +12,16 @@ struct CheckArguments {
 };
 
 int runCheck(const CommandLine& line, const CheckArguments& arguments) {
+  Progress progress(line.err);
   const Recording recording = loadRecording(arguments.recording);
+  progress.stage("checking");
   const CheckReport report = checkRecording(recording);
-  emit(line, checkReportText(recording.name, recording, report), checkReportJson(recording.name, recording, report), arguments.json);
+  const double blocks = arguments.recording.blocks;
+  nlohmann::json json = checkReportJson(recording.name, recording, report);
+  json["blocks"] = blocks;
+  const std::string row = blocks == 1.0 ? "" : sentenceOfRow(blocks) + "\n";
+  progress.end();
+  emit(line, row + checkReportText(recording.name, recording, report), json, arguments.json);
   return kExitDone;
 }
 
@@ -23,6 +31,7 @@ void addCheckCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("check", "lint a recording: rate, gaps, clipping, quantisation, sign, offset, skew, stuck values");
   auto arguments = std::make_shared<CheckArguments>();
   addRecordingOptions(*command, arguments->recording);
+  addBlocksOption(*command, arguments->recording);
   addJsonOption(*command, arguments->json);
   command->callback([&line, arguments] { line.run = [&line, arguments] { return runCheck(line, *arguments); }; });
 }

@@ -1,26 +1,23 @@
 #include "command.hpp"
 
 #include <openssl/evp.h>
-#include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 
 #include "battery_sof/identify/recording_fit.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
+#include "battery_sof/recording/blocks.hpp"
 #include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/printable.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kEpochClock = 1e8;     // [s]; a clock above it counts from 1970
-constexpr double kProgressAfter = 2.0;  // [s]
-
-double steadySeconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+constexpr double kEpochClock = 1e8;  // [s]; a clock above it counts from 1970
 
 bool isBag(const std::string& path) {
   if (std::filesystem::path(path).extension() == ".bag") return true;
@@ -43,6 +40,13 @@ void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool 
   command.add_option("--topic", arguments.topic, "bag topic")->capture_default_str();
 }
 
+void addBlocksOption(CLI::App& command, RecordingArguments& arguments) {
+  command
+      .add_option("--blocks", arguments.blocks,
+                  "blocks of 12 V in a row: 0.5 for a battery of 6 V, 2 for 24 V, 4 for 48 V; bounds and limits are those of one")
+      ->capture_default_str();
+}
+
 void addWindowOptions(CLI::App& command, WindowArguments& arguments) {
   command.add_option("--from", arguments.from, "start [s] on the recording's clock; +T counts from its first sample");
   command.add_option("--to", arguments.to, "end [s], as --from");
@@ -53,7 +57,10 @@ void addJsonOption(CLI::App& command, std::string& json) {
 }
 
 Recording loadRecording(const RecordingArguments& arguments) {
-  return isBag(arguments.path) ? readBag(arguments.path, arguments.topic) : readCsv(arguments.path, arguments.columns);
+  if (!isRowOfBlocks(arguments.blocks)) throw UsageError(sentence("--blocks is %g, expected ", arguments.blocks) + kRowsOfBlocks);
+  Recording recording = isBag(arguments.path) ? readBag(arguments.path, arguments.topic) : readCsv(arguments.path, arguments.columns);
+  recording.series = ofOneBlock(std::move(recording.series), arguments.blocks);
+  return recording;
 }
 
 std::optional<double> parseTime(const std::string& text, const Series& series, const char* option) {
@@ -97,12 +104,6 @@ std::string fileHash(const std::string& path) {
     text += pair;
   }
   return text;
-}
-
-Progress::Progress(std::ostream& err) : err_(err), shown_(isatty(STDERR_FILENO) != 0), started_(steadySeconds()) {}
-
-void Progress::stage(const std::string& what) {
-  if (shown_ && steadySeconds() - started_ > kProgressAfter) err_ << what << " ...\n" << std::flush;
 }
 
 }  // namespace battery_sof

@@ -12,6 +12,7 @@
 #include "battery_sof/cli/sof.hpp"
 #include "battery_sof/recording/csv.hpp"
 #include "battery_sof/recording/resample.hpp"
+#include "progress.hpp"
 
 namespace battery_sof {
 
@@ -37,6 +38,7 @@ struct RecordingArguments {
   std::string path;
   CsvColumns columns;
   std::string topic = kDefaultTopic;
+  double blocks = 1.0;  ///< 12 V blocks in a row
 };
 
 /// The options --from and --to, as typed.
@@ -45,10 +47,11 @@ struct WindowArguments {
 };
 
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path = true);
+void addBlocksOption(CLI::App& command, RecordingArguments& arguments);
 void addWindowOptions(CLI::App& command, WindowArguments& arguments);
 void addJsonOption(CLI::App& command, std::string& json);
 
-/// Reads a bag or CSV file. @throws RecordingError.
+/// Reads a bag or CSV file, with the voltage of one of its blocks. @throws RecordingError, UsageError.
 Recording loadRecording(const RecordingArguments& arguments);
 
 /// Why there is nothing left to work with after atDesignRate().
@@ -72,19 +75,6 @@ void emit(const CommandLine& line, const std::string& text, const nlohmann::json
 
 /// @return "sha256:" and the digest of a file's bytes in hexadecimal.
 std::string fileHash(const std::string& path);
-
-/// Says on err, after two seconds of work and only when standard error is a terminal, what is being
-/// done.
-class Progress {
- public:
-  explicit Progress(std::ostream& err);
-  void stage(const std::string& what);
-
- private:
-  std::ostream& err_;
-  bool shown_;
-  double started_;
-};
 
 void addCheckCommand(CLI::App& app, CommandLine& line);
 void addConvertCommand(CLI::App& app, CommandLine& line);

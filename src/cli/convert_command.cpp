@@ -15,11 +15,14 @@ struct ConvertArguments {
 int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
   const std::string extension = std::filesystem::path(arguments.out).extension();
   if (extension != ".bag" && extension != ".csv") throw UsageError(arguments.out + ": expected a name ending in .bag or .csv");
+  Progress progress(line.err);
   const Recording recording = loadRecording(arguments.recording);
+  progress.stage("writing");
   if (extension == ".bag")
     writeBag(arguments.out, recording.series, arguments.recording.topic);
   else
     writeCsv(arguments.out, recording.series);
+  progress.end();
   const std::size_t samples = recording.series.size();
   const std::size_t rejected = recording.rejected.total();
   emit(line,

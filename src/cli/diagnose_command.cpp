@@ -3,6 +3,7 @@
 
 #include "battery_sof/diagnose/diagnose.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
+#include "battery_sof/recording/blocks.hpp"
 #include "battery_sof/report/diagnosis_page.hpp"
 #include "battery_sof/report/diagnosis_results.hpp"
 #include "battery_sof/report/model_yaml.hpp"
@@ -36,9 +37,14 @@ void requireFolders(const DiagnoseArguments& arguments) {
   }
 }
 
-void nameOrigin(Provenance& provenance, const Recording& recording, const std::string& hash) {
-  provenance.recording = recording.name;
-  provenance.recording_hash = hash;
+void nameOrigin(Diagnosis& diagnosis, const Recording& recording, const RecordingArguments& arguments) {
+  const std::string hash = fileHash(arguments.path);
+  for (FittedModel* model : {&diagnosis.base, &diagnosis.extended}) {
+    model->provenance.recording = recording.name;
+    model->provenance.recording_hash = hash;
+    model->fit.blocks = arguments.blocks;
+  }
+  if (arguments.blocks != 1.0) diagnosis.instrument.insert(diagnosis.instrument.begin(), sentenceOfRow(arguments.blocks));
 }
 
 void writeFiles(const DiagnoseArguments& arguments, const Recording& recording, const Diagnosis& diagnosis) {
@@ -62,11 +68,10 @@ int runDiagnose(const CommandLine& line, DiagnoseArguments arguments) {
   Progress progress(line.err);
   const Recording recording = stretchOf(arguments);
   Diagnosis diagnosis = interruptible(recording, arguments.options, progress, line.err);
-  const std::string hash = fileHash(arguments.recording.path);
-  nameOrigin(diagnosis.base.provenance, recording, hash);
-  nameOrigin(diagnosis.extended.provenance, recording, hash);
+  nameOrigin(diagnosis, recording, arguments.recording);
   progress.stage("writing");
   writeFiles(arguments, recording, diagnosis);
+  progress.end();
   emit(line, diagnosisText(diagnosis), diagnosisJson(diagnosis), arguments.json);
   if (diagnosis.verdict != Verdict::kInsufficientData) return kExitDone;
   line.err << "sof: no diagnosis: " << diagnosis.summary << "\n";
@@ -79,6 +84,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("diagnose", "find where the base model and a recording part, and which physics is missing");
   auto arguments = std::make_shared<DiagnoseArguments>();
   addRecordingOptions(*command, arguments->recording);
+  addBlocksOption(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
   command->add_option("--report", arguments->report, "page to write: one HTML file that needs no network")->type_name(kWrittenFile);
   command->add_option("--out", arguments->out, "model file to write: the base model with what was found")->type_name(kWrittenFile);

@@ -23,8 +23,10 @@ struct IdentifyArguments {
   bool names_effects = false;  // --effects was given, if only as "none"
 };
 
-void warn(const CommandLine& line, const Recording& recording) {
-  for (const Finding& finding : checkRecording(recording).findings)
+void warn(const CommandLine& line, Progress& progress, const Recording& recording) {
+  const CheckReport report = checkRecording(recording);
+  progress.hide();
+  for (const Finding& finding : report.findings)
     if (finding.severity != Severity::kNote) line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
 }
 
@@ -78,19 +80,21 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   Progress progress(line.err);
   const Recording recording = loadRecording(arguments.recording);
   progress.stage("checking");
-  warn(line, recording);
+  warn(line, progress, recording);
   const Series series = atDesignRate(recording.series);
   progress.stage("identifying");
   const FitRequest request = requestOf(arguments, series);
   FittedModel model = fit(series, request);
   model.provenance.recording = recording.name;
   model.provenance.recording_hash = fileHash(arguments.recording.path);
+  if (isUsable(model.fit)) carryToEnd(model, series, request);
+  model.fit.blocks = arguments.recording.blocks;
+  progress.end();
   if (!isUsable(model.fit)) {
     emit(line, identifyText(model), identifyJson(model), arguments.json);
     line.err << "sof: no model: " << printable(model.fit.message) << "\n";
     return kExitNegative;
   }
-  carryToEnd(model, series, request);
   writeModelFile(arguments.out, model);
   emit(line, identifyText(model), identifyJson(model), arguments.json);
   return kExitDone;
@@ -102,6 +106,7 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("identify", "fit the model to a window of a recording");
   auto arguments = std::make_shared<IdentifyArguments>();
   addRecordingOptions(*command, arguments->recording);
+  addBlocksOption(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
   command->add_flag("--auto", arguments->automatic, "choose the window inside --from and --to even when both are given");
   command->add_option("--out", arguments->out, "model file to write")->required()->type_name(kWrittenFile);

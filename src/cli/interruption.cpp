@@ -1,6 +1,7 @@
 #include "interruption.hpp"
 
 #include <signal.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
@@ -55,6 +56,7 @@ void Interruption::wait() {
 
 void Interruption::end(int signal) {
   const std::lock_guard<std::mutex> lock(mutex_);
+  if (isatty(STDERR_FILENO)) err_ << "\r\033[K";  // over the line of Progress
   err_ << sentence("sof: stopped after %.0f s while ", steadySeconds() - started_) << stage_ << "; no file was written\n" << std::flush;
   ::signal(signal, SIG_DFL);
   raise(signal);  // waits until this thread lets the signal through

@@ -14,23 +14,29 @@ struct MapArguments {
   ChargeAcceptanceQuery charge;
 };
 
-MapResult mapsOf(const MapArguments& arguments) {
+MapResult mapsOf(const MapArguments& arguments, Progress& progress) {
   const FittedModel model = modelOf(arguments.general);
   const double capacity = arguments.general.capacity_ah;
+  const auto done = [&progress](double share) { progress.done(share); };
   MapResult result{arguments.i_load, arguments.t_stop, {}, arguments.u_boost, arguments.t_sof2, {}};
   if (!result.i_load.empty() || !result.t_stop.empty()) {
     if (!arguments.i_cranking) throw UsageError("--i-cranking is required with --i-load and --t-stop");
     CrankingQuery crank = arguments.crank;
     crank.i_cranking = *arguments.i_cranking;
-    result.cranking = mapCranking(model, crank, result.i_load, result.t_stop, capacity);
+    progress.stage("mapping cranks");
+    result.cranking = mapCranking(model, crank, result.i_load, result.t_stop, capacity, done);
   }
-  if (!result.u_boost.empty() || !result.t_sof2.empty())
-    result.charge = mapChargeAcceptance(model, arguments.charge, result.u_boost, result.t_sof2, capacity);
+  if (!result.u_boost.empty() || !result.t_sof2.empty()) {
+    progress.stage("mapping charges");
+    result.charge = mapChargeAcceptance(model, arguments.charge, result.u_boost, result.t_sof2, capacity, done);
+  }
   return result;
 }
 
 int runMap(const CommandLine& line, const MapArguments& arguments) {
-  const MapResult result = mapsOf(arguments);
+  Progress progress(line.err);
+  const MapResult result = mapsOf(arguments, progress);
+  progress.end();
   return finish(line, verdictOf(result.cranking, result.charge), mapText(result), mapJson(result), arguments.general.json);
 }
 

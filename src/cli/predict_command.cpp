@@ -45,11 +45,14 @@ RangePrediction predict(const PredictArguments& arguments, const Series& series,
 }
 
 int runPredict(const CommandLine& line, const PredictArguments& arguments) {
+  Progress progress(line.err);
   const Recording recording = loadRecording(arguments.recording);
+  progress.stage("predicting");
   const Series series = atDesignRate(recording.series);
   const IndexRange range = rangeOf(arguments.window, series);
   const RangePrediction predicted = predict(arguments, series, range);
   if (!arguments.csv.empty()) writeFileAtomically(arguments.csv, predictionCsv(series, range, predicted.course));
+  progress.end();
   emit(line, predictionText(predicted.report), predictionJson(predicted.report), arguments.json);
   return kExitDone;
 }

@@ -81,11 +81,14 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
   const Explained explained = explainErrors(prepared, options);
   tell(options, "learning what no equation stands for");
   const FinalFit last = fitExplained(prepared, explained);
+  pulse(options);
   const Learned learned = learnRest(prepared, explained, last, options);
+  pulse(options);
   const Judged judged = judgeFindings(recording, prepared, explained, last, learned, options);
+  pulse(options);
   const Named named = nameEffects(recording, prepared, explained, last, learned, judged);
   tell(options, "opening the part that was held out");
-  const Compared compared = compareOnHoldOut(recording, prepared, explained, learned, named);
+  const Compared compared = compareOnHoldOut(recording, prepared, explained, learned, named, options);
 
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();

@@ -32,7 +32,7 @@ class Explainer {
             const std::vector<std::string>& ids, const std::vector<std::string>& given, const ExplanationRules& rules)
       : rules_(rules),
         given_(inOrder(given)),
-        fits_(drive, training, table, base, rules.relevance),
+        fits_(drive, training, table, base, rules.relevance, rules.pulse),
         search_(fits_, given.empty() ? ids : given, rules) {}
 
   Explanation run(const std::function<void(const std::string&)>& progress) {

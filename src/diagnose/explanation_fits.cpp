@@ -22,12 +22,13 @@ constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 }  // namespace
 
 ExplanationFits::ExplanationFits(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
-                                 const Relevance& relevance)
+                                 const Relevance& relevance, std::function<void()> pulse)
     : drive_(drive),
       table_(table),
       base_(base),
       response_(baseResponse(BatteryModel(), {base.parameters, base.state, drive.first_time, drive.first_time}, drive, training)),
-      rows_(drive, response_, base) {
+      rows_(drive, response_, base),
+      pulse_(std::move(pulse)) {
   for (Eigen::Index row = 0; row < response_.training; ++row)
     if (response_.weight[row] > 0.0) counted_.push_back(row);
   free_.resize(static_cast<Eigen::Index>(counted_.size()), table.values.cols() + kWander);
@@ -46,6 +47,7 @@ ExplanationState ExplanationFits::baseState() const {
 }
 
 Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model, const CompositionPoint& point) const {
+  if (pulse_) pulse_();
   const RowErrors errors = rows_.errors(model, point);
   return errors.error.size() > 0 ? Eigen::VectorXd(errors.error(counted_)) : Eigen::VectorXd();
 }
@@ -77,6 +79,7 @@ double& ExplanationFits::at(CompositionPoint& point, Eigen::Index row) {
 }
 
 bool ExplanationFits::place(ExplanationState& state) const {
+  if (pulse_) pulse_();
   spent_ += static_cast<double>(counted_.size()) * static_cast<double>(state.coordinates.size()) / kUsualCoordinates;
   Eigen::MatrixXd seeds =
       Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(), static_cast<Eigen::Index>(state.coordinates.size()));

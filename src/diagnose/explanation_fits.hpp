@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <functional>
 #include <utility>
 
 #include "battery_sof/diagnose/explanation.hpp"
@@ -26,7 +27,7 @@ class ExplanationFits {
 
   /// @param training samples that are learnt from.  @param base circuit fitted to them.
   ExplanationFits(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
-                  const Relevance& relevance);
+                  const Relevance& relevance, std::function<void()> pulse = nullptr);
 
   /// The base circuit where it was fitted. @throws std::invalid_argument if it has no finite voltage there.
   ExplanationState baseState() const;
@@ -106,6 +107,7 @@ class ExplanationFits {
   double temper_ = 1.0;
   std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits
   mutable double spent_ = 0.0;                                        // rows simulated with derivatives
+  std::function<void()> pulse_;                                       // ExplanationRules::pulse
 };
 
 }  // namespace battery_sof

@@ -133,7 +133,7 @@ void compareErrors(Compared& compared, const Parts& parts, const Opened& opened,
 }  // namespace
 
 Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared, const Explained& explained, const Learned& learned,
-                          const Named& named) {
+                          const Named& named, const DiagnoseOptions& options) {
   const Series& series = recording.series;
   const Parts& parts = prepared.parts;
   const bool is_driven = explained.driving.has_value();
@@ -145,10 +145,13 @@ Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared, 
   compared.extended_voltage = extendedVoltage(opened, compared, is_driven, learned);
   fit.train = windowOf(series, parts.train);
   fit.holdout = windowOf(series, parts.holdout);
+  pulse(options);
   compareErrors(compared, parts, opened, named.base);
+  pulse(options);
   compared.source = overviewOf(findSource(series), series);
   const std::optional<DrivingSource> driving = drivingSource(series);
   compareNaive(fit, series, prepared, opened, driving);
+  pulse(options);
   if (driving) {
     takeShares(sharesOf(named.base_both_ways.value_or(named.base), *driving, series, parts.holdout), fit.base_holdout);
     takeShares(sharesOf(compared.extended, *driving, series, parts.holdout), fit.extended_holdout);

@@ -22,6 +22,6 @@ struct Compared {
 
 /// Opens the part that was held out.
 Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared, const Explained& explained, const Learned& learned,
-                          const Named& named);
+                          const Named& named, const DiagnoseOptions& options);
 
 }  // namespace battery_sof

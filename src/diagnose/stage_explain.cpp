@@ -56,6 +56,7 @@ Explanation explainBy(const std::optional<DrivingSource>& driving, const Prepare
   const ForceTable table = forceTable(imposed, response, base.parameters[kRowBeta]);
   ExplanationRules rules;
   rules.relevance = options.relevance;
+  rules.pulse = options.pulse;
   return explain(imposed, imposed.samples.size(), table, base, ids, options.given, rules, options.progress);
 }
 

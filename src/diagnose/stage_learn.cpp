@@ -44,14 +44,18 @@ void describeLearned(LearnedFinding& learned) {
 }
 
 /// @param fit of the force, its noise and gain are left in it.
-LearnedFinding learnBeside(const WhitenedFit& beside, const Prepared& prepared, ForceFit& fit) {
+LearnedFinding learnBeside(const WhitenedFit& beside, const Prepared& prepared, const DiagnoseOptions& options, ForceFit& fit) {
   const Drive full = fullDrive(prepared.screened.series, prepared.parts.train, prepared.screened.limits.masked);
   const ModelPoint beginning = beginningOf(beside.point, full);
   BaseResponse response = baseResponse(beside.model, beginning, full, full.samples.size());
+  pulse(options);
   takeForceDirections(response, beside.model, beginning, full);
+  pulse(options);
   const ForceTable table = forceTable(full, response, beside.point.parameters[kRowBeta]);
   LearnedFinding learned;
+  pulse(options);
   learned.left_out = leftOutErrors(response, table, kLeftOutBlocks, isTimeless);
+  pulse(options);
   fit = learnForce(response, table, isTimeless);
   learned.force = std::move(fit.force);
   learned.families = std::move(fit.families);
@@ -65,7 +69,7 @@ Learned learnRest(const Prepared& prepared, const Explained& explained, const Fi
   const Explanation& explanation = explained.explanation;
   const WhitenedFit& beside = explained.driving ? prepared.base : last.fit;
   ForceFit fit;
-  LearnedFinding finding = learnBeside(beside, prepared, fit);
+  LearnedFinding finding = learnBeside(beside, prepared, options, fit);
   Learned learned;
   learned.left = {explanation.left_rms, explanation.left_crank, explanation.left_charge_share, options.relevance};
   learned.left.limits.rmse = explanation.relevant;

@@ -86,6 +86,7 @@ Prepared prepare(const Recording& recording, const Parts& parts, const DiagnoseO
   prepared.notes = prepared.screened.sentences;
   tell(options, "fitting the base model");
   takeDrives(prepared);
+  prepared.search.pulse = options.pulse;
   fitBase(prepared);
   exchangeHalves(prepared);
   return prepared;
@@ -97,6 +98,11 @@ ModelPoint beginningOf(const CompositionPoint& point, const Drive& drive) {
 
 void tell(const DiagnoseOptions& options, const std::string& stage) {
   if (options.progress) options.progress(stage);
+  pulse(options);
+}
+
+void pulse(const DiagnoseOptions& options) {
+  if (options.pulse) options.pulse();
 }
 
 }  // namespace battery_sof

@@ -38,7 +38,10 @@ Prepared prepare(const Recording& recording, const Parts& parts, const DiagnoseO
 /// What every simulation of the training part at full rate begins with.
 ModelPoint beginningOf(const CompositionPoint& point, const Drive& drive);
 
-/// Says what begins.
+/// Says what begins; a pulse, too.
 void tell(const DiagnoseOptions& options, const std::string& stage);
+
+/// DiagnoseOptions::pulse, where one is given.
+void pulse(const DiagnoseOptions& options);
 
 }  // namespace battery_sof

@@ -67,6 +67,7 @@ WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive, const std
   plain.more_starts = search.more_starts;
   plain.every_start = search.every_start;
   plain.tolerance = search.tolerance;
+  plain.pulse = search.pulse;
   std::vector<CompositionPoint> from = starts;
   cost.noise = noise;
   if (!noise) {

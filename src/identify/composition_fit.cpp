@@ -34,9 +34,11 @@ CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::Vector
   options.upper = elimination.reduced(problem.upper());
   options.gain_tolerance = search.tolerance;
   options.trusted_gain = std::max(kTrustedGain, search.tolerance);
-  const MinimizeResult result =
-      minimize([&](const Eigen::VectorXd& y, NormalEquations& equations) { return elimination.evaluate(y, equations); },
-               elimination.reduced(x), options);
+  const auto evaluate = [&](const Eigen::VectorXd& y, NormalEquations& equations) {
+    if (search.pulse) search.pulse();
+    return elimination.evaluate(y, equations);
+  };
+  const MinimizeResult result = minimize(evaluate, elimination.reduced(x), options);
   CompositionFit fit;
   fit.status = fitStatusOf(result.status);
   fit.iterations = result.iterations;

@@ -63,11 +63,12 @@ MeanCurrent meanCurrent(Simulation simulation, const std::vector<VoltageStep>& s
   return mean;
 }
 
-std::vector<VoltageStep> stepsOf(const ChargeAcceptanceQuery& query) {
+/// @param u_boost [V], of one block.
+std::vector<VoltageStep> stepsOf(const ChargeAcceptanceQuery& query, double u_boost) {
   std::vector<VoltageStep> steps;
   double step = std::min(kFirstStep, query.t_sof2);
   for (double since = 0.0; since < query.t_sof2 * (1.0 - 1e-9);) {
-    steps.push_back({std::min(step, query.t_sof2 - since), query.u_boost});
+    steps.push_back({std::min(step, query.t_sof2 - since), u_boost});
     since += steps.back().duration;
     step = std::min(step * kGrowth, std::max(kFirstStep, query.t_sof2 / kSteps));
   }
@@ -103,7 +104,7 @@ QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
   range.charge_duration = query.t_sof2;
   range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / 3600.0;
   range.temperature = query.temperature;
-  range.evidence = chargeEvidence(model.intervals.experience, query.u_boost, query.t_sof2);
+  range.evidence = chargeEvidence(model.intervals.experience, query.u_boost / model.fit.blocks, query.t_sof2);
   return range;
 }
 
@@ -121,11 +122,11 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model, const C
     answer.message = "the model cannot be used: " + model.fit.message;
     return answer;
   }
-  const ExpectedCurrent mean = expectedCurrent(model, stepsOf(query), query.i_limit);
+  const double u_boost = query.u_boost / model.fit.blocks;
+  const ExpectedCurrent mean = expectedCurrent(model, stepsOf(query, u_boost), query.i_limit);
   // At the source's limit the current is the source's, not the battery's: past charges have no say.
   answer.i_boost = mean.current;
-  if (mean.current.value < query.i_limit)
-    answer.i_boost = experiencedCharge(model, {query.u_boost, query.u_boost, query.t_sof2}, mean.current);
+  if (mean.current.value < query.i_limit) answer.i_boost = experiencedCharge(model, {u_boost, u_boost, query.t_sof2}, mean.current);
   if (!areNumbers(*answer.i_boost)) return withoutNumbers<ChargeAcceptanceAnswer>();
   for (double* current : {&answer.i_boost->value, &answer.i_boost->lower, &answer.i_boost->upper})
     *current = std::min(*current, query.i_limit);

@@ -109,7 +109,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
   };
   if (!query.crank.empty()) {
     run(simulation, query.crank, look);
-    return experiencedCrank(model, lowestCurrent(query), *lowest);
+    return inRow(experiencedCrank(model, lowestCurrent(query), *lowest), model.fit.blocks);
   }
   double since = 0.0;
   for (const double share : kLooks) {
@@ -118,7 +118,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
     since = share * query.t_cranking;
     look(simulation, since);
   }
-  return experiencedCrank(model, lowestCurrent(query), *lowest);
+  return inRow(experiencedCrank(model, lowestCurrent(query), *lowest), model.fit.blocks);
 }
 
 CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query, double capacity) {

@@ -21,7 +21,8 @@ Answer LiveModel::explained(Answer answer) const {
 }
 
 CrankingAnswer LiveModel::predictCranking(const CrankingQuery& query) const {
-  return battery_sof::betterOf(explained(battery_sof::predictCranking(model_, query, capacity_)), query, model_.fit.naive, naive_.cranks);
+  return battery_sof::betterOf(explained(battery_sof::predictCranking(model_, query, capacity_)), query, model_.fit.naive, naive_.cranks,
+                               model_.fit.blocks);
 }
 
 StopTimeAnswer LiveModel::predictStopTime(const StopTimeQuery& query) const {
@@ -37,8 +38,8 @@ ChargeAcceptanceAnswer LiveModel::predictChargeAcceptance(const ChargeAcceptance
 
 ChargeAcceptanceAnswer LiveModel::betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query) const {
   // What was compared over 10 s and over 60 s have no question in common.
-  return battery_sof::betterOf(battery_sof::betterOf(std::move(answer), query, model_.fit.naive, naive_.charges), query, model_.fit.naive,
-                               naive_.long_charges);
+  return battery_sof::betterOf(battery_sof::betterOf(std::move(answer), query, model_.fit.naive, naive_.charges, model_.fit.blocks), query,
+                               model_.fit.naive, naive_.long_charges, model_.fit.blocks);
 }
 
 CrankingMap LiveModel::mapCranking(const CrankingQuery& query, const std::vector<double>& i_load, const std::vector<double>& t_stop) const {
@@ -47,7 +48,7 @@ CrankingMap LiveModel::mapCranking(const CrankingQuery& query, const std::vector
   cell.load = {};
   for (std::size_t k = 0; k < map.answers.size(); ++k) {
     cell.t_stop = t_stop[k % t_stop.size()];
-    map.answers[k] = battery_sof::betterOf(std::move(map.answers[k]), cell, model_.fit.naive, naive_.cranks);
+    map.answers[k] = battery_sof::betterOf(std::move(map.answers[k]), cell, model_.fit.naive, naive_.cranks, model_.fit.blocks);
   }
   return map;
 }

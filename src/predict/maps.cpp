@@ -13,7 +13,7 @@ std::string faultOf(const std::vector<double>& side, const char* name) {
 /// Fills a map, or says why not.
 template <typename Map, typename Ask>
 Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name, const std::vector<double>& columns,
-           const char* column_name, Ask&& ask) {
+           const char* column_name, const MapProgress& progress, Ask&& ask) {
   Map map;
   map.message = faultOf(rows, row_name);
   if (map.message.empty()) map.message = faultOf(columns, column_name);
@@ -27,7 +27,10 @@ Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name
     return map;
   }
   for (const double row : rows)
-    for (const double column : columns) map.answers.push_back(ask(row, column));
+    for (const double column : columns) {
+      map.answers.push_back(ask(row, column));
+      if (progress) progress(static_cast<double>(map.answers.size()) / static_cast<double>(rows.size() * columns.size()));
+    }
   map.message = sentence("%zu answers", map.answers.size());
   return map;
 }
@@ -66,8 +69,8 @@ MapVerdict verdictOf(const std::optional<CrankingMap>& cranking, const std::opti
 }
 
 CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query, const std::vector<double>& i_load,
-                        const std::vector<double>& t_stop, double capacity) {
-  return filled<CrankingMap>(model.fit, i_load, "i_load", t_stop, "t_stop", [&](double load, double stop) {
+                        const std::vector<double>& t_stop, double capacity, const MapProgress& progress) {
+  return filled<CrankingMap>(model.fit, i_load, "i_load", t_stop, "t_stop", progress, [&](double load, double stop) {
     CrankingQuery one = query;
     one.load = {};
     one.i_load = load;
@@ -77,8 +80,8 @@ CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query, co
 }
 
 ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
-                                        const std::vector<double>& t_sof2, double capacity) {
-  return filled<ChargeAcceptanceMap>(model.fit, u_boost, "u_boost", t_sof2, "t_sof2", [&](double voltage, double duration) {
+                                        const std::vector<double>& t_sof2, double capacity, const MapProgress& progress) {
+  return filled<ChargeAcceptanceMap>(model.fit, u_boost, "u_boost", t_sof2, "t_sof2", progress, [&](double voltage, double duration) {
     ChargeAcceptanceQuery one = query;
     one.u_boost = voltage;
     one.t_sof2 = duration;

@@ -86,25 +86,28 @@ NaiveStanding NaiveContest::standing() const {
   return standing;
 }
 
-CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query, const NaivePredictor& naive, const NaiveStanding& standing) {
+CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query, const NaivePredictor& naive, const NaiveStanding& standing,
+                        double blocks) {
   if (!standing.score.naive_answers || !answer.u_min || !isAlike(query, standing)) return answer;
   const auto minimum = naiveCrankMinimum(naive, lowestCurrent(query));
   if (!minimum) return answer;
-  answer.u_min = scaled(*minimum, standing.scale);
+  answer.u_min = inRow(scaled(*minimum, standing.scale), blocks);
   if (query.u_required) answer.capable = answer.u_min->lower >= *query.u_required;
   std::string message =
       sentence("lowest voltage %.2f V, 90 %% between %.2f and %.2f V", answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
   if (answer.capable) message += sentence(": %s %.2f V", *answer.capable ? "holds" : "may not hold", *query.u_required);
   message += sentence("; %s answers: it missed %.3f V where the model missed %.3f V", naiveCrankName(naive).c_str(),
-                      standing.score.naive_error, standing.score.model_error);
+                      blocks * standing.score.naive_error, blocks * standing.score.model_error);
   answer.message = message + warningOf(answer.message);
   return answer;
 }
 
 ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query, const NaivePredictor& naive,
-                                const NaiveStanding& standing) {
-  if (!standing.score.naive_answers || !answer.i_boost || !isAlike(query, standing)) return answer;
-  const auto current = naiveChargeCurrent(naive, query.u_boost, query.t_sof2);
+                                const NaiveStanding& standing, double blocks) {
+  ChargeAcceptanceQuery of_one = query;
+  of_one.u_boost /= blocks;
+  if (!standing.score.naive_answers || !answer.i_boost || !isAlike(of_one, standing)) return answer;
+  const auto current = naiveChargeCurrent(naive, of_one.u_boost, query.t_sof2);
   if (!current) return answer;
   Interval i_boost = scaled(*current, standing.scale);
   for (double* bound : {&i_boost.value, &i_boost.lower, &i_boost.upper}) *bound = std::min(*bound, query.i_limit);

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "battery_sof/identify/window.hpp"
+#include "battery_sof/predict/row_of_blocks.hpp"
+#include "battery_sof/recording/blocks.hpp"
 
 namespace battery_sof {
 
@@ -31,6 +33,7 @@ const SessionOptions& checked(const SessionOptions& options) {
   if (!(options.min_suitability >= 0.0 && options.min_suitability <= 1.0)) {
     throw std::invalid_argument(sentence("min_suitability is %g, expected 0 to 1", options.min_suitability));
   }
+  if (!isRowOfBlocks(options.blocks)) throw std::invalid_argument(sentence("blocks is %g, expected ", options.blocks) + kRowsOfBlocks);
   return options;
 }
 
@@ -65,6 +68,12 @@ OnlineSession::OnlineSession(SessionOptions options)
 // samples
 
 SessionEvents OnlineSession::push(const RawSample& sample) {
+  RawSample of_one = sample;
+  of_one.voltage /= options_.blocks;
+  return inRow(take(of_one), options_.blocks);
+}
+
+SessionEvents OnlineSession::take(const RawSample& sample) {
   watchForJumps(sample);
   const SampleStream::Step step = stream_.push(sample);
   if (step.clock_restarted) ++epoch_;
@@ -85,7 +94,7 @@ void OnlineSession::watchForJumps(const RawSample& sample) {
     const double spent = std::abs(*newest - jumped_to_);
     if (since > 0.0 && since <= SampleStream::kClockAhead + spent) {
       goBackTo(*std::exchange(before_jump_, nullptr));
-      SessionEvents ended = push(*first);
+      SessionEvents ended = take(*first);
       if (!job_is_out_) events_ = std::move(ended);
       return;
     }
@@ -257,7 +266,8 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
     outcome.message = last_outcome_;
   }
   outcome.model = outcome.accepted ? contenders_.base.now() : std::move(result.model);
-  if (doesExtendedAnswer()) outcome.extended = inUse().now();
+  if (outcome.model) outcome.model->fit.blocks = options_.blocks;
+  if (doesExtendedAnswer()) outcome.extended = ofRow(inUse().now());
   last_outcome_ = (outcome.accepted ? "last identification accepted: " : "last identification refused: ") + outcome.message;
   next_look_ = job_driving_ + (whyNoModel() ? options_.retry_period : options_.identify_period);
   return outcome;
@@ -292,8 +302,8 @@ std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_
   const bool compete = trial.incumbent_rmse && may_compare;
   const double allowed = compete ? std::max(kToleratedWorsening * *trial.incumbent_rmse, kNegligibleRmse) : 0.0;
   if (!compete || trial.recent_rmse <= allowed) return {};
-  return sentence("on the most recent window the new model's RMSE is %.4f V, the old one's %.4f V", trial.recent_rmse,
-                  *trial.incumbent_rmse);
+  return sentence("on the most recent window the new model's RMSE is %.4f V, the old one's %.4f V", options_.blocks * trial.recent_rmse,
+                  options_.blocks * *trial.incumbent_rmse);
 }
 
 bool OnlineSession::acceptsExtended(const IdentificationResult& result, bool base_accepted) {
@@ -358,8 +368,8 @@ std::string OnlineSession::contestSentence() const {
   const ContestScore score = contenders_.contest.score();
   const std::string names = listed(contenders_.extended->accepted().fit.effects);
   const std::string who = doesExtendedAnswer() ? "the model with " + names : "the base model";
-  return who + sentence(" answers: over %.0f s it missed %.1f mV with %s, %.1f mV without", score.duration, 1e3 * score.extended_rmse,
-                        names.c_str(), 1e3 * score.base_rmse);
+  return who + sentence(" answers: over %.0f s it missed %.1f mV with %s, %.1f mV without", score.duration,
+                        1e3 * options_.blocks * score.extended_rmse, names.c_str(), 1e3 * options_.blocks * score.base_rmse);
 }
 
 const TrackedModel& OnlineSession::inUse() const {

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <utility>
 
-#include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/predict/row_of_blocks.hpp"
 #include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
@@ -14,7 +14,10 @@ std::string inUseSentence(double age) { return sentence("the saved model is in u
 // ----------------------------------------------------------------------------------------------------
 // restored model
 
-void OnlineSession::restore(const FittedModel& model) { restored_ = model; }
+void OnlineSession::restore(const FittedModel& model) {
+  restored_ = model;
+  restored_->fit.blocks /= options_.blocks;  // 1 when it is of such a row
+}
 
 void OnlineSession::judgeRestored(const StreamSample& first) {
   if (!restored_) return;
@@ -47,6 +50,9 @@ std::string OnlineSession::refusalOfRestored(double first_time) const {
   if (age > options_.model_max_age) {
     return sentence("the saved model was refused: it is %.0f s old, allowed are %.0f s", age, options_.model_max_age);
   }
+  if (restored_->fit.blocks != 1.0)
+    return sentence("the saved model was refused: it is of %g blocks of 12 V, blocks is %g", restored_->fit.blocks * options_.blocks,
+                    options_.blocks);
   return isUsable(restored_->fit) ? "" : "the saved model was refused: its fit is not usable";
 }
 
@@ -103,7 +109,7 @@ LiveModel OnlineSession::live() const {
   FittedModel now = restored_ ? restoredNow() : inUse().now();
   const Series& series = stream_.series();
   if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
-  return LiveModel(std::move(now), std::nullopt, options_.capacity, restored_ ? NaiveStandings() : inUse().standings());
+  return LiveModel(ofRow(std::move(now)), std::nullopt, options_.capacity, restored_ ? NaiveStandings() : inUse().standings());
 }
 
 CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const { return live().predictCranking(query); }
@@ -122,7 +128,12 @@ std::optional<double> OnlineSession::newestTime() const { return newest_ ? std::
 
 std::optional<FittedModel> OnlineSession::model() const {
   if (!inUse().holdsModel()) return std::nullopt;
-  return inUse().now();
+  return ofRow(inUse().now());
+}
+
+FittedModel OnlineSession::ofRow(FittedModel model) const {
+  model.fit.blocks = options_.blocks;
+  return model;
 }
 
 std::optional<ExpectedSample> OnlineSession::expectedSample() const {
@@ -132,7 +143,9 @@ std::optional<ExpectedSample> OnlineSession::expectedSample() const {
   return ExpectedSample{inUse().lastTime(), last.voltage, std::nullopt};
 }
 
-SessionStatus OnlineSession::status() const {
+SessionStatus OnlineSession::status() const { return inRow(statusOfBlock(), options_.blocks); }
+
+SessionStatus OnlineSession::statusOfBlock() const {
   SessionStatus status;
   status.reason = last_outcome_;
   status.newest_time = newestTime();

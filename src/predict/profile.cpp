@@ -147,7 +147,7 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
     simulation.advance(step);
     const Interval u = voltageAnswer(simulation, errors.forecast(time[n]), own, {});
     if (!areNumbers(u)) return withoutNumbers<ProfileAnswer>();
-    append(answer.predicted, u);
+    append(answer.predicted, inRow(u, model.fit.blocks));
     time_before = time[n];
     current_before = current[n];
   }

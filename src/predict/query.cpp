@@ -43,8 +43,11 @@ class Reasons {
   std::string text_;
 };
 
+/// Blocks in a row, those that were said and those that the voltage tells of.
+double blocksOf(const Fit& fit) { return fit.blocks * blocksInSeries(fit.parameters.u_dc); }
+
 /// The voltage above which no battery of as many blocks is [V].
-double mostVoltage(const Fit& fit) { return kMostOfBlock * blocksInSeries(fit.parameters.u_dc); }
+double mostVoltage(const Fit& fit) { return kMostOfBlock * blocksOf(fit); }
 
 void addCharging(Reasons& reasons, const Fit& fit, const QueryRange& range) {
   const ExcitedRange& seen = fit.excited;
@@ -94,8 +97,8 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
     reasons.add(*range.most_current > kCurrentReach * std::max(seen.max_current, 0.0),
                 sentence("it charges with %.0f A but the window's largest charge was %.0f A", *range.most_current, seen.max_current));
   if (range.most_voltage)
-    reasons.add(*range.most_voltage > seen.max_voltage + blocksInSeries(fit.parameters.u_dc) * kVoltageReach,
-                sentence("it goes to %.2f V but the window's highest voltage was %.2f V", *range.most_voltage, seen.max_voltage));
+    reasons.add(*range.most_voltage > fit.blocks * seen.max_voltage + blocksOf(fit) * kVoltageReach,
+                sentence("it goes to %.2f V but the window's highest voltage was %.2f V", *range.most_voltage, fit.blocks * seen.max_voltage));
   reasons.add(range.charge_moved > kConstantCharge * capacity && !movesOpenCircuitVoltage(fit),
               sentence("it moves %.2f Ah, more than 1 %% of %g Ah, and the model holds the open-circuit "
                        "voltage constant",
@@ -106,7 +109,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
                 sentence("it comes to %.2f V, expected 0 to %.0f V of such a battery", *u, mostVoltage(fit)));
   reasons.add(range.beyond_learned > kLearnedReach,
               sentence("what was learnt beside the equations is held at its range's end, %.0f mV from where it would be",
-                       1e3 * range.beyond_learned));
+                       1e3 * fit.blocks * range.beyond_learned));
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;
   if (temperature && seen.temperature)
     reasons.add(

@@ -1,5 +1,10 @@
 #include "battery_sof/predict/range_prediction.hpp"
 
+#include <utility>
+
+#include "battery_sof/predict/row_of_blocks.hpp"
+#include "battery_sof/recording/blocks.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -39,6 +44,8 @@ PredictionReport scored(const Fit& fit, const Series& series, IndexRange range, 
 }  // namespace
 
 RangePrediction predictRange(FittedModel model, const Series& series, IndexRange range, DriveMode drive) {
+  if (const double blocks = std::exchange(model.fit.blocks, 1.0); blocks != 1.0)
+    return inRow(predictRange(std::move(model), ofOneBlock(series, blocks), range, drive), blocks);
   const bool both_ways = drivesBothWays(model.fit, series, drive);
   const FollowedPrediction from_current = currentDriven(model, series, range);
   RangePrediction result;

@@ -14,7 +14,7 @@ constexpr double kFirst = 0.5;        // [s]
 constexpr double kGrowth = 1.5;       // from stop to stop: five of them within the decade a relaxation takes
 constexpr double kResolution = 0.1;   // [s]
 constexpr double kRelative = 0.01;    // of the stop time
-constexpr double kRise = 1e-4;        // [V], below it a rise is rounding
+constexpr double kRise = 1e-4;        // [V] a block, below it a rise is rounding
 constexpr double kEver = std::numeric_limits<double>::infinity();
 
 CrankingQuery crankOf(const StopTimeQuery& query) {
@@ -78,7 +78,7 @@ class StopScan {
     const Interval u = lowestOfCrank(here_, model_, crank_, t);
     has_numbers_ = has_numbers_ && areNumbers(u);
     if (!at_once_) at_once_ = u.value;
-    if (before_ && u.value > *before_ + kRise) monotone_ = false;
+    if (before_ && u.value > *before_ + kRise * model_.fit.blocks) monotone_ = false;
     before_ = u.value;
     for (int bound = 0; bound < 3; ++bound) note(crossings_[bound], t, spareOf(u, bound), before);
     if (crossings_[1].failed && spareOf(u, 1) >= 0.0 && !holds_again_) holds_again_ = t;

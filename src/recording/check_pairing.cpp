@@ -73,11 +73,11 @@ bool isSkewedByASample(const EdgeResponse& edges) {
 }
 
 std::string describeSeriesOf(double voltage) {
-  for (const int blocks : {2, 3, 4}) {
+  for (const double blocks : {2.0, 3.0, 4.0, 0.5}) {
     const double each = voltage / blocks;
-    if (each >= kLowestBlock && each <= kHighestBlock) {
-      return "it could be " + std::to_string(blocks) + " blocks of 12 V in series; ";
-    }
+    if (each < kLowestBlock || each > kHighestBlock) continue;
+    const std::string row = blocks < 1.0 ? "half a block, a battery of 6 V" : number(blocks) + " blocks of 12 V in series";
+    return "it could be " + row + " (--blocks " + number(blocks) + "); ";
   }
   return "";
 }

@@ -204,6 +204,7 @@ std::string modelYaml(const FittedModel& model) {
   root["program"] = "battery_sof " + version();
   root["recording"]["name"] = model.provenance.recording;
   root["recording"]["hash"] = model.provenance.recording_hash;
+  if (model.fit.blocks != 1.0) root["blocks"] = scalar(model.fit.blocks);
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);
   root["effects"].SetStyle(YAML::EmitterStyle::Flow);
   for (const auto& effect : model.fit.effects) root["effects"].push_back(effect);

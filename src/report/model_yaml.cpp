@@ -5,7 +5,9 @@
 #include <string_view>
 
 #include "battery_sof/recording/atomic_file.hpp"
+#include "battery_sof/recording/blocks.hpp"
 #include "battery_sof/recording/regular_file.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "model_parts.hpp"
 
 namespace battery_sof {
@@ -68,6 +70,13 @@ YAML::Node documentOf(const std::string& text, const std::string& source) {
   }
 }
 
+double blocksOf(const Reader& root) {
+  if (!root.has("blocks")) return 1.0;
+  const double blocks = root.number("blocks");
+  if (!isRowOfBlocks(blocks)) root.fail("blocks", sentence("is %g, expected ", blocks) + kRowsOfBlocks);
+  return blocks;
+}
+
 FittedModel modelOf(const Reader& root) {
   const std::string schema = root.text("schema");
   if (schema != kModelSchema) root.fail("schema", "is \"" + schema + "\", expected \"" + kModelSchema + "\"");
@@ -77,6 +86,7 @@ FittedModel modelOf(const Reader& root) {
   readFit(root, model);
   readLessons(root, model);
   requireRuns(root, model);
+  model.fit.blocks = blocksOf(root);
   model.provenance.recording = root.at("recording").text("name");
   model.provenance.recording_hash = root.at("recording").text("hash");
   return model;

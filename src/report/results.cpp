@@ -5,6 +5,7 @@
 #include <cstdarg>
 
 #include "battery_sof/predict/query.hpp"
+#include "battery_sof/recording/blocks.hpp"
 #include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/version.hpp"
@@ -55,6 +56,7 @@ nlohmann::json identifyJson(const FittedModel& model) {
   return {{"schema", "battery_sof/model/1"},
           {"program", "battery_sof " + version()},
           {"recording", model.provenance.recording},
+          {"blocks", model.fit.blocks},
           {"window", windowJson(model.fit.window)},
           {"samples", model.fit.window.samples},
           {"effects", model.fit.effects},
@@ -74,6 +76,7 @@ std::string identifyText(const FittedModel& model) {
   std::string text;
   appendLine(text, "window       %.2f to %.2f s, %zu samples, current %.1f to %.1f A", model.fit.window.from, model.fit.window.to,
              model.fit.window.samples, model.fit.excited.min_current, model.fit.excited.max_current);
+  if (model.fit.blocks != 1.0) text += "blocks       " + sentenceOfRow(model.fit.blocks) + "\n";
   appendLine(text, "%-26s %12s %12s", "parameter", "value", "std. error");
   for (const auto& e : model.fit.estimates) {
     if (e.std)

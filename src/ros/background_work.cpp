@@ -32,16 +32,19 @@ IdentificationResult timedIdentification(const IdentificationJob& job) {
   return result;
 }
 
-DiagnosisReport timedDiagnosis(const Recording& recording, const std::atomic<bool>& cancelled) {
+DiagnosisReport timedDiagnosis(const Recording& recording, const std::function<std::string()>& why_end,
+                               const std::function<void(const std::string& stage)>& begins) {
   const StopWatch watch;
   DiagnosisReport report;
   report.from = recording.series.time.front();
   report.to = recording.series.time.back();
   report.samples = recording.series.size();
   DiagnoseOptions options;
-  options.progress = [&cancelled](const std::string&) {
-    if (cancelled) throw std::runtime_error("the node is shutting down");
+  options.pulse = [&why_end] {
+    const std::string why = why_end();
+    if (!why.empty()) throw std::runtime_error(why);
   };
+  options.progress = begins;
   try {
     report.diagnosis = diagnose(recording, options);
   } catch (const std::exception& error) {

@@ -185,6 +185,13 @@ bool BatterySofNode::onDiagnose(Diagnose::Request&, Diagnose::Response& response
   return true;
 }
 
+bool BatterySofNode::onCancelDiagnosis(CancelDiagnosis::Request&, CancelDiagnosis::Response& response) {
+  const auto said = diagnoses_.cancel();
+  response.cancelled = said.has_value();
+  response.message = said.value_or("no diagnosis runs");
+  return true;
+}
+
 void BatterySofNode::diagnoseNow(Diagnose::Response& response) {
   auto running = beginDiagnosis(response);
   if (!running) return;

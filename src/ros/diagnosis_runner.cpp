@@ -2,6 +2,9 @@
 
 #include <utility>
 
+#include "battery_sof/recording/blocks.hpp"
+#include "battery_sof/recording/words.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -32,6 +35,9 @@ std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::post(const
                                                                            double from_driving) {
   if (line_.runs) return std::nullopt;
   line_.runs = true;
+  cancelled_ = false;
+  stage_ = "waiting for its turn";
+  begun_ = ros::WallTime::now();
   ROS_INFO("diagnosis begins on %zu samples", series.size());
   Job job;
   job.recording.name = name;
@@ -56,7 +62,16 @@ DiagnosisRunner::Outcome DiagnosisRunner::run(const Job& job) {
 }
 
 DiagnosisRunner::Outcome DiagnosisRunner::diagnosed(const Job& job) {
-  const DiagnosisReport report = timedDiagnosis(job.recording, cancelled_);
+  const auto why_end = [this]() -> std::string {
+    if (stopped_) return "the node is shutting down";
+    return cancelled_ ? "it was cancelled" : "";
+  };
+  const auto begins = [this](const std::string& stage) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stage_ = stage;
+  };
+  DiagnosisReport report = timedDiagnosis(job.recording, why_end, begins);
+  if (report.diagnosis && options_.blocks != 1.0) report.diagnosis->instrument.push_back(sentenceOfRow(options_.blocks));
   const Adoption adoption = report.diagnosis ? adopt(*report.diagnosis, job.from_driving) : Adoption();
   Outcome outcome;
   outcome.fault = report.fault;
@@ -99,8 +114,15 @@ DiagnosisLine DiagnosisRunner::line() {
   return line_;
 }
 
-void DiagnosisRunner::stop() {
+std::optional<std::string> DiagnosisRunner::cancel() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!line_.runs) return std::nullopt;
   cancelled_ = true;
+  return sentence("cancelled after %.1f s while ", (ros::WallTime::now() - begun_).toSec()) + stage_;
+}
+
+void DiagnosisRunner::stop() {
+  stopped_ = true;
   worker_.stop();
 }
 

@@ -4,6 +4,7 @@
 #include <map>
 #include <sstream>
 
+#include "battery_sof/recording/blocks.hpp"
 #include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
@@ -146,6 +147,7 @@ Schema schemaOf(NodeOptions& options) {
   schema.number("retry_period_s", 10.0, 86400.0, into(session.retry_period));
   schema.number("model_max_age_s", 60.0, 604800.0, into(session.model_max_age));
   schema.number("capacity_ah", 1.0, 1000.0, into(session.capacity));
+  schema.number("blocks", kFewestBlocks, kMostBlocks, into(session.blocks));
   schema.number("crank_current_a", -2000.0, -1.0, into(session.events.crank_current));
   schema.map("standing_query", standingQuerySchema(options.standing));
   schema.map("fit", fitSchema(session.identify));
@@ -158,8 +160,26 @@ Schema schemaOf(NodeOptions& options) {
   return schema;
 }
 
+/// The defaults, those in volts of as many blocks as are asked for.
+NodeOptions defaultsFor(Value& parameters) {
+  NodeOptions options;
+  if (!parameters.valid() || parameters.getType() != Value::TypeStruct || !parameters.hasMember("blocks")) return options;
+  Value& given = parameters["blocks"];
+  Schema only_blocks;
+  double blocks = 1.0;
+  only_blocks.number("blocks", kFewestBlocks, kMostBlocks, into(blocks));
+  Value alone;
+  alone["blocks"] = given;
+  Faults told_later;
+  only_blocks.read(alone, "~", told_later);
+  *options.standing.cranking.u_required *= blocks;
+  options.standing.charge.u_boost *= blocks;
+  return options;
+}
+
 void findContradictions(const NodeOptions& options, Faults& faults) {
   const SessionOptions& session = options.session;
+  if (!isRowOfBlocks(session.blocks)) faults.push_back("~blocks is " + shown(session.blocks) + ", expected " + kRowsOfBlocks);
   if (session.window_length && *session.window_length < 60.0) {
     faults.push_back("~window_s is " + shown(*session.window_length) + ", expected 0 (automatic) or 60 to 14400");
   }
@@ -189,7 +209,7 @@ std::optional<StopTimeQuery> StandingQueries::stopTime() const {
 NodeOptionsError::NodeOptionsError(const std::vector<std::string>& faults) : std::runtime_error(listed(faults, "\n")) {}
 
 NodeOptions parseNodeOptions(XmlRpc::XmlRpcValue parameters) {
-  NodeOptions options;
+  NodeOptions options = defaultsFor(parameters);
   Faults faults;
   schemaOf(options).read(parameters, "~", faults);
   findContradictions(options, faults);

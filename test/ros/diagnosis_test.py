@@ -9,7 +9,7 @@ import time
 import rospy
 import rostest
 from battery_sof.msg import Diagnosis, SofStatus
-from battery_sof.srv import Diagnose, DiagnoseResponse, PredictCranking, PredictCrankingResponse
+from battery_sof.srv import CancelDiagnosis, Diagnose, DiagnoseResponse, PredictCranking, PredictCrankingResponse
 from diagnostic_msgs.msg import DiagnosticArray
 
 from processes import Folder, NodeTest, program, service, wait_until, whole_arguments
@@ -18,6 +18,9 @@ DURATION = 900  # [s]
 RATE = 30
 DIAGNOSED_WITHIN = 120.0  # [s] of wall time, on a slow machine
 ANSWERED_WITHIN = 1.0  # [s] of wall time, a prediction beside a diagnosis on one busy core
+CANCELLED_WITHIN = 1.0  # [s] of wall time
+RICH_DURATION = 400  # [s]
+RICH_RATE = 40
 QUESTION = dict(i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=7.2)
 VERDICTS = {Diagnosis.NO_MISMATCH, Diagnosis.NAMED, Diagnosis.SEVERAL, Diagnosis.AMBIGUOUS, Diagnosis.UNKNOWN,
             Diagnosis.SENSOR_FAULT, Diagnosis.INSUFFICIENT_DATA}
@@ -53,6 +56,8 @@ class DiagnosisWhileDriving(NodeTest):
         cls.csv, cls.bag = cls.folder.file("drive.csv"), cls.folder.file("drive.bag")
         subprocess.check_call([program("simulate_city_drive"), cls.csv, "--seed", "1", "--duration", str(DURATION)])
         subprocess.check_call([program("sof"), "convert", cls.csv, cls.bag])
+        cls.rich_bag = cls.folder.file("rich.bag")
+        subprocess.check_call([program("sof"), "demo", cls.rich_bag, "--duration", str(RICH_DURATION)])
 
     @classmethod
     def tearDownClass(cls):
@@ -125,15 +130,48 @@ class DiagnosisWhileDriving(NodeTest):
         self.assertEqual((first[0].verdict, first[0].summary, first[0].samples),
                          (first[1].verdict, first[1].summary, first[1].samples))
 
-    def test_3_node_ends_while_a_diagnosis_runs(self):
-        node = self.start("ending")
-        status = self.latest("/ending/status", SofStatus)
-        player = self.play(self.bag, RATE, "--duration", 300)
-        status.wait(lambda s: s.header.stamp.to_sec() > 250.0, 60, "250 s of drive")
-        request = Request("ending")
+    def begin(self, node, name, into):
+        """A diagnosis of a drive with much to find, which takes several seconds; `into` [s] into it."""
+        known = node.text().count("diagnosis begins")
+        request = Request(name)
         request.start()
-        self.assertEqual(node.stop(), 0, node.text())
+        wait_until(lambda: node.text().count("diagnosis begins") > known, 10, "a diagnosis begins")
+        time.sleep(into)
+        return request
+
+    def start_with_a_drive(self, name):
+        node = self.start(name)
+        status = self.latest("/{}/status".format(name), SofStatus)
+        player = self.play(self.rich_bag, RICH_RATE)
+        status.wait(lambda s: s.header.stamp.to_sec() > RICH_DURATION - 10.0, 60, "a drive")
         player.stop()
+        return node
+
+    def test_3_a_diagnosis_is_cancelled_and_the_next_one_is_not(self):
+        node = self.start_with_a_drive("cancelled")
+        cancel = service("cancelled", "cancel_diagnosis", CancelDiagnosis)
+        self.assertEqual((cancel().cancelled, cancel().message), (False, "no diagnosis runs"))
+        for into in (0.1, 0.6, 1.5):
+            request = self.begin(node, "cancelled", into)
+            begun = time.monotonic()
+            told = cancel()
+            request.join(timeout=20)
+            took = time.monotonic() - begun
+            self.assertTrue(told.cancelled, told.message)
+            self.assertRegex(told.message, r"^cancelled after \d+\.\d s while \w")
+            self.assertEqual(request.response.code, DiagnoseResponse.FAILED)
+            self.assertEqual(request.response.message, "the diagnosis broke off: it was cancelled")
+            self.assertLess(took, CANCELLED_WITHIN, told.message)
+            self.assertEqual((cancel().cancelled, cancel().message), (False, "no diagnosis runs"))
+        self.assertEqual(service("cancelled", "diagnose", Diagnose)().code, DiagnoseResponse.OK)
+        self.assertEqual(node.stop(), 0)
+
+    def test_4_node_ends_while_a_diagnosis_runs(self):
+        node = self.start_with_a_drive("ending")
+        request = self.begin(node, "ending", 1.0)
+        begun = time.monotonic()
+        self.assertEqual(node.stop(), 0, node.text())
+        self.assertLess(time.monotonic() - begun, CANCELLED_WITHIN, node.text())
         wait_until(lambda: not request.is_alive(), 20, "the caller is told")
 
 

@@ -81,13 +81,13 @@ class Program:
         return self.output.read()
 
 
-def start_node(name, parameters, environment=None):
+def start_node(name, parameters, environment=None, remappings=()):
     """The node with just these private parameters."""
     if rospy.has_param("/" + name):
         rospy.delete_param("/" + name)
     if parameters:
         rosparam.upload_params("/" + name, parameters)
-    return Program(program("battery_sof_node"), "__name:=" + name, environment=environment)
+    return Program(program("battery_sof_node"), "__name:=" + name, *remappings, environment=environment)
 
 
 def play(bag, rate, *arguments):

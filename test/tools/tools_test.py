@@ -1,5 +1,6 @@
 """What the scripts share: intervals, files, the catalogue as `sof` prints it, recordings, laws beside them, and how answers are counted."""
 
+import io
 import itertools
 import os
 import subprocess
@@ -13,7 +14,7 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 import numpy as np
 
-from battery_sof_tools import concealment, docs_site, families, files, rates, recordings, stop_rules, tables, update_cli_page, update_effects_page
+from battery_sof_tools import concealment, docs_site, families, files, progress, rates, recordings, stop_rules, tables, update_cli_page, update_effects_page
 from battery_sof_tools.real import command, laws, plan, run, score
 from battery_sof_tools.sof import Catalogue, Failure, call, catalogue, program
 
@@ -36,6 +37,33 @@ class Rates(unittest.TestCase):
     def test_a_geometric_mean_is_that_of_logarithms(self):
         self.assertAlmostEqual(rates.geometric_mean([0.5, 2.0, 8.0]), 2.0)
         self.assertIsNone(rates.geometric_mean([]))
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+class Progress(unittest.TestCase):
+    def test_a_terminal_sees_how_far_it_is_and_the_time_left(self):
+        shown = Terminal()
+        self.assertEqual(list(progress.followed(range(4), "case", stream=shown)), [0, 1, 2, 3])
+        self.assertIn("case", shown.getvalue())
+        self.assertRegex(shown.getvalue(), r"4/4 \[\d\d:\d\d<\d\d:\d\d")  # passed<left
+
+    def test_a_log_sees_a_line_now_and_then(self):
+        log = io.StringIO()
+        self.assertEqual(len(list(progress.followed(iter(range(12)), "case", 12, log))), 12)
+        self.assertEqual(log.getvalue(), "case 10 of 12\ncase 12 of 12\n")
+
+    def test_without_tqdm_a_terminal_sees_every_item(self):
+        bar, progress.tqdm = progress.tqdm, None
+        try:
+            shown = Terminal()
+            list(progress.followed("ab", "case", stream=shown))
+            self.assertEqual(shown.getvalue(), "case 1 of 2\ncase 2 of 2\n")
+        finally:
+            progress.tqdm = bar
 
 
 class CliPage(unittest.TestCase):

@@ -19,6 +19,7 @@ for library in ("OPENBLAS", "OMP", "MKL"):  # read when numpy is loaded
 import numpy as np  # noqa: E402
 
 from . import scipy_fit  # noqa: E402
+from .progress import followed  # noqa: E402
 
 BATCHES, ROUNDS = 3, 6  # SciPy runs once a batch, the programs in C++ once a round
 IDENTIFY, SEARCH = "ours, identify()", "ours, search alone"  # names that side_by_side.cpp gives
@@ -107,7 +108,7 @@ def main():
     build, table = os.path.abspath(sys.argv[1]), {}
     try:
         with tempfile.TemporaryDirectory() as folder:
-            for _ in range(BATCHES):
+            for _ in followed(range(BATCHES), "batch"):
                 add_batch(table, run_programs(build, folder))
         print_table(table, microbenchmarks(build))
     except (OSError, RuntimeError, subprocess.CalledProcessError) as failure:

@@ -17,6 +17,7 @@ import sys
 import tempfile
 
 from .files import append, lines_of
+from .progress import followed
 from .proof.names import alike
 from .rates import rate
 from .sof import Failure, catalogue, diagnose, program
@@ -136,10 +137,8 @@ def main():
     todo = [] if arguments.report_only else [c for c in cases_of(draw, wanted, arguments.first_seed, ids) if c not in known]
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         pending = [pool.submit(run_case, draw, sof, case, arguments.keep) for case in todo]
-        for k, finished in enumerate(concurrent.futures.as_completed(pending), 1):
+        for finished in followed(concurrent.futures.as_completed(pending), "case", len(todo)):
             results.append(finished.result())
             append(path, results[-1])
-            if sys.stderr.isatty() or k % 20 == 0:
-                print(f"{k} of {len(todo)} cases", file=sys.stderr)
     results.sort(key=lambda r: [str(part) for part in r["case"]])
     report(results, catalogue(sof))

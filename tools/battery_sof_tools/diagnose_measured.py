@@ -4,9 +4,9 @@ import argparse
 import os
 import resource
 import statistics
-import sys
 
 from . import recordings, sof
+from .progress import followed
 from .tables import table
 
 HEAD = ("recording", "verdict; family; effects", "RMS error [mV]: base, extended, ridge regression, straight line",
@@ -67,9 +67,8 @@ def main():
     arguments = parser.parse_args()
     program = arguments.sof or sof.program(arguments.build, "sof")
     rows, found = [], {}
-    for name, measured in whole_recordings().items():
-        if arguments.only and name not in arguments.only.split(","):
-            continue
+    only = arguments.only.split(",") if arguments.only else None
+    for name, measured in followed([one for one in whole_recordings().items() if not only or one[0] in only], "recording"):
         begun = processor_time()
         try:
             answer = sof.diagnose(program, os.path.join(arguments.data, measured.path), *recordings.column_options(measured.columns, measured.discharge_positive))
@@ -78,7 +77,6 @@ def main():
             continue
         rows.append(row(name, answer, processor_time() - begun))
         found[name] = figures(answer)
-        print(name, file=sys.stderr, flush=True)
     print("\n".join(table(HEAD, rows)))
     if found:
         print("\n" + summary(found))

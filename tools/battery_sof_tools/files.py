@@ -4,7 +4,8 @@ import concurrent.futures
 import hashlib
 import json
 import os
-import sys
+
+from .progress import followed
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))  # of the package
 
@@ -62,7 +63,5 @@ def finished(jobs, work, todo, what):
         return
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         pending = [pool.submit(work, *arguments) for arguments in todo]
-        for k, one in enumerate(concurrent.futures.as_completed(pending), 1):
+        for one in followed(concurrent.futures.as_completed(pending), what, len(todo)):
             yield one.result()
-            if sys.stderr.isatty() or k % 10 == 0 or k == len(todo):
-                print(f"{what} {k} of {len(todo)}", file=sys.stderr, flush=True)

@@ -22,6 +22,7 @@ import tempfile
 import numpy as np
 
 from . import recordings
+from .progress import followed
 
 
 def arguments():
@@ -175,7 +176,7 @@ def main():
             places, possible = starts(t, args.window)
             stretches = [(s, s + args.window, s + 2.0 * args.window) for s in places]
             print("{}: {} of {} windows are whole and followed by a whole one".format(name, len(places), possible), flush=True)
-        for ends in stretches:
+        for ends in followed(stretches, name):
             scores = score(args, recording, columns, t, ends)
             if scores:
                 mine.append(dict(scores, recording=name))

@@ -26,6 +26,7 @@ import yaml
 
 from . import recordings
 from .files import ROOT
+from .progress import followed
 from .sof import call, required
 from .tables import table
 
@@ -177,7 +178,7 @@ def main():
     for path in args.recordings:
         rows += judge(args, path, names, os.path.splitext(os.path.basename(path))[0])
     sof = required(os.path.abspath(os.path.join(args.build, "devel", "lib", "battery_sof", "sof"))) if args.weakening else None
-    for seed in range(1, args.weakening + 1):
+    for seed in followed(range(1, args.weakening + 1), "weakening drive"):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "drive.csv")
             weakening(sof, seed, path)

@@ -24,6 +24,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from .files import ROOT, write_text
+from .progress import followed
 from .recordings import CAR, column_options
 from .sof import program
 
@@ -69,9 +70,8 @@ def gather(tools, simulated, real):
     jobs += [("session", tools["session_experiment"], [p] + COLUMNS) for p in real]
     found = {"windows": [], "session": []}
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        for (kind, _, arguments), text in zip(jobs, pool.map(lambda job: run(job[1], *job[2]), jobs)):
+        for (kind, _, _), text in zip(jobs, followed(pool.map(lambda job: run(job[1], *job[2]), jobs), "recording", len(jobs))):
             found[kind] += rows_of(text)
-            say("{} of {}".format(kind, os.path.basename(arguments[0])))
     return found["windows"], found["session"]
 
 

@@ -41,6 +41,10 @@ what the equations leave (`learned`). [model.md](model.md#modelyaml) lists its n
 *Diagnosis.* The page is one file that needs no network. `--given IDS` models what is known to be there; `--confirm IDS` diagnoses the recording with each of these put in and tells the strength at which it is named. Ctrl-C
 says what was being done, ends at once, and leaves no file.
 
+*Rows of blocks.* `--blocks 2` reads a recording of 24 V as that of one of its two 12 V blocks; the model file remembers it, and `sof predict`, `crank`, `stop-time`, `charge` and `map` answer in the row's volts without being told.
+
+*Long work.* On a terminal a command says from two seconds on what it is at and for how long; `sof map` also how long it will still take. Nothing of it is written to a pipe or a file.
+
 *Times* are those of the recording's own clock; `+60` counts from its first sample. Bags have the topic `battery_state`, or `--topic`.
 
 *Scoring windows of a recording* beside straight lines and past events: `scripts/score_next_window drive.csv` (15 min fitted, the next 15 predicted), `--split 0.75` (three quarters fitted, the last predicted).

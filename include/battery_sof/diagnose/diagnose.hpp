@@ -21,6 +21,8 @@ struct DiagnoseOptions {
   std::vector<std::string> confirm = {};
   /// Told what begins; called from the calling thread.
   std::function<void(const std::string& stage)> progress = nullptr;
+  /// Called often while the search works, from the calling thread; what it or progress throws ends the diagnosis.
+  std::function<void()> pulse = nullptr;
 };
 
 /**

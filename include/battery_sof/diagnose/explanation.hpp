@@ -43,6 +43,7 @@ struct ExplanationRules {
   double least_gain = 12.0;  ///< [1], nats that a component must bring
   Relevance relevance;
   int most_components = 5;
+  std::function<void()> pulse = nullptr;  ///< called at every fit; what it throws ends the search
 };
 
 /// Smallest strength at which an effect would have come into an explanation.

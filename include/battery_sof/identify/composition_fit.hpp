@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -134,6 +135,8 @@ struct CompositionSearch {
   bool every_start = true;  ///< false: only from the start of least cost
   double tolerance = 1e-8;  ///< stop when a step promises less than this share of the cost, see MinimizeOptions
   bool eliminate = true;    ///< solve for the linear coordinates in every pass
+  /// Called before every pass, from the pass's thread; what it throws ends the search.
+  std::function<void()> pulse = nullptr;
 };
 
 struct CompositionFit {

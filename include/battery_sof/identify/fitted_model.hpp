@@ -122,6 +122,8 @@ struct Fit {
   std::optional<NoiseModel> noise;  ///< of the residual over the window; none: fitErrors() was not called
   NaivePredictor naive;             ///< what the same window says without physics
   LearnedResidual learned;          ///< what the equations miss in the well-posed direction; empty when nothing was learnt
+  /// 12 V blocks in a row: all else here is of one of them, queries and answers are of the row (recording/blocks.hpp).
+  double blocks = 1.0;
 };
 
 /// How the intervals of answers learn from what happens.

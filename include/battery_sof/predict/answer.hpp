@@ -22,4 +22,9 @@ struct Interval {
   double upper = 0.0;  ///< 95 % quantile
 };
 
+/// @return a voltage of one block, of a row of them [V].
+inline Interval inRow(const Interval& of_one, double blocks) {
+  return {blocks * of_one.value, blocks * of_one.lower, blocks * of_one.upper};
+}
+
 }  // namespace battery_sof

@@ -48,7 +48,7 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
 /// @return every fault of a query, as one sentence each; empty when there is none.
 std::string faultsOf(const CrankingQuery& query);
 
-/// Lowest voltage of a crank that begins where a simulation stands, `ahead` [s] after the model's state.
+/// Lowest voltage of a crank, of the model's row of blocks, that begins where a simulation stands, `ahead` [s] after the model's state.
 /// @param beyond_learned raised to Simulation::beyondLearned() of any moment of the crank [V]; may be null.
 Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query, double ahead,
                        double* beyond_learned = nullptr);

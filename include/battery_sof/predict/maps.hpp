@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,13 +25,16 @@ struct ChargeAcceptanceMap {
   std::string message;
 };
 
+/// Told after every answer how many of a map's answers are there, 0 to 1.
+using MapProgress = std::function<void(double share)>;
+
 /// SOF1 over (i_load, t_stop). @param query the crank; its i_load and t_stop are taken from the lists.
 CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query, const std::vector<double>& i_load,
-                        const std::vector<double>& t_stop, double capacity = 50.0);
+                        const std::vector<double>& t_stop, double capacity = 50.0, const MapProgress& progress = nullptr);
 
 /// SOF2 over (u_boost, t_sof2). @param query the limit; its u_boost and t_sof2 are taken from the lists.
 ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
-                                        const std::vector<double>& t_sof2, double capacity = 50.0);
+                                        const std::vector<double>& t_sof2, double capacity = 50.0, const MapProgress& progress = nullptr);
 
 /// What maps come to as a whole.
 struct MapVerdict {

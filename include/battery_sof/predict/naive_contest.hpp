@@ -77,10 +77,12 @@ struct NaiveStandings {
  * voltage within 0.5 V of those compared, half to twice as long. Code and validity stay the model's.
  *
  * @param answer with numbers, else it is returned as it is.
+ * @param blocks of the row that query and answer are of; predictor and standing are of one (FittedModel::blocks).
  */
-CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query, const NaivePredictor& naive, const NaiveStanding& standing);
+CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query, const NaivePredictor& naive, const NaiveStanding& standing,
+                        double blocks = 1.0);
 ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query, const NaivePredictor& naive,
-                                const NaiveStanding& standing);
+                                const NaiveStanding& standing, double blocks = 1.0);
 
 /// The predictor behind naiveCrankMinimum() and naiveChargeCurrent(), in words.
 std::string naiveCrankName(const NaivePredictor& naive);

@@ -22,6 +22,7 @@ struct SessionOptions {
   double retry_period = 60.0;           ///< [s] of driving between tries while there is no model
   double model_max_age = 3600.0;        ///< [s] from the window's end; the paper's predictions hold for minutes
   double capacity = 50.0;               ///< [Ah], nominal
+  double blocks = 1.0;                  ///< 12 V blocks in a row that samples, questions and answers are of (recording/blocks.hpp)
   EventLimits events;
   IdentifyOptions identify;
 };
@@ -133,7 +134,7 @@ class OnlineSession {
   bool doesExtendedAnswer() const { return &inUse() != &contenders_.base; }
   /// [s], sum of sampling intervals without the gaps.
   double driving() const { return driving_; }
-  /// The past that is kept.
+  /// The past that is kept, of one block.
   const Series& series() const { return stream_.series(); }
 
   /// What may be asked, state at the newest sample, as a copy that needs no lock.
@@ -165,6 +166,12 @@ class OnlineSession {
   std::optional<FittedModel> model() const;
 
  private:
+  /// push() of one block.
+  SessionEvents take(const RawSample& sample);
+  SessionStatus statusOfBlock() const;
+  /// A model as it leaves the session; inside all is of one block.
+  FittedModel ofRow(FittedModel model) const;
+
   /// What follows the samples.
   struct Contenders {
     TrackedModel base;

@@ -35,7 +35,7 @@ struct QueryRange {
   bool charges = false;                    ///< needs r_charge, else r_discharge
   ChargeEvidence evidence = {};            ///< what past charges say of a charge
   std::optional<double> answered_voltage;  ///< [V], what the model makes of it
-  double beyond_learned = 0.0;             ///< [V], most by which a learnt force was held inside what it was learnt on
+  double beyond_learned = 0.0;             ///< [V] of one block, most by which a learnt force was held inside what it was learnt on
 };
 
 /// The most charge that a model's equations hold for [Ah]: all of the capacity where the open-circuit voltage may move

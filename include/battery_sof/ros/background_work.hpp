@@ -1,6 +1,6 @@
 #pragma once
 
-#include <atomic>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -24,7 +24,8 @@ struct DiagnosisReport {
   double duration_ms = 0.0;  ///< [ms], wall time
 };
 
-/// diagnose() on one thread, looking at `cancelled` whenever a stage begins.
-DiagnosisReport timedDiagnosis(const Recording& recording, const std::atomic<bool>& cancelled);
+/// diagnose() on one thread. @param why_end asked often: what is not empty breaks it off. @param begins told of each stage.
+DiagnosisReport timedDiagnosis(const Recording& recording, const std::function<std::string()>& why_end,
+                               const std::function<void(const std::string& stage)>& begins);
 
 }  // namespace battery_sof

@@ -82,6 +82,7 @@ class BatterySofNode {
   bool onIdentify(Identify::Request& request, Identify::Response& response);
   std::optional<std::future<DiagnosisRunner::Outcome>> beginDiagnosis(Diagnose::Response& response);
   bool onDiagnose(Diagnose::Request& request, Diagnose::Response& response);
+  bool onCancelDiagnosis(CancelDiagnosis::Request& request, CancelDiagnosis::Response& response);
   void onAdopted(const Adoption& adoption, double from_driving);
 
   // These want mutex_ held.

@@ -40,13 +40,14 @@ class DiagnosisRunner {
     double period = 0.0;  ///< [s] of driving; 0: only on request
     double settle = 600.0;
     bool adopt = false;
+    double blocks = 1.0;  ///< 12 V blocks in a row; what is diagnosed is one of them
   };
   using Outcome = DiagnosisOutcome;
   /// Called on the runner's thread with what goes on trial.
   using Adopt = std::function<void(const Adoption& adoption, double from_driving)>;
 
   DiagnosisRunner(ros::NodeHandle private_node, Options options, Adopt adopt);
-  /// Breaks a running diagnosis off at its next stage.
+  /// Breaks a running diagnosis off.
   ~DiagnosisRunner() { stop(); }
 
   /// @param series not empty. @return the outcome to come; none when another one runs.
@@ -55,6 +56,8 @@ class DiagnosisRunner {
   void beginIfDue(const Series& series, const std::string& name, double driving);
 
   DiagnosisLine line();
+  /// Breaks a running diagnosis off. @return how long it had run and what it was at, one sentence; none when none runs.
+  std::optional<std::string> cancel();
   void stop();
 
  private:
@@ -72,10 +75,13 @@ class DiagnosisRunner {
   Options options_;
   Adopt adopt_;
   ros::Publisher publisher_;
-  std::mutex mutex_;  // guards the next two
+  std::mutex mutex_;  // guards the next four
   DiagnosisLine line_;
-  double next_due_;  // [s] of driving
-  std::atomic<bool> cancelled_{false};
+  double next_due_;    // [s] of driving
+  std::string stage_;  // of the running one
+  ros::WallTime begun_;
+  std::atomic<bool> cancelled_{false};  // the running one
+  std::atomic<bool> stopped_{false};
   BackgroundWorker<Job, Outcome> worker_;
 };
 

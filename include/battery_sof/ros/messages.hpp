@@ -10,6 +10,7 @@
 #include <battery_sof/SofStatus.h>
 #undef Diagnosis
 #undef StopTimeAnswer
+#include <battery_sof/CancelDiagnosis.h>
 #include <battery_sof/IdentifiedModel.h>
 #include <battery_sof/Identify.h>
 #include <battery_sof/PredictChargeAcceptance.h>

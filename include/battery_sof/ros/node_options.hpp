@@ -10,7 +10,8 @@
 
 namespace battery_sof {
 
-/// The questions asked anew with every status: SOF1, the longest stop before the same crank, and SOF2.
+/// The questions asked anew with every status: SOF1, the longest stop before the same crank, and SOF2. Voltages are those of one block
+/// by default; parseNodeOptions() makes them those of the row.
 struct StandingQueries {
   CrankingQuery cranking{-20.0, 30.0, -200.0, 1.0, 7.2};
   ChargeAcceptanceQuery charge{14.2, 10.0, 5000.0};

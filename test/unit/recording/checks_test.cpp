@@ -626,7 +626,15 @@ TEST(VoltageLevelCheck, GuessesBlocksInSeries) {
   for (double& voltage : series.voltage) voltage *= 2.0;
   const auto found = findingsOf(series, "voltage_level");
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_TRUE(says(found[0].meaning, "2 blocks of 12 V in series"));
+  EXPECT_TRUE(says(found[0].meaning, "2 blocks of 12 V in series (--blocks 2)"));
+}
+
+TEST(VoltageLevelCheck, GuessesABatteryOfSixVolts) {
+  Series series = cleanDrive();
+  for (double& voltage : series.voltage) voltage *= 0.5;
+  const auto found = findingsOf(series, "voltage_level");
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_TRUE(says(found[0].meaning, "a battery of 6 V (--blocks 0.5)"));
 }
 
 TEST(ExcitationCheck, FindsAConstantCurrentWithAndWithoutNoise) {

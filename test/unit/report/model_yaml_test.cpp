@@ -305,6 +305,22 @@ TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithWhatWasLearnt) {
   expectError(withValue("    scale:", zeros + "]"), "and its neighbours must be as many finite numbers, scales above 0");
 }
 
+TEST(ModelYaml, HoldsTheBlocksOfARowAndNothingOfOneBlock) {
+  FittedModel model = fittedModel();
+  EXPECT_FALSE(modelYaml(model).find("blocks:") != std::string::npos);
+  EXPECT_EQ(parseModelYaml(modelYaml(model), "m.yaml").blocks, 1.0);
+  model.fit.blocks = 2.0;
+  EXPECT_EQ(parseModelYaml(modelYaml(model), "m.yaml").blocks, 2.0);
+  EXPECT_EQ(modelYaml(parseModelYaml(modelYaml(model), "m.yaml")), modelYaml(model));
+  try {
+    parseModelYaml(with(modelYaml(model), "blocks: 2", "blocks: 2.2"), "m.yaml");
+    FAIL() << "2.2 blocks were taken";
+  } catch (const ModelFileError& error) {
+    EXPECT_NE(std::string(error.what()).find("m.yaml: blocks is 2.2, expected 0.5 (6 V), 1 (12 V), 2 (24 V)"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(ReadModelFile, SaysThatAFileCannotBeRead) { EXPECT_THROW(readModelFile("/nonexistent/model.yaml"), ModelFileError); }
 
 TEST(WriteModelFile, WritesAFileThatReadsBack) {

@@ -61,6 +61,7 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
   EXPECT_EQ(shipped.session.retry_period, built_in.session.retry_period);
   EXPECT_EQ(shipped.session.model_max_age, built_in.session.model_max_age);
   EXPECT_EQ(shipped.session.capacity, built_in.session.capacity);
+  EXPECT_EQ(shipped.session.blocks, built_in.session.blocks);
   EXPECT_EQ(shipped.session.events.crank_current, built_in.session.events.crank_current);
   EXPECT_EQ(shipped.session.identify.start, built_in.session.identify.start);
   EXPECT_EQ(shipped.session.identify.crank_weight, built_in.session.identify.crank_weight);
@@ -76,6 +77,22 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
   EXPECT_EQ(shipped.standing.charge.u_boost, built_in.standing.charge.u_boost);
   EXPECT_EQ(shipped.standing.charge.t_sof2, built_in.standing.charge.t_sof2);
   EXPECT_EQ(shipped.standing.charge.i_limit, built_in.standing.charge.i_limit);
+}
+
+TEST(NodeOptions, VoltagesOfARowOfBlocksAreAsManyTimesAsLargeByDefault) {
+  for (const XmlRpc::XmlRpcValue& two : {XmlRpc::XmlRpcValue(2), XmlRpc::XmlRpcValue(2.0)}) {
+    const NodeOptions row = parseNodeOptions(with("blocks", two));
+    EXPECT_EQ(row.session.blocks, 2.0);
+    EXPECT_EQ(row.standing.cranking.u_required, 14.4);
+    EXPECT_EQ(row.standing.charge.u_boost, 28.4);
+  }
+  XmlRpc::XmlRpcValue given = with("blocks", 0.5);
+  given["standing_query"] = with("u_required_v", 3.9);
+  EXPECT_EQ(parseNodeOptions(given).standing.cranking.u_required, 3.9);
+  EXPECT_EQ(parseNodeOptions(given).standing.charge.u_boost, 7.1);
+  EXPECT_THAT(refusal(with("blocks", 0.7)), HasSubstr("~blocks is 0.7, expected 0.5 (6 V), 1 (12 V), 2 (24 V), 4 (48 V) or another"));
+  EXPECT_THAT(refusal(with("blocks", 24)), HasSubstr("~blocks is 24, expected 0.5 to 6"));
+  EXPECT_THAT(refusal(with("blocks", "two")), HasSubstr("~blocks is a string, expected a number"));
 }
 
 TEST(NodeOptions, IntegersAndNumbersAreBothNumbers) {

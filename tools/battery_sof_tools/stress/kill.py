@@ -6,6 +6,7 @@ import random
 import threading
 import time
 
+from ..progress import followed
 from ..tables import table
 from .ros import NODE, Processes, Samples, rows_of
 
@@ -92,7 +93,7 @@ def kills(programs, folder, count, seed):
     with Processes(folder) as processes:
         rospy.init_node("kills", anonymous=True, disable_signals=True)
         drive = Drive(recording)
-        for _ in range(count):
+        for _ in followed(range(count), "kill"):
             before = os.stat(state).st_mtime_ns
             taken, drafts = one_life(processes, programs, state, drive, chance)
             rows.append((taken, drafts, programs.reads(state), os.stat(state).st_mtime_ns != before))

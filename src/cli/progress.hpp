@@ -1,0 +1,52 @@
+#pragma once
+
+#include <condition_variable>
+#include <iosfwd>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+namespace battery_sof {
+
+/// @return what is said of a stage under way: how long it all has taken and, where a share of the stage is known to be done, how long
+/// the rest of it will take at that pace. @param elapsed [s]. @param in_stage [s].
+std::string pace(double elapsed, double in_stage, std::optional<double> share);
+
+/**
+ * @brief Says on err what is being done, from two seconds of work on and only when standard error is a terminal: the stage, and below
+ * it, anew every second, the time it has taken and will still take.
+ */
+class Progress {
+ public:
+  explicit Progress(std::ostream& err);
+  ~Progress() { end(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void stage(const std::string& what);
+  /// How much of the stage is done, 0 to 1. May be called as often as one likes.
+  void done(double share);
+  /// Clears its line, for something else to be said there.
+  void hide();
+  /// Says nothing more, before the result is printed.
+  void end();
+
+ private:
+  void tick();
+  // These want mutex_ held.
+  void show();
+  void clear();
+
+  std::ostream& err_;
+  const double started_;
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable changed_;
+  std::string stage_;
+  double stage_began_;
+  std::optional<double> share_;
+  bool stage_is_shown_ = false, line_is_shown_ = false, is_over_ = false;
+  std::thread ticker_;  // none where nothing is shown
+};
+
+}  // namespace battery_sof

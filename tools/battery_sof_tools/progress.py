@@ -1,0 +1,23 @@
+"""How far long work is and how long it will still take, on standard error: a bar where that is a terminal, else a line now and then."""
+
+import sys
+
+try:
+    from tqdm import tqdm
+except ImportError:  # python3-tqdm is not installed
+    tqdm = None
+
+EVERY = 10  # of the items, where there is no bar
+
+
+def followed(items, what, total=None, stream=None):
+    """The items, with progress. `total` where they have no length."""
+    stream = stream or sys.stderr
+    total = len(items) if total is None else total
+    if stream.isatty() and tqdm:
+        yield from tqdm(items, desc=what, total=total, file=stream, dynamic_ncols=True)
+        return
+    for k, item in enumerate(items, 1):
+        yield item
+        if stream.isatty() or k % EVERY == 0 or k == total:
+            print(f"{what} {k} of {total}", file=stream, flush=True)
