@@ -40,7 +40,7 @@ class Explainer {
       if (progress) progress(what);
     };
     ExplanationState start = fits_.baseState();
-    fits_.takeTemper(start);
+    fits_.takeNoise(start);
     ExplanationState typical = start;
     for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
     fits_.begin(start, kFirstIterations);
@@ -292,6 +292,7 @@ class Explainer {
     found_.noise = state.fit.noise;
     found_.relevant = fits_.relevantBeside(state);
     found_.temper = fits_.temper();
+    found_.edge_jitter = fits_.edgeNoise().jitter();
     found_.weighed = search_.weighed();
     found_.least = search_.leastStrengths(state);
     double most = rules_.least_gain;
@@ -314,6 +315,11 @@ class Explainer {
 };
 
 }  // namespace
+
+double leastError(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
+                  const std::function<void()>& pulse) {
+  return ExplanationFits(drive, training, table, base, {}, pulse).leastError();
+}
 
 Explanation explain(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
                     const std::vector<std::string>& ids, const std::vector<std::string>& given, const ExplanationRules& rules,

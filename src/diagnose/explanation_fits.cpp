@@ -3,7 +3,6 @@
 #include <stdexcept>
 
 #include "battery_sof/diagnose/hypotheses.hpp"
-#include "battery_sof/diagnose/unseen_current.hpp"
 #include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
@@ -14,7 +13,6 @@ constexpr double kFirstTemper = 0.05, kSettledTemper = 1e-4;  // the same from a
 constexpr int kTemperPasses = 8, kPolishes = 2;
 constexpr double kPolished = 1e-3;                                                     // nats
 constexpr double kCrankCurrent = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
-constexpr int kNoiseRounds = 4;            // in which noise and what the sampling cannot know are told apart
 constexpr int kWander = 24;                // steps of a voltage channel's random walk over the training part
 constexpr double kMostWander = 0.0012;     // [V] a root minute, of a voltage channel
 constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
@@ -34,16 +32,22 @@ ExplanationFits::ExplanationFits(const Drive& drive, std::size_t training, const
   free_.resize(static_cast<Eigen::Index>(counted_.size()), table.values.cols() + kWander);
   free_.leftCols(table.values.cols()) = table.values(counted_, Eigen::all);
   free_.rightCols(kWander) = wander();
-  free_products_ = free_.transpose() * free_;
+  noise_ = EdgeNoise(drive_, response_, counted_);
+  takeWhitening(noise_.with(0.0, 0.0));
   takeRelevance(relevance);
 }
 
-ExplanationState ExplanationFits::baseState() const {
+std::optional<ExplanationState> ExplanationFits::placedBase() const {
   ExplanationState state;
   state.point = base_;
   state.coordinates = coordinatesOf(state.model);
-  if (!place(state)) throw std::invalid_argument("explain: the base circuit has no finite voltage where it begins");
-  return state;
+  return place(state) ? std::make_optional(std::move(state)) : std::nullopt;
+}
+
+ExplanationState ExplanationFits::baseState() const {
+  std::optional<ExplanationState> state = placedBase();
+  if (!state) throw std::invalid_argument("explain: the base circuit has no finite voltage where it begins");
+  return std::move(*state);
 }
 
 Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model, const CompositionPoint& point) const {
@@ -91,9 +95,6 @@ bool ExplanationFits::place(ExplanationState& state) const {
   if (errors.error.size() == 0) return false;
   state.error = errors.error(counted_);
   state.sensitivity = errors.sensitivity(counted_, Eigen::all);
-  const Eigen::VectorXd unseen = unseenVariance(drive_, response_, state.model, state.point);
-  state.unseen = unseen.size() > 0 ? Eigen::VectorXd(unseen(counted_)) : Eigen::VectorXd();
-  if (state.unseen.size() == 0) state.trust.resize(0);
   return true;
 }
 
@@ -128,19 +129,13 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
   for (int k = 0; k < kWander; ++k) used.push_back(static_cast<Eigen::Index>(table_.columns.size()) + k);
   const auto free = static_cast<Eigen::Index>(used.size());
   sums.columns.resize(state.error.size(), known + free);
-  sums.columns.leftCols(known) = state.sensitivity;
-  for (Eigen::Index j = 0; j < free; ++j) sums.columns.col(known + j) = free_.col(used[static_cast<std::size_t>(j)]);
-  sums.targets = state.error - state.sensitivity * expected;
-  if (state.trust.size() > 0) {
-    sums.columns = state.trust.asDiagonal() * sums.columns;
-    sums.targets = state.trust.cwiseProduct(sums.targets);
-    problem.products = sums.columns.transpose() * sums.columns;
-  } else {
-    problem.products.resize(known + free, known + free);
-    problem.products.leftCols(known) = sums.columns.transpose() * state.sensitivity;
-    problem.products.topRightCorner(known, free) = problem.products.bottomLeftCorner(free, known).transpose();
-    problem.products.bottomRightCorner(free, free) = free_products_(used, used);
-  }
+  for (Eigen::Index j = 0; j < known; ++j) sums.columns.col(j) = whitened(state.sensitivity.col(j));
+  for (Eigen::Index j = 0; j < free; ++j) sums.columns.col(known + j) = whitenedFree().col(used[static_cast<std::size_t>(j)]);
+  sums.targets = whitened(state.error - state.sensitivity * expected);
+  problem.products.resize(known + free, known + free);
+  problem.products.leftCols(known) = sums.columns.transpose() * sums.columns.leftCols(known);
+  problem.products.topRightCorner(known, free) = problem.products.bottomLeftCorner(free, known).transpose();
+  problem.products.bottomRightCorner(free, free) = free_products_(used, used);
   problem.targets = sums.columns.transpose() * sums.targets;
   problem.square = sums.targets.squaredNorm();
   problem.rows = static_cast<double>(counted_.size());
@@ -148,14 +143,9 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
 }
 
 void ExplanationFits::weigh(ExplanationState& state) const {
-  weighOnce(state);
-  for (int round = 0; round < kNoiseRounds && state.unseen.size() > 0; ++round) {
-    ExplanationState next = state;
-    next.trust = trustAt(state.fit.noise, state.unseen);
-    weighOnce(next);
-    if (!(next.evidence > state.evidence)) return;
-    state = std::move(next);
-  }
+  state.fit = fitOf(sumsOf(state, false));
+  state.evidence = state.fit.evidence;
+  state.evidence += temper_ * noise_.logScale();
 }
 
 void ExplanationFits::improve(ExplanationState& state, int iterations, double settled) const {
@@ -204,22 +194,54 @@ void ExplanationFits::settle(ExplanationState& state) {
 
 void ExplanationFits::polish(ExplanationState& state) {
   for (int round = 0; round < kPolishes; ++round) {
-    takeTemper(state);
+    takeNoise(state);
     improve(state, kMostIterations, kPolished);
   }
-  takeTemper(state);
+  takeNoise(state);
   weigh(state);
 }
 
-void ExplanationFits::takeTemper(const ExplanationState& state) {
+void ExplanationFits::takeNoise(const ExplanationState& state) {
+  takeWhitening(noise_.with(0.0, 0.0));  // the same from any state before
+  LinearFit all = takeTemper(state);
+  if (!noise_.applies()) return;
+  takeWhitening(noise_.best([&](const EdgeNoise& noise) {
+    takeWhitening(noise);
+    return fitGroupsFrom(sumsOf(state, true).problem, temper_, all).evidence + temper_ * noise.logScale();
+  }));
+  takeTemper(state);
+}
+
+double ExplanationFits::leastError() {
+  const std::optional<ExplanationState> base = placedBase();
+  if (!base) return std::numeric_limits<double>::infinity();
+  takeNoise(*base);
+  const Eigen::VectorXd z = fitOf(sumsOf(*base, true)).z;
+  Eigen::VectorXd std;
+  const Eigen::VectorXd moved = expectedFrom(*base, std) + z.head(static_cast<Eigen::Index>(base->coordinates.size()));
+  return rms(base->error - base->sensitivity * moved - free_ * z.tail(free_.cols()));
+}
+
+void ExplanationFits::takeWhitening(const EdgeNoise& noise) {
+  noise_ = noise;
+  whitened_.resize(0, 0);
+  if (!noise_.isWhite()) {
+    whitened_.resize(free_.rows(), free_.cols());
+    for (Eigen::Index k = 0; k < free_.cols(); ++k) whitened_.col(k) = noise_.whitened(free_.col(k));
+  }
+  free_products_ = whitenedFree().transpose() * whitenedFree();
+}
+
+LinearFit ExplanationFits::takeTemper(const ExplanationState& state) {
   temper_ = kFirstTemper;
   const ExplanationSums sums = sumsOf(state, true);
   LinearFit fit;
   for (int pass = 0; pass < kTemperPasses; ++pass) {
     fit = pass == 0 ? fitGroups(sums.problem, temper_) : fitGroupsFrom(sums.problem, temper_, fit);
     const double before = std::exchange(temper_, std::max(kLeastTemper, independentShare(sums.targets - sums.columns * fit.z)));
-    if (std::abs(temper_ - before) < kSettledTemper * before) return;
+    if (std::abs(temper_ - before) < kSettledTemper * before) break;
   }
+  return fit;
 }
 
 ExplanationState ExplanationFits::withColumns(const ExplanationState& state, Family family) const {
@@ -244,10 +266,6 @@ ExplanationState ExplanationFits::withoutMember(const ExplanationState& state, c
 bool ExplanationFits::isUsed(const std::string& id, const ExplanationState& state) {
   const auto& there = state.model.effects();
   return contains(there, id);
-}
-
-Eigen::VectorXd ExplanationFits::trusted(const ExplanationState& state, const Eigen::VectorXd& rows) {
-  return state.trust.size() > 0 ? Eigen::VectorXd(state.trust.cwiseProduct(rows)) : rows;
 }
 
 Eigen::LDLT<Eigen::MatrixXd> ExplanationFits::penalised(const ExplanationSums& sums, const ExplanationState& state) const {
@@ -340,16 +358,6 @@ void ExplanationFits::takeRelevance(const Relevance& relevance) {
   if (imposed > 0.0) currents = relevance.charge_share * std::sqrt(square / imposed);
   const double share = imposed / static_cast<double>(counted_.size()), rmse = relevance.rmse;
   relevant_ = std::sqrt((1.0 - share) * rmse * rmse + share * std::pow(std::max(rmse, currents), 2));
-}
-
-void ExplanationFits::weighOnce(ExplanationState& state) const {
-  state.fit = fitOf(sumsOf(state, false));
-  state.evidence = state.fit.evidence;
-  if (state.trust.size() > 0) state.evidence += temper_ * state.trust.array().log().sum();
-}
-
-Eigen::VectorXd ExplanationFits::trustAt(double noise, const Eigen::VectorXd& unseen) {
-  return (1.0 + unseen.array() / (noise * noise)).rsqrt().matrix();
 }
 
 CompositionPoint ExplanationFits::movedTo(const BatteryModel& model, const BatteryModel& from, const CompositionPoint& there) const {

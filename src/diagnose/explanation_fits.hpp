@@ -4,6 +4,7 @@
 #include <functional>
 #include <utility>
 
+#include "battery_sof/diagnose/edge_noise.hpp"
 #include "battery_sof/diagnose/explanation.hpp"
 #include "explanation_state.hpp"
 
@@ -45,15 +46,21 @@ class ExplanationFits {
   void begin(ExplanationState& state, int iterations) const;
   /// Fits a state to the end, from where it stands or from the best that another path has come to with the same parts.
   void settle(ExplanationState& state);
-  /// Takes the share of rows that count as independent once all that can be learnt beside a state is taken out.
-  void takeTemper(const ExplanationState& state);
+  /// Takes what edges of the current add to the rows' noise (EdgeNoise), and the temper: of greatest evidence beside all that can be
+  /// learnt beside a state.
+  void takeNoise(const ExplanationState& state);
+  /// Takes the share of rows that count as independent once all that can be learnt beside a state is taken out. @return that fit.
+  LinearFit takeTemper(const ExplanationState& state);
+  /// RMS of the counted rows once all that can be learnt beside the base circuit is taken out [V]; infinite without a finite voltage.
+  double leastError();
   /// Fits a state closely and takes the temper there: one score for one set, whichever way led to it.
   void polish(ExplanationState& state);
   /// A state with a family's columns beside it; the circuit moves along once they are taken.
   ExplanationState withColumns(const ExplanationState& state, Family family) const;
   ExplanationState withoutMember(const ExplanationState& state, const std::string& id);
   static bool isUsed(const std::string& id, const ExplanationState& state);
-  static Eigen::VectorXd trusted(const ExplanationState& state, const Eigen::VectorXd& rows);
+  /// A column of the counted rows as innovations of EdgeNoise.
+  Eigen::VectorXd whitened(const Eigen::VectorXd& column) const { return noise_.whitened(column); }
   /// Factors of the columns' products with their priors, in units of the tempered noise.
   Eigen::LDLT<Eigen::MatrixXd> penalised(const ExplanationSums& sums, const ExplanationState& state) const;
   /// What a state says of the counted rows, up to what is common to all [V].
@@ -75,6 +82,7 @@ class ExplanationFits {
   const BaseResponse& response() const { return response_; }
   const std::vector<Eigen::Index>& counted() const { return counted_; }  ///< rows that are learnt from and have a measurement
   double temper() const { return temper_; }
+  const EdgeNoise& edgeNoise() const { return noise_; }
   bool isSpent() const { return spent_ > kBudget; }
   /// What an RMS has to be to matter beside a state [V].
   double relevantBeside(const ExplanationState& state) const { return std::max(relevant_, 0.5 * state.fit.noise); }
@@ -89,8 +97,9 @@ class ExplanationFits {
   Eigen::MatrixXd wander();
   /// What an RMS has to be to matter: of a voltage as it is, of a current that a source draws out its share of the current.
   void takeRelevance(const Relevance& relevance);
-  void weighOnce(ExplanationState& state) const;
-  static Eigen::VectorXd trustAt(double noise, const Eigen::VectorXd& unseen);
+  std::optional<ExplanationState> placedBase() const;
+  void takeWhitening(const EdgeNoise& noise);
+  const Eigen::MatrixXd& whitenedFree() const { return noise_.isWhite() ? free_ : whitened_; }
   /// A point of a composition that holds all of another's parameters and states, as a point of the other.
   CompositionPoint movedTo(const BatteryModel& model, const BatteryModel& from, const CompositionPoint& there) const;
 
@@ -102,7 +111,9 @@ class ExplanationFits {
   BaseResponse response_;
   RowSimulation rows_;
   std::vector<Eigen::Index> counted_;
-  Eigen::MatrixXd free_, free_products_;       // the table's columns and the wander's ramps
+  Eigen::MatrixXd free_;                      // the table's columns and the wander's ramps
+  Eigen::MatrixXd whitened_, free_products_;  // the same as innovations, empty where they are; products of what is used
+  EdgeNoise noise_;
   double most_wander_ = 0.0, relevant_ = 0.0;  // [V]
   double temper_ = 1.0;
   std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits

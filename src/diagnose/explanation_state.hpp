@@ -43,8 +43,6 @@ struct ExplanationState {
   std::vector<FitCoordinate> coordinates;
   Eigen::VectorXd error;
   Eigen::MatrixXd sensitivity;
-  Eigen::VectorXd unseen;  // [V^2], of the rows' errors by what the sampling cannot know; empty: nothing
-  Eigen::VectorXd trust;   // s / sqrt(s^2 + unseen) [1]; empty: ones
   std::set<Family> learnt;
   std::vector<std::string> members;  // named ones, without what they need
   LinearFit fit;

@@ -41,44 +41,52 @@ std::vector<std::string> idsToWeigh(const Screening& screened, const std::vector
   return ids;
 }
 
-Explanation explainBy(const std::optional<DrivingSource>& driving, const Prepared& prepared, const std::vector<std::string>& ids,
-                      const DiagnoseOptions& options) {
-  std::vector<char> masked = prepared.screened.limits.masked;
-  Series sound = prepared.screened.series;
-  if (driving) {
-    sound = repaired(sound, driving->repair);
-    for (std::size_t n = 0; n < masked.size(); ++n) masked[n] = masked[n] || driving->repair.dropped[n];
+/// The rows of the training part with who drives each, and what can be learnt of them.
+struct Rows {
+  Rows(const Prepared& prepared, const std::optional<DrivingSource>& driving) {
+    std::vector<char> masked = prepared.screened.limits.masked;
+    Series sound = prepared.screened.series;
+    if (driving) {
+      sound = repaired(sound, driving->repair);
+      for (std::size_t n = 0; n < masked.size(); ++n) masked[n] = masked[n] || driving->repair.dropped[n];
+    }
+    drive = fullDrive(sound, prepared.parts.train, masked, driving ? driving->imposes_voltage : std::vector<char>());
+    const CompositionPoint& base = prepared.base.point;
+    const BatteryModel circuit;
+    table = forceTable(drive, baseResponse(circuit, beginningOf(base, drive), drive, drive.samples.size()), base.parameters[kRowBeta]);
   }
-  const Drive imposed = fullDrive(sound, prepared.parts.train, masked, driving ? driving->imposes_voltage : std::vector<char>());
-  const CompositionPoint& base = prepared.base.point;
-  const BatteryModel circuit;
-  const BaseResponse response = baseResponse(circuit, beginningOf(base, imposed), imposed, imposed.samples.size());
-  const ForceTable table = forceTable(imposed, response, base.parameters[kRowBeta]);
-  ExplanationRules rules;
-  rules.relevance = options.relevance;
-  rules.pulse = options.pulse;
-  return explain(imposed, imposed.samples.size(), table, base, ids, options.given, rules, options.progress);
-}
+  double leastError(const CompositionPoint& base, const DiagnoseOptions& options) const {
+    return battery_sof::leastError(drive, drive.samples.size(), table, base, options.pulse);
+  }
 
-bool holdsShift(const Explanation& explanation) { return contains(explanation.model.effects(), "time_skew"); }
+  Drive drive;
+  ForceTable table;
+};
 
 }  // namespace
 
-/// Who imposes what is told from samples of one instant: where a slow recording's channels turn out to be shifted, a step that one of
-/// them shows late looked like a source, and the current drives.
+/// A source is taken to impose the voltage where the rows are missed by a tenth less so, once all that can be learnt is taken out: a rest
+/// or a step that one channel shows late can look like a source, and a voltage that is imposed although it is not brings its noise into
+/// the battery's state.
 Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options) {
   Explained explained;
   explained.driving = drivingSource(prepared.screened.series);
   explained.is_lead_acid = isLeadAcid(prepared.screened.series);
+  const CompositionPoint& base = prepared.base.point;
+  Rows rows(prepared, std::nullopt);
+  if (explained.driving) {
+    Rows imposed(prepared, explained.driving);
+    if (imposed.leastError(base, options) < (1.0 - kDiscrepancy) * rows.leastError(base, options))
+      rows = std::move(imposed);
+    else
+      explained.driving.reset();
+  }
   const std::vector<std::string> ids =
       idsToWeigh(prepared.screened, options.hypotheses, explained.driving.has_value(), explained.is_lead_acid, explained.notes);
-  explained.explanation = explainBy(explained.driving, prepared, ids, options);
-  if (!explained.driving || !prepared.screened.slow || !holdsShift(explained.explanation)) return explained;
-  const Explanation by_current = explainBy(std::nullopt, prepared, ids, options);
-  // Behind a source that is there the current alone never tells the voltage to what instruments leave, whatever the shift.
-  if (!holdsShift(by_current) || !(by_current.noise < kPlausible)) return explained;
-  explained.explanation = by_current;
-  explained.driving.reset();
+  ExplanationRules rules;
+  rules.relevance = options.relevance;
+  rules.pulse = options.pulse;
+  explained.explanation = explain(rows.drive, rows.drive.samples.size(), rows.table, base, ids, options.given, rules, options.progress);
   return explained;
 }
 

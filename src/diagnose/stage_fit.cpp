@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "battery_sof/diagnose/unseen_current.hpp"
+#include "battery_sof/diagnose/edge_noise.hpp"
 
 namespace battery_sof {
 
@@ -12,7 +12,7 @@ FinalFit fitExplained(const Prepared& prepared, const Explained& explained) {
   const bool is_slow = prepared.screened.slow;
   FinalFit last;
   last.at_edges = !is_slow && std::any_of(ids.begin(), ids.end(), [](const std::string& id) { return effectInfo(id).acts_at_edges; });
-  last.quiet = is_slow ? withUnseen(prepared.quiet, explanation.model, explanation.point, explanation.noise) : prepared.quiet;
+  last.quiet = is_slow ? EdgeNoise::weighed(prepared.quiet, explanation.edge_jitter) : prepared.quiet;
   last.fit = ids.empty() ? prepared.base
                          : fitWhitened(explanation.model, last.drive(prepared), {explanation.point}, std::nullopt, prepared.search);
   return last;

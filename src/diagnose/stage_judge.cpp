@@ -28,21 +28,10 @@ Unexplained restOf(const Prepared& prepared, const FinalFit& last, const Learned
   return rest;
 }
 
-/// Whether an effect is a time alone, a shift or a lag, and the fit's is a small part of what passes between two samples: what happens
-/// there, no recording tells.
-bool isInsideSampling(const std::string& id, const Explanation& explanation, double interval) {
-  const std::vector<ParameterInfo>& parameters = effectInfo(id).parameters;
-  if (parameters.size() != 1 || parameters.front().unit != "s") return false;
-  const std::optional<Eigen::Index> row = explanation.model.parameterRow(parameters.front().name);
-  return row && std::abs(explanation.point.parameters[*row]) < kDiscrepancy * interval;
-}
-
-/// What is told of an explanation: effects by their evidence, but for those inside the sampling; a family that its columns alone
-/// stand for where what they learnt holds on blocks that were left out. Ageing has clocks of its own and no part in what is learnt.
-Explanation confirmed(Explanation explanation, const Learned& learned, double interval) {
-  const auto is_untold = [&](const Component& one) {
-    return one.member.empty() ? !learned.holds() && one.family != Family::kAgeing : isInsideSampling(one.member, explanation, interval);
-  };
+/// What is told of an explanation: effects by their evidence; a family that its columns alone stand for where what they learnt holds on
+/// blocks that were left out. Ageing has clocks of its own and no part in what is learnt.
+Explanation confirmed(Explanation explanation, const Learned& learned) {
+  const auto is_untold = [&](const Component& one) { return one.member.empty() && !learned.holds() && one.family != Family::kAgeing; };
   std::vector<Component>& all = explanation.components;
   all.erase(std::remove_if(all.begin(), all.end(), is_untold), all.end());
   return explanation;
@@ -105,7 +94,7 @@ std::vector<Detectable> detectableOf(const std::vector<LeastStrength>& all, cons
 Judged judgeFindings(const Recording& recording, const Prepared& prepared, const Explained& explained, const FinalFit& last,
                      const Learned& learned, const DiagnoseOptions& options) {
   const Unexplained rest = restOf(prepared, last, learned);
-  const Explanation explanation = confirmed(explained.explanation, learned, medianInterval(prepared.screened.series));
+  const Explanation explanation = confirmed(explained.explanation, learned);
   Judged judged;
   judged.verdict = judge(explanation, {prepared.screened.faults, prepared.screened.sentences}, rest);
   judged.components = explanation.components;

@@ -86,6 +86,13 @@ DriveStep driveStep(double time_before, double current_before, double time, doub
   return step;
 }
 
+int DriveStep::rampPieces() const {
+  constexpr double kBend = 0.03;  // k [1/(A^2 s^2)]
+  constexpr double kMost = 16.0;
+  const double change = std::abs(slope) * duration, largest = std::max(std::abs(current), std::abs(current - slope * duration));
+  return static_cast<int>(std::clamp(std::round(duration * std::sqrt(kBend * change * largest)), 1.0, kMost));
+}
+
 double MissedCrank::add(double duration, double current, bool voltage_drives) {
   constexpr double kLongest = 2.0;  // [s], a longer interval says nothing of what flowed
   if (!voltage_drives) {

@@ -21,7 +21,7 @@ class EngineOf final : public Simulation::Engine {
   void advance(const DriveStep& step) override {
     S held(step.held), end(step.current);
     battery_.effects().sense(step, held, end);
-    battery_.pass(held, end, step.duration, step.slope, step.time, {S(step.held), S(step.current), step.gap});
+    battery_.pass(held, end, step.duration, step.slope, step.time, {S(step.held), S(step.current), step.gap}, step.rampPieces());
     source_.forgetTrend();
   }
 

@@ -117,13 +117,15 @@ class Stepper {
   void pass(const S& held, const S& end, double duration, double slope, double end_time) {
     pass(held, end, duration, slope, end_time, {held, end, false});
   }
-  void pass(const S& held, const S& end, double duration, double slope, double end_time, const SeenCurrent<S>& seen) {
+  /// @param ramp_pieces in which a current that is linear in time is passed: DriveStep::rampPieces().
+  void pass(const S& held, const S& end, double duration, double slope, double end_time, const SeenCurrent<S>& seen, int ramp_pieces = 1) {
     const S before = force_ ? now.x[0] : S(0.0);
     now.last_current = valueOf(end);
+    const S rise = ramp_pieces > 1 ? S((end - held) * (2.0 / duration)) : S(0.0);
     for (double done = 0.0; done < duration;) {
-      const double piece = pieceOf(duration, done);
+      const double piece = std::min(pieceOf(duration, done), duration / ramp_pieces), middle = done + 0.5 * piece;
       done = done + piece < duration * (1.0 - 1e-12) ? done + piece : duration;
-      passPiece(held, piece, end_time - duration + done);
+      passPiece(ramp_pieces > 1 ? S(held + rise * (middle - 0.5 * duration)) : held, piece, end_time - duration + done);
     }
     if (++now.intervals == kFadingLooked) {
       now.intervals = 0;

@@ -61,7 +61,8 @@ struct Explanation {
   double evidence = 0.0;                ///< ln evidence, tempered
   double base_evidence = 0.0;           ///< of the base circuit alone
   double temper = 1.0;                  ///< share of rows that count as independent once all that can be learnt is taken out
-  double noise = 0.0;                   ///< [V], RMS of what is left of a row
+  double edge_jitter = 0.0;             ///< q of EdgeNoise [1/A^2]
+  double noise = 0.0;                   ///< [V], RMS of what is left of a row; away from edges of the current where these are noisier
   double relevant = 0.0;                ///< [V], RMS below which nothing came into it
   double left_rms = 0.0;                ///< [V], of what the library would still take beside it
   double left_crank = 0.0;              ///< [V], mean magnitude of that while cranking
@@ -85,5 +86,10 @@ struct Explanation {
 Explanation explain(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
                     const std::vector<std::string>& ids, const std::vector<std::string>& given, const ExplanationRules& rules,
                     const std::function<void(const std::string&)>& progress = nullptr);
+
+/// @return what is left of the rows once all that can be learnt beside the base circuit is taken out [V, RMS]; infinite where the circuit
+/// has no finite voltage.  @param pulse as ExplanationRules::pulse.
+double leastError(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
+                  const std::function<void()>& pulse = nullptr);
 
 }  // namespace battery_sof

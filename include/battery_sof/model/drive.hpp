@@ -47,6 +47,16 @@ struct DriveStep {
   bool gap = false;                     ///< the interval is longer than what may be joined
   double missed = 0.0;                  ///< [As], drawn by a crank of which the sampling saw too little; before the interval
   const CurrentTrace* trace = nullptr;  ///< the measured current around the sample; may be absent
+
+  /**
+   * @brief Equal pieces, each under its mean current, in which the ramp of the current over the interval is passed.
+   *
+   *     sqrt(k |di| |i| dt^2), rounded, 1 to 16
+   *
+   * One held mean misses beta |i| |di| dt^2 / (24 C_2^2) volts, a piece the square of their number less; k is that over half a
+   * millivolt for a battery of Table I. At 100 Hz a crank is one piece, at 1 Hz a charge that begins is six.
+   */
+  int rampPieces() const;
 };
 
 /// @return the step from one sample to the next; the first of a drive has duration 0.

@@ -109,6 +109,15 @@ TEST(CurrentTrace, GrowsSampleBySampleAndForgetsWithoutChangingWhatIsLeft) {
   }
 }
 
+TEST(DriveStep, AFastOrFlatCurrentIsOnePieceAndASlowRampSeveral) {
+  EXPECT_EQ(driveStep(1.0, -20.0, 1.01, -300.0, 5.0).rampPieces(), 1);
+  EXPECT_EQ(driveStep(1.0, 20.0, 2.0, 20.0, 5.0).rampPieces(), 1);
+  EXPECT_EQ(driveStep(1.0, 20.6, 2.0, 48.0, 5.0).rampPieces(), 6);
+  EXPECT_EQ(driveStep(1.0, 48.0, 2.0, 20.6, 5.0).rampPieces(), 6);
+  EXPECT_EQ(driveStep(1.0, -300.0, 4.0, 100.0, 5.0).rampPieces(), 16);
+  EXPECT_EQ(driveStep(1.0, -300.0, 31.0, 100.0, 5.0).rampPieces(), 1);
+}
+
 TEST(DriveStep, HoldsTheMeanOfBothSamplesAndNothingAcrossAGap) {
   const DriveStep joined = driveStep(1.0, 10.0, 3.0, 20.0, 5.0);
   EXPECT_DOUBLE_EQ(joined.duration, 2.0);

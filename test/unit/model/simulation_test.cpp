@@ -183,3 +183,44 @@ TEST(Simulation, OfParametersThatDriftForADayEndsWithFiniteNumbers) {
     EXPECT_TRUE(std::isfinite(simulation.voltage())) << beside;
   }
 }
+
+namespace {
+
+/// A current that steps every few seconds, linear between samples `interval` apart.
+Series steppingCurrent(double interval) {
+  const std::vector<double> knots = {0.0,  20.6, 48.0, 48.0, 48.0, 25.0,  -13.0, -13.0, 4.4,  22.0,
+                                     22.0, 11.6, 0.0,  0.0,  0.0,  -30.0, -6.0,  -6.0,  60.0, 60.0};
+  Series series;
+  const auto per_second = static_cast<std::size_t>(std::lround(1.0 / interval));
+  for (std::size_t n = 0; n <= (knots.size() - 1) * per_second; ++n) {
+    const std::size_t k = std::min(n / per_second, knots.size() - 2);
+    const double share = static_cast<double>(n - k * per_second) / static_cast<double>(per_second);
+    series.time.push_back(static_cast<double>(n) * interval);
+    series.current.push_back(knots[k] + share * (knots[k + 1] - knots[k]));
+    series.voltage.push_back(12.6);
+  }
+  return series;
+}
+
+}  // namespace
+
+TEST(Simulation, ASecondsRampOfTheCurrentEndsWhereItDoesInFineSteps) {
+  for (const std::vector<std::string>& effects : {std::vector<std::string>{}, {"charge_acceptance", "gassing"}, {"cpe2"}}) {
+    const BatteryModel model(effects);
+    const ModelPoint start = pointOf(model, typicalPoint(model));
+    const Series slow = steppingCurrent(1.0), fine = steppingCurrent(0.01);
+    const auto at_second = voltages(model, start, fullDrive(slow, whole(slow)));
+    const auto at_hundredth = voltages(model, start, fullDrive(fine, whole(fine)));
+    for (std::size_t n = 0; n < at_second.size(); ++n) EXPECT_NEAR(at_second[n], at_hundredth[100 * n], 1e-3) << n << " s";
+  }
+}
+
+TEST(Simulation, AShiftedRampKeepsItsCharge) {
+  const BatteryModel model({"time_skew"});
+  const Series slow = steppingCurrent(1.0), fine = steppingCurrent(0.01);
+  ModelPoint start = pointOf(model, typicalPoint(model));
+  start.parameters[*model.parameterRow("channel_skew")] = 0.3;
+  const auto at_second = voltages(model, start, fullDrive(slow, whole(slow)));
+  const auto at_hundredth = voltages(model, start, fullDrive(fine, whole(fine)));
+  for (std::size_t n = 1; n < at_second.size(); ++n) EXPECT_NEAR(at_second[n], at_hundredth[100 * n], 0.01) << n << " s";
+}
