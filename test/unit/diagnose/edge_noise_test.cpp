@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "battery_sof/identify/composition_fit.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {
