@@ -83,7 +83,7 @@ TEST_P(RowOfBlocks, TakesAsMuchChargeAtAsManyTimesTheVoltage) {
   }
   const auto high = predictChargeAcceptance(row_, {blocks_ * 16.0, 10.0, 200.0});
   EXPECT_THAT(high.message, HasSubstr(sentence("it goes to %.2f V but the window's highest voltage was %.2f V", blocks_ * 16.0,
-                                               blocks_ * one_.excited.max_voltage)));
+                                               blocks_ * one_.fit.excited.max_voltage)));
 }
 
 TEST_P(RowOfBlocks, FollowsAProfileAndARecordingWithAsManyTimesTheVoltage) {
@@ -130,7 +130,7 @@ TEST_P(RowOfBlocks, IsFollowedBySessionsWithAsManyTimesTheVoltage) {
   const Session one(1.0), row(blocks_);
   ASSERT_TRUE(one.outcome.accepted && row.outcome.accepted) << row.outcome.message;
   EXPECT_EQ(row.outcome.model->fit.blocks, blocks_);
-  EXPECT_EQ(row.outcome.model->parameters.r_discharge, one.outcome.model->parameters.r_discharge) << "of one block";
+  EXPECT_EQ(row.outcome.model->fit.parameters.r_discharge, one.outcome.model->fit.parameters.r_discharge) << "of one block";
   CrankingQuery crank{-20.0, 30.0, -200.0, 0.8, 7.2};
   const CrankingAnswer of_one = one.session.predictCranking(crank);
   crank.u_required = blocks_ * 7.2;

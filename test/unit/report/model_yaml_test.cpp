@@ -308,9 +308,9 @@ TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithWhatWasLearnt) {
 TEST(ModelYaml, HoldsTheBlocksOfARowAndNothingOfOneBlock) {
   FittedModel model = fittedModel();
   EXPECT_FALSE(modelYaml(model).find("blocks:") != std::string::npos);
-  EXPECT_EQ(parseModelYaml(modelYaml(model), "m.yaml").blocks, 1.0);
+  EXPECT_EQ(parseModelYaml(modelYaml(model), "m.yaml").fit.blocks, 1.0);
   model.fit.blocks = 2.0;
-  EXPECT_EQ(parseModelYaml(modelYaml(model), "m.yaml").blocks, 2.0);
+  EXPECT_EQ(parseModelYaml(modelYaml(model), "m.yaml").fit.blocks, 2.0);
   EXPECT_EQ(modelYaml(parseModelYaml(modelYaml(model), "m.yaml")), modelYaml(model));
   try {
     parseModelYaml(with(modelYaml(model), "blocks: 2", "blocks: 2.2"), "m.yaml");
