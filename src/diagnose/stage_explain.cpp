@@ -76,10 +76,12 @@ Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options
   Rows rows(prepared, std::nullopt);
   if (explained.driving) {
     Rows imposed(prepared, explained.driving);
-    if (imposed.leastError(base, options) < (1.0 - kDiscrepancy) * rows.leastError(base, options))
+    if (imposed.leastError(base, options) < (1.0 - kDiscrepancy) * rows.leastError(base, options)) {
       rows = std::move(imposed);
-    else
+    } else {
       explained.driving.reset();
+      explained.notes.push_back("a source is seen, but to take it as holding the voltage leaves no less of the error: the current drives");
+    }
   }
   const std::vector<std::string> ids =
       idsToWeigh(prepared.screened, options.hypotheses, explained.driving.has_value(), explained.is_lead_acid, explained.notes);
