@@ -229,7 +229,9 @@ void ExplanationFits::takeWhitening(const EdgeNoise& noise) {
     whitened_.resize(free_.rows(), free_.cols());
     for (Eigen::Index k = 0; k < free_.cols(); ++k) whitened_.col(k) = noise_.whitened(free_.col(k));
   }
-  free_products_ = whitenedFree().transpose() * whitenedFree();
+  free_products_.setZero(free_.cols(), free_.cols());
+  free_products_.selfadjointView<Eigen::Lower>().rankUpdate(whitenedFree().transpose());
+  free_products_.triangularView<Eigen::StrictlyUpper>() = free_products_.transpose();
 }
 
 LinearFit ExplanationFits::takeTemper(const ExplanationState& state) {
