@@ -97,8 +97,9 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
     reasons.add(*range.most_current > kCurrentReach * std::max(seen.max_current, 0.0),
                 sentence("it charges with %.0f A but the window's largest charge was %.0f A", *range.most_current, seen.max_current));
   if (range.most_voltage)
-    reasons.add(*range.most_voltage > fit.blocks * seen.max_voltage + blocksOf(fit) * kVoltageReach,
-                sentence("it goes to %.2f V but the window's highest voltage was %.2f V", *range.most_voltage, fit.blocks * seen.max_voltage));
+    reasons.add(
+        *range.most_voltage > fit.blocks * seen.max_voltage + blocksOf(fit) * kVoltageReach,
+        sentence("it goes to %.2f V but the window's highest voltage was %.2f V", *range.most_voltage, fit.blocks * seen.max_voltage));
   reasons.add(range.charge_moved > kConstantCharge * capacity && !movesOpenCircuitVoltage(fit),
               sentence("it moves %.2f Ah, more than 1 %% of %g Ah, and the model holds the open-circuit "
                        "voltage constant",
