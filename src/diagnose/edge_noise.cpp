@@ -7,7 +7,7 @@
 namespace battery_sof {
 namespace {
 
-// What a step of 100 A does, from a thousandth of the noise on to a thousand times it.
+// A step of 100 A: from a third of the noise (q), a thousandth of it in a second (h), on to hundreds of times it.
 constexpr double kLeast = 1e-5, kMost = 10.0;
 constexpr int kGrid = 7;  // values a parameter, one a decade
 

@@ -13,7 +13,7 @@ namespace battery_sof {
 /// ExplanationSums over the counted rows for a state's linear fit.
 struct ExplanationSums {
   LinearProblem problem;
-  Eigen::MatrixXd columns;  // times the rows' trust
+  Eigen::MatrixXd columns;  // innovations of EdgeNoise
   Eigen::VectorXd targets;  // likewise
 };
 

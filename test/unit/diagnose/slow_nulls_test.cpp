@@ -36,7 +36,7 @@ TEST_P(SlowNull, OfABenchThatRampsItsCurrentLacksNothing) {
   const Series truth = test::answered(battery, benchCurrent(GetParam(), 300.0), 1.0 / kSteps, kNoise, GetParam());
   const Diagnosis diagnosis = diagnose(test::toRecording(test::everyNth(truth, kSteps)));
   EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
-  EXPECT_LT(diagnosis.fit.base_holdout.rmse, 1.25 * kNoise) << "held at its mean, a ramp adds as much again";
+  EXPECT_LT(diagnosis.fit.base_holdout.rmse, 1.25 * kNoise) << "a ramp held at its mean adds to it";
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, SlowNull, testing::Range<std::uint64_t>(1, 9));
