@@ -21,7 +21,7 @@ import tempfile
 
 import numpy as np
 
-from . import recordings
+from . import recordings, sof
 from .progress import followed
 
 
@@ -59,7 +59,7 @@ def starts(t, window):
 
 def run(command):
     """JSON of a call of sof, or nothing when it has no answer."""
-    done = subprocess.run(command + ["--json", "-"], capture_output=True, text=True)
+    done = subprocess.run(command + ["--json", "-"], capture_output=True, text=True, env=sof.libraries_beside(command[0]))
     return json.loads(done.stdout) if done.returncode == 0 else None
 
 
