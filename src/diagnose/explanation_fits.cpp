@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "battery_sof/diagnose/hypotheses.hpp"
+#include "battery_sof/diagnose/noise_rows.hpp"
 #include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
@@ -193,22 +194,22 @@ void ExplanationFits::settle(ExplanationState& state) {
 }
 
 void ExplanationFits::polish(ExplanationState& state) {
-  for (int round = 0; round < kPolishes; ++round) {
+  for (int round = 0; round <= kPolishes; ++round) {
     takeNoise(state);
-    improve(state, kMostIterations, kPolished);
+    weigh(state);
+    const double before = state.evidence;
+    if (round < kPolishes) improve(state, kMostIterations, kPolished);
+    if (state.evidence - before < kPolished) return;
   }
-  takeNoise(state);
-  weigh(state);
 }
 
 void ExplanationFits::takeNoise(const ExplanationState& state) {
   takeWhitening(noise_.with(0.0, 0.0));  // the same from any state before
-  LinearFit all = takeTemper(state);
+  const LinearFit all = takeTemper(state);
   if (!noise_.applies()) return;
-  takeWhitening(noise_.best([&](const EdgeNoise& noise) {
-    takeWhitening(noise);
-    return fitGroupsFrom(sumsOf(state, true).problem, temper_, all).evidence + temper_ * noise.logScale();
-  }));
+  ExplanationSums sums = sumsOf(state, true);
+  const NoiseRows rows(sums.problem, sums.columns, std::move(sums.targets), all, temper_);
+  takeWhitening(noise_.best([&](const EdgeNoise& noise) { return rows.evidence(noise); }));
   takeTemper(state);
 }
 

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "battery_sof/diagnose/edge_noise.hpp"
+#include "battery_sof/learn/evidence.hpp"
+
+namespace battery_sof {
+
+/**
+ * @brief Rows of a linear fit as few columns, to weigh one noise of the rows against another.
+ *
+ *     y = A z + e,   z = D V u,   u ~ N(0, 1),   D A'A D = V diag(v) V'
+ *     ln p = -n/2 ln(2 pi s^2) - (y'y - sum g^2 / (w + s^2)) / (2 s^2) - sum ln(1 + w / s^2) / 2,   g = W' B'y,   B'B = W diag(w) W'
+ *
+ * with the strengths D that a fit to white rows found, B = A D V as innovations of a noise, and the level s where ln p is greatest; all
+ * sums over rows times `temper`. Directions that the data cannot tell, v below a hundredth of the noise's variance, are left out.
+ */
+class NoiseRows {
+ public:
+  /// @param problem sums of the columns.  @param columns rows x columns, white.  @param fit of them.  @param temper their weight.
+  NoiseRows(const LinearProblem& problem, const Eigen::MatrixXd& columns, Eigen::VectorXd targets, const LinearFit& fit, double temper);
+
+  /// @return ln of the marginal likelihood of the rows with a noise whose level is fitted [nats].
+  double evidence(const EdgeNoise& noise) const;
+
+ private:
+  Eigen::MatrixXd columns_;  // rows x directions
+  Eigen::VectorXd targets_;
+  double temper_, noise_;
+};
+
+}  // namespace battery_sof
