@@ -5,6 +5,7 @@
 #include "battery_sof/identify/recording_fit.hpp"
 #include "battery_sof/predict/range_prediction.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
+#include "battery_sof/recording/blocks.hpp"
 #include "battery_sof/report/answers.hpp"
 #include "battery_sof/report/diagnosis_page.hpp"
 #include "battery_sof/report/diagnosis_results.hpp"
@@ -24,9 +25,16 @@ void requireUsableModel(const Fit& fit) {
   if (!isUsable(fit)) throw std::invalid_argument("no model: " + fit.message);
 }
 
-void nameOrigin(Provenance& provenance, const HeldRecording& held) {
-  provenance.recording = held.recording.name;
-  provenance.recording_hash = held.hash;
+void nameOrigin(FittedModel& model, const HeldRecording& held, double blocks) {
+  model.provenance.recording = held.recording.name;
+  model.provenance.recording_hash = held.hash;
+  model.fit.blocks = blocks;
+}
+
+/// The recording with the voltage of one block of the row.
+Series seriesOfOne(const HeldRecording& held, double blocks) {
+  if (!isRowOfBlocks(blocks)) throw std::invalid_argument(sentence("blocks is %g, expected ", blocks) + kRowsOfBlocks);
+  return ofOneBlock(held.fitted, blocks);
 }
 
 FitStart startOf(const std::string& name) {
@@ -43,20 +51,22 @@ DriveMode driveOf(const std::optional<std::string>& name) {
 }
 
 FittedModel identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
-                         const std::optional<std::vector<std::string>>& effects, bool whiten, const std::string& start, int threads) {
+                         const std::optional<std::vector<std::string>>& effects, bool whiten, const std::string& start, double blocks,
+                         int threads) {
   const py::gil_scoped_release released;
+  const Series series = seriesOfOne(held, blocks);
   FitRequest request{from, to, chooses_window, {}};
   request.options.chooses_effects = !effects.has_value();
   if (effects) request.options.effects = *effects;
   request.options.whiten = whiten;
   request.options.start = startOf(start);
   request.options.threads = threads;
-  const FitPlan plan = planFit(held.fitted, request);
+  const FitPlan plan = planFit(series, request);
   const auto begin = std::chrono::steady_clock::now();
-  FittedModel model = fitPlanned(held.fitted, plan);
+  FittedModel model = fitPlanned(series, plan);
   model.provenance.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  nameOrigin(model.provenance, held);
-  if (isUsable(model.fit)) carryToEnd(model, held.fitted, request);
+  if (isUsable(model.fit)) carryToEnd(model, series, request);
+  nameOrigin(model, held, blocks);
   return model;
 }
 
@@ -119,18 +129,19 @@ std::string askCharge(const FittedModel& model, double u_boost, double t_sof2, d
 }
 
 HeldDiagnosis diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to, double holdout_share,
-                           const std::vector<std::string>& hypotheses, const std::vector<std::string>& given, int threads) {
+                           const std::vector<std::string>& hypotheses, const std::vector<std::string>& given, double blocks, int threads) {
   const py::gil_scoped_release released;
   HeldDiagnosis result{held.recording, {}};
-  result.stretch.series = slice(held.fitted, samplesBetween(held.fitted, from, to));
+  result.stretch.series = slice(seriesOfOne(held, blocks), samplesBetween(held.fitted, from, to));
   DiagnoseOptions options;
   options.holdout_share = holdout_share;
   options.hypotheses = hypotheses;
   options.given = given;
   options.threads = threads;
   result.diagnosis = diagnose(result.stretch, options);
-  nameOrigin(result.diagnosis.base.provenance, held);
-  nameOrigin(result.diagnosis.extended.provenance, held);
+  nameOrigin(result.diagnosis.base, held, blocks);
+  nameOrigin(result.diagnosis.extended, held, blocks);
+  if (blocks != 1.0) result.diagnosis.instrument.insert(result.diagnosis.instrument.begin(), sentenceOfRow(blocks));
   return result;
 }
 

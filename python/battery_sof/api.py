@@ -126,19 +126,20 @@ class Model:
 
 def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              choose_window: bool = False, effects: Optional[Sequence[str]] = None, whiten: bool = False,
-             start: str = "robust", threads: int = 1) -> Model:
+             start: str = "robust", blocks: float = 1.0, threads: int = 1) -> Model:
     """Fits the model to a window of a recording, as `sof identify` does.
 
     from_s, to_s [s]: the window where both are given, else where the best one is looked for (with choose_window also then);
     the state is carried to to_s, else to the recording's end. effects: ids of further physics; None lets the recording choose,
-    [] is the base model. whiten: a cost of whitened residuals. start: "robust" or "paper". threads: 0 for all; changes no
-    result.
+    [] is the base model. whiten: a cost of whitened residuals. start: "robust" or "paper". blocks: of 12 V in a row (0.5 for
+    6 V, 2 for 24 V, 4 for 48 V): the fit is that of one block, the mean of them; questions, answers and predictions are in
+    volts of the row. threads: 0 for all; changes no result.
 
     A window that determines no model gives one that is not usable; its message says why. Raises ValueError for a range without
     samples, unknown effects and options outside their ranges.
     """
     return Model(_core.identify(recording._core, from_s, to_s, choose_window, None if effects is None else list(effects),
-                                whiten, start, threads))
+                                whiten, start, blocks, threads))
 
 
 def predict(model: Model, recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
@@ -190,15 +191,17 @@ def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float
 
 def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
-             threads: int = 1) -> Diagnosis:
+             blocks: float = 1.0, threads: int = 1) -> Diagnosis:
     """Finds where the base model and a recording part and which physics is missing, as `sof diagnose` does; takes minutes.
 
     from_s, to_s [s]: the stretch; its last holdout_share is kept for the comparison alone. hypotheses: ids to weigh, none for
-    all. given: ids that are known to be there; nothing is searched for. threads: 0 for all; changes no result.
+    all. given: ids that are known to be there; nothing is searched for. blocks: of 12 V in a row, as identify(): volts and ohms told are
+    those of one block. threads: 0 for all; changes no result.
 
     Raises ValueError for a range without samples, unknown ids and options outside their ranges.
     """
-    core = _core.diagnose(recording._core, from_s, to_s, holdout_share, list(hypotheses), list(given), threads)
+    core = _core.diagnose(recording._core, from_s, to_s, holdout_share, list(hypotheses), list(given), blocks,
+                          threads)
     details = json.loads(core.json())
     effects = [made(Effect, each, parameters=[made(Parameter, one) for one in each["parameters"]])
                for each in details["effects"]]

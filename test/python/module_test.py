@@ -194,6 +194,20 @@ class TestAnswers(Drive):
             np.testing.assert_allclose(getattr(prediction, name), written[name], atol=6e-7, err_msg=name)
         np.testing.assert_array_equal(prediction.voltage_drives, written["driven_by"] == "voltage")
 
+    def test_a_row_of_two_blocks_answers_in_its_own_volts(self):
+        row = battery_sof.Recording(self.recording.time_s, self.recording.current_a, 2.0 * self.recording.voltage_v)
+        model = battery_sof.identify(row, from_s=0.0, to_s=240.0, blocks=2.0)
+        self.assertEqual(self.model.parameters, model.parameters)
+        one, two = (battery_sof.crank(each, i_load=-15.0, t_stop=60.0, i_cranking=-400.0) for each in (self.model, model))
+        self.assertAlmostEqual(2.0 * one.u_min, two.u_min, places=9)
+        one = battery_sof.predict(self.model, self.recording, from_s=240.0)
+        two = battery_sof.predict(model, row, from_s=240.0)
+        np.testing.assert_allclose(two.predicted_v, 2.0 * one.predicted_v, rtol=1e-12)
+        with self.assertRaisesRegex(ValueError, "blocks is 3.3, expected 0.5 "):
+            battery_sof.identify(row, blocks=3.3)
+        with self.assertRaisesRegex(ValueError, "blocks is 0, expected 0.5 "):
+            battery_sof.diagnose(row, blocks=0.0)
+
     def test_a_direction_that_is_none_is_an_error(self):
         with self.assertRaisesRegex(ValueError, 'drive is "voltage", expected mixed, current or None'):
             battery_sof.predict(self.model, self.recording, drive="voltage")

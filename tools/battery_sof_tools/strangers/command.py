@@ -1,6 +1,7 @@
 """Judges `sof diagnose` on strangers: recordings of physics in forms that no catalogue has, and nulls (docs/cases.md).
 
     strangers --build B --out DIR [--kinds null=50,imperfect_null=200,other_form=140] [--seed 1] [--jobs 2]
+    strangers --build B --out DIR --only-draw [--kinds ...] [--seed 1]
     strangers --out DIR --only-score [--markdown FILE] [--json FILE]
 
 Draws the cases, shows every recording to `sof diagnose` under a name that tells nothing, keeps the answers (a second call goes on
@@ -67,19 +68,25 @@ def run(jobs, work, todo, what):
     return list(finished(jobs, work, todo, what))
 
 
-def gather(a):
-    """Draws, asks, fits the ridge; each goes on where it was cut off."""
-    sof, draw = sof_of(a), required(os.path.abspath(a.draw)) if a.draw else program(a.build, "draw_stranger")
-    for folder in (RECORDINGS, LABELS, ANSWERS, RIDGES):
+def draw_cases(a):
+    """Draws what is not drawn yet. Returns the names of the recordings."""
+    draw = required(os.path.abspath(a.draw)) if a.draw else program(a.build, "draw_stranger")
+    for folder in (RECORDINGS, LABELS):
         os.makedirs(os.path.join(a.out, folder), exist_ok=True)
     given = {key: value for key, value in (("rate", a.rate), ("duration", a.duration)) if value is not None}
     cases = plan(wanted_of(a.kinds), a.seed, forms_of(draw), **given)
     require_same(os.path.join(a.out, "plan.json"), {"cases": cases}, "other cases")
-    said = run(a.jobs, drawn, [(draw, a.out, case) for case in cases], "drawn")
-    names = [case["name"] for case in cases if os.path.exists(path(a.out, RECORDINGS, case["name"], "csv"))]
-    for one in said:
+    for one in run(a.jobs, drawn, [(draw, a.out, case) for case in cases], "drawn"):
         if one:
             print("not drawn:", one, file=sys.stderr)
+    return [case["name"] for case in cases if os.path.exists(path(a.out, RECORDINGS, case["name"], "csv"))]
+
+
+def gather(a):
+    """Draws, asks, fits the ridge; each goes on where it was cut off."""
+    sof, names = sof_of(a), draw_cases(a)
+    for folder in (ANSWERS, RIDGES):
+        os.makedirs(os.path.join(a.out, folder), exist_ok=True)
     require_same(os.path.join(a.out, ANSWERS, "product.sha256"), product_digest(sof), "answers of another build of sof")
     run(a.jobs, asked, [(sof, a.out, name) for name in names], "asked")
     run(a.jobs, ridged, [(a.out, name) for name in names], "ridge")
@@ -96,7 +103,9 @@ def arguments(given):
     parser.add_argument("--rate", type=float, help="of all recordings [Hz]; the seeds choose 1, 10 or 100")
     parser.add_argument("--duration", type=float, help="of all recordings [s]; the seeds choose 600 to 3600")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--only-score", action="store_true", help="draw and ask nothing")
+    only = parser.add_mutually_exclusive_group()
+    only.add_argument("--only-draw", action="store_true", help="ask nothing: recordings and labels")
+    only.add_argument("--only-score", action="store_true", help="draw and ask nothing")
     parser.add_argument("--markdown", help="write the tables there too")
     parser.add_argument("--json", help="write every case with its outcome")
     return parser.parse_args(given)
@@ -104,6 +113,9 @@ def arguments(given):
 
 def main(given=None):
     a = arguments(given)
+    if a.only_draw:
+        print(f"{len(draw_cases(a))} recordings in {os.path.join(a.out, RECORDINGS)}")
+        return 0
     if not a.only_score:
         gather(a)
     cases, failed = opened(a.out, catalogue(sof_of(a)))
