@@ -58,7 +58,7 @@ bool hasBothSigns(const Series& series, IndexRange range) {
 
 }  // namespace
 
-OnlineSession::OnlineSession(SessionOptions options)
+OnlineSession::OnlineSession(const SessionOptions& options)
     : options_(checked(options)),
       stream_(options.buffer),
       contenders_{TrackedModel(options.events), std::nullopt, {}},

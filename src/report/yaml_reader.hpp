@@ -66,8 +66,7 @@ constexpr Range kNumbers{-1e12, 1e12};     // of any unit: what is larger comes 
 /// Access to a document's fields with messages that name file, field, finding and expectation.
 class Reader {
  public:
-  Reader(YAML::Node node, std::string source, std::string path)
-      : node_(std::move(node)), source_(std::move(source)), path_(std::move(path)) {}
+  Reader(const YAML::Node& node, std::string source, std::string path) : node_(node), source_(std::move(source)), path_(std::move(path)) {}
 
   Reader at(const std::string& key) const {
     if (!node_.IsMap() || !node_[key]) fail(key, "is missing");
