@@ -123,7 +123,7 @@ def main(arguments=None):
     parser.add_argument("--changed", action="store_true")
     parser.add_argument("--seconds", type=float, help="no further file is begun after them")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    chosen = parser.parse_args(arguments)
+    chosen = parser.parse_intermixed_args(arguments)
     folder, sources = database(chosen.build)
     wanted = sources
     if chosen.files or chosen.changed:
