@@ -1,4 +1,4 @@
-# make demo | test | test-core | docs | sanitize | fuzz | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | test-core | tidy | docs | sanitize | fuzz | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 BUILD_CORE ?= $(BUILD)/core
 BUILD_SANITIZED ?= $(BUILD)/sanitized
@@ -7,7 +7,7 @@ JOBS ?= $(shell nproc)
 PYTHON := /usr/bin/python3
 CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBATTERY_SOF_WERROR=ON
 
-.PHONY: build demo docs test test-core sanitized sanitize fuzz soak stress bench reproduce study calibrate proof proof-quick deps clean
+.PHONY: build demo docs test test-core tidy sanitized sanitize fuzz soak stress bench reproduce study calibrate proof proof-quick deps clean
 
 deps:
 	@bash scripts/install_dependencies
@@ -34,6 +34,10 @@ test-core: deps
 	@cmake -S . -B "$(BUILD_CORE)" -DBATTERY_SOF_ROS=OFF $(CMAKE_FLAGS)
 	@cmake --build "$(BUILD_CORE)" --target core_checks -j$(JOBS)
 	@cd "$(BUILD_CORE)" && ctest -L core_checks --output-on-failure --no-tests=error
+
+# clang-tidy over all of src and include: an hour of one core. ctest -R tidy looks at what has changed.
+tidy: build
+	@$(PYTHON) scripts/tidy "$(BUILD)" --jobs $(JOBS)
 
 # The core once more with AddressSanitizer, UndefinedBehaviorSanitizer and assertions (docs/reliability.md), by clang.
 sanitized:

@@ -20,6 +20,7 @@ function(battery_sof_gtest name)
   target_compile_definitions(${name} PRIVATE BATTERY_SOF_WITHOUT_ROS
     BATTERY_SOF_SOURCE_DIR="${PROJECT_SOURCE_DIR}" BATTERY_SOF_TEST_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
   target_link_libraries(${name} PRIVATE ${ARG_LINK} ${matchers} GTest::gtest_main)
+  battery_sof_compile_quickly(${name})
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT 600)
 endfunction()

@@ -111,9 +111,9 @@ ros::Time rosTime(double time) {
 }
 
 double secondsOf(const ros::Time& stamp) {
-  constexpr std::uint64_t exact_in_double = 1ULL << 53;
+  constexpr std::uint64_t kExactInDouble = 1ULL << 53;
   const std::uint64_t nanoseconds = stamp.toNSec();
-  if (nanoseconds < exact_in_double) return static_cast<double>(nanoseconds) / kNanosecondsPerSecond;
+  if (nanoseconds < kExactInDouble) return static_cast<double>(nanoseconds) / kNanosecondsPerSecond;
   return stamp.sec + stamp.nsec / kNanosecondsPerSecond;
 }
 

@@ -98,11 +98,7 @@ std::string fileHash(const std::string& path) {
   unsigned int length = 0;
   EVP_DigestFinal_ex(context.get(), digest.data(), &length);
   std::string text = "sha256:";
-  for (unsigned int k = 0; k < length; ++k) {
-    char pair[3];
-    printClassic(pair, sizeof pair, "%02x", digest[k]);
-    text += pair;
-  }
+  for (unsigned int k = 0; k < length; ++k) text += sentence("%02x", digest[k]);
   return text;
 }
 

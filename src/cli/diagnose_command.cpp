@@ -63,7 +63,7 @@ Diagnosis interruptible(const Recording& recording, DiagnoseOptions options, Pro
   return diagnose(recording, options);
 }
 
-int runDiagnose(const CommandLine& line, DiagnoseArguments arguments) {
+int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   requireFolders(arguments);
   Progress progress(line.err);
   const Recording recording = stretchOf(arguments);

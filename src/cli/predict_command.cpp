@@ -1,7 +1,7 @@
 
 #include "battery_sof/predict/range_prediction.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 #include "battery_sof/report/results.hpp"
 #include "command.hpp"
@@ -20,12 +20,10 @@ std::string predictionCsv(const Series& series, IndexRange range, const Followed
   std::string text = "time_s,current_a,voltage_v,predicted_v,lower_v,upper_v,driven_by,predicted_a,lower_a,upper_a\n";
   for (std::size_t n = range.first; n < range.last; ++n) {
     const std::size_t k = n - range.first;
-    char row[240];
-    printClassic(row, sizeof row, "%.15g,%.10g,%.10g,%.6f,%.6f,%.6f,%s,%.6f,%.6f,%.6f\n", series.time[n], series.current[n],
-                 series.voltage[n], predicted.voltage[k], predicted.voltage_lower[k], predicted.voltage_upper[k],
-                 predicted.voltage_drives[k] ? "voltage" : "current", predicted.current[k], predicted.current_lower[k],
-                 predicted.current_upper[k]);
-    text += row;
+    text += sentence("%.15g,%.10g,%.10g,%.6f,%.6f,%.6f,%s,%.6f,%.6f,%.6f\n", series.time[n], series.current[n], series.voltage[n],
+                     predicted.voltage[k], predicted.voltage_lower[k], predicted.voltage_upper[k],
+                     predicted.voltage_drives[k] ? "voltage" : "current", predicted.current[k], predicted.current_lower[k],
+                     predicted.current_upper[k]);
   }
   return text;
 }

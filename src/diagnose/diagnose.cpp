@@ -40,7 +40,7 @@ Diagnosis insufficient(const Series& series, const std::string& lack) {
   return found;
 }
 
-void take(Diagnosis& found, Explained explained, Learned learned, Judged judged) {
+void take(Diagnosis& found, const Explained& explained, Learned learned, Judged judged) {
   found.evidence_base = explained.explanation.base_evidence;
   found.evidence_extended = explained.explanation.evidence;
   found.temper = explained.explanation.temper;

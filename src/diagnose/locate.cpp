@@ -7,6 +7,7 @@
 
 #include "battery_sof/diagnose/random_bits.hpp"
 #include "battery_sof/diagnose/signatures.hpp"
+#include "battery_sof/recording/student.hpp"
 
 namespace battery_sof {
 namespace {
@@ -168,12 +169,6 @@ double signFlipP(const std::vector<double>& shares) {
   return reached / (kFlips + 1.0);
 }
 
-/// 97.5 % quantile of Student's t (Fisher and Cornish 1960; below 2 % off from 4 degrees of freedom on).
-double studentQuantile(double degrees) {
-  constexpr double z = 1.959964;
-  return z + (z * z * z + z) / (4.0 * degrees) + (5.0 * std::pow(z, 5) + 16.0 * z * z * z + 3.0 * z) / (96.0 * degrees * degrees);
-}
-
 /// Mean of dependent values with its 95 % interval (Newey and West 1987, Bartlett weights).
 void takeMean(const std::vector<double>& values, RegimeFinding& finding) {
   const double count = static_cast<double>(values.size());
@@ -184,7 +179,7 @@ void takeMean(const std::vector<double>& values, RegimeFinding& finding) {
     const double weight = lag == 0 ? 1.0 : 2.0 * (1.0 - static_cast<double>(lag) / (static_cast<double>(lags) + 1.0));
     for (std::size_t j = lag; j < values.size(); ++j) variance += weight * (values[j] - finding.value) * (values[j - lag] - finding.value);
   }
-  const double half = studentQuantile(count - 1.0) * std::sqrt(std::max(0.0, variance) / (count * (count - 1.0)));
+  const double half = studentQuantile(0.975, count - 1.0) * std::sqrt(std::max(0.0, variance) / (count * (count - 1.0)));
   finding.lower = finding.value - half;
   finding.upper = finding.value + half;
 }

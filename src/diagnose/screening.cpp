@@ -19,7 +19,6 @@ constexpr double kCoarseVoltage =
     0.0099;  // [V], 10 mV but for printed digits; most effects leave less than 20 mV (docs/physics.md#visibility)
 constexpr double kCoarseCurrent = 0.495;  // [A], 0.5 A: the offset of docs/physics.md#current_offset
 constexpr double kStillShare = 0.25;      // of the samples repeat the one before: noise of less than a step
-constexpr double kCoarse = 3.0;           // rounding to more than this many deviations of the noise
 
 /// Whether a step is large in itself and the channel's noise is less, so that rounding is most of the error.
 bool isCoarse(const Finding& quantisation, const Series& series) {

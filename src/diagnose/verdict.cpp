@@ -3,17 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
-
-std::string withUnit(double value, const char* format, const char* unit) {
-  char text[64];
-  printClassic(text, sizeof text, format, value);
-  return std::string(text) + " " + unit;
-}
 
 std::string joined(const std::vector<std::string>& parts, const std::string& last) {
   std::string text;
@@ -48,8 +41,8 @@ std::string gainSentence(const Diagnosis& diagnosis) {
   const ErrorMetrics& before = diagnosis.fit.base_holdout;
   const double after = diagnosis.withheld_rmse.value_or(diagnosis.fit.extended_holdout.rmse);
   const std::string course = after < before.rmse ? "falls" : "does not fall: it goes";
-  return "; on the part that was held out the error " + course + " from " + withUnit(1e3 * before.rmse, "%.1f", "mV") + " to " +
-         withUnit(1e3 * after, "%.1f", "mV") + " RMS" + (diagnosis.withheld_rmse ? ", so the base model is given" : "");
+  return "; on the part that was held out the error " + course + " from " + sentence("%.1f mV", 1e3 * before.rmse) + " to " +
+         sentence("%.1f mV", 1e3 * after) + " RMS" + (diagnosis.withheld_rmse ? ", so the base model is given" : "");
 }
 
 /// Effects beside a family that only its columns stand for.
@@ -70,7 +63,7 @@ std::string whereSentence(const Diagnosis& diagnosis) {
   for (const RegimeFinding& finding : diagnosis.regimes)
     if (finding.alarm && finding.statistic == "mean" && (!worst || std::abs(finding.value) > std::abs(worst->value))) worst = &finding;
   if (!worst) return "";
-  return "; measured and base model part most in " + worst->regime + ", by " + withUnit(1e3 * worst->value, "%+.0f", "mV");
+  return "; measured and base model part most in " + worst->regime + ", by " + sentence("%+.0f mV", 1e3 * worst->value);
 }
 
 }  // namespace
@@ -140,7 +133,7 @@ std::string summaryOf(const Diagnosis& diagnosis) {
   switch (diagnosis.verdict) {
     case Verdict::kNoMismatch:
       return "Model and measurement agree as well as this recording can tell (" +
-             withUnit(1e3 * diagnosis.fit.base_holdout.rmse, "%.1f", "mV") + " RMS on the part that was held out).";
+             sentence("%.1f mV", 1e3 * diagnosis.fit.base_holdout.rmse) + " RMS on the part that was held out).";
     case Verdict::kNamed:
     case Verdict::kSeveral: return missing(diagnosis, " and ") + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kAmbiguous:

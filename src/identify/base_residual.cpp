@@ -63,7 +63,7 @@ BartlettSums BaseResidual::scoreSums() const {
     const auto first = static_cast<Eigen::Index>(block) * kLanes * kScoreSums;
     for (int lane = 0; lane < kLanes; ++lane)
       for (int k = 0; k < kScoreSums; ++k)
-        for (int j = 0; j < kScoreColumns; ++j) rows(first + lane * kScoreSums + k, j) = sums.scores[k][j][lane];
+        for (int j = 0; j < kScoreColumns; ++j) rows(first + Eigen::Index{lane} * kScoreSums + k, j) = sums.scores[k][j][lane];
   }
   return rows;
 }

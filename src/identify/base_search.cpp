@@ -65,7 +65,7 @@ LinearSolution solveLinear(const BaseSums& sums, const std::array<double, 4>& in
     start.free[j] = sums.weighted(j, j) > 0.0;
     start.value[j] = initial[j];
   }
-  const LinearSolution unbounded = solveFree(sums, start);
+  LinearSolution unbounded = solveFree(sums, start);
   if (insideBounds(unbounded)) return unbounded;
   LinearSolution best;
   for (int choice = 1; choice < 9; ++choice) {

@@ -44,7 +44,7 @@ RidgeFit learn(const ResidualSamples& samples, bool voltage_drives, std::size_t 
   options.constant_penalty = 0.1;
   options.clipped = options.shrunk = true;
   Eigen::VectorXd without;
-  const RidgeFit fit = fitRidge(X, y, options, &without);
+  RidgeFit fit = fitRidge(X, y, options, &without);
   if (left_out)
     for (std::size_t k = 0; k < rows.size(); ++k) (*left_out)[rows[k]] = without[static_cast<Eigen::Index>(k)];
   return fit;

@@ -52,7 +52,7 @@ void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residu
     a = Four(a + step.colored * v);
     const double S = step.variance.value();
     const Eigen::Vector4d dS = step.variance.derivatives() / S;
-    const Eigen::Vector4d dv = v.derivatives();
+    const Eigen::Vector4d& dv = v.derivatives();
     cost += std::log(S) + v.value() * v.value() / S;
     // Halves, because minimize() takes J'r and J'J of a sum of squares.
     gradient += 0.5 * dS * (1.0 - v.value() * v.value() / S) + dv * (v.value() / S);

@@ -4,7 +4,7 @@
 
 #include "battery_sof/identify/error_tracker.hpp"
 #include "battery_sof/recording/fit_mask.hpp"
-#include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
@@ -51,10 +51,8 @@ IndexRange samplesBetween(const Series& series, std::optional<double> from, std:
   const double first = from.value_or(series.time.front()), last = to.value_or(series.time.back());
   const IndexRange range = indexRange(series, first, last);
   if (!range.empty()) return range;
-  char text[200];
-  printClassic(text, sizeof text, "no sample from %.3f to %.3f s; the recording holds %.3f to %.3f s", first, last, series.time.front(),
-               series.time.back());
-  throw std::invalid_argument(text);
+  throw std::invalid_argument(
+      sentence("no sample from %.3f to %.3f s; the recording holds %.3f to %.3f s", first, last, series.time.front(), series.time.back()));
 }
 
 }  // namespace battery_sof

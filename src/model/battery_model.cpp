@@ -13,7 +13,8 @@ void requireSound(const std::vector<std::string>& effects, bool has_force) {
     if (std::count(effects.begin(), effects.end(), id) > 1) throw std::invalid_argument("effect \"" + id + "\" is given twice");
     if (id == kLearnedEffect) continue;
     for (const std::string& need : effectInfo(id).needs)
-      if (!contains(effects, need)) throw std::invalid_argument("effect \"" + id + "\" has no meaning without \"" + need + "\"");
+      if (!contains(effects, need))
+        throw std::invalid_argument(sentence("effect \"%s\" has no meaning without \"%s\"", id.c_str(), need.c_str()));
   }
   if (contains(effects, kLearnedEffect) != has_force)
     throw std::invalid_argument(has_force ? "a learnt force is given, and \"" + kLearnedEffect + "\" is not among the effects"

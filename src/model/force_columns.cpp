@@ -8,7 +8,7 @@
 
 #include "force_kernel.hpp"
 
-#include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
@@ -227,10 +227,7 @@ void ForceMemory::advance(const ForceMoment& moment, Eigen::Ref<Eigen::VectorXd>
 
 std::string describe(const ForceColumn& column) {
   const KindInfo& info = infoOf(column.kind);
-  char buffer[120];
-  printClassic(buffer, sizeof buffer, info.words, info.scale_first ? column.scale : column.time,
-               info.scale_first ? column.time : column.scale);
-  return buffer;
+  return sentence(info.words, info.scale_first ? column.scale : column.time, info.scale_first ? column.time : column.scale);
 }
 
 }  // namespace battery_sof

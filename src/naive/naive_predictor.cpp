@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -13,6 +12,7 @@
 #include "battery_sof/recording/channel_statistics.hpp"
 #include "battery_sof/recording/events.hpp"
 #include "battery_sof/recording/sampling.hpp"
+#include "battery_sof/recording/student.hpp"
 
 namespace battery_sof {
 namespace {
@@ -22,9 +22,6 @@ constexpr std::size_t kFewestForTails = 20;    // one of them lies beyond each b
 constexpr double kForgetting = 0.8;            // weight of a crank beside the next one
 constexpr double kLineWeight = 1.0;            // of the straight line beside one crank
 constexpr double kShort = 10.0, kLong = 60.0;  // [s]
-/// 95 % quantiles of Student's t for 1 to 18 degrees of freedom.
-constexpr std::array kStudent95 = {6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895, 1.860, 1.833,
-                                   1.812, 1.796, 1.782, 1.771, 1.761, 1.753, 1.746, 1.740, 1.734};
 
 /// Several values or samples, where they lie.
 using Values = Eigen::Map<const Eigen::ArrayXd>;
@@ -44,7 +41,7 @@ Bounds ninetyPercent(const std::vector<double>& errors, Bounds otherwise) {
   if (count >= kFewestForTails) return centralRange(errors, 0.05);
   if (count < 2) return otherwise;
   const double n = static_cast<double>(count);
-  const double width = kStudent95[count - 2] * standardDeviation(errors) * std::sqrt(n / (n - 1.0) * (1.0 + 1.0 / n));
+  const double width = studentQuantile(0.95, n - 1.0) * standardDeviation(errors) * std::sqrt(n / (n - 1.0) * (1.0 + 1.0 / n));
   return {-width, width};
 }
 

@@ -58,7 +58,7 @@ bool hasBothSigns(const Series& series, IndexRange range) {
 
 }  // namespace
 
-OnlineSession::OnlineSession(SessionOptions options)
+OnlineSession::OnlineSession(const SessionOptions& options)
     : options_(checked(options)),
       stream_(options.buffer),
       contenders_{TrackedModel(options.events), std::nullopt, {}},
@@ -341,7 +341,7 @@ void OnlineSession::install(TrackedModel& tracked, const IdentificationTrial& tr
 void OnlineSession::extendWith(const std::vector<std::string>& effects, double from_driving, std::shared_ptr<const LearnedForce> force) {
   if (effects.empty()) throw std::invalid_argument("extendWith: no effects are given");
   if (options_.identify.start == FitStart::kPaper) throw std::invalid_argument("extendWith: effects need the robust start");
-  BatteryModel(effects, force);  // throws for what cannot be composed
+  static_cast<void>(BatteryModel(effects, force));  // throws for what cannot be composed
   const std::optional<Extension>& last = next_extension_ ? next_extension_ : extension_;
   if (last && sorted(last->effects) == sorted(effects) && last->force == force) return;
   next_extension_ = Extension{effects, std::move(force), from_driving, {}};

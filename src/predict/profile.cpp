@@ -10,7 +10,7 @@
 #include "battery_sof/predict/query.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
 #include "battery_sof/recording/intake.hpp"
-#include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
@@ -23,9 +23,7 @@ constexpr double kSameCurrent = 1e-6;                            // [A]
 constexpr double kStartSpan = 1.0;                               // [s], samples that the first state is taken from
 
 std::string describeSample(const char* name, std::size_t index, double value, const char* expected) {
-  char text[160];
-  printClassic(text, sizeof text, "%s[%zu] is %g, expected %s", name, index, value, expected);
-  return text;
+  return sentence("%s[%zu] is %g, expected %s", name, index, value, expected);
 }
 
 /// The first fault of a profile; empty when there is none.
@@ -54,10 +52,8 @@ std::string extrapolation(const Fit& fit, const std::vector<double>& current) {
   const auto [low, high] = std::minmax_element(current.begin(), current.end());
   if (*low >= kExtrapolation * std::min(fit.excited.min_current, 0.0) && *high <= kExtrapolation * std::max(fit.excited.max_current, 0.0))
     return "";
-  char text[200];
-  printClassic(text, sizeof text, "the profile spans %.1f to %.1f A but the window only %.1f to %.1f A", *low, *high,
-               fit.excited.min_current, fit.excited.max_current);
-  return text;
+  return sentence("the profile spans %.1f to %.1f A but the window only %.1f to %.1f A", *low, *high, fit.excited.min_current,
+                  fit.excited.max_current);
 }
 
 /// Voltage that the model misses at a sample with its state as it stands [V].

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "battery_sof/recording/channel_statistics.hpp"
-#include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "check_parts.hpp"
 
 namespace battery_sof {
@@ -56,17 +56,11 @@ std::vector<double> someTimes(const std::vector<double>& times) {
 }
 
 std::string number(double value) {
-  char text[32];
   const bool is_large = std::abs(value) >= 1e3 && std::abs(value) < 1e9;
-  printClassic(text, sizeof text, is_large ? "%.0f" : "%.4g", value);
-  return text;
+  return sentence(is_large ? "%.0f" : "%.4g", value);
 }
 
-std::string twoDigits(double value) {
-  char text[32];
-  printClassic(text, sizeof text, "%.2g", value);
-  return text;
-}
+std::string twoDigits(double value) { return sentence("%.2g", value); }
 
 std::string counted(std::size_t count, const std::string& noun) { return std::to_string(count) + " " + noun + (count == 1 ? "" : "s"); }
 

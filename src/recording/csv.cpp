@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 #include <limits>
 #include <string_view>
@@ -173,16 +174,15 @@ std::string withPoint(std::string_view cell, char separator) {
 /// The whole cell as a number, NaN for an empty one; nothing when it is text.
 std::optional<double> parseNumber(std::string_view cell) { return cell.empty() ? kMissing : numberOf(cell); }
 
-/// Days from 1970-01-01 to a date of the Gregorian calendar: 365 a year, and the leap days since
-/// year 0.
-long daysSinceEpoch(int year, int month, int day) {
-  constexpr int kDaysBeforeMonth[] = {0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334};
-  const bool leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
-  const long before = year - 1;
-  const long days =
-      365L * before + before / 4 - before / 100 + before / 400 + kDaysBeforeMonth[month - 1] + (leap && month > 2 ? 1 : 0) + day;
-  constexpr long kEpoch = 719163;  // the same count for 1970-01-01
-  return days - kEpoch;
+/// Days from 1970-01-01 to a date of the Gregorian calendar; nothing for a date it does not have.
+std::optional<double> daysSinceEpoch(int year, int month, int day) {
+  std::tm date{};
+  date.tm_year = year - 1900;
+  date.tm_mon = month - 1;
+  date.tm_mday = day;
+  const std::time_t seconds = timegm(&date);  // makes 3 March of 31 February
+  if (date.tm_mon != month - 1 || date.tm_mday != day) return std::nullopt;
+  return static_cast<double>(seconds) / 86400.0;
 }
 
 /// "2017-03-25 07:00:06.900", with T for the space and with a closing Z too, as seconds since
@@ -194,10 +194,10 @@ std::optional<double> parseDateTime(std::string_view cell) {
   const int read = std::sscanf(text.c_str(), "%4d-%2d-%2d%c%2d:%2d:%n", &year, &month, &day, &separator, &hour, &minute, &used);
   if (read != 6 || used == 0 || (separator != ' ' && separator != 'T')) return std::nullopt;
   const std::optional<double> second = parseNumber(std::string_view(text).substr(used));
-  const bool valid = month >= 1 && month <= 12 && day >= 1 && day <= 31 && hour >= 0 && hour <= 24 && minute >= 0 && minute <= 59 &&
-                     second && *second >= 0.0 && *second < 61.0;
+  const std::optional<double> days = daysSinceEpoch(year, month, day);
+  const bool valid = days && hour >= 0 && hour <= 24 && minute >= 0 && minute <= 59 && second && *second >= 0.0 && *second < 61.0;
   if (!valid) return std::nullopt;
-  return 86400.0 * static_cast<double>(daysSinceEpoch(year, month, day)) + 3600.0 * hour + 60.0 * minute + *second;
+  return 86400.0 * *days + 3600.0 * hour + 60.0 * minute + *second;
 }
 
 /// One row of the file, whose faults are reported with their place.
@@ -278,12 +278,12 @@ void requireSamples(const std::filesystem::path& path, const Recording& recordin
 /// Fewest digits whose value satisfies is_exact; 17 always tell two doubles apart.
 template <typename Exact>
 void appendDigits(std::string& text, double value, Exact is_exact) {
-  char buffer[32];
+  std::string number;
   for (int digits = 15; digits <= 17; ++digits) {
-    printClassic(buffer, sizeof buffer, "%.*g", digits, value);
-    if (is_exact(*numberOf(buffer))) break;
+    number = sentence("%.*g", digits, value);
+    if (is_exact(*numberOf(number))) break;
   }
-  text += buffer;
+  text += number;
 }
 
 void appendNumber(std::string& text, double value) {

@@ -1,8 +1,6 @@
 #include "battery_sof/recording/number_text.hpp"
 
 #include <charconv>
-#include <cstdarg>
-#include <cstdio>
 #include <cstdlib>
 #include <string>
 
@@ -37,15 +35,6 @@ std::optional<double> numberOf(std::string_view text) {
   if (error != std::errc::result_out_of_range) return std::nullopt;
 #endif
   return numberOfC(std::string(text));
-}
-
-int printClassic(char* text, std::size_t size, const char* pattern, ...) {
-  const ClassicNumbers classic;
-  std::va_list arguments;
-  va_start(arguments, pattern);
-  const int length = std::vsnprintf(text, size, pattern, arguments);
-  va_end(arguments);
-  return length;
 }
 
 ClassicNumbers::ClassicNumbers() : before_(uselocale(classicLocale())) {}

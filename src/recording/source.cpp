@@ -8,7 +8,7 @@
 #include "battery_sof/recording/channel_statistics.hpp"
 #include "battery_sof/recording/edges.hpp"
 #include "battery_sof/recording/events.hpp"
-#include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
@@ -187,11 +187,10 @@ std::vector<SourceStretch> stretchesOf(const Series& series, const std::vector<S
 
 std::string summaryOf(const Source& source) {
   if (!source.seen) return "Nothing charges the battery: the current is imposed throughout.";
-  char text[200];
   if (source.share == 0.0) return "The battery is charged by a source that imposes the current; no voltage is held.";
-  printClassic(text, sizeof text, "A source holds the voltage in %.3g %% of the samples, those above %.3g A%s.", 100.0 * source.share,
-               source.rule.least_current, source.rule.charge_begins == Imposed::kCurrent ? "; charges begin with an imposed current" : "");
-  return text;
+  return sentence("A source holds the voltage in %.3g %% of the samples, those above %.3g A%s.", 100.0 * source.share,
+                  source.rule.least_current,
+                  source.rule.charge_begins == Imposed::kCurrent ? "; charges begin with an imposed current" : "");
 }
 
 void requireValid(const SourceRule& rule) {

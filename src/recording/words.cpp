@@ -1,5 +1,7 @@
 #include "battery_sof/recording/words.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstdarg>
 #include <cstdio>
 
@@ -11,9 +13,14 @@ std::string sentenceOf(const char* pattern, std::va_list arguments) {
   const ClassicNumbers classic;
   std::va_list again;
   va_copy(again, arguments);
-  std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, pattern, again)), '\0');
+  std::array<char, 128> room;
+  const auto length = static_cast<std::size_t>(std::vsnprintf(room.data(), room.size(), pattern, arguments));
+  std::string text(room.data(), std::min(length, room.size() - 1));
+  if (text.size() < length) {
+    text.resize(length);
+    std::vsnprintf(text.data(), text.size() + 1, pattern, again);
+  }
   va_end(again);
-  std::vsnprintf(text.data(), text.size() + 1, pattern, arguments);
   return text;
 }
 

@@ -8,17 +8,12 @@
 #include "battery_sof/model/family.hpp"
 #include "wording.hpp"
 
-#include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/words.hpp"
 
 namespace battery_sof {
 namespace {
 
-std::string number(double value) {
-  char text[32];
-  printClassic(text, sizeof text, "%.4g", value);
-  return text;
-}
+std::string number(double value) { return sentence("%.4g", value); }
 
 std::string padded(std::string text, std::size_t width) {
   if (text.size() < width) text.append(width - text.size(), ' ');

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "battery_sof/recording/events.hpp"
-#include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/source_overview.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "wording.hpp"
 
 namespace battery_sof {
@@ -34,10 +34,8 @@ Extremes extremesOf(const std::vector<double>& values) {
 
 /// Five significant digits; times of 1000 s and more to a tenth.
 std::string number(double value) {
-  char text[32];
   const bool is_large = std::abs(value) >= 1e3 && std::abs(value) < 1e12;
-  printClassic(text, sizeof text, is_large ? "%.14g" : "%.5g", is_large ? std::round(10.0 * value) / 10.0 : value);
-  return text;
+  return sentence(is_large ? "%.14g" : "%.5g", is_large ? std::round(10.0 * value) / 10.0 : value);
 }
 
 /// "6 h 16 min 43 s"; below a minute with fractions.
@@ -103,9 +101,7 @@ std::string eventsText(const EventSummary& summary) {
   std::string text = "\n  events          count   in all\n";
   for (const EventKind kind : kKinds) {
     const EventTotals& totals = summary.of(kind);
-    char line[80];
-    printClassic(line, sizeof line, "    %-10s %8zu   %s\n", describe(kind).c_str(), totals.count, duration(totals.duration).c_str());
-    text += line;
+    text += sentence("    %-10s %8zu   %s\n", describe(kind).c_str(), totals.count, duration(totals.duration).c_str());
   }
   text += "    " + number(summary.charge_in / kCoulombsPerAmpereHour) + " Ah in, " + number(-summary.charge_out / kCoulombsPerAmpereHour) +
           " Ah out\n";

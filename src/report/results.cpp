@@ -6,7 +6,6 @@
 
 #include "battery_sof/predict/query.hpp"
 #include "battery_sof/recording/blocks.hpp"
-#include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/version.hpp"
 
@@ -35,10 +34,8 @@ const char* remarkOn(const ParameterEstimate& estimate) {
 }
 
 std::string describe(const std::optional<Interval>& interval) {
-  char text[80];
   if (!interval) return "-";
-  printClassic(text, sizeof text, "%.3f V, 90 %% between %.3f and %.3f V", interval->value, interval->lower, interval->upper);
-  return text;
+  return sentence("%.3f V, 90 %% between %.3f and %.3f V", interval->value, interval->lower, interval->upper);
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "wording.hpp"
 
-#include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/words.hpp"
 
 #include <algorithm>
@@ -8,16 +7,6 @@
 #include <sstream>
 
 namespace battery_sof {
-namespace {
-
-std::string formatted(const char* pattern, double value) {
-  char text[48];
-  printClassic(text, sizeof text, pattern, value);
-  return text;
-}
-
-}  // namespace
-
 std::string wrapped(const std::string& lead, const std::string& text) {
   const std::string indent(lead.size(), ' ');
   std::string result, line = lead;
@@ -34,17 +23,17 @@ std::string wrapped(const std::string& lead, const std::string& text) {
   return result + line + "\n";
 }
 
-std::string threeDigits(double value) { return formatted("%.3g", value); }
+std::string threeDigits(double value) { return sentence("%.3g", value); }
 
 std::string millivolts(double volts) {
   if (!std::isfinite(volts)) return "-";
   const double mv = 1e3 * volts;
-  return formatted(std::abs(mv) < 99.95 ? "%.1f" : "%.0f", mv);
+  return sentence(std::abs(mv) < 99.95 ? "%.1f" : "%.0f", mv);
 }
 
 std::string millivolts(const std::optional<double>& volts) { return volts ? millivolts(*volts) : "-"; }
 
-std::string confidenceText(double confidence) { return confidence > 0.99 ? "above 99 %" : formatted("%.0f %%", 100.0 * confidence); }
+std::string confidenceText(double confidence) { return confidence > 0.99 ? "above 99 %" : sentence("%.0f %%", 100.0 * confidence); }
 
 std::string plainName(std::string name) {
   std::replace(name.begin(), name.end(), '_', ' ');

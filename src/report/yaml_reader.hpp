@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 
 namespace battery_sof {
@@ -15,10 +16,8 @@ namespace battery_sof {
 
 /// @return a number in the digits that read back exactly, a whole number as it is.
 inline YAML::Node scalar(double value) {
-  char text[32];
-  printClassic(text, sizeof text, "%.17g", value);
   if (!std::isfinite(value)) return YAML::Node(std::isnan(value) ? ".nan" : value > 0.0 ? ".inf" : "-.inf");
-  return YAML::Node(text);
+  return YAML::Node(sentence("%.17g", value));
 }
 inline YAML::Node scalar(int value) { return YAML::Node(std::to_string(value)); }
 inline YAML::Node scalar(std::size_t value) { return YAML::Node(std::to_string(value)); }
@@ -67,8 +66,7 @@ constexpr Range kNumbers{-1e12, 1e12};     // of any unit: what is larger comes 
 /// Access to a document's fields with messages that name file, field, finding and expectation.
 class Reader {
  public:
-  Reader(YAML::Node node, std::string source, std::string path)
-      : node_(std::move(node)), source_(std::move(source)), path_(std::move(path)) {}
+  Reader(const YAML::Node& node, std::string source, std::string path) : node_(node), source_(std::move(source)), path_(std::move(path)) {}
 
   Reader at(const std::string& key) const {
     if (!node_.IsMap() || !node_[key]) fail(key, "is missing");

@@ -37,7 +37,7 @@ class Schema {
  public:
   using Reader = std::function<void(Value&, const std::string& name, Faults&)>;
 
-  void number(const std::string& key, double lower, double upper, std::function<void(double)> store) {
+  void number(const std::string& key, double lower, double upper, const std::function<void(double)>& store) {
     readers_[key] = [=](Value& value, const std::string& name, Faults& faults) {
       const bool integer = value.getType() == Value::TypeInt;
       if (!integer && value.getType() != Value::TypeDouble) {
@@ -60,7 +60,7 @@ class Schema {
     };
   }
 
-  void text(const std::string& key, std::function<std::string(const std::string&)> store) {
+  void text(const std::string& key, const std::function<std::string(const std::string&)>& store) {
     readers_[key] = [=](Value& value, const std::string& name, Faults& faults) {
       if (value.getType() != Value::TypeString) {
         faults.push_back(name + " is " + typeName(value) + ", expected a string");

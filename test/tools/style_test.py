@@ -1,6 +1,6 @@
-"""Style of the checkout, by the tools that define it: clang-format, catkin_lint, shellcheck.
+"""Style of the checkout, by the tools that define it: clang-format, clang-tidy, catkin_lint, shellcheck.
 
-Usage: style_test.py clang-format|catkin_lint|shellcheck. Exit code 77: skipped, the tool is not installed or not the one that is meant.
+Usage: style_test.py clang-format|clang-tidy|catkin_lint|shellcheck. Exit code 77: skipped, the tool is not installed or not the one that is meant.
 """
 
 import os
@@ -13,7 +13,9 @@ ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)),
 SHELL_FOLDERS = ("scripts", ".ci", "test", "tools", "bench", "cmake", "completion")
 CODE_FOLDERS = ("src", "include", "test", "bench", "experiments", "examples", "python")
 SHELL = re.compile(rb"#!.*\b(ba)?sh\b")
-CLANG_FORMAT = 14  # two versions do not format alike
+CLANG = 14  # two versions neither format alike nor find the same
+BUILD = os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build"))
+TIDY_SECONDS = "90"  # in which a file is begun: one takes ten to thirty
 
 
 def files(folders):
@@ -41,15 +43,20 @@ def catkin_lint():
     return ["catkin_lint", "--offline", "--strict", "-W1", "--ignore", "uninstalled_script", ROOT]
 
 
-TOOLS = {"shellcheck": shellcheck, "clang-format": clang_format, "catkin_lint": catkin_lint}
+def clang_tidy():
+    # What has changed: all of it takes an hour (make tidy).
+    return [os.path.join(ROOT, "scripts", "tidy"), BUILD, "--changed", "--seconds", TIDY_SECONDS]
+
+
+TOOLS = {"shellcheck": shellcheck, "clang-format": clang_format, "clang-tidy": clang_tidy, "catkin_lint": catkin_lint}
 
 
 def other_version(tool):
     """What makes a tool that is there not the one that is meant, or None."""
-    if tool != "clang-format":
+    if not tool.startswith("clang"):
         return None
     said = subprocess.run([tool, "--version"], capture_output=True, text=True, check=True).stdout.strip()
-    return None if re.search(rf"version {CLANG_FORMAT}\.", said) else f"{said}, expected version {CLANG_FORMAT}"
+    return None if re.search(rf"version {CLANG}\.", said) else f"{said}, expected version {CLANG}"
 
 
 def main(tool):

@@ -14,12 +14,29 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 import numpy as np
 
-from battery_sof_tools import concealment, docs_site, families, files, progress, rates, recordings, stop_rules, tables, update_cli_page, update_effects_page
+from battery_sof_tools import concealment, docs_site, families, files, progress, rates, recordings, stop_rules, tables, tidy, update_cli_page, update_effects_page
 from battery_sof_tools.real import command, laws, plan, run, score
 from battery_sof_tools.sof import Catalogue, Failure, call, catalogue, program
 
 BUILD = os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build"))
 FORMS = {family: ["a", "b"] for family in ("acid", "ageing", "instrument")}
+
+
+class Tidy(unittest.TestCase):
+    def test_a_precompiled_header_is_left_out_and_nothing_else(self):
+        self.assertEqual(
+            tidy.without_precompiled("c++ -I '/a b' -Winvalid-pch -include /build/cmake_pch.hxx -include own.hpp -c x.cpp"),
+            "c++ -I '/a b' -include own.hpp -c x.cpp")
+
+    def test_a_header_is_looked_at_through_the_source_of_its_name_or_one_that_includes_it(self):
+        sources = ["src/recording/csv.cpp", "src/recording/intake.cpp", "src/report/answers.cpp"]
+        self.assertEqual(tidy.sources_of(["include/battery_sof/recording/intake.hpp", "src/recording/intake.cpp"], sources), sources[1:2])
+        self.assertEqual(tidy.sources_of(["include/battery_sof/recording/sample_list.hpp"], sources), sources[:1])
+        self.assertEqual(tidy.sources_of(["docs/model.md", "test/unit/recording/csv_test.cpp", "src/gone.cpp"], sources), [])
+
+    def test_there_is_always_something_to_look_at(self):
+        for path in tidy.SAMPLE:
+            self.assertTrue(os.path.isfile(os.path.join(ROOT, path)), path)
 
 
 class Rates(unittest.TestCase):

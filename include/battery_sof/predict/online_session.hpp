@@ -97,7 +97,7 @@ struct IdentificationOutcome {
 class OnlineSession {
  public:
   /// @throws std::invalid_argument for options that are not finite or outside their domain.
-  explicit OnlineSession(SessionOptions options = {});
+  explicit OnlineSession(const SessionOptions& options = {});
 
   /// Offers one sample. @return the cranks and charges that ended; while a job is out they wait for its result.
   SessionEvents push(const RawSample& sample);

@@ -2,7 +2,6 @@
 
 #include <locale.h>
 
-#include <cstddef>
 #include <locale>
 #include <optional>
 #include <sstream>
@@ -18,9 +17,6 @@ namespace battery_sof {
  *   double cannot hold it; none for anything else (empty, blanks around it, hexadecimal, a comma).
  */
 std::optional<double> numberOf(std::string_view text);
-
-/// std::snprintf() in the classic locale.
-__attribute__((format(printf, 3, 4))) int printClassic(char* text, std::size_t size, const char* pattern, ...);
 
 /// While it lives, this thread's C functions (printf, strtod) read and write numbers as in the classic locale.
 class ClassicNumbers {

@@ -37,13 +37,5 @@ TEST(NumberOf, RefusesWhatIsNotOneNumber) {
 
 TEST(NumberOf, ReadsNoFurtherThanItsView) { EXPECT_EQ(numberOf(std::string_view("12.345").substr(0, 4)), 12.3); }
 
-TEST(PrintClassic, IsPrintf) {
-  char text[8];
-  EXPECT_EQ(printClassic(text, sizeof text, "%.2f|%d", 1.25, 7), 6);
-  EXPECT_STREQ(text, "1.25|7");
-  EXPECT_EQ(printClassic(text, sizeof text, "%s", "longer than the room"), 20);
-  EXPECT_STREQ(text, "longer ");
-}
-
 }  // namespace
 }  // namespace battery_sof

@@ -12,7 +12,10 @@ TEST(Sentence, IsAsLongAsItsWords) {
   const std::string path(2000, 'p');
   EXPECT_EQ(sentence("%s: %d rows", path.c_str(), 7), path + ": 7 rows");
   EXPECT_EQ(sentence("%s", ""), "");
+  for (std::size_t length = 100; length < 150; ++length) EXPECT_EQ(sentence("%s", path.substr(0, length).c_str()).size(), length);
 }
+
+TEST(Sentence, IsPrintf) { EXPECT_EQ(sentence("%.2f|%d", 1.25, 7), "1.25|7"); }
 
 TEST(Listed, LeavesOutWhatIsEmpty) {
   EXPECT_EQ(listed(std::vector<std::string>{"a", "", "b"}), "a, b");

@@ -1,0 +1,139 @@
+"""Runs clang-tidy (14, .clang-tidy) over the code of src and include. Usage: tidy BUILD [--changed] [--seconds N] [--jobs N] [FILE...]
+
+All sources, those named, or with --changed those that differ from where this branch left main; the last commits on main itself; a small
+sample where there is neither git nor a change. A header is looked at through the source of its name. Exit code 1: something was found.
+"""
+
+import argparse
+import concurrent.futures
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import time
+
+from .files import ROOT
+
+LAST_COMMITS = 5
+OF_GCC_ALONE = "-Wno-unused-command-line-argument"  # limits of inlining
+MAINS = ("origin/main", "main")
+SAMPLE = ("src/recording/number_text.cpp", "src/recording/words.cpp", "src/predict/profile.cpp")
+
+
+def git(*arguments):
+    """Lines of git's answer, None where there is no git, no repository or no such commit."""
+    try:
+        answer = subprocess.run(["git", "-C", ROOT, *arguments], capture_output=True, text=True)
+    except OSError:
+        return None
+    return answer.stdout.splitlines() if answer.returncode == 0 else None
+
+
+def base():
+    """The commit that changes are counted from, None where none is known."""
+    head = git("rev-parse", "HEAD")
+    for main in MAINS:
+        meeting = git("merge-base", "HEAD", main)
+        if meeting and meeting != head:
+            return meeting[0]
+    before = git("rev-parse", "--verify", "--quiet", f"HEAD~{LAST_COMMITS}")
+    return before[0] if before else None
+
+
+def changed():
+    """Files that differ from base(), those not yet added among them."""
+    since = base()
+    if since is None:
+        return []
+    return (git("diff", "--name-only", "--diff-filter=d", since) or []) + (git("ls-files", "--others", "--exclude-standard") or [])
+
+
+def without_precompiled(command):
+    """A compiler's command without GCC's precompiled header, which clang cannot read."""
+    words = shlex.split(command)
+    kept = []
+    for word in words:
+        if word.endswith("cmake_pch.hxx") and kept and kept[-1] == "-include":
+            kept.pop()
+        elif word != "-Winvalid-pch":
+            kept.append(word)
+    return shlex.join(kept)
+
+
+def database(build):
+    """How each source of src is compiled, as clang-tidy reads it: the folder of the file, and the sources."""
+    with open(os.path.join(build, "compile_commands.json"), encoding="utf-8") as file:
+        entries = [entry for entry in json.load(file) if entry["file"].startswith(os.path.join(ROOT, "src") + os.sep)]
+    folder = os.path.join(build, "tidy")
+    os.makedirs(folder, exist_ok=True)
+    with open(os.path.join(folder, "compile_commands.json"), "w", encoding="utf-8") as file:
+        json.dump([{**entry, "command": without_precompiled(entry["command"])} for entry in entries], file)
+    return folder, sorted({os.path.relpath(entry["file"], ROOT) for entry in entries})
+
+
+def sources_of(files, sources):
+    """Each file as a source: itself, or for a header the source of its name, else the first that includes it."""
+    found = []
+    for path in files:
+        if path.endswith(".hpp") and path.startswith(("src/", "include/")):
+            name = re.compile(rf'#include "([^"]*/)?{re.escape(os.path.basename(path))}"')
+            stem = os.path.splitext(os.path.basename(path))[0] + ".cpp"
+            named = [source for source in sources if os.path.basename(source) == stem]
+            found += named[:1] or [source for source in sources if includes(source, name)][:1]
+        elif path in sources:
+            found.append(path)
+    return list(dict.fromkeys(found))
+
+
+def includes(source, name):
+    with open(os.path.join(ROOT, source), encoding="utf-8") as file:
+        return bool(name.search(file.read()))
+
+
+def findings(folder, source):
+    """What clang-tidy says of a source; None where it has nothing to say."""
+    run = subprocess.run(["clang-tidy", "-p", folder, "--quiet", f"--extra-arg={OF_GCC_ALONE}", os.path.join(ROOT, source)], capture_output=True, text=True)
+    return None if run.returncode == 0 else run.stdout + run.stderr
+
+
+def look(folder, sources, jobs, seconds):
+    """Prints what is found. @return how many sources have findings, and those left out for time."""
+    until = time.monotonic() + seconds if seconds else float("inf")
+    faulty, left_out = 0, []
+
+    def one(source):
+        return (source, findings(folder, source)) if time.monotonic() < until else (source, NotImplemented)
+
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for source, said in pool.map(one, sources):
+            if said is NotImplemented:
+                left_out.append(source)
+            elif said is not None:
+                faulty += 1
+                print(said, flush=True)
+    return faulty, left_out
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("build")
+    parser.add_argument("files", nargs="*")
+    parser.add_argument("--changed", action="store_true")
+    parser.add_argument("--seconds", type=float, help="no further file is begun after them")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    chosen = parser.parse_intermixed_args(arguments)
+    folder, sources = database(chosen.build)
+    wanted = sources
+    if chosen.files or chosen.changed:
+        wanted = sources_of([os.path.relpath(file, ROOT) for file in chosen.files] or changed(), sources) or sources_of(SAMPLE, sources)
+    faulty, left_out = look(folder, wanted, chosen.jobs, chosen.seconds)
+    print(f"clang-tidy: {len(wanted) - len(left_out)} of {len(wanted)} sources looked at, {faulty} with findings")
+    if left_out:
+        print("left out for time: " + " ".join(left_out))
+    return 1 if faulty or len(left_out) == len(wanted) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
