@@ -45,7 +45,7 @@ sanitized:
 # The unit tests under the sanitizers: an hour on two cores.
 sanitize: sanitized
 	@cmake --build "$(BUILD_SANITIZED)" -j$(JOBS)
-	@cd "$(BUILD_SANITIZED)" && UBSAN_OPTIONS=print_stacktrace=1 ctest -E outside_project --output-on-failure --no-tests=error --timeout 3600
+	@cd "$(BUILD_SANITIZED)" && UBSAN_OPTIONS=print_stacktrace=1 ctest -E outside_project --output-on-failure --no-tests=error
 
 # Each fuzz target for SECONDS.
 fuzz: sanitized
