@@ -1,13 +1,15 @@
-# make demo | test | test-core | tidy | docs | sanitize | fuzz | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | test-core | tidy | docs | sanitize | fuzz | tsan | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 BUILD_CORE ?= $(BUILD)/core
 BUILD_SANITIZED ?= $(BUILD)/sanitized
+# Hidden: roslaunch looks for programs everywhere below the package.
+BUILD_TSAN ?= $(BUILD)/.tsan
 SECONDS ?= 60
 JOBS ?= $(shell nproc)
 PYTHON := /usr/bin/python3
 CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBATTERY_SOF_WERROR=ON
 
-.PHONY: build demo docs test test-core tidy sanitized sanitize fuzz soak stress bench reproduce study calibrate proof proof-quick deps clean
+.PHONY: build demo docs test test-core tidy sanitized sanitize fuzz tsan soak stress bench reproduce study calibrate proof proof-quick deps clean
 
 deps:
 	@bash scripts/install_dependencies
@@ -47,12 +49,18 @@ sanitized:
 # The unit tests under the sanitizers: an hour on two cores.
 sanitize: sanitized
 	@cmake --build "$(BUILD_SANITIZED)" -j$(JOBS)
-	@cd "$(BUILD_SANITIZED)" && UBSAN_OPTIONS=print_stacktrace=1 ctest -E outside_project --output-on-failure --no-tests=error --timeout 3600
+	@cd "$(BUILD_SANITIZED)" && UBSAN_OPTIONS=print_stacktrace=1 ctest -E outside_project --output-on-failure --no-tests=error
 
 # Each fuzz target for SECONDS.
 fuzz: sanitized
 	@cmake --build "$(BUILD_SANITIZED)" --target fuzz_targets -j$(JOBS)
 	@bash scripts/fuzz "$(BUILD_SANITIZED)" $(SECONDS)
+
+# The node's threads under ThreadSanitizer (docs/reliability.md): some minutes once it is built.
+tsan: deps
+	@bash scripts/with_ros cmake -S . -B "$(BUILD_TSAN)" $(CMAKE_FLAGS) -DBATTERY_SOF_PYTHON=OFF -DBATTERY_SOF_SANITIZE_THREADS=ON
+	@bash scripts/with_ros cmake --build "$(BUILD_TSAN)" --target battery_sof_node sof simulate_city_drive node_options_test -j$(JOBS)
+	@bash scripts/tsan "$(BUILD_TSAN)"
 
 # The node through HOURS of driving, fifty times as fast: memory, files, threads (docs/reliability.md). A day takes half an hour.
 HOURS ?= 24

@@ -1,6 +1,9 @@
 # Tests of the catkin package alone: what needs ROS, and what would say the same a second time in a build without it.
 battery_sof_gtest(bag_test FOLDERS unit/bag LINK battery_sof_bag ${catkin_LIBRARIES})
 battery_sof_gtest(node_options_test FOLDERS unit/ros LINK battery_sof_ros ${YAML_CPP_LIBRARIES})
+if(BATTERY_SOF_SANITIZE_THREADS)
+  target_compile_options(node_options_test PRIVATE ${thread_sanitizer})
+endif()
 battery_sof_gtest(property_test FOLDERS property LINK battery_sof battery_sof_reference)
 battery_sof_gtest(architecture_test FOLDERS architecture)
 target_compile_definitions(architecture_test PRIVATE BATTERY_SOF_CXX="${CMAKE_CXX_COMPILER}"
@@ -33,7 +36,10 @@ set_tests_properties(diagnosis_page_in_a_browser PROPERTIES SKIP_RETURN_CODE 77 
 add_test(NAME live_page_in_a_browser
   COMMAND "${CATKIN_DEVEL_PREFIX}/env.sh" "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/page/live_test.py"
     "${CATKIN_DEVEL_PREFIX}" "${CMAKE_CURRENT_BINARY_DIR}/page")
-set_tests_properties(live_page_in_a_browser PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 RUN_SERIAL TRUE)
+add_test(NAME live_page_under_attack
+  COMMAND "${CATKIN_DEVEL_PREFIX}/env.sh" "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/page/live_attack_test.py"
+    "${CATKIN_DEVEL_PREFIX}" "${CMAKE_CURRENT_BINARY_DIR}/page")
+set_tests_properties(live_page_in_a_browser live_page_under_attack PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 RUN_SERIAL TRUE)
 
 # The benchmark of the diagnosis: its arithmetic, and a tenth of it as a whole (some minutes).
 add_test(NAME proof_counts_right COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/proof/proof_test.py")

@@ -88,7 +88,9 @@ Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options
   ExplanationRules rules;
   rules.relevance = options.relevance;
   rules.pulse = options.pulse;
-  explained.explanation = explain(rows.drive, rows.drive.samples.size(), rows.table, base, ids, options.given, rules, options.progress);
+  const std::size_t training = rows.drive.samples.size();
+  explained.explanation =
+      explain(std::move(rows.drive), training, std::move(rows.table), base, ids, options.given, rules, options.progress);
   return explained;
 }
 

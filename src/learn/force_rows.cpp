@@ -141,18 +141,19 @@ ForceContext contextOf(const Drive& drive, const BaseResponse& response, double 
 /// Means of a memory's columns over the rows.
 Eigen::MatrixXd rawColumns(const Drive& drive, const BaseResponse& response, ForceMemory& memory) {
   const auto columns = static_cast<Eigen::Index>(memory.columns().size());
-  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(columns, response.time.size());  // a column a row: contiguous
-  Eigen::VectorXd now(columns);
+  Eigen::MatrixXd values(response.time.size(), columns);
+  Eigen::VectorXd now(columns), sum(columns);
   for (Eigen::Index row = 0; row < response.time.size(); ++row) {
+    sum.setZero();
     const auto begin = response.first[static_cast<std::size_t>(row)], end = response.first[static_cast<std::size_t>(row) + 1];
     for (std::size_t n = begin; n < end; ++n) {
       const DriveStep& step = drive.samples[n].step;
       memory.advance({step.duration, step.current, step.held, step.gap, response.overpotential[n], step.time - drive.first_time}, now);
-      values.col(row) += now;
+      sum += now;
     }
-    values.col(row) /= static_cast<double>(end - begin);
+    values.row(row) = sum / static_cast<double>(end - begin);
   }
-  return values.transpose();
+  return values;
 }
 
 template <typename T>
@@ -217,12 +218,14 @@ ForceTable forceTable(const Drive& drive, const BaseResponse& response, double b
   table.upper = high(moving);
   table.centre = centre(moving);
   table.scale = scale(moving);
-  table.values.resize(values.rows(), static_cast<Eigen::Index>(moving.size()));
-  for (Eigen::Index j = 0; j < table.values.cols(); ++j) {
+  const auto kept_columns = static_cast<Eigen::Index>(moving.size());
+  for (Eigen::Index j = 0; j < kept_columns; ++j) {  // in place: a column's own is never before it
     Eigen::ArrayXd x = values.col(moving[static_cast<std::size_t>(j)]).array();
     if (!isUnbounded(table.columns[static_cast<std::size_t>(j)].kind)) x = x.max(table.lower[j]).min(table.upper[j]);
-    table.values.col(j) = answered(response, ((x - table.centre[j]) / table.scale[j]).matrix());
+    values.col(j) = answered(response, ((x - table.centre[j]) / table.scale[j]).matrix());
   }
+  values.conservativeResize(Eigen::NoChange, kept_columns);
+  table.values = std::move(values);
   return table;
 }
 

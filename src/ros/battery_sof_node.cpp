@@ -1,9 +1,12 @@
 #include "battery_sof/ros/battery_sof_node.hpp"
 
+#include <atomic>
 #include <boost/make_shared.hpp>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <utility>
 
 #include "battery_sof/bag/bag_storage.hpp"
@@ -22,6 +25,7 @@ constexpr double kNoDataAfter = 5.0;          // [s], the shortest gap of a reco
 constexpr int kPatientThreads = 2;   // a map does not wait for a fit
 constexpr int kDiagnoseThreads = 2;  // a second request is refused while the first waits
 constexpr int kNice = 10;            // of identifications: the other threads go first
+constexpr std::chrono::milliseconds kLook{50};
 
 /// Calls a function once from a callback queue.
 class Errand : public ros::CallbackInterface {
@@ -71,6 +75,19 @@ BatterySofNode::~BatterySofNode() {
   diagnose_spinner_.stop();
 }
 
+void BatterySofNode::ahead(const std::function<void()>& work) {
+  const auto task = std::make_shared<std::packaged_task<void()>>(work);
+  const auto is_taken = std::make_shared<std::atomic_flag>();
+  const auto once = [task, is_taken] {
+    if (!is_taken->test_and_set()) (*task)();
+  };
+  std::future<void> done = task->get_future();
+  question_queue_.addCallback(boost::make_shared<Errand>(once));
+  while (done.wait_for(kLook) != std::future_status::ready)
+    if (!ros::ok()) once();  // nobody calls the queue any more
+  done.get();
+}
+
 template <typename Service>
 ros::ServiceServer BatterySofNode::serve(const char* name, ros::CallbackQueue& queue,
                                          bool (BatterySofNode::*callback)(typename Service::Request&, typename Service::Response&)) {
@@ -118,9 +135,11 @@ void BatterySofNode::loadStateFile() {
 void BatterySofNode::saveStateFile(const FittedModel& model) {
   const StateFile::Result result = state_file_.save(model);
   if (result.is_fault) ROS_ERROR("%s", result.said.c_str());
-  const std::lock_guard<std::mutex> lock(mutex_);
-  state_file_fault_ = result.said;
-  stands_on_state_file_ = false;
+  ahead([&] {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    state_file_fault_ = result.said;
+    stands_on_state_file_ = false;
+  });
 }
 
 // ----------------------------------------------------------------------------------------------------

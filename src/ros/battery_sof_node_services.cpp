@@ -110,6 +110,12 @@ IdentificationOutcome BatterySofNode::identified(const IdentificationJob& job) {
 }
 
 IdentificationOutcome BatterySofNode::takeBack(IdentificationResult result) {
+  IdentificationOutcome outcome;
+  ahead([&] { outcome = takenBack(std::move(result)); });
+  return outcome;
+}
+
+IdentificationOutcome BatterySofNode::takenBack(IdentificationResult result) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (result.model) {
     result.model->provenance.recording = subscriber_.getTopic();
@@ -160,8 +166,10 @@ void BatterySofNode::identifyNow(Identify::Response& response) {
 // diagnosis
 
 void BatterySofNode::onAdopted(const Adoption& adoption, double from_driving) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  session_.extendWith(adoption.effects, from_driving, adoption.force);
+  ahead([&] {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    session_.extendWith(adoption.effects, from_driving, adoption.force);
+  });
 }
 
 std::optional<std::future<DiagnosisRunner::Outcome>> BatterySofNode::beginDiagnosis(Diagnose::Response& response) {

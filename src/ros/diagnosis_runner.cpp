@@ -25,9 +25,9 @@ std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::begin(cons
 }
 
 void DiagnosisRunner::beginIfDue(const Series& series, const std::string& name, double driving) {
-  const std::lock_guard<std::mutex> lock(mutex_);
   if (options_.period <= 0.0 || driving < next_due_ || series.empty()) return;
   next_due_ += options_.period;
+  const std::lock_guard<std::mutex> lock(mutex_);
   if (!post(series, name, driving + options_.settle)) ++line_.skipped;
 }
 

@@ -23,10 +23,12 @@ inline double anyNumber(FuzzedDataProvider& data, double lower, double upper) {
   return data.ConsumeBool() ? data.PickValueInArray(kOdd) : data.ConsumeFloatingPoint<double>();
 }
 
-/// Up to three effects with what they need.
-inline std::vector<std::string> effectsIn(FuzzedDataProvider& data) {
+constexpr int kMostEffects = 3;
+
+/// Some effects with what they need.
+inline std::vector<std::string> effectsIn(FuzzedDataProvider& data, int most = kMostEffects) {
   std::vector<std::string> ids;
-  for (int k = data.ConsumeIntegralInRange<int>(0, 3); k > 0; --k) {
+  for (int k = data.ConsumeIntegralInRange<int>(0, most); k > 0; --k) {
     const auto& all = effectCatalogue();
     for (const std::string& id : test::withNeeds(all[data.ConsumeIntegralInRange<std::size_t>(0, all.size() - 1)].id))
       if (std::find(ids.begin(), ids.end(), id) == ids.end()) ids.push_back(id);
@@ -35,8 +37,8 @@ inline std::vector<std::string> effectsIn(FuzzedDataProvider& data) {
 }
 
 /// A model with parameters anywhere inside their bounds.
-inline FittedModel modelIn(FuzzedDataProvider& data) {
-  FittedModel model = test::uncertainModel(data.ConsumeFloatingPointInRange(0.0, 1.0), effectsIn(data));
+inline FittedModel modelIn(FuzzedDataProvider& data, int most_effects = kMostEffects) {
+  FittedModel model = test::uncertainModel(data.ConsumeFloatingPointInRange(0.0, 1.0), effectsIn(data, most_effects));
   const BatteryModel composition = compositionOf(model.fit);
   for (std::size_t j = 0; j < model.fit.estimates.size(); ++j) {
     const ParameterInfo& info = composition.parameters()[j];

@@ -6,15 +6,13 @@ Exit 77 (skipped) only where Chromium cannot be had.
 """
 import base64
 import os
-import signal
-import socket
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-from browser_test import NOETIC, Service, skip_or_fail, tool, webdriver
+from browser_test import NOETIC, skip_or_fail, tool
+from live_server import LiveServer, is_closed, wait_until
 from selenium.webdriver.common.keys import Keys
 
 SCENARIO = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'config', 'scenarios', 'city_drive.yaml')
@@ -22,127 +20,18 @@ NODES = ('/front/battery_sof_node', '/rear/battery_sof_node')
 PARAMETERS = ('_window_s:=120.0', '_buffer_s:=400.0', '_identify_period_s:=200.0')
 
 
-def free_port():
-    with socket.socket() as one:
-        one.bind(('127.0.0.1', 0))
-        return one.getsockname()[1]
-
-
-def wait_until(condition, deadline, what):
-    end = time.monotonic() + deadline
-    while time.monotonic() < end:
-        value = condition()
-        if value:
-            return value
-        time.sleep(0.05)
-    raise AssertionError('not within {} s: {}'.format(deadline, what))
-
-
-class LivePage(unittest.TestCase):
-    devel = folder = None
-
-    @classmethod
-    def begin(cls, *command):
-        process = subprocess.Popen(command, env=cls.environment, stdin=subprocess.DEVNULL, stdout=cls.log, stderr=cls.log)
-        cls.started.append(process)
-        return process
-
-    @classmethod
-    def program(cls, name):
-        return os.path.join(cls.devel, 'lib', 'battery_sof', name)
-
+class LivePage(LiveServer):
     @classmethod
     def setUpClass(cls):
-        cls.started, cls.port = [], free_port()
-        cls.log = open(os.path.join(cls.folder, 'live.log'), 'w')
-        master = free_port()
-        cls.work = tempfile.TemporaryDirectory(prefix='live page ', ignore_cleanup_errors=True)
-        cls.environment = dict(os.environ, ROS_MASTER_URI='http://127.0.0.1:%d' % master, ROS_IP='127.0.0.1', ROS_HOME=cls.work.name)
-        cls.bag = os.path.join(cls.work.name, 'drive.bag')
-        subprocess.check_call([cls.program('sof'), 'simulate', SCENARIO, cls.bag, '--duration', '1200'])
-        cls.begin('roscore', '-p', str(master))
-        wait_until(lambda: cls.rosparam('list', quiet=True) is not None, 30, 'roscore')
+        super().setUpClass()
+        bag = os.path.join(cls.work.name, 'drive.bag')
+        subprocess.check_call([cls.program('sof'), 'simulate', SCENARIO, bag, '--duration', '1200'])
         cls.rosparam('set', '/use_sim_time', 'true')
         for node in NODES:
             cls.begin(cls.program('battery_sof_node'), '__ns:=' + os.path.dirname(node), 'battery_state:=/battery_state', *PARAMETERS)
-        cls.begin('roslaunch', '--wait', 'battery_sof', 'live.launch', 'port:=%d' % cls.port, 'nodes:=' + ','.join(NODES), 'topics:=/battery_state')
-        wait_until(lambda: cls.answer('GET / HTTP/1.1').startswith(b'HTTP/1.1 200'), 30, 'the page')
-        cls.play()
+        cls.serve(NODES)
+        cls.begin('rosbag', 'play', '--clock', '--hz', '100', '--quiet', '--wait-for-subscribers', '--rate', '10', bag)
         cls.browse()
-
-    @classmethod
-    def play(cls):
-        cls.begin('rosbag', 'play', '--clock', '--hz', '100', '--quiet', '--wait-for-subscribers', '--rate', '10', cls.bag)
-
-    @classmethod
-    def browse(cls):
-        options = webdriver.ChromeOptions()
-        options.binary_location = tool('chromium')
-        for argument in ('--headless=new', '--no-sandbox', '--disable-dev-shm-usage', '--disable-gpu', '--hide-scrollbars', '--no-first-run',
-                         '--user-data-dir=' + os.path.join(cls.work.name, 'profile')):
-            options.add_argument(argument)
-        options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
-        cls.driver = webdriver.Chrome(service=Service(tool('chromedriver')), options=options)
-        cls.driver.get('http://127.0.0.1:%d/' % cls.port)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.driver.quit()
-        for process in reversed(cls.started):
-            process.send_signal(signal.SIGINT)
-        for process in cls.started:
-            try:
-                process.wait(timeout=20)
-            except subprocess.TimeoutExpired:
-                process.kill()
-        cls.log.close()
-        cls.work.cleanup()
-
-    @classmethod
-    def rosparam(cls, *arguments, quiet=False):
-        done = subprocess.run(['rosparam', *arguments], env=cls.environment, capture_output=True, text=True)
-        return done.stdout if done.returncode == 0 else None
-
-    @classmethod
-    def connect(cls):
-        try:
-            return socket.create_connection(('127.0.0.1', cls.port), timeout=20)
-        except OSError:
-            return None
-
-    @classmethod
-    def answer(cls, first, host=None, *headers):
-        """The beginning of what the server answers to a request."""
-        connection = cls.connect()
-        if not connection:
-            return b''
-        with connection:
-            host = '127.0.0.1:%d' % cls.port if host is None else host
-            connection.sendall('\r\n'.join((first, 'Host: ' + host, *headers, 'Connection: close', '', '')).encode())
-            connection.settimeout(20)
-            return connection.recv(4096)
-
-    @classmethod
-    def socket_answer(cls, origin, host=None):
-        return cls.upgraded(origin, host)[0]
-
-    @classmethod
-    def upgraded(cls, origin, host=None):
-        """The status line of an answer to the request for a websocket, and the connection."""
-        connection = cls.connect()
-        headers = ['GET /news HTTP/1.1', 'Host: ' + (host or '127.0.0.1:%d' % cls.port), 'Connection: Upgrade', 'Upgrade: websocket',
-                   'Sec-WebSocket-Version: 13', 'Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==']
-        if origin:
-            headers.append('Origin: ' + origin)
-        connection.sendall('\r\n'.join(headers + ['', '']).encode())
-        connection.settimeout(20)
-        return connection.recv(4096).split(b'\r\n')[0], connection
-
-    def own(self):
-        return 'http://127.0.0.1:%d' % self.port
-
-    def run_js(self, script):
-        return self.driver.execute_script('return ' + script)
 
     def size(self, width, height=1000, dark=False):
         self.driver.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', {'width': width, 'height': height, 'deviceScaleFactor': 1, 'mobile': False})
@@ -155,9 +44,6 @@ class LivePage(unittest.TestCase):
                                                                        'clip': {'x': 0, 'y': 0, 'width': width, 'height': height, 'scale': 1}})
         with open(os.path.join(self.folder, name), 'wb') as file:
             file.write(base64.b64decode(image['data']))
-
-    def text(self, element):
-        return self.run_js('document.getElementById("%s").textContent' % element)
 
     def test_1_answers_plots_and_past_events_appear_while_the_bag_plays(self):
         wait_until(lambda: self.text('state') == 'ready', 90, 'ready')
@@ -217,17 +103,10 @@ class LivePage(unittest.TestCase):
         self.assertEqual((answers.count(b'101'), answers.count(b'503')), (7, 3), answers)  # the browser has one of eight
         _, first = connections[0]
         first.sendall(b'\x81\xfe\x10\x00\x00\x00\x00\x00' + b'a' * 4096)
-        wait_until(lambda: self.is_closed(first), 20, 'a frame that is too long ends the connection')
+        wait_until(lambda: is_closed(first), 20, 'a frame that is too long ends the connection')
         for _, connection in connections:
             connection.close()
         wait_until(lambda: b' 101 ' in self.socket_answer(self.own()), 20, 'places are free again')
-
-    @staticmethod
-    def is_closed(connection):
-        try:
-            return connection.recv(65536) == b''
-        except ConnectionError:
-            return True
 
     def test_5_only_this_computer_is_served(self):
         with open('/proc/net/tcp') as table:

@@ -12,11 +12,13 @@ using namespace battery_sof::test;
 
 namespace {
 
-constexpr int kModels = 500;  // some seconds; BATTERY_SOF_PROPERTY_MODELS sets another number
+// Some seconds. BATTERY_SOF_PROPERTY_MODELS and BATTERY_SOF_PROPERTY_SEED set other ones.
+constexpr int kModels = 500;
+constexpr int kSeed = 20260517;
 
-int modelsWanted() {
-  const char* wanted = std::getenv("BATTERY_SOF_PROPERTY_MODELS");
-  return wanted ? std::atoi(wanted) : kModels;
+int wanted(const char* name, int usual) {
+  const char* other = std::getenv(name);
+  return other ? std::atoi(other) : usual;
 }
 
 bool happens(Random& random, double share) { return random.uniform(0.0, 1.0) < share; }
@@ -147,9 +149,9 @@ void print(const char* name, const Tally& tally) {
 }  // namespace
 
 TEST(Answers, OfAnyModelInAnyStateToAnyQuestionKeepTheLawsOfAnswers) {
-  Random random(20260517);
+  Random random(wanted("BATTERY_SOF_PROPERTY_SEED", kSeed));
   Tally cranks, stops, charges;
-  const int models = modelsWanted();
+  const int models = wanted("BATTERY_SOF_PROPERTY_MODELS", kModels);
   int above = 0;  // valid charges at a voltage that the battery alone does not reach
   for (int k = 0; k < models; ++k) {
     const FittedModel model = drawnModel(random);

@@ -79,12 +79,13 @@ struct Explanation {
  * Evidence is that of LinearProblem at one temper for all: a composition stands by its errors at its best parameters and the
  * directions these may move in (Laplace), columns by one strength a group. Every set is fitted whole, the base circuit with it.
  *
+ * @param drive, table let go of as soon as the rows are made of them: hand them over where they are large.
  * @param training samples of the drive that are learnt from.  @param base the circuit fitted to them.
  * @param ids effects that may be named.  @param given effects that are known to be there: where there are any they are taken
  *   without a test, and nothing else is looked for.  @param progress told what is weighed; may be empty.
  */
-Explanation explain(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
-                    const std::vector<std::string>& ids, const std::vector<std::string>& given, const ExplanationRules& rules,
+Explanation explain(Drive drive, std::size_t training, ForceTable table, const CompositionPoint& base, const std::vector<std::string>& ids,
+                    const std::vector<std::string>& given, const ExplanationRules& rules,
                     const std::function<void(const std::string&)>& progress = nullptr);
 
 /// @return what is left of the rows once all that can be learnt beside the base circuit is taken out [V, RMS]; infinite where the circuit

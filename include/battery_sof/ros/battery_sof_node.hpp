@@ -4,6 +4,7 @@
 #include <ros/ros.h>
 #include <sensor_msgs/BatteryState.h>
 
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -31,7 +32,7 @@ namespace battery_sof {
  *   - diagnoses: ~diagnose, which waits for one, and refuses a second request meanwhile;
  *   - identifications and diagnoses themselves: a worker's each.
  * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to copy what a question
- * needs (OnlineSession::live()); never while a question is computed, a fit runs or a file is written.
+ * needs (OnlineSession::live()); never while a question is computed, a fit runs or a file is written, and never by a worker (ahead()).
  *
  * No exception ends the node: where a callback or a timer throws, the fault is logged and told in /diagnostics; where taking a
  * sample does, the session begins anew, and the saved model it stood on is set aside.
@@ -72,6 +73,10 @@ class BatterySofNode {
   IdentificationOutcome onIdentified(const IdentificationJob& job);
   IdentificationOutcome identified(const IdentificationJob& job);
   IdentificationOutcome takeBack(IdentificationResult result);
+  IdentificationOutcome takenBack(IdentificationResult result);
+  /// Does what needs mutex_ on the questions' thread and waits for it: a worker that gives way to other programs while it holds the mutex
+  /// keeps the samples waiting for as long as they run. What the work throws is thrown here.
+  void ahead(const std::function<void()>& work);
 
   bool onPredictCranking(PredictCranking::Request& request, PredictCranking::Response& response);
   bool onPredictStopTime(PredictStopTime::Request& request, PredictStopTime::Response& response);

@@ -52,7 +52,7 @@ class DiagnosisRunner {
 
   /// @param series not empty. @return the outcome to come; none when another one runs.
   std::optional<std::future<Outcome>> begin(const Series& series, const std::string& name);
-  /// Begins one when it is due. @param driving [s].
+  /// Begins one when it is due: by one thread at a time, which waits for the worker only then. @param driving [s].
   void beginIfDue(const Series& series, const std::string& name, double driving);
 
   DiagnosisLine line();
@@ -75,9 +75,9 @@ class DiagnosisRunner {
   Options options_;
   Adopt adopt_;
   ros::Publisher publisher_;
-  std::mutex mutex_;  // guards the next four
+  double next_due_;   // [s] of driving, of beginIfDue() alone
+  std::mutex mutex_;  // guards the next three
   DiagnosisLine line_;
-  double next_due_;    // [s] of driving
   std::string stage_;  // of the running one
   ros::WallTime begun_;
   std::atomic<bool> cancelled_{false};  // the running one

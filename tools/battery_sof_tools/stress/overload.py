@@ -1,5 +1,6 @@
 """More than a car asks: many clients, a topic fifty times as fast, identifications and diagnoses beside."""
 
+import gc
 import multiprocessing
 import os
 import time
@@ -73,13 +74,26 @@ def work_beside(kind, duration, told):
     told.put((kind, runs))
 
 
+def wake(duration, told):
+    """Does nothing but wake every millisecond; puts how late at most [ms]: what the machine makes of any program of usual priority."""
+    gc.disable()
+    latest, begun, turn = 0.0, time.monotonic(), 0
+    while time.monotonic() < begun + duration:
+        turn += 1
+        time.sleep(max(0.0, begun + 1e-3 * turn - time.monotonic()))
+        late = time.monotonic() - (begun + 1e-3 * turn)
+        latest = max(latest, late)
+        turn += max(0, int(1e3 * late))
+    told.put(1e3 * latest)
+
+
 def overload(programs, folder, clients, questions, rate, duration):
-    """(codes, outside, waits, response times, longest delay [ms], runs beside)."""
+    """(codes, outside, waits, response times, longest delay [ms], runs beside, longest delay of a program that only wakes [ms])."""
     recording = os.path.join(folder, "drive.csv")
     programs.drive(recording, LEARNT + duration + 60.0, 100.0, 1)
     rows = rows_of(recording)
     spawn = multiprocessing.get_context("spawn")
-    ready, told, beside = spawn.Event(), spawn.Queue(), spawn.Queue()
+    ready, told, beside, woken = spawn.Event(), spawn.Queue(), spawn.Queue(), spawn.Queue()
     with Processes(folder) as processes:
         processes.start(programs.node)
         times = ResponseTimes(node_of_this_process("overload"))
@@ -90,6 +104,7 @@ def overload(programs, folder, clients, questions, rate, duration):
         times.begin()
         workers += [spawn.Process(target=ask, args=(clients, questions, duration, told), daemon=True)]
         workers += [spawn.Process(target=work_beside, args=(kind, duration, beside), daemon=True) for kind in ("identify", "diagnose")]
+        workers += [spawn.Process(target=wake, args=(duration, woken), daemon=True)]
         for worker in workers[1:]:
             worker.start()
         answered = told.get(timeout=duration + 120.0)
@@ -97,13 +112,14 @@ def overload(programs, folder, clients, questions, rate, duration):
         runs = [beside.get(timeout=120.0) for _ in range(2)]
         for worker in workers:
             worker.terminate()
-    return (*answered, times.values, times.longest, runs)
+    return (*answered, times.values, times.longest, runs, woken.get(timeout=120.0))
 
 
 def report(result):
-    codes, outside, waits, values, longest, runs = result
+    codes, outside, waits, values, longest, runs, late = result
     rows = [("questions answered", sum(codes.values())), *((f"of code {code}", count) for code, count in sorted(codes.items())),
             ("answers of code 0 outside 6 to 16 V", outside), *((f"{kind} beside", count) for kind, count in runs),
             ("a client in Python waits, median; 99 % [ms]", f"{waits[len(waits) // 2]:.1f}; {waits[int(0.99 * (len(waits) - 1))]:.1f}"),
-            *((key, f"{values[key]:.2f}") for key in KEYS), ("sample delay longest [ms]", f"{longest:.2f}")]
+            *((key, f"{values[key]:.2f}") for key in KEYS), ("sample delay longest [ms]", f"{longest:.2f}"),
+            ("a program that only wakes every millisecond, latest [ms]", f"{late:.2f}")]
     return table(("what", "figure"), rows)
