@@ -73,6 +73,11 @@ class Listing(Folder):
         with self.assertRaisesRegex(SystemExit, "row 1: no column batery"):
             listing.entries([self.write("wrong.yaml", "- {path: a.csv, batery: x}\n")])
 
+    def test_files_that_are_called_alike_are_batteries_of_their_own(self):
+        paths = ("a/van_3/mo.csv", "a/van_4/mo.csv", "b/van_4/mo.csv", "b/van_4/mo.bag", "b/tu.csv")
+        rows = listing.named([{"path": "/x/" + path} for path in paths] + [{"path": "/y/mo.csv", "battery": "mine"}])
+        self.assertEqual([row["battery"] for row in rows], ["van_3/mo", "a/van_4/mo", "b/van_4/mo", "b/van_4/mo", "tu", "mine"])
+
     def test_the_same_content_is_one_recording_and_another_reading_of_it_is_another(self):
         self.write("a.csv", "time_s,current_a,voltage_v\n0,1,12\n")
         shutil.copy(self.path("a.csv"), self.path("b.csv"))

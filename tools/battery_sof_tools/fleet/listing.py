@@ -1,5 +1,6 @@
 """Which recordings a fleet has: folders, files, and lists of files with what is known of each."""
 
+import collections
 import csv
 import os
 
@@ -19,7 +20,7 @@ def entries(given):
         found += of_folder(path) if os.path.isdir(path) else of_file(path)
     if not found:
         raise SystemExit("no recordings: give folders, .csv or .bag files, or lists of them")
-    return [complete(one) for one in found]
+    return named([complete(one) for one in found])
 
 
 def of_folder(folder):
@@ -60,14 +61,33 @@ def of_list(path, rows):
 
 
 def complete(row):
-    """Texts as they are, numbers as numbers, nothing that is empty; a battery is called as its file where it has no name."""
+    """Texts as they are, numbers as numbers, nothing that is empty."""
     known = {key: str(value).strip() for key, value in row.items() if value is not None and str(value).strip()}
     known["path"] = os.path.abspath(known["path"])
-    known.setdefault("battery", os.path.splitext(os.path.basename(known["path"]))[0])
     known["discharge_positive"] = known.get("discharge_positive", "").lower() in YES
     if "age_years" in known:
         known["age_years"] = float(known["age_years"])
     return known
+
+
+def named(rows):
+    """A battery without a name is called as its file; where files of several folders are called alike, with as many of these in front as tell them apart."""
+    stems = {row["path"]: os.path.splitext(row["path"])[0] for row in rows if "battery" not in row}
+    parts = {stem: stem.split(os.sep) for stem in stems.values()}
+    depth = dict.fromkeys(parts, 1)
+    clashes = list(parts)
+    while clashes:
+        alike = collections.defaultdict(list)
+        for stem, folders in parts.items():
+            alike["/".join(folders[-depth[stem]:])].append(stem)
+        clashes = [stem for those in alike.values() if len(those) > 1 for stem in those]
+        for stem in clashes:
+            depth[stem] += 1
+    for row in rows:
+        if row["path"] in stems:
+            stem = stems[row["path"]]
+            row["battery"] = "/".join(parts[stem][-depth[stem]:])
+    return rows
 
 
 def column_options(entry):
