@@ -16,7 +16,7 @@ function(battery_sof_gtest name)
   target_compile_definitions(${name} PRIVATE
     BATTERY_SOF_SOURCE_DIR="${PROJECT_SOURCE_DIR}" BATTERY_SOF_TEST_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
   target_include_directories(${name} SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
-  target_link_libraries(${name} ${ARG_LINK} gtest_main)
+  target_link_libraries(${name} ${ARG_LINK} gmock gtest_main)  # matchers
   battery_sof_compile_quickly(${name})
   add_dependencies(tests ${name})
   get_target_property(folder ${name} RUNTIME_OUTPUT_DIRECTORY)

@@ -228,6 +228,10 @@ class Made(Folder):
         found, compared = departures.departures(self.base(parameters=[*(5e-3 * np.exp(0.1 * dice.normal(size=30))), 15e-3]))
         self.assertEqual((compared, [one.battery for one in found]), (31, ["b30"]))
 
+    def test_a_difference_of_a_hundredth_is_no_departure_though_all_others_are_alike(self):
+        found, compared = departures.departures(self.base(parameters=[*(5e-3 * (1.0 + 1e-9 * np.arange(30))), 5.05e-3]))
+        self.assertEqual((compared, found), (31, []))
+
     def test_a_fleet_without_verdicts_has_a_page_in_words(self):
         self.assertIn("No battery", page.headline([], [], True))
 

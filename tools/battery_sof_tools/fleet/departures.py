@@ -1,8 +1,8 @@
 """Which batteries depart from the others of their type: parameters beside the median of those of the same type that were fitted with the same effects.
 
-    z = (x - median) / sqrt(s^2 + std^2),     s = 1.4826 median |x - median|
+    z = (x - median) / sqrt(s^2 + std^2 + f^2),     s = 1.4826 median |x - median|,   f = 5 %, or 50 mV
 
-in logarithms where a parameter is positive by nature. A battery has the median of its recordings. Two-sided p of a normal distribution, Benjamini-Hochberg over all.
+in logarithms where a parameter is positive by nature. f: no fleet knows a battery better, also where most fits stand at the same prior. A battery has the median of its recordings. Two-sided p of a normal distribution, Benjamini-Hochberg over all.
 """
 
 import collections
@@ -18,6 +18,7 @@ LEVELS = ("u_dc",)  # voltages: differences count, not ratios
 DETERMINED = "p.value IS NOT NULL AND p.std > 0 AND p.determined = 1 AND p.at_bound = 0"  # and not held
 OF_RECORDING = "p.source = 'identify' AND " + DETERMINED
 LEAST = 8           # batteries of a type, for a median and a spread
+LEAST_STD = 0.05    # of a logarithm, or of volts: no fleet knows a battery better than this
 
 Departure = collections.namedtuple("Departure", "battery vehicle_type name value unit median z found")
 
@@ -45,7 +46,7 @@ def of_type(vehicle_type, name, by_battery, unit):
     std = [float(np.median([one[1] for one in by_battery[battery]])) for battery in names]
     x, s = np.array([coordinate(name, *pair) for pair in zip(value, std)]).T
     away = x - np.median(x)
-    z = away / np.sqrt((1.4826 * np.median(np.abs(away)))**2 + s**2 + 1e-18)
+    z = away / np.sqrt((1.4826 * np.median(np.abs(away)))**2 + s**2 + LEAST_STD**2)
     return [Departure(battery, vehicle_type, name, v, unit, float(np.median(value)), float(one), False) for battery, v, one in zip(names, value, z)]
 
 

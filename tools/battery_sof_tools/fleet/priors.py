@@ -21,7 +21,6 @@ from . import database, departures
 SCHEMA = "battery_sof/priors/1"
 LEAST = 3         # batteries, for a spread
 TURNS = 50
-LEAST_STD = 0.05  # of a logarithm, or of volts: no fleet knows a battery better than this
 
 
 def moments(values, covariances):
@@ -39,9 +38,9 @@ def moments(values, covariances):
 
 
 def positive(matrix):
-    """The nearest one whose standard deviations are LEAST_STD at least along its axes."""
+    """The nearest one whose standard deviations are departures.LEAST_STD at least along its axes."""
     value, axes = np.linalg.eigh(0.5 * (matrix + matrix.T))
-    return (axes * np.maximum(value, LEAST_STD**2)) @ axes.T
+    return (axes * np.maximum(value, departures.LEAST_STD**2)) @ axes.T
 
 
 def fits(base, without):
