@@ -6,6 +6,8 @@
 
 #include "battery_sof/recording/blocks.hpp"
 #include "battery_sof/recording/words.hpp"
+#include "battery_sof/report/model_yaml.hpp"
+#include "battery_sof/report/priors_yaml.hpp"
 
 namespace battery_sof {
 
@@ -105,6 +107,13 @@ std::function<void(double)> into(double& target) {
   return [&target](double value) { target = value; };
 }
 
+std::function<std::string(const std::string&)> into(std::string& target) {
+  return [&target](const std::string& text) {
+    target = text;
+    return std::string();
+  };
+}
+
 Schema standingQuerySchema(StandingQueries& standing) {
   CrankingQuery& query = standing.cranking;
   ChargeAcceptanceQuery& charge = standing.charge;
@@ -153,10 +162,9 @@ Schema schemaOf(NodeOptions& options) {
   schema.map("fit", fitSchema(session.identify));
   schema.number("diagnose_period_s", 0.0, 86400.0, into(options.diagnose_period));
   schema.flag("adopt_diagnosis", options.adopt_diagnosis);
-  schema.text("state_file", [&options](const std::string& path) -> std::string {
-    options.state_file = path;
-    return {};
-  });
+  schema.text("state_file", into(options.state_file));
+  schema.text("priors", into(options.priors));
+  schema.text("vehicle_type", into(options.vehicle_type));
   return schema;
 }
 
@@ -192,6 +200,17 @@ void findContradictions(const NodeOptions& options, Faults& faults) {
   if (session.window_length && *session.window_length > session.buffer) {
     faults.push_back("~window_s is " + shown(*session.window_length) + ", expected at most ~buffer_s, which is " + shown(session.buffer));
   }
+  if (!options.vehicle_type.empty() && options.priors.empty())
+    faults.push_back("~vehicle_type is '" + options.vehicle_type + "', expected with ~priors, whose types it is one of");
+}
+
+void readPriors(NodeOptions& options, Faults& faults) {
+  if (options.priors.empty()) return;
+  try {
+    options.session.identify.priors = readPriorsFile(options.priors, options.vehicle_type);
+  } catch (const ModelFileError& error) {
+    faults.push_back(std::string("~priors: ") + error.what());
+  }
 }
 
 }  // namespace
@@ -213,6 +232,7 @@ NodeOptions parseNodeOptions(XmlRpc::XmlRpcValue parameters) {
   Faults faults;
   schemaOf(options).read(parameters, "~", faults);
   findContradictions(options, faults);
+  readPriors(options, faults);
   if (!faults.empty()) throw NodeOptionsError(faults);
   return options;
 }

@@ -26,6 +26,8 @@ struct NodeOptions {
   double diagnose_period = 0.0;  ///< [s] of driving; 0: only on request
   bool adopt_diagnosis = false;  ///< what is diagnosed goes on trial beside the base model
   std::string state_file;        ///< empty: the model is not kept
+  std::string priors;            ///< PRIORS.yaml that session.identify.priors came from; empty: the catalogue's
+  std::string vehicle_type;      ///< of the priors; empty: those of all types
 };
 
 /// Parameters the node does not start with; the message has one line a fault.
@@ -39,7 +41,7 @@ class NodeOptionsError : public std::runtime_error {
  * @param parameters the struct below the node's name; an invalid (empty) value stands for none
  * given.
  * @throws NodeOptionsError naming all faults at once: unknown keys, wrong types, values out of
- * range, values that contradict each other.
+ * range, values that contradict each other, priors that cannot be read.
  */
 NodeOptions parseNodeOptions(XmlRpc::XmlRpcValue parameters);
 

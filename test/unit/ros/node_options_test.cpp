@@ -4,6 +4,10 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
 #include <limits>
 
 namespace battery_sof {
@@ -154,6 +158,23 @@ TEST(NodeOptions, StandingStopTimeAsksForTheStandingCrank) {
   EXPECT_EQ(stop_time->u_required, 7.2);
   options.standing.cranking.u_required.reset();
   EXPECT_FALSE(options.standing.stopTime());
+}
+
+TEST(NodeOptions, PriorsAreReadForTheTypeOfVehicleAndWhatCannotBeReadIsNamed) {
+  const auto file = std::filesystem::temp_directory_path() / ("battery_sof priors " + std::to_string(getpid()) + ".yaml");
+  std::ofstream(file) << "schema: battery_sof/priors/1\npriors:\n"
+                         "- {vehicle_type: van, effects: [], parameters: {r_discharge: {value: 0.006, std: 0.2, logarithmic: true}}}\n"
+                         "- {vehicle_type: '', effects: [], parameters: {r_discharge: {value: 0.004, std: 0.3, logarithmic: true}}}\n";
+  XmlRpc::XmlRpcValue given = with("priors", file.string());
+  const auto resistance = [&] { return parseNodeOptions(given).session.identify.priors.at(0).parameters.at(0).value; };
+  EXPECT_EQ(resistance(), 0.004);
+  given["vehicle_type"] = std::string("van");
+  EXPECT_EQ(resistance(), 0.006);
+  std::ofstream(file) << "schema: other\n";
+  EXPECT_THAT(refusal(given), AllOf(HasSubstr("~priors: "), HasSubstr("schema is \"other\"")));
+  std::filesystem::remove(file);
+  EXPECT_THAT(refusal(given), AllOf(HasSubstr("~priors: "), HasSubstr(file.filename().string())));
+  EXPECT_THAT(refusal(with("vehicle_type", std::string("van"))), HasSubstr("~vehicle_type is 'van', expected with ~priors"));
 }
 
 TEST(NodeOptions, ContradictionIsNamed) {
