@@ -42,11 +42,11 @@ class Errand : public ros::CallbackInterface {
 
 }  // namespace
 
-BatterySofNode::BatterySofNode(ros::NodeHandle node, ros::NodeHandle private_node, NodeOptions options)
+BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, NodeOptions options)
     : options_(std::move(options)),
       state_file_(options_.state_file),
-      node_(std::move(node)),
-      private_node_(std::move(private_node)),
+      node_(node),
+      private_node_(private_node),
       session_(options_.session),
       worker_([this](const IdentificationJob& job) { return onIdentified(job); }, kNice),
       diagnoses_(private_node_,

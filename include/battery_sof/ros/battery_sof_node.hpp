@@ -42,7 +42,7 @@ namespace battery_sof {
 class BatterySofNode {
  public:
   /// Starts at once. @param private_node the node's own namespace, for ~status and the services.
-  BatterySofNode(ros::NodeHandle node, ros::NodeHandle private_node, NodeOptions options);
+  BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, NodeOptions options);
   ~BatterySofNode();
 
  private:
