@@ -1,10 +1,12 @@
 #include "battery_sof/learn/evidence.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <unsupported/Eigen/FFT>
+#include <utility>
 
 namespace battery_sof {
 namespace {
@@ -13,7 +15,8 @@ constexpr double kLeastStrength = 1e-6;  // [V], off
 constexpr double kLeastNoise = 3e-5;     // [V]
 constexpr double kTwoPi = 6.283185307179586;
 constexpr int kRounds = 60, kFewRounds = 20;
-constexpr double kSettled = 0.003;  // nats of ln p between rounds
+constexpr double kSettled = 0.003;      // nats of ln p between rounds
+constexpr double kSettledNoise = 1e-4;  // of the noise between rounds
 
 /// Sums of the columns in use, tempered.
 struct Part {
@@ -335,6 +338,23 @@ LinearFit fitGroupsFrom(const LinearProblem& problem, double temper, const Linea
   std::vector<double> from = start.strength;
   for (double& s : from) s = std::max(s, kLeastStrength);
   return GroupSearch(problem, temper, all, prior).run(from, start.noise, kRounds);
+}
+
+double evidenceOfUnitPriors(const Eigen::MatrixXd& products, const Eigen::VectorXd& targets, double square, double rows, double temper,
+                            double noise) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(temper * products);
+  const Eigen::ArrayXd told = axes.eigenvalues().array().max(0.0);
+  const Eigen::ArrayXd squares = (temper * (axes.eigenvectors().transpose() * targets)).array().square();
+  const double y2 = temper * square, n = temper * rows;
+  double s = noise;
+  for (int round = 0; round < kRounds; ++round) {
+    const Eigen::ArrayXd kept = told + s * s;
+    const double residual = y2 - (2.0 * squares / kept - told * squares / kept.square()).sum();
+    const double next = std::max(kLeastNoise, std::sqrt(std::max(residual, 0.0) / std::max(n - (told / kept).sum(), 0.1 * n)));
+    if (std::abs(next - std::exchange(s, next)) < kSettledNoise * next) break;
+  }
+  const Eigen::ArrayXd kept = told + s * s;
+  return -0.5 * n * std::log(kTwoPi * s * s) - 0.5 * (y2 - (squares / kept).sum()) / (s * s) - 0.5 * (kept / (s * s)).log().sum();
 }
 
 SparseFit fitSparse(const LinearProblem& problem, double temper, int most_columns, double most_strength) {

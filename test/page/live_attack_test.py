@@ -7,13 +7,10 @@ Exit 77 (skipped) only where Chromium cannot be had.
 import hashlib
 import os
 import struct
-import sys
 import time
-import unittest
 import xmlrpc.client
 
-from browser_test import NOETIC, skip_or_fail, tool
-from live_server import LiveServer, is_closed, wait_until
+from live_server import LiveServer, is_closed, main, wait_until
 
 HOSTILE = '<img src=x onerror="window.broken=1"><script>window.broken=1</script>"\'></svg><svg onload="window.broken=1">'
 NODES = ('/front', '/<img src=x onerror=window.broken=1>')
@@ -168,12 +165,4 @@ class Attacks(LiveServer):
 
 
 if __name__ == '__main__':
-    if len(sys.argv) != 3:
-        sys.exit(__doc__)
-    Attacks.devel, Attacks.folder = (os.path.abspath(path) for path in sys.argv[1:])
-    os.makedirs(Attacks.folder, exist_ok=True)
-    tool('chromium')
-    tool('chromedriver')
-    if NOETIC:
-        skip_or_fail('the plot library is no package here')
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    main(Attacks, __doc__)

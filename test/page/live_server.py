@@ -3,11 +3,12 @@ import os
 import signal
 import socket
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
 
-from browser_test import Service, tool, webdriver
+from browser_test import NOETIC, Service, skip_or_fail, tool, webdriver
 
 
 def free_port():
@@ -137,3 +138,16 @@ class LiveServer(unittest.TestCase):
 
     def text(self, element):
         return self.run_js('document.getElementById("%s").textContent' % element)
+
+
+def main(case, usage):
+    """Runs a subclass of LiveServer as the program that it is called as: PROGRAM DEVEL FOLDER."""
+    if len(sys.argv) != 3:
+        sys.exit(usage)
+    case.devel, case.folder = (os.path.abspath(path) for path in sys.argv[1:])
+    os.makedirs(case.folder, exist_ok=True)
+    tool('chromium')
+    tool('chromedriver')
+    if NOETIC:
+        skip_or_fail('the plot library is no package here')
+    unittest.main(argv=sys.argv[:1], verbosity=2)

@@ -7,12 +7,9 @@ Exit 77 (skipped) only where Chromium cannot be had.
 import base64
 import os
 import subprocess
-import sys
 import time
-import unittest
 
-from browser_test import NOETIC, skip_or_fail, tool
-from live_server import LiveServer, is_closed, wait_until
+from live_server import LiveServer, is_closed, main, wait_until
 from selenium.webdriver.common.keys import Keys
 
 SCENARIO = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'config', 'scenarios', 'city_drive.yaml')
@@ -126,12 +123,4 @@ class LivePage(LiveServer):
 
 
 if __name__ == '__main__':
-    if len(sys.argv) != 3:
-        sys.exit(__doc__)
-    LivePage.devel, LivePage.folder = (os.path.abspath(path) for path in sys.argv[1:])
-    os.makedirs(LivePage.folder, exist_ok=True)
-    tool('chromium')
-    tool('chromedriver')
-    if NOETIC:
-        skip_or_fail('the plot library is no package here')
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    main(LivePage, __doc__)

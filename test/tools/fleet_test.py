@@ -30,7 +30,7 @@ if not shutil.which("snakemake"):
     sys.exit(77)
 
 from battery_sof_tools import recordings
-from battery_sof_tools.fleet import database, departures, discoveries, listing, page, plan, priors, schema
+from battery_sof_tools.fleet import database, departures, discoveries, judge, listing, page, plan, priors, schema
 from battery_sof_tools.sof import program
 
 SOF = program(BUILD, "sof")
@@ -205,6 +205,22 @@ class Made(Folder):
         self.assertEqual([(one.name, one.found) for one in found[:2]], [("b0", True), ("b1", False)])
         self.assertEqual(sum(one.found for one in found), 1)
         self.assertEqual([row[:2] for row in discoveries.families(found)], [("acid", 2)])
+
+    def test_drawn_recordings_are_judged_by_their_labels(self):
+        base = self.base([("acid", 40.0), ("acid", 60.0), (None, 0.0), ("structure", 50.0)])
+        os.makedirs(self.path("labels"))
+        for k, label in enumerate(('{"kind": "other_form", "family": "acid"}', '{"kind": "null"}', '{"kind": "null"}', '{"kind": "other_form", "family": "acid"}')):
+            self.write(os.path.join("labels", f"c{k}.json"), label)
+            base.execute("UPDATE recording SET path = ? WHERE recording = ?", (self.path("recordings", f"c{k}.csv"), f"k{k}"))
+        base.execute("UPDATE verdict SET verdict = 'no_mismatch' WHERE recording = 'k2'")
+        cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in judge.judged(base)]
+        start = lambda row: [cell.split(" = ")[0] for cell in row]
+        self.assertEqual(start(cells[2]), ["null", "2", "1 of 2", "1 of 2", ""])
+        self.assertEqual(start(cells[3]), ["other_form", "2", "2 of 2", "2 of 2", "1 of 2"])
+        self.assertEqual(start(cells[-1]), ["3", "1 of 3", "2 of 2"])
+        os.remove(self.path("labels", "c1.json"))
+        with self.assertRaisesRegex(SystemExit, "c1.csv: no label .*c1.json; only recordings of strangers"):
+            judge.judged(base)
 
     def test_p_values_of_nulls_hold_the_rate(self):
         dice = np.random.default_rng(4)

@@ -11,10 +11,9 @@ namespace battery_sof {
  * @brief Rows of a linear fit as few columns, to weigh one noise of the rows against another.
  *
  *     y = A z + e,   z = D V u,   u ~ N(0, 1),   D A'A D = V diag(v) V'
- *     ln p = -n/2 ln(2 pi s^2) - (y'y - sum g^2 / (w + s^2)) / (2 s^2) - sum ln(1 + w / s^2) / 2,   g = W' B'y,   B'B = W diag(w) W'
  *
- * with the strengths D that a fit to white rows found, B = A D V as innovations of a noise, and the level s where ln p is greatest; all
- * sums over rows times `temper`. Directions that the data cannot tell, v below a hundredth of the noise's variance, are left out.
+ * with the strengths D that a fit to white rows found. Directions that the data cannot tell, v below a hundredth of the noise's
+ * variance, are left out. What is left, as innovations of a noise, has the evidence of evidenceOfUnitPriors().
  */
 class NoiseRows {
  public:

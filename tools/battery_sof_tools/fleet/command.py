@@ -8,6 +8,7 @@
     sof-fleet priors FOLDER --out PRIORS.yaml    mean and covariance of parameters by type of vehicle
     sof-fleet leave-one-out FOLDER               what that is worth on batteries that it has not seen
     sof-fleet slurm start|stop DIR               a Slurm of this machine alone, to try run --slurm
+    sof-fleet judge FOLDER                       alarms and false discoveries of recordings that strangers --only-draw drew
     sof-fleet digest FOLDER                      SHA-256 of all rows but measured times
 """
 
@@ -53,6 +54,9 @@ def parser():
     one = commands.add_parser("rebuild", help="the folder from the database")
     one.add_argument("database")
     one.add_argument("--out", required=True)
+    one = commands.add_parser("judge", help="alarms and false discoveries of drawn recordings, by their labels")
+    one.add_argument("folder", help="folder or database")
+    one.add_argument("--nulls", metavar="FOLDER", help="as of report")
     one = commands.add_parser("digest", help="of what is in the database")
     one.add_argument("folder", help="folder or database")
     return every
@@ -138,6 +142,11 @@ def rebuild(args):
     database.load(args.out)
 
 
+def judge(args):
+    from . import judge as truth, page  # statsmodels takes its time
+    print("\n".join(truth.judged(database.open_read(args.folder), page.nulls_of(args.nulls))))
+
+
 def digest(args):
     print(database.digest(args.folder))
 
@@ -145,5 +154,5 @@ def digest(args):
 def main():
     args = parser().parse_args()
     known = {"run": run, "report": report, "priors": priors, "leave-one-out": leave_one_out, "slurm": slurm_here, "load": load, "export": export, "rebuild": rebuild,
-             "digest": digest}
+             "judge": judge, "digest": digest}
     return known[args.command](args) or 0
