@@ -54,11 +54,10 @@ class DoubleLayer {
     }
     load(u, log_activity, ladder);
     double left = duration;
-    for (int tried = 0; left > 0.0; ++tried) {
-      const double h = stepWithin(left, step, tried),
-                   tolerance = scaledTolerance(kTolerance, valueOf(before_[0]), valueOf(charging_slope_));
+    for (StepsTaken taken; left > 0.0;) {
+      const double h = taken.next(left, step), tolerance = scaledTolerance(kTolerance, valueOf(before_[0]), valueOf(charging_slope_));
       const double error = attempt(p, present, current, h);
-      const bool accepted = error <= tolerance || h <= kShortestStep || tried >= kMostTried;
+      const bool accepted = taken.accept(h, error <= tolerance);
       const double wanted = h * std::clamp(0.9 * std::sqrt(tolerance / std::max(error, 1e-12)), 0.2, 4.0);
       if (accepted) {
         const double begin = valueOf(before_[0]);

@@ -29,8 +29,8 @@ struct LayerFlow {
     const S storage = S(2.0 * present.c2 / k);
     MatchedCurrent<S> at = currentAt(u, k);
     double left = duration;
-    for (int tried = 0; left > 0.0; ++tried) {
-      const double h = stepWithin(left, step, tried);
+    for (StepsTaken taken; left > 0.0;) {
+      const double h = taken.next(left, step);
       const double tolerance = scaledTolerance(kFlowTolerance, valueOf(u), valueOf(charging_slope));
       const FlowEnd<S> end = matchedFlow(at, current, k, S(storage * (1.0 / h)));
       const S next = S(u + end.moved);
@@ -40,7 +40,7 @@ struct LayerFlow {
       const double slope = valueOf(k) * (valueOf(after.rising) + valueOf(after.falling));
       const double error = flowError(valueOf(after.value) - assumed, slope, h / valueOf(present.c2));
       const double wanted = h * std::clamp(0.9 * std::sqrt(std::sqrt(tolerance / std::max(error, 1e-12))), 0.2, 4.0);
-      const bool accepted = error <= tolerance || h <= kShortestStep || tried >= kMostTried;
+      const bool accepted = taken.accept(h, error <= tolerance);
       if (accepted) {
         u = next;
         at = after;

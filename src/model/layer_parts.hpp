@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "battery_sof/model/closed_form_slopes.hpp"
+#include "battery_sof/model/steps_taken.hpp"
 #include "effects/effect_definition.hpp"
 
 namespace battery_sof {
@@ -17,12 +18,6 @@ struct BoundEffect {
 
 /// Where an exponent of the reaction stays [1], see Simulation.
 inline constexpr double kMostExponent = 300.0;
-inline constexpr double kShortestStep = 1e-7;  // [s], of the double layer
-inline constexpr int kMostTried = 20000;       // steps in an interval, far above what any battery's takes
-
-/// The next step of an interval of which `left` [s] is left. Where it takes more steps than any battery's does, the rest is one
-/// step: no step is too long to be stable.
-inline double stepWithin(double left, double step, int tried) { return tried >= kMostTried || step > 0.999 * left ? left : step; }
 
 /// What may be missed of a voltage u [V]: where parameters have drifted for hours a layer may stand at 1e13 V, and rounding alone
 /// misses more than a tolerance in volts. @param charging_slope alpha beta [1/V].

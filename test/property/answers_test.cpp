@@ -136,7 +136,7 @@ auto counted(Tally& tally, const FittedModel& model, Ask ask) {
   tally.total += spent;
   if (spent > tally.slowest) {
     tally.slowest = spent;
-    tally.slowest_of = listed(model.fit);
+    tally.slowest_of = "model " + std::to_string(tally.asked - 1) + " of " + listed(model.fit);
   }
   return answer;
 }
