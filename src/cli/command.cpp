@@ -13,6 +13,7 @@
 #include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/printable.hpp"
 #include "battery_sof/recording/words.hpp"
+#include "battery_sof/report/priors_yaml.hpp"
 
 namespace battery_sof {
 namespace {
@@ -52,8 +53,20 @@ void addWindowOptions(CLI::App& command, WindowArguments& arguments) {
   command.add_option("--to", arguments.to, "end [s], as --from");
 }
 
+void addPriorsOptions(CLI::App& command, PriorsArguments& arguments) {
+  command.add_option("--priors", arguments.file, "PRIORS.yaml of a fleet, in place of the catalogue's priors")->type_name(kReadFile);
+  command.add_option("--vehicle-type", arguments.vehicle_type, "type of the priors; of all types without it");
+}
+
 void addJsonOption(CLI::App& command, std::string& json) {
   command.add_option("--json", json, "write the result as JSON; - for standard output")->type_name(kWrittenFile);
+}
+
+std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments) {
+  if (!arguments.file.empty()) return readPriorsFile(arguments.file, arguments.vehicle_type);
+  if (!arguments.vehicle_type.empty())
+    throw UsageError("--vehicle-type is " + arguments.vehicle_type + ", expected with --priors, whose types it is one of");
+  return {};
 }
 
 Recording loadRecording(const RecordingArguments& arguments) {

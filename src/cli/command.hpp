@@ -7,9 +7,11 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "battery_sof/bag/bag_storage.hpp"
 #include "battery_sof/cli/sof.hpp"
+#include "battery_sof/identify/known_parameter.hpp"
 #include "battery_sof/recording/csv.hpp"
 #include "battery_sof/recording/resample.hpp"
 #include "progress.hpp"
@@ -46,13 +48,22 @@ struct WindowArguments {
   std::string from, to;
 };
 
+/// What other batteries say beforehand.
+struct PriorsArguments {
+  std::string file, vehicle_type;
+};
+
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path = true);
 void addBlocksOption(CLI::App& command, RecordingArguments& arguments);
 void addWindowOptions(CLI::App& command, WindowArguments& arguments);
+void addPriorsOptions(CLI::App& command, PriorsArguments& arguments);
 void addJsonOption(CLI::App& command, std::string& json);
 
 /// Reads a bag or CSV file, with the voltage of one of its blocks. @throws RecordingError, UsageError.
 Recording loadRecording(const RecordingArguments& arguments);
+
+/// @return nothing without a file. @throws ModelFileError, UsageError.
+std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments);
 
 /// Why there is nothing left to work with after atDesignRate().
 inline constexpr char kTooShortForDesignRate[] =

@@ -1,5 +1,6 @@
 #include <filesystem>
 #include <ostream>
+#include <utility>
 
 #include "battery_sof/diagnose/diagnose.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
@@ -16,6 +17,7 @@ namespace {
 struct DiagnoseArguments {
   RecordingArguments recording;
   WindowArguments window;
+  PriorsArguments priors;
   std::string report, out, base_out, json;
   DiagnoseOptions options;
 };
@@ -65,9 +67,11 @@ Diagnosis interruptible(const Recording& recording, DiagnoseOptions options, Pro
 
 int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   requireFolders(arguments);
+  DiagnoseOptions options = arguments.options;
+  options.priors = loadPriors(arguments.priors);
   Progress progress(line.err);
   const Recording recording = stretchOf(arguments);
-  Diagnosis diagnosis = interruptible(recording, arguments.options, progress, line.err);
+  Diagnosis diagnosis = interruptible(recording, std::move(options), progress, line.err);
   nameOrigin(diagnosis, recording, arguments.recording);
   progress.stage("writing");
   writeFiles(arguments, recording, diagnosis);
@@ -114,6 +118,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       ->add_option("--relevance-charge", relevance.charge_share,
                    "share of the charging current below which nothing is told where a source draws it")
       ->capture_default_str();
+  addPriorsOptions(*command, arguments->priors);
   command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")->capture_default_str();
   addJsonOption(*command, arguments->json);
   command->callback([&line, arguments] { line.run = [&line, arguments] { return runDiagnose(line, *arguments); }; });

@@ -5,7 +5,6 @@
 #include "battery_sof/recording/checks.hpp"
 #include "battery_sof/recording/printable.hpp"
 #include "battery_sof/report/model_yaml.hpp"
-#include "battery_sof/report/priors_yaml.hpp"
 #include "battery_sof/report/results.hpp"
 #include "command.hpp"
 
@@ -18,7 +17,7 @@ struct IdentifyArguments {
   bool automatic = false;
   std::string out, json;
   std::string start = "robust";
-  std::string priors, vehicle_type;
+  PriorsArguments priors;
   IdentifyOptions options;
   bool names_effects = false;  // --effects was given, if only as "none"
 };
@@ -45,7 +44,7 @@ FitRequest requestOf(const IdentifyArguments& arguments, const Series& series) {
   request.options = arguments.options;
   request.options.start = arguments.start == "paper" ? FitStart::kPaper : FitStart::kRobust;
   request.options.chooses_effects = !arguments.names_effects;
-  if (!arguments.priors.empty()) request.options.priors = readPriorsFile(arguments.priors, arguments.vehicle_type);
+  request.options.priors = loadPriors(arguments.priors);
   return request;
 }
 
@@ -127,8 +126,7 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--crank-weight-current", arguments->options.crank_weight_current, "the weight applies below this current [A]")
       ->capture_default_str();
   command->add_option("--max-iterations", arguments->options.max_iterations, "iterations at most")->capture_default_str();
-  command->add_option("--priors", arguments->priors, "PRIORS.yaml of a fleet, in place of the catalogue's priors")->type_name(kReadFile);
-  command->add_option("--vehicle-type", arguments->vehicle_type, "type of the priors; of all types without it");
+  addPriorsOptions(*command, arguments->priors);
   addJsonOption(*command, arguments->json);
   command->callback([&line, arguments] { line.run = [&line, arguments] { return runIdentify(line, *arguments); }; });
 }

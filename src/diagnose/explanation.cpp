@@ -32,7 +32,7 @@ class Explainer {
             const std::vector<std::string>& ids, const std::vector<std::string>& given, const ExplanationRules& rules)
       : rules_(rules),
         given_(inOrder(given)),
-        fits_(drive, training, table, base, rules.relevance, rules.pulse),
+        fits_(drive, training, table, base, rules),
         search_(fits_, given.empty() ? ids : given, rules) {}
 
   Explanation run(const std::function<void(const std::string&)>& progress) {
@@ -317,8 +317,8 @@ class Explainer {
 }  // namespace
 
 double leastError(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
-                  const std::function<void()>& pulse) {
-  return ExplanationFits(drive, training, table, base, {}, pulse).leastError();
+                  const ExplanationRules& rules) {
+  return ExplanationFits(drive, training, table, base, rules).leastError();
 }
 
 Explanation explain(Drive drive, std::size_t training, ForceTable table, const CompositionPoint& base, const std::vector<std::string>& ids,

@@ -21,13 +21,14 @@ constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 }  // namespace
 
 ExplanationFits::ExplanationFits(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
-                                 const Relevance& relevance, std::function<void()> pulse)
+                                 const ExplanationRules& rules)
     : drive_(drive),
       table_(table),
       base_(base),
       response_(baseResponse(BatteryModel(), {base.parameters, base.state, drive.first_time, drive.first_time}, drive, training)),
       rows_(drive, response_, base),
-      pulse_(std::move(pulse)) {
+      priors_(rules.priors),
+      pulse_(rules.pulse) {
   for (Eigen::Index row = 0; row < response_.training; ++row)
     if (response_.weight[row] > 0.0) counted_.push_back(row);
   free_.resize(static_cast<Eigen::Index>(counted_.size()), table.values.cols() + kWander);
@@ -35,7 +36,7 @@ ExplanationFits::ExplanationFits(const Drive& drive, std::size_t training, const
   free_.rightCols(kWander) = wander();
   noise_ = EdgeNoise(drive_, response_, counted_);
   takeWhitening(noise_.with(0.0, 0.0));
-  takeRelevance(relevance);
+  takeRelevance(rules.relevance);
 }
 
 std::optional<ExplanationState> ExplanationFits::placedBase() const {
@@ -59,10 +60,12 @@ Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model, const Compo
 
 std::vector<FitCoordinate> ExplanationFits::coordinatesOf(const BatteryModel& model) const {
   std::vector<FitCoordinate> all;
+  const std::vector<KnownParameter> known = knownOf(priors_, model.effects());
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
     const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
     if (info.held) continue;
     all.push_back(j < kBaseRows ? baseCoordinate(info, j, base_.parameters[kRowUDc]) : effectCoordinate(info, j, table_.context.span));
+    if (const KnownParameter* one = find(known, info.name)) all.back().take(*one);
   }
   for (Eigen::Index k = 0; k < model.stateCount(); ++k) {
     const StateInfo& info = model.states()[static_cast<std::size_t>(k)];

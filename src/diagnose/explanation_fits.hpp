@@ -28,7 +28,7 @@ class ExplanationFits {
 
   /// @param training samples that are learnt from.  @param base circuit fitted to them.
   ExplanationFits(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
-                  const Relevance& relevance, std::function<void()> pulse = nullptr);
+                  const ExplanationRules& rules);
 
   /// The base circuit where it was fitted. @throws std::invalid_argument if it has no finite voltage there.
   ExplanationState baseState() const;
@@ -118,6 +118,7 @@ class ExplanationFits {
   double temper_ = 1.0;
   std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits
   mutable double spent_ = 0.0;                                        // rows simulated with derivatives
+  std::vector<KnownPopulation> priors_;                               // ExplanationRules::priors
   std::function<void()> pulse_;                                       // ExplanationRules::pulse
 };
 

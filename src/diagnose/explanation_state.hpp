@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "battery_sof/diagnose/row_simulation.hpp"
+#include "battery_sof/identify/known_parameter.hpp"
 #include "battery_sof/learn/evidence.hpp"
 #include "battery_sof/model/battery_model.hpp"
 #include "battery_sof/model/effect.hpp"
@@ -28,6 +29,7 @@ struct FitCoordinate {
   double of(double value) const { return logarithmic ? std::log(value) : (value - zero) / unit; }
   double value(double x) const { return std::clamp(logarithmic ? std::exp(x) : zero + unit * x, lower, upper); }
   double slope(double value) const { return logarithmic ? value : unit; }  // d value / d x
+  void take(const KnownParameter& known);                                  // in place of the catalogue's prior
 };
 
 /// Coordinate of a parameter of an effect, of the base circuit, and of a first state. @param span of the recording [s].

@@ -55,8 +55,8 @@ struct Rows {
     const BatteryModel circuit;
     table = forceTable(drive, baseResponse(circuit, beginningOf(base, drive), drive, drive.samples.size()), base.parameters[kRowBeta]);
   }
-  double leastError(const CompositionPoint& base, const DiagnoseOptions& options) const {
-    return battery_sof::leastError(drive, drive.samples.size(), table, base, options.pulse);
+  double leastError(const CompositionPoint& base, const ExplanationRules& rules) const {
+    return battery_sof::leastError(drive, drive.samples.size(), table, base, rules);
   }
 
   Drive drive;
@@ -73,10 +73,14 @@ Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options
   explained.driving = drivingSource(prepared.screened.series);
   explained.is_lead_acid = isLeadAcid(prepared.screened.series);
   const CompositionPoint& base = prepared.base.point;
+  ExplanationRules rules;
+  rules.relevance = options.relevance;
+  rules.priors = options.priors;
+  rules.pulse = options.pulse;
   Rows rows(prepared, std::nullopt);
   if (explained.driving) {
     Rows imposed(prepared, explained.driving);
-    if (imposed.leastError(base, options) < (1.0 - kDiscrepancy) * rows.leastError(base, options)) {
+    if (imposed.leastError(base, rules) < (1.0 - kDiscrepancy) * rows.leastError(base, rules)) {
       rows = std::move(imposed);
     } else {
       explained.driving.reset();
@@ -85,9 +89,6 @@ Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options
   }
   const std::vector<std::string> ids =
       idsToWeigh(prepared.screened, options.hypotheses, explained.driving.has_value(), explained.is_lead_acid, explained.notes);
-  ExplanationRules rules;
-  rules.relevance = options.relevance;
-  rules.pulse = options.pulse;
   const std::size_t training = rows.drive.samples.size();
   explained.explanation =
       explain(std::move(rows.drive), training, std::move(rows.table), base, ids, options.given, rules, options.progress);

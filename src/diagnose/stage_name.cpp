@@ -19,6 +19,7 @@ FittedModel completed(const WhitenedFit& fit, const Prepared& prepared, const st
   const Screening& screened = prepared.screened;
   IdentifyOptions options;
   options.effects = fit.model.effects();
+  options.priors = prepared.search.priors;
   options.force = fit.model.force();
   options.masked = screened.limits.masked;
   options.voltage_lsb_std = screened.limits.voltage_lsb_std;
@@ -33,6 +34,7 @@ void takeBothWays(Named& named, const Prepared& prepared, const Explained& expla
   IdentifyOptions options;
   options.masked = prepared.screened.limits.masked;
   options.source = explained.driving;
+  options.priors = prepared.search.priors;
   FittedModel base = identify(prepared.screened.series, prepared.parts.train, options);
   options.effects = explained.explanation.model.effects();
   options.chooses_effects = !explained.hasEffects();

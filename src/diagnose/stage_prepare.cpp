@@ -87,6 +87,7 @@ Prepared prepare(const Recording& recording, const Parts& parts, const DiagnoseO
   tell(options, "fitting the base model");
   takeDrives(prepared);
   prepared.search.pulse = options.pulse;
+  prepared.search.priors = options.priors;
   fitBase(prepared);
   exchangeHalves(prepared);
   return prepared;

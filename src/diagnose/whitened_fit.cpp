@@ -62,6 +62,7 @@ WhitenedFit fitWhitened(const BatteryModel& model, const Drive& drive, const std
                         const std::optional<NoiseModel>& noise, const WhitenedSearch& search) {
   FitCost cost;
   cost.crank_weight = 1.0;
+  cost.known = knownOf(search.priors, model.effects());
   CompositionSearch plain;
   plain.max_iterations = search.max_iterations;
   plain.more_starts = search.more_starts;

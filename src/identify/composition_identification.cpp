@@ -50,18 +50,6 @@ CompositionPoint withInstants(const BatteryModel& model, CompositionPoint point,
   return point;
 }
 
-/// What is known beforehand of a composition's parameters.
-std::vector<KnownParameter> knownOf(const IdentifyOptions& options) {
-  std::vector<std::string> effects = options.effects;
-  std::sort(effects.begin(), effects.end());
-  for (const KnownPopulation& population : options.priors) {
-    std::vector<std::string> of_population = population.effects;
-    std::sort(of_population.begin(), of_population.end());
-    if (of_population == effects) return population.parameters;
-  }
-  return {};
-}
-
 struct Fitted {
   CompositionFit fit;
   std::optional<NoiseModel> noise;
@@ -73,7 +61,7 @@ Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptio
   FitCost cost;
   cost.crank_weight = options.crank_weight;
   cost.crank_weight_current = options.crank_weight_current;
-  cost.known = knownOf(options);
+  cost.known = knownOf(options.priors, options.effects);
   CompositionSearch search;
   search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
   search.more_starts = model.effects().empty() ? 0 : options.more_starts;
@@ -100,7 +88,7 @@ Fitted search(const BatteryModel& model, const Drive& drive, const IdentifyOptio
 Fitted searchBothWays(const BatteryModel& model, const Drive& drive, const IdentifyOptions& options, const BaseFit& base) {
   FitCost cost;
   cost.channels.emplace();
-  cost.known = knownOf(options);
+  cost.known = knownOf(options.priors, options.effects);
   CompositionSearch search;
   search.eliminate = false;
   search.tolerance = kEnough;
@@ -228,7 +216,8 @@ FitScores scoresFromCurrent(const BatteryModel& model, const Series& series, Ind
 }
 
 FittedModel completed(const BatteryModel& model, const Window& on, const IdentifyOptions& options, const Fitted& fitted) {
-  const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current, true, fitted.channels, knownOf(options)};
+  const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current,
+                     true,         fitted.channels,      knownOf(options.priors, options.effects)};
   const auto& [series, range, full, compressed] = on;
   const Drive& for_errors = range.size() <= kFullRateErrors ? full : compressed;
   const CompositionProblem problem(model, for_errors, cost, fitted.fit.point);
@@ -287,7 +276,8 @@ FittedModel identifyComposition(const Series& series, IndexRange range, const Id
   Fitted fitted = search(model, drive, options, base);
   if (range.size() > kCompressFrom && range.size() <= kFullRateErrors && !fitted.noise) {
     // The compressed optimum is off by a share of a standard error; from there two passes at full rate end it.
-    const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current, true, std::nullopt, knownOf(options)};
+    const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current,
+                       true,         std::nullopt,         knownOf(options.priors, options.effects)};
     const CompositionProblem over_all(model, full, cost, fitted.fit.point);
     CompositionSearch last;
     last.max_iterations = kLastIterations;
@@ -303,7 +293,8 @@ FittedModel completedModel(const Series& series, IndexRange range, const Identif
   const Drive full = fullDrive(series, range, options.masked);
   const Drive compressed = range.size() > kCompressFrom ? compressedDrive(series, range, {}, options.masked) : Drive();
   const Drive& drive = range.size() > kCompressFrom ? compressed : full;
-  const FitCost cost{noise, options.crank_weight, options.crank_weight_current, true, std::nullopt, knownOf(options)};
+  const FitCost cost{noise, options.crank_weight, options.crank_weight_current,
+                     true,  std::nullopt,         knownOf(options.priors, options.effects)};
   const CompositionProblem problem(model, drive, cost, optimum);
   Fitted fitted{{}, noise, static_cast<Eigen::Index>(drive.samples.size()), std::nullopt};
   fitted.fit.point = optimum;

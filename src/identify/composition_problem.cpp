@@ -94,8 +94,8 @@ void CompositionProblem::addParameter(Eigen::Index row, const ParameterInfo& inf
 
 /// A spread of logarithms is taken for that share of the value, and the other way round, where the search has other coordinates.
 void CompositionProblem::takeKnown(const ParameterInfo& info, Coordinate& coordinate) const {
-  const auto known = std::find_if(cost_.known.begin(), cost_.known.end(), [&](const KnownParameter& one) { return one.name == info.name; });
-  if (known == cost_.known.end()) return;
+  const KnownParameter* known = find(cost_.known, info.name);
+  if (!known) return;
   const double value = std::clamp(known->value, info.lower, info.upper);
   if (info.logarithmic) {
     coordinate.prior_mean = std::log(value);

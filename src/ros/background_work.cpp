@@ -32,14 +32,15 @@ IdentificationResult timedIdentification(const IdentificationJob& job) {
   return result;
 }
 
-DiagnosisReport timedDiagnosis(const Recording& recording, const std::function<std::string()>& why_end,
-                               const std::function<void(const std::string& stage)>& begins) {
+DiagnosisReport timedDiagnosis(const Recording& recording, const std::vector<KnownPopulation>& priors,
+                               const std::function<std::string()>& why_end, const std::function<void(const std::string& stage)>& begins) {
   const StopWatch watch;
   DiagnosisReport report;
   report.from = recording.series.time.front();
   report.to = recording.series.time.back();
   report.samples = recording.series.size();
   DiagnoseOptions options;
+  options.priors = priors;
   options.pulse = [&why_end] {
     const std::string why = why_end();
     if (!why.empty()) throw std::runtime_error(why);

@@ -70,7 +70,7 @@ DiagnosisRunner::Outcome DiagnosisRunner::diagnosed(const Job& job) {
     const std::lock_guard<std::mutex> lock(mutex_);
     stage_ = stage;
   };
-  DiagnosisReport report = timedDiagnosis(job.recording, why_end, begins);
+  DiagnosisReport report = timedDiagnosis(job.recording, options_.priors, why_end, begins);
   if (report.diagnosis && options_.blocks != 1.0) report.diagnosis->instrument.push_back(sentenceOfRow(options_.blocks));
   const Adoption adoption = report.diagnosis ? adopt(*report.diagnosis, job.from_driving) : Adoption();
   Outcome outcome;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "battery_sof/diagnose/diagnosis.hpp"
+#include "battery_sof/identify/known_parameter.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {
@@ -15,6 +16,9 @@ struct DiagnoseOptions {
   std::vector<std::string> hypotheses = {};  ///< ids to weigh; empty for all that need no request
   /// Ids that are known to be there: the extended model is the base model with these, and nothing is searched for.
   std::vector<std::string> given = {};
+  /// What a fleet knows of parameters, in place of the catalogue's priors: for the base circuit and for every set of effects of which it
+  /// has a population.
+  std::vector<KnownPopulation> priors = {};
   bool lists_detectable = true;  ///< false: Diagnosis::detectable stays empty
   /// Ids whose strength in Diagnosis::detectable is one at which the recording with the effect put in was diagnosed and the
   /// effect named; up to six diagnoses each.

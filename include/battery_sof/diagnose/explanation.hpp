@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "battery_sof/diagnose/row_simulation.hpp"
+#include "battery_sof/identify/known_parameter.hpp"
 #include "battery_sof/learn/force_fit.hpp"
 
 namespace battery_sof {
@@ -43,7 +44,8 @@ struct ExplanationRules {
   double least_gain = 12.0;  ///< [1], nats that a component must bring
   Relevance relevance;
   int most_components = 5;
-  std::function<void()> pulse = nullptr;  ///< called at every fit; what it throws ends the search
+  std::vector<KnownPopulation> priors = {};  ///< in place of the catalogue's, of exactly a composition's effects
+  std::function<void()> pulse = nullptr;     ///< called at every fit; what it throws ends the search
 };
 
 /// Smallest strength at which an effect would have come into an explanation.
@@ -89,8 +91,8 @@ Explanation explain(Drive drive, std::size_t training, ForceTable table, const C
                     const std::function<void(const std::string&)>& progress = nullptr);
 
 /// @return what is left of the rows once all that can be learnt beside the base circuit is taken out [V, RMS]; infinite where the circuit
-/// has no finite voltage.  @param pulse as ExplanationRules::pulse.
+/// has no finite voltage.
 double leastError(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
-                  const std::function<void()>& pulse = nullptr);
+                  const ExplanationRules& rules = {});
 
 }  // namespace battery_sof

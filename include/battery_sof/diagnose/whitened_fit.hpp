@@ -33,10 +33,11 @@ struct WhitenedSearch {
   int rounds = 2;  ///< of noise and parameters in turns
   int max_iterations = 40;
   int more_starts = 0;
-  bool every_start = true;                ///< see CompositionSearch
-  double tolerance = 1e-8;                ///< see CompositionSearch
-  double least_white = 1e-5;              ///< [V], see fitNoise()
-  std::function<void()> pulse = nullptr;  ///< see CompositionSearch
+  bool every_start = true;                   ///< see CompositionSearch
+  double tolerance = 1e-8;                   ///< see CompositionSearch
+  double least_white = 1e-5;                 ///< [V], see fitNoise()
+  std::vector<KnownPopulation> priors = {};  ///< in place of the catalogue's
+  std::function<void()> pulse = nullptr;     ///< see CompositionSearch
 };
 
 /**

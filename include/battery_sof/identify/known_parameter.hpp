@@ -19,4 +19,10 @@ struct KnownPopulation {
   std::vector<KnownParameter> parameters;
 };
 
+/// @return what is known of a composition's parameters: of the population of exactly these effects, in any order; empty without one.
+std::vector<KnownParameter> knownOf(const std::vector<KnownPopulation>& populations, std::vector<std::string> effects);
+
+/// @return what is known of a parameter; nullptr: nothing.
+const KnownParameter* find(const std::vector<KnownParameter>& known, const std::string& name);
+
 }  // namespace battery_sof

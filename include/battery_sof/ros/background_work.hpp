@@ -24,8 +24,9 @@ struct DiagnosisReport {
   double duration_ms = 0.0;  ///< [ms], wall time
 };
 
-/// diagnose() on one thread. @param why_end asked often: what is not empty breaks it off. @param begins told of each stage.
-DiagnosisReport timedDiagnosis(const Recording& recording, const std::function<std::string()>& why_end,
-                               const std::function<void(const std::string& stage)>& begins);
+/// diagnose() on one thread. @param priors see DiagnoseOptions. @param why_end asked often: what is not empty breaks it off. @param begins
+/// told of each stage.
+DiagnosisReport timedDiagnosis(const Recording& recording, const std::vector<KnownPopulation>& priors,
+                               const std::function<std::string()>& why_end, const std::function<void(const std::string& stage)>& begins);
 
 }  // namespace battery_sof

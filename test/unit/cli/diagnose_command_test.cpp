@@ -42,6 +42,18 @@ TEST_F(SofDiagnose, FindsAnUnwritableResultBeforeTheWork) {
   EXPECT_NE(outcome.err.find("nowhere"), std::string::npos) << outcome.err;
 }
 
+TEST_F(SofDiagnose, ReadsWhatAFleetKnows) {
+  std::ofstream(path("priors.yaml")) << "schema: battery_sof/priors/1\npriors: []\n";
+  std::ofstream(path("other.yaml")) << "schema: other\n";
+  EXPECT_EQ(sof({"diagnose", stub_, "--priors", path("priors.yaml"), "--vehicle-type", "van"}).code, 1) << "two seconds are too short";
+  const Outcome refused = sof({"diagnose", stub_, "--priors", path("other.yaml")});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("schema is \"other\""), std::string::npos) << refused.err;
+  const Outcome without = sof({"diagnose", stub_, "--vehicle-type", "van"});
+  EXPECT_EQ(without.code, 2);
+  EXPECT_NE(without.err.find("expected with --priors"), std::string::npos) << without.err;
+}
+
 TEST_F(SofDiagnose, ExitsWithOneOnTooLittleDataAndTellsWhy) {
   const Outcome outcome = sof(
       {"diagnose", stub_, "--json", path("d.json"), "--report", path("page.html"), "--out", path("m.yaml"), "--base-out", path("b.yaml")});

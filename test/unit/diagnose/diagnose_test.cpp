@@ -98,6 +98,35 @@ TEST(Diagnose, WhatIsGivenIsModelledAndNothingElseIsNamed) {
   EXPECT_THROW(diagnose(recordingOfDrive(600.0), options), std::invalid_argument);
 }
 
+double valueOf(const FittedModel& model, const std::string& name) {
+  for (const ParameterEstimate& one : model.fit.estimates)
+    if (one.name == name) return one.value;
+  ADD_FAILURE() << name << " is not in the model";
+  return 0.0;
+}
+
+TEST(Diagnose, AFleetsPriorHoldsAParameterWhereItIsSharpAndLeavesItWhereItIsWide) {
+  const Recording recording = withSlope(0.1, 0.0);
+  DiagnoseOptions options;
+  options.given = {"ocv_soc"};
+  const double alone = valueOf(diagnose(recording, options).extended, "ocv_slope");
+  EXPECT_NEAR(alone, 0.1, 0.02);
+  options.priors = {{{"ocv_soc"}, {{"ocv_slope", 0.05, 1e-5, true}}}};
+  EXPECT_NEAR(valueOf(diagnose(recording, options).extended, "ocv_slope"), 0.05, 0.005);
+  options.priors = {{{"ocv_soc"}, {{"ocv_slope", 0.05, 10.0, true}}}};
+  EXPECT_NEAR(valueOf(diagnose(recording, options).extended, "ocv_slope"), alone, 0.01 * alone);
+  options.priors = {{{"ocv_soc", "gassing"}, {{"ocv_slope", 0.05, 1e-5, true}}}};
+  EXPECT_EQ(valueOf(diagnose(recording, options).extended, "ocv_slope"), alone) << "a population of other effects says nothing";
+}
+
+TEST(Diagnose, AFleetsPriorOfABatteryWithoutEffectsHoldsTheBaseCircuit) {
+  DiagnoseOptions options;
+  const Recording recording = recordingOfDrive(600.0);
+  const FittedModel alone = diagnose(recording, options).base;
+  options.priors = {{{}, {{"c2", 2.0 * alone.fit.parameters.c2, 1e-5, true}}}};
+  EXPECT_NEAR(diagnose(recording, options).base.fit.parameters.c2, 2.0 * alone.fit.parameters.c2, 0.02 * alone.fit.parameters.c2);
+}
+
 TEST(Diagnose, WhatIsConfirmedIsNamedOnceItIsPutIn) {
   DiagnoseOptions options;
   options.hypotheses = {"ocv_soc", "acid_transport"};

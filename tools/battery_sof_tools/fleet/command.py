@@ -72,7 +72,7 @@ def add_run(one):
     one.add_argument("--profile", help="Snakemake profile of another cluster, in place of --slurm")
     one.add_argument("--window", type=float, default=900.0, help="[s] fitted, and predicted, by the step score")
     one.add_argument("--patience", type=float, default=1800.0, help="[s] for one step of one recording")
-    one.add_argument("--priors", help="PRIORS.yaml for the step identify")
+    one.add_argument("--priors", help="PRIORS.yaml for the steps identify and diagnose")
     one.add_argument("--without-pages", action="store_true", help="no page of each recording")
     one.add_argument("--build", default="build", help="folder of the build")
     one.add_argument("--sof", help="the command, in place of the build's")

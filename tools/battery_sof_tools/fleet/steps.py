@@ -54,7 +54,7 @@ class Recording:
             "convert": ["convert", self.entry["path"], self.file("recording.csv"), *listing.column_options(self.entry)],
             "identify": ["identify", *read, *window, "--auto", "--out", model, *effects, *self.priors()],
             "predict": ["predict", model, *read, *window],
-            "diagnose": ["diagnose", *read, *window, "--threads", "1", *([] if self.setting["without_pages"] else ["--report", self.file("page.html")])],
+            "diagnose": ["diagnose", *read, *window, "--threads", "1", *self.priors(), *([] if self.setting["without_pages"] else ["--report", self.file("page.html")])],
         }[step]]
 
 
