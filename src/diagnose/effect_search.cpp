@@ -44,12 +44,12 @@ std::optional<ExplanationState> EffectSearch::with(const ExplanationState& state
 
 std::vector<double> EffectSearch::gridGains(const ExplanationState& state, const std::vector<EffectGridPoint>& grid) const {
   const ExplanationSums sums = fits_.sumsOf(state, false);
-  const Eigen::VectorXd left = sums.targets - sums.columns * state.fit.z;
+  const Eigen::VectorXd left = sums.targets - sums.columns.times(state.fit.z);
   const Eigen::LDLT<Eigen::MatrixXd> factor = fits_.penalised(sums, state);
   const double rss = left.squaredNorm(), rows = fits_.temper() * sums.problem.rows;
   std::vector<double> gains;
   for (const EffectGridPoint& point : grid) {
-    const Eigen::VectorXd added = fits_.whitened(point.added), cross = sums.columns.transpose() * added;
+    const Eigen::VectorXd added = fits_.whitened(point.added), cross = sums.columns.along(added);
     const double length = added.squaredNorm() - cross.dot(factor.solve(cross)), along = added.dot(left);
     gains.push_back(0.0);
     if (!(length > 1e-8 * added.squaredNorm()) || (point.one_sided && along < 0.0)) continue;
@@ -125,7 +125,7 @@ std::vector<LeastStrength> EffectSearch::leastStrengths(const ExplanationState& 
   std::set<std::string> done;
   for (const EffectGridPoint& point : grid_) {
     if (ExplanationFits::isUsed(point.id, state) || !done.insert(point.id).second) continue;
-    const Eigen::VectorXd added = fits_.whitened(point.added), cross = sums.columns.transpose() * added;
+    const Eigen::VectorXd added = fits_.whitened(point.added), cross = sums.columns.along(added);
     const double length = std::max(1e-300, added.squaredNorm() - cross.dot(factor.solve(cross)));
     const double information = fits_.temper() * length / (state.fit.noise * state.fit.noise);
     const double evident =
@@ -234,9 +234,9 @@ bool EffectSearch::isDistorted(const ExplanationState& state) {
 
 double EffectSearch::strengthOf(const ExplanationState& state, const EffectGridPoint& from) const {
   const ExplanationSums sums = fits_.sumsOf(state, false);
-  const Eigen::VectorXd added = fits_.whitened(from.added), cross = sums.columns.transpose() * added;
+  const Eigen::VectorXd added = fits_.whitened(from.added), cross = sums.columns.along(added);
   const double length = added.squaredNorm() - cross.dot(fits_.penalised(sums, state).solve(cross));
-  const double share = added.dot(sums.targets - sums.columns * state.fit.z) / std::max(length, 1e-300);
+  const double share = added.dot(sums.targets - sums.columns.times(state.fit.z)) / std::max(length, 1e-300);
   return std::abs(share) < 0.1 ? std::copysign(0.1, share) : share;
 }
 

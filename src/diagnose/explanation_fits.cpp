@@ -20,7 +20,19 @@ constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 
 }  // namespace
 
-ExplanationFits::ExplanationFits(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
+Eigen::MatrixXd ExplanationColumns::times(const Eigen::MatrixXd& z) const {
+  Eigen::MatrixXd of_free = Eigen::MatrixXd::Zero(free->cols(), z.cols());
+  of_free(used, Eigen::all) = z.bottomRows(static_cast<Eigen::Index>(used.size()));
+  return own * z.topRows(own.cols()) + *free * of_free;
+}
+
+Eigen::VectorXd ExplanationColumns::along(const Eigen::VectorXd& v) const {
+  Eigen::VectorXd products(own.cols() + static_cast<Eigen::Index>(used.size()));
+  products << own.transpose() * v, (free->transpose() * v).eval()(used);
+  return products;
+}
+
+ExplanationFits::ExplanationFits(const Drive& drive, std::size_t training, ForceTable& table, const CompositionPoint& base,
                                  const ExplanationRules& rules)
     : drive_(drive),
       table_(table),
@@ -31,8 +43,7 @@ ExplanationFits::ExplanationFits(const Drive& drive, std::size_t training, const
       pulse_(rules.pulse) {
   for (Eigen::Index row = 0; row < response_.training; ++row)
     if (response_.weight[row] > 0.0) counted_.push_back(row);
-  free_.resize(static_cast<Eigen::Index>(counted_.size()), table.values.cols() + kWander);
-  free_.leftCols(table.values.cols()) = table.values(counted_, Eigen::all);
+  free_ = countedOf(std::move(table.values));
   free_.rightCols(kWander) = wander();
   noise_ = EdgeNoise(drive_, response_, counted_);
   takeWhitening(noise_.with(0.0, 0.0));
@@ -120,7 +131,7 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
   LinearProblem& problem = sums.problem;
   const Eigen::VectorXd expected = expectedFrom(state, problem.known_std);
   const Eigen::Index known = expected.size();
-  std::vector<Eigen::Index> used;
+  std::vector<Eigen::Index>& used = sums.columns.used;
   for (std::size_t k = 0; k < table_.columns.size(); ++k)
     if (all || state.learnt.count(table_.columns[k].family)) {
       used.push_back(static_cast<Eigen::Index>(k));
@@ -132,15 +143,18 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
   problem.most.back() = most_wander_;
   for (int k = 0; k < kWander; ++k) used.push_back(static_cast<Eigen::Index>(table_.columns.size()) + k);
   const auto free = static_cast<Eigen::Index>(used.size());
-  sums.columns.resize(state.error.size(), known + free);
-  for (Eigen::Index j = 0; j < known; ++j) sums.columns.col(j) = whitened(state.sensitivity.col(j));
-  for (Eigen::Index j = 0; j < free; ++j) sums.columns.col(known + j) = whitenedFree().col(used[static_cast<std::size_t>(j)]);
+  Eigen::MatrixXd& own = sums.columns.own;
+  own.resize(state.error.size(), known);
+  for (Eigen::Index j = 0; j < known; ++j) own.col(j) = whitened(state.sensitivity.col(j));
+  sums.columns.free = &whitenedFree();
   sums.targets = whitened(state.error - state.sensitivity * expected);
   problem.products.resize(known + free, known + free);
-  problem.products.leftCols(known) = sums.columns.transpose() * sums.columns.leftCols(known);
+  problem.products.topLeftCorner(known, known) = own.transpose() * own;
+  const Eigen::MatrixXd across = whitenedFree().transpose() * own;
+  problem.products.bottomLeftCorner(free, known) = across(used, Eigen::all);
   problem.products.topRightCorner(known, free) = problem.products.bottomLeftCorner(free, known).transpose();
   problem.products.bottomRightCorner(free, free) = free_products_(used, used);
-  problem.targets = sums.columns.transpose() * sums.targets;
+  problem.targets = sums.columns.along(sums.targets);
   problem.square = sums.targets.squaredNorm();
   problem.rows = static_cast<double>(counted_.size());
   return sums;
@@ -211,7 +225,7 @@ void ExplanationFits::takeNoise(const ExplanationState& state) {
   const LinearFit all = takeTemper(state);
   if (!noise_.applies()) return;
   ExplanationSums sums = sumsOf(state, true);
-  const NoiseRows rows(sums.problem, sums.columns, std::move(sums.targets), all, temper_);
+  const NoiseRows rows(sums.columns.times(NoiseRows::directions(sums.problem, all, temper_)), std::move(sums.targets), temper_, all.noise);
   takeWhitening(noise_.best([&](const EdgeNoise& noise) { return rows.evidence(noise); }));
   takeTemper(state);
 }
@@ -244,7 +258,7 @@ LinearFit ExplanationFits::takeTemper(const ExplanationState& state) {
   LinearFit fit;
   for (int pass = 0; pass < kTemperPasses; ++pass) {
     fit = pass == 0 ? fitGroups(sums.problem, temper_) : fitGroupsFrom(sums.problem, temper_, fit);
-    const double before = std::exchange(temper_, std::max(kLeastTemper, independentShare(sums.targets - sums.columns * fit.z)));
+    const double before = std::exchange(temper_, std::max(kLeastTemper, independentShare(sums.targets - sums.columns.times(fit.z))));
     if (std::abs(temper_ - before) < kSettledTemper * before) break;
   }
   return fit;
@@ -342,6 +356,13 @@ LinearFit ExplanationFits::fitOf(const ExplanationSums& sums) const {
 
 double ExplanationFits::beyond(const ExplanationState& more, const ExplanationState& less) {
   return std::sqrt(std::max(0.0, std::pow(less.fit.noise, 2) - std::pow(more.fit.noise, 2)));
+}
+
+Eigen::MatrixXd ExplanationFits::countedOf(Eigen::MatrixXd values) const {
+  const auto rows = static_cast<Eigen::Index>(counted_.size()), columns = values.cols();
+  if (rows < values.rows()) values = values(counted_, Eigen::all).eval();
+  values.conservativeResize(rows, columns + kWander);
+  return values;
 }
 
 Eigen::MatrixXd ExplanationFits::wander() {

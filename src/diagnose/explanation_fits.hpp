@@ -10,11 +10,23 @@
 
 namespace battery_sof {
 
+/// What a state's linear fit stands on: its own columns, and some of the free ones, which are many and are not copied.
+struct ExplanationColumns {
+  Eigen::MatrixXd own;             // rows x known
+  const Eigen::MatrixXd* free;     // rows x all free columns
+  std::vector<Eigen::Index> used;  // of these
+
+  /// @return the columns times z, one row a column that is used.
+  Eigen::MatrixXd times(const Eigen::MatrixXd& z) const;
+  /// @return the inner products of the columns with v.
+  Eigen::VectorXd along(const Eigen::VectorXd& v) const;
+};
+
 /// ExplanationSums over the counted rows for a state's linear fit.
 struct ExplanationSums {
   LinearProblem problem;
-  Eigen::MatrixXd columns;  // innovations of EdgeNoise
-  Eigen::VectorXd targets;  // likewise
+  ExplanationColumns columns;  // innovations of EdgeNoise, as long as the fits keep their noise
+  Eigen::VectorXd targets;     // likewise
 };
 
 /**
@@ -26,9 +38,8 @@ class ExplanationFits {
  public:
   static constexpr int kMostIterations = 12;
 
-  /// @param training samples that are learnt from.  @param base circuit fitted to them.
-  ExplanationFits(const Drive& drive, std::size_t training, const ForceTable& table, const CompositionPoint& base,
-                  const ExplanationRules& rules);
+  /// @param training samples that are learnt from.  @param table its values are taken.  @param base circuit fitted to them.
+  ExplanationFits(const Drive& drive, std::size_t training, ForceTable& table, const CompositionPoint& base, const ExplanationRules& rules);
 
   /// The base circuit where it was fitted. @throws std::invalid_argument if it has no finite voltage there.
   ExplanationState baseState() const;
@@ -93,6 +104,8 @@ class ExplanationFits {
  private:
   static constexpr double kBudget = 4e6;  // rows simulated with the derivatives of a usual composition; then what stands is told
 
+  /// The counted rows of a table, with room for the wander.
+  Eigen::MatrixXd countedOf(Eigen::MatrixXd values) const;
   /// A voltage channel's random walk: ramps one after the other, each of a random height.
   Eigen::MatrixXd wander();
   /// What an RMS has to be to matter: of a voltage as it is, of a current that a source draws out its share of the current.

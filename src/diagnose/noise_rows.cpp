@@ -1,7 +1,6 @@
 #include "battery_sof/diagnose/noise_rows.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <utility>
 
 namespace battery_sof {
 namespace {
@@ -18,13 +17,11 @@ Eigen::VectorXd deviationOf(const LinearProblem& problem, const LinearFit& fit) 
 
 }  // namespace
 
-NoiseRows::NoiseRows(const LinearProblem& problem, const Eigen::MatrixXd& columns, Eigen::VectorXd targets, const LinearFit& fit,
-                     double temper)
-    : targets_(std::move(targets)), temper_(temper), noise_(fit.noise) {
+Eigen::MatrixXd NoiseRows::directions(const LinearProblem& problem, const LinearFit& fit, double temper) {
   const Eigen::VectorXd deviation = deviationOf(problem, fit);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> told(deviation.asDiagonal() * problem.products * deviation.asDiagonal());
-  const auto used = (temper * told.eigenvalues().array() > kTold * noise_ * noise_).count();
-  columns_ = columns * (deviation.asDiagonal() * told.eigenvectors().rightCols(used));
+  const auto used = (temper * told.eigenvalues().array() > kTold * fit.noise * fit.noise).count();
+  return deviation.asDiagonal() * told.eigenvectors().rightCols(used);
 }
 
 double NoiseRows::evidence(const EdgeNoise& noise) const {

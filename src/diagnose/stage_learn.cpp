@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "battery_sof/diagnose/verdict.hpp"
 #include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/words.hpp"
 

@@ -12,8 +12,6 @@ namespace battery_sof {
 
 // A diagnosis is made in stages, each a function from values to values in a file stage_*.cpp; diagnose() calls them in order.
 
-inline constexpr double kPlausible = 0.02;  ///< [V], what instruments may leave of a vehicle's recording
-
 /// A recording in two: what is learnt from, and what is compared with at the end.
 struct Parts {
   IndexRange train, holdout;

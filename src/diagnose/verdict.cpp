@@ -83,7 +83,7 @@ std::string describe(Verdict verdict) {
 
 Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments, const Unexplained& rest) {
   if (explanation.components.empty()) {
-    const bool is_left = rest.is_learned || rest.is_tone || rest.rmse > rest.plausible;
+    const bool is_left = rest.is_learned || rest.is_tone || rest.rmse > kPlausible;
     if (!instruments.faults.empty() && !rest.is_tone) return Verdict::kSensorFault;
     return is_left ? Verdict::kUnknown : Verdict::kNoMismatch;
   }

@@ -13,33 +13,59 @@ constexpr double kFirstTemper = 0.05;
 constexpr int kPasses = 3;
 const std::array<double, kBaseDirections> kDirectionStd = {0.01, 0.01, 1.5, 0.7, 0.5, 0.2};
 
-/// Everything a fit of rows needs, the rows that do not count left out.
+/// Everything a fit of rows needs. The columns, six directions and those of the table that are used, stay where they are.
 struct Rows {
-  Eigen::MatrixXd columns;   // all rows: six directions, the table's
-  Eigen::MatrixXd training;  // those of them that are learnt from
-  Eigen::VectorXd targets;
+  const Eigen::MatrixXd& directions;
+  const Eigen::MatrixXd& table;
+  std::vector<Eigen::Index> used;     // columns of the table
+  std::vector<Eigen::Index> counted;  // rows that are learnt from
+  Eigen::VectorXd targets;            // of these
   LinearProblem problem;
-  std::vector<Eigen::Index> used;  // columns of the table
+
+  /// @return the columns times z, of every row.
+  Eigen::VectorXd times(const Eigen::VectorXd& z) const {
+    return directions * z.head(kBaseDirections) + free(z.tail(z.size() - kBaseDirections));
+  }
+  /// @return the same of the table's columns alone.
+  Eigen::VectorXd free(const Eigen::VectorXd& weight) const {
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(table.cols());
+    all(used) = weight;
+    return table * all;
+  }
+  /// @return what z leaves of the rows that are learnt from.
+  Eigen::VectorXd left(const Eigen::VectorXd& z) const { return targets - times(z)(counted); }
 };
 
+/// Sums of the counted rows, block by block: a copy of them all would be as large as the table.
+void takeSums(Rows& rows) {
+  constexpr std::size_t kBlock = 4096;
+  const Eigen::Index known = kBaseDirections, all = known + static_cast<Eigen::Index>(rows.used.size());
+  LinearProblem& problem = rows.problem;
+  problem.products.setZero(all, all);
+  problem.targets.setZero(all);
+  for (std::size_t begin = 0; begin < rows.counted.size(); begin += kBlock) {
+    const std::size_t end = std::min(rows.counted.size(), begin + kBlock);
+    const std::vector<Eigen::Index> some(rows.counted.begin() + static_cast<std::ptrdiff_t>(begin),
+                                         rows.counted.begin() + static_cast<std::ptrdiff_t>(end));
+    Eigen::MatrixXd block(some.size(), all);
+    block << rows.directions(some, Eigen::all), rows.table(some, rows.used);
+    problem.products.selfadjointView<Eigen::Lower>().rankUpdate(block.transpose());
+    problem.targets += block.transpose() * rows.targets.segment(static_cast<Eigen::Index>(begin), block.rows());
+  }
+  problem.products.triangularView<Eigen::StrictlyUpper>() = problem.products.transpose();
+}
+
 Rows rowsOf(const BaseResponse& response, const ForceTable& table, const ColumnFilter& wanted) {
-  Rows rows;
+  Rows rows{response.sensitivity, table.values, {}, {}, {}, {}};
   for (Eigen::Index k = 0; k < table.values.cols(); ++k)
     if (!wanted || wanted(table.columns[static_cast<std::size_t>(k)])) rows.used.push_back(k);
-  const Eigen::Index known = kBaseDirections, free = static_cast<Eigen::Index>(rows.used.size());
-  rows.columns.resize(response.error.size(), known + free);
-  rows.columns.leftCols(kBaseDirections) = response.sensitivity;
-  rows.columns.rightCols(free) = table.values(Eigen::all, rows.used);
-  std::vector<Eigen::Index> counted;
   for (Eigen::Index row = 0; row < response.training; ++row)
-    if (response.weight[row] > 0.0) counted.push_back(row);
-  rows.training = rows.columns(counted, Eigen::all);
-  rows.targets = response.error(counted) - response.sensitivity(counted, Eigen::all) * response.expected;
+    if (response.weight[row] > 0.0) rows.counted.push_back(row);
+  rows.targets = response.error(rows.counted) - response.sensitivity(rows.counted, Eigen::all) * response.expected;
+  takeSums(rows);
   LinearProblem& problem = rows.problem;
-  problem.products = rows.training.transpose() * rows.training;
-  problem.targets = rows.training.transpose() * rows.targets;
   problem.square = rows.targets.squaredNorm();
-  problem.rows = static_cast<double>(counted.size());
+  problem.rows = static_cast<double>(rows.counted.size());
   problem.known_std = Eigen::Map<const Eigen::VectorXd>(kDirectionStd.data(), kBaseDirections);
   for (const Eigen::Index k : rows.used)
     problem.group.push_back(static_cast<int>(groupOf(table.columns[static_cast<std::size_t>(k)].kind)));
@@ -55,8 +81,8 @@ Eigen::VectorXd withoutForce(const Rows& rows) {
 
 /// RMS of a part of the force over the training rows, what the base circuit can take up of it left out.
 double rmsBesideBase(const Rows& rows, const Eigen::VectorXd& z, Eigen::Index known) {
-  const Eigen::VectorXd part = rows.training.rightCols(z.size()) * z;
-  const auto base = rows.training.leftCols(known);
+  const Eigen::VectorXd part = rows.free(z)(rows.counted);
+  const Eigen::MatrixXd base = rows.directions(rows.counted, Eigen::all);
   const Eigen::VectorXd taken = rows.problem.products.topLeftCorner(known, known).ldlt().solve(base.transpose() * part);
   return std::sqrt((part - base * taken).squaredNorm() / rows.problem.rows);
 }
@@ -110,7 +136,7 @@ LinearFit groupedFit(const Rows& rows) {
   LinearFit grouped;
   for (int pass = 0; pass < kPasses; ++pass) {
     grouped = pass == 0 ? fitGroups(rows.problem, temper) : fitGroupsFrom(rows.problem, temper, grouped);
-    temper = independentShare(rows.targets - rows.training * grouped.z);
+    temper = independentShare(rows.left(grouped.z));
   }
   return grouped;
 }
@@ -121,14 +147,14 @@ SparseFit sparseFit(const Rows& rows) {
   SparseFit sparse;
   for (int pass = 0; pass < kPasses; ++pass) {
     sparse = fitSparse(rows.problem, temper, kMostColumns);
-    temper = independentShare(rows.targets - rows.training * sparse.fit.z);
+    temper = independentShare(rows.left(sparse.fit.z));
   }
   return sparse;
 }
 
 /// Gain of ln evidence over the base circuit `alone`, at the temper of what that leaves.
 double gainOver(const Rows& rows, const Eigen::VectorXd& alone, const LinearFit& grouped) {
-  const Eigen::VectorXd left = rows.targets - rows.training * alone;
+  const Eigen::VectorXd left = rows.left(alone);
   const double own = independentShare(left);
   const std::vector<char> none(kForceGroups, 0);
   return fitGroupsFrom(rows.problem, own, grouped).evidence - fitSomeGroups(rows.problem, own, none).evidence;
@@ -178,11 +204,11 @@ ForceFit learnForce(const BaseResponse& response, const ForceTable& table, const
   fit.force = forceOf(rows, table, grouped, z);
   fit.force.base_change = response.expected + z.head(kBaseDirections);
   fit.families = familiesOf(rows, table, sparse, fit.force.weight);
-  fit.noise = std::sqrt((rows.targets - rows.training * z).squaredNorm() / rows.problem.rows);
+  fit.noise = std::sqrt(rows.left(z).squaredNorm() / rows.problem.rows);
   fit.rms = rmsBesideBase(rows, fit.force.weight, known);
   const Eigen::VectorXd from = response.sensitivity * response.expected;
-  fit.predicted = from + rows.columns * z;
-  fit.base = from + rows.columns.leftCols(known) * alone.head(known);
+  fit.predicted = from + rows.times(z);
+  fit.base = from + response.sensitivity * alone.head(known);
   return fit;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
 
 #include "battery_sof/diagnose/edge_noise.hpp"
 #include "battery_sof/learn/evidence.hpp"
@@ -17,8 +18,13 @@ namespace battery_sof {
  */
 class NoiseRows {
  public:
-  /// @param problem sums of the columns.  @param columns rows x columns, white.  @param fit of them.  @param temper their weight.
-  NoiseRows(const LinearProblem& problem, const Eigen::MatrixXd& columns, Eigen::VectorXd targets, const LinearFit& fit, double temper);
+  /// @return D V, columns x directions: of the directions that the data can tell. @param problem sums of the white columns.
+  /// @param fit of them.  @param temper their weight.
+  static Eigen::MatrixXd directions(const LinearProblem& problem, const LinearFit& fit, double temper);
+
+  /// @param columns A D V, rows x directions, white.  @param targets y.  @param noise of the fit [targets' unit].
+  NoiseRows(Eigen::MatrixXd columns, Eigen::VectorXd targets, double temper, double noise)
+      : columns_(std::move(columns)), targets_(std::move(targets)), temper_(temper), noise_(noise) {}
 
   /// @return ln of the marginal likelihood of the rows with a noise whose level is fitted [nats].
   double evidence(const EdgeNoise& noise) const;

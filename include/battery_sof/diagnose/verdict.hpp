@@ -14,12 +14,13 @@ struct InstrumentScreen {
   std::vector<std::string> sentences;  ///< all findings worth telling
 };
 
+inline constexpr double kPlausible = 0.01;  ///< [V], RMS that instruments may leave of a recording beside white noise and rounding
+
 /// What speaks for something that no component of an explanation stands for.
 struct Unexplained {
   bool is_tone = false;     ///< slowTone() beside it
   bool is_learned = false;  ///< a learnt force predicts blocks that it was not fitted to
-  double rmse = 0.0;        ///< [V], of what is left
-  double plausible = 0.02;  ///< [V], what instruments may leave
+  double rmse = 0.0;        ///< [V], of what is left, white noise and rounding taken out
 };
 
 /**

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <random>
 
+#include "battery_sof/diagnose/verdict.hpp"
 #include "battery_sof/model/family.hpp"
 #include "battery_sof/report/diagnosis_results.hpp"
 #include "support/base_drive.hpp"
@@ -49,6 +50,27 @@ TEST(Diagnose, AnotherDriveOfTheBaseModelShowsNoMismatch) {
   recording.offered = recording.series.size();
   const Diagnosis diagnosis = diagnose(recording);
   EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
+}
+
+TEST(Diagnose, WhiteNoiseIsNoMismatchHoweverMuchOfIt) {
+  Recording recording = recordingOfDrive(600.0);
+  addNoise(recording.series, 0.0, 0.02, 5);
+  const Diagnosis diagnosis = diagnose(recording);
+  EXPECT_GT(diagnosis.fit.base_train.rmse, 1.5 * kPlausible);
+  EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
+}
+
+TEST(Diagnose, WhatLastsAndFollowsNothingIsUnknown) {
+  Recording recording = recordingOfDrive(600.0);
+  std::mt19937 dice(7);
+  std::exponential_distribution<double> pause(1.0 / 20.0);
+  Series& series = recording.series;
+  double next = 0.0, level = 0.015;
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    for (; series.time[n] >= next; next += pause(dice)) level = -level;
+    series.voltage[n] += level;
+  }
+  EXPECT_EQ(Verdict::kUnknown, diagnose(recording).verdict);
 }
 
 TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {

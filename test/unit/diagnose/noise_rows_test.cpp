@@ -74,9 +74,13 @@ struct Rows {
   LinearFit fit;
 };
 
+NoiseRows fewOf(const Rows& rows, double temper) {
+  return {rows.columns * NoiseRows::directions(rows.problem, rows.fit, temper), rows.targets, temper, rows.fit.noise};
+}
+
 TEST(NoiseRows, HaveTheLikelihoodOfAllColumns) {
   const Rows rows;
-  const NoiseRows few(rows.problem, rows.columns, rows.targets, rows.fit, 1.0);
+  const NoiseRows few = fewOf(rows, 1.0);
   for (const auto& [jitter, charge] : {std::make_pair(0.0, 0.0), std::make_pair(0.01, 0.0), std::make_pair(0.003, 0.05)}) {
     const EdgeNoise noise = noiseOfSteps().with(jitter, charge);
     EXPECT_NEAR(rows.density(noise), few.evidence(noise), 0.01) << jitter << ", " << charge;
@@ -86,7 +90,7 @@ TEST(NoiseRows, HaveTheLikelihoodOfAllColumns) {
 TEST(NoiseRows, FewerIndependentRowsWeighLess) {
   const Rows rows;
   const auto gain = [&](double temper) {
-    const NoiseRows few(rows.problem, rows.columns, rows.targets, rows.fit, temper);
+    const NoiseRows few = fewOf(rows, temper);
     return few.evidence(noiseOfSteps()) - few.evidence(noiseOfSteps().with(0.1, 0.1));
   };
   EXPECT_GT(gain(1.0), 1.0);

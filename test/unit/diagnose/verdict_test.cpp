@@ -28,9 +28,9 @@ TEST(Verdict, NothingExplainedButSomethingLeftIsUnknown) {
   Unexplained tone, large;
   tone.is_tone = true;
   EXPECT_EQ(Verdict::kUnknown, verdictOf({}, {}, tone));
-  large.rmse = 1.01 * large.plausible;
+  large.rmse = 1.01 * kPlausible;
   EXPECT_EQ(Verdict::kUnknown, verdictOf({}, {}, large));
-  large.rmse = 0.99 * large.plausible;
+  large.rmse = 0.99 * kPlausible;
   EXPECT_EQ(Verdict::kNoMismatch, verdictOf({}, {}, large));
 }
 
