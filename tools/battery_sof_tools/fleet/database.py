@@ -45,6 +45,12 @@ def files_of(folder, key, with_pages):
             yield key, name, len(content), zlib.compress(content, 6)
 
 
+def answers(base, step):
+    """(recording, what a step answered) of all recordings that it was asked of, without what the engine says of it."""
+    for row in base.execute("SELECT recording, content FROM file WHERE name = ? ORDER BY recording", (step + ".json",)):
+        yield row["recording"], json.loads(zlib.decompress(row["content"])).get("answer") or {}
+
+
 def insert(base, table, lines):
     if lines:
         base.executemany(f"INSERT INTO {table} VALUES ({', '.join('?' * len(lines[0]))})", lines)

@@ -5,15 +5,17 @@ The labels are those that `strangers --only-draw` writes: FOLDER/labels/NAME.jso
 
 import collections
 import os
+import statistics
 
 from ..files import read_json
 from ..rates import rate
 from ..strangers.cases import LABELS, path
 from ..tables import table
-from . import discoveries
+from . import database, discoveries
 
 LAW = "other_form"          # the kind of recordings with a law; the others are nulls
 SILENT = "no_mismatch"
+PLAUSIBLE = 0.01            # [V], kPlausible of the diagnosis
 UNJUDGED = "insufficient_data"
 
 
@@ -25,20 +27,31 @@ def label_of(recording):
     return read_json(label)
 
 
+def left_on_training(base):
+    """RMS that the circuit leaves of the training part [V], by recording."""
+    return {recording: answer["fit"]["base"]["train"]["rmse_v"] for recording, answer in database.answers(base, "diagnose") if answer.get("fit")}
+
+
+def residuals(left):
+    return f"{1e3 * statistics.median(left):.1f}; {1e3 * max(left):.1f}; {sum(one > PLAUSIBLE for one in left)}" if left else ""
+
+
 def judged(base, nulls=None):
     """Lines of two tables. nulls: gains of recordings that lack nothing, or None."""
-    kinds, lacking = collections.defaultdict(list), set()
-    for row in base.execute("SELECT r.battery, r.path, v.verdict, v.family FROM recording r JOIN verdict v USING (recording) ORDER BY recording"):
+    kinds, lacking, left = collections.defaultdict(list), set(), collections.defaultdict(list)
+    rms = left_on_training(base)
+    for row in base.execute("SELECT recording, r.battery, r.path, v.verdict, v.family FROM recording r JOIN verdict v USING (recording) ORDER BY recording"):
         label = label_of(row["path"])
         if row["verdict"] != UNJUDGED:
             kinds[label["kind"]].append((row["verdict"], row["family"], label.get("family")))
+            left[label["kind"]] += [rms[row["recording"]]] if row["recording"] in rms else []
         if label["kind"] == LAW:
             lacking.add(row["battery"])
     rows = [(kind, len(those), rate(sum(verdict != SILENT for verdict, _, _ in those), len(those)), rate(sum(family is not None for _, family, _ in those), len(those)),
-             rate(sum(family == true for _, family, true in those), len(those)) if kind == LAW else "") for kind, those in sorted(kinds.items())]
+             rate(sum(family == true for _, family, true in those), len(those)) if kind == LAW else "", residuals(left[kind])) for kind, those in sorted(kinds.items())]
     every = discoveries.batteries(base, nulls)
     found = [one for one in every if one.found]
     false = sum(one.name not in lacking for one in found)
     power = rate(len(found) - false, sum(one.name in lacking for one in every))
-    return [*table(("kind", "judged", "a verdict", "a family", "the right family"), rows), "",
+    return [*table(("kind", "judged", "a verdict", "a family", "the right family", "the circuit leaves [mV]: median; most; above 10"), rows), "",
             *table(("batteries found", "of these lack nothing", "power"), [(len(found), rate(false, len(found)), power)])]
