@@ -21,14 +21,26 @@ constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 }  // namespace
 
 Eigen::MatrixXd ExplanationColumns::times(const Eigen::MatrixXd& z) const {
-  Eigen::MatrixXd of_free = Eigen::MatrixXd::Zero(free->cols(), z.cols());
-  of_free(used, Eigen::all) = z.bottomRows(static_cast<Eigen::Index>(used.size()));
-  return own * z.topRows(own.cols()) + *free * of_free;
+  Eigen::MatrixXd sum = own * z.topRows(own.cols());
+  const auto of_free = z.bottomRows(static_cast<Eigen::Index>(used.size()));
+  if (usesAll())
+    sum.noalias() += *free * of_free;
+  else
+    for (std::size_t j = 0; j < used.size(); ++j) sum.noalias() += free->col(used[j]) * of_free.row(static_cast<Eigen::Index>(j));
+  return sum;
 }
 
 Eigen::VectorXd ExplanationColumns::along(const Eigen::VectorXd& v) const {
   Eigen::VectorXd products(own.cols() + static_cast<Eigen::Index>(used.size()));
-  products << own.transpose() * v, (free->transpose() * v).eval()(used);
+  products.head(own.cols()) = own.transpose() * v;
+  for (std::size_t j = 0; j < used.size(); ++j) products[own.cols() + static_cast<Eigen::Index>(j)] = free->col(used[j]).dot(v);
+  return products;
+}
+
+Eigen::MatrixXd ExplanationColumns::across() const {
+  if (usesAll()) return free->transpose() * own;
+  Eigen::MatrixXd products(static_cast<Eigen::Index>(used.size()), own.cols());
+  for (std::size_t j = 0; j < used.size(); ++j) products.row(static_cast<Eigen::Index>(j)) = free->col(used[j]).transpose() * own;
   return products;
 }
 
@@ -150,8 +162,7 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
   sums.targets = whitened(state.error - state.sensitivity * expected);
   problem.products.resize(known + free, known + free);
   problem.products.topLeftCorner(known, known) = own.transpose() * own;
-  const Eigen::MatrixXd across = whitenedFree().transpose() * own;
-  problem.products.bottomLeftCorner(free, known) = across(used, Eigen::all);
+  problem.products.bottomLeftCorner(free, known) = sums.columns.across();
   problem.products.topRightCorner(known, free) = problem.products.bottomLeftCorner(free, known).transpose();
   problem.products.bottomRightCorner(free, free) = free_products_(used, used);
   problem.targets = sums.columns.along(sums.targets);

@@ -20,6 +20,9 @@ struct ExplanationColumns {
   Eigen::MatrixXd times(const Eigen::MatrixXd& z) const;
   /// @return the inner products of the columns with v.
   Eigen::VectorXd along(const Eigen::VectorXd& v) const;
+  /// @return those of the free columns with its own.
+  Eigen::MatrixXd across() const;
+  bool usesAll() const { return static_cast<Eigen::Index>(used.size()) == free->cols(); }  ///< in their order
 };
 
 /// ExplanationSums over the counted rows for a state's linear fit.
