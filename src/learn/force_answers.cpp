@@ -42,7 +42,9 @@ std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current, do
   std::vector<ForceAnswer> answers;
   double next = step;
   const double end = std::min({longest, kLongestAnswer, force.context.span / 3.0});
-  for (double time = step; time <= end; time += step) {
+  const auto steps = static_cast<long>(std::floor(end / step + 1e-9));
+  for (long n = 1; n <= steps; ++n) {
+    const double time = static_cast<double>(n) * step;
     const double u = 2.0 / force.context.beta * std::asinh(0.5 * current);  // the settled double layer
     resting.advance({step, 0.0, 0.0, false, 0.0, 0.0}, rest);
     charged.advance({step, current, current, false, u, 0.0}, up);

@@ -48,8 +48,9 @@ class EngineOf final : public Simulation::Engine {
     // Before its first step a simulation has shown no voltage to ramp from.
     const S& shown_last = battery_.now.terminal;
     const S from = valueOf(shown_last) != 0.0 ? shown_last : S(voltage);
-    const double parts = std::clamp(std::ceil(ramp / kLongestHold - 1e-9), 1.0, kMostHolds);
-    for (double k = 1.0; k <= parts; ++k) advanceTo(S(from + (voltage - from) * (k / parts)), ramp / parts, kMostCurrent);
+    const int parts = static_cast<int>(std::clamp(std::ceil(ramp / kLongestHold - 1e-9), 1.0, kMostHolds));
+    const double count = parts;
+    for (int k = 1; k <= parts; ++k) advanceTo(S(from + (voltage - from) * (k / count)), ramp / count, kMostCurrent);
     battery_.now.time = step.time;
     current_error_ = S(shown - source_.current);
   }

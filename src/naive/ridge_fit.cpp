@@ -40,7 +40,7 @@ Eigen::VectorXd solved(Eigen::MatrixXd products, const Eigen::VectorXd& targets,
 void requireSound(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options) {
   if (X.rows() != y.size())
     throw std::invalid_argument("fitRidge: " + std::to_string(X.rows()) + " rows for " + std::to_string(y.size()) + " values");
-  if (X.rows() < 2 * options.blocks || options.blocks < 2)
+  if (X.rows() < 2L * options.blocks || options.blocks < 2)
     throw std::invalid_argument("fitRidge: " + std::to_string(X.rows()) + " rows for " + std::to_string(options.blocks) +
                                 " blocks, expected two a block");
   if (options.penalties.empty()) throw std::invalid_argument("fitRidge: no penalty is given");
