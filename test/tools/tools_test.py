@@ -361,6 +361,25 @@ class RealRun(unittest.TestCase):
             run.run(bench, 1, FORMS, 5, 0.0, say=lambda *_: None)
             self.assertEqual(bench.asked, [])
 
+    def test_a_promise_is_kept_at_the_strength_that_was_promised(self):
+        known = catalogue(program(BUILD, "sof"))
+        cases = [one for one in plan.promised(1, known, ["small_car"])]
+        self.assertEqual([one["kind"] for one in cases[:plan.ZEROS_A_ROUND]], [plan.ZERO] * plan.ZEROS_A_ROUND)
+        self.assertEqual([one["effect"] for one in cases[plan.ZEROS_A_ROUND:]], list(plan.PROMISED))
+        slope, lag = (next(one for one in cases if one.get("effect") == effect) for effect in ("ocv_soc", "time_skew"))
+        self.assertEqual((slope["kind"], lag["kind"]), ("open_circuit", "instrument"))
+        self.assertEqual([one["tau_s"] for one in cases if one.get("effect") == "acid_transport"], [50.0])
+
+        bench = run.Bench.__new__(run.Bench)
+        t = np.arange(0.0, 3600.0)
+        i, u = np.full(len(t), -10.0), np.full(len(t), 12.0)
+        bench.unchanged, bench.shown = {"small_car": dict(told(), promised={"ocv_soc": 0.05})}, []
+        bench.loaded = ("small_car", laws.Beside(t, i, u))
+        bench.told = lambda *shown: bench.shown.append(shown) or told("open_circuit")
+        self.assertEqual(bench.case(slope, {})["drawn"], {"form": "ocv_soc", "strength": 0.05})
+        self.assertAlmostEqual(bench.shown[0][2][-1], 12.0 - 0.05 * 10.0 * 3599.0 / 3600.0)
+        self.assertIn("not_drawn", bench.case(lag, {}))
+
     def test_without_the_folder_of_recordings_it_says_so(self):
         self.assertRaisesRegex(SystemExit, "--data", command.main, ["nowhere"])
 

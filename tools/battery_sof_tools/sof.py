@@ -77,6 +77,8 @@ class Catalogue:
 
     def __init__(self, told):
         self.codes = {one["id"]: one["code"] for one in told["effects"]}
+        # [s], of the effects that remember: the first time constant at its usual value.
+        self.times = {one["id"]: parameter["magnitude"] for one in told["effects"] for parameter in reversed(one.get("parameters", ())) if parameter["unit"] == "s" and parameter["logarithmic"]}
         self.families = [one["id"] for one in told["families"]]
         self.family_of = {member: one["id"] for one in told["families"] for member in one["members"]}
         self.sensors = next(one["id"] for one in told["families"] if set(one["members"]) - set(self.codes))  # faults of sampling

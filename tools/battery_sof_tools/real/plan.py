@@ -9,6 +9,9 @@ ZERO = "zero"
 ZEROS_A_ROUND = 2
 # The cell is none of lead and acid: no lead-acid family is promised of it.
 NO_EFFECTS = ("leaf_cell",)
+# Effects of the catalogue that are put in at a promised strength, by equations of their own (concealment.py).
+PROMISED = ("acid_transport", "ocv_soc", "high_rate_depletion", "contact_resistance", "voltage_drift", "current_offset", "time_skew")
+INSTANT_SHARE = 0.35   # of all charge has passed when a contact changes
 LONGEST_S = 3600.0     # of a stretch that is shown, from its beginning
 SLOW_S = 86400.0       # the same where samples are seconds apart
 SLOW_INTERVAL_S = 2.0
@@ -32,6 +35,18 @@ def rounds(seed, forms, only=()):
         random.Random(seed_of(seed, number)).shuffle(cases)
         yield from cases
         number += 1
+
+
+def promised(seed, catalogue, only=()):
+    """Cases of one round: every recording with each of PROMISED, at the strength that its own answer calls the least to be told, and ZEROS_A_ROUND times with none."""
+    for recording in MEASURED:
+        if only and recording not in only:
+            continue
+        kinds = [(ZERO, None)] * ZEROS_A_ROUND + ([] if recording in NO_EFFECTS else [(catalogue.family(effect), effect) for effect in PROMISED])
+        for place, (kind, effect) in enumerate(kinds):
+            name = f"promised/{recording}/{effect or kind}" + ("" if effect else f"/{place}")
+            case = {"name": name, "recording": recording, "kind": kind, "seed": seed_of(seed, name), "turn": 0}
+            yield dict(case, effect=effect, tau_s=catalogue.times.get(effect)) if effect else case
 
 
 def forms_in_turn(case, forms):

@@ -4,7 +4,7 @@ import os
 import tempfile
 import time
 
-from .. import families, recordings
+from .. import concealment, families, recordings
 from ..files import append, lines_of, require_same
 from ..sof import Failure, diagnose, product_digest
 from . import laws, plan
@@ -20,6 +20,7 @@ def essentials(answer):
     return {"verdict": answer["verdict"], "families": families.families_of(answer, None),
             "effects": [one["id"] for one in answer["effects"]],
             "parts": [one["family"] for one in answer["candidates"] if not one["rejected_because"]],
+            "promised": {one["id"]: one["strength"] for one in answer["detectable"] if one["strength"] is not None},
             "limit_v": answer["relevance"]["limits"]["rmse_v"],
             "holdout_v": dict(holdout, ridge=(answer.get("naive") or {}).get("rmse_v"))}
 
@@ -67,12 +68,23 @@ class Bench:
         if case["kind"] == plan.ZERO:
             voltage, drawn = laws.neutral(beside.t, beside.i, beside.u, limit, case["seed"])
             return dict(case, drawn=drawn, answer=self.told(beside.t, beside.i, voltage))
+        if "effect" in case:
+            return self.promised(case)
         if case["kind"] == plan.INSTRUMENT and beside.t[-1] > plan.LONGEST_INSTRUMENT_S:
             return dict(case, not_drawn=[f"a law of an instrument takes at most {plan.LONGEST_INSTRUMENT_S:g} s"])
         drawn, current, voltage, why = self.law(case, forms, laws.PROMISED * limit)
         if drawn is None:
             return dict(case, not_drawn=why)
         return dict(case, drawn=drawn, answer=self.told(beside.t, current, voltage))
+
+    def promised(self, case):
+        """A row with an effect at the least strength that the answer to the unchanged recording calls enough."""
+        strength, beside = self.before(case["recording"])["promised"].get(case["effect"]), self.recording(case["recording"])
+        if strength is None:
+            return dict(case, not_drawn=[f"{case['effect']} would be told at no strength, or is told"])
+        instant = concealment.instant_of_throughput(beside.t, beside.i, plan.INSTANT_SHARE)
+        current, voltage = concealment.changed(case["effect"], beside.t, beside.i, beside.u, strength, case["tau_s"], instant)
+        return dict(case, drawn={"form": case["effect"], "strength": strength}, answer=self.told(beside.t, current, voltage))
 
     def law(self, case, forms, wanted):
         """The first form of the family that shows as it should."""
@@ -92,13 +104,16 @@ class Bench:
         return None, None, None, why
 
 
-def run(bench, seed, forms, count, minutes, only=(), say=print):
-    """Goes through the plan until `count` cases are asked or `minutes` have passed; goes on where it was cut off."""
+def run(bench, seed, forms, count, minutes, only=(), say=print, catalogue=None):
+    """Goes through the plan until `count` cases are asked or `minutes` have passed; goes on where it was cut off.
+
+    catalogue: its effects at promised strengths, in place of laws.
+    """
     path, ends = os.path.join(bench.out, ROWS), time.monotonic() + 60.0 * minutes
     require_same(os.path.join(bench.out, "seed.json"), seed, "cases of another seed")
     done = {row["name"] for row in lines_of(path)}
     asked = sum("answer" in row for row in lines_of(path))
-    for case in plan.rounds(seed, forms, only):
+    for case in plan.promised(seed, catalogue, only) if catalogue else plan.rounds(seed, forms, only):
         if asked >= count or time.monotonic() > ends:
             return
         if case["name"] in done:
