@@ -179,7 +179,7 @@ void ExplanationFits::weigh(ExplanationState& state) const {
 
 void ExplanationFits::improve(ExplanationState& state, int iterations, double settled) const {
   weigh(state);
-  for (int round = 0; round < iterations; ++round) {
+  for (int round = 0; round < iterations && std::isfinite(state.evidence); ++round) {
     const double before = state.evidence;
     bool moved = false;
     for (double step = 1.0; step > 0.05 && !moved; step *= 0.35) {
@@ -218,7 +218,7 @@ void ExplanationFits::settle(ExplanationState& state) {
     if (other.evidence > state.evidence) state = std::move(other);
   }
   improve(state);
-  known_.insert_or_assign(key, std::make_pair(state.model, state.point));
+  if (std::isfinite(state.evidence)) known_.insert_or_assign(key, std::make_pair(state.model, state.point));
 }
 
 void ExplanationFits::polish(ExplanationState& state) {

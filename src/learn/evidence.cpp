@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
@@ -162,6 +163,14 @@ double firstNoise(const LinearProblem& problem) {
 const LinearFit& better(const LinearFit& one, const LinearFit& other) { return other.evidence > one.evidence ? other : one; }
 
 /// Groups taken in one after the other while ln p gains more than 1.
+/// What a fit is whose columns, as derivatives of a model that breaks away, are of 1e200: their products are no numbers.
+LinearFit withoutNumbers(const LinearProblem& problem) {
+  const Eigen::Index columns = problem.products.cols();
+  return {Eigen::VectorXd::Zero(columns), Eigen::MatrixXd::Zero(columns, columns),
+          std::vector<double>(static_cast<std::size_t>(problem.groups), 0.0), std::sqrt(problem.square / std::max(problem.rows, 1.0)),
+          -std::numeric_limits<double>::infinity()};
+}
+
 LinearFit greedy(const LinearProblem& problem, double temper, const GroupPrior& prior) {
   std::vector<char> active(static_cast<std::size_t>(problem.groups), 0);
   std::vector<double> strength(active.size(), 0.03);
@@ -323,7 +332,8 @@ LinearFit fitSomeGroups(const LinearProblem& problem, double temper, const std::
   const GroupSearch search(problem, temper, active, prior);
   const LinearFit small = search.run(std::vector<double>(active.size(), 2e-3), firstNoise(problem), kRounds);
   const LinearFit large = search.run(std::vector<double>(active.size(), 0.6 * prior.most), small.noise, kRounds);
-  return better(small, large);
+  const LinearFit fit = better(small, large);
+  return std::isfinite(fit.evidence) && fit.z.allFinite() ? fit : withoutNumbers(problem);
 }
 
 LinearFit fitGroups(const LinearProblem& problem, double temper, const GroupPrior& prior) {

@@ -50,7 +50,8 @@ struct LinearFit {
  */
 LinearFit fitGroups(const LinearProblem& problem, double temper, const GroupPrior& prior = {});
 
-/// The same with some groups only: those of `active`, others off.
+/// The same with some groups only: those of `active`, others off. Evidence is minus infinity, and z zero, where the products are no
+/// numbers.
 LinearFit fitSomeGroups(const LinearProblem& problem, double temper, const std::vector<char>& active, const GroupPrior& prior = {});
 
 /// The same from strengths and noise of another fit, such as one at another temper: no other start is tried.

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 
 #include "support/synthetic_recording.hpp"
 
@@ -53,6 +54,20 @@ struct Tiny {
   Eigen::VectorXd y = 1e-3 * (A * Eigen::Vector3d(3.0, -4.0, 2.0) + drawn(5, 1, 2));
   LinearProblem problem = problemOf(A, y, Eigen::VectorXd::Constant(1, 0.005), {0, 1});
 };
+
+TEST(FitSomeGroups, OfColumnsWhoseProductsAreNoNumbersHasNoEvidence) {
+  Eigen::MatrixXd A = drawn(50, 4, 3);
+  const Eigen::VectorXd y = drawn(50, 1, 4).col(0);
+  for (const double size : {1e150, 1e200}) {
+    A.col(1).setConstant(size);
+    const LinearFit fit = fitSomeGroups(problemOf(A, y, Eigen::Vector2d(1.0, 1.0), {0, 1}), 0.5, {1, 1});
+    EXPECT_TRUE(fit.z.allFinite()) << size;
+    EXPECT_FALSE(std::isnan(fit.evidence)) << size;
+    EXPECT_EQ(fit.strength.size(), 2u);
+  }
+  EXPECT_EQ(fitSomeGroups(problemOf(A, y, Eigen::Vector2d(1.0, 1.0), {0, 1}), 0.5, {1, 1}).evidence,
+            -std::numeric_limits<double>::infinity());
+}
 
 TEST(Evidence, EqualsTheDenseFormula) {
   const Tiny tiny;
