@@ -61,17 +61,22 @@ inline std::vector<double> driveProfile(double duration, std::uint64_t seed) {
   Random random(seed);
   std::vector<double> current(120000, 0.0);
   const auto hold = [&](double level, double seconds) { current.insert(current.end(), static_cast<std::size_t>(1000.0 * seconds), level); };
+  // Drawn one after the other: a compiler evaluates arguments in an order of its own.
+  const auto hold_any = [&](double lowest, double highest, double shortest, double longest) {
+    const double seconds = random.uniform(shortest, longest);
+    hold(random.uniform(lowest, highest), seconds);
+  };
   while (current.size() < 1000.0 * duration) {
-    hold(random.uniform(-35.0, -15.0), random.uniform(8.0, 30.0));
+    hold_any(-35.0, -15.0, 8.0, 30.0);
     const double inrush = random.uniform(-600.0, -450.0), turning = random.uniform(-220.0, -160.0);
     for (int k = 0; k < 600; ++k) {
       const double ripple = 25.0 * std::sin(0.04 * k);
       current.push_back(turning + (inrush - turning) * std::exp(-k / 60.0) + ripple);
     }
     for (int part = 0; part < 3; ++part) {
-      hold(random.uniform(-30.0, 0.0), random.uniform(3.0, 12.0));
-      hold(random.uniform(3.0, 20.0), random.uniform(4.0, 25.0));
-      hold(random.uniform(45.0, 80.0), random.uniform(4.0, 15.0));
+      hold_any(-30.0, 0.0, 3.0, 12.0);
+      hold_any(3.0, 20.0, 4.0, 25.0);
+      hold_any(45.0, 80.0, 4.0, 15.0);
     }
   }
   return current;

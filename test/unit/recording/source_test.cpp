@@ -25,8 +25,8 @@ Series played(const std::vector<double>& wanted, double interval) {
   test::Random random(7);
   Series series;
   for (double current : wanted) {
-    const double voltage = battery.step(current, interval);
-    add(series, interval, current + 0.01 * random.normal(), voltage + 0.001 * random.normal());
+    const double voltage = battery.step(current, interval), shown = voltage + 0.001 * random.normal();
+    add(series, interval, current + 0.01 * random.normal(), shown);
   }
   return series;
 }
