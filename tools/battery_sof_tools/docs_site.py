@@ -110,8 +110,11 @@ def main():
     write_text(os.path.join(work, "hooks.py"), HOOKS)
     write_text(os.path.join(work, "mkdocs.yml"), SETTINGS.format(
         settings=os.path.join(ROOT, "mkdocs.yml"), pages=os.path.join(work, "pages"), site=site, hooks=os.path.join(work, "hooks.py")))
-    done = subprocess.run(["mkdocs", "build", "--strict", "--quiet", "-f", os.path.join(work, "mkdocs.yml")], check=False)
+    # Quiet, it would not say which link leads nowhere.
+    done = subprocess.run(["mkdocs", "build", "--strict", "-f", os.path.join(work, "mkdocs.yml")], capture_output=True, text=True, check=False)
     shutil.rmtree(work)
     if done.returncode == 0:
         print(f"the site's first page is {os.path.join(site, 'index.html')}")
+    else:
+        print("\n".join(line for line in (done.stdout + done.stderr).splitlines() if re.search("WARNING|ERROR|Aborted", line)), file=sys.stderr)
     return done.returncode
