@@ -14,25 +14,27 @@ namespace {
 
 constexpr double kToldRight = 0.7;  // [1], of the families told of batteries of unknown law: docs/diagnosis.md
 
-/// RMS of what a fit leaves of its samples beside white noise and rounding [V].
+/// RMS of what a fit leaves of its samples beside white noise and rounding [V]; samples weigh by their count, which edges of a slow
+/// sampling make less.
 double leftOf(const WhitenedFit& fit, const Drive& drive, double voltage_lsb_std) {
   double square = 0.0, counted = 0.0;
   for (std::size_t n = 0; n < drive.samples.size(); ++n) {
-    const double count = drive.samples[n].count, residual = fit.residual[static_cast<Eigen::Index>(n)];
+    const double count = drive.samples[n].count;
     if (!(count > 0.0)) continue;
-    square += residual * residual - fit.noise.white_std * fit.noise.white_std / count - voltage_lsb_std * voltage_lsb_std;
-    counted += 1.0;
+    square +=
+        count * (std::pow(fit.residual[static_cast<Eigen::Index>(n)], 2) - std::pow(voltage_lsb_std, 2)) - std::pow(fit.noise.white_std, 2);
+    counted += count;
   }
   return counted > 0.0 && square > 0.0 ? std::sqrt(square / counted) : 0.0;
 }
 
 Unexplained restOf(const Prepared& prepared, const FinalFit& last, const Learned& learned) {
-  const double lsb = prepared.screened.limits.voltage_lsb_std;
   Unexplained rest;
   rest.is_tone = slowTone(last.fit, last.drive(prepared)).has_value();
   rest.is_learned = learned.holds();
   // Blocks that are left out are missed by more than what is missing where a short recording hardly determines the parameters.
-  rest.rmse = learned.finding ? std::min(learned.finding->left_out.base, leftOf(last.fit, last.drive(prepared), lsb)) : 0.0;
+  if (learned.finding)
+    rest.rmse = std::min(learned.finding->left_out.base, leftOf(last.fit, last.drive(prepared), prepared.screened.limits.voltage_lsb_std));
   return rest;
 }
 
