@@ -87,5 +87,5 @@ add_test(NAME energy_manager_builds_and_decides
   COMMAND "${CMAKE_COMMAND}" "-DDEVEL=${CATKIN_DEVEL_PREFIX}" "-DSOURCE=${PROJECT_SOURCE_DIR}/examples/energy_manager"
     "-DWORK=${CMAKE_BINARY_DIR}/energy_manager" "-DCXX=${CMAKE_CXX_COMPILER}" "-DPYTHON=${PYTHON_EXECUTABLE}"
     "-DROSTEST=${BATTERY_SOF_ROSTEST}" -P "${CMAKE_CURRENT_SOURCE_DIR}/examples/try.cmake")
-set_tests_properties(energy_manager_builds_and_decides PROPERTIES TIMEOUT 300 RESOURCE_LOCK roscore)
+set_tests_properties(energy_manager_builds_and_decides PROPERTIES TIMEOUT 300 RESOURCE_LOCK roscore COST 200)
 add_dependencies(tests stop_experiment)
