@@ -39,9 +39,10 @@ class DoubleLayer {
     for (auto* buffer : {&before_, &whole_, &half_, &halves_}) buffer->assign(size, S(0.0));
   }
 
-  /// @param p all parameters.  @param step [s], length of the next implicit step as the last ones suggest, updated: part of what
-  /// makes two runs alike.  @param u, log_activity, ladder states, updated; the last two may be null.
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u, S* log_activity, S* ladder) {
+  /// @param p all parameters.  @param pace updated.
+  /// @param u, log_activity, ladder states, updated; the last two may be null.
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, LayerPace& pace, S& u, S* log_activity,
+               S* ladder) {
     if (duration <= 0.0) return;
     if (isPlain(present)) {
       advancePlain(present, current, duration, u);
@@ -49,12 +50,14 @@ class DoubleLayer {
     }
     prepare(p, present);
     if (!has_activity_ && !has_ladder_) {
-      LayerFlow<S>{side_, p, present, charging_slope_, discharging_slope_, is_limited_, is_symmetric_}.advance(current, duration, step, u);
+      LayerFlow<S>{side_, p, present, charging_slope_, discharging_slope_, is_limited_, is_symmetric_}.advance(current, duration, pace, u);
       return;
     }
     load(u, log_activity, ladder);
     double left = duration;
-    for (StepsTaken taken; left > 0.0;) {
+    double& step = pace.step;
+    StepsTaken taken(pace.beyond);
+    while (left > 0.0) {
       const double h = taken.next(left, step), tolerance = scaledTolerance(kTolerance, valueOf(before_[0]), valueOf(charging_slope_));
       const double error = attempt(p, present, current, h);
       const bool accepted = taken.accept(h, error <= tolerance);
@@ -71,6 +74,7 @@ class DoubleLayer {
       }
       step = std::max(step, kShortestStep);
     }
+    pace.beyond = taken.leaves(pace.beyond);
     store(u, log_activity, ladder);
   }
 

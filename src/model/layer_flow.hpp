@@ -22,14 +22,16 @@ struct LayerFlow {
   bool is_limited;                              ///< an effect sets Present::reactivity and inverse_supply
   bool is_symmetric;                            ///< alpha is a half
 
-  /// Passes through an interval under a held current. @param step [s], length of the next one, updated.  @param u [V], updated.
-  void advance(const S& current, double duration, double& step, S& u) const {
+  /// Passes through an interval under a held current. @param pace updated.  @param u [V], updated.
+  void advance(const S& current, double duration, LayerPace& pace, S& u) const {
     const bool charging_is_steeper = valueOf(charging_slope) >= valueOf(discharging_slope);
     const S k = charging_is_steeper ? charging_slope : discharging_slope;
     const S storage = S(2.0 * present.c2 / k);
     MatchedCurrent<S> at = currentAt(u, k);
     double left = duration;
-    for (StepsTaken taken; left > 0.0;) {
+    double& step = pace.step;
+    StepsTaken taken(pace.beyond);
+    while (left > 0.0) {
       const double h = taken.next(left, step);
       const double tolerance = scaledTolerance(kFlowTolerance, valueOf(u), valueOf(charging_slope));
       const FlowEnd<S> end = matchedFlow(at, current, k, S(storage * (1.0 / h)));
@@ -48,6 +50,7 @@ struct LayerFlow {
       }
       step = std::max(accepted && h < step ? std::max(wanted, step) : wanted, kShortestStep);
     }
+    pace.beyond = taken.leaves(pace.beyond);
   }
 
  private:

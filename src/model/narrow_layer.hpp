@@ -16,7 +16,7 @@ class LayerOf {
   virtual ~LayerOf() = default;
   virtual std::unique_ptr<LayerOf> clone() const = 0;
   /// As DoubleLayer::advance().
-  virtual void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u, S* log_activity,
+  virtual void advance(const S* p, const Present<S>& present, const S& current, double duration, LayerPace& pace, S& u, S* log_activity,
                        S* ladder) = 0;
   /// As DoubleLayer::atSource().
   virtual SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration, double u) = 0;
@@ -32,9 +32,9 @@ class WideLayer final : public LayerOf<S> {
  public:
   explicit WideLayer(DoubleLayer<S> layer) : layer_(std::move(layer)) {}
   std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<WideLayer>(*this); }
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u, S* log_activity,
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, LayerPace& pace, S& u, S* log_activity,
                S* ladder) override {
-    layer_.advance(p, present, current, duration, step, u, log_activity, ladder);
+    layer_.advance(p, present, current, duration, pace, u, log_activity, ladder);
   }
   SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration, double u) override {
     return layer_.atSource(p, present, emf, resistance, duration, u);
@@ -68,7 +68,7 @@ class NarrowLayer final : public LayerOf<S> {
   NarrowLayer(DoubleLayer<Dual<N>> layer, Shape shape) : layer_(std::move(layer)), shape_(std::move(shape)) {}
   std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<NarrowLayer>(*this); }
 
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u, S* log_activity,
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, LayerPace& pace, S& u, S* log_activity,
                S* ladder) override {
     prepare(p, present);
     const Dual<N> held = gathered(current);
@@ -77,7 +77,7 @@ class NarrowLayer final : public LayerOf<S> {
     std::array<Dual<N>, kLadderRungs> rungs;
     if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) rungs[k] = gathered(ladder[k]);
-    layer_.advance(p_.data(), present_, held, duration, step, narrow_u, log_activity ? &narrow_activity : nullptr,
+    layer_.advance(p_.data(), present_, held, duration, pace, narrow_u, log_activity ? &narrow_activity : nullptr,
                    shape_.has_ladder ? rungs.data() : nullptr);
     scatter(narrow_u, u);
     if (log_activity) scatter(narrow_activity, *log_activity);
@@ -157,11 +157,12 @@ class LocalLayer final : public LayerOf<S> {
   LocalLayer(DoubleLayer<Dual<N>> layer, Shape shape) : layer_(std::move(layer)), shape_(std::move(shape)) {}
   std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<LocalLayer>(*this); }
 
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, double& step, S& u, S* log_activity, S*) override {
+  void advance(const S* p, const Present<S>& present, const S& current, double duration, LayerPace& pace, S& u, S* log_activity,
+               S*) override {
     prepare(p, present);
     const Dual<N> held = own(current, kCurrent);
     Dual<N> local_u = own(u, kU), local_activity = log_activity ? own(*log_activity, kActivity) : Dual<N>(0.0);
-    layer_.advance(p_.data(), present_, held, duration, step, local_u, log_activity ? &local_activity : nullptr, nullptr);
+    layer_.advance(p_.data(), present_, held, duration, pace, local_u, log_activity ? &local_activity : nullptr, nullptr);
     const S before = u;
     const S activity_before = log_activity ? *log_activity : S(0.0);
     const auto chain = [&](const Dual<N>& local, S& x) {

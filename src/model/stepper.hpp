@@ -23,7 +23,7 @@ struct Standing {
   std::vector<S> force;                   ///< memory of a learnt force, as firstForceMemory()
   S terminal = S(0.0), voltage = S(0.0);  ///< [V], of the battery and as its channel shows it; 0 before the first interval
   double last_current = 0.0;              ///< [A], at the end of the last interval
-  double layer_step = 1.0;                ///< [s], length of the double layer's next implicit step
+  LayerPace pace;                         ///< of the double layer's steps
   unsigned intervals = 0;                 ///< since fading numbers were dropped
 };
 
@@ -48,7 +48,7 @@ void standAs(Standing<S>& to, const Standing<T>& from, const Number& number) {
   changeNumbersBeside(to, from, [&](S& x, const T& y) { x = S(number(y)); });
   to.time = from.time;
   to.last_current = from.last_current;
-  to.layer_step = from.layer_step;
+  to.pace = from.pace;
   to.intervals = from.intervals;
 }
 
@@ -211,7 +211,7 @@ class Stepper {
     if (bound.steps_finely) advanceFinely(held, 0.5 * duration, presentAt(middle));
     const Present<S>& present = presentAt(middle);
     const S before = now.x[0];
-    layer_->advance(effects_.parameters().data(), present, held, duration, now.layer_step, now.x[0], stateAt(bound.activity_state),
+    layer_->advance(effects_.parameters().data(), present, held, duration, now.pace, now.x[0], stateAt(bound.activity_state),
                     stateAt(bound.ladder_state));
     const S mean = S(0.5 * (before + now.x[0]));
     if (bound.limits_reaction)

@@ -1,22 +1,40 @@
 #pragma once
 
+#include <algorithm>
+
 namespace battery_sof {
 
 inline constexpr double kShortestStep = 1e-7;  // [s], of the double layer
-inline constexpr int kMostTried = 2000;        // steps in an interval, far above what any battery's takes (a hundred)
+inline constexpr int kUsualSteps = 100;        // in an interval, as many as any battery's takes
+inline constexpr int kMostTried = 2000;        // steps in an interval
+inline constexpr int kMostBeyond = 4000;       // steps beyond the usual ones in a simulation, all intervals together
 inline constexpr int kMostMissed = 100;        // shortest steps in an interval that still miss the tolerance
+
+/// What one interval of a simulation leaves to the next of how the double layer is stepped: part of what makes two runs alike.
+struct LayerPace {
+  double step = 1.0;         ///< [s], length of the next implicit step as the last ones suggest
+  int beyond = kMostBeyond;  ///< steps that intervals may yet take beyond the usual ones
+};
 
 /**
  * @brief The adaptive steps of the double layer in one interval of held current, so far.
  *
  * An interval whose steps come to no end, or of which even the shortest miss the tolerance again and again (a layer that parameters
  * beyond any battery's take to a hundred volts swings for ever), takes what is left as one step: implicit and matched steps are
- * stable at any length. So the work of an interval, and with it of an answer, is bounded whatever the parameters are.
+ * stable at any length. A simulation of which many intervals take more than usual has fewer for the later ones. So the work of an
+ * interval, and with it of an answer, is bounded whatever the parameters are.
  */
 struct StepsTaken {
+  /// @param beyond LayerPace::beyond of the simulation.
+  explicit StepsTaken(int beyond) : most(std::min(kMostTried, kUsualSteps + beyond)) {}
+
+  int most;
   int tried = 0, missed = 0;
 
-  bool areTooMany() const { return tried >= kMostTried || missed >= kMostMissed; }
+  bool areTooMany() const { return tried >= most || missed >= kMostMissed; }
+
+  /// What is left of LayerPace::beyond after this interval.
+  int leaves(int beyond) const { return beyond - std::clamp(tried - kUsualSteps, 0, beyond); }
 
   /// The length of the next step [s]. @param left [s], of the interval.  @param step [s], as the last ones suggest.
   double next(double left, double step) const { return areTooMany() || step > 0.999 * left ? left : step; }
