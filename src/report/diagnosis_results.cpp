@@ -290,7 +290,9 @@ std::string hiddenText(const Diagnosis& d) {
       hidden.push_back(
           x.id + (x.strength ? " (" + x.parameter + " below " + threeDigits(*x.strength) + " " + x.unit + ")" : " (at any strength)"));
   std::string text;
-  if (!hidden.empty()) text += "\n" + wrapped("hidden       ", "could be here unseen: " + listed(hidden, "; "));
+  if (!hidden.empty())
+    text += "\n" +
+            wrapped("hidden       ", "could be here unseen: " + listed(hidden, "; ") + ". Strengths are estimates: --confirm ID tries one");
   for (const std::string& what : d.outside) text += wrapped("outside      ", what);
   return text;
 }
