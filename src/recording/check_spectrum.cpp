@@ -64,7 +64,7 @@ struct Regressors {
 
   Row at(std::size_t k) const {
     Row row;
-    for (int j = -kTaps; j <= kTaps; ++j) {
+    for (Eigen::Index j = -kTaps; j <= kTaps; ++j) {
       const auto from = static_cast<std::size_t>(static_cast<long>(k) - shift + j);
       row[2 * (j + kTaps)] = current[from];
       row[2 * (j + kTaps) + 1] = size[from];

@@ -11,8 +11,8 @@ namespace {
 
 /// r_1 is a one-to-one law only then; looked at where s of its definition changes.
 bool r1Rises(const BatteryParameters& p) {
-  for (double x = -20.0; x <= 20.0; x += 0.1) {
-    const double current = p.r1_transition_at_a + x * p.r1_transition_a;
+  for (int tenth = -200; tenth <= 200; ++tenth) {
+    const double current = p.r1_transition_at_a + 0.1 * tenth * p.r1_transition_a;
     if (r1Voltage(p, BatteryEffects{}, current).slope <= 0.0) return false;
   }
   return true;
