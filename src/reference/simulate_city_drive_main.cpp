@@ -19,7 +19,7 @@ void writeCsv(const std::string& path, const std::vector<battery_sof_reference::
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   CLI::App app("Writes a simulated city drive of a start-stop car as CSV at 100 Hz.");
   battery_sof_reference::CityDriveOptions options;
   std::string out;
@@ -27,11 +27,9 @@ int main(int argc, char** argv) {
   app.add_option("--seed", options.seed, "the same seed gives the same drive")->capture_default_str();
   app.add_option("--duration", options.duration, "[s]")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  try {
-    writeCsv(out, battery_sof_reference::simulateCityDrive(options));
-  } catch (const std::exception& error) {
-    std::cerr << "simulate_city_drive: " << error.what() << "\n";
-    return 2;
-  }
+  writeCsv(out, battery_sof_reference::simulateCityDrive(options));
   return 0;
+} catch (const std::exception& error) {
+  std::cerr << "simulate_city_drive: " << error.what() << "\n";
+  return 2;
 }

@@ -43,12 +43,14 @@ double roundStep(double range) {
 std::vector<double> ticksOf(const Axis& axis) {
   std::vector<double> ticks;
   if (axis.is_log) {
-    for (double tick = std::pow(10.0, std::ceil(std::log10(axis.low) - 1e-9)); tick <= axis.high * (1.0 + 1e-9); tick *= 10.0)
-      ticks.push_back(tick);
+    const int first = static_cast<int>(std::ceil(std::log10(axis.low) - 1e-9)),
+              last = static_cast<int>(std::floor(std::log10(axis.high) + 1e-9));
+    for (int decade = first; decade <= last; ++decade) ticks.push_back(std::pow(10.0, decade));
     return ticks;
   }
   const double step = roundStep(axis.high - axis.low);
-  for (double k = std::ceil(axis.low / step - 1e-9); k * step <= axis.high + 1e-9 * step; k += 1.0) ticks.push_back(k * step);
+  const auto first = static_cast<long>(std::ceil(axis.low / step - 1e-9)), last = static_cast<long>(std::floor(axis.high / step + 1e-9));
+  for (long k = first; k <= last; ++k) ticks.push_back(static_cast<double>(k) * step);
   return ticks;
 }
 

@@ -165,7 +165,7 @@ std::string imposedBands(const Drawing& drawing) {
   std::string lines, feet;
   for (std::size_t k = 0; k < std::min(stretches.size(), kStretchesShown); ++k) {
     const double left = 1000.0 * time.share(stretches[k].from), right = 1000.0 * time.share(stretches[k].to);
-    for (double x = kHatching * std::ceil(left / kHatching); x < right; x += kHatching) lines += sentence("M%.1f 0V240", x);
+    for (int n = static_cast<int>(std::ceil(left / kHatching)); kHatching * n < right; ++n) lines += sentence("M%.1f 0V240", kHatching * n);
     feet += sentence("M%.1f 240H%.1fV245H%.1fz", left, right, left);
   }
   if (feet.empty()) return "";

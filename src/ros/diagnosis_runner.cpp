@@ -12,7 +12,7 @@ constexpr int kNice = 15;  // identifications (10) go first: answers stand on th
 
 }  // namespace
 
-DiagnosisRunner::DiagnosisRunner(ros::NodeHandle& private_node, Options options, Adopt adopt)
+DiagnosisRunner::DiagnosisRunner(ros::NodeHandle& private_node, const Options& options, Adopt adopt)
     : options_(options),
       adopt_(std::move(adopt)),
       publisher_(private_node.advertise<DiagnosisMessage>("diagnosis", 10, true)),

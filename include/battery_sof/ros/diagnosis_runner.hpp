@@ -47,7 +47,7 @@ class DiagnosisRunner {
   /// Called on the runner's thread with what goes on trial.
   using Adopt = std::function<void(const Adoption& adoption, double from_driving)>;
 
-  DiagnosisRunner(ros::NodeHandle& private_node, Options options, Adopt adopt);
+  DiagnosisRunner(ros::NodeHandle& private_node, const Options& options, Adopt adopt);
   /// Breaks a running diagnosis off.
   ~DiagnosisRunner() { stop(); }
 
