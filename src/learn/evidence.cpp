@@ -162,7 +162,6 @@ double firstNoise(const LinearProblem& problem) {
 
 const LinearFit& better(const LinearFit& one, const LinearFit& other) { return other.evidence > one.evidence ? other : one; }
 
-/// Groups taken in one after the other while ln p gains more than 1.
 /// What a fit is whose columns, as derivatives of a model that breaks away, are of 1e200: their products are no numbers.
 LinearFit withoutNumbers(const LinearProblem& problem) {
   const Eigen::Index columns = problem.products.cols();
@@ -171,6 +170,7 @@ LinearFit withoutNumbers(const LinearProblem& problem) {
           -std::numeric_limits<double>::infinity()};
 }
 
+/// Groups taken in one after the other while ln p gains more than 1.
 LinearFit greedy(const LinearProblem& problem, double temper, const GroupPrior& prior) {
   std::vector<char> active(static_cast<std::size_t>(problem.groups), 0);
   std::vector<double> strength(active.size(), 0.03);

@@ -56,8 +56,7 @@ class DoubleLayer {
     load(u, log_activity, ladder);
     double left = duration;
     double& step = pace.step;
-    StepsTaken taken(pace.beyond);
-    while (left > 0.0) {
+    for (StepsTaken taken(pace); left > 0.0;) {
       const double h = taken.next(left, step), tolerance = scaledTolerance(kTolerance, valueOf(before_[0]), valueOf(charging_slope_));
       const double error = attempt(p, present, current, h);
       const bool accepted = taken.accept(h, error <= tolerance);
@@ -74,7 +73,6 @@ class DoubleLayer {
       }
       step = std::max(step, kShortestStep);
     }
-    pace.beyond = taken.leaves(pace.beyond);
     store(u, log_activity, ladder);
   }
 

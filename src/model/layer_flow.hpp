@@ -30,8 +30,7 @@ struct LayerFlow {
     MatchedCurrent<S> at = currentAt(u, k);
     double left = duration;
     double& step = pace.step;
-    StepsTaken taken(pace.beyond);
-    while (left > 0.0) {
+    for (StepsTaken taken(pace); left > 0.0;) {
       const double h = taken.next(left, step);
       const double tolerance = scaledTolerance(kFlowTolerance, valueOf(u), valueOf(charging_slope));
       const FlowEnd<S> end = matchedFlow(at, current, k, S(storage * (1.0 / h)));
@@ -50,7 +49,6 @@ struct LayerFlow {
       }
       step = std::max(accepted && h < step ? std::max(wanted, step) : wanted, kShortestStep);
     }
-    pace.beyond = taken.leaves(pace.beyond);
   }
 
  private:

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-
 namespace battery_sof {
 
 inline constexpr double kShortestStep = 1e-7;  // [s], of the double layer
@@ -25,16 +23,13 @@ struct LayerPace {
  * interval, and with it of an answer, is bounded whatever the parameters are.
  */
 struct StepsTaken {
-  /// @param beyond LayerPace::beyond of the simulation.
-  explicit StepsTaken(int beyond) : most(std::min(kMostTried, kUsualSteps + beyond)) {}
+  /// @param of the simulation; steps beyond the usual are taken off it.
+  explicit StepsTaken(LayerPace& of) : pace(of) {}
 
-  int most;
+  LayerPace& pace;
   int tried = 0, missed = 0;
 
-  bool areTooMany() const { return tried >= most || missed >= kMostMissed; }
-
-  /// What is left of LayerPace::beyond after this interval.
-  int leaves(int beyond) const { return beyond - std::clamp(tried - kUsualSteps, 0, beyond); }
+  bool areTooMany() const { return tried >= kMostTried || missed >= kMostMissed || (tried >= kUsualSteps && pace.beyond == 0); }
 
   /// The length of the next step [s]. @param left [s], of the interval.  @param step [s], as the last ones suggest.
   double next(double left, double step) const { return areTooMany() || step > 0.999 * left ? left : step; }
@@ -43,6 +38,7 @@ struct StepsTaken {
   bool accept(double h, bool is_within) {
     const bool is_last = areTooMany(), is_shortest = h <= kShortestStep;
     ++tried;
+    if (tried > kUsualSteps && pace.beyond > 0) --pace.beyond;
     missed += is_shortest && !is_within;
     return is_within || is_shortest || is_last;
   }

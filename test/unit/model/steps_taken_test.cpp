@@ -8,7 +8,8 @@ namespace {
 
 /// Steps that an interval takes whose steps all end within the tolerance or all miss it. @param step [s], wanted throughout.
 int stepsOf(double duration, double step, bool is_within) {
-  StepsTaken taken(kMostBeyond);
+  LayerPace pace;
+  StepsTaken taken(pace);
   double left = duration;
   while (left > 0.0) {
     const double h = taken.next(left, step);
@@ -30,7 +31,8 @@ TEST(StepsTaken, AreFewWhereEvenTheShortestMissTheTolerance) { EXPECT_LT(stepsOf
 TEST(StepsTaken, ComeToAnEndWhereAllAreWithinTheToleranceButShort) { EXPECT_EQ(stepsOf(1000.0, 1e-6, true), kMostTried + 1); }
 
 TEST(StepsTaken, ThatMissTheToleranceAndCanBeShorterDoNotCount) {
-  StepsTaken taken(kMostBeyond);
+  LayerPace pace;
+  StepsTaken taken(pace);
   EXPECT_FALSE(taken.accept(1.0, false));
   EXPECT_TRUE(taken.accept(kShortestStep, false));
   EXPECT_TRUE(taken.accept(1.0, true));
@@ -40,9 +42,8 @@ TEST(StepsTaken, BeyondTheUsualAreThoseOfAllIntervalsTogether) {
   LayerPace pace;
   int tried = 0;
   for (int interval = 0; interval < 100; ++interval) {
-    StepsTaken taken(pace.beyond);
+    StepsTaken taken(pace);
     while (!taken.areTooMany()) taken.accept(1e-6, true);
-    pace.beyond = taken.leaves(pace.beyond);
     tried += taken.tried;
   }
   EXPECT_EQ(pace.beyond, 0);
@@ -50,7 +51,8 @@ TEST(StepsTaken, BeyondTheUsualAreThoseOfAllIntervalsTogether) {
 }
 
 TEST(StepsTaken, UsualOnesLeaveWhatOthersMayTake) {
-  StepsTaken taken(kMostBeyond);
+  LayerPace pace;
+  StepsTaken taken(pace);
   for (int n = 0; n < kUsualSteps; ++n) taken.accept(1e-3, true);
-  EXPECT_EQ(taken.leaves(kMostBeyond), kMostBeyond);
+  EXPECT_EQ(pace.beyond, kMostBeyond);
 }
