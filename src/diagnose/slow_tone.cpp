@@ -42,6 +42,17 @@ std::vector<double> binned(const WhitenedFit& fit, const Drive& drive, double bi
   return sums;
 }
 
+/// Chance that one line without a tone stands so far above the median of its neighbours. That median is uncertain itself: a sum of
+/// m + 1 of the 2 m + 1 exponential spacings, of which this is the Laplace transform.
+double chanceOf(double power) {
+  double chance = 1.0;
+  for (std::size_t j = 0; j <= kAround; ++j) {
+    const auto left = static_cast<double>(2 * kAround + 1 - j);
+    chance *= left / (left + power / std::log(2.0));
+  }
+  return chance;
+}
+
 double amplitudeOf(const WhitenedFit& fit, const Drive& drive, double period) {
   Eigen::MatrixXd columns(fit.innovation.size(), 2);
   for (Eigen::Index n = 0; n < columns.rows(); ++n) {
@@ -77,7 +88,7 @@ std::optional<SlowTone> slowTone(const WhitenedFit& fit, const Drive& drive) {
     best.power = power[k] / level;
     best.period = bin * static_cast<double>(values.size()) / static_cast<double>(lowest + k);
   }
-  if (best.power < std::log(static_cast<double>(power.size()) / kChance)) return std::nullopt;
+  if (static_cast<double>(power.size()) * chanceOf(best.power) > kChance) return std::nullopt;
   best.amplitude = amplitudeOf(fit, drive, best.period);
   if (best.amplitude < kLeastShare * rmsOver(fit.residual, drive)) return std::nullopt;
   return best;

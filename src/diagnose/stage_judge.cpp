@@ -30,7 +30,8 @@ double leftOf(const WhitenedFit& fit, const Drive& drive, double voltage_lsb_std
 
 Unexplained restOf(const Prepared& prepared, const FinalFit& last, const Learned& learned) {
   Unexplained rest;
-  rest.is_tone = slowTone(last.fit, last.drive(prepared)).has_value();
+  const std::optional<SlowTone> tone = slowTone(last.fit, last.drive(prepared));
+  rest.is_tone = tone && tone->amplitude >= std::sqrt(2.0) * learned.left.limits.rmse;  // RMS of a tone
   rest.is_learned = learned.holds();
   // Blocks that are left out are missed by more than what is missing where a short recording hardly determines the parameters.
   if (learned.finding)
@@ -39,7 +40,7 @@ Unexplained restOf(const Prepared& prepared, const FinalFit& last, const Learned
 }
 
 /// What is told of an explanation: effects by their evidence; a family that its columns alone stand for where what they learnt holds on
-/// blocks that were left out. Ageing has clocks of its own and no part in what is learnt.
+/// blocks that were left out. Ageing is told by its evidence: how far it had come in a block the others do not say.
 Explanation confirmed(Explanation explanation, const Learned& learned) {
   const auto is_untold = [&](const Component& one) { return one.member.empty() && !learned.holds() && one.family != Family::kAgeing; };
   std::vector<Component>& all = explanation.components;

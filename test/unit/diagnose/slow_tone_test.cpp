@@ -41,6 +41,26 @@ TEST(SlowTone, NoiseAloneHoldsNone) {
   EXPECT_LE(found, 1);  // one in a thousand by chance
 }
 
+/// Five minutes at one sample a second, where the level around a line is as uncertain as it gets: one of a thousand has a tone by chance.
+TEST(SlowTone, IsAsRareByChanceAsPromised) {
+  Series series;
+  for (int n = 0; n < 300; ++n) {
+    series.time.push_back(n);
+    series.current.push_back(n % 20 < 10 ? 10.0 : -10.0);
+    series.voltage.push_back(12.5);
+  }
+  const Drive drive = fullDrive(series, {0, series.size()});
+  WhitenedFit fit = fitWithTone(0.0, 37.0, 1);
+  test::Random random(11);
+  int found = 0;
+  for (int k = 0; k < 4000; ++k) {
+    fit.innovation = Eigen::VectorXd::NullaryExpr(300, [&] { return random.normal(); });
+    fit.residual = fit.noise.white_std * fit.innovation;
+    found += slowTone(fit, drive).has_value();
+  }
+  EXPECT_LE(found, 12);  // 4 are expected; with the level taken for exact there were 37
+}
+
 TEST(SlowTone, AMinuteIsTooShortToTell) {
   Drive minute = fifteenMinutes();
   WhitenedFit fit = fitWithTone(0.02, 37.0, 1);
