@@ -16,6 +16,29 @@ constexpr double kWeak = 0.01;          // of a grid point's strengths, from whe
 constexpr double kPromised = 0.5;       // of the grid's gain, that a search has to reach to be on its way
 constexpr double kWorthATry = 0.1;      // of the best one's gain on the grid
 
+/// What the linear fit of a state leaves.
+struct LinearRest {
+  LinearRest(const ExplanationFits& fits, const ExplanationState& state)
+      : sums(fits.sumsOf(state, false)), factor(fits.penalised(sums, state)), left(sums.targets - sums.columns.times(state.fit.z)) {}
+
+  /// Square of what it cannot take up of something added to the rows [V^2].
+  double lengthOf(const Eigen::VectorXd& added) const {
+    const Eigen::VectorXd cross = sums.columns.along(added);
+    return std::max(1e-300, added.squaredNorm() - cross.dot(factor.solve(cross)));
+  }
+
+  ExplanationSums sums;
+  Eigen::LDLT<Eigen::MatrixXd> factor;
+  Eigen::VectorXd left;
+};
+
+/// A state with a family's columns as strong as they may be: what these can take up of an effect is told of their family.
+ExplanationState withFreeColumns(const ExplanationFits& fits, const ExplanationState& state, Family family) {
+  ExplanationState next = fits.withColumns(state, family);
+  std::fill_n(next.fit.strength.begin(), kForceGroups, GroupPrior().most);
+  return next;
+}
+
 }  // namespace
 
 EffectSearch::EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids, const ExplanationRules& rules)
@@ -43,14 +66,12 @@ std::optional<ExplanationState> EffectSearch::with(const ExplanationState& state
 }
 
 std::vector<double> EffectSearch::gridGains(const ExplanationState& state, const std::vector<EffectGridPoint>& grid) const {
-  const ExplanationSums sums = fits_.sumsOf(state, false);
-  const Eigen::VectorXd left = sums.targets - sums.columns.times(state.fit.z);
-  const Eigen::LDLT<Eigen::MatrixXd> factor = fits_.penalised(sums, state);
-  const double rss = left.squaredNorm(), rows = fits_.temper() * sums.problem.rows;
+  const LinearRest rest(fits_, state);
+  const double rss = rest.left.squaredNorm(), rows = fits_.temper() * rest.sums.problem.rows;
   std::vector<double> gains;
   for (const EffectGridPoint& point : grid) {
-    const Eigen::VectorXd added = fits_.whitened(point.added), cross = sums.columns.along(added);
-    const double length = added.squaredNorm() - cross.dot(factor.solve(cross)), along = added.dot(left);
+    const Eigen::VectorXd added = fits_.whitened(point.added);
+    const double length = rest.lengthOf(added), along = added.dot(rest.left);
     gains.push_back(0.0);
     if (!(length > 1e-8 * added.squaredNorm()) || (point.one_sided && along < 0.0)) continue;
     const double share = std::min(along * along / length / rss, 1.0 - 1e-9);
@@ -118,20 +139,25 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
   return fitted;
 }
 
-std::vector<LeastStrength> EffectSearch::leastStrengths(const ExplanationState& state) const {
+std::vector<LeastStrength> EffectSearch::leastStrengths(const ExplanationState& state, const std::function<double(Family)>& needed) const {
   std::vector<LeastStrength> least;
-  const ExplanationSums sums = fits_.sumsOf(state, false);
-  const Eigen::LDLT<Eigen::MatrixXd> factor = fits_.penalised(sums, state);
+  const LinearRest rest(fits_, state);
+  std::map<Family, LinearRest> beside;
+  for (const Family family : kAllFamilies)
+    if (!state.learnt.count(family)) beside.emplace(family, LinearRest(fits_, withFreeColumns(fits_, state, family)));
   std::set<std::string> done;
   for (const EffectGridPoint& point : grid_) {
     if (ExplanationFits::isUsed(point.id, state) || !done.insert(point.id).second) continue;
-    const Eigen::VectorXd added = fits_.whitened(point.added), cross = sums.columns.along(added);
-    const double length = std::max(1e-300, added.squaredNorm() - cross.dot(factor.solve(cross)));
-    const double information = fits_.temper() * length / (state.fit.noise * state.fit.noise);
-    const double evident =
-        std::sqrt(2.0 * (rules_.least_gain + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) / information);
+    const Family own = familyOf(point.id);
+    const Eigen::VectorXd added = fits_.whitened(point.added);
+    const double length = rest.lengthOf(added);
+    double least_length = length;
+    for (const auto& other : beside)
+      if (other.first != own) least_length = std::min(least_length, other.second.lengthOf(added));
+    const double information = fits_.temper() * least_length / (state.fit.noise * state.fit.noise);
+    const double evident = std::sqrt(2.0 * (needed(own) + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) / information);
     const double matters = fits_.relevantBeside(state) / std::sqrt(length / static_cast<double>(fits_.counted().size()));
-    least.push_back(leastStrength(point, std::max(evident, matters)));
+    least.push_back(leastStrength(point, std::max(evident + std::abs(added.dot(rest.left)) / length, matters)));
   }
   return least;
 }
@@ -233,10 +259,9 @@ bool EffectSearch::isDistorted(const ExplanationState& state) {
 }
 
 double EffectSearch::strengthOf(const ExplanationState& state, const EffectGridPoint& from) const {
-  const ExplanationSums sums = fits_.sumsOf(state, false);
-  const Eigen::VectorXd added = fits_.whitened(from.added), cross = sums.columns.along(added);
-  const double length = added.squaredNorm() - cross.dot(fits_.penalised(sums, state).solve(cross));
-  const double share = added.dot(sums.targets - sums.columns.times(state.fit.z)) / std::max(length, 1e-300);
+  const LinearRest rest(fits_, state);
+  const Eigen::VectorXd added = fits_.whitened(from.added);
+  const double share = added.dot(rest.left) / rest.lengthOf(added);
   return std::abs(share) < 0.1 ? std::copysign(0.1, share) : share;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "explanation_fits.hpp"
@@ -23,8 +24,9 @@ class EffectSearch {
   /// The likeliest effects beside a state, each fitted; best first. @param only of one family, its grid taken anew beside the
   /// state: a side reaction shows where the circuit with its acceptance lets the voltage rise, and not where the circuit alone does.
   std::vector<ExplanationState> withMembers(const ExplanationState& state, std::optional<Family> only);
-  /// Smallest strengths that would have come in, from the information that a typical strength's signature holds, linearly.
-  std::vector<LeastStrength> leastStrengths(const ExplanationState& state) const;
+  /// Smallest strengths that would have come in, linearly: from what neither the state nor the columns of any other family can take up of
+  /// a typical strength's signature, and beyond what is left that looks like it. @param needed nats that a family must bring.
+  std::vector<LeastStrength> leastStrengths(const ExplanationState& state, const std::function<double(Family)>& needed) const;
 
   /// By what one explanation is taken before another: of two that are as good the one with fewer effects, an equation before columns.
   double rankOf(const ExplanationState& state) const;

@@ -294,7 +294,7 @@ class Explainer {
     found_.temper = fits_.temper();
     found_.edge_jitter = fits_.edgeNoise().jitter();
     found_.weighed = search_.weighed();
-    found_.least = search_.leastStrengths(state);
+    found_.least = search_.leastStrengths(state, [&](Family family) { return needed(state, family); });
     double most = rules_.least_gain;
     for (const Family family : kAllFamilies) {
       if (state.learnt.count(family)) continue;
