@@ -37,7 +37,7 @@ std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current, do
   const double step = std::max(0.1, force.context.interval);
   Eigen::VectorXd rest(static_cast<Eigen::Index>(force.columns.size())), up = rest, down = rest;
   ForceMemory rested(force.columns, force.context);
-  rested.advance({0.0, 0.0, 0.0, false, 0.0, 0.0}, rest);
+  rested.advance({0.0, 0.0, 0.0, false, 0.0, force.context.span}, rest);
   ForceMemory charged = rested, discharged = rested, resting = rested;
   std::vector<ForceAnswer> answers;
   double next = step;
@@ -46,9 +46,9 @@ std::vector<ForceAnswer> answersOf(const LearnedForce& force, double current, do
   for (long n = 1; n <= steps; ++n) {
     const double time = static_cast<double>(n) * step;
     const double u = 2.0 / force.context.beta * std::asinh(0.5 * current);  // the settled double layer
-    resting.advance({step, 0.0, 0.0, false, 0.0, 0.0}, rest);
-    charged.advance({step, current, current, false, u, 0.0}, up);
-    discharged.advance({step, -current, -current, false, -u, 0.0}, down);
+    resting.advance({step, 0.0, 0.0, false, 0.0, force.context.span}, rest);
+    charged.advance({step, current, current, false, u, force.context.span}, up);
+    discharged.advance({step, -current, -current, false, -u, force.context.span}, down);
     if (time + 1e-9 < next) continue;
     const double unmoved = summed(force, rest);
     answers.push_back(

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::array<double, 10> kTimes = {0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0};  // [s]
 constexpr std::array<double, 6> kEdgeTimes = {0.005, 0.01, 0.02, 0.05, 0.1, 0.15};                             // [s]
-constexpr double kFastest = 0.06;                                  // [s]; sampled more slowly, edges are single samples
-constexpr double kSlowMemory = 100.0;                              // [s]; a memory of the current that lasts longer is the acid's
+constexpr double kFastest = 0.06;     // [s]; sampled more slowly, edges are single samples
+constexpr double kSlowMemory = 30.0;  // [s]; double layers forget within 10 s: from here on a memory is the acid's
 constexpr std::array<double, 4> kOnsets = {-4.0, -2.0, 0.0, 2.0};  // widths from what is high
 constexpr int kSteps = 6;                                          // instants at which a contact may have changed
 

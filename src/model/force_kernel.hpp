@@ -172,7 +172,7 @@ struct ColumnKernel {
   S valueNow(const ForceColumn& column, const ForceMomentOf<S>& moment) const {
     const S* shared = state + columns.size();
     const S &i = moment.current, &u = moment.overpotential;
-    const double t = moment.time / context.span;
+    const double t = std::clamp(moment.time / context.span, 0.0, 1.0);
     const auto bent = [&] { return limited(S(u * column.scale), kMostBend); };
     switch (column.kind) {
       case ForceKind::kSinceCharge: return valueOf(i) < -1.0 ? fading(shared[kDrawnState], column.scale) : S(0.0);

@@ -115,7 +115,7 @@ struct LeftOutErrors {
 /// @param blocks consecutive ones, at least 2.
 LeftOutErrors leftOutErrors(const BaseResponse& response, const ForceTable& table, int blocks, const ColumnFilter& wanted = nullptr);
 
-/// Whether a column may be used beyond the time it was learnt in: its own clock has no part in it.
+/// Whether a column has no clock of its own.
 bool isTimeless(const ForceColumn& column);
 
 /// What a force adds while a held current flows.

@@ -42,7 +42,7 @@ enum class ForceKind {
   kHighOverpotential,       ///< p = ln(1 + exp((u - time) / scale)) [1]; time, scale [V]
   kHighMemory,              ///< LP of it [1]; charge [s]
   kHighSum,                 ///< its integral [s]
-  kTimeCurrent,             ///< i t / span [A]
+  kTimeCurrent,             ///< i t / span [A], t: time since the training part began, held at its ends
   kTimeMagnitude,           ///< |i| t / span [A]
   kTimeSquaredCurrent,      ///< i (t / span)^2 [A]
   kTimeOverpotential,       ///< u t / span [V]

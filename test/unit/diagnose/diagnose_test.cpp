@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "battery_sof/diagnose/verdict.hpp"
 #include "battery_sof/model/family.hpp"
+#include "battery_sof/recording/pi.hpp"
 #include "battery_sof/report/diagnosis_results.hpp"
 #include "support/base_drive.hpp"
 
@@ -247,6 +249,17 @@ TEST(Diagnose, WhatPredictsTheHoldOutWorseThanTheBaseModelIsToldAndNotGiven) {
   EXPECT_TRUE(diagnosis.extended.fit.effects.empty());
   EXPECT_EQ(diagnosis.base_voltage, diagnosis.extended_voltage);
   EXPECT_NE(std::string::npos, diagnosis.summary.find("so the base model is given")) << diagnosis.summary;
+}
+
+/// A resistance that grows by 3 mOhm and then no more, a law that no effect has. What it came to is in the model that is given.
+TEST(Diagnose, WhatAgedStaysInTheExtendedModel) {
+  Recording recording = recordingOfDrive(900.0);
+  Series& series = recording.series;
+  for (std::size_t n = 0; n < series.size(); ++n)
+    series.voltage[n] += 0.0015 * (1.0 - std::cos(kPi * std::min(series.time[n] / 300.0, 1.0))) * series.current[n];
+  const Diagnosis diagnosis = diagnose(recording);
+  ASSERT_TRUE(diagnosis.learned && diagnosis.learned->is_used) << diagnosis.summary;
+  EXPECT_LT(diagnosis.fit.extended_holdout.rmse, 0.5 * diagnosis.fit.base_holdout.rmse) << diagnosis.summary;
 }
 
 TEST(Diagnose, AHoldoutOfEverythingIsRefused) {

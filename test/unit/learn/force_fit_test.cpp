@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/recording/pi.hpp"
 #include "support/composed.hpp"
 
 namespace battery_sof {
@@ -215,6 +216,18 @@ TEST(LearnForce, TakesOnlyTheColumnsThatAreWanted) {
   const ForceFit fit = learnForce(learnt.response, learnt.table, isTimeless);
   EXPECT_LT(fit.force.columns.size(), learnt.table.columns.size());
   for (const ForceColumn& column : fit.force.columns) EXPECT_TRUE(isTimeless(column)) << describe(column);
+}
+
+/// A resistance that grew by 3 mOhm over the first half of what is learnt from, slowly at first and at last, and stays there.
+TEST(LearnForce, HoldsWhatHasDriftedWhereTheTrainingPartLeftIt) {
+  Series series = tenHertz(400.0, 4);
+  for (std::size_t n = 0; n < series.size(); ++n)
+    series.voltage[n] += 0.0015 * (1.0 - std::cos(kPi * std::min(series.time[n] / 150.0, 1.0))) * series.current[n];
+  const Learnt learnt(series, 0.75);
+  const auto missed = [&](const ColumnFilter& wanted) {
+    return rms((learnt.response.error - learnForce(learnt.response, learnt.table, wanted).predicted).tail(1000));
+  };
+  EXPECT_LT(missed(nullptr), 0.5 * missed(isTimeless));
 }
 
 // ---------------------------------------------------------------------------------------------

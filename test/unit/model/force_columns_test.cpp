@@ -102,6 +102,18 @@ TEST(ForceColumns, ChargeIsCountedInAmpereHoursAndItsPathByWhatFlowed) {
   EXPECT_NEAR(std::exp(-10.0 * 30.0 / 300.0), lastOf({ForceKind::kSinceCharge, Family::kOpenCircuit, 0.0, 300.0}, held(-10.0, 301)), 1e-10);
 }
 
+/// What has drifted stays as the training part left it: its clock runs from 0 to the span and no further.
+TEST(ForceColumns, AClockStandsStillBeforeAndBehindWhatWasLearntFrom) {
+  const auto at = [](ForceKind kind, double time) { return lastOf({kind, Family::kAgeing}, {{kStep, 30.0, 30.0, false, 0.2, time}}); };
+  for (const ForceKind kind : {ForceKind::kTimeCurrent, ForceKind::kTimeMagnitude, ForceKind::kTimeSquaredCurrent}) {
+    EXPECT_NEAR(30.0, at(kind, 600.0), 1e-12);
+    EXPECT_EQ(at(kind, 600.0), at(kind, 6000.0)) << "kind " << kindId(kind);
+    EXPECT_EQ(0.0, at(kind, -50.0)) << "kind " << kindId(kind);
+  }
+  EXPECT_NEAR(0.1, at(ForceKind::kTimeOverpotential, 300.0), 1e-12);
+  EXPECT_EQ(1.0, at(ForceKind::kTime, 1e9));
+}
+
 TEST(ForceColumns, AGapIsARestThatMovesNoCharge) {
   std::vector<ForceMoment> moments = held(30.0, 301);
   moments.push_back({20.0, 30.0, 0.0, true, 0.0, 50.0});
