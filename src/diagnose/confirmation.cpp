@@ -36,7 +36,7 @@ std::optional<double> confirmedStrength(const Confirmation& confirmation, const 
   const WhitenedFit& fit = confirmation.fit;
   const BatteryModel larger = enlarged(fit.model, one.id);
   const ParameterInfo& info = larger.parameters()[static_cast<std::size_t>(*larger.parameterRow(one.parameter))];
-  std::optional<double> strength = one.strength;
+  std::optional<double> strength = one.strength.value_or(one.typical);
   for (int round = 0; round < kConfirmations && strength; ++round) {
     CompositionPoint point = embedded(fit.model, fit.point, larger);
     for (const ParameterInfo& other : larger.parameters())

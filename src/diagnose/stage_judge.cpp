@@ -87,12 +87,13 @@ std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed, c
   return candidates;
 }
 
-std::vector<Detectable> detectableOf(const std::vector<LeastStrength>& all, const Confirmation& confirmation,
+std::vector<Detectable> detectableOf(const std::vector<LeastStrength>& all, const LeftOver& left, const Confirmation& confirmation,
                                      const DiagnoseOptions& options) {
   std::vector<Detectable> detectable;
   for (const LeastStrength& least : all) {
     if (least.parameter.empty()) continue;
-    Detectable one{least.id, least.parameter, least.unit, least.strength, least.typical, false};
+    Detectable one{least.id, least.parameter, least.unit, std::nullopt, least.typical, false};
+    if (left.isPlausible()) one.strength = least.strength;
     if (contains(options.confirm, one.id)) one.strength = confirmedStrength(confirmation, one, options);
     one.visible = one.strength && std::abs(*one.strength) <= std::abs(one.typical);
     detectable.push_back(one);
@@ -122,7 +123,7 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared, const
     judged.probability = 0.0;
   }
   judged.candidates = candidatesOf(explanation.weighed, judged.components);
-  if (options.lists_detectable) judged.detectable = detectableOf(explanation.least, {recording, prepared, last.fit}, options);
+  if (options.lists_detectable) judged.detectable = detectableOf(explanation.least, learned.left, {recording, prepared, last.fit}, options);
   return judged;
 }
 

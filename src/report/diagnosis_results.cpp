@@ -153,6 +153,7 @@ Json relevanceJson(const LeftOver& left) {
       {"crank_v", number(left.crank)},
       {"charge_share", number(left.charge_share)},
       {"rmse_v", number(left.rmse)},
+      {"no_noise_v", number(left.no_noise)},
       {"limits",
        {{"crank_v", number(left.limits.crank)}, {"charge_share", number(left.limits.charge_share)}, {"rmse_v", number(left.limits.rmse)}}}};
 }
@@ -292,7 +293,9 @@ std::string hiddenText(const Diagnosis& d) {
   std::string text;
   if (!hidden.empty())
     text += "\n" +
-            wrapped("hidden       ", "could be here unseen: " + listed(hidden, "; ") + ". Strengths are estimates: --confirm ID tries one");
+            wrapped("hidden       ", (d.left.isPlausible() ? "could be here unseen: " + listed(hidden, "; ") + ". Strengths are estimates"
+                                                           : whyNothingIsPromised(d.left)) +
+                                         ": --confirm ID tries one");
   for (const std::string& what : d.outside) text += wrapped("outside      ", what);
   return text;
 }

@@ -362,10 +362,12 @@ std::string hiddenSection(const Diagnosis& d) {
   for (const Detectable& x : d.detectable) (x.visible ? visible : hidden).push_back(x);
   std::string html;
   if (!hidden.empty())
-    html += paragraph(
-                "These may be present at their usual strength without this recording showing it. Strengths are estimates, as good as the "
-                "model that was found; sof diagnose --confirm tries one on this recording.") +
-            detectableTable(hidden);
+    html +=
+        paragraph((d.left.isPlausible() ? "These may be present at their usual strength without this recording showing it. Strengths are "
+                                          "estimates, as good as the model that was found"
+                                        : whyNothingIsPromised(d.left)) +
+                  "; sof diagnose --confirm tries one on this recording.") +
+        detectableTable(hidden);
   if (!visible.empty())
     html += element("details", element("summary", sentence("What would have shown (%zu)", visible.size())) + detectableTable(visible));
   if (!d.outside.empty()) html += element("h3", "Beyond any recording of current and voltage") + listHtml(d.outside);

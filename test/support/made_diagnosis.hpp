@@ -119,7 +119,7 @@ inline MadeDiagnosis madeNamed() {
   d.evidence_base = 5210.0;
   d.evidence_extended = 7050.0;
   d.temper = 0.11;
-  d.left = {0.0004, 0.002, 0.006, {0.0015, 0.010, 0.03}};
+  d.left = {0.0004, 0.002, 0.006, {0.0015, 0.010, 0.03}, 0.0007};
   d.candidates = {{"charge_acceptance", 1840.0, 0.97, "", "acceptance", 95.0},
                   {"acid_transport", 1610.0, 0.0, "what was taken instead explains more of the error", "acid"},
                   {"sulphate_history", 410.0, 0.0, "what was taken instead explains more of the error", "acceptance"},

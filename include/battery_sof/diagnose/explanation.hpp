@@ -31,6 +31,8 @@ struct WeighedMember {
 /// A battery's own law is never quite the catalogue's: a smaller share of what something explains is not told of anything else [1].
 constexpr double kDiscrepancy = 0.1;
 
+constexpr double kPlausible = 0.01;  ///< [V], RMS that instruments may leave of a recording beside white noise and rounding
+
 /// What a part has to add to be worth telling, in the currency of those who ask: any of the three.
 struct Relevance {
   double rmse = 0.001;         ///< [V], RMS over the training part; half the noise where that is more

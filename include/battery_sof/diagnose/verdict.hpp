@@ -14,8 +14,6 @@ struct InstrumentScreen {
   std::vector<std::string> sentences;  ///< all findings worth telling
 };
 
-inline constexpr double kPlausible = 0.01;  ///< [V], RMS that instruments may leave of a recording beside white noise and rounding
-
 /// What speaks for something that no component of an explanation stands for.
 struct Unexplained {
   bool is_tone = false;     ///< slowTone() beside it

@@ -72,7 +72,10 @@ TEST(Diagnose, WhatLastsAndFollowsNothingIsUnknown) {
     for (; series.time[n] >= next; next += pause(dice)) level = -level;
     series.voltage[n] += level;
   }
-  EXPECT_EQ(Verdict::kUnknown, diagnose(recording).verdict);
+  const Diagnosis diagnosis = diagnose(recording);
+  EXPECT_EQ(Verdict::kUnknown, diagnosis.verdict);
+  EXPECT_NEAR(0.015, diagnosis.left.no_noise, 0.003);
+  for (const Detectable& one : diagnosis.detectable) EXPECT_FALSE(one.strength) << one.id << " is promised of what is no noise";
 }
 
 TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {
