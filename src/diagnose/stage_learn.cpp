@@ -79,7 +79,7 @@ Learned learnRest(const Prepared& prepared, const Explained& explained, const Fi
   Learned learned;
   learned.left = {explanation.left_rms, explanation.left_crank, explanation.left_charge_share, options.relevance};
   learned.left.limits.rmse = explanation.relevant;
-  learned.left.no_noise = std::sqrt(std::max(0.0, std::pow(explanation.noise, 2) - std::pow(last.fit.noise.white_std, 2)));
+  learned.left.noise = explanation.noise;
   const bool matters = finding.rms >= std::max(options.relevance.rmse, 0.5 * fit.noise);
   // Where nothing else came in, it alone would be the alarm: it takes as much evidence as any other component.
   const bool is_evident = !explanation.components.empty() || fit.gain >= ExplanationRules().least_gain;

@@ -153,7 +153,7 @@ Json relevanceJson(const LeftOver& left) {
       {"crank_v", number(left.crank)},
       {"charge_share", number(left.charge_share)},
       {"rmse_v", number(left.rmse)},
-      {"no_noise_v", number(left.no_noise)},
+      {"noise_v", number(left.noise)},
       {"limits",
        {{"crank_v", number(left.limits.crank)}, {"charge_share", number(left.limits.charge_share)}, {"rmse_v", number(left.limits.rmse)}}}};
 }

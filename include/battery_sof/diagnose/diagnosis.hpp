@@ -138,17 +138,18 @@ struct LeftOver {
   double crank = 0.0;         ///< [V]
   double charge_share = 0.0;  ///< [1], of the charging current
   Relevance limits;           ///< rmse: as it was used, with the noise
-  double no_noise = 0.0;      ///< [V], RMS of the rows beside all that explains them, white noise taken out
-  /// Whether what is left is no more than instruments leave. Where it is more, any effect may be in it: no strength of one is told.
-  bool isPlausible() const { return no_noise <= kPlausible; }
+  double noise = 0.0;         ///< [V], RMS of what is left of a row beside all that explains it
+  /// Whether that is no more than instruments leave. Where it is more, any effect may be in it: no strength of one is told.
+  bool isPlausible() const { return noise <= kPlausible; }
 };
 
 /// The smallest strength at which this recording would have led to an effect's name (explain()).
 struct Detectable {
   std::string id, parameter, unit;
-  std::optional<double> strength;  ///< in unit; none: at no strength within the catalogue's range, or what is left is no noise
-  double typical = 0.0;            ///< the catalogue's order of magnitude, in unit
-  bool visible = false;            ///< strength <= typical
+  std::optional<double>
+      strength;          ///< in unit; none: at no strength within the catalogue's range, or what is left is more than instruments leave
+  double typical = 0.0;  ///< the catalogue's order of magnitude, in unit
+  bool visible = false;  ///< strength <= typical
 };
 
 /// Everything a diagnosis found.

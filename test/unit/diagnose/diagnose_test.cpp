@@ -74,8 +74,8 @@ TEST(Diagnose, WhatLastsAndFollowsNothingIsUnknown) {
   }
   const Diagnosis diagnosis = diagnose(recording);
   EXPECT_EQ(Verdict::kUnknown, diagnosis.verdict);
-  EXPECT_NEAR(0.015, diagnosis.left.no_noise, 0.003);
-  for (const Detectable& one : diagnosis.detectable) EXPECT_FALSE(one.strength) << one.id << " is promised of what is no noise";
+  EXPECT_NEAR(0.015, diagnosis.left.noise, 0.003);
+  for (const Detectable& one : diagnosis.detectable) EXPECT_FALSE(one.strength) << one.id << " is promised";
 }
 
 TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {

@@ -54,7 +54,7 @@ TEST(DiagnosisJson, HoldsWhatIsLeftBesideItsLimits) {
   EXPECT_EQ(relevance, (Json{{"rmse_v", 0.0004},
                              {"crank_v", 0.002},
                              {"charge_share", 0.006},
-                             {"no_noise_v", 0.0007},
+                             {"noise_v", 0.0007},
                              {"limits", {{"rmse_v", 0.0015}, {"crank_v", 0.010}, {"charge_share", 0.03}}}}));
 }
 
@@ -123,13 +123,13 @@ TEST(DiagnosisText, TellsWhatAMailNeeds) {
     EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
 }
 
-TEST(DiagnosisText, PromisesNoStrengthWhereWhatIsLeftIsNoNoise) {
+TEST(DiagnosisText, PromisesNoStrengthWhereTooMuchIsLeft) {
   test::MadeDiagnosis made = test::madeNoMismatch();
   for (Detectable& one : made.diagnosis.detectable) one = {one.id, one.parameter, one.unit, std::nullopt, one.typical, false};
-  made.diagnosis.left.no_noise = 0.031;
+  made.diagnosis.left.noise = 0.031;
   std::string text = diagnosisText(made.diagnosis);
   std::replace(text.begin(), text.end(), '\n', ' ');
-  EXPECT_NE(text.find("hidden       Beside noise 31.0 mV RMS are left"), std::string::npos) << text;
+  EXPECT_NE(text.find("hidden       31.0 mV RMS are left"), std::string::npos) << text;
   EXPECT_EQ(text.find("could be here unseen"), std::string::npos) << text;
 }
 
