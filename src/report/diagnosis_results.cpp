@@ -285,17 +285,18 @@ std::string comparisonText(const Diagnosis& d) {
 }
 
 std::string hiddenText(const Diagnosis& d) {
+  const bool promises = d.left.isPlausible();
   std::vector<std::string> hidden;
   for (const Detectable& x : d.detectable)
-    if (!x.visible)
+    if (!x.visible && (promises || x.strength))
       hidden.push_back(
           x.id + (x.strength ? " (" + x.parameter + " below " + threeDigits(*x.strength) + " " + x.unit + ")" : " (at any strength)"));
+  const std::string tries = "--confirm ID tries one";
   std::string text;
   if (!hidden.empty())
-    text += "\n" +
-            wrapped("hidden       ", (d.left.isPlausible() ? "could be here unseen: " + listed(hidden, "; ") + ". Strengths are estimates"
-                                                           : whyNothingIsPromised(d.left)) +
-                                         ": --confirm ID tries one");
+    text += "\n" + wrapped("hidden       ", "could be here unseen: " + listed(hidden, "; ") +
+                                                (promises ? ". Strengths are estimates: " + tries : std::string()));
+  if (!d.detectable.empty() && !promises) text += "\n" + wrapped("hidden       ", whyNothingIsPromised(d.left) + ": " + tries);
   for (const std::string& what : d.outside) text += wrapped("outside      ", what);
   return text;
 }

@@ -359,15 +359,17 @@ std::string comparisonSection(const Diagnosis& d) {
 
 std::string hiddenSection(const Diagnosis& d) {
   std::vector<Detectable> hidden, visible;
-  for (const Detectable& x : d.detectable) (x.visible ? visible : hidden).push_back(x);
+  for (const Detectable& x : d.detectable)
+    if (d.left.isPlausible() || x.strength) (x.visible ? visible : hidden).push_back(x);
+  const std::string tries = "; sof diagnose --confirm tries one on this recording.";
   std::string html;
-  if (!hidden.empty())
-    html +=
-        paragraph((d.left.isPlausible() ? "These may be present at their usual strength without this recording showing it. Strengths are "
-                                          "estimates, as good as the model that was found"
-                                        : whyNothingIsPromised(d.left)) +
-                  "; sof diagnose --confirm tries one on this recording.") +
-        detectableTable(hidden);
+  if (!d.detectable.empty() && !d.left.isPlausible()) html += paragraph(whyNothingIsPromised(d.left) + tries);
+  if (!hidden.empty() && d.left.isPlausible())
+    html += paragraph(
+        "These may be present at their usual strength without this recording showing it. Strengths are estimates, as good as the "
+        "model that was found" +
+        tries);
+  if (!hidden.empty()) html += detectableTable(hidden);
   if (!visible.empty())
     html += element("details", element("summary", sentence("What would have shown (%zu)", visible.size())) + detectableTable(visible));
   if (!d.outside.empty()) html += element("h3", "Beyond any recording of current and voltage") + listHtml(d.outside);

@@ -58,6 +58,17 @@ TEST_F(PlottedPage, BringsTheLibraryAlong) {
     EXPECT_NE(page.find(piece), std::string::npos) << piece;
 }
 
+TEST(DiagnosisPage, ListsOnlyWhatWasConfirmedWhereNoStrengthIsPromised) {
+  test::MadeDiagnosis made = test::madeNoMismatch();
+  for (Detectable& one : made.diagnosis.detectable) one = {one.id, one.parameter, one.unit, std::nullopt, one.typical, false};
+  made.diagnosis.detectable.push_back({"ocv_soc", "ocv_slope", "V/Ah", 0.5, 0.027, false});
+  made.diagnosis.left.noise = 0.031;
+  const std::string page = pageOf(made, false);
+  EXPECT_NE(page.find("31.0 mV RMS are left"), std::string::npos);
+  EXPECT_NE(page.find("ocv_slope"), std::string::npos);
+  EXPECT_EQ(page.find("at no strength"), std::string::npos);
+}
+
 TEST(DiagnosisPage, EscapesWhatOthersNamed) {
   const std::string page = pageOf(test::madeNamed());
   EXPECT_EQ(page.find("<b>of</b>"), std::string::npos);
