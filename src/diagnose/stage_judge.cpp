@@ -93,7 +93,7 @@ std::vector<Detectable> detectableOf(const std::vector<LeastStrength>& all, cons
   for (const LeastStrength& least : all) {
     if (least.parameter.empty()) continue;
     Detectable one{least.id, least.parameter, least.unit, std::nullopt, least.typical, false};
-    if (left.isPlausible()) one.strength = least.strength;
+    if (left.isNoise()) one.strength = least.strength;
     if (contains(options.confirm, one.id)) one.strength = confirmedStrength(confirmation, one, options);
     one.visible = one.strength && std::abs(*one.strength) <= std::abs(one.typical);
     detectable.push_back(one);

@@ -285,7 +285,7 @@ std::string comparisonText(const Diagnosis& d) {
 }
 
 std::string hiddenText(const Diagnosis& d) {
-  const bool promises = d.left.isPlausible();
+  const bool promises = d.left.isNoise();
   std::vector<std::string> hidden;
   for (const Detectable& x : d.detectable)
     if (!x.visible && (promises || x.strength))

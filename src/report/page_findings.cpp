@@ -360,11 +360,11 @@ std::string comparisonSection(const Diagnosis& d) {
 std::string hiddenSection(const Diagnosis& d) {
   std::vector<Detectable> hidden, visible;
   for (const Detectable& x : d.detectable)
-    if (d.left.isPlausible() || x.strength) (x.visible ? visible : hidden).push_back(x);
+    if (d.left.isNoise() || x.strength) (x.visible ? visible : hidden).push_back(x);
   const std::string tries = "; sof diagnose --confirm tries one on this recording.";
   std::string html;
-  if (!d.detectable.empty() && !d.left.isPlausible()) html += paragraph(whyNothingIsPromised(d.left) + tries);
-  if (!hidden.empty() && d.left.isPlausible())
+  if (!d.detectable.empty() && !d.left.isNoise()) html += paragraph(whyNothingIsPromised(d.left) + tries);
+  if (!hidden.empty() && d.left.isNoise())
     html += paragraph(
         "These may be present at their usual strength without this recording showing it. Strengths are estimates, as good as the "
         "model that was found" +

@@ -34,8 +34,9 @@ std::string millivolts(double volts) {
 std::string millivolts(const std::optional<double>& volts) { return volts ? millivolts(*volts) : "-"; }
 
 std::string whyNothingIsPromised(const LeftOver& left) {
-  return millivolts(left.noise) +
-         " mV RMS are left, more than instruments leave: any effect may be in that, and no strength of one can be promised";
+  const std::string reason = left.noise > kPlausible ? millivolts(left.noise) + " mV RMS are left, more than instruments leave"
+                                                     : "columns of the currents would take up " + millivolts(left.rmse) + " mV RMS more";
+  return reason + ": any effect may be in that, and no strength of one can be promised";
 }
 
 std::string confidenceText(double confidence) { return confidence > 0.99 ? "above 99 %" : sentence("%.0f %%", 100.0 * confidence); }

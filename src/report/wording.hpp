@@ -22,7 +22,7 @@ std::string threeDigits(double value);
 std::string millivolts(double volts);
 std::string millivolts(const std::optional<double>& volts);
 
-/// @return why no strength of an effect is promised, where what is left is too much; without a full stop.
+/// @return why no strength of an effect is promised, where what is left is not noise alone; without a full stop.
 std::string whyNothingIsPromised(const LeftOver& left);
 
 /// @return "97 %"; never 100 %, as no confidence counts what is in no catalogue.

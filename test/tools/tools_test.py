@@ -334,7 +334,7 @@ class RealRun(unittest.TestCase):
 
     class Bench:
         def __init__(self, out):
-            self.out, self.asked = out, []
+            self.out, self.asked, self.plain = out, [], False
 
         def case(self, case, forms):
             self.asked.append(case["name"])
@@ -360,6 +360,16 @@ class RealRun(unittest.TestCase):
             bench = self.Bench(folder)
             run.run(bench, 1, FORMS, 5, 0.0, say=lambda *_: None)
             self.assertEqual(bench.asked, [])
+
+    def test_promises_are_tried_on_every_recording_of_a_plain_folder(self):
+        with tempfile.TemporaryDirectory() as folder:
+            bench, data = self.Bench(folder), os.path.join(folder, "data")
+            os.makedirs(data)
+            for name in ("b.csv", "a.csv", "notes.txt"):
+                open(os.path.join(data, name), "w").close()
+            bench.plain, bench.data = True, data
+            run.run(bench, 1, FORMS, 9, 1.0, catalogue=catalogue(program(BUILD, "sof")), say=lambda *_: None)
+            self.assertEqual([name.split("/")[1] for name in bench.asked], ["a"] * 9)
 
     def test_a_promise_is_kept_at_the_strength_that_was_promised(self):
         known = catalogue(program(BUILD, "sof"))

@@ -139,17 +139,17 @@ struct LeftOver {
   double charge_share = 0.0;  ///< [1], of the charging current
   Relevance limits;           ///< rmse: as it was used, with the noise
   double noise = 0.0;         ///< [V], RMS of what is left of a row beside all that explains it
-  /// Whether that is no more than instruments leave. Where it is more, any effect may be in it: no strength of one is told.
-  bool isPlausible() const { return noise <= kPlausible; }
+  /// Whether what is left is noise, as far as instruments make any, and too little else to matter. Where it is not, any effect may be in
+  /// it: no strength of one is told.
+  bool isNoise() const { return noise <= kPlausible && rmse < limits.rmse; }
 };
 
 /// The smallest strength at which this recording would have led to an effect's name (explain()).
 struct Detectable {
   std::string id, parameter, unit;
-  std::optional<double>
-      strength;          ///< in unit; none: at no strength within the catalogue's range, or what is left is more than instruments leave
-  double typical = 0.0;  ///< the catalogue's order of magnitude, in unit
-  bool visible = false;  ///< strength <= typical
+  std::optional<double> strength;  ///< in unit; none: at no strength within the catalogue's range, or what is left is not noise alone
+  double typical = 0.0;            ///< the catalogue's order of magnitude, in unit
+  bool visible = false;            ///< strength <= typical
 };
 
 /// Everything a diagnosis found.

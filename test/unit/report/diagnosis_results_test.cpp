@@ -131,6 +131,9 @@ TEST(DiagnosisText, PromisesNoStrengthWhereTooMuchIsLeft) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   EXPECT_NE(text.find("hidden       31.0 mV RMS are left"), std::string::npos) << text;
   EXPECT_EQ(text.find("could be here unseen"), std::string::npos) << text;
+  made.diagnosis.left.noise = 0.001;
+  made.diagnosis.left.rmse = 2.0 * made.diagnosis.left.limits.rmse;
+  EXPECT_NE(diagnosisText(made.diagnosis).find("hidden       columns of the currents would take up"), std::string::npos);
   made.diagnosis.detectable.front().strength = 20.0 * made.diagnosis.detectable.front().typical;  // as --confirm finds it
   EXPECT_NE(diagnosisText(made.diagnosis).find("could be here unseen: " + made.diagnosis.detectable.front().id), std::string::npos);
 }

@@ -1,7 +1,7 @@
 """Puts laws that no catalogue has into recordings that were measured, asks `sof diagnose`, and counts (docs/archive/real_recordings.md).
 
     proof_real BUILD --data FOLDER --out DIR [--count 200] [--minutes 30] [--seed 1] [--only RECORDING,...]
-    proof_real BUILD --data FOLDER --out DIR --promised [--only RECORDING,...]
+    proof_real BUILD --data FOLDER --out DIR --promised [--plain] [--only RECORDING,...]
     proof_real --only-score --out DIR [--markdown FILE]
 
 The laws are those of `draw_stranger`, beside the recording's own current, so strong that what other parameters of the base circuit leave of them
@@ -31,6 +31,7 @@ def arguments(given):
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="recordings, comma-separated")
     parser.add_argument("--promised", action="store_true", help="effects of the catalogue, each at the least strength that a diagnosis of the unchanged recording promises to tell")
+    parser.add_argument("--plain", action="store_true", help="with --promised: the recordings are all FOLDER/*.csv (time_s, current_a, voltage_v), such as simulated ones that lack nothing")
     parser.add_argument("--only-score", action="store_true", help="ask nothing")
     parser.add_argument("--markdown", help="file to write the tables to; printed too")
     return parser.parse_args(given)
@@ -41,8 +42,10 @@ def main(given=None):
     if not a.only_score:
         if not a.data:
             raise SystemExit("--data is missing: the folder of the recordings")
+        if a.plain and not a.promised:
+            raise SystemExit("--plain goes with --promised alone: laws are put into the recordings that were measured")
         draw = program(a.build, "draw_stranger")
-        bench = run.Bench(program(a.build, "sof"), draw, a.data, a.out)
+        bench = run.Bench(program(a.build, "sof"), draw, a.data, a.out, a.plain)
         run.run(bench, a.seed, forms_of(draw), a.count, a.minutes, [one for one in a.only.split(",") if one],
                 catalogue=catalogue(program(a.build, "sof")) if a.promised else None, say=lambda *said: print("proof_real:", *said, file=sys.stderr, flush=True))
     unchanged = {row["recording"]: row["answer"] for row in lines_of(os.path.join(a.out, run.UNCHANGED))}

@@ -37,9 +37,9 @@ def rounds(seed, forms, only=()):
         number += 1
 
 
-def promised(seed, catalogue, only=()):
+def promised(seed, catalogue, only=(), recordings=MEASURED):
     """Cases of one round: every recording with each of PROMISED, at the strength that its own answer calls the least to be told, and ZEROS_A_ROUND times with none."""
-    for recording in MEASURED:
+    for recording in recordings:
         if only and recording not in only:
             continue
         kinds = [(ZERO, None)] * ZEROS_A_ROUND + ([] if recording in NO_EFFECTS else [(catalogue.family(effect), effect) for effect in PROMISED])

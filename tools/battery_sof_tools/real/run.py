@@ -25,11 +25,19 @@ def essentials(answer):
             "holdout_v": dict(holdout, ridge=(answer.get("naive") or {}).get("rmse_v"))}
 
 
-class Bench:
-    """Programs, the folder of recordings, and where results are kept."""
+def in_folder(folder):
+    """Names of the recordings of a folder that are written as draw_stranger writes them."""
+    return sorted(name[:-len(".csv")] for name in os.listdir(folder) if name.endswith(".csv"))
 
-    def __init__(self, sof, draw, data, out):
-        self.sof, self.draw, self.data, self.out = sof, draw, data, out
+
+class Bench:
+    """Programs, the folder of recordings, and where results are kept.
+
+    plain: the folder holds CSV files (time_s, current_a, voltage_v) under any names, in place of the recordings that were measured.
+    """
+
+    def __init__(self, sof, draw, data, out, plain=False):
+        self.sof, self.draw, self.data, self.out, self.plain = sof, draw, data, out, plain
         self.loaded = (None, None)
         os.makedirs(out, exist_ok=True)
         require_same(os.path.join(out, "product.json"), product_digest(sof), "answers of another build of sof")
@@ -38,7 +46,7 @@ class Bench:
     def recording(self, name):
         """The stretch of a recording that is shown; its time begins at 0."""
         if self.loaded[0] != name:
-            t, i, u = recordings.measured(self.data, name)
+            t, i, u = recordings.read(os.path.join(self.data, name + ".csv")) if self.plain else recordings.measured(self.data, name)
             count = plan.stretch(t)
             self.loaded = (name, laws.Beside(t[:count] - t[0], i[:count], u[:count]))
         return self.loaded[1]
@@ -113,7 +121,8 @@ def run(bench, seed, forms, count, minutes, only=(), say=print, catalogue=None):
     require_same(os.path.join(bench.out, "seed.json"), seed, "cases of another seed")
     done = {row["name"] for row in lines_of(path)}
     asked = sum("answer" in row for row in lines_of(path))
-    for case in plan.promised(seed, catalogue, only) if catalogue else plan.rounds(seed, forms, only):
+    names = in_folder(bench.data) if bench.plain else plan.MEASURED
+    for case in plan.promised(seed, catalogue, only, names) if catalogue else plan.rounds(seed, forms, only):
         if asked >= count or time.monotonic() > ends:
             return
         if case["name"] in done:
