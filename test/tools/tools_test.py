@@ -367,7 +367,9 @@ class RealRun(unittest.TestCase):
             os.makedirs(data)
             for name in ("b.csv", "a.csv", "notes.txt"):
                 open(os.path.join(data, name), "w").close()
-            bench.plain, bench.data = True, data
+            bench.plain, bench.data = True, os.path.join(folder, "nowhere")
+            self.assertRaisesRegex(SystemExit, "nowhere: no folder of recordings", run.run, bench, 1, FORMS, 9, 1.0)
+            bench.data = data
             run.run(bench, 1, FORMS, 9, 1.0, catalogue=catalogue(program(BUILD, "sof")), say=lambda *_: None)
             self.assertEqual([name.split("/")[1] for name in bench.asked], ["a"] * 9)
 
