@@ -1,5 +1,8 @@
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
+#include <cstring>
+#include <map>
 
 #include "battery_sof/diagnose/diagnose.hpp"
 #include "battery_sof/predict/online_session.hpp"
@@ -37,16 +40,66 @@ void adoptDiagnosis(OnlineSession& session) {
   if (!found.extended.fit.effects.empty()) session.extendWith(found.extended.fit.effects, 0.0, found.extended.fit.force);
 }
 
+/// The node's standing questions with their default parameters, asked once a second of driving as ~status does.
+class StandingAnswers {
+ public:
+  void askOf(const OnlineSession& session) {
+    if (!session.newestTime() || std::floor(*session.newestTime()) <= asked_at_) return;
+    asked_at_ = std::floor(*session.newestTime());
+    const LiveModel model = session.live();
+    const double u_boost = session.chargeVoltage().value_or(14.2);
+    count(0, model.predictCranking({-20.0, 30.0, -200.0, 1.0, 7.2}));
+    count(1, model.predictStopTime({-20.0, -200.0, 1.0, 7.2}));
+    count(2, model.predictChargeAcceptance({u_boost, 10.0, 5000.0}));
+  }
+  void print(const std::string& recording) const {
+    for (int k = 0; k < 3; ++k) {
+      std::printf("%s,%s,%d asked,%d answered,%d valid\n", recording.c_str(), kNames[k], asked_[k], answered_[k], valid_[k]);
+      for (const auto& [reason, times] : reasons_[k])
+        std::printf("%s,%s,%d times: %s\n", recording.c_str(), kNames[k], times, reason.c_str());
+    }
+  }
+
+ private:
+  template <typename Answer>
+  void count(int k, const Answer& answer) {
+    ++asked_[k];
+    if (answer.code == AnswerCode::kNoModel) return;
+    ++answered_[k];
+    valid_[k] += answer.valid;
+    if (!answer.valid) ++reasons_[k][withoutNumbersIn(answer.message)];
+  }
+  /// What speaks against an answer, alike for alike answers.
+  static std::string withoutNumbersIn(const std::string& message) {
+    const std::size_t at = message.find("not to be relied on: ");
+    std::string text;
+    for (const char c : at == std::string::npos ? message : message.substr(at)) {
+      const bool is_digit = std::strchr("0123456789.", c) != nullptr;
+      if (!is_digit || text.empty() || text.back() != '#') text += is_digit ? '#' : c;
+    }
+    return text;
+  }
+
+  static constexpr const char* kNames[] = {"crank", "stop_time", "charge"};
+  double asked_at_ = -HUGE_VAL;  // [s]
+  int asked_[3] = {}, answered_[3] = {}, valid_[3] = {};
+  std::map<std::string, int> reasons_[3];
+};
+
 /// Plays a recording through a session; identifications and diagnosis end before the next sample.
-void play(const std::string& path, const CsvColumns& columns, const SessionOptions& options, const Trial& trial) {
+void play(const std::string& path, const CsvColumns& columns, const SessionOptions& options, const Trial& trial, bool asks) {
   const Recording recording = readCsv(path, columns);
   OnlineSession session(options);
   if (!trial.effects.empty()) session.extendWith(trial.effects);
   bool is_diagnosed = trial.diagnose_at <= 0.0;
+  StandingAnswers answers;
   for (std::size_t n = 0; n < recording.series.size(); ++n) {
     const SessionEvents events =
         session.push({recording.series.time[n], recording.series.current[n], recording.series.voltage[n], std::nullopt});
-    print(recording.name, events, session);
+    if (asks)
+      answers.askOf(session);
+    else
+      print(recording.name, events, session);
     if (!is_diagnosed && session.driving() >= trial.diagnose_at) {
       is_diagnosed = true;
       adoptDiagnosis(session);
@@ -57,6 +110,7 @@ void play(const std::string& path, const CsvColumns& columns, const SessionOptio
         std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(), session.status().extension.c_str());
     }
   }
+  if (asks) answers.print(recording.name);
 }
 
 }  // namespace
@@ -73,11 +127,13 @@ int main(int argc, char** argv) {
   app.add_option("--diagnose-at", trial.diagnose_at,
                  "[s] of driving, when the buffer is diagnosed and what is found goes on trial; 0: never");
   app.add_option("--identify-period", options.identify_period, "[s]");
+  bool asks = false;
+  app.add_flag("--questions", asks, "asks the standing questions of ~status each second instead, and prints how many answers were valid");
   addColumnOptions(app, columns);
   CLI11_PARSE(app, argc, argv);
-  std::puts("recording,kind,time_s,current_a_or_voltage_v,measured,expected,lower,upper,scale");
+  if (!asks) std::puts("recording,kind,time_s,current_a_or_voltage_v,measured,expected,lower,upper,scale");
   try {
-    for (const auto& path : recordings) play(path, columns, options, trial);
+    for (const auto& path : recordings) play(path, columns, options, trial, asks);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "session_experiment: %s\n", error.what());
     return 2;

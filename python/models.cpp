@@ -111,20 +111,20 @@ std::string told(const Answer& answer, const ToJson& json) {
 std::string askCrank(const FittedModel& model, double i_load, double t_stop, double i_cranking, double t_cranking,
                      std::optional<double> u_required, double capacity_ah) {
   const py::gil_scoped_release released;
-  CrankingQuery query{i_load, t_stop, i_cranking, t_cranking, u_required};
+  const CrankingQuery query = asked(CrankingQuery{i_load, t_stop, i_cranking, t_cranking, u_required});
   return told(predictCranking(model, query, capacity_ah), crankingJson);
 }
 
 std::string askStopTime(const FittedModel& model, double i_load, double i_cranking, double t_cranking, double u_required,
                         double capacity_ah) {
   const py::gil_scoped_release released;
-  const StopTimeQuery query{i_load, i_cranking, t_cranking, u_required};
+  const StopTimeQuery query = asked(StopTimeQuery{i_load, i_cranking, t_cranking, u_required});
   return told(predictStopTime(model, query, capacity_ah), stopTimeJson);
 }
 
 std::string askCharge(const FittedModel& model, double u_boost, double t_sof2, double i_limit, double capacity_ah) {
   const py::gil_scoped_release released;
-  const ChargeAcceptanceQuery query{u_boost, t_sof2, i_limit};
+  const ChargeAcceptanceQuery query = asked(ChargeAcceptanceQuery{u_boost, t_sof2, i_limit});
   return told(predictChargeAcceptance(model, query, capacity_ah), chargeAcceptanceJson);
 }
 

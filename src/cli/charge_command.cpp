@@ -13,8 +13,9 @@ struct ChargeArguments {
 
 int runCharge(const CommandLine& line, const ChargeArguments& arguments) {
   const FittedModel model = modelOf(arguments.general);
-  const ChargeAcceptanceAnswer answer = predictChargeAcceptance(model, arguments.query, arguments.general.capacity_ah);
-  return finish(line, answer, chargeAcceptanceText(arguments.query, answer), chargeAcceptanceJson(answer), arguments.general.json);
+  const ChargeAcceptanceQuery query = asked(arguments.query);
+  const ChargeAcceptanceAnswer answer = predictChargeAcceptance(model, query, arguments.general.capacity_ah);
+  return finish(line, answer, chargeAcceptanceText(query, answer), chargeAcceptanceJson(answer), arguments.general.json);
 }
 
 }  // namespace

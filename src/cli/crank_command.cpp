@@ -33,7 +33,7 @@ CrankingQuery queryOf(const CrankArguments& arguments) {
     query.i_cranking = given(arguments.i_cranking, "--i-cranking", "--crank-profile");
   else
     query.crank = readProfile(arguments.crank_profile);
-  return query;
+  return asked(std::move(query));
 }
 
 int runCrank(const CommandLine& line, const CrankArguments& arguments) {

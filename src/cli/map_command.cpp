@@ -17,18 +17,21 @@ struct MapArguments {
 MapResult mapsOf(const MapArguments& arguments, Progress& progress) {
   const FittedModel model = modelOf(arguments.general);
   const double capacity = arguments.general.capacity_ah;
-  const auto done = [&progress](double share) { progress.done(share); };
+  const auto done = [&progress](double share) {
+    progress.done(share);
+    return std::string();
+  };
   MapResult result{arguments.i_load, arguments.t_stop, {}, arguments.u_boost, arguments.t_sof2, {}};
   if (!result.i_load.empty() || !result.t_stop.empty()) {
     if (!arguments.i_cranking) throw UsageError("--i-cranking is required with --i-load and --t-stop");
-    CrankingQuery crank = arguments.crank;
+    CrankingQuery crank = asked(arguments.crank);
     crank.i_cranking = *arguments.i_cranking;
     progress.stage("mapping cranks");
     result.cranking = mapCranking(model, crank, result.i_load, result.t_stop, capacity, done);
   }
   if (!result.u_boost.empty() || !result.t_sof2.empty()) {
     progress.stage("mapping charges");
-    result.charge = mapChargeAcceptance(model, arguments.charge, result.u_boost, result.t_sof2, capacity, done);
+    result.charge = mapChargeAcceptance(model, asked(arguments.charge), result.u_boost, result.t_sof2, capacity, done);
   }
   return result;
 }

@@ -13,8 +13,9 @@ struct StopTimeArguments {
 
 int runStopTime(const CommandLine& line, const StopTimeArguments& arguments) {
   const FittedModel model = modelOf(arguments.general);
-  const StopTimeAnswer answer = predictStopTime(model, arguments.query, arguments.general.capacity_ah);
-  return finish(line, answer, stopTimeText(arguments.query, answer), stopTimeJson(answer), arguments.general.json);
+  const StopTimeQuery query = asked(arguments.query);
+  const StopTimeAnswer answer = predictStopTime(model, query, arguments.general.capacity_ah);
+  return finish(line, answer, stopTimeText(query, answer), stopTimeJson(answer), arguments.general.json);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "battery_sof/model/driving_current.hpp"
+#include "battery_sof/model/steps_taken.hpp"
 
 namespace battery_sof {
 
@@ -89,6 +90,7 @@ DriveStep driveStep(double time_before, double current_before, double time, doub
 int DriveStep::rampPieces() const {
   constexpr double kBend = 0.03;  // k [1/(A^2 s^2)]
   constexpr double kMost = 16.0;
+  if (duration < kShortestStep) return 1;  // nothing moves in it, and parts of the shortest of numbers are nothing
   const double change = std::abs(slope) * duration, largest = std::max(std::abs(current), std::abs(current - slope * duration));
   return static_cast<int>(std::clamp(std::round(duration * std::sqrt(kBend * change * largest)), 1.0, kMost));
 }

@@ -95,6 +95,10 @@ ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<Volt
   return {{mean.value, mean.value - half, std::min(mean.value + half, i_limit)}, mean.highest, mean.beyond_learned};
 }
 
+ChargeEvidence evidenceFor(const FittedModel& model, const ChargeAcceptanceQuery& query) {
+  return chargeEvidence(model.intervals.experience, query.u_boost / model.fit.blocks, query.t_sof2);
+}
+
 QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query, const ExpectedCurrent& mean) {
   QueryRange range;
   range.charges = true;
@@ -104,11 +108,22 @@ QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
   range.charge_duration = query.t_sof2;
   range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / 3600.0;
   range.temperature = query.temperature;
-  range.evidence = chargeEvidence(model.intervals.experience, query.u_boost / model.fit.blocks, query.t_sof2);
+  range.evidence = evidenceFor(model, query);
   return range;
 }
 
 }  // namespace
+
+ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request) {
+  request.t_sof2 = askedFor(request.t_sof2).value_or(ChargeAcceptanceQuery().t_sof2);
+  request.i_limit = askedFor(request.i_limit).value_or(ChargeAcceptanceQuery().i_limit);
+  return request;
+}
+
+std::string currentSaysNothing(const FittedModel& model, const ChargeAcceptanceQuery& query, const Interval& i_boost) {
+  const double seen = std::max(kCurrentReach * std::max(model.fit.excited.max_current, 0.0), evidenceFor(model, query).typical);
+  return widthSaysNothing(i_boost, std::min(seen, query.i_limit), "A", "the largest charge of window and source");
+}
 
 ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, double capacity) {
   ChargeAcceptanceAnswer answer;
@@ -131,15 +146,13 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model, const C
   for (double* current : {&answer.i_boost->value, &answer.i_boost->lower, &answer.i_boost->upper})
     *current = std::min(*current, query.i_limit);
 
-  const QueryRange range = rangeOf(model, query, mean);
-  const std::string reasons = extrapolationOf(model, range, capacity);
-  answer.valid = reasons.empty();
-  answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
+  QueryRange range = rangeOf(model, query, mean);
+  range.says_nothing = currentSaysNothing(model, query, *answer.i_boost);
   answer.message = sentence("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A", answer.i_boost->value, query.t_sof2,
                             query.u_boost, answer.i_boost->lower, answer.i_boost->upper);
   if (range.evidence.vouches)
     answer.message += sentence("; %d past charges like it were missed by %.1f A", range.evidence.charges, range.evidence.median_error);
-  if (!answer.valid) answer.message += "; not to be relied on: " + reasons;
+  judge(answer, extrapolationOf(model, range, capacity));
   return answer;
 }
 

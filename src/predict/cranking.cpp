@@ -72,6 +72,19 @@ QueryRange rangeOf(const CrankingQuery& query) {
 
 }  // namespace
 
+CrankingQuery asked(CrankingQuery request) {
+  request.t_cranking = askedFor(request.t_cranking).value_or(CrankingQuery().t_cranking);
+  request.u_required = askedFor(request.u_required);
+  return request;
+}
+
+std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required) {
+  const std::string text =
+      sentence("lowest voltage %.2f V, 90 %% between %.2f and %.2f V", answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
+  if (!u_required) return text + "; no u_required was given to hold it against";
+  return text + sentence(": %s %.2f V", answer.capable.value_or(false) ? "holds" : "may not hold", *u_required);
+}
+
 std::string faultsOf(const CrankingQuery& q) {
   std::string faults;
   if (q.load.empty()) {
@@ -87,7 +100,7 @@ std::string faultsOf(const CrankingQuery& q) {
   add(faults, faultOf(q.crank, "crank"));
   addFault(faults, q.crank.duration() <= kLongestCrank, "last crank time [s]", q.crank.duration(), "up to 60");
   if (faults.empty() && !q.crank.empty()) addFault(faults, lowestCurrent(q) < 0.0, "lowest crank current [A]", lowestCurrent(q), "below 0");
-  if (q.u_required) addFault(faults, *q.u_required >= 0.0 && *q.u_required <= 100.0, "u_required [V]", *q.u_required, "0 to 100");
+  if (q.u_required) addFault(faults, *q.u_required > 0.0 && *q.u_required <= 100.0, "u_required [V]", *q.u_required, "above 0, up to 100");
   return faults;
 }
 
@@ -142,16 +155,10 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
   QueryRange range = rangeOf(query);
   answer.u_min = lowestOfCrank(std::move(simulation), model, query, t_stop, &range.beyond_learned);
   if (!areNumbers(*answer.u_min)) return withoutNumbers<CrankingAnswer>();
-  range.answered_voltage = answer.u_min->value;
+  range.answered_voltage = answer.u_min;
   if (query.u_required) answer.capable = answer.u_min->lower >= *query.u_required;
-
-  const std::string reasons = extrapolationOf(model, range, capacity);
-  answer.valid = reasons.empty();
-  answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
-  answer.message =
-      sentence("lowest voltage %.2f V, 90 %% between %.2f and %.2f V", answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
-  if (answer.capable) answer.message += sentence(": %s %.2f V", *answer.capable ? "holds" : "may not hold", *query.u_required);
-  if (!answer.valid) answer.message += "; not to be relied on: " + reasons;
+  answer.message = sentenceOf(answer, query.u_required);
+  judge(answer, extrapolationOf(model, range, capacity));
   return answer;
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "battery_sof/predict/prediction_interval.hpp"
 
@@ -20,14 +21,6 @@ constexpr double kAlikeVoltage = 0.5;                            // [V], of a ch
 constexpr double kVouchingVoltage = 0.3;                         // [V]
 constexpr double kFloor = 0.02;                                  // [A], an error below it says nothing
 constexpr double kVouchingShare = 0.25, kVouchingCurrent = 1.0;  // [1], [A]
-
-double medianOf(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
-}
 
 /// Half the width in which nine of ten of so few errors lie: their spread as a normal distribution's.
 double halfWidth(const std::vector<double>& errors) {
@@ -135,6 +128,20 @@ Interval around(double value, const std::vector<double>& errors, const IntervalS
 }
 
 }  // namespace
+
+double medianOf(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+std::optional<double> usualVoltage(const std::vector<PastCharge>& charges) {
+  std::vector<double> voltages;
+  for (const PastCharge& charge : charges) voltages.push_back(charge.voltage);
+  return voltages.empty() ? std::nullopt : std::optional<double>(medianOf(std::move(voltages)));
+}
 
 Interval experiencedCrank(const FittedModel& model, double current, const Interval& modelled) {
   const std::vector<PastCrank>& cranks = model.intervals.experience.cranks;

@@ -9,6 +9,13 @@ FittedModel unusable() {
   return none;
 }
 
+/// An answer that the naive predictor may have given. @param says_nothing of its interval.
+template <typename Answer>
+Answer judged(Answer answer, const std::string& says_nothing) {
+  if (answer.valid && !says_nothing.empty()) judge(answer, says_nothing);
+  return answer;
+}
+
 }  // namespace
 
 LiveModel::LiveModel(FittedModel model, std::optional<std::string> why_no_model, double capacity, const NaiveStandings& naive)
@@ -21,8 +28,12 @@ Answer LiveModel::explained(Answer answer) const {
 }
 
 CrankingAnswer LiveModel::predictCranking(const CrankingQuery& query) const {
-  return battery_sof::betterOf(explained(battery_sof::predictCranking(model_, query, capacity_)), query, model_.fit.naive, naive_.cranks,
-                               model_.fit.blocks);
+  return betterOf(explained(battery_sof::predictCranking(model_, query, capacity_)), query);
+}
+
+CrankingAnswer LiveModel::betterOf(CrankingAnswer answer, const CrankingQuery& query) const {
+  CrankingAnswer better = battery_sof::betterOf(std::move(answer), query, model_.fit.naive, naive_.cranks, model_.fit.blocks);
+  return better.u_min ? judged(better, voltageSaysNothing(model_.fit, *better.u_min)) : better;
 }
 
 StopTimeAnswer LiveModel::predictStopTime(const StopTimeQuery& query) const {
@@ -38,24 +49,27 @@ ChargeAcceptanceAnswer LiveModel::predictChargeAcceptance(const ChargeAcceptance
 
 ChargeAcceptanceAnswer LiveModel::betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query) const {
   // What was compared over 10 s and over 60 s have no question in common.
-  return battery_sof::betterOf(battery_sof::betterOf(std::move(answer), query, model_.fit.naive, naive_.charges, model_.fit.blocks), query,
-                               model_.fit.naive, naive_.long_charges, model_.fit.blocks);
+  ChargeAcceptanceAnswer better =
+      battery_sof::betterOf(battery_sof::betterOf(std::move(answer), query, model_.fit.naive, naive_.charges, model_.fit.blocks), query,
+                            model_.fit.naive, naive_.long_charges, model_.fit.blocks);
+  return better.i_boost ? judged(better, currentSaysNothing(model_, query, *better.i_boost)) : better;
 }
 
-CrankingMap LiveModel::mapCranking(const CrankingQuery& query, const std::vector<double>& i_load, const std::vector<double>& t_stop) const {
-  CrankingMap map = explained(battery_sof::mapCranking(model_, query, i_load, t_stop, capacity_));
+CrankingMap LiveModel::mapCranking(const CrankingQuery& query, const std::vector<double>& i_load, const std::vector<double>& t_stop,
+                                   const WorkWatch& watch) const {
+  CrankingMap map = explained(battery_sof::mapCranking(model_, query, i_load, t_stop, capacity_, watch));
   CrankingQuery cell = query;
   cell.load = {};
   for (std::size_t k = 0; k < map.answers.size(); ++k) {
     cell.t_stop = t_stop[k % t_stop.size()];
-    map.answers[k] = battery_sof::betterOf(std::move(map.answers[k]), cell, model_.fit.naive, naive_.cranks, model_.fit.blocks);
+    map.answers[k] = betterOf(std::move(map.answers[k]), cell);
   }
   return map;
 }
 
 ChargeAcceptanceMap LiveModel::mapChargeAcceptance(const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
-                                                   const std::vector<double>& t_sof2) const {
-  ChargeAcceptanceMap map = explained(battery_sof::mapChargeAcceptance(model_, query, u_boost, t_sof2, capacity_));
+                                                   const std::vector<double>& t_sof2, const WorkWatch& watch) const {
+  ChargeAcceptanceMap map = explained(battery_sof::mapChargeAcceptance(model_, query, u_boost, t_sof2, capacity_, watch));
   ChargeAcceptanceQuery cell = query;
   for (std::size_t k = 0; k < map.answers.size(); ++k) {
     cell.u_boost = u_boost[k / t_sof2.size()];
@@ -65,8 +79,9 @@ ChargeAcceptanceMap LiveModel::mapChargeAcceptance(const ChargeAcceptanceQuery& 
   return map;
 }
 
-ProfileAnswer LiveModel::simulateProfile(const std::vector<double>& time, const std::vector<double>& current) const {
-  return explained(battery_sof::simulateProfile(model_, time, current));
+ProfileAnswer LiveModel::simulateProfile(const std::vector<double>& time, const std::vector<double>& current,
+                                         const WorkWatch& watch) const {
+  return explained(battery_sof::simulateProfile(model_, time, current, watch));
 }
 
 }  // namespace battery_sof

@@ -13,7 +13,7 @@ std::string faultOf(const std::vector<double>& side, const char* name) {
 /// Fills a map, or says why not.
 template <typename Map, typename Ask>
 Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name, const std::vector<double>& columns,
-           const char* column_name, const MapProgress& progress, Ask&& ask) {
+           const char* column_name, const WorkWatch& watch, Ask&& ask) {
   Map map;
   map.message = faultOf(rows, row_name);
   if (map.message.empty()) map.message = faultOf(columns, column_name);
@@ -26,12 +26,19 @@ Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name
     map.message = "the model cannot be used: " + fit.message;
     return map;
   }
+  const std::size_t cells = rows.size() * columns.size();
   for (const double row : rows)
     for (const double column : columns) {
+      const std::string why_end = watch ? watch(static_cast<double>(map.answers.size()) / static_cast<double>(cells)) : "";
+      if (!why_end.empty()) {
+        map.message = sentence("%zu of %zu answers were there when ", map.answers.size(), cells) + why_end;
+        map.code = AnswerCode::kInvalidQuery;
+        map.answers.clear();
+        return map;
+      }
       map.answers.push_back(ask(row, column));
-      if (progress) progress(static_cast<double>(map.answers.size()) / static_cast<double>(rows.size() * columns.size()));
     }
-  map.message = sentence("%zu answers", map.answers.size());
+  map.message = sentence("%zu answers", cells);
   return map;
 }
 
@@ -69,8 +76,8 @@ MapVerdict verdictOf(const std::optional<CrankingMap>& cranking, const std::opti
 }
 
 CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query, const std::vector<double>& i_load,
-                        const std::vector<double>& t_stop, double capacity, const MapProgress& progress) {
-  return filled<CrankingMap>(model.fit, i_load, "i_load", t_stop, "t_stop", progress, [&](double load, double stop) {
+                        const std::vector<double>& t_stop, double capacity, const WorkWatch& watch) {
+  return filled<CrankingMap>(model.fit, i_load, "i_load", t_stop, "t_stop", watch, [&](double load, double stop) {
     CrankingQuery one = query;
     one.load = {};
     one.i_load = load;
@@ -80,8 +87,8 @@ CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query, co
 }
 
 ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
-                                        const std::vector<double>& t_sof2, double capacity, const MapProgress& progress) {
-  return filled<ChargeAcceptanceMap>(model.fit, u_boost, "u_boost", t_sof2, "t_sof2", progress, [&](double voltage, double duration) {
+                                        const std::vector<double>& t_sof2, double capacity, const WorkWatch& watch) {
+  return filled<ChargeAcceptanceMap>(model.fit, u_boost, "u_boost", t_sof2, "t_sof2", watch, [&](double voltage, double duration) {
     ChargeAcceptanceQuery one = query;
     one.u_boost = voltage;
     one.t_sof2 = duration;

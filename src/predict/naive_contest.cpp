@@ -93,9 +93,7 @@ CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query, const
   if (!minimum) return answer;
   answer.u_min = inRow(scaled(*minimum, standing.scale), blocks);
   if (query.u_required) answer.capable = answer.u_min->lower >= *query.u_required;
-  std::string message =
-      sentence("lowest voltage %.2f V, 90 %% between %.2f and %.2f V", answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
-  if (answer.capable) message += sentence(": %s %.2f V", *answer.capable ? "holds" : "may not hold", *query.u_required);
+  std::string message = sentenceOf(answer, query.u_required);
   message += sentence("; %s answers: it missed %.3f V where the model missed %.3f V", naiveCrankName(naive).c_str(),
                       blocks * standing.score.naive_error, blocks * standing.score.model_error);
   answer.message = message + warningOf(answer.message);

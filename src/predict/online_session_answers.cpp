@@ -124,6 +124,11 @@ ProfileAnswer OnlineSession::simulateProfile(const std::vector<double>& time, co
   return live().simulateProfile(time, current);
 }
 
+std::optional<double> OnlineSession::chargeVoltage() const {
+  const auto of_one = restored_ ? usualVoltage(restored_->intervals.experience.charges) : inUse().chargeVoltage();
+  return of_one ? std::optional<double>(options_.blocks * *of_one) : std::nullopt;
+}
+
 std::optional<double> OnlineSession::newestTime() const { return newest_ ? std::optional<double>(newest_->time) : std::nullopt; }
 
 std::optional<FittedModel> OnlineSession::model() const {

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "battery_sof/identify/follower.hpp"
+#include "battery_sof/model/steps_taken.hpp"
 #include "battery_sof/predict/prediction_interval.hpp"
 #include "battery_sof/predict/query.hpp"
 #include "battery_sof/predict/state_tracker.hpp"
@@ -17,7 +18,6 @@ namespace {
 
 constexpr double kMostCurrent = IntakeLimits{}.max_abs_current;  // [A]
 constexpr double kLongestProfile = 86400.0;                      // [s]
-constexpr double kExtrapolation = 1.25;                          // of the largest currents the window held
 constexpr double kSameTime = 1e-6;                               // [s]
 constexpr double kSameCurrent = 1e-6;                            // [A]
 constexpr double kStartSpan = 1.0;                               // [s], samples that the first state is taken from
@@ -37,6 +37,9 @@ std::string faultOf(const std::vector<double>& time, const std::vector<double>& 
   for (std::size_t n = 0; n < time.size(); ++n) {
     if (!(time[n] >= 0.0 && time[n] <= kLongestProfile)) return describeSample("time", n, time[n], "0 to 86400 s after now");
     if (n > 0 && !(time[n] > time[n - 1])) return describeSample("time", n, time[n], "more than the time before it");
+    const double step = n > 0 ? time[n] - time[n - 1] : time[n];
+    if (step > 0.0 && step < kShortestStep)
+      return describeSample("time", n, time[n], sentence("at least %g s after the time before it", kShortestStep).c_str());
     if (!(std::abs(current[n]) <= kMostCurrent)) return describeSample("current", n, current[n], "-5000 to 5000 A");
   }
   return "";
@@ -50,10 +53,19 @@ void append(PredictedVoltage& predicted, const Interval& u) {
 
 std::string extrapolation(const Fit& fit, const std::vector<double>& current) {
   const auto [low, high] = std::minmax_element(current.begin(), current.end());
-  if (*low >= kExtrapolation * std::min(fit.excited.min_current, 0.0) && *high <= kExtrapolation * std::max(fit.excited.max_current, 0.0))
+  if (*low >= kCurrentReach * std::min(fit.excited.min_current, 0.0) && *high <= kCurrentReach * std::max(fit.excited.max_current, 0.0))
     return "";
   return sentence("the profile spans %.1f to %.1f A but the window only %.1f to %.1f A", *low, *high, fit.excited.min_current,
                   fit.excited.max_current);
+}
+
+/// Of the first sample whose interval says nothing.
+std::string emptiness(const Fit& fit, const PredictedVoltage& predicted) {
+  for (std::size_t n = 0; n < predicted.voltage.size(); ++n) {
+    const std::string reason = voltageSaysNothing(fit, {predicted.voltage[n], predicted.lower[n], predicted.upper[n]});
+    if (!reason.empty()) return sentence("sample %zu: ", n) + reason;
+  }
+  return "";
 }
 
 /// Voltage that the model misses at a sample with its state as it stands [V].
@@ -120,7 +132,8 @@ Start startFor(const FittedModel& model, const Series& series, IndexRange range)
 
 }  // namespace
 
-ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time, const std::vector<double>& current) {
+ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time, const std::vector<double>& current,
+                              const WorkWatch& watch) {
   ProfileAnswer answer;
   answer.message = faultOf(time, current);
   if (!answer.message.empty()) {
@@ -138,6 +151,13 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
   double time_before = 0.0;
   double current_before = model.state.current;
   for (std::size_t n = 0; n < time.size(); ++n) {
+    const std::string why_end = watch ? watch(static_cast<double>(n) / static_cast<double>(time.size())) : "";
+    if (!why_end.empty()) {
+      ProfileAnswer none;
+      none.code = AnswerCode::kInvalidQuery;
+      none.message = sentence("%zu of %zu samples were done when ", n, time.size()) + why_end;
+      return none;
+    }
     DriveStep step = driveStep(time_before, current_before, time[n], current[n], std::numeric_limits<double>::infinity());
     step.time += model.state.time;
     simulation.advance(step);
@@ -147,10 +167,11 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
     time_before = time[n];
     current_before = current[n];
   }
-  const std::string reason = extrapolation(model.fit, current);
-  answer.valid = reason.empty();
-  answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
-  answer.message = answer.valid ? "ok" : "not to be relied on: " + reason;
+  std::string reasons = extrapolation(model.fit, current);
+  const std::string empty = emptiness(model.fit, answer.predicted);
+  if (!empty.empty()) reasons += (reasons.empty() ? "" : "; ") + empty;
+  answer.message = sentence("%zu voltages", time.size());
+  judge(answer, reasons);
   return answer;
 }
 

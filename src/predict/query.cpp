@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/model/steps_taken.hpp"
 #include "battery_sof/predict/prediction_interval.hpp"
 #include "battery_sof/recording/blocks.hpp"
 #include "battery_sof/recording/intake.hpp"
@@ -15,12 +16,12 @@ namespace {
 constexpr double kMostCurrent = IntakeLimits{}.max_abs_current;  // [A]
 constexpr double kLongestProfile = 86400.0;                      // [s], a day
 constexpr std::size_t kMostPoints = 100000;
-constexpr double kCurrentReach = 1.25;      // of the largest current of the window
 constexpr double kVoltageReach = 0.3;       // [V] a block above the window's highest
 constexpr double kLearnedReach = 0.010;     // [V], of a learnt force held at its range's end: relevant to a crank
 constexpr double kTemperatureReach = 10.0;  // [K]
 constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("within 1 %")
 constexpr double kMostOfBlock = 16.0;       // [V], of six lead-acid cells, above any charger's
+constexpr double kSpanOfBlock = 10.0;       // [V], from 1 V a cell, empty under load, up to kMostOfBlock
 constexpr double kShortCharge = 10.0;       // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 
 bool movesOpenCircuitVoltage(const Fit& fit) { return contains(fit.effects, "ocv_soc") || contains(fit.effects, "acid_transport"); }
@@ -71,6 +72,10 @@ void addCharging(Reasons& reasons, const Fit& fit, const QueryRange& range) {
 
 }  // namespace
 
+std::optional<double> askedFor(std::optional<double> given) {
+  return given && (*given == 0.0 || std::isnan(*given)) ? std::nullopt : given;
+}
+
 std::string faultOf(const CurrentProfile& profile, const char* name) {
   if (profile.time.size() != profile.current.size())
     return sentence("%s has %zu times and %zu currents, expected as many", name, profile.time.size(), profile.current.size());
@@ -79,6 +84,9 @@ std::string faultOf(const CurrentProfile& profile, const char* name) {
     const double t = profile.time[n], i = profile.current[n];
     if (!(t >= 0.0 && t <= kLongestProfile)) return sentence("%s time[%zu] is %g s, expected 0 to 86400", name, n, t);
     if (n > 0 && !(t > profile.time[n - 1])) return sentence("%s time[%zu] is %g s, expected more than the one before", name, n, t);
+    const double step = n > 0 ? t - profile.time[n - 1] : t;
+    if (step > 0.0 && step < kShortestStep)
+      return sentence("%s time[%zu] is %g s after the one before, expected at least %g s", name, n, step, kShortestStep);
     if (!(std::abs(i) <= kMostCurrent)) return sentence("%s current[%zu] is %g A, expected -5000 to 5000", name, n, i);
   }
   return "";
@@ -105,9 +113,13 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
                        "voltage constant",
                        range.charge_moved, capacity));
   reasons.add(range.charge_moved > capacity, sentence("it moves %.0f Ah, more than the battery's %g Ah", range.charge_moved, capacity));
-  if (const auto u = range.answered_voltage)
-    reasons.add(!(*u >= 0.0 && *u <= mostVoltage(fit)),
-                sentence("it comes to %.2f V, expected 0 to %.0f V of such a battery", *u, mostVoltage(fit)));
+  if (const auto u = range.answered_voltage) {
+    const bool is_possible = u->value >= 0.0 && u->value <= mostVoltage(fit);
+    const std::string says_nothing = voltageSaysNothing(fit, *u);
+    reasons.add(!is_possible, sentence("it comes to %.2f V, expected 0 to %.0f V of such a battery", u->value, mostVoltage(fit)));
+    reasons.add(is_possible && !says_nothing.empty(), says_nothing);
+  }
+  reasons.add(!range.says_nothing.empty(), range.says_nothing);
   reasons.add(range.beyond_learned > kLearnedReach,
               sentence("what was learnt beside the equations is held at its range's end, %.0f mV from where it would be",
                        1e3 * fit.blocks * range.beyond_learned));
@@ -123,6 +135,20 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   const char* needed = of_charging ? "r_charge" : "r_discharge";
   reasons.add(!isDetermined(fit, needed), sentence("the window did not determine %s", needed));
   return reasons.text();
+}
+
+std::string voltageSaysNothing(const Fit& fit, const Interval& u) {
+  const double width = kSpanOfBlock * blocksOf(fit);
+  if (u.lower >= 0.0 && u.upper <= mostVoltage(fit) && u.upper - u.lower < width) return "";
+  return sentence("its 90 %% interval of %.2f to %.2f V says nothing, expected inside 0 to %.0f V and narrower than %.0f V", u.lower,
+                  u.upper, mostVoltage(fit), width);
+}
+
+std::string widthSaysNothing(const Interval& answer, double width, const char* unit, const std::string& whose) {
+  if (answer.upper - answer.lower < width) return "";
+  return sentence("its 90 %% interval of %.1f to %.1f %s says nothing, expected narrower than %.1f %s, ", answer.lower, answer.upper, unit,
+                  width, unit) +
+         whose;
 }
 
 bool areNumbers(const Interval& answer) {

@@ -62,7 +62,7 @@ class StopScan {
   bool monotone() const { return monotone_; }
   std::optional<double> holdsAgainAt() const { return holds_again_; }
   /// The crank's lowest voltage without a stop [V].
-  std::optional<double> atOnce() const { return at_once_; }
+  const std::optional<Interval>& atOnce() const { return at_once_; }
   /// False when a crank along the stop phase had no finite voltage.
   bool hasNumbers() const { return has_numbers_; }
 
@@ -77,7 +77,7 @@ class StopScan {
     hold(here_, crank_.i_load, t - at_);
     const Interval u = lowestOfCrank(here_, model_, crank_, t);
     has_numbers_ = has_numbers_ && areNumbers(u);
-    if (!at_once_) at_once_ = u.value;
+    if (!at_once_) at_once_ = u;
     if (before_ && u.value > *before_ + kRise * model_.fit.blocks) monotone_ = false;
     before_ = u.value;
     for (int bound = 0; bound < 3; ++bound) note(crossings_[bound], t, spareOf(u, bound), before);
@@ -132,7 +132,8 @@ class StopScan {
   Simulation here_;
   double at_ = 0.0;
   Crossing crossings_[3];
-  std::optional<double> at_once_, before_, holds_again_;
+  std::optional<Interval> at_once_;
+  std::optional<double> before_, holds_again_;
   bool monotone_ = true, has_numbers_ = true;
 };
 
@@ -172,6 +173,11 @@ std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query, 
 
 }  // namespace
 
+StopTimeQuery asked(StopTimeQuery request) {
+  request.t_cranking = askedFor(request.t_cranking).value_or(StopTimeQuery().t_cranking);
+  return request;
+}
+
 std::string describe(StopTimeOutcome outcome) {
   switch (outcome) {
     case StopTimeOutcome::kFinite: return "finite";
@@ -201,6 +207,7 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
   StopTimeAnswer answer;
   const CrankingQuery crank = crankOf(query);
   answer.message = faultsOf(crank);
+  if (!askedFor(query.u_required)) answer.message = "no limit is given for a crank to hold: " + answer.message;
   if (!answer.message.empty()) {
     answer.code = AnswerCode::kInvalidQuery;
     return answer;
@@ -229,10 +236,10 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
 
   QueryRange range = rangeOf(model, query, crank, value, held_for);
   range.answered_voltage = scan.atOnce();
-  const std::string reasons = extrapolationOf(model, range, capacity);
-  answer.valid = reasons.empty();
-  answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
-  if (!answer.valid) answer.message += "; not to be relied on: " + reasons;
+  // Ends closer than the search resolves are the same.
+  range.says_nothing = widthSaysNothing({value, answer.t_stop->lower, std::min(answer.t_stop->upper, longest)}, longest - kResolution, "s",
+                                        draws ? "the stop that draws all of the battery" : "a day");
+  judge(answer, extrapolationOf(model, range, capacity));
   return answer;
 }
 

@@ -1,6 +1,7 @@
 #include "battery_sof/predict/tracked_model.hpp"
 
 #include "battery_sof/identify/fit_quality.hpp"
+#include "battery_sof/predict/experienced.hpp"
 
 namespace battery_sof {
 
@@ -84,6 +85,8 @@ SessionEvents TrackedModel::watch(const StreamSample& sample, double max_gap) {
     setBesideNaive(*charge, charge_contest_);
     events.charges.push_back(*charge);
     observe(charge_scale_, charge->measured_current, charge->expected_current);
+    charge_voltages_.push_back(charge->mean_voltage);
+    if (charge_voltages_.size() > kChargesKept) charge_voltages_.pop_front();
     learnFrom(*charge);
   }
   if (!model_->fit.source) return events;
@@ -118,6 +121,13 @@ void TrackedModel::setBesideNaive(ChargeComparison& charge, NaiveContest& contes
                                       charge.measured_current,
                                       charge.expected_current.value,
                                       {naive->value, naive->lower, naive->upper}});
+}
+
+std::optional<double> TrackedModel::chargeVoltage() const {
+  if (tracker_)
+    if (const auto known = usualVoltage(tracker_->experience().charges)) return known;
+  if (charge_voltages_.empty()) return std::nullopt;
+  return medianOf({charge_voltages_.begin(), charge_voltages_.end()});
 }
 
 BacktestScore TrackedModel::backtest() const {

@@ -22,7 +22,6 @@ constexpr std::uint32_t kQueueSize = 100000;  // 20 s of a 100 Hz bag played at 
 constexpr double kStatusPeriod = 1.0;         // [s], SofStatus is a 1 Hz topic
 constexpr double kNoDataAfter = 5.0;          // [s], the shortest gap of a recording (gapThreshold)
 
-constexpr int kPatientThreads = 2;   // a map does not wait for a fit
 constexpr int kDiagnoseThreads = 2;  // a second request is refused while the first waits
 constexpr int kNice = 10;            // of identifications: the other threads go first
 constexpr std::chrono::milliseconds kLook{50};
@@ -55,7 +54,9 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
                  [this](const Adoption& adoption, double from_driving) { onAdopted(adoption, from_driving); }),
       diagnostics_([this] { return snapshot(); }),
       question_spinner_(1, &question_queue_),
-      patient_spinner_(kPatientThreads, &patient_queue_),
+      map_spinner_(1, &map_queue_),
+      profile_spinner_(1, &profile_queue_),
+      identify_spinner_(1, &identify_queue_),
       diagnose_spinner_(kDiagnoseThreads, &diagnose_queue_) {
   loadStateFile();
   advertise();
@@ -64,7 +65,9 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
     demandStatus();
   });
   question_spinner_.start();
-  patient_spinner_.start();
+  map_spinner_.start();
+  profile_spinner_.start();
+  identify_spinner_.start();
   diagnose_spinner_.start();
 }
 
@@ -72,7 +75,9 @@ BatterySofNode::~BatterySofNode() {
   diagnoses_.stop();
   worker_.stop();
   question_spinner_.stop();
-  patient_spinner_.stop();
+  map_spinner_.stop();
+  profile_spinner_.stop();
+  identify_spinner_.stop();
   diagnose_spinner_.stop();
 }
 
@@ -106,9 +111,9 @@ void BatterySofNode::advertise() {
                serve<PredictChargeAcceptance>("predict_charge_acceptance", question_queue_, &Node::onPredictChargeAcceptance),
                serve<SetStandingQuery>("set_standing_query", question_queue_, &Node::onSetStandingQuery),
                serve<CancelDiagnosis>("cancel_diagnosis", question_queue_, &Node::onCancelDiagnosis),
-               serve<PredictMap>("predict_map", patient_queue_, &Node::onPredictMap),
-               serve<SimulateProfile>("simulate_profile", patient_queue_, &Node::onSimulateProfile),
-               serve<Identify>("identify", patient_queue_, &Node::onIdentify),
+               serve<PredictMap>("predict_map", map_queue_, &Node::onPredictMap),
+               serve<SimulateProfile>("simulate_profile", profile_queue_, &Node::onSimulateProfile),
+               serve<Identify>("identify", identify_queue_, &Node::onIdentify),
                serve<Diagnose>("diagnose", diagnose_queue_, &Node::onDiagnose)};
   subscriber_ = node_.subscribe(kDefaultTopic, kQueueSize, &BatterySofNode::onBatteryState, this, ros::TransportHints().tcpNoDelay());
   ros::NodeHandle question_node(node_);
@@ -247,6 +252,7 @@ void BatterySofNode::demandStatus() {
   contents.session = statusNow();
   contents.counts = session_.counts();
   contents.standing = options_.standing;
+  contents.standing.charge = options_.standing.chargeAt(session_.chargeVoltage());
   contents.events = events_;
   contents.events.crank_scale = session_.crankScale();
   contents.events.charge_scale = session_.chargeScale();

@@ -5,6 +5,7 @@
 
 #include "battery_sof/ros/battery_sof_node.hpp"
 #include "battery_sof/ros/node_options.hpp"
+#include "battery_sof/ros/shutdown_limit.hpp"
 
 namespace {
 
@@ -16,6 +17,7 @@ XmlRpc::XmlRpcValue privateParameters() {
 
 void run() {
   const battery_sof::NodeOptions options = battery_sof::parseNodeOptions(privateParameters());
+  const battery_sof::ShutdownLimit limit;
   const battery_sof::BatterySofNode node(ros::NodeHandle(), ros::NodeHandle("~"), options);
   ros::spin();
 }

@@ -1,10 +1,23 @@
 #include <ros/ros.h>
 
+#include <chrono>
+
 #include "battery_sof/ros/background_work.hpp"
 #include "battery_sof/ros/battery_sof_node.hpp"
 
 namespace battery_sof {
 namespace {
+
+constexpr std::chrono::seconds kLongestWork{10};  // of a map or a profile: who waits for one gives up about then
+constexpr std::chrono::milliseconds kLook{50};
+
+/// The outcome of background work. @throws std::future_error when the node ends first.
+template <typename Outcome>
+Outcome waitFor(std::future<Outcome>& work) {
+  while (work.wait_for(kLook) != std::future_status::ready)
+    if (ros::isShuttingDown()) throw std::future_error(std::future_errc::broken_promise);
+  return work.get();
+}
 
 /// Adds the time it lived to the queries' times.
 class QueryTimer {
@@ -27,6 +40,16 @@ class QueryTimer {
 LiveModel BatterySofNode::live() {
   const std::lock_guard<std::mutex> lock(mutex_);
   return session_.live();
+}
+
+/// Ends what has become too much, or stands in the way of a shutdown.
+WorkWatch BatterySofNode::patience() {
+  const auto end = std::chrono::steady_clock::now() + kLongestWork;
+  return [end](double) -> std::string {
+    if (ros::isShuttingDown()) return "the node shut down";
+    if (std::chrono::steady_clock::now() < end) return "";
+    return sentence("%d s were over; ask for less at a time", static_cast<int>(kLongestWork.count()));
+  };
 }
 
 /// Answers a question; one that fails is answered too, without numbers.
@@ -69,15 +92,15 @@ bool BatterySofNode::onSetStandingQuery(SetStandingQuery::Request& request, SetS
   const std::lock_guard<std::mutex> lock(mutex_);
   try {
     options_.standing = changedBy(request, options_.standing);
-    response = responseOf(options_.standing);
+    response = responseOf(options_.standing, session_.chargeVoltage());
   } catch (const NodeOptionsError& error) {
-    response = refusalOf(error, options_.standing);
+    response = refusalOf(error, options_.standing, session_.chargeVoltage());
   }
   return true;
 }
 
 bool BatterySofNode::onPredictMap(PredictMap::Request& request, PredictMap::Response& response) {
-  if (guarded("the map", [&] { response = mapsOf(live(), request); })) return true;
+  if (guarded("the map", [&] { response = mapsOf(live(), request, patience()); })) return true;
   response = {};
   response.code = PredictMap::Response::NO_MODEL;
   response.message = "the map failed; /diagnostics says why";
@@ -85,7 +108,7 @@ bool BatterySofNode::onPredictMap(PredictMap::Request& request, PredictMap::Resp
 }
 
 bool BatterySofNode::onSimulateProfile(SimulateProfile::Request& request, SimulateProfile::Response& response) {
-  return answer<ProfileAnswer>("the profile", response, [&] { return live().simulateProfile(request.time, request.current); });
+  return answer<ProfileAnswer>("the profile", response, [&] { return live().simulateProfile(request.time, request.current, patience()); });
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -129,13 +152,13 @@ IdentificationOutcome BatterySofNode::takenBack(IdentificationResult result) {
 }
 
 std::optional<std::future<IdentificationOutcome>> BatterySofNode::postRequested() {
-  while (ros::ok()) {
+  while (!ros::isShuttingDown()) {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (auto job = session_.takeJob()) return worker_.post(std::move(*job));
       if (!session_.isJobOut()) return std::nullopt;
     }
-    worker_.waitUntilIdle();
+    worker_.waitUntilIdle(kLook);
   }
   return std::nullopt;
 }
@@ -155,7 +178,7 @@ void BatterySofNode::identifyNow(Identify::Response& response) {
     return;
   }
   try {
-    response = responseOf(outcome->get());
+    response = responseOf(waitFor(*outcome));
   } catch (const std::future_error&) {
     response.code = Identify::Response::REFUSED;
     response.message = "the node is shutting down";
@@ -204,7 +227,7 @@ void BatterySofNode::diagnoseNow(Diagnose::Response& response) {
   auto running = beginDiagnosis(response);
   if (!running) return;
   try {
-    response = responseOf(running->get());
+    response = responseOf(waitFor(*running));
   } catch (const std::future_error&) {
     response.code = Diagnose::Response::FAILED;
     response.message = "the node is shutting down";

@@ -1,6 +1,6 @@
 #include "battery_sof/ros/message_conversion.hpp"
 
-#include <cmath>
+#include <utility>
 
 #include "battery_sof/bag/battery_state_message.hpp"
 #include "battery_sof/report/model_yaml.hpp"
@@ -8,11 +8,6 @@
 
 namespace battery_sof {
 namespace {
-
-/// A number that a request may leave out.
-double orDefault(double value, double standard) { return std::isnan(value) || value == 0.0 ? standard : value; }
-
-std::optional<double> required(double u_required) { return std::isnan(u_required) ? std::nullopt : std::optional<double>(u_required); }
 
 void append(PredictMap::Response& response, const CrankingAnswer& answer) {
   const Interval u_min = answer.u_min.value_or(kNoInterval);
@@ -31,18 +26,15 @@ void append(PredictMap::Response& response, const ChargeAcceptanceAnswer& answer
   response.i_boost_code.push_back(codeOf(answer.code));
 }
 
-CrankingMap crankingMapOf(const LiveModel& model, const PredictMap::Request& request) {
-  CrankingQuery query;
-  query.i_cranking = request.i_cranking;
-  query.t_cranking = orDefault(request.t_cranking, query.t_cranking);
-  query.u_required = required(request.u_required);
-  return model.mapCranking(query, request.i_load, request.t_stop);
+CrankingMap crankingMapOf(const LiveModel& model, const PredictMap::Request& request, const WorkWatch& watch) {
+  const CrankingQuery query = asked(CrankingQuery{0.0, 0.0, request.i_cranking, request.t_cranking, request.u_required});
+  return model.mapCranking(query, request.i_load, request.t_stop, watch);
 }
 
-ChargeAcceptanceMap chargeMapOf(const LiveModel& model, const PredictMap::Request& request) {
+ChargeAcceptanceMap chargeMapOf(const LiveModel& model, const PredictMap::Request& request, const WorkWatch& watch) {
   ChargeAcceptanceQuery query;
-  query.i_limit = orDefault(request.i_limit, query.i_limit);
-  return model.mapChargeAcceptance(query, request.u_boost, request.t_sof2);
+  query.i_limit = request.i_limit;
+  return model.mapChargeAcceptance(asked(query), request.u_boost, request.t_sof2, watch);
 }
 
 void fillEstimates(IdentifiedModel& message, const Fit& fit) {
@@ -59,27 +51,18 @@ void fillEstimates(IdentifiedModel& message, const Fit& fit) {
 }  // namespace
 
 CrankingQuery queryOf(const PredictCranking::Request& request) {
-  CrankingQuery query{request.i_load, request.t_stop, request.i_cranking, request.t_cranking, required(request.u_required)};
+  CrankingQuery query{request.i_load, request.t_stop, request.i_cranking, request.t_cranking, request.u_required};
   query.load = {request.load_time, request.load_current};
   query.crank = {request.cranking_time, request.cranking_current};
-  return query;
+  return asked(std::move(query));
 }
 
 StopTimeQuery queryOf(const PredictStopTime::Request& request) {
-  StopTimeQuery query;
-  query.i_load = request.i_load;
-  query.i_cranking = request.i_cranking;
-  query.t_cranking = orDefault(request.t_cranking, query.t_cranking);
-  query.u_required = request.u_required;
-  return query;
+  return asked(StopTimeQuery{request.i_load, request.i_cranking, request.t_cranking, request.u_required});
 }
 
 ChargeAcceptanceQuery queryOf(const PredictChargeAcceptance::Request& request) {
-  ChargeAcceptanceQuery query;
-  query.u_boost = request.u_boost;
-  query.t_sof2 = orDefault(request.t_sof2, query.t_sof2);
-  query.i_limit = orDefault(request.i_limit, query.i_limit);
-  return query;
+  return asked(ChargeAcceptanceQuery{request.u_boost, request.t_sof2, request.i_limit});
 }
 
 PredictCranking::Response responseOf(const CrankingAnswer& answer) { return messageAs<PredictCranking::Response>(answer); }
@@ -88,11 +71,11 @@ PredictChargeAcceptance::Response responseOf(const ChargeAcceptanceAnswer& answe
   return messageAs<PredictChargeAcceptance::Response>(answer);
 }
 
-PredictMap::Response mapsOf(const LiveModel& model, const PredictMap::Request& request) {
+PredictMap::Response mapsOf(const LiveModel& model, const PredictMap::Request& request, const WorkWatch& watch) {
   std::optional<CrankingMap> cranking;
   std::optional<ChargeAcceptanceMap> charge;
-  if (!request.i_load.empty() || !request.t_stop.empty()) cranking = crankingMapOf(model, request);
-  if (!request.u_boost.empty() || !request.t_sof2.empty()) charge = chargeMapOf(model, request);
+  if (!request.i_load.empty() || !request.t_stop.empty()) cranking = crankingMapOf(model, request, watch);
+  if (!request.u_boost.empty() || !request.t_sof2.empty()) charge = chargeMapOf(model, request, watch);
   PredictMap::Response response;
   if (cranking)
     for (const CrankingAnswer& answer : cranking->answers) append(response, answer);

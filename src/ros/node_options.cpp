@@ -16,6 +16,8 @@ namespace {
 using Value = XmlRpc::XmlRpcValue;
 using Faults = std::vector<std::string>;
 
+constexpr double kLeastBoost = 1.0;  // [V]
+
 std::string typeName(const Value& value) {
   switch (value.getType()) {
     case Value::TypeBoolean: return "a boolean";
@@ -122,8 +124,11 @@ Schema standingQuerySchema(StandingQueries& standing) {
   schema.number("t_stop_s", 0.0, 86400.0, into(query.t_stop));
   schema.number("i_cranking_a", -2000.0, -1.0, into(query.i_cranking));
   schema.number("t_cranking_s", 0.01, 60.0, into(query.t_cranking));
-  schema.number("u_required_v", 0.0, 100.0, [&query](double value) { query.u_required = value; });
-  schema.number("u_boost_v", 1.0, 100.0, into(charge.u_boost));
+  schema.number("u_required_v", 0.0, 100.0, [&query](double value) { query.u_required = askedFor(value); });
+  schema.number("u_boost_v", 0.0, 100.0, [&standing](double value) {
+    standing.u_boost_is_given = askedFor(value).has_value();
+    if (standing.u_boost_is_given) standing.charge.u_boost = value;
+  });
   schema.number("t_sof2_s", 0.1, 3600.0, into(charge.t_sof2));
   schema.number("i_limit_a", 1.0, 5000.0, into(charge.i_limit));
   return schema;
@@ -191,6 +196,9 @@ void findContradictions(const NodeOptions& options, Faults& faults) {
   if (session.window_length && *session.window_length < 60.0) {
     faults.push_back("~window_s is " + shown(*session.window_length) + ", expected 0 (automatic) or 60 to 14400");
   }
+  if (options.standing.charge.u_boost < kLeastBoost)
+    faults.push_back("~standing_query/u_boost_v is " + shown(options.standing.charge.u_boost) +
+                     ", expected 0 (at which the battery was charged lately) or " + shown(kLeastBoost) + " to 100");
   if (options.diagnose_period > 0.0 && options.diagnose_period < 60.0) {
     faults.push_back("~diagnose_period_s is " + shown(options.diagnose_period) + ", expected 0 (only on request) or 60 to 86400");
   }
@@ -215,13 +223,18 @@ void readPriors(NodeOptions& options, Faults& faults) {
 
 }  // namespace
 
-std::optional<StopTimeQuery> StandingQueries::stopTime() const {
-  if (!cranking.u_required) return std::nullopt;
+StopTimeQuery StandingQueries::stopTime() const {
   StopTimeQuery query;
   query.i_load = cranking.i_load;
   query.i_cranking = cranking.i_cranking;
   query.t_cranking = cranking.t_cranking;
-  query.u_required = *cranking.u_required;
+  query.u_required = cranking.u_required.value_or(0.0);
+  return query;
+}
+
+ChargeAcceptanceQuery StandingQueries::chargeAt(const std::optional<double>& lately) const {
+  ChargeAcceptanceQuery query = charge;
+  if (!u_boost_is_given && lately) query.u_boost = *lately;
   return query;
 }
 

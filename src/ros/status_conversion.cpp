@@ -37,16 +37,9 @@ void fillContest(SofStatus& message, const SessionStatus& session) {
   message.extended_rmse = session.contest ? session.contest->extended_rmse : kNan;
 }
 
-StopTimeAnswer notAsked() {
-  StopTimeAnswer answer;
-  answer.code = AnswerCode::kInvalidQuery;
-  answer.message = "u_required is not given";
-  return answer;
-}
-
 void fillAnswers(SofStatus& message, const StandingAnswers& answers) {
   message.crank = messageAs<CrankAnswer>(answers.cranking);
-  message.stop_time = messageAs<StopTimeMessage>(answers.stop_time.value_or(notAsked()));
+  message.stop_time = messageAs<StopTimeMessage>(answers.stop_time);
   message.charge = messageAs<ChargeAnswer>(answers.charge);
 }
 
@@ -106,7 +99,7 @@ void fillSource(SofStatus& message, const SessionStatus& session) {
 StandingAnswers answersTo(const StandingQueries& standing, const LiveModel& model) {
   StandingAnswers answers;
   answers.cranking = model.predictCranking(standing.cranking);
-  if (const auto stop_time = standing.stopTime()) answers.stop_time = model.predictStopTime(*stop_time);
+  answers.stop_time = model.predictStopTime(standing.stopTime());
   answers.charge = model.predictChargeAcceptance(standing.charge);
   return answers;
 }

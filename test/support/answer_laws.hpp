@@ -44,7 +44,7 @@ inline std::string brokenLaw(const CrankingAnswer& answer, const Fit& fit) {
   const std::string interval = brokenInterval(u);
   if (!interval.empty() || !answer.valid) return interval;
   const double most = kMostVolts * blocksOf(fit);
-  return u.value >= 0.0 && u.value <= most ? "" : sentence("a valid crank of %g V, expected 0 to %g V", u.value, most);
+  return u.lower >= 0.0 && u.upper <= most ? "" : sentence("a valid crank of %g to %g V, expected 0 to %g V", u.lower, u.upper, most);
 }
 
 inline std::string brokenLaw(const StopTimeAnswer& answer, const StopTimeQuery& query, double capacity) {
@@ -57,6 +57,8 @@ inline std::string brokenLaw(const StopTimeAnswer& answer, const StopTimeQuery& 
   if (is_endless != (answer.outcome == StopTimeOutcome::kAlways)) return "an endless stop does not go with the outcome";
   if (!is_endless && t.value > kMostStop) return sentence("a stop of %g s, longer than a day", t.value);
   if ((t.value == 0.0) != (answer.outcome == StopTimeOutcome::kNever)) return "a stop of nothing does not go with the outcome";
+  if (answer.valid && query.i_load < 0.0 && t.lower <= 0.0 && -query.i_load * t.upper / 3600.0 >= capacity)
+    return sentence("a valid stop of %g to %g s, which is all there can be", t.lower, t.upper);
   if (query.i_load < 0.0 && -query.i_load * t.upper / 3600.0 > capacity * kRounding)
     return sentence("stops up to %g s draw more than %g Ah", t.upper, capacity);
   return "";

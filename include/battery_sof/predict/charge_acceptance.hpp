@@ -12,6 +12,9 @@ struct ChargeAcceptanceQuery {
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
 };
 
+/// The question of a request, as asked() of a crank.
+ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request);
+
 /// SOF2. The numbers are present unless code is kInvalidQuery or kNoModel.
 struct ChargeAcceptanceAnswer {
   std::optional<Interval> i_boost;  ///< [A], mean current over t_sof2; negative when u_boost discharges the battery
@@ -32,6 +35,10 @@ struct ChargeAcceptanceAnswer {
  * @param model event begins at its saved state.  @param capacity [Ah], nominal, > 0.
  */
 ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, double capacity = 50.0);
+
+/// Why an interval of such an answer says nothing: it is as wide as the largest charge of the window (1.25 times), of past charges like
+/// it and of the source; empty when it says something.
+std::string currentSaysNothing(const FittedModel& model, const ChargeAcceptanceQuery& query, const Interval& i_boost);
 
 /// A model's mean current at a measured voltage, and the measured one.
 struct MeanChargeCurrent {

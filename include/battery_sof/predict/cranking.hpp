@@ -13,16 +13,19 @@ struct CrankingQuery {
   double t_stop = 0.0;                               ///< [s], 0 to 86400
   double i_cranking = 0.0;                           ///< [A], < 0
   double t_cranking = 1.0;                           ///< [s], > 0 to 60
-  std::optional<double> u_required = std::nullopt;   ///< [V], what the starter needs; the paper names 7.2 V
+  std::optional<double> u_required = std::nullopt;   ///< [V], above 0 to 100: what the starter needs; the paper names 7.2 V
   CurrentProfile load = {};                          ///< in place of i_load and t_stop when not empty
   CurrentProfile crank = {};                         ///< in place of i_cranking and t_cranking when not empty
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
 };
 
+/// The question of a request: what it leaves out (askedFor()) is not asked, or its default.
+CrankingQuery asked(CrankingQuery request);
+
 /// SOF1. The numbers are present unless code is kInvalidQuery or kNoModel.
 struct CrankingAnswer {
   std::optional<Interval> u_min;  ///< [V], lowest voltage during the crank, with its 90 % interval
-  std::optional<bool> capable;    ///< lower bound of u_min at or above u_required; none without u_required
+  std::optional<bool> capable;    ///< lower bound of u_min at or above u_required; none without u_required, and the message says so
   bool valid = false;             ///< the model may be trusted here
   AnswerCode code = AnswerCode::kOk;
   std::string message;  ///< one sentence
@@ -44,6 +47,9 @@ struct CrankingAnswer {
  * @param capacity [Ah], nominal, > 0.
  */
 CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query, double capacity = 50.0);
+
+/// What an answer's message says: the interval, and whether it holds what is required or that nothing is.
+std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required);
 
 /// @return every fault of a query, as one sentence each; empty when there is none.
 std::string faultsOf(const CrankingQuery& query);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/predict/answer.hpp"
@@ -55,5 +56,11 @@ struct ChargeEvidence {
 };
 
 ChargeEvidence chargeEvidence(const Experience& experience, double voltage, double duration);
+
+/// @return the middle of some values, of an even number the mean of both; 0 of none.
+double medianOf(std::vector<double> values);
+
+/// @return the median voltage [V] of past charges; none without any.
+std::optional<double> usualVoltage(const std::vector<PastCharge>& charges);
 
 }  // namespace battery_sof

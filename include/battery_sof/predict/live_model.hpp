@@ -29,10 +29,12 @@ class LiveModel {
   CrankingAnswer predictCranking(const CrankingQuery& query) const;
   StopTimeAnswer predictStopTime(const StopTimeQuery& query) const;
   ChargeAcceptanceAnswer predictChargeAcceptance(const ChargeAcceptanceQuery& query) const;
-  CrankingMap mapCranking(const CrankingQuery& query, const std::vector<double>& i_load, const std::vector<double>& t_stop) const;
+  CrankingMap mapCranking(const CrankingQuery& query, const std::vector<double>& i_load, const std::vector<double>& t_stop,
+                          const WorkWatch& watch = nullptr) const;
   ChargeAcceptanceMap mapChargeAcceptance(const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
-                                          const std::vector<double>& t_sof2) const;
-  ProfileAnswer simulateProfile(const std::vector<double>& time, const std::vector<double>& current) const;
+                                          const std::vector<double>& t_sof2, const WorkWatch& watch = nullptr) const;
+  ProfileAnswer simulateProfile(const std::vector<double>& time, const std::vector<double>& current,
+                                const WorkWatch& watch = nullptr) const;
 
   const FittedModel& model() const { return model_; }
 
@@ -41,6 +43,8 @@ class LiveModel {
   template <typename Answer>
   Answer explained(Answer answer) const;
 
+  // What comes of either is judged by its own interval (voltageSaysNothing(), currentSaysNothing()).
+  CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query) const;
   ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query) const;
 
   FittedModel model_;

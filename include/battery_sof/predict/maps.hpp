@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,7 +15,7 @@ inline constexpr std::size_t kMostMapSide = 200;
 /// Answers to every combination of two lists, row by row: answers[row * columns + column].
 struct CrankingMap {
   std::vector<CrankingAnswer> answers;  ///< rows: i_load, columns: t_stop; empty unless code is kOk
-  AnswerCode code = AnswerCode::kOk;    ///< kInvalidQuery for a list that is empty or too long, kNoModel
+  AnswerCode code = AnswerCode::kOk;    ///< kInvalidQuery for a list that is empty or too long and for too much work, kNoModel
   std::string message;
 };
 struct ChargeAcceptanceMap {
@@ -25,16 +24,14 @@ struct ChargeAcceptanceMap {
   std::string message;
 };
 
-/// Told after every answer how many of a map's answers are there, 0 to 1.
-using MapProgress = std::function<void(double share)>;
-
 /// SOF1 over (i_load, t_stop). @param query the crank; its i_load and t_stop are taken from the lists.
+/// @param watch asked before every answer; a map that is broken off has no answers, is kInvalidQuery and says how far it came.
 CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query, const std::vector<double>& i_load,
-                        const std::vector<double>& t_stop, double capacity = 50.0, const MapProgress& progress = nullptr);
+                        const std::vector<double>& t_stop, double capacity = 50.0, const WorkWatch& watch = nullptr);
 
 /// SOF2 over (u_boost, t_sof2). @param query the limit; its u_boost and t_sof2 are taken from the lists.
 ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
-                                        const std::vector<double>& t_sof2, double capacity = 50.0, const MapProgress& progress = nullptr);
+                                        const std::vector<double>& t_sof2, double capacity = 50.0, const WorkWatch& watch = nullptr);
 
 /// What maps come to as a whole.
 struct MapVerdict {

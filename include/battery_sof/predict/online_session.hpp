@@ -147,6 +147,8 @@ class OnlineSession {
   /// Why nothing is answered; none when queries are.
   std::optional<std::string> whyNoModel() const;
   double capacity() const { return options_.capacity; }  ///< [Ah]
+  /// @return [V] at which the battery was charged lately, see TrackedModel::chargeVoltage(); none where none was seen.
+  std::optional<double> chargeVoltage() const;
   /// How wide intervals are, as past events ask for.
   IntervalScale crankScale() const { return inUse().crankScale(); }
   IntervalScale chargeScale() const { return inUse().chargeScale(); }

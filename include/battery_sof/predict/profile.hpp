@@ -6,6 +6,7 @@
 #include "battery_sof/identify/fitted_model.hpp"
 #include "battery_sof/predict/answer.hpp"
 #include "battery_sof/predict/mixed_scores.hpp"
+#include "battery_sof/predict/query.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {
@@ -29,10 +30,12 @@ inline constexpr std::size_t kMaxProfileSamples = 3600000;
 /**
  * @brief What the battery would answer to a current profile from the model's saved state on.
  *
- * @param time    [s] after the saved state, >= 0, strictly increasing.
+ * @param time    [s] after the saved state, >= 0, each at least kShortestStep after the one before.
  * @param current [A], same length; linear between the samples, and from the state's own current to the first sample.
+ * @param watch   asked before every sample; broken off, the answer is kInvalidQuery and says how far it came.
  */
-ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time, const std::vector<double>& current);
+ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time, const std::vector<double>& current,
+                              const WorkWatch& watch = nullptr);
 
 /**
  * @brief Runs a model over the current of a recording and returns what it expects in a range of it.

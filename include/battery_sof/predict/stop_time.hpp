@@ -9,10 +9,13 @@ struct StopTimeQuery {
   double i_load = 0.0;                               ///< [A], <= 0
   double i_cranking = 0.0;                           ///< [A], < 0
   double t_cranking = 1.0;                           ///< [s], > 0 to 60
-  double u_required = 0.0;                           ///< [V], 0 to 100
+  double u_required = 0.0;                           ///< [V], above 0 to 100: what the starter needs
   CurrentProfile crank = {};                         ///< in place of i_cranking and t_cranking when not empty
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
 };
+
+/// The question of a request, as asked() of a crank. Without an u_required nothing is asked, and the answer says so.
+StopTimeQuery asked(StopTimeQuery request);
 
 /// What kind of stop time was found.
 enum class StopTimeOutcome {
@@ -47,7 +50,8 @@ struct StopTimeAnswer {
  *
  * A stop is no longer than a day and draws no more than the capacity: t_stop |i_load| <= capacity, the interval's ends
  * too. Where the crank still holds after the charge that the equations hold for (chargeHeldFor()), t_stop is that stop
- * and the outcome kAtLeast; the message says what the model puts the end at. valid follows extrapolationOf().
+ * and the outcome kAtLeast; the message says what the model puts the end at. valid follows extrapolationOf(); an interval
+ * from no stop to the longest says nothing, and neither does one that rests on a crank whose interval says nothing.
  *
  * @param capacity [Ah], nominal, > 0.
  */

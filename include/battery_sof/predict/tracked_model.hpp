@@ -36,6 +36,8 @@ class TrackedModel {
  public:
   static constexpr double kBacktestSpan = 900.0;  ///< [s] of the past that a back-test looks at
 
+  static constexpr std::size_t kChargesKept = 20;  ///< whose voltage is kept
+
   static constexpr double kLongCharge = 60.0;  ///< [s], charges that a model with a source is compared over beside 10 s
 
   explicit TrackedModel(const EventLimits& limits);
@@ -79,6 +81,9 @@ class TrackedModel {
   double fittedUntil() const { return fitted_until_; }
 
   BacktestScore backtest() const;
+  /// @return [V] at which the battery was charged lately: median over the past charges that the model knows, else over those that
+  /// passed; none where none was seen.
+  std::optional<double> chargeVoltage() const;
 
   const NaiveContest& crankContest() const { return crank_contest_; }
   const NaiveContest& chargeContest() const { return charge_contest_; }
@@ -104,6 +109,7 @@ class TrackedModel {
   std::optional<StateTracker> tracker_;
   double fitted_until_ = 0.0;
   std::deque<Compared> compared_;
+  std::deque<double> charge_voltages_;  // [V], means of the last charges that passed
 };
 
 }  // namespace battery_sof

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <functional>
@@ -45,10 +46,10 @@ class BackgroundWorker {
   }
 
   /// Returns when no job is posted or running, at once when it is so already or the worker has been
-  /// told to end.
-  void waitUntilIdle() {
+  /// told to end, and after `longest` in any case.
+  void waitUntilIdle(std::chrono::milliseconds longest) {
     std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait(lock, [this] { return stopping_ || !busy_; });
+    changed_.wait_for(lock, longest, [this] { return stopping_ || !busy_; });
   }
 
   /// Accepts nothing more and joins the thread.

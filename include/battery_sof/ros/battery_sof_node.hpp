@@ -28,7 +28,8 @@ namespace battery_sof {
  * Threads, so that nothing waits for what takes longer:
  *   - samples: the global callback queue, nothing else;
  *   - questions: the three predictions, ~set_standing_query, ~status and /diagnostics, one after the other;
- *   - patient: ~identify, which waits for a fit, ~predict_map and ~simulate_profile, which may take seconds;
+ *   - maps, profiles, identifications: one each for ~predict_map and ~simulate_profile, which may take up to kLongestWork, and for
+ *     ~identify, which waits for a fit;
  *   - diagnoses: ~diagnose, which waits for one, and refuses a second request meanwhile;
  *   - identifications and diagnoses themselves: a worker's each.
  * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to copy what a question
@@ -36,6 +37,8 @@ namespace battery_sof {
  *
  * No exception ends the node: where a callback or a timer throws, the fault is logged and told in /diagnostics; where taking a
  * sample does, the session begins anew, and the saved model it stood on is set aside.
+ *
+ * At a shutdown a map, a profile and whoever waits for a fit break off at once: roscpp ends no service before its callback has returned.
  *
  * ~status goes out once a second of the samples' time. A wall timer stands in when no samples come.
  */
@@ -113,6 +116,7 @@ class BatterySofNode {
   }
   void noteFault(const char* what, const char* why);
   LiveModel live();
+  static WorkWatch patience();
   template <typename Answer, typename Response, typename Ask>
   bool answer(const char* what, Response& response, Ask ask);
   void identifyNow(Identify::Response& response);
@@ -124,7 +128,7 @@ class BatterySofNode {
   NodeOptions options_;
   const StateFile state_file_;
   ros::NodeHandle node_, private_node_;
-  ros::CallbackQueue question_queue_, patient_queue_, diagnose_queue_;
+  ros::CallbackQueue question_queue_, map_queue_, profile_queue_, identify_queue_, diagnose_queue_;
   ros::Publisher status_publisher_, model_publisher_;
 
   std::mutex mutex_;
@@ -149,7 +153,7 @@ class BatterySofNode {
   ros::Subscriber subscriber_;
   std::vector<ros::ServiceServer> services_;
   ros::WallTimer wall_timer_;
-  ros::AsyncSpinner question_spinner_, patient_spinner_, diagnose_spinner_;
+  ros::AsyncSpinner question_spinner_, map_spinner_, profile_spinner_, identify_spinner_, diagnose_spinner_;
 };
 
 }  // namespace battery_sof

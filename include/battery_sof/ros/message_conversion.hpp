@@ -12,8 +12,7 @@
 
 namespace battery_sof {
 
-// The queries of requests. An u_required of NaN is none; a t_cranking, t_sof2 or i_limit of 0 or NaN is its default where the
-// .srv file says so. Nothing is judged here: see faultsOf().
+// The queries of requests: what was left out (askedFor()) is not asked, or its default. Nothing is judged here: see faultsOf().
 CrankingQuery queryOf(const PredictCranking::Request& request);
 StopTimeQuery queryOf(const PredictStopTime::Request& request);
 ChargeAcceptanceQuery queryOf(const PredictChargeAcceptance::Request& request);
@@ -23,8 +22,8 @@ PredictCranking::Response responseOf(const CrankingAnswer& answer);
 PredictStopTime::Response responseOf(const StopTimeAnswer& answer);
 PredictChargeAcceptance::Response responseOf(const ChargeAcceptanceAnswer& answer);
 
-/// @return both maps of a request, those with lists, asked of a model.
-PredictMap::Response mapsOf(const LiveModel& model, const PredictMap::Request& request);
+/// @return both maps of a request, those with lists, asked of a model. @param watch see mapCranking().
+PredictMap::Response mapsOf(const LiveModel& model, const PredictMap::Request& request, const WorkWatch& watch = nullptr);
 
 /// @return the response; absent arrays are empty.
 SimulateProfile::Response responseOf(const ProfileAnswer& answer);
@@ -47,10 +46,10 @@ struct DiagnosisOutcome {
 /// @return the response to ~diagnose; code OK or FAILED.
 Diagnose::Response responseOf(const DiagnosisOutcome& outcome);
 
-/// The standing answers; stop_time is none when it is not asked.
+/// The standing answers.
 struct StandingAnswers {
   CrankingAnswer cranking;
-  std::optional<StopTimeAnswer> stop_time;
+  StopTimeAnswer stop_time;
   ChargeAcceptanceAnswer charge;
 };
 
@@ -61,7 +60,7 @@ StandingAnswers answersTo(const StandingQueries& standing, const LiveModel& mode
 struct StatusContents {
   SessionStatus session;
   StreamCounts counts;
-  StandingQueries standing;
+  StandingQueries standing;  ///< as they are asked: charge.u_boost is the voltage of this answer
   StandingAnswers answers;
   EventTallies events;
 };

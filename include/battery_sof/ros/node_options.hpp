@@ -15,8 +15,11 @@ namespace battery_sof {
 struct StandingQueries {
   CrankingQuery cranking{-20.0, 30.0, -200.0, 1.0, 7.2};
   ChargeAcceptanceQuery charge{14.2, 10.0, 5000.0};
-  /// @return none when u_required is not asked.
-  std::optional<StopTimeQuery> stopTime() const;
+  bool u_boost_is_given = false;  ///< else it is asked at the voltage at which the battery was charged lately, see chargeAt()
+  /// @return without an u_required where that is not asked.
+  StopTimeQuery stopTime() const;
+  /// @param lately [V], OnlineSession::chargeVoltage().
+  ChargeAcceptanceQuery chargeAt(const std::optional<double>& lately) const;
 };
 
 /// Everything the node is told by its private parameters; config/battery_sof.yaml explains each.

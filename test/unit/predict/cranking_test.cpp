@@ -95,8 +95,18 @@ TEST(PredictCranking, SaysWhetherTheCrankHolds) {
   EXPECT_TRUE(*predictCranking(driveModel(), query).capable);
   query.u_required = 12.0;
   EXPECT_FALSE(*predictCranking(driveModel(), query).capable);
-  query.u_required.reset();
-  EXPECT_FALSE(predictCranking(driveModel(), query).capable.has_value());
+}
+
+TEST(PredictCranking, WithoutALimitNothingHoldsAndTheMessageSaysWhy) {
+  for (const double left_out : {0.0, std::nan("")}) {
+    CrankingQuery query = usualQuery();
+    query.t_cranking = query.u_required.emplace(left_out);
+    query = asked(query);
+    EXPECT_EQ(query.t_cranking, 1.0);
+    const CrankingAnswer answer = predictCranking(driveModel(), query);
+    EXPECT_FALSE(answer.capable.has_value());
+    EXPECT_NE(answer.message.find("no u_required was given"), std::string::npos) << answer.message;
+  }
 }
 
 TEST(PredictCranking, RefusesEveryImpossibleQueryAndNamesTheInput) {
@@ -116,6 +126,7 @@ TEST(PredictCranking, RefusesEveryImpossibleQueryAndNamesTheInput) {
   refused([&](auto& q) { q.i_cranking = nan; }, "i_cranking");
   refused([&](auto& q) { q.t_cranking = nan; }, "t_cranking");
   refused([&](auto& q) { q.u_required = nan; }, "u_required");
+  refused([&](auto& q) { q.u_required = 0.0; }, "u_required");
   refused([&](auto& q) { q.i_cranking = 200.0; }, "i_cranking");
   refused([&](auto& q) { q.i_load = 5.0; }, "i_load");
   refused([&](auto& q) { q.t_stop = -1.0; }, "t_stop");

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -64,6 +65,7 @@ class Feeder {
   void push(const RawSample& sample) {
     const SessionEvents events = session_.push(sample);
     cranks.insert(cranks.end(), events.cranks.begin(), events.cranks.end());
+    charges.insert(charges.end(), events.charges.begin(), events.charges.end());
     offered.push_back(sample);
     if (const auto job = session_.takeDueJob()) {
       outcomes.push_back(session_.finish(runIdentification(*job)));
@@ -77,6 +79,7 @@ class Feeder {
 
   std::vector<RawSample> offered;
   std::vector<CrankComparison> cranks;
+  std::vector<ChargeComparison> charges;
   std::vector<IdentificationOutcome> outcomes;
   std::vector<double> times;  // [s], newest sample of each identification
 
@@ -211,6 +214,21 @@ TEST(OnlineSession, EachFinishedCrankIsComparedOnce) {
     EXPECT_NEAR(feeder.cranks[n].expected_minimum.value, feeder.cranks[n].measured_minimum, 0.05);
     EXPECT_LT(feeder.cranks[n].expected_minimum.lower, feeder.cranks[n].expected_minimum.value);
   }
+}
+
+TEST(OnlineSession, KnowsAtWhichVoltageTheBatteryWasChargedLately) {
+  OnlineSession session;
+  Feeder feeder(session);
+  Drive drive(0.01);
+  EXPECT_FALSE(session.chargeVoltage());
+  feeder.drive(drive, 40000);
+  ASSERT_GE(feeder.charges.size(), 2u);
+  std::vector<double> voltages;
+  for (const ChargeComparison& charge : feeder.charges) voltages.push_back(charge.mean_voltage);
+  const auto [lowest, highest] = std::minmax_element(voltages.begin(), voltages.end());
+  ASSERT_TRUE(session.chargeVoltage());
+  EXPECT_GE(*session.chargeVoltage(), *lowest);
+  EXPECT_LE(*session.chargeVoltage(), *highest);
 }
 
 TEST(OnlineSession, WorksAtOneHertzWithTheLongerWindow) {

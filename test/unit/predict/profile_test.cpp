@@ -50,6 +50,32 @@ TEST(SimulateProfile, RefusesProfilesThatMakeNoSenseAndSaysWhere) {
   EXPECT_NE(message({0.0}, {1e6}).find("current[0]"), std::string::npos);
 }
 
+TEST(SimulateProfile, RefusesTimesCloserThanAnythingMoves) {
+  for (const std::vector<double>& time : {std::vector<double>{5e-324, 1e-323}, {0.0, 1e-310, 1.0}, {1.0, 1.0 + 1e-9}}) {
+    const ProfileAnswer answer = simulateProfile(model(), time, std::vector<double>(time.size(), -20.0));
+    EXPECT_EQ(answer.code, AnswerCode::kInvalidQuery);
+    EXPECT_NE(answer.message.find("expected at least 1e-07 s after the time before it"), std::string::npos) << answer.message;
+  }
+  EXPECT_TRUE(simulateProfile(model(), {1e-6, 2e-6}, {-20.0, -20.0}).valid);
+}
+
+TEST(SimulateProfile, AnIntervalTooShortToDivideIsPassedAtOnce) {
+  Simulation simulation = simulationOf(model());
+  DriveStep step = driveStep(0.0, -20.0, 5e-324, 20.0, 5.0);
+  EXPECT_EQ(step.rampPieces(), 1);
+  simulation.advance(step);
+  EXPECT_TRUE(std::isfinite(simulation.state()[0]));
+}
+
+TEST(SimulateProfile, BreaksOffWhenItIsToldToAndSaysHowFarItCame) {
+  int asked = 0;
+  const ProfileAnswer answer = simulateProfile(model(), {1.0, 2.0, 3.0, 4.0}, {-20.0, -20.0, -20.0, -20.0},
+                                               [&](double share) { return ++asked == 3 && share == 0.5 ? "time was up" : ""; });
+  EXPECT_EQ(answer.code, AnswerCode::kInvalidQuery);
+  EXPECT_EQ(answer.message, "2 of 4 samples were done when time was up");
+  EXPECT_TRUE(answer.predicted.voltage.empty());
+}
+
 TEST(SimulateProfile, IsNotValidBeyondTheExcitedCurrents) {
   const ProfileAnswer answer = simulateProfile(model(), {1.0}, {-1500.0});
   EXPECT_EQ(answer.code, AnswerCode::kExtrapolation);

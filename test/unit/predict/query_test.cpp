@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "battery_sof/predict/charge_acceptance.hpp"
 #include "battery_sof/predict/cranking.hpp"
 #include "battery_sof/predict/profile.hpp"
 #include "battery_sof/predict/stop_time.hpp"
@@ -23,6 +24,16 @@ std::string reasonFor(const FittedModel& model, void (*change)(QueryRange&)) {
   range.most_voltage = 14.2;
   change(range);
   return extrapolationOf(model, range, kCapacity);
+}
+
+Interval at(double voltage) { return {voltage, voltage, voltage}; }
+
+TEST(AskedFor, ZeroAndNanAskForNothing) {
+  EXPECT_FALSE(askedFor(0.0));
+  EXPECT_FALSE(askedFor(std::numeric_limits<double>::quiet_NaN()));
+  EXPECT_FALSE(askedFor(std::nullopt));
+  EXPECT_EQ(askedFor(7.2), 7.2);
+  EXPECT_EQ(askedFor(-1.0), -1.0);
 }
 
 TEST(ExtrapolationOf, FindsNothingInWhatTheWindowExcited) {
@@ -49,14 +60,49 @@ TEST(ExtrapolationOf, AllowsWhatIsWithinReach) {
 
 TEST(ExtrapolationOf, NoBatteryHasAVoltageBelowZeroOrAboveSixteenVoltsABlock) {
   FittedModel model = knownModel();
-  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 0.0; }), "");
-  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 16.0; }), "");
-  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = -0.5; }),
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = at(0.0); }), "");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = at(16.0); }), "");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = at(-0.5); }),
             "it comes to -0.50 V, expected 0 to 16 V of such a battery");
-  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 16.5; }),
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = at(16.5); }),
             "it comes to 16.50 V, expected 0 to 16 V of such a battery");
   model.fit.parameters.u_dc = 25.2;
-  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = 30.0; }), "");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.answered_voltage = at(30.0); }), "");
+}
+
+TEST(VoltageSaysNothing, WhereItsIntervalLeavesABatterysVoltagesOrHoldsAsGoodAsAllOfThem) {
+  Fit fit = knownModel().fit;
+  EXPECT_EQ(voltageSaysNothing(fit, {9.0, 6.5, 11.5}), "");
+  EXPECT_EQ(voltageSaysNothing(fit, {1.0, -0.5, 2.5}),
+            "its 90 % interval of -0.50 to 2.50 V says nothing, expected inside 0 to 16 V and narrower than 10 V");
+  EXPECT_NE(voltageSaysNothing(fit, {14.0, 11.0, 17.0}), "");
+  EXPECT_NE(voltageSaysNothing(fit, {8.0, 3.0, 13.0}), "");
+  fit.blocks = 2.0;
+  EXPECT_EQ(voltageSaysNothing(fit, {18.0, 9.0, 27.0}), "");
+}
+
+/// Their covariances are those of files that are read; answers with them were called valid.
+TEST(ExtrapolationOf, AnIntervalThatSaysNothingIsNoValidAnswerToAnyQuestion) {
+  for (const int row : {0, 1, 2, 3, 4}) {  // r_discharge, r_charge, c2, beta, u_dc
+    FittedModel model = uncertainModel(0.002);
+    const double std = 1e6 * *model.fit.estimates[static_cast<std::size_t>(row)].std;
+    model.fit.estimates[static_cast<std::size_t>(row)].std = std;
+    model.fit.covariance(row, row) = std * std;
+    const CrankingAnswer crank = predictCranking(model, {-20.0, 30.0, -200.0, 1.0, 7.2});
+    const StopTimeAnswer stop = predictStopTime(model, {-20.0, -200.0, 1.0, 7.2});
+    const ChargeAcceptanceAnswer charge = predictChargeAcceptance(model, {13.4, 10.0, 5000.0});
+    const ProfileAnswer profile = simulateProfile(model, {1.0, 2.0}, {-20.0, 20.0});
+    const bool charges_only = row == 1;
+    for (const auto& [valid, message] : {std::pair(crank.valid, crank.message), std::pair(stop.valid, stop.message)}) {
+      EXPECT_EQ(valid, charges_only) << row << ": " << message;
+      EXPECT_EQ(holds(message, "says nothing"), !charges_only) << message;
+    }
+    const bool discharges_only = row == 0;
+    EXPECT_EQ(charge.valid, discharges_only) << row << ": " << charge.message;
+    EXPECT_EQ(holds(charge.message, "says nothing"), !discharges_only) << row << ": " << charge.message;
+    EXPECT_FALSE(profile.valid) << row;
+    EXPECT_TRUE(holds(profile.message, "says nothing")) << row << ": " << profile.message;
+  }
 }
 
 TEST(ExtrapolationOf, ACrankThatComesToLessThanNothingIsNotValidAndNeitherIsItsStopTime) {
@@ -139,6 +185,8 @@ TEST(FaultOf, NamesTheFirstFaultOfAProfileAndWhatWasExpected) {
   EXPECT_EQ(faultOf({{0.0, 1.0}, {-5.0}}, "load"), "load has 2 times and 1 currents, expected as many");
   EXPECT_TRUE(holds(faultOf({{0.0, nan}, {-5.0, -5.0}}, "load"), "load time[1] is nan s, expected 0 to 86400"));
   EXPECT_TRUE(holds(faultOf({{1.0, 1.0}, {-5.0, -5.0}}, "load"), "expected more than the one before"));
+  EXPECT_TRUE(
+      holds(faultOf({{5e-324, 1.0}, {-5.0, -5.0}}, "load"), "load time[0] is 4.94066e-324 s after the one before, expected at least"));
   EXPECT_TRUE(holds(faultOf({{0.0, 1.0}, {-5.0, nan}}, "crank"), "crank current[1] is nan A, expected -5000 to 5000"));
 }
 

@@ -270,6 +270,7 @@ TEST(SessionAtASource, StatusSaysWhoImposesWhat) {
   const Series series = sourcedDrive(1500, battery(), 9, {1, 0});
   Session session(0);
   EXPECT_FALSE(session.session.status().source_share);
+  EXPECT_FALSE(session.session.chargeVoltage());
   session.drive(series);
   const SessionStatus status = session.session.status();
   EXPECT_TRUE(status.source_seen);
@@ -278,6 +279,12 @@ TEST(SessionAtASource, StatusSaysWhoImposesWhat) {
   EXPECT_EQ(status.voltage_drives, static_cast<bool>(source.imposes_voltage.back()));
   EXPECT_GT(status.crank_contest.events, 3);
   EXPECT_GE(status.charge_contest.events, 3);
+  const auto& charges = session.session.model()->intervals.experience.charges;
+  ASSERT_GT(charges.size(), 3u);
+  EXPECT_EQ(session.session.chargeVoltage(), usualVoltage(charges));
+  const auto below =
+      std::count_if(charges.begin(), charges.end(), [&](const PastCharge& charge) { return charge.voltage < *usualVoltage(charges); });
+  EXPECT_LE(2u * static_cast<std::size_t>(below), charges.size());
 }
 
 }  // namespace

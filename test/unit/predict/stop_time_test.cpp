@@ -165,6 +165,22 @@ TEST(PredictStopTime, IsAtLeastADayWhereADayDrawsLess) {
   EXPECT_TRUE(answer.valid) << answer.message;
 }
 
+TEST(PredictStopTime, AnIntervalFromNoStopToTheLongestSaysNothing) {
+  FittedModel model = knownModel();
+  StopTimeQuery query = usualQuery(0.0);
+  query.u_required = predictCranking(model, crankAfter(query, 10.0)).u_min->value;
+  EXPECT_TRUE(predictStopTime(model, query).valid);
+  model.fit.estimates[4].std = 1.0;  // u_dc [V]
+  model.fit.covariance(4, 4) = 1.0;
+  const StopTimeAnswer answer = predictStopTime(model, query);
+  EXPECT_FALSE(answer.valid);
+  EXPECT_EQ(answer.t_stop->lower, 0.0);
+  EXPECT_TRUE(holds(answer.message, "says nothing, expected narrower than")) << answer.message;
+  EXPECT_TRUE(holds(answer.message, "the stop that draws all of the battery")) << answer.message;
+  query.i_load = 0.0;
+  EXPECT_TRUE(holds(predictStopTime(model, query).message, "s, a day")) << predictStopTime(model, query).message;
+}
+
 TEST(PredictStopTime, NeverDrawsMoreThanTheBatteryHolds) {
   constexpr double kRounding = 1e-9;  // [Ah]
   for (const auto& effects : {std::vector<std::string>{}, std::vector<std::string>{"acid_transport"}, std::vector<std::string>{"ocv_soc"},
@@ -198,7 +214,8 @@ TEST(PredictStopTime, RefusesImpossibleQueriesAndNamesWhatWasExpected) {
   refused([&](auto& q) { q.i_load = nan; }, "i_load", "-5000 to 0");
   refused([](auto& q) { q.i_cranking = 0.0; }, "i_cranking [A] is 0", "below 0");
   refused([](auto& q) { q.t_cranking = 61.0; }, "t_cranking [s] is 61", "up to 60");
-  refused([&](auto& q) { q.u_required = nan; }, "u_required", "0 to 100");
+  refused([&](auto& q) { q.u_required = nan; }, "no limit is given", "u_required [V] is nan, expected above 0, up to 100");
+  refused([&](auto& q) { q.u_required = 0.0; }, "no limit is given", "u_required [V] is 0, expected above 0, up to 100");
   refused([](auto& q) { q.crank = {{0.0, 1.0}, {-200.0}}; }, "2 times and 1 currents", "as many");
 }
 

@@ -16,6 +16,8 @@
 using namespace battery_sof;
 using namespace battery_sof::test;
 
+constexpr std::chrono::milliseconds kLong{60000};
+
 TEST(BackgroundWorker, DoesOneJobAfterTheOtherWhoeverPostsThem) {
   int running = 0, done = 0;  // guarded by there being one job at a time
   BackgroundWorker<int, int> worker(
@@ -27,8 +29,8 @@ TEST(BackgroundWorker, DoesOneJobAfterTheOtherWhoeverPostsThem) {
       },
       0);
   for (int k = 0; k < 200; ++k) {
-    std::thread other([&] { worker.waitUntilIdle(); });
-    worker.waitUntilIdle();
+    std::thread other([&] { worker.waitUntilIdle(kLong); });
+    worker.waitUntilIdle(kLong);
     EXPECT_EQ(worker.post(k).get(), 2 * k);
     other.join();
   }
@@ -44,7 +46,7 @@ TEST(BackgroundWorker, ThrowsWhatTheWorkThrowsWhereItIsWaitedFor) {
 TEST(BackgroundWorker, BreaksItsPromisesWhenItEndsAndKeepsNobodyWaiting) {
   for (int k = 0; k < 100; ++k) {
     BackgroundWorker<int, int> worker([](int job) { return job; }, 0);
-    std::thread waiting([&] { worker.waitUntilIdle(); });
+    std::thread waiting([&] { worker.waitUntilIdle(kLong); });
     std::future<int> outcome = worker.post(k);
     worker.stop();
     waiting.join();

@@ -27,9 +27,10 @@ FittedModel someModel() {
   return model;
 }
 
-TEST(QueryOf, RequirementOfNanIsNone) {
+TEST(QueryOf, ARequirementThatWasLeftOutIsNone) {
   PredictCranking::Request request;
   request.i_load = -20.0;
+  EXPECT_FALSE(queryOf(request).u_required);
   request.u_required = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(queryOf(request).u_required);
   request.u_required = 7.2;
@@ -48,6 +49,19 @@ TEST(QueryOf, ProfilesOfACrankAreKept) {
   EXPECT_THAT(faultsOf(query), ::testing::HasSubstr("crank has 1 times and 0 currents"));
 }
 
+TEST(QueryOf, ARequestThatWasNotFilledInAsksForNothing) {
+  const LiveModel model(test::knownModel(), std::nullopt, 50.0);
+  EXPECT_EQ(model.predictCranking(queryOf(PredictCranking::Request())).code, AnswerCode::kInvalidQuery);
+  EXPECT_THAT(model.predictStopTime(queryOf(PredictStopTime::Request())).message, ::testing::HasSubstr("no limit is given"));
+  EXPECT_THAT(model.predictChargeAcceptance(queryOf(PredictChargeAcceptance::Request())).message, ::testing::HasSubstr("u_boost [V] is 0"));
+  PredictCranking::Request crank;
+  crank.i_cranking = -200.0;
+  const PredictCranking::Response response = responseOf(model.predictCranking(queryOf(crank)));
+  EXPECT_TRUE(response.valid) << response.message;
+  EXPECT_FALSE(response.capable);
+  EXPECT_THAT(response.message, ::testing::HasSubstr("no u_required was given"));
+}
+
 TEST(QueryOf, ZeroOrNanIsTheDefaultWhereTheRequestSaysSo) {
   for (const double left_out : {0.0, std::numeric_limits<double>::quiet_NaN()}) {
     PredictStopTime::Request stop;
@@ -60,7 +74,7 @@ TEST(QueryOf, ZeroOrNanIsTheDefaultWhereTheRequestSaysSo) {
     PredictCranking::Request crank;
     crank.i_cranking = -200.0;
     crank.t_cranking = left_out;
-    EXPECT_THAT(faultsOf(queryOf(crank)), ::testing::HasSubstr("t_cranking"));
+    EXPECT_EQ(queryOf(crank).t_cranking, 1.0);
   }
   PredictChargeAcceptance::Request given;
   given.t_sof2 = -1.0;

@@ -139,25 +139,42 @@ TEST(NodeOptions, OutOfRangeIsNamedWithTheRangeAndNanIsOutOfEveryRange) {
 }
 
 TEST(NodeOptions, StandingChargeIsCheckedLikeTheRest) {
-  XmlRpc::XmlRpcValue query = with("u_boost_v", 0.0);
+  XmlRpc::XmlRpcValue query = with("u_boost_v", 0.5);
   query["t_sof2_s"] = 4000.0;
   query["i_limit_a"] = "much";
-  EXPECT_THAT(refusal(with("standing_query", query)), AllOf(HasSubstr("~standing_query/u_boost_v is 0, expected 1 to 100"),
-                                                            HasSubstr("~standing_query/t_sof2_s is 4000, expected 0.1 to 3600"),
-                                                            HasSubstr("~standing_query/i_limit_a is a string")));
+  EXPECT_THAT(
+      refusal(with("standing_query", query)),
+      AllOf(HasSubstr("~standing_query/u_boost_v is 0.5, expected 0 (at which the battery was charged lately) or 1 to 100"),
+            HasSubstr("~standing_query/t_sof2_s is 4000, expected 0.1 to 3600"), HasSubstr("~standing_query/i_limit_a is a string")));
 }
 
 TEST(NodeOptions, StandingStopTimeAsksForTheStandingCrank) {
   XmlRpc::XmlRpcValue query = with("i_load_a", -15.0);
   query["t_cranking_s"] = 0.5;
   NodeOptions options = parseNodeOptions(with("standing_query", query));
-  const auto stop_time = options.standing.stopTime();
-  ASSERT_TRUE(stop_time);
-  EXPECT_EQ(stop_time->i_load, -15.0);
-  EXPECT_EQ(stop_time->t_cranking, 0.5);
-  EXPECT_EQ(stop_time->u_required, 7.2);
+  const StopTimeQuery stop_time = options.standing.stopTime();
+  EXPECT_EQ(stop_time.i_load, -15.0);
+  EXPECT_EQ(stop_time.t_cranking, 0.5);
+  EXPECT_EQ(stop_time.u_required, 7.2);
   options.standing.cranking.u_required.reset();
-  EXPECT_FALSE(options.standing.stopTime());
+  EXPECT_EQ(options.standing.stopTime().u_required, 0.0) << "not asked";
+}
+
+TEST(NodeOptions, ZeroIsNotAskedWhereItHasNoMeaning) {
+  XmlRpc::XmlRpcValue query = with("u_required_v", 0.0);
+  query["u_boost_v"] = 0;
+  const NodeOptions options = parseNodeOptions(with("standing_query", query));
+  EXPECT_FALSE(options.standing.cranking.u_required);
+  EXPECT_FALSE(options.standing.u_boost_is_given);
+  EXPECT_EQ(options.standing.charge.u_boost, 14.2);
+}
+
+TEST(StandingQueries, AskAtTheVoltageTheBatteryWasChargedAtUnlessOneIsGiven) {
+  StandingQueries standing;
+  EXPECT_EQ(standing.chargeAt(std::nullopt).u_boost, 14.2);
+  EXPECT_EQ(standing.chargeAt(12.9).u_boost, 12.9);
+  standing = parseNodeOptions(with("standing_query", with("u_boost_v", 14.4))).standing;
+  EXPECT_EQ(standing.chargeAt(12.9).u_boost, 14.4);
 }
 
 TEST(NodeOptions, PriorsAreReadForTheTypeOfVehicleAndWhatCannotBeReadIsNamed) {

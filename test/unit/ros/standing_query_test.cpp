@@ -31,6 +31,33 @@ TEST(StandingQuery, WhatIsNotGivenStays) {
   EXPECT_EQ(changed.charge.u_boost, StandingQueries().charge.u_boost);
 }
 
+TEST(StandingQuery, OfARequestThatWasNotFilledInOnlyLoadAndStopAreTaken) {
+  const StandingQueries present{{-30.0, 60.0, -300.0, 0.5, 8.0}, {13.5, 5.0, 90.0}, true};
+  const StandingQueries changed = changedBy(SetStandingQuery::Request(), present);
+  EXPECT_EQ(changed.cranking.i_load, 0.0);
+  EXPECT_EQ(changed.cranking.t_stop, 0.0);
+  EXPECT_EQ(changed.cranking.i_cranking, -300.0);
+  EXPECT_EQ(changed.cranking.t_cranking, 0.5);
+  EXPECT_EQ(changed.cranking.u_required, 8.0);
+  EXPECT_EQ(changed.charge.u_boost, 13.5);
+  EXPECT_EQ(changed.charge.t_sof2, 5.0);
+  EXPECT_EQ(changed.charge.i_limit, 90.0);
+}
+
+TEST(StandingQuery, AVoltageThatIsGivenIsAskedFromThenOnAndElseThatOfPastCharges) {
+  StandingQueries row;
+  row.charge.u_boost = 28.4;
+  const StandingQueries kept = changedBy(nothingAsked(), row);
+  EXPECT_FALSE(kept.u_boost_is_given);
+  EXPECT_EQ(kept.charge.u_boost, 28.4);
+  EXPECT_EQ(responseOf(kept, 25.8).u_boost, 25.8);
+  SetStandingQuery::Request request = nothingAsked();
+  request.u_boost = 27.0;
+  const StandingQueries given = changedBy(request, row);
+  EXPECT_EQ(responseOf(given, 25.8).u_boost, 27.0);
+  EXPECT_EQ(responseOf(changedBy(nothingAsked(), given), 25.8).u_boost, 27.0);
+}
+
 TEST(StandingQuery, AVoltageThatIsNotAskedStaysUnasked) {
   StandingQueries present;
   present.cranking.u_required.reset();
@@ -43,7 +70,7 @@ TEST(StandingQuery, AVoltageThatIsNotAskedStaysUnasked) {
 TEST(StandingQuery, EveryValueOutOfItsRangeIsNamed) {
   SetStandingQuery::Request request = nothingAsked();
   request.i_load = 20.0;
-  request.t_sof2 = 0.0;
+  request.t_sof2 = -1.0;
   try {
     changedBy(request, StandingQueries());
     FAIL() << "was taken";
@@ -52,7 +79,7 @@ TEST(StandingQuery, EveryValueOutOfItsRangeIsNamed) {
     EXPECT_FALSE(response.success);
     EXPECT_EQ(response.code, SetStandingQuery::Response::INVALID_QUERY);
     EXPECT_THAT(response.message,
-                AllOf(HasSubstr("standing_query/i_load_a is 20, expected -500 to 0"), HasSubstr("t_sof2_s is 0"), Not(HasSubstr("\n"))));
+                AllOf(HasSubstr("standing_query/i_load_a is 20, expected -500 to 0"), HasSubstr("t_sof2_s is -1"), Not(HasSubstr("\n"))));
     EXPECT_EQ(response.i_load, StandingQueries().cranking.i_load);
   }
 }
