@@ -1,4 +1,6 @@
 #include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "battery_sof/diagnose/diagnose.hpp"
@@ -6,6 +8,7 @@
 #include "battery_sof/predict/range_prediction.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
 #include "battery_sof/recording/blocks.hpp"
+#include "battery_sof/recording/printable.hpp"
 #include "battery_sof/report/answers.hpp"
 #include "battery_sof/report/diagnosis_page.hpp"
 #include "battery_sof/report/diagnosis_results.hpp"
@@ -70,6 +73,9 @@ FittedModel identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bo
   return model;
 }
 
+/// JSON as text; what is not UTF-8 in it (names of files) is replaced, as the command does.
+std::string textOf(const nlohmann::json& json) { return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace); }
+
 py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
   py::dict arrays;
   arrays["time_s"] = numpyOf(part.time);
@@ -98,34 +104,39 @@ std::pair<py::dict, std::string> predictHeld(const FittedModel& model, const Hel
     prediction = predictRange(model, held.fitted, range, driveOf(drive));
     part = slice(held.fitted, range);
   }
-  return {arraysOf(part, prediction.course), predictionJson(prediction.report).dump()};
+  return {arraysOf(part, prediction.course), textOf(predictionJson(prediction.report))};
+}
+
+double checkedCapacity(double capacity_ah) {
+  if (capacity_ah > 0.0 && std::isfinite(capacity_ah)) return capacity_ah;
+  throw std::invalid_argument(sentence("capacity_ah is %g, expected above 0 and finite", capacity_ah));
 }
 
 /// An answer as JSON. @throws std::invalid_argument for a query that is none.
 template <typename Answer, typename ToJson>
 std::string told(const Answer& answer, const ToJson& json) {
   if (answer.code == AnswerCode::kInvalidQuery) throw std::invalid_argument(answer.message);
-  return json(answer).dump();
+  return textOf(json(answer));
 }
 
 std::string askCrank(const FittedModel& model, double i_load, double t_stop, double i_cranking, double t_cranking,
                      std::optional<double> u_required, double capacity_ah) {
   const py::gil_scoped_release released;
   const CrankingQuery query = asked(CrankingQuery{i_load, t_stop, i_cranking, t_cranking, u_required});
-  return told(predictCranking(model, query, capacity_ah), crankingJson);
+  return told(predictCranking(model, query, checkedCapacity(capacity_ah)), crankingJson);
 }
 
 std::string askStopTime(const FittedModel& model, double i_load, double i_cranking, double t_cranking, double u_required,
                         double capacity_ah) {
   const py::gil_scoped_release released;
   const StopTimeQuery query = asked(StopTimeQuery{i_load, i_cranking, t_cranking, u_required});
-  return told(predictStopTime(model, query, capacity_ah), stopTimeJson);
+  return told(predictStopTime(model, query, checkedCapacity(capacity_ah)), stopTimeJson);
 }
 
 std::string askCharge(const FittedModel& model, double u_boost, double t_sof2, double i_limit, double capacity_ah) {
   const py::gil_scoped_release released;
   const ChargeAcceptanceQuery query = asked(ChargeAcceptanceQuery{u_boost, t_sof2, i_limit});
-  return told(predictChargeAcceptance(model, query, capacity_ah), chargeAcceptanceJson);
+  return told(predictChargeAcceptance(model, query, checkedCapacity(capacity_ah)), chargeAcceptanceJson);
 }
 
 HeldDiagnosis diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to, double holdout_share,
@@ -162,7 +173,7 @@ void defineModel(py::module_& module) {
       .def_property_readonly("usable", [](const FittedModel& model) { return isUsable(model.fit); })
       .def_property_readonly("covariance", &covarianceOf)
       .def_property_readonly("recording_hash", [](const FittedModel& model) { return model.provenance.recording_hash; })
-      .def("json", [](const FittedModel& model) { return identifyJson(model).dump(); })
+      .def("json", [](const FittedModel& model) { return textOf(identifyJson(model)); })
       .def("rested",
            [](const FittedModel& model) {
              requireUsableModel(model.fit);
@@ -177,8 +188,8 @@ void defineModel(py::module_& module) {
 
 void defineDiagnosis(py::module_& module) {
   py::class_<HeldDiagnosis>(module, "Diagnosis")
-      .def("json", [](const HeldDiagnosis& held) { return diagnosisJson(held.diagnosis).dump(); })
-      .def("text", [](const HeldDiagnosis& held) { return diagnosisText(held.diagnosis); })
+      .def("json", [](const HeldDiagnosis& held) { return textOf(diagnosisJson(held.diagnosis)); })
+      .def("text", [](const HeldDiagnosis& held) { return printable(diagnosisText(held.diagnosis), LineBreaks::kKept); })
       .def("base", [](const HeldDiagnosis& held) { return held.diagnosis.base; })
       .def("extended", [](const HeldDiagnosis& held) { return held.diagnosis.extended; })
       .def("time_s", [](const HeldDiagnosis& held) { return numpyOf(held.stretch.series.time); })

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from os import PathLike, fspath
+from os import PathLike, fsencode
 from typing import Any, Dict, List, Optional, Sequence, Union
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from . import _core
 from .results import (Candidate, ChargeAnswer, CrankAnswer, CrankScore, Diagnosis, Effect, Metrics, Mismatch, Parameter,
-                      Prediction, StopTimeAnswer, made)
+                      Prediction, StopTimeAnswer, encoded, made)
 
 Path = Union[str, "PathLike[str]"]
 Numbers = npt.ArrayLike
@@ -35,14 +35,14 @@ class Recording:
         """A recording from arrays of one shape (m,).
 
         time_s [s] increases; current_a [A] is positive into the battery; voltage_v [V] is measured at the terminals;
-        temperature_c [degC] may hold NaN where it was not measured. Samples that cannot be (NaN, a clock that steps back,
-        above 5000 A or 100 V) are refused and counted.
+        temperature_c [degC] may hold NaN where it was not measured. What a masked array masks is missing, as NaN is. Samples that
+        cannot be (NaN, a clock that steps back, above 5000 A or 100 V) are refused and counted.
 
         Raises ValueError when the shapes differ, more than a tenth goes back in time, or no sample is usable.
         """
-        temperature = None if temperature_c is None else np.asarray(temperature_c, dtype=float)
-        self._hold(_core.Recording.from_arrays(np.asarray(time_s, dtype=float), np.asarray(current_a, dtype=float),
-                                               np.asarray(voltage_v, dtype=float), temperature, name))
+        temperature = None if temperature_c is None else _numbers(temperature_c)
+        self._hold(_core.Recording.from_arrays(_numbers(time_s), _numbers(current_a), _numbers(voltage_v), temperature,
+                                               fsencode(name)))
 
     @classmethod
     def from_csv(cls, path: Path, *, time_column: str = "time_s", current_column: str = "current_a",
@@ -56,7 +56,7 @@ class Recording:
         Raises ValueError naming file, line and column of what cannot be read.
         """
         recording = cls.__new__(cls)
-        recording._hold(_core.Recording.from_csv(fspath(path), time_column, current_column, voltage_column,
+        recording._hold(_core.Recording.from_csv(encoded(path), time_column, current_column, voltage_column,
                                                  temperature_column, discharge_positive, _hash(path)))
         return recording
 
@@ -107,14 +107,14 @@ class Model:
     @classmethod
     def read(cls, path: Path) -> "Model":
         """Reads a MODEL.yaml, of this module or of `sof identify`. Raises ValueError naming the field that is wrong."""
-        return cls(_core.Model.read(fspath(path)))
+        return cls(_core.Model.read(encoded(path)))
 
     def save(self, path: Path) -> None:
         """Writes MODEL.yaml, which `sof` and the node read too; whole or not at all.
 
         Raises ValueError when the model is not usable, RuntimeError when the file cannot be written.
         """
-        self._core.write(fspath(path))
+        self._core.write(encoded(path))
 
     def rested(self) -> "Model":
         """The model after a rest so long that every state is at rest."""
@@ -162,7 +162,7 @@ def crank(model: Model, *, i_load: float, t_stop: float, i_cranking: float, t_cr
     """SOF1: lowest voltage of a crank of i_cranking [A, below 0] for t_cranking [s] after a stop of t_stop [s] at i_load [A, at
     most 0], and whether it holds u_required [V]. The event begins where the model's state stands.
 
-    capacity_ah: nominal [Ah]. Raises ValueError for a question outside these ranges.
+    capacity_ah: nominal [Ah], above 0. Raises ValueError for a question outside these ranges.
     """
     return made(CrankAnswer, json.loads(_core.crank(model._core, i_load, t_stop, i_cranking, t_cranking, u_required,
                                                     capacity_ah)))
@@ -173,7 +173,7 @@ def stop_time(model: Model, *, i_load: float, i_cranking: float, u_required: flo
     """Longest stop [s] at i_load [A, at most 0] after which a crank of i_cranking [A, below 0] for t_cranking [s] still holds
     u_required [V].
 
-    capacity_ah: nominal [Ah]. Raises ValueError for a question outside these ranges.
+    capacity_ah: nominal [Ah], above 0. Raises ValueError for a question outside these ranges.
     """
     return made(StopTimeAnswer, json.loads(_core.stop_time(model._core, i_load, i_cranking, t_cranking, u_required,
                                                            capacity_ah)))
@@ -184,7 +184,7 @@ def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float
     """SOF2: mean current [A, positive into the battery] over t_sof2 [s] at the held voltage u_boost [V] from a source that gives
     at most i_limit [A].
 
-    capacity_ah: nominal [Ah]. Raises ValueError for a question outside these ranges.
+    capacity_ah: nominal [Ah], above 0. Raises ValueError for a question outside these ranges.
     """
     return made(ChargeAnswer, json.loads(_core.charge(model._core, u_boost, t_sof2, i_limit, capacity_ah)))
 
@@ -214,6 +214,11 @@ def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
 def version() -> str:
     """The version of the core."""
     return _core.version()
+
+
+def _numbers(values: Numbers) -> np.ndarray:
+    """The values, NaN where they are masked."""
+    return np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)
 
 
 def _hash(path: Path) -> str:

@@ -1,7 +1,7 @@
 """What the functions of battery_sof return: plain values, named as in the JSON of the command `sof`."""
 
 from dataclasses import dataclass, field, fields
-from os import PathLike, fspath
+from os import PathLike, fsencode
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Type, TypeVar, Union
 
 import numpy as np
@@ -17,6 +17,14 @@ def made(kind: Type[_Result], json: Dict[str, Any], **more: Any) -> _Result:
     """A result of a kind from the entries of a JSON object that have its fields' names."""
     names = {each.name for each in fields(kind)}  # type: ignore[arg-type]
     return kind(**{name: value for name, value in json.items() if name in names and name not in more}, **more)
+
+
+def encoded(path: Union[str, "PathLike[str]"]) -> bytes:
+    """The bytes of a file's name, whatever they are. Raises ValueError for a null byte, which no name has."""
+    name = fsencode(path)
+    if b"\0" in name:
+        raise ValueError(f"the path {path!r} has a null byte in it, expected none")
+    return name
 
 
 @dataclass(frozen=True)
@@ -187,4 +195,4 @@ class Diagnosis:
 
     def write_page(self, path: Union[str, "PathLike[str]"]) -> None:
         """Writes the diagnosis as one HTML page that needs no network; whole or not at all."""
-        self._core.write_page(fspath(path))
+        self._core.write_page(encoded(path))

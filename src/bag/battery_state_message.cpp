@@ -1,5 +1,6 @@
 #include "battery_sof/bag/battery_state_message.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -16,6 +17,8 @@ namespace {
 
 constexpr double kZeroCelsius = 273.15;  // [K], by definition
 constexpr double kNanosecondsPerSecond = 1e9;
+constexpr double kLastTime = 4294967296.0;                      // [s], the double nearest to ros::TIME_MAX
+constexpr double kNoTime = std::numeric_limits<double>::max();  // [s], the intake counts it as out of range
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 
 double shortestDecimal(float value) {
@@ -28,6 +31,8 @@ double shortestDecimal(float value) {
   }
   return std::strtod(text, nullptr);
 }
+
+bool isTime(const ros::Time& stamp) { return stamp.nsec < kNanosecondsPerSecond; }
 
 /// Goes through a serialized message by its lengths.
 class MessageBytes {
@@ -61,7 +66,7 @@ class MessageBytes {
 
 RawSample rawSampleOf(const sensor_msgs::BatteryState& message) {
   RawSample sample;
-  sample.time = secondsOf(message.header.stamp);
+  sample.time = isTime(message.header.stamp) ? secondsOf(message.header.stamp) : kNoTime;
   sample.current = shortestDecimal(message.current);
   sample.voltage = shortestDecimal(message.voltage);
   if (!std::isnan(message.temperature)) {
@@ -102,12 +107,13 @@ sensor_msgs::BatteryState batteryStateOf(double time, double current, double vol
 
 ros::Time rosTime(double time) {
   const double whole = std::floor(time);
-  if (!(time >= 0.0) || whole >= std::numeric_limits<std::uint32_t>::max()) {
-    throw std::invalid_argument("time " + std::to_string(time) + " s is outside what a ROS stamp holds, 0 to 4294967294 s");
+  if (!(time >= 0.0 && time <= kLastTime)) {
+    throw std::invalid_argument("time " + std::to_string(time) + " s is outside what a ROS stamp holds, 0 to 4294967296 s");
   }
   const auto nanoseconds = std::llround((time - whole) * kNanosecondsPerSecond);
   ros::Time stamp;
-  return stamp.fromNSec(static_cast<std::uint64_t>(whole) * 1000000000ULL + static_cast<std::uint64_t>(nanoseconds));
+  const std::uint64_t sum = static_cast<std::uint64_t>(whole) * 1000000000ULL + static_cast<std::uint64_t>(nanoseconds);
+  return stamp.fromNSec(std::min(sum, ros::TIME_MAX.toNSec()));
 }
 
 double secondsOf(const ros::Time& stamp) {

@@ -1,5 +1,6 @@
 #include "battery_sof/identify/recording_fit.hpp"
 
+#include <cmath>
 #include <stdexcept>
 
 #include "battery_sof/identify/error_tracker.hpp"
@@ -49,6 +50,8 @@ void carryToEnd(FittedModel& model, const Series& series, const FitRequest& requ
 IndexRange samplesBetween(const Series& series, std::optional<double> from, std::optional<double> to) {
   if (series.empty()) throw std::invalid_argument("the recording has no samples, expected at least one");
   const double first = from.value_or(series.time.front()), last = to.value_or(series.time.back());
+  if (!std::isfinite(first) || !std::isfinite(last))
+    throw std::invalid_argument(sentence("the range is %g to %g s, expected finite times", first, last));
   const IndexRange range = indexRange(series, first, last);
   if (!range.empty()) return range;
   throw std::invalid_argument(

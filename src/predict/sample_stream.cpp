@@ -76,7 +76,8 @@ void SampleStream::goOnFrom(const SampleStream& before) {
 }
 
 bool SampleStream::isSuspicious(double time) const {
-  return newest_ && std::isfinite(time) && (time < *newest_ - kClockBack || time > *newest_ + kClockAhead);
+  const bool is_time = std::abs(time) <= IntakeLimits().max_abs_time;  // the intake refuses the rest, and says why
+  return newest_ && is_time && (time < *newest_ - kClockBack || time > *newest_ + kClockAhead);
 }
 
 bool SampleStream::confirmsHeld(double time) const { return held_ && time > held_->time && time <= held_->time + kClockAhead; }

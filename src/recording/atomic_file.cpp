@@ -79,24 +79,43 @@ fs::path pathBeside(const fs::path& target) {
   return target.parent_path() / ("." + target.filename().string() + "." + std::to_string(::getpid()) + "-" + std::to_string(drafts++));
 }
 
+/// What is there, links followed. @throws std::runtime_error for a folder and for what the system cannot say (a loop of links).
+fs::file_status writableStatus(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::none) fail(path, error.value());
+  if (fs::is_directory(status)) fail(path, EISDIR);
+  return status;
+}
+
 }  // namespace
 
+fs::path linkTarget(const fs::path& path) {
+  constexpr int kMostLinks = 40;  // as Linux
+  std::error_code none;
+  fs::path target = path;
+  for (int links = 0; fs::is_symlink(target, none); ++links) {
+    if (links == kMostLinks) return path;
+    const fs::path next = fs::read_symlink(target, none);
+    if (none) return path;
+    target = target.parent_path() / next;
+  }
+  return target;
+}
+
 void writeFileAtomically(const fs::path& path, const std::string& content) {
-  std::error_code ignored;
-  const fs::file_status status = fs::status(path, ignored);
-  if (fs::is_directory(status)) fail(path, EISDIR);
+  const fs::file_status status = writableStatus(path);
   if (fs::exists(status) && !fs::is_regular_file(status)) return writeDevice(path, content);
-  const fs::path target = fs::exists(status) ? fs::canonical(path) : path;
+  const fs::path target = linkTarget(path);
   Draft draft(pathBeside(target), path);
   writeAll(draft.descriptor(), content, path);
   draft.renameTo(target);
 }
 
 void writeFileAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
-  std::error_code ignored;
-  const fs::file_status status = fs::status(path, ignored);
-  if (fs::exists(status) && !fs::is_regular_file(status)) fail(path, fs::is_directory(status) ? EISDIR : EINVAL);
-  const fs::path target = fs::exists(status) ? fs::canonical(path) : path;
+  const fs::file_status status = writableStatus(path);
+  if (fs::exists(status) && !fs::is_regular_file(status)) fail(path, EINVAL);
+  const fs::path target = linkTarget(path);
   Draft draft(pathBeside(target), path);
   write(draft.name());
   draft.renameTo(target);

@@ -26,6 +26,9 @@ constexpr int kDiagnoseThreads = 2;  // a second request is refused while the fi
 constexpr int kNice = 10;            // of identifications: the other threads go first
 constexpr std::chrono::milliseconds kLook{50};
 
+/// [s]; a ros::Duration holds 2^31 s, and throws where a clock jumps further.
+double secondsBetween(const ros::Time& from, const ros::Time& to) { return to.toSec() - from.toSec(); }
+
 /// Calls a function once from a callback queue.
 class Errand : public ros::CallbackInterface {
  public:
@@ -118,7 +121,7 @@ void BatterySofNode::advertise() {
   subscriber_ = node_.subscribe(kDefaultTopic, kQueueSize, &BatterySofNode::onBatteryState, this, ros::TransportHints().tcpNoDelay());
   ros::NodeHandle question_node(node_);
   question_node.setCallbackQueue(&question_queue_);
-  wall_timer_ = question_node.createWallTimer(ros::WallDuration(kStatusPeriod), &BatterySofNode::onWallTimer, this);
+  steady_timer_ = question_node.createSteadyTimer(ros::WallDuration(kStatusPeriod), &BatterySofNode::onSteadyTimer, this);
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -169,9 +172,9 @@ void BatterySofNode::beginAnew(const char* why) {
 // samples
 
 void BatterySofNode::onBatteryState(const SampleEvent& event) {
-  const ros::WallTime begun = ros::WallTime::now();
+  const ros::SteadyTime begun = ros::SteadyTime::now();
   // The receipt is on ROS time; what is simulated is no measure of a delay.
-  const double waited = ros::Time::isSystemTime() ? (ros::Time::now() - event.getReceiptTime()).toSec() : 0.0;
+  const double waited = ros::Time::isSystemTime() ? secondsBetween(event.getReceiptTime(), ros::Time::now()) : 0.0;
   guarded("taking a sample", [&] {
     const std::lock_guard<std::mutex> lock(mutex_);
     try {
@@ -181,7 +184,7 @@ void BatterySofNode::onBatteryState(const SampleEvent& event) {
       throw;
     }
   });
-  response_clock_.addSample(1e3 * (waited + (ros::WallTime::now() - begun).toSec()));
+  response_clock_.addSample(1e3 * (waited + (ros::SteadyTime::now() - begun).toSec()));
 }
 
 void BatterySofNode::take(const RawSample& sample) {
@@ -234,7 +237,7 @@ bool BatterySofNode::isStatusDue() const {
 
 std::optional<double> BatterySofNode::noDataFor() const {
   if (!last_arrival_) return std::nullopt;
-  const double silent = (ros::Time::now() - *last_arrival_).toSec();
+  const double silent = secondsBetween(*last_arrival_, ros::Time::now());
   return silent > kNoDataAfter ? std::optional<double>(silent) : std::nullopt;
 }
 
@@ -257,7 +260,7 @@ void BatterySofNode::demandStatus() {
   contents.events.crank_scale = session_.crankScale();
   contents.events.charge_scale = session_.chargeScale();
   last_status_time_ = contents.session.newest_time;
-  last_status_wall_ = ros::WallTime::now();
+  last_status_steady_ = ros::SteadyTime::now();
   const bool is_waiting = due_status_.has_value();
   due_status_.emplace(DueStatus{std::move(contents), session_.live()});
   if (!is_waiting)
@@ -278,10 +281,10 @@ void BatterySofNode::publishDueStatus() {
   status_publisher_.publish(message);
 }
 
-void BatterySofNode::onWallTimer(const ros::WallTimerEvent&) {
+void BatterySofNode::onSteadyTimer(const ros::SteadyTimerEvent&) {
   guarded("the status timer", [this] {
     const std::lock_guard<std::mutex> lock(mutex_);
-    const ros::WallDuration since = ros::WallTime::now() - last_status_wall_;
+    const ros::WallDuration since = ros::SteadyTime::now() - last_status_steady_;
     if (since.toSec() >= kStatusPeriod) demandStatus();
   });
   guarded("the diagnostics", [this] { diagnostics_.publish(); });

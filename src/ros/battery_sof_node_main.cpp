@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <exception>
 
+#include "battery_sof/recording/printable.hpp"
 #include "battery_sof/ros/battery_sof_node.hpp"
 #include "battery_sof/ros/node_options.hpp"
 #include "battery_sof/ros/shutdown_limit.hpp"
@@ -15,6 +16,14 @@ XmlRpc::XmlRpcValue privateParameters() {
   return parameters;
 }
 
+/// The namespace, the node's name and remappings are named on the command line: wrong usage.
+int refuseName(const std::exception& error) {
+  constexpr int kWrongUsage = 2;
+  ROS_FATAL("refusing to start, the command line or ROS_NAMESPACE has what is no ROS name: %s",
+            battery_sof::printable(error.what()).c_str());
+  return kWrongUsage;
+}
+
 void run() {
   const battery_sof::NodeOptions options = battery_sof::parseNodeOptions(privateParameters());
   const battery_sof::ShutdownLimit limit;
@@ -22,10 +31,7 @@ void run() {
   ros::spin();
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  ros::init(argc, argv, "battery_sof_node");
+int runAndReport() {
   const ros::NodeHandle keeps_ros_running;
   try {
     run();
@@ -37,4 +43,17 @@ int main(int argc, char** argv) {
     return EXIT_FAILURE;
   }
   return EXIT_SUCCESS;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    ros::init(argc, argv, "battery_sof_node");
+  } catch (const ros::InvalidNameException& error) {
+    return refuseName(error);
+  } catch (const ros::InvalidNodeNameException& error) {
+    return refuseName(error);
+  }
+  return runAndReport();
 }

@@ -25,11 +25,11 @@ class QueryTimer {
   explicit QueryTimer(ResponseClock& clock) : clock_(clock) {}
   QueryTimer(const QueryTimer&) = delete;
   QueryTimer& operator=(const QueryTimer&) = delete;
-  ~QueryTimer() { clock_.addQuery(1e3 * (ros::WallTime::now() - begun_).toSec()); }
+  ~QueryTimer() { clock_.addQuery(1e3 * (ros::SteadyTime::now() - begun_).toSec()); }
 
  private:
   ResponseClock& clock_;
-  ros::WallTime begun_ = ros::WallTime::now();
+  ros::SteadyTime begun_ = ros::SteadyTime::now();
 };
 
 }  // namespace

@@ -37,7 +37,7 @@ std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::post(const
   line_.runs = true;
   cancelled_ = false;
   stage_ = "waiting for its turn";
-  begun_ = ros::WallTime::now();
+  begun_ = ros::SteadyTime::now();
   ROS_INFO("diagnosis begins on %zu samples", series.size());
   Job job;
   job.recording.name = name;
@@ -118,7 +118,7 @@ std::optional<std::string> DiagnosisRunner::cancel() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!line_.runs) return std::nullopt;
   cancelled_ = true;
-  return sentence("cancelled after %.1f s while ", (ros::WallTime::now() - begun_).toSec()) + stage_;
+  return sentence("cancelled after %.1f s while ", (ros::SteadyTime::now() - begun_).toSec()) + stage_;
 }
 
 void DiagnosisRunner::stop() {

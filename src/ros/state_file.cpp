@@ -40,6 +40,16 @@ void removeDrafts(const fs::path& path) {
   }
 }
 
+/// FILE.refused, and FILE.refused.1, .2 ... where that is taken.
+fs::path freeName(const fs::path& file) {
+  fs::path first = file;
+  first += ".refused";
+  fs::path free = first;
+  std::error_code none;
+  for (int n = 1; fs::exists(fs::symlink_status(free, none)); ++n) (free = first) += "." + std::to_string(n);
+  return free;
+}
+
 }  // namespace
 
 std::optional<FittedModel> StateFile::read(Result& result) const {
@@ -50,7 +60,7 @@ std::optional<FittedModel> StateFile::read(Result& result) const {
     return std::nullopt;
   }
   try {
-    removeDrafts(path_);
+    removeDrafts(linkTarget(path_));
     if (!fs::exists(path_)) {
       result.said = "no saved model in " + printable(path_.string()) + " yet";
       return std::nullopt;
@@ -80,10 +90,9 @@ StateFile::Result StateFile::save(const FittedModel& model) const {
 }
 
 std::string StateFile::setAside() const {
-  fs::path aside = path_;
-  aside += ".refused";
+  const fs::path file = linkTarget(path_), aside = freeName(file);
   std::error_code error;
-  fs::rename(path_, aside, error);
+  fs::rename(file, aside, error);
   return error ? "it cannot be set aside: " + error.message() : "it was set aside as " + printable(aside.string());
 }
 

@@ -6,6 +6,7 @@ import json
 import locale
 import math
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -85,6 +86,27 @@ class TestRecording(Drive):
         self.assertEqual((recording.rejected["missing_value"], recording.rejected["not_finite"],
                           recording.rejected["out_of_range"]), (1, 1, 1))
 
+    def test_what_is_masked_is_missing(self):
+        columns = [np.arange(20.0), np.ma.masked_equal(np.arange(20), 3), np.ma.masked_inside(12.0 + np.arange(20.0), 30.5, 40.0)]
+        recording = battery_sof.Recording(*columns, np.ma.masked_all(20))
+        np.testing.assert_array_equal(recording.time_s, [0, 1, 2, *range(4, 19)])
+        self.assertEqual(recording.rejected["missing_value"], 2)
+
+    def test_a_file_name_that_is_not_utf8_is_read_and_named(self):
+        path = os.fsdecode(os.fsencode(self.folder) + b"/n\xff.csv")
+        shutil.copy(self.csv, path)
+        recording = battery_sof.Recording.from_csv(path)
+        self.assertEqual(recording.name, os.path.basename(path))
+        model = battery_sof.identify(recording, from_s=0.0, to_s=240.0)
+        saved = Path(path).with_suffix(".yaml")
+        model.save(saved)
+        self.assertEqual(battery_sof.Model.read(saved).rmse_v, model.rmse_v)
+        with self.assertRaisesRegex(ValueError, r'n\\xff.csv: has no column "amps"'):
+            battery_sof.Recording.from_csv(path, current_column="amps")
+        with self.assertRaisesRegex(RuntimeError, r"cannot write .*/n\\xff/model.yaml: No such file"):
+            model.save(Path(path).with_suffix("") / "model.yaml")
+        self.assertEqual(battery_sof.Recording([0], [1], [12], name=recording.name).name, recording.name)
+
     def test_errors_are_the_cores_sentences(self):
         with self.assertRaisesRegex(ValueError, "^current_a has 2 values, expected 3 as time_s$"):
             battery_sof.Recording([0, 1, 2], [1, 2], [12, 12, 12])
@@ -146,6 +168,11 @@ class TestModel(Drive):
     def test_errors_are_the_cores_sentences(self):
         with self.assertRaisesRegex(ValueError, r"no sample from 500.000 to 600.000 s; the recording holds 0.000 to 359.990 s"):
             battery_sof.identify(self.recording, from_s=500.0, to_s=600.0)
+        for window in (dict(from_s=math.nan), dict(to_s=math.inf), dict(from_s=0.0, to_s=math.nan)):
+            with self.assertRaisesRegex(ValueError, "^the range is .* s, expected finite times"):
+                battery_sof.identify(self.recording, **window)
+            with self.assertRaisesRegex(ValueError, "^the range is .* s, expected finite times"):
+                battery_sof.predict(self.model, self.recording, **window)
         with self.assertRaisesRegex(ValueError, "gasing"):
             battery_sof.identify(self.recording, effects=["gasing"])
         with self.assertRaisesRegex(ValueError, 'start is "cold", expected robust or paper'):
@@ -154,6 +181,13 @@ class TestModel(Drive):
         broken.write_text("schema: other\n")
         with self.assertRaisesRegex(ValueError, 'broken.yaml: schema is "other", expected "battery_sof/model/1"'):
             battery_sof.Model.read(broken)
+
+    def test_a_null_byte_in_a_path_is_an_error_and_writes_nothing(self):
+        path = str(self.folder / "cut") + "\0off.yaml"
+        for use in (self.model.save, battery_sof.Model.read, battery_sof.Recording.from_csv):
+            with self.assertRaisesRegex(ValueError, "cut.*has a null byte in it"):
+                use(path)
+        self.assertFalse((self.folder / "cut").exists())
 
 
 class TestAnswers(Drive):
@@ -180,6 +214,16 @@ class TestAnswers(Drive):
             battery_sof.crank(self.model, i_load=-15.0, t_stop=60.0, i_cranking=400.0)
         with self.assertRaisesRegex(ValueError, "u_boost"):
             battery_sof.charge(self.model, u_boost=-1.0)
+
+    def test_a_capacity_that_is_none_is_an_error_as_in_the_command(self):
+        for capacity in (math.nan, math.inf, -1.0, 0.0):
+            for ask in (lambda **more: battery_sof.crank(self.model, i_load=-15.0, t_stop=60.0, i_cranking=-400.0, **more),
+                        lambda **more: battery_sof.stop_time(self.model, i_load=-15.0, i_cranking=-400.0, u_required=8.0, **more),
+                        lambda **more: battery_sof.charge(self.model, u_boost=14.2, **more)):
+                with self.assertRaisesRegex(ValueError, f"^capacity_ah is -?{capacity:g}, expected above 0 and finite"):
+                    ask(capacity_ah=capacity)
+            with self.assertRaisesRegex(AssertionError, f"--capacity-ah is -?{capacity:g}, expected above 0 and finite"):
+                self.sof("charge", self.yaml, "--u-boost=14.2", f"--capacity-ah={capacity}")
 
     def test_prediction(self):
         prediction = battery_sof.predict(self.model, self.recording, from_s=240.0, to_s=360.0)

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""A node in whose core something throws, or loses its numbers, goes on and says so (faulty_core.cpp makes it happen)."""
+"""A node in whose core something throws, or loses its numbers, goes on and says so (faulty_core.cpp makes it happen); so does one
+whose clock jumps."""
 
 import math
 import os
@@ -13,6 +14,7 @@ import rostest
 from battery_sof.msg import SofStatus
 from battery_sof.srv import Identify, IdentifyResponse, PredictCranking, PredictCrankingResponse
 from diagnostic_msgs.msg import DiagnosticArray
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState
 
 from processes import Folder, NodeTest, program, service, wait_until, whole_arguments
@@ -120,6 +122,20 @@ class Faults(NodeTest):
         self.assertFalse(self.is_ready())
         self.assertEqual(self.ask(-200.0).code, PredictCrankingResponse.NO_MODEL)
         self.goes_on()
+
+    def test_a_clock_that_jumps_by_a_century_stops_no_status(self):
+        rospy.set_param("/century/use_sim_time", True)
+        self.addCleanup(rospy.delete_param, "/century")
+        self.start("century_node", remappings=["/use_sim_time:=/century/use_sim_time"])
+        status = self.latest("/century_node/status", SofStatus)
+        clock = rospy.Publisher("/clock", Clock, queue_size=1)
+        self.addCleanup(clock.unregister)
+
+        def tick(seconds):
+            clock.publish(Clock(rospy.Time(seconds)))
+            return status.newest()
+        wait_until(lambda: self.publish() and tick(1000) and status.newest().accepted > 0, 20, "samples taken at 1000 s")
+        wait_until(lambda: "no sample for 3499999000 s" in tick(3500000000).reason, 20, "a status at 3,500,000,000 s")
 
 
 if __name__ == "__main__":

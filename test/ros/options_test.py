@@ -4,16 +4,18 @@
 import glob
 import os
 import shlex
+import subprocess
 import sys
 
 import roslaunch.config
+import rosgraph
 import rospkg
 import rospy
 import rostest
 import yaml
 from battery_sof.msg import SofStatus
 
-from processes import NodeTest, whole_arguments
+from processes import Folder, NodeTest, Program, program, whole_arguments
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 PACKAGE = rospkg.RosPack().get_path("battery_sof")
@@ -87,13 +89,43 @@ class Options(NodeTest):
 
     def test_replay_launch_file_plays_a_bag_with_spaces_in_its_path(self):
         config = load("replay.launch", "bag:=/tmp/a drive/of one.bag", "rate:=50")
-        self.assertTrue(config.params["/use_sim_time"].value)
+        self.assertNotIn("/use_sim_time", config.params)
+        for name in ("player", "battery_sof_node"):
+            (own,) = [to for of, to in node_of(config, name).remap_args if of == "/use_sim_time"]
+            self.assertTrue(config.params[own].value, name)
         player = node_of(config, "player")
         arguments = shlex.split(player.args)
         self.assertEqual(arguments[arguments.index("--bags") + 1], "/tmp/a drive/of one.bag")
         self.assertEqual(arguments[arguments.index("--rate") + 1], "50")
         self.assertIn("--clock", arguments)
         self.assertEqual(config.params["/battery_sof_node/state_file"].value, "")
+
+    def test_replay_leaves_no_simulated_time_behind_on_a_roscore_that_goes_on(self):
+        folder = Folder()
+        self.addCleanup(folder.remove)
+        bag = folder.file("drive.bag")
+        subprocess.check_call([program("sof"), "simulate", os.path.join(PACKAGE, "config", "scenarios", "city_drive.yaml"), bag,
+                               "--duration", "60"], stdout=subprocess.DEVNULL)
+        replay = Program("roslaunch", "battery_sof", "replay.launch", "bag:=" + bag, "rate:=50", "output:=log")
+        self.addCleanup(replay.stop)
+        status = self.latest("/battery_sof_node/status", SofStatus)
+        status.wait(lambda s: s.accepted == 6000, 60, "the bag played")
+        self.assertLess(status.newest().header.stamp.to_sec(), 61.0)
+        self.assertFalse(rospy.has_param("/use_sim_time"))
+        subscribers = dict(rosgraph.Master("/options_test").getSystemState()[1])
+        self.assertEqual(subscribers["/clock"], ["/battery_sof_node"])
+        self.assertEqual(replay.stop(), 0, replay.text())
+        self.start("later")
+        later = self.latest("/later/status", SofStatus)
+        later.wait(lambda s: s.header.stamp.to_sec() > 1e9, 20, "a node of afterwards on today's clock")
+
+    def test_what_is_no_ros_name_is_refused_with_a_sentence(self):
+        for argument in ("__ns:=a b", "__name:=a/b", "battery_state:=a b"):
+            node = Program(program("battery_sof_node"), argument)
+            self.addCleanup(node.stop)
+            self.assertEqual(node.wait(20), 2, node.text())
+            self.assertIn("refusing to start, the command line or ROS_NAMESPACE has what is no ROS name", node.text())
+            self.assertIn(argument.split(":=")[1], node.text())
 
 
 if __name__ == "__main__":

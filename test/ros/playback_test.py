@@ -301,6 +301,10 @@ class Playback(NodeTest):
             made.header.stamp = rospy.Time.from_sec(stamp)
             return made
         bag = self.folder.file("bad.bag")
+        def overfull(stamp):
+            made = message(stamp - 1.0)
+            made.header.stamp.nsecs += 10**9
+            return made
         with rosbag.Bag(bag, "w") as out:
             for n in range(2000):
                 stamp = 100.0 + n * 0.01
@@ -308,7 +312,7 @@ class Playback(NodeTest):
                 if n % 100 == 50:
                     messages += [message(stamp + 0.001, current=math.nan), message(stamp + 0.001, voltage=math.inf),
                                  message(stamp + 0.001, voltage=900.0), message(stamp), message(stamp - 1.0),
-                                 message(3.0), message(5.0e8)]
+                                 message(3.0), message(5.0e8), overfull(stamp + 0.001)]
                 for each in messages:
                     out.write("/battery_state", each, rospy.Time.from_sec(stamp))
         return bag
@@ -318,14 +322,14 @@ class Playback(NodeTest):
         status = self.latest("/bad/status", SofStatus)
         diagnostics = self.latest("/diagnostics", DiagnosticArray)
         self.play(self.bad_messages(), 10)
-        status.wait(lambda s: s.accepted == 2000 and s.rejected == 140, 30, "2000 accepted, 140 rejected")
+        status.wait(lambda s: s.accepted == 2000 and s.rejected == 160, 30, "2000 accepted, 160 rejected")
 
         def counts(array):
             for each in array.status:
                 if each.name == "bad: rejected samples":
                     return {v.key: int(v.value) for v in each.values}
             return {}
-        expected = {"missing value": 20, "not finite": 20, "out of range": 20, "duplicate stamp": 20,
+        expected = {"missing value": 20, "not finite": 20, "out of range": 40, "duplicate stamp": 20,
                     "clock step back": 40, "stamp ahead": 20}
         diagnostics.wait(lambda d: counts(d) == expected, 20, "{} in /diagnostics".format(expected))
         self.assertTrue(node.is_alive())

@@ -146,8 +146,8 @@ class Folder:
 class NodeTest(unittest.TestCase):
     """Whatever a test starts ends with it."""
 
-    def start(self, name, environment=None, **parameters):
-        node = start_node(name, parameters, environment)
+    def start(self, name, environment=None, remappings=(), **parameters):
+        node = start_node(name, parameters, environment, remappings)
         self.addCleanup(node.stop)
         return node
 

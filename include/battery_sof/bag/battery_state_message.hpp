@@ -20,7 +20,8 @@ namespace battery_sof {
  * seven digits.
  *
  * @return current [A], voltage [V], temperature [K] (message: degC), none when NaN. Nothing is
- * judged here: see Intake.
+ * judged here: see Intake. A stamp whose nanoseconds make a second or more is no time; it becomes one that
+ * Intake counts as out of range.
  */
 RawSample rawSampleOf(const sensor_msgs::BatteryState& message);
 

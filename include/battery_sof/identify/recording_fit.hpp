@@ -42,7 +42,7 @@ FittedModel fitPlanned(const Series& series, const FitPlan& plan);
 void carryToEnd(FittedModel& model, const Series& series, const FitRequest& request);
 
 /// @return samples from `from` to `to` [s], the recording's ends where there is none.
-/// @throws std::invalid_argument when the series has none there; the message says what it has.
+/// @throws std::invalid_argument when the series has none there (the message says what it has) and for a time that is not finite.
 IndexRange samplesBetween(const Series& series, std::optional<double> from, std::optional<double> to);
 
 }  // namespace battery_sof

@@ -40,7 +40,7 @@ namespace battery_sof {
  *
  * At a shutdown a map, a profile and whoever waits for a fit break off at once: roscpp ends no service before its callback has returned.
  *
- * ~status goes out once a second of the samples' time. A wall timer stands in when no samples come.
+ * ~status goes out once a second of the samples' time. A timer that no clock's jump touches stands in when no samples come.
  */
 class BatterySofNode {
  public:
@@ -72,7 +72,7 @@ class BatterySofNode {
                            bool (BatterySofNode::*callback)(typename Service::Request&, typename Service::Response&));
 
   void onBatteryState(const SampleEvent& event);
-  void onWallTimer(const ros::WallTimerEvent& event);
+  void onSteadyTimer(const ros::SteadyTimerEvent& event);
   IdentificationOutcome onIdentified(const IdentificationJob& job);
   IdentificationOutcome identified(const IdentificationJob& job);
   IdentificationOutcome takeBack(IdentificationResult result);
@@ -134,7 +134,7 @@ class BatterySofNode {
   std::mutex mutex_;
   OnlineSession session_;
   std::optional<double> last_status_time_;  // [s], newest sample at the last ~status
-  ros::WallTime last_status_wall_;
+  ros::SteadyTime last_status_steady_;
   std::optional<DueStatus> due_status_;
   std::optional<ros::Time> last_arrival_;
   std::optional<Answered> last_answer_;
@@ -152,7 +152,7 @@ class BatterySofNode {
   NodeDiagnostics diagnostics_;
   ros::Subscriber subscriber_;
   std::vector<ros::ServiceServer> services_;
-  ros::WallTimer wall_timer_;
+  ros::SteadyTimer steady_timer_;
   ros::AsyncSpinner question_spinner_, map_spinner_, profile_spinner_, identify_spinner_, diagnose_spinner_;
 };
 

@@ -80,7 +80,7 @@ class DiagnosisRunner {
   std::mutex mutex_;  // guards the next three
   DiagnosisLine line_;
   std::string stage_;  // of the running one
-  ros::WallTime begun_;
+  ros::SteadyTime begun_;
   std::atomic<bool> cancelled_{false};  // the running one
   std::atomic<bool> stopped_{false};
   BackgroundWorker<Job, Outcome> worker_;

@@ -319,9 +319,21 @@ TEST(RosTime, IsExactToTheNanosecondAndRefusesWhatAStampCannotHold) {
   }
   EXPECT_EQ(secondsOf(rosTime(1490425206.9)), 1490425206.9);
   EXPECT_EQ(rosTime(0.9999999999).toSec(), 1.0);
-  for (double time : {-1e-9, 4294967295.0, kNan, std::numeric_limits<double>::infinity()}) {
+  EXPECT_EQ(secondsOf(rosTime(secondsOf(ros::TIME_MAX))), secondsOf(ros::TIME_MAX)) << "each stamp that comes in can go out again";
+  for (double time : {-1e-9, 4294967297.0, kNan, std::numeric_limits<double>::infinity()}) {
     EXPECT_THROW(rosTime(time), std::invalid_argument);
   }
+}
+
+TEST(RawSample, OfAStampWithASecondOfNanosecondsIsOutOfRange) {
+  sensor_msgs::BatteryState message = batteryStateOf(1000.0, -5.0, 12.4, std::nullopt);
+  Intake intake;
+  for (const std::uint32_t nanoseconds : {1000000000u, 4294967295u}) {
+    message.header.stamp.nsec = nanoseconds;
+    EXPECT_EQ(intake.judge(rawSampleOf(message)), SampleFate::kOutOfRange) << nanoseconds;
+  }
+  message.header.stamp.nsec = 999999999;
+  EXPECT_EQ(intake.judge(rawSampleOf(message)), SampleFate::kAccepted);
 }
 
 }  // namespace

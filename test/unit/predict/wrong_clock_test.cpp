@@ -78,6 +78,12 @@ TEST_F(WrongClock, CountsNeverFall) {
   EXPECT_GE(session_.counts().accepted, meanwhile);
 }
 
+TEST_F(WrongClock, AStampThatIsNoTimeIsRefusedAtOnceAndForWhatItIs) {
+  session_.push(sampleAt(next_, 1e15));
+  EXPECT_EQ(session_.counts().rejected.out_of_range, 1u);
+  EXPECT_EQ(session_.counts().rejectedTotal(), 1u);
+}
+
 TEST_F(WrongClock, AClockThatStaysWhereItJumpedToIsBelieved) {
   for (std::size_t n = 0; n < 11000; ++n) session_.push(sampleAt(n, -kStart));
   EXPECT_LT(*session_.newestTime(), kStart);

@@ -53,6 +53,29 @@ TEST_F(AtomicFile, ReplacesTheTargetOfALinkAndKeepsTheLink) {
   EXPECT_EQ(content(folder_ / "target.txt"), "new");
 }
 
+TEST_F(AtomicFile, WritesTheMissingTargetOfALinkAndKeepsTheLinks) {
+  fs::create_directory(folder_ / "there");
+  fs::create_symlink("there/second.txt", folder_ / "first.txt");
+  fs::create_symlink("target.txt", folder_ / "there" / "second.txt");
+  writeFileAtomically(folder_ / "first.txt", "new");
+  EXPECT_TRUE(fs::is_symlink(folder_ / "first.txt"));
+  EXPECT_TRUE(fs::is_symlink(folder_ / "there" / "second.txt"));
+  EXPECT_EQ(content(folder_ / "there" / "target.txt"), "new");
+}
+
+TEST_F(AtomicFile, ALinkIntoAMissingFolderIsKeptAndTheReasonSaid) {
+  fs::create_symlink(folder_ / "missing" / "file.txt", folder_ / "link.txt");
+  EXPECT_THROW(writeFileAtomically(folder_ / "link.txt", "x"), std::runtime_error);
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link.txt"));
+  EXPECT_EQ(filesInFolder(), 1);
+}
+
+TEST_F(AtomicFile, ALoopOfLinksIsKeptAndTheReasonSaid) {
+  fs::create_symlink("loop", folder_ / "loop");
+  EXPECT_THROW(writeFileAtomically(folder_ / "loop", "x"), std::runtime_error);
+  EXPECT_TRUE(fs::is_symlink(folder_ / "loop"));
+}
+
 TEST_F(AtomicFile, WritingOntoAFolderFailsAndLeavesNothingBehind) {
   fs::create_directory(folder_ / "taken");
   EXPECT_THROW(writeFileAtomically(folder_ / "taken", "x"), std::runtime_error);

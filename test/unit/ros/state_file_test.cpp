@@ -1,5 +1,6 @@
 #include "battery_sof/ros/state_file.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -48,6 +49,32 @@ TEST_F(StateFileTest, ARefusedFileIsSetAsideWithTheReasonAndNotReadAgain) {
   EXPECT_FALSE(fs::exists(path("model.yaml")));
   EXPECT_TRUE(fs::exists(path("model.yaml.refused")));
   EXPECT_FALSE(resultOf(path("model.yaml")).is_fault);
+}
+
+TEST_F(StateFileTest, EachRefusedFileIsKept) {
+  for (const std::string text : {"first", "second", "third"}) {
+    write("model.yaml", text);
+    EXPECT_TRUE(resultOf(path("model.yaml")).is_fault);
+  }
+  EXPECT_EQ(fs::file_size(path("model.yaml.refused")), 5u);
+  EXPECT_EQ(fs::file_size(path("model.yaml.refused.1")), 6u);
+  EXPECT_EQ(fs::file_size(path("model.yaml.refused.2")), 5u);
+}
+
+TEST_F(StateFileTest, ALinkStaysAndTheFileItNamesIsWrittenAndSetAside) {
+  fs::create_directory(path("kept"));
+  fs::create_symlink("kept/model.yaml", path("link.yaml"));
+  const StateFile file(path("link.yaml"));
+  EXPECT_FALSE(resultOf(path("link.yaml")).is_fault);
+  EXPECT_FALSE(file.save(test::uncertainModel(0.02)).is_fault);
+  EXPECT_TRUE(fs::exists(path("kept/model.yaml")));
+  file.setAside();
+  EXPECT_TRUE(fs::exists(path("kept/model.yaml.refused")));
+  EXPECT_FALSE(fs::exists(path("kept/model.yaml")));
+  fs::remove_all(path("kept"));
+  const StateFile::Result result = file.save(test::uncertainModel(0.02));
+  EXPECT_THAT(result.said, testing::HasSubstr("No such file or directory"));
+  EXPECT_TRUE(fs::is_symlink(path("link.yaml")));
 }
 
 TEST_F(StateFileTest, WhatIsNoRegularFileIsNeitherReadNorMovedNorWritten) {
