@@ -3,6 +3,7 @@
 import hashlib
 import json
 from os import PathLike, fsencode
+from os.path import isfile
 from typing import Any, Dict, List, Optional, Sequence, Union
 
 import numpy as np
@@ -222,8 +223,10 @@ def _numbers(values: Numbers) -> np.ndarray:
 
 
 def _hash(path: Path) -> str:
-    """sha256 of a file, as MODEL.yaml names it; empty when it cannot be read, which reading it will say."""
+    """sha256 of a file, as MODEL.yaml names it; empty when it cannot be read, which reading it will say, and of a pipe, read once."""
     digest = hashlib.sha256()
+    if not isfile(path):
+        return ""
     try:
         with open(path, "rb") as file:
             for block in iter(lambda: file.read(1 << 16), b""):

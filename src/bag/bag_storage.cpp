@@ -13,7 +13,7 @@
 #include "battery_sof/bag/battery_state_message.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
 #include "battery_sof/recording/intake.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/printable.hpp"
 
 namespace battery_sof {
 
@@ -26,7 +26,8 @@ std::string absoluteTopic(const std::string& topic) { return !topic.empty() && t
 void openForReading(rosbag::Bag& bag, const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
-    throw RecordingError(path.string() + ": no such file, expected a bag");
+    throw RecordingError(path.string() + (std::filesystem::exists(path, error) ? ": no regular file" : ": no such file") +
+                         ", expected a bag");
   }
   requireSoundBag(path);
   try {
@@ -45,7 +46,8 @@ std::vector<const rosbag::ConnectionInfo*> connectionsOf(rosbag::View& all, cons
     if (absoluteTopic(connection->topic) == absoluteTopic(topic)) found.push_back(connection);
   }
   if (!found.empty()) return found;
-  throw RecordingError(path.string() + ": no topic '" + topic + "'; the bag has " + (topics.empty() ? "no topics at all" : listed(topics)));
+  throw RecordingError(path.string() + ": no topic '" + shortened(topic) + "'; the bag has " +
+                       (topics.empty() ? "no topics at all" : someOf(topics)));
 }
 
 void requireBatteryState(const std::vector<const rosbag::ConnectionInfo*>& connections, const std::filesystem::path& path) {
@@ -53,12 +55,12 @@ void requireBatteryState(const std::vector<const rosbag::ConnectionInfo*>& conne
   using Checksum = ros::message_traits::MD5Sum<sensor_msgs::BatteryState>;
   for (const rosbag::ConnectionInfo* connection : connections) {
     if (connection->datatype != Traits::value()) {
-      throw RecordingError(path.string() + ": topic '" + connection->topic + "' carries " + connection->datatype + ", expected " +
-                           Traits::value());
+      throw RecordingError(path.string() + ": topic '" + shortened(connection->topic) + "' carries " + shortened(connection->datatype) +
+                           ", expected " + Traits::value());
     }
     if (connection->md5sum != Checksum::value()) {
-      throw RecordingError(path.string() + ": topic '" + connection->topic + "' carries another version of " + Traits::value() + " (md5 " +
-                           connection->md5sum + ", expected " + Checksum::value() + "); `rosbag fix` migrates it");
+      throw RecordingError(path.string() + ": topic '" + shortened(connection->topic) + "' carries another version of " + Traits::value() +
+                           " (md5 " + shortened(connection->md5sum) + ", expected " + Checksum::value() + "); `rosbag fix` migrates it");
     }
   }
 }
@@ -116,7 +118,7 @@ Recording readBag(const std::filesystem::path& path, const std::string& topic) {
   rosbag::Bag bag;
   openForReading(bag, path);
   Recording recording;
-  recording.name = path.filename().string();
+  recording.name = printable(path.filename().string());
   try {
     rosbag::View all(bag);
     const auto connections = connectionsOf(all, topic, path);

@@ -1,11 +1,10 @@
 #include "command.hpp"
 
-#include <openssl/evp.h>
-
 #include <array>
 #include <filesystem>
 #include <fstream>
-#include <memory>
+#include <ostream>
+#include <system_error>
 
 #include "battery_sof/identify/recording_fit.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
@@ -20,18 +19,37 @@ namespace {
 
 constexpr double kEpochClock = 1e8;  // [s]; a clock above it counts from 1970
 
+/// A pipe is not looked into: what is read of it is gone.
 bool isBag(const std::string& path) {
   if (std::filesystem::path(path).extension() == ".bag") return true;
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none)) return false;
   std::array<char, 8> magic{};
   std::ifstream file(path, std::ios::binary);
   file.read(magic.data(), magic.size() - 1);
   return std::string(magic.data()) == "#ROSBAG";
 }
 
+void addFile(const std::string& path, Digest& digest) {
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, 65536> buffer{};
+  while (file.read(buffer.data(), buffer.size()) || file.gcount() > 0) digest.add({buffer.data(), static_cast<std::size_t>(file.gcount())});
+}
+
+Recording readRecording(const RecordingArguments& arguments, Digest* digest) {
+  if (!isBag(arguments.path))
+    return readCsv(arguments.path, arguments.columns, [digest](std::string_view bytes) {
+      if (digest) digest->add(bytes);
+    });
+  Recording recording = readBag(arguments.path, arguments.topic);
+  if (digest) addFile(arguments.path, *digest);
+  return recording;
+}
+
 }  // namespace
 
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path) {
-  if (with_path) command.add_option("REC", arguments.path, "recording: .bag or .csv")->required()->type_name(kReadFile);
+  if (with_path) command.add_option("REC", arguments.path, "recording: .bag, .csv, or CSV from a pipe")->required()->type_name(kReadFile);
   auto& columns = arguments.columns;
   command.add_option("--time-column", columns.time, "CSV column of time [s, or UTC date]")->capture_default_str();
   command.add_option("--current-column", columns.current, "CSV column of current [A]")->capture_default_str();
@@ -69,9 +87,9 @@ std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments) {
   return {};
 }
 
-Recording loadRecording(const RecordingArguments& arguments) {
+Recording loadRecording(const RecordingArguments& arguments, Digest* digest) {
   if (!isRowOfBlocks(arguments.blocks)) throw UsageError(sentence("--blocks is %g, expected ", arguments.blocks) + kRowsOfBlocks);
-  Recording recording = isBag(arguments.path) ? readBag(arguments.path, arguments.topic) : readCsv(arguments.path, arguments.columns);
+  Recording recording = readRecording(arguments, digest);
   recording.series = ofOneBlock(std::move(recording.series), arguments.blocks);
   return recording;
 }
@@ -100,16 +118,19 @@ void emit(const CommandLine& line, const std::string& text, const nlohmann::json
   if (!json_target.empty()) writeFileAtomically(json_target, document);
 }
 
-std::string fileHash(const std::string& path) {
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
-  EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr);
-  std::ifstream file(path, std::ios::binary);
-  std::array<char, 65536> buffer{};
-  while (file.read(buffer.data(), buffer.size()) || file.gcount() > 0)
-    EVP_DigestUpdate(context.get(), buffer.data(), static_cast<std::size_t>(file.gcount()));
+void complain(std::ostream& err, const std::string& what) {
+  constexpr std::size_t kMost = 10000;  // [bytes]
+  err << "sof: " << printable(shortened(what, kMost)) << "\n";
+}
+
+Digest::Digest() : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) { EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr); }
+
+void Digest::add(std::string_view bytes) { EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()); }
+
+std::string Digest::text() {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned int length = 0;
-  EVP_DigestFinal_ex(context.get(), digest.data(), &length);
+  EVP_DigestFinal_ex(context_.get(), digest.data(), &length);
   std::string text = "sha256:";
   for (unsigned int k = 0; k < length; ++k) text += sentence("%02x", digest[k]);
   return text;

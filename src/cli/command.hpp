@@ -1,12 +1,16 @@
 #pragma once
 
+#include <openssl/evp.h>
+
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <iosfwd>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "battery_sof/bag/bag_storage.hpp"
@@ -59,8 +63,21 @@ void addWindowOptions(CLI::App& command, WindowArguments& arguments);
 void addPriorsOptions(CLI::App& command, PriorsArguments& arguments);
 void addJsonOption(CLI::App& command, std::string& json);
 
+/// The SHA-256 digest of bytes that come one after the other.
+class Digest {
+ public:
+  Digest();
+  void add(std::string_view bytes);
+  /// Ends it. @return "sha256:" and the digest in hexadecimal.
+  std::string text();
+
+ private:
+  std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context_;
+};
+
 /// Reads a bag or CSV file, with the voltage of one of its blocks. @throws RecordingError, UsageError.
-Recording loadRecording(const RecordingArguments& arguments);
+/// @param digest takes in the bytes that were read. A pipe is read once, as CSV.
+Recording loadRecording(const RecordingArguments& arguments, Digest* digest = nullptr);
 
 /// @return nothing without a file. @throws ModelFileError, UsageError.
 std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments);
@@ -81,11 +98,13 @@ std::optional<double> parseTime(const std::string& text, const Series& series, c
 /// @return samples between --from and --to. @throws std::invalid_argument when there are none.
 IndexRange rangeOf(const WindowArguments& arguments, const Series& series);
 
-/// Prints text, or JSON instead when json is "-"; writes JSON to a file when json names one.
+/// Prints text, or JSON instead when json is "-"; writes JSON to a file when json names one. Line breaks of the text are the writer's own:
+/// a name of outside in it is made printable() before.
 void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json, const std::string& json_target);
 
-/// @return "sha256:" and the digest of a file's bytes in hexadecimal.
-std::string fileHash(const std::string& path);
+/// One line on standard error, beginning with "sof: ", whatever the sentence holds of files and command lines: control characters are
+/// shown as their codes, and what is longer than two paths is cut off.
+void complain(std::ostream& err, const std::string& what);
 
 void addCheckCommand(CLI::App& app, CommandLine& line);
 void addConvertCommand(CLI::App& app, CommandLine& line);

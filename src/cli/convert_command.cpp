@@ -1,6 +1,7 @@
 #include <filesystem>
 #include <ostream>
 
+#include "battery_sof/recording/printable.hpp"
 #include "command.hpp"
 
 namespace battery_sof {
@@ -26,9 +27,10 @@ int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
   const std::size_t samples = recording.series.size();
   const std::size_t rejected = recording.rejected.total();
   emit(line,
-       std::to_string(samples) + " samples written to " + arguments.out + ", " + std::to_string(rejected) +
+       std::to_string(samples) + " samples written to " + printable(arguments.out) + ", " + std::to_string(rejected) +
            " rejected (sof check says why)\n",
-       {{"schema", "battery_sof/conversion/1"}, {"out", arguments.out}, {"samples", samples}, {"rejected", rejected}}, arguments.json);
+       {{"schema", "battery_sof/conversion/1"}, {"out", printable(arguments.out)}, {"samples", samples}, {"rejected", rejected}},
+       arguments.json);
   return kExitDone;
 }
 
@@ -37,7 +39,7 @@ int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
 void addConvertCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("convert", "convert a recording between CSV and bag");
   auto arguments = std::make_shared<ConvertArguments>();
-  command->add_option("IN", arguments->recording.path, "recording: .bag or .csv")->required()->type_name(kReadFile);
+  command->add_option("IN", arguments->recording.path, "recording: .bag, .csv, or CSV from a pipe")->required()->type_name(kReadFile);
   command->add_option("OUT", arguments->out, "file to write: .bag or .csv")->required()->type_name(kWrittenFile);
   addRecordingOptions(*command, arguments->recording, false);
   addJsonOption(*command, arguments->json);

@@ -23,8 +23,8 @@ struct DiagnoseArguments {
 };
 
 /// The stretch that is diagnosed, at the rate the models are fitted at.
-Recording stretchOf(const DiagnoseArguments& arguments) {
-  Recording recording = loadRecording(arguments.recording);
+Recording stretchOf(const DiagnoseArguments& arguments, Digest& digest) {
+  Recording recording = loadRecording(arguments.recording, &digest);
   recording.series = atDesignRate(recording.series);
   if (!recording.series.empty()) recording.series = slice(recording.series, rangeOf(arguments.window, recording.series));
   return recording;
@@ -39,14 +39,13 @@ void requireFolders(const DiagnoseArguments& arguments) {
   }
 }
 
-void nameOrigin(Diagnosis& diagnosis, const Recording& recording, const RecordingArguments& arguments) {
-  const std::string hash = fileHash(arguments.path);
+void nameOrigin(Diagnosis& diagnosis, const Recording& recording, const std::string& hash, double blocks) {
   for (FittedModel* model : {&diagnosis.base, &diagnosis.extended}) {
     model->provenance.recording = recording.name;
     model->provenance.recording_hash = hash;
-    model->fit.blocks = arguments.blocks;
+    model->fit.blocks = blocks;
   }
-  if (arguments.blocks != 1.0) diagnosis.instrument.insert(diagnosis.instrument.begin(), sentenceOfRow(arguments.blocks));
+  if (blocks != 1.0) diagnosis.instrument.insert(diagnosis.instrument.begin(), sentenceOfRow(blocks));
 }
 
 void writeFiles(const DiagnoseArguments& arguments, const Recording& recording, const Diagnosis& diagnosis) {
@@ -70,15 +69,16 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   DiagnoseOptions options = arguments.options;
   options.priors = loadPriors(arguments.priors);
   Progress progress(line.err);
-  const Recording recording = stretchOf(arguments);
+  Digest digest;
+  const Recording recording = stretchOf(arguments, digest);
   Diagnosis diagnosis = interruptible(recording, std::move(options), progress, line.err);
-  nameOrigin(diagnosis, recording, arguments.recording);
+  nameOrigin(diagnosis, recording, digest.text(), arguments.recording.blocks);
   progress.stage("writing");
   writeFiles(arguments, recording, diagnosis);
   progress.end();
   emit(line, diagnosisText(diagnosis), diagnosisJson(diagnosis), arguments.json);
   if (diagnosis.verdict != Verdict::kInsufficientData) return kExitDone;
-  line.err << "sof: no diagnosis: " << diagnosis.summary << "\n";
+  complain(line.err, "no diagnosis: " + diagnosis.summary);
   return kExitNegative;
 }
 

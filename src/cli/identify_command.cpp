@@ -3,7 +3,6 @@
 
 #include "battery_sof/identify/recording_fit.hpp"
 #include "battery_sof/recording/checks.hpp"
-#include "battery_sof/recording/printable.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 #include "battery_sof/report/results.hpp"
 #include "command.hpp"
@@ -77,7 +76,8 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   const IdentifyArguments arguments = withoutNone(given);
   requireKnownEffects(arguments.options.effects);
   Progress progress(line.err);
-  const Recording recording = loadRecording(arguments.recording);
+  Digest digest;
+  const Recording recording = loadRecording(arguments.recording, &digest);
   progress.stage("checking");
   warn(line, progress, recording);
   const Series series = atDesignRate(recording.series);
@@ -85,13 +85,13 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   const FitRequest request = requestOf(arguments, series);
   FittedModel model = fit(series, request);
   model.provenance.recording = recording.name;
-  model.provenance.recording_hash = fileHash(arguments.recording.path);
+  model.provenance.recording_hash = digest.text();
   if (isUsable(model.fit)) carryToEnd(model, series, request);
   model.fit.blocks = arguments.recording.blocks;
   progress.end();
   if (!isUsable(model.fit)) {
     emit(line, identifyText(model), identifyJson(model), arguments.json);
-    line.err << "sof: no model: " << printable(model.fit.message) << "\n";
+    complain(line.err, "no model: " + model.fit.message);
     return kExitNegative;
   }
   writeModelFile(arguments.out, model);

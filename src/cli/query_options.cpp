@@ -1,10 +1,11 @@
 #include "query_options.hpp"
 
 #include <cmath>
-#include <fstream>
 #include <sstream>
 
 #include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/printable.hpp"
+#include "battery_sof/recording/text_lines.hpp"
 #include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 
@@ -23,20 +24,15 @@ std::vector<std::string> cellsOf(const std::string& line) {
   return cells;
 }
 
-/// The lines of a file with their numbers, and refusals that name them.
+/// The rows of a file, and refusals that name file and line.
 class ProfileFile {
  public:
-  explicit ProfileFile(const std::string& path) : path_(path), file_(path) {
-    if (!file_) refuse("cannot be read, expected a CSV file with the columns time_s,current_a");
-  }
+  explicit ProfileFile(const std::string& path) : path_(path), lines_(path) {}
 
   bool next() {
-    for (std::string text; std::getline(file_, text);) {
-      ++number_;
-      cells_ = cellsOf(text);
-      if (!cells_.empty() && !(cells_.size() == 1 && cells_[0].empty())) return true;
-    }
-    return false;
+    if (!lines_.next()) return false;
+    cells_ = cellsOf(std::string(lines_.line()));
+    return true;
   }
 
   std::size_t column(const char* name) const {
@@ -49,19 +45,18 @@ class ProfileFile {
     if (column >= cells_.size()) refuse(sentence("has no %s, expected a finite number", name));
     const std::string& cell = cells_[column];
     const std::optional<double> value = numberOf(cell);
-    if (!value || !std::isfinite(*value)) refuse(sentence("%s is \"%s\", expected a finite number", name, cell.c_str()));
+    if (!value || !std::isfinite(*value)) refuse(sentence("%s is \"%s\", expected a finite number", name, shortened(cell).c_str()));
     return *value;
   }
 
   [[noreturn]] void refuse(const std::string& fault) const {
-    const std::string place = number_ > 0 ? ", line " + std::to_string(number_) : "";
+    const std::string place = lines_.number() > 0 ? ", line " + std::to_string(lines_.number()) : "";
     throw UsageError(path_ + place + ": " + fault);
   }
 
  private:
   std::string path_;
-  std::ifstream file_;
-  std::size_t number_ = 0;
+  TextLines lines_;
   std::vector<std::string> cells_;
 };
 

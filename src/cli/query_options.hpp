@@ -33,7 +33,7 @@ int finish(const CommandLine& line, const Answer& answer, const std::string& tex
            const std::string& json_target) {
   if (answer.code == AnswerCode::kInvalidQuery) throw UsageError(answer.message);
   emit(line, text, json, json_target);
-  if (answer.code != AnswerCode::kOk) line.err << "sof: " << answer.message << "\n";
+  if (answer.code != AnswerCode::kOk) complain(line.err, answer.message);
   return answer.code == AnswerCode::kOk ? kExitDone : kExitNegative;
 }
 

@@ -1,11 +1,12 @@
 #include "battery_sof/cli/sof.hpp"
 
 #include <algorithm>
+#include <cerrno>
+#include <csignal>
 #include <new>
 #include <ostream>
-#include <sstream>
+#include <system_error>
 
-#include "battery_sof/recording/printable.hpp"
 #include "battery_sof/recording/separate_files.hpp"
 #include "battery_sof/report/version.hpp"
 #include "command.hpp"
@@ -35,13 +36,22 @@ void requireDecimals(CLI::App& command) {
   }
 }
 
-/// What CLI11 says of wrong usage holds pieces of the command line.
+/// Help that was asked for, or what is wrong with the usage, which holds pieces of the command line.
 int refusalOf(CLI::App& app, const CLI::ParseError& error, CommandLine& line) {
-  std::ostringstream out, err;
-  const int code = app.exit(error, out, err);
-  line.out << out.str();
-  line.err << printable(err.str(), LineBreaks::kKept);
-  return code == 0 ? kExitDone : kExitUsage;
+  if (error.get_exit_code() == 0) {
+    app.exit(error, line.out, line.err);
+    return kExitDone;
+  }
+  complain(line.err, error.what());
+  line.err << "Run with --help for more information.\n";
+  return kExitUsage;
+}
+
+/// What was said must have arrived: standard output may be a file on a full disk.
+int arrived(std::ostream& out, std::ostream& err, int code) {
+  if (out.flush()) return code;
+  complain(err, "standard output cannot be written: " + std::generic_category().message(errno != 0 ? errno : EIO));
+  return kExitUsage;
 }
 
 int parseAndRun(CLI::App& app, CommandLine& line, std::vector<std::string> arguments) {
@@ -59,11 +69,10 @@ int parseAndRun(CLI::App& app, CommandLine& line, std::vector<std::string> argum
   return line.run();
 }
 
-}  // namespace
-
-int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err, const std::vector<ExternalCommand>& external) {
+int runCommand(CommandLine& line, const std::vector<std::string>& arguments, const std::vector<ExternalCommand>& external) {
   for (const auto& command : external)
-    if (!arguments.empty() && arguments[0] == command.name) return command.run({arguments.begin() + 1, arguments.end()}, out, err);
+    if (!arguments.empty() && arguments[0] == command.name)
+      return command.run({arguments.begin() + 1, arguments.end()}, line.out, line.err);
   CLI::App app(
       "What a vehicle's 12 V battery can still do, from the current and voltage of driving.\n"
       "Current is positive into the battery. Exit: 0 done, 1 an honest negative outcome, "
@@ -71,7 +80,6 @@ int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::os
       "sof");
   app.set_version_flag("--version", "sof " + version());
   app.require_subcommand(1);
-  CommandLine line{out, err, nullptr};
   addCheckCommand(app, line);
   addConvertCommand(app, line);
   addIdentifyCommand(app, line);
@@ -83,13 +91,21 @@ int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::os
   addDiagnoseCommand(app, line);
   addEffectsCommand(app, line);
   for (const auto& command : external) app.add_subcommand(command.name, command.description);
+  return parseAndRun(app, line, arguments);
+}
+
+}  // namespace
+
+int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err, const std::vector<ExternalCommand>& external) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file larger than the process may write fails as one on a full disk does
+  CommandLine line{out, err, nullptr};
   try {
-    return parseAndRun(app, line, arguments);
+    return arrived(out, err, runCommand(line, arguments, external));
   } catch (const std::bad_alloc&) {
-    err << "sof: out of memory\n";
+    complain(err, "out of memory");
     return kExitUsage;
   } catch (const std::exception& error) {
-    err << "sof: " << printable(error.what()) << "\n";
+    complain(err, error.what());
     return kExitUsage;
   }
 }

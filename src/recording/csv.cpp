@@ -1,12 +1,9 @@
 #include "battery_sof/recording/csv.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <ctime>
-#include <fstream>
 #include <limits>
 #include <string_view>
 #include <utility>
@@ -15,6 +12,7 @@
 #include "battery_sof/recording/atomic_file.hpp"
 #include "battery_sof/recording/intake.hpp"
 #include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/printable.hpp"
 #include "battery_sof/recording/sample_list.hpp"
 #include "battery_sof/recording/words.hpp"
 
@@ -27,20 +25,6 @@ constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
 // ---------------------------------------------------------------------------------------------
 // text into cells
-
-std::string readWholeFile(const std::filesystem::path& path) {
-  std::error_code unreadable;
-  if (std::filesystem::is_directory(path, unreadable)) {
-    throw RecordingError(path.string() + ": is a directory, expected a CSV file");
-  }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw RecordingError(path.string() + ": cannot be read: " + std::strerror(errno));
-  }
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (file.bad()) throw RecordingError(path.string() + ": reading failed part-way");
-  return text;
-}
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r");
@@ -73,79 +57,55 @@ void splitCells(std::string_view line, char separator, std::vector<std::string_v
   }
 }
 
-/// The lines of a text, one at a time, with their numbers; blank lines are passed over.
-class Lines {
- public:
-  explicit Lines(std::string_view text) : rest_(text) {
-    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-    if (rest_.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
-      rest_.remove_prefix(kByteOrderMark.size());
-    }
-  }
-
-  bool next() {
-    while (!rest_.empty()) {
-      const std::size_t end = rest_.find('\n');
-      finished_ = end != std::string_view::npos;
-      line_ = rest_.substr(0, end);
-      rest_.remove_prefix(finished_ ? end + 1 : rest_.size());
-      ++number_;
-      if (!trimmed(line_).empty()) return true;
-    }
-    return false;
-  }
-
-  std::string_view line() const { return line_; }
-  std::size_t number() const { return number_; }
-  /// False for a last line without a line break: the writer may have been cut off in it.
-  bool finished() const { return finished_; }
-
- private:
-  std::string_view rest_, line_;
-  std::size_t number_ = 0;
-  bool finished_ = true;
-};
-
 // ---------------------------------------------------------------------------------------------
 // header
 
 /// The header line and which of its columns are read.
 struct Layout {
   std::filesystem::path path;
-  std::vector<std::string_view> names;
+  std::vector<std::string> names;
   char separator = ',';
   std::size_t time = 0, current = 0, voltage = 0, temperature = kNoColumn;
 };
 
 std::string separatorHint(const Layout& layout) {
   if (layout.names.size() != 1) return "";
-  const bool other = layout.names.front().find_first_of("|\t") != std::string_view::npos;
+  if (layout.names.front().rfind("#ROSBAG", 0) == 0) return "; this is a bag, which is read from a file, not from a pipe";
+  const bool other = layout.names.front().find_first_of("|\t") != std::string::npos;
   return other ? "; the file does not look comma-separated" : "";
 }
 
 std::size_t columnIndex(const Layout& layout, const std::string& name) {
   const auto first = std::find(layout.names.begin(), layout.names.end(), name);
   if (first == layout.names.end()) {
-    throw RecordingError(layout.path.string() + ": has no column \"" + name + "\"; its columns are: " + listed(layout.names) +
+    throw RecordingError(layout.path.string() + ": has no column \"" + shortened(name) + "\"; its columns are: " + someOf(layout.names) +
                          separatorHint(layout));
   }
   if (std::find(first + 1, layout.names.end(), name) != layout.names.end()) {
-    throw RecordingError(layout.path.string() + ": has column \"" + name + "\" more than once; its columns are: " + listed(layout.names));
+    throw RecordingError(layout.path.string() + ": has column \"" + shortened(name) +
+                         "\" more than once; its columns are: " + someOf(layout.names));
   }
   return first - layout.names.begin();
 }
 
-Layout readLayout(const std::filesystem::path& path, Lines& lines, const CsvColumns& columns) {
+/// Of a header line.
+void takeNames(std::string_view line, Layout& layout) {
+  std::vector<std::string_view> cells;
+  splitCells(line, layout.separator, cells);
+  layout.names.assign(cells.begin(), cells.end());
+}
+
+Layout readLayout(const std::filesystem::path& path, TextLines& lines, const CsvColumns& columns) {
   if (!lines.next()) {
     throw RecordingError(path.string() + ": is empty, expected a header line with the columns " + columns.time + ", " + columns.current +
                          ", " + columns.voltage);
   }
   Layout layout{path, {}};
-  splitCells(lines.line(), layout.separator, layout.names);
+  takeNames(lines.line(), layout);
   const bool has_time = std::find(layout.names.begin(), layout.names.end(), columns.time) != layout.names.end();
   if (!has_time && endOfCell(lines.line(), 0, ';') < lines.line().size()) {
     layout.separator = ';';
-    splitCells(lines.line(), layout.separator, layout.names);
+    takeNames(lines.line(), layout);
   }
   layout.time = columnIndex(layout, columns.time);
   layout.current = columnIndex(layout, columns.current);
@@ -207,8 +167,8 @@ struct Row {
   std::size_t line;
 
   [[noreturn]] void refuse(std::size_t column, const std::string& expected) const {
-    throw RecordingError(layout.path.string() + ", line " + std::to_string(line) + ", column \"" + std::string(layout.names[column]) +
-                         "\": \"" + std::string(cells[column]) + "\" is not " + expected);
+    throw RecordingError(layout.path.string() + ", line " + std::to_string(line) + ", column \"" + shortened(layout.names[column]) +
+                         "\": \"" + shortened(cells[column]) + "\" is not " + expected);
   }
 
   double number(std::size_t column) const {
@@ -249,7 +209,7 @@ void requireWholeRow(const Row& row) {
                        " cells, the header has " + std::to_string(expected));
 }
 
-void readRows(Lines& lines, const Layout& layout, const CsvColumns& columns, Recording& recording) {
+void readRows(TextLines& lines, const Layout& layout, const CsvColumns& columns, Recording& recording) {
   constexpr RawSample kCutOff{kMissing, kMissing, kMissing, std::nullopt};
   Intake intake;
   std::vector<std::string_view> cells;
@@ -346,12 +306,11 @@ std::string formatExactly(double value) {
   return text;
 }
 
-Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns) {
-  const std::string text = readWholeFile(path);
-  Lines lines(text);
+Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns, BytesSeen seen) {
+  TextLines lines(path, std::move(seen));
   const Layout layout = readLayout(path, lines, columns);
   Recording recording;
-  recording.name = path.filename().string();
+  recording.name = printable(path.filename().string());
   readRows(lines, layout, columns, recording);
   requireSamples(path, recording);
   return recording;

@@ -48,4 +48,9 @@ std::string printable(const std::string& text, LineBreaks line_breaks) {
   return shown;
 }
 
+std::string shortened(std::string_view text, std::size_t most) {
+  if (text.size() <= most) return std::string(text);
+  return std::string(text.substr(0, most)) + "... (" + std::to_string(text.size()) + " bytes)";
+}
+
 }  // namespace battery_sof

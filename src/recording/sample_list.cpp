@@ -1,11 +1,13 @@
 #include "battery_sof/recording/sample_list.hpp"
 
+#include "battery_sof/recording/printable.hpp"
+
 namespace battery_sof {
 
 Recording recordingOf(const std::string& name, const std::vector<RawSample>& samples) {
   if (samples.empty()) throw RecordingError(name + ": has no sample, expected at least one");
   Recording recording;
-  recording.name = name;
+  recording.name = printable(name);
   Intake intake;
   for (const RawSample& sample : samples) append(recording, intake, sample);
   requireUsable(name, recording);

@@ -1,9 +1,11 @@
 #include "reference/program_frame.hpp"
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <ostream>
 
 #include "reference/increasing_root.hpp"
+#include "reference/shown_text.hpp"
 
 namespace battery_sof_reference {
 
@@ -14,6 +16,7 @@ std::string isSeed(const std::string& text) {
 
 int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name, const std::function<void()>& work,
                std::ostream& out, std::ostream& err) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file larger than the process may write fails as one on a full disk does
   // CLI11 takes its arguments from the back.
   std::vector<std::string> backwards(arguments.rbegin(), arguments.rend());
   try {
@@ -21,12 +24,14 @@ int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const s
     work();
     return kDone;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error, out, err) == 0 ? kDone : kUsage;
+    if (error.get_exit_code() == 0) return app.exit(error, out, err);
+    err << name << ": " << shown(error.what()) << "\nRun with --help for more information.\n";
+    return kUsage;
   } catch (const NoSolution& error) {
-    err << name << ": " << error.what() << "\n";
+    err << name << ": " << shown(error.what()) << "\n";
     return kNegative;
   } catch (const std::exception& error) {
-    err << name << ": " << error.what() << "\n";
+    err << name << ": " << shown(error.what()) << "\n";
     return kUsage;
   }
 }

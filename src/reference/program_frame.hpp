@@ -20,12 +20,12 @@ constexpr int kUsage = 2;     ///< wrong usage or input
 std::string isSeed(const std::string& text);
 
 /**
- * @brief Reads a program's arguments and does its work; faults become one sentence on err.
+ * @brief Reads a program's arguments and does its work; faults become one sentence on err, shown().
  * @param app  its options, bound to where work finds them.
  * @param arguments without the program's name.
  * @param name begins each sentence.
  * @return kDone; kNegative when work throws NoSolution; kUsage for arguments that app refuses and
- * for every other exception. Never throws.
+ * for every other exception. Never throws. From then on the process ignores SIGXFSZ.
  */
 int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name, const std::function<void()>& work,
                std::ostream& out, std::ostream& err);

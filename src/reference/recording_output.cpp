@@ -1,8 +1,10 @@
 #include "reference/recording_output.hpp"
 
+#include <cerrno>
 #include <cstdio>
 #include <fstream>
 #include <stdexcept>
+#include <system_error>
 
 #include "reference/bag_output.hpp"
 #include "reference/whole_file.hpp"
@@ -13,10 +15,11 @@ namespace {
 namespace fs = std::filesystem;
 
 void writeRows(const fs::path& path, const std::string& text) {
+  errno = 0;
   std::ofstream file(path, std::ios::binary);
   file << text;
   file.close();
-  if (!file) throw std::runtime_error("no such folder, no permission, or no space");
+  if (!file) throw std::system_error(errno != 0 ? errno : EIO, std::generic_category());
 }
 
 std::string csvOf(const Simulation& simulation, bool with_temperature, Digits digits) {

@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "reference/city_drive.hpp"
+#include "reference/program_frame.hpp"
 #include "reference/recording_output.hpp"
 
 namespace {
@@ -19,17 +20,13 @@ void writeCsv(const std::string& path, const std::vector<battery_sof_reference::
 
 }  // namespace
 
-int main(int argc, char** argv) try {
+int main(int argc, char** argv) {
   CLI::App app("Writes a simulated city drive of a start-stop car as CSV at 100 Hz.");
   battery_sof_reference::CityDriveOptions options;
   std::string out;
   app.add_option("OUT", out, "CSV file to write")->required();
   app.add_option("--seed", options.seed, "the same seed gives the same drive")->capture_default_str();
   app.add_option("--duration", options.duration, "[s]")->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
-  writeCsv(out, battery_sof_reference::simulateCityDrive(options));
-  return 0;
-} catch (const std::exception& error) {
-  std::cerr << "simulate_city_drive: " << error.what() << "\n";
-  return 2;
+  const auto work = [&] { writeCsv(out, battery_sof_reference::simulateCityDrive(options)); };
+  return battery_sof_reference::runProgram(app, {argv + 1, argv + argc}, "simulate_city_drive", work, std::cout, std::cerr);
 }

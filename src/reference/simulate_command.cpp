@@ -14,6 +14,7 @@
 #include "reference/program_frame.hpp"
 #include "reference/recording_output.hpp"
 #include "reference/scenario_file.hpp"
+#include "reference/shown_text.hpp"
 
 namespace battery_sof_reference {
 namespace {
@@ -77,8 +78,8 @@ void addOptions(CLI::App& app, Arguments& arguments) {
 nlohmann::json jsonOf(const Scenario& scenario, const Simulation& simulation, const std::string& out) {
   const Balance& b = simulation.balance;
   return {{"schema", "battery_sof/simulation/1"},
-          {"scenario", scenario.name},
-          {"out", out},
+          {"scenario", shown(scenario.name)},
+          {"out", shown(out)},
           {"seed", scenario.seed},
           {"duration_s", simulation.duration},
           {"samples", simulation.samples.size()},
@@ -94,18 +95,18 @@ nlohmann::json jsonOf(const Scenario& scenario, const Simulation& simulation, co
 }
 
 std::string textOf(const Simulation& simulation, const std::string& out) {
-  char text[200];
-  std::snprintf(text, sizeof text, "%zu samples in %.2f s written to %s; SOC %.4f to %.4f, %.3f Ah charged\n", simulation.samples.size(),
-                simulation.duration, out.c_str(), simulation.soc_at_start, simulation.soc_at_end,
+  char samples[80], charge[80];
+  std::snprintf(samples, sizeof samples, "%zu samples in %.2f s", simulation.samples.size(), simulation.duration);
+  std::snprintf(charge, sizeof charge, "SOC %.4f to %.4f, %.3f Ah charged", simulation.soc_at_start, simulation.soc_at_end,
                 simulation.balance.charge_in / kSecondsPerHour);
-  return text;
+  return std::string(samples) + " written to " + shown(out) + "; " + charge + "\n";
 }
 
 void printSpectrum(const Scenario& scenario, const std::string& path, std::ostream& out) {
   const OperatingPoint point{scenario.impedance_current, scenario.start.soc, scenario.start.temperature};
   const auto frequencies = logarithmicFrequencies(kLowestFrequency, kHighestFrequency, kPointsPerDecade);
   writeImpedance(path, impedance(scenario.battery, scenario.effects, point, frequencies));
-  out << "impedance at " << point.current << " A, SOC " << point.soc << " written to " << path << "\n";
+  out << "impedance at " << point.current << " A, SOC " << point.soc << " written to " << shown(path) << "\n";
 }
 
 /// simulate(); what it says when there is no solution begins with the scenario's file.
@@ -174,7 +175,7 @@ int runDemo(const std::vector<std::string>& arguments, std::ostream& out, std::o
     if (check) check({}, {parsed.out, parsed.json});
     run(parsed, out, err);
     if (parsed.json == "-") return;
-    out << "next: sof check " << parsed.out << "; sof identify " << parsed.out
+    out << "next: sof check " << shown(parsed.out) << "; sof identify " << shown(parsed.out)
         << " --out model.yaml; sof crank model.yaml --i-load -20 --t-stop 30 --i-cranking -200\n";
   };
   return runProgram(app, arguments, "sof", work, out, err);

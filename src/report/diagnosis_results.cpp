@@ -167,9 +167,6 @@ Json detectableJson(const Detectable& detectable) {
           {"visible", detectable.visible}};
 }
 
-/// File names may hold any bytes; JSON may not.
-Json validText(const std::string& text) { return Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace)); }
-
 // ---------------------------------------------------------------------------------------------
 // text
 
@@ -339,7 +336,7 @@ Json imposedJson(const SourceOverview& source) {
 nlohmann::json diagnosisJson(const Diagnosis& d) {
   return {{"schema", "battery_sof/diagnosis/1"},
           {"program", "battery_sof " + version()},
-          {"recording", validText(d.base.provenance.recording)},
+          {"recording", d.base.provenance.recording},
           {"verdict", describe(d.verdict)},
           {"summary", d.summary},
           {"effects", listOf(d.effects, effectJson)},

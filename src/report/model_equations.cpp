@@ -117,8 +117,8 @@ void readCovariance(const Reader& root, Fit& fit) {
 IntervalScale scaleOf(const Reader& field) {
   IntervalScale scale;
   scale.factor = field.number("factor");
-  scale.events = field.get<int>("events", "a whole number");
-  scale.inside = field.get<int>("inside", "a whole number");
+  scale.events = field.whole<int>("events");
+  scale.inside = field.whole<int>("inside");
   if (!(scale.factor > 0.0 && scale.factor <= 1e6) || scale.inside < 0 || scale.events < scale.inside)
     field.fail("factor", "must be above 0, with events >= inside >= 0");
   return scale;

@@ -103,7 +103,7 @@ void readSource(const Reader& root, Fit& fit) {
     node.fail("least_current_a", std::string("and its neighbours cannot be used: ") + error.what());
   }
   fit.source = rule;
-  fit.voltage_lag = node.get<std::size_t>("voltage_lag_samples", "a whole number");
+  fit.voltage_lag = node.whole<std::size_t>("voltage_lag_samples");
   if (fit.voltage_lag > kMostLag)
     node.fail("voltage_lag_samples", "is " + std::to_string(fit.voltage_lag) + ", expected 0 to " + std::to_string(kMostLag));
 }

@@ -202,7 +202,7 @@ std::string modelYaml(const FittedModel& model) {
   YAML::Node root;
   root["schema"] = kModelSchema;
   root["program"] = "battery_sof " + version();
-  root["recording"]["name"] = model.provenance.recording;
+  root["recording"]["name"] = printable(model.provenance.recording);
   root["recording"]["hash"] = model.provenance.recording_hash;
   if (model.fit.blocks != 1.0) root["blocks"] = scalar(model.fit.blocks);
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);

@@ -30,7 +30,7 @@ FitStatus statusOf(const Reader& fit) {
 
 void readWindow(const Reader& root, Fit& fit) {
   const Reader window = root.at("window");
-  fit.window = {window.number("from_s", kTimes), window.number("to_s", kTimes), window.get<std::size_t>("samples", "a whole number")};
+  fit.window = {window.number("from_s", kTimes), window.number("to_s", kTimes), window.whole<std::size_t>("samples")};
   if (fit.window.to < fit.window.from) window.fail("to_s", "is before from_s");
   auto& excited = fit.excited;
   excited.min_current = window.number("min_current_a", kCurrents);
@@ -49,13 +49,13 @@ void readFit(const Reader& root, FittedModel& model) {
   model.fit.status = statusOf(fit);
   model.fit.message = fit.text("message");
   model.fit.start = fit.text("start");
-  model.fit.iterations = fit.get<int>("iterations", "a whole number");
+  model.fit.iterations = fit.whole<int>("iterations");
   model.fit.scores.q_dyn_percent = fit.number("q_dyn_percent");
   model.fit.scores.rmse = fit.number("rmse_v", kErrors);
   if (fit.has("current_rmse_a")) model.fit.scores.current_rmse = fit.number("current_rmse_a", kErrors);
   if (fit.has("left_out_share_percent")) model.fit.scores.left_out_share_percent = fit.number("left_out_share_percent");
   model.fit.scores.crank_error_std = fit.number("crank_error_v", kErrors);
-  model.fit.scores.cranks = fit.get<int>("cranks", "a whole number");
+  model.fit.scores.cranks = fit.whole<int>("cranks");
   model.fit.scores.residual_correlation_time = fit.number("residual_correlation_time_s", kDurations);
   model.fit.suitability = fit.number("suitability", {0.0, 1.0});
   model.provenance.fit_ms = fit.number("fit_ms", {0.0, 1e12});

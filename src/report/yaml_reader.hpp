@@ -2,11 +2,14 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/printable.hpp"
 #include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 
@@ -66,7 +69,13 @@ constexpr Range kNumbers{-1e12, 1e12};     // of any unit: what is larger comes 
 /// Access to a document's fields with messages that name file, field, finding and expectation.
 class Reader {
  public:
-  Reader(const YAML::Node& node, std::string source, std::string path) : node_(node), source_(std::move(source)), path_(std::move(path)) {}
+  /// Refuses what a decimal comma makes of {std: 1,5}: a key 5 without a value.
+  Reader(const YAML::Node& node, std::string source, std::string path) : node_(node), source_(std::move(source)), path_(std::move(path)) {
+    if (!node_.IsMap() || node_.Style() != YAML::EmitterStyle::Flow) return;
+    for (const auto& entry : node_)
+      if (entry.second.IsNull() || (entry.first.IsScalar() && numberOf(entry.first.Scalar())))
+        fail(textOf(entry.first), "is no key with a value" + std::string(kPoint));
+  }
 
   Reader at(const std::string& key) const {
     if (!node_.IsMap() || !node_[key]) fail(key, "is missing");
@@ -89,7 +98,18 @@ class Reader {
     return value;
   }
   std::vector<double> numbers(const std::string& key, const char* expected) const {
-    return valuesOf(get<std::vector<Decimal>>(key, expected));
+    const auto values = valuesOf(get<std::vector<Decimal>>(key, expected));
+    if (isUnevenlySpaced(at(key).node_)) fail(key, "has some commas with a space behind them and some without" + std::string(kPoint));
+    return values;
+  }
+  /// A count.
+  template <typename T>
+  T whole(const std::string& key) const {
+    constexpr double kMost = std::min(1e15, static_cast<double>(std::numeric_limits<T>::max()));
+    const double value = get<Decimal>(key, "a whole number").value;
+    if (!(value >= 0.0 && value <= kMost && value == std::floor(value)))
+      fail(key, "is \"" + textOf(at(key).node_) + "\", expected a whole number");
+    return static_cast<T>(value);
   }
   std::vector<std::vector<double>> rows(const std::string& key, const char* expected) const {
     std::vector<std::vector<double>> rows;
@@ -128,14 +148,25 @@ class Reader {
       entries.push_back({list.node_[k], source_, list.path_ + "[" + std::to_string(k) + "]"});
     return entries;
   }
-  std::string text(const std::string& key) const { return get<std::string>(key, "text"); }
+  /// printable(): a file may hold any bytes.
+  std::string text(const std::string& key) const { return printable(get<std::string>(key, "text")); }
   const YAML::Node& node() const { return node_; }
 
   [[noreturn]] void fail(const std::string& key, const std::string& what) const {
-    throw ModelFileError(source_ + ": " + (path_ + "." + key).substr(1) + " " + what);
+    constexpr std::size_t kMost = 1000;  // [bytes]
+    throw ModelFileError(source_ + ": " + shortened((path_ + "." + key).substr(1) + " " + what, kMost));
   }
 
  private:
+  static constexpr char kPoint[] = ": a comma ends a number, expected a decimal point";
+
+  /// What decimal commas make of a list, as in [0,5, 0,7].
+  static bool isUnevenlySpaced(const YAML::Node& list) {
+    std::size_t spaced = 0;
+    for (std::size_t k = 1; k < list.size(); ++k)
+      if (list[k].Mark().pos > list[k - 1].Mark().pos + static_cast<int>(list[k - 1].Scalar().size()) + 1) ++spaced;
+    return spaced > 0 && spaced + 1 < list.size();
+  }
   static std::vector<double> valuesOf(const std::vector<Decimal>& decimals) {
     std::vector<double> values;
     for (const Decimal& decimal : decimals) values.push_back(decimal.value);

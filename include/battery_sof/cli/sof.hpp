@@ -24,7 +24,8 @@ struct ExternalCommand {
 /**
  * @brief The command `sof`, without the process around it.
  * @param arguments without the program's name.  @param out, err standard output and error.
- * @return an ExitCode. Never throws; every error is one line on err.
+ * @return an ExitCode. Never throws; every error is one line on err. From then on the process ignores SIGXFSZ: writing beyond its
+ * limit on a file's size is such an error, not its end.
  */
 int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
            const std::vector<ExternalCommand>& external = {});

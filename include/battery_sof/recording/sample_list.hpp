@@ -10,7 +10,7 @@ namespace battery_sof {
 
 /**
  * @brief A recording from samples in memory, judged by Intake as those of a file are.
- * @param name for messages and reports.
+ * @param name for messages and reports, made printable().
  * @throws RecordingError when there is no sample, or as requireUsable() says.
  */
 Recording recordingOf(const std::string& name, const std::vector<RawSample>& samples);

@@ -1,12 +1,15 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "battery_sof/recording/csv.hpp"
 #include "battery_sof/recording/separate_files.hpp"
 #include "reference/simulate_command.hpp"
 #include "support/base_drive.hpp"
+#include "support/limited_process.hpp"
 #include "support/sof_command.hpp"
 
 namespace battery_sof {
@@ -133,6 +136,53 @@ TEST_F(HardUsage, ControlCharactersOfInputAreShownAsTheirCodes) {
   const Outcome usage = sof({"check", file, "--\x1b[31m"});
   EXPECT_EQ(usage.err.find('\x1b'), std::string::npos);
   EXPECT_EQ(sof({"\x1b[31m"}).err.find('\x1b'), std::string::npos);
+}
+
+TEST_F(HardUsage, NamesAreShownOnOneLine) {
+  fs::rename(drive(), path("a\nb\x1b.csv"));
+  const std::string file = path("a\nb\x1b.csv"), name = "a\\nb\\x1b.csv";
+  EXPECT_EQ(sof({"check", file}).out.rfind(name + "\n", 0), 0u) << sof({"check", file}).out;
+  const Outcome converted = sof({"convert", file, path("c\nd.csv"), "--json", path("c.json")});
+  EXPECT_NE(converted.out.find("c\\nd.csv, 0 rejected"), std::string::npos) << converted.out;
+  EXPECT_NE(bytesOf(path("c.json")).find("c\\\\nd.csv"), std::string::npos);
+  const Outcome usage = sof({"check", file, "--a\nb"});
+  EXPECT_NE(usage.err.find("--a\\nb"), std::string::npos) << usage.err;
+}
+
+TEST_F(HardUsage, ErrorsAreBounded) { EXPECT_LT(sof({"check", path("none.csv"), "--" + std::string(100000, 'x')}).err.size(), 12000u); }
+
+TEST_F(HardUsage, AModelOfAPipeHasTheDigestOfItsBytes) {
+  const std::string file = drive(), pipe = path("pipe");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const auto hashOf = [&](const std::string& recording) {
+    const Outcome outcome = sof({"identify", recording, "--from", "0", "--to", "240", "--out", path("m.yaml"), "--json", "-"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const std::string yaml = bytesOf(path("m.yaml"));
+    return yaml.substr(yaml.find("sha256:"), 71);
+  };
+  std::thread writer([&] { std::ofstream(pipe, std::ios::binary) << bytesOf(file); });
+  const std::string piped = hashOf(pipe);
+  writer.join();
+  EXPECT_EQ(piped, hashOf(file));
+}
+
+/// In a process of its own: what it may write is limited for good.
+TEST_F(HardUsage, AFileBeyondTheProcessesLimitIsToldAndNotLeftHalfWritten) {
+  const std::string file = drive(), out = path("limited.csv");
+  const std::string error = test::limitedTo(10000, [&](std::ostream& err) {
+    std::ostringstream ignored;
+    return runSof({"convert", file, out}, ignored, err);
+  });
+  EXPECT_NE(error.find("limited.csv: File too large"), std::string::npos) << error;
+  EXPECT_FALSE(fs::exists(out));
+}
+
+TEST_F(HardUsage, StandardOutputThatCannotBeWrittenIsTold) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
+  std::ofstream full("/dev/full");
+  std::ostringstream err;
+  EXPECT_EQ(runSof({"effects"}, full, err), 2);
+  EXPECT_NE(err.str().find("standard output cannot be written: No space left"), std::string::npos) << err.str();
 }
 
 TEST_F(HardUsage, AFileNameThatIsNoUtf8IsNoObstacle) {

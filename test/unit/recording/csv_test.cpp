@@ -1,10 +1,13 @@
 #include "battery_sof/recording/csv.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <thread>
 
 namespace battery_sof {
 namespace {
@@ -71,6 +74,48 @@ TEST_F(Csv, MissingFileIsNamedWithTheReason) {
 }
 
 TEST_F(Csv, FolderIsRefused) { EXPECT_TRUE(says(errorOfReading(folder_), "is a directory")); }
+
+TEST_F(Csv, APipeIsReadOnceFromItsBeginning) {
+  const std::string content = std::string(kHeader) + "0,-5,12.5\n1,-6,12.4\n";
+  ASSERT_EQ(::mkfifo(path_.c_str(), 0600), 0);
+  std::thread writer([&] { std::ofstream(path_, std::ios::binary) << content; });
+  std::string seen;
+  const Recording recording = readCsv(path_, {}, [&](std::string_view bytes) { seen += bytes; });
+  writer.join();
+  EXPECT_EQ(recording.series.size(), 2U);
+  EXPECT_EQ(seen, content);
+}
+
+TEST_F(Csv, DevicesAreRefusedAndSoIsALineWithoutEnd) {
+  EXPECT_TRUE(says(errorOfReading("/dev/zero"), "/dev/zero: is a device or a socket, expected a file or a pipe"));
+  EXPECT_TRUE(says(errorOf(std::string(kHeader) + "0,1,12\n" + std::string(TextLines::kLongest + 1, '1')), "line 3 is too long"));
+  EXPECT_TRUE(says(errorOf(std::string(TextLines::kLongest + 1, '\0') + "\n"), "line 1 is too long, expected a CSV file"));
+  EXPECT_EQ(read(std::string(kHeader) + "0,1,12" + std::string(TextLines::kLongest - 6, ' ')).series.size(), 1U);
+}
+
+TEST_F(Csv, LinesAreWholeWhereverTheBlocksOfReadingEnd) {
+  std::string content = kHeader;
+  for (int k = 0; k < 20000; ++k) content += std::to_string(k) + (k % 3 ? ",1,12\n" : ",1,12\r\n\n");
+  EXPECT_EQ(read(content).series.size(), 20000U);
+}
+
+TEST_F(Csv, ErrorsStayShortWhateverTheFileHolds) {
+  std::string names = "time";
+  for (int k = 0; k < 50000; ++k) names += ",name " + std::to_string(k);
+  const std::string many = errorOf(names + "\n0\n");
+  EXPECT_TRUE(says(many, "its columns are: time, name 0, "));
+  EXPECT_TRUE(says(many, "name 18 and 49981 more"));
+  const std::string cell = errorOf(kHeader + std::string(100000, 'x') + ",1,12\n");
+  EXPECT_TRUE(says(cell, "xxx... (100000 bytes)\" is not a number"));
+  EXPECT_LT(std::max(many.size(), cell.size()), 1000U);
+}
+
+TEST_F(Csv, ABagInAPipeIsToldApart) { EXPECT_TRUE(says(errorOf("#ROSBAG V2.0\nE"), "this is a bag, which is read from a file")); }
+
+TEST_F(Csv, ANameThatIsNoUtf8IsShownByItsCodes) {
+  std::ofstream(folder_ / "a\xFF\n.csv") << kHeader << "0,1,12\n";
+  EXPECT_EQ(readCsv(folder_ / "a\xFF\n.csv").name, "a\\xff\\n.csv");
+}
 
 TEST_F(Csv, EmptyFileIsRefusedWithTheColumnsExpected) {
   const std::string message = errorOf("");

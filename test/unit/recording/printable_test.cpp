@@ -15,6 +15,11 @@ TEST(Printable, ControlCharactersAreShownAsTheirCodes) {
       << "U+009B begins a terminal's command as ESC [ does";
 }
 
+TEST(Shortened, SaysHowLongItWas) {
+  EXPECT_EQ(shortened("short", 5), "short");
+  EXPECT_EQ(shortened("longer", 5), "longe... (6 bytes)");
+}
+
 TEST(Printable, LineBreaksAreKeptWhereTheyAreTheWritersOwn) { EXPECT_EQ(printable("one\ntwo\x1b", LineBreaks::kKept), "one\ntwo\\x1b"); }
 
 TEST(Printable, TextInUtf8StaysAsItIs) {

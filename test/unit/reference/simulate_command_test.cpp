@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -9,6 +10,7 @@
 #include <sstream>
 
 #include "support/commands.hpp"
+#include "support/limited_process.hpp"
 
 namespace battery_sof_reference {
 namespace {
@@ -131,6 +133,30 @@ TEST_F(SimulateCommand, DemoWritesTheDriveOfTheShippedScenarioAndSaysWhatIsNext)
   ASSERT_EQ(simulate({shipped, path("shipped.csv"), "--duration", "30"}).code, 0);
   EXPECT_EQ(read(path("demo.csv")), read(path("shipped.csv")));
   EXPECT_EQ(demo({path("demo.txt")}).code, 2);
+}
+
+TEST_F(SimulateCommand, NamesAreShownOnOneLineAndObeyedByNoTerminal) {
+  const std::string raw = "a\n\x1b[31m\xC2\x9B\xFF\xC3\xA4.csv", name = "a\\x0a\\x1b[31m\\xc2\\x9b\\xff\xC3\xA4.csv";
+  const Outcome made = demo({path(raw), "--duration", "2", "--json", path("o.json")});
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("written to " + path(name) + "; SOC"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("sof identify " + path(name)), std::string::npos) << made.out;
+  EXPECT_EQ(std::count(made.out.begin(), made.out.end(), '\n'), 2);
+  EXPECT_EQ(nlohmann::json::parse(read(path("o.json")))["out"], path(name));
+  EXPECT_EQ(demo({"\x1b.txt"}).err, "sof: \\x1b.txt: expected a name ending in .csv or .bag\n");
+  EXPECT_NE(demo({"a.csv", "--\x1b\n"}).err.find("--\\x1b\\x0a"), std::string::npos);
+}
+
+TEST_F(SimulateCommand, AFileBeyondTheProcessesLimitIsToldAndNotLeftHalfWritten) {
+  for (const char* name : {"limited.csv", "limited.bag"}) {
+    const std::string said = battery_sof::test::limitedTo(10000, [&](std::ostream& err) {
+      std::ostringstream out;
+      return runDemo({path(name), "--duration", "20"}, out, err);
+    });
+    EXPECT_NE(said.find(std::string(name) + ": cannot be written ("), std::string::npos) << said;
+    EXPECT_FALSE(fs::exists(path(name)));
+  }
+  EXPECT_EQ(files(), 1u);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <cctype>
 #include <cmath>
 #include <random>
 
@@ -95,6 +96,49 @@ TEST(DamagedModel, EveryNumberIsHeldAgainstWhatItCanBe) {
     const std::string said = errorWith(damage.within, damage.key, damage.value);
     EXPECT_NE(said.find(damage.piece), std::string::npos) << damage.key << ": " << damage.value << " gave: " << said;
   }
+}
+
+/// In a map or list on one line a comma ends a number: what stands before it must not be taken for the whole.
+TEST(DamagedModel, ADecimalCommaIsRefusedWhereverANumberStands) {
+  const std::size_t first = text().find("effects:");
+  int tried = 0;
+  for (std::size_t at = first; (at = text().find('.', at)) != std::string::npos; ++at) {
+    if (std::isdigit(text()[at - 1]) == 0 || std::isdigit(text()[at + 1]) == 0) continue;
+    ++tried;
+    EXPECT_NE(errorOf(std::string(text()).replace(at, 1, ",")), "") << text().substr(text().rfind('\n', at), 80);
+  }
+  EXPECT_GT(tried, 40);
+  const std::string point = ": a comma ends a number, expected a decimal point";
+  const std::string said = errorWith("parameters:", "std", "1,5");
+  EXPECT_NE(said.find("parameters.r_discharge.5 is no key with a value" + point), std::string::npos) << said;
+}
+
+TEST(DamagedModel, AListOfAnyLengthHasNoDecimalCommas) {
+  FittedModel model = fullModel();
+  model.fit.naive.phase = NaivePhase{{30.0, 20.5, 10.25}, 5.0, 1.0, -1.0, 1.0, 3};
+  const std::string good = modelYaml(model);
+  EXPECT_EQ(errorOf(good), "");
+  const std::string said = errorOf(std::string(good).replace(good.find("20.5"), 4, "20,5"));
+  EXPECT_NE(said.find("naive.phase.current_a has some commas with a space behind them and some without"), std::string::npos) << said;
+}
+
+TEST(DamagedModel, WholeNumbersAreWholeAndDecimal) {
+  for (const char* value : {"1.5", "0x10", "-1", "1e300", ".nan"})
+    EXPECT_NE(errorWith("fit:", "iterations", value).find("fit.iterations is \"" + std::string(value) + "\", expected a whole number"),
+              std::string::npos)
+        << value;
+}
+
+TEST(DamagedModel, ARecordingsNameIsWrittenAndReadAsUtf8) {
+  FittedModel model = fullModel();
+  model.provenance.recording = "dr\xFFive\x1b\n.csv";
+  const std::string written = modelYaml(model);
+  EXPECT_EQ(written.find_first_of("\xFF\x1b"), std::string::npos);
+  EXPECT_EQ(parseModelYaml(written, "model.yaml").provenance.recording, "dr\\xffive\\x1b\\n.csv");
+  EXPECT_EQ(modelYaml(parseModelYaml(written, "model.yaml")), written);
+  std::string raw = written;
+  raw.replace(raw.find("dr\\xff"), 6, "dr\xFF");
+  EXPECT_EQ(parseModelYaml(raw, "model.yaml").provenance.recording.find("dr\\xffive"), 0u);
 }
 
 TEST(DamagedModel, CorrelationsAreSymmetricWithOnesOnTheDiagonalAndNoNegativeEigenvalue) {

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+
+namespace battery_sof {
+
+/// What is told of every block of bytes that was read, in order.
+using BytesSeen = std::function<void(std::string_view)>;
+
+/**
+ * @brief The lines of a text file or a pipe, read once and from its beginning to its end; a byte-order mark is passed over.
+ *
+ * What is neither a regular file nor a pipe (a device, a folder, a socket) is refused before it is opened. No more than one line and one
+ * block is held at a time.
+ */
+class TextLines {
+ public:
+  static constexpr std::size_t kLongest = 1 << 20;  ///< [bytes] of a line: some fifty thousand numbers
+
+  /// @throws RecordingError naming the file and why it cannot be read.
+  explicit TextLines(const std::filesystem::path& path, BytesSeen seen = {});
+  TextLines(const TextLines&) = delete;
+  TextLines& operator=(const TextLines&) = delete;
+  ~TextLines();
+
+  /// Goes on to the next line that is not blank. @return false at the end.
+  /// @throws RecordingError when reading fails, or naming a line longer than kLongest.
+  bool next();
+
+  /// Without its line break; until the next next().
+  std::string_view line() const { return line_; }
+  std::size_t number() const { return number_; }
+  /// False for a last line without a line break: the writer may have been cut off in it.
+  bool finished() const { return finished_; }
+
+ private:
+  bool nextOfAny();
+  bool readOn();
+
+  std::filesystem::path path_;
+  BytesSeen seen_;
+  int descriptor_;
+  std::string held_;  // read, of which what lies before at_ is done with
+  std::size_t at_ = 0;
+  std::string_view line_;
+  std::size_t number_ = 0;
+  bool finished_ = true;
+};
+
+}  // namespace battery_sof
