@@ -155,7 +155,7 @@ class Run(Folder):
 
     def test_other_steps_in_the_same_folder_are_refused(self):
         told = fleet("run", self.data, "--out", self.out, "--steps", "check", "--sof", SOF)
-        self.assertEqual(told.returncode, 1)
+        self.assertEqual(told.returncode, 2)
         self.assertIn("take an empty folder", told.stderr)
 
     def test_the_folder_is_rebuilt_from_the_database(self):

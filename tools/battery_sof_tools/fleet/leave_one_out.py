@@ -33,7 +33,7 @@ def scored(folder, battery, entries, setting):
         path = os.path.join(temporary, "priors.yaml")
         if without_it(folder, battery, path):
             for entry in entries:
-                answer = scoring.answer(steps.Recording(folder, entry, dict(setting, priors=path)))[1] or {"windows": []}
+                answer = scoring.answer(steps.Recording(folder, entry, dict(setting, priors=path)), setting["patience_s"])[1] or {"windows": []}
                 found.update({(entry["key"], round(one["start_s"], 3)): (one["model"]["share_percent"], one["suitability"], one["model"]["crank_mae_v"]) for one in answer["windows"]})
     return battery, found
 

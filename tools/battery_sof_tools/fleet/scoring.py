@@ -6,6 +6,7 @@ Windows are those of score_next_window, longer where samples are rare; a recordi
 import argparse
 import contextlib
 import io
+import subprocess
 import time
 
 import numpy as np
@@ -16,9 +17,9 @@ from . import listing
 LEAST = 20  # samples in a half
 
 
-def answer(recording, patience_s=None):
-    """(exit code, answer, reason) as of a call of sof. subprocess.TimeoutExpired after patience_s."""
-    end = None if patience_s is None else time.monotonic() + patience_s
+def answer(recording, patience_s):
+    """(exit code, answer, reason) as of a call of sof. patience_s: for all of its windows."""
+    end = time.monotonic() + patience_s
     try:
         t = times(recording)
     except (SystemExit, OSError, ValueError) as refused:
@@ -30,8 +31,11 @@ def answer(recording, patience_s=None):
     args = argparse.Namespace(sof=recording.setting["sof"], effects=recording.entry.get("effects"), identify=recording.priors(), end=end)
     options = listing.column_options(recording.entry) if not recording.is_bag else []
     for ends in stretches:
-        with contextlib.redirect_stderr(io.StringIO()):
-            scores = score_next_window.score(args, recording.path(), options, t, ends)
+        try:
+            with contextlib.redirect_stderr(io.StringIO()):
+                scores = score_next_window.score(args, recording.path(), options, t, ends)
+        except subprocess.TimeoutExpired:
+            return None, None, f"no answer within {patience_s:g} s"
         if scores:
             found.append({key: value for key, value in scores.items() if key != "fit_ms"})
     if not found:
