@@ -4,14 +4,18 @@
 Usage: live_attack_test.py DEVEL FOLDER; DEVEL is the devel space, the log goes to FOLDER. To be called in DEVEL's environment (env.sh).
 Exit 77 (skipped) only where Chromium cannot be had.
 """
+import asyncio
 import hashlib
 import os
 import struct
 import subprocess
+import threading
 import time
+import types
 import xmlrpc.client
+from unittest import mock
 
-from live_server import LiveServer, is_closed, main, wait_until
+from live_server import LiveServer, free_port, is_closed, main, wait_until
 
 HOSTILE = '<img src=x onerror="window.broken=1"><script>window.broken=1</script>"\'></svg><svg onload="window.broken=1">'
 NODES = ('/front', '/<img src=x onerror=window.broken=1>')
@@ -210,6 +214,29 @@ class Attacks(LiveServer):
             done = subprocess.run([self.program('live_page'), '__name:=no_port', '_port:=' + port], env=self.environment, capture_output=True, text=True, timeout=30)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertRegex(done.stderr, r'live_page: ~port is .*, expected 0 to 65535\n$')
+
+    def test_8_places_of_pages_whose_beginning_fails_are_free_again(self):
+        script = os.path.join(SOURCES, '..', 'scripts', 'live_page')
+        page = types.ModuleType('live_page')
+        exec(compile(open(script).read(), script, 'exec'), page.__dict__)
+        loops = []
+
+        def serve(port):
+            asyncio.set_event_loop(asyncio.new_event_loop())
+            server = page.Server(SOURCES)
+            server.hosts = ('127.0.0.1:%d' % port,)
+            server.batteries = [mock.Mock(node='/broken', whole=mock.Mock(side_effect=ValueError('broken')))]
+            server.listen(port, '127.0.0.1')
+            loops.append(server.loop)
+            server.loop.start()
+
+        with mock.patch.object(Attacks, 'port', free_port()):
+            thread = threading.Thread(target=serve, args=(self.port,), daemon=True)
+            thread.start()
+            wait_until(lambda: self.answer('GET / HTTP/1.1').startswith(b'HTTP/1.1 200'), 20, 'the page')
+            self.assertEqual([self.socket_answer(self.own()).split()[1] for _ in range(12)], [b'101'] * 12)
+        loops[0].add_callback(loops[0].stop)
+        thread.join(20)
 
     def test_9_memory_has_not_grown(self):
         self.assertLess(self.memory() - self.before, MOST_GROWTH)

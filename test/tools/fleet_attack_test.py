@@ -310,6 +310,18 @@ class Attack(unittest.TestCase):
         self.assertEqual(called("rebuild", os.path.join(out, database.NAME), "--out", out + " again")[0], 0)
         self.assertEqual(database.digest(out), database.digest(out + " again"))
 
+    def test_a_score_that_takes_longer_than_the_patience_is_a_row(self):
+        sof, recording = os.path.join(self.here, "sof"), os.path.join(self.here, "long.csv")
+        with open(sof, "w") as file:
+            file.write("#!/bin/sh\nexec sleep 60\n")
+        os.chmod(sof, 0o755)
+        with open(recording, "w") as file:
+            file.write("time_s,current_a,voltage_v\n" + "".join(f"{k},1,12\n" for k in range(100)))
+        entry = plan.described({"path": recording, "battery": "long", "discharge_positive": False})
+        os.makedirs(plan.results(self.here, entry["key"]))
+        steps.run(self.here, entry, dict(OPTIONS, sof=sof, patience_s=0.3, steps=["score"]))
+        self.assertEqual(database.told(self.here, entry["key"])["score"]["reason"], "no answer within 0.3 s")
+
     def test_a_step_that_fails_in_a_way_that_was_not_foreseen_is_a_row(self):
         out = self.copy()
         entry = plan.load(out)[1][0]

@@ -47,13 +47,18 @@ def step(name):
     return {"exit": COUNT, "reason": TEXT, "answer": (ANSWERS[name], None), "cost": {"wall_s": float, "cpu_s": float}}
 
 
+WORDS = {str: "a text", float: "a finite number", int: "a whole number", bool: "true or false", None: "null", list: "a list"}
+
+
 def expected(shape):
+    """A shape in words."""
     if isinstance(shape, tuple):
         return " or ".join(expected(one) for one in shape)
     if isinstance(shape, re.Pattern):
         return f"a text like {shape.pattern}"
-    named = {str: "a text", float: "a finite number", int: "a whole number", bool: "true or false", None: "null", list: "a list"}
-    return "an object" if isinstance(shape, dict) else f"a list of {len(shape)}" if isinstance(shape, list) and len(shape) > 1 else "a list" if isinstance(shape, list) else named[shape]
+    if isinstance(shape, list):
+        return "a list" if len(shape) == 1 else f"a list of {len(shape)}"
+    return "an object" if isinstance(shape, dict) else WORDS[shape]
 
 
 def holds(value, shape):
