@@ -150,7 +150,7 @@ class Attacks(LiveServer):
         os.environ.update((one, cls.environment[one]) for one in ('ROS_MASTER_URI', 'ROS_IP', 'ROS_HOME'))
         import rospy
         rospy.init_node('attacks', anonymous=True, disable_signals=True)
-        topic = rospy.Publisher(name, kind, queue_size=10, latch=True)
+        topic = rospy.Publisher(name, kind, queue_size=100, latch=True)
         wait_until(topic.get_num_connections, 20, 'the page listens to ' + name)
         return topic
 

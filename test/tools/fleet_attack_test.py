@@ -191,6 +191,9 @@ class Attack(unittest.TestCase):
             refused += code == 2
             self.assertTrue(code == 0 or "damaged" in said or "schema" in said, said)
         self.assertGreater(refused, 30)
+        with open(path, "wb") as file:
+            file.write(whole.replace(b"tablescore", b"tablesco\xa0e").replace(b"CREATE TABLE score", b"CREATE TABL\xa0 score"))
+        self.require_words("digest", out, "sqlite's own message is no UTF-8", (2,))
         for name in self.kinds_of_no_file(path):
             for what in READERS:
                 self.assertIn(database.NAME, self.require_words(what, out, name, codes=(2,))[1])

@@ -33,7 +33,7 @@ def open_read(folder):
     try:
         version = base.execute("SELECT value FROM fleet WHERE name = 'version'").fetchone()
         fault = schema.fault(base) if version and version[0] == str(schema.VERSION) else None
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:  # sqlite's own message may quote what is no UTF-8
         version, fault = (str(schema.VERSION),), str(error)
     if fault:
         raise SystemExit(f"{path} is damaged: {fault}; {REMEDY}")
