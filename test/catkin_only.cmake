@@ -60,6 +60,8 @@ add_test(NAME tables_say_what_was_measured COMMAND "${PYTHON_EXECUTABLE}" "${CMA
 set_tests_properties(tables_say_what_was_measured PROPERTIES TIMEOUT 60)
 add_test(NAME fleet_has_the_same_rows_however_it_is_run COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/fleet_test.py")
 set_tests_properties(fleet_has_the_same_rows_however_it_is_run PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
+add_test(NAME fleet_survives_damaged_files COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/fleet_attack_test.py")
+set_tests_properties(fleet_survives_damaged_files PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300)
 add_test(NAME setup_brings_path_and_completion
   COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/path_test.py" "${CATKIN_DEVEL_PREFIX}")
 set_tests_properties(setup_brings_path_and_completion PROPERTIES TIMEOUT 60)

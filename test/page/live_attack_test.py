@@ -4,13 +4,18 @@
 Usage: live_attack_test.py DEVEL FOLDER; DEVEL is the devel space, the log goes to FOLDER. To be called in DEVEL's environment (env.sh).
 Exit 77 (skipped) only where Chromium cannot be had.
 """
+import asyncio
 import hashlib
 import os
 import struct
+import subprocess
+import threading
 import time
+import types
 import xmlrpc.client
+from unittest import mock
 
-from live_server import LiveServer, is_closed, main, wait_until
+from live_server import LiveServer, free_port, is_closed, main, wait_until
 
 HOSTILE = '<img src=x onerror="window.broken=1"><script>window.broken=1</script>"\'></svg><svg onload="window.broken=1">'
 NODES = ('/front', '/<img src=x onerror=window.broken=1>')
@@ -140,12 +145,18 @@ class Attacks(LiveServer):
         self.assertEqual(self.run_js('document.querySelectorAll("img, script:not([src]), svg[onload], [onerror]").length'), 0)
         self.assertEqual([entry for entry in self.driver.get_log('browser') if entry['level'] == 'SEVERE'], [])
 
+    @classmethod
+    def publisher(cls, name, kind):
+        os.environ.update((one, cls.environment[one]) for one in ('ROS_MASTER_URI', 'ROS_IP', 'ROS_HOME'))
+        import rospy
+        rospy.init_node('attacks', anonymous=True, disable_signals=True)
+        topic = rospy.Publisher(name, kind, queue_size=100, latch=True)
+        wait_until(topic.get_num_connections, 20, 'the page listens to ' + name)
+        return topic
+
     def publish_hostile(self):
         """A status and a diagnosis as a node would publish, every text of them hostile."""
-        os.environ.update((name, self.environment[name]) for name in ('ROS_MASTER_URI', 'ROS_IP', 'ROS_HOME'))
-        import rospy
         from battery_sof.msg import Diagnosis, DiagnosisEffect, SofStatus
-        rospy.init_node('attacks', anonymous=True, disable_signals=True)
         status = SofStatus(reason=HOSTILE, effects=[HOSTILE], extension=HOSTILE)
         for answer in (status.crank, status.stop_time, status.charge):
             answer.message = HOSTILE
@@ -156,11 +167,78 @@ class Attacks(LiveServer):
         status.past_cranks.time = status.past_charges.time = float('nan')
         diagnosis = Diagnosis(verdict=HOSTILE, summary=HOSTILE, adopted=True, adoption=HOSTILE, next_experiment=HOSTILE)
         diagnosis.effects = [DiagnosisEffect(id=HOSTILE, probability=1.0)]
-        self.topics = [rospy.Publisher(NODES[0] + '/status', SofStatus, queue_size=1, latch=True), rospy.Publisher(NODES[0] + '/diagnosis', Diagnosis, queue_size=1, latch=True)]
-        for topic, message in zip(self.topics, (status, diagnosis)):
-            topic.publish(message)
+        for name, message in (('/status', status), ('/diagnosis', diagnosis)):
+            self.publisher(NODES[0] + name, type(message)).publish(message)
 
-    def test_7_memory_has_not_grown(self):
+    def test_7_messages_that_cannot_be_shown_are_dropped_and_logged_and_pages_go_on(self):
+        from battery_sof.msg import EventRecord, SofStatus
+        nan, inf = float('nan'), float('inf')
+        bad = [SofStatus(expected_voltage=12.0, expected_time=time_) for time_ in (nan, inf, -1.0, 1e300)]
+        bad += [SofStatus(expected_voltage=voltage) for voltage in (-inf, 1e308)]
+        bad += [SofStatus(expected_voltage=nan, past_cranks=EventRecord(time=inf)), SofStatus(expected_voltage=nan, past_charges=EventRecord(time=-1e9))]
+        topic = self.publisher(NODES[0] + '/status', SofStatus)
+        for status in bad + [self.filled(SofStatus(), value) for value in (inf, -inf, 1e308, -1e308, 5e-324)]:
+            status.reason = 'bad'
+            topic.publish(status)
+        last = self.filled(SofStatus(reason='the last one', expected_voltage=12.0, expected_time=8.0, past_cranks=EventRecord(time=7.0)), nan)
+        for event in (last.past_cranks, last.past_charges):
+            event.measured, event.expected, event.lower, event.upper = 9.0, 1e308, -inf, inf
+        topic.publish(last)
+        self.run_js('document.getElementById("tab-0").click()')
+        wait_until(lambda: self.text('reason') == 'the last one', 20, 'the status after the bad ones')
+        self.assertEqual(self.run_js('[window.livePage.batteries[0].expected, window.livePage.batteries[0].cranks.length]'), [[[0, 0], [5e-324, 5e-324], [8, 12]], 2])
+        self.run_js('document.getElementById("span").value = "0"')
+        self.run_js('document.getElementById("span").dispatchEvent(new Event("change"))')
+        self.assertEqual([entry for entry in self.driver.get_log('browser') if entry['level'] == 'SEVERE'], [])
+        for _ in range(12):
+            line, connection = self.upgraded(self.own())
+            self.assertIn(b' 101 ', line)
+            send(connection, frame(8, b''))
+            wait_until(lambda: is_closed(connection), 20, 'it is ended by the page alone')
+            connection.close()
+        with open(self.log.name) as log:
+            self.assertRegex(log.read(), 'a message of .*/status is dropped, it cannot be shown: expected_time is nan, expected 0 to 4.29497e')
+
+    @staticmethod
+    def filled(message, value):
+        """Every number with a fraction in it that was not given, those of the messages in it too."""
+        for name, kind in zip(message.__slots__, message._slot_types):
+            if kind in ('float32', 'float64') and getattr(message, name) == 0.0:
+                setattr(message, name, value)
+            elif '/' in kind and kind != 'std_msgs/Header':
+                Attacks.filled(getattr(message, name), value)
+        return message
+
+    def test_8_what_is_no_port_is_refused(self):
+        for port in ('99999', '-1', '80.5', 'http', 'true'):
+            done = subprocess.run([self.program('live_page'), '__name:=no_port', '_port:=' + port], env=self.environment, capture_output=True, text=True, timeout=30)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertRegex(done.stderr, r'live_page: ~port is .*, expected 0 to 65535\n$')
+
+    def test_8_places_of_pages_whose_beginning_fails_are_free_again(self):
+        script = os.path.join(SOURCES, '..', 'scripts', 'live_page')
+        page = types.ModuleType('live_page')
+        exec(compile(open(script).read(), script, 'exec'), page.__dict__)
+        loops = []
+
+        def serve(port):
+            asyncio.set_event_loop(asyncio.new_event_loop())
+            server = page.Server(SOURCES)
+            server.hosts = ('127.0.0.1:%d' % port,)
+            server.batteries = [mock.Mock(node='/broken', whole=mock.Mock(side_effect=ValueError('broken')))]
+            server.listen(port, '127.0.0.1')
+            loops.append(server.loop)
+            server.loop.start()
+
+        with mock.patch.object(Attacks, 'port', free_port()):
+            thread = threading.Thread(target=serve, args=(self.port,), daemon=True)
+            thread.start()
+            wait_until(lambda: self.answer('GET / HTTP/1.1').startswith(b'HTTP/1.1 200'), 20, 'the page')
+            self.assertEqual([self.socket_answer(self.own()).split()[1] for _ in range(12)], [b'101'] * 12)
+        loops[0].add_callback(loops[0].stop)
+        thread.join(20)
+
+    def test_9_memory_has_not_grown(self):
         self.assertLess(self.memory() - self.before, MOST_GROWTH)
 
 

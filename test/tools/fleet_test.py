@@ -155,7 +155,7 @@ class Run(Folder):
 
     def test_other_steps_in_the_same_folder_are_refused(self):
         told = fleet("run", self.data, "--out", self.out, "--steps", "check", "--sof", SOF)
-        self.assertEqual(told.returncode, 1)
+        self.assertEqual(told.returncode, 2)
         self.assertIn("take an empty folder", told.stderr)
 
     def test_the_folder_is_rebuilt_from_the_database(self):
@@ -215,7 +215,7 @@ class Made(Folder):
             base.execute("UPDATE recording SET path = ? WHERE recording = ?", (self.path("recordings", f"c{k}.csv"), f"k{k}"))
         base.execute("UPDATE verdict SET verdict = 'no_mismatch' WHERE recording = 'k2'")
         for k, rms in enumerate((0.02, 0.001, 0.003)):
-            content = json.dumps({"answer": {"fit": {"base": {"train": {"rmse_v": rms}}}}}).encode()
+            content = json.dumps({"answer": {"verdict": "named", "fit": {"base": {"train": {"rmse_v": rms}}}}}).encode()
             base.execute("INSERT INTO file VALUES (?, 'diagnose.json', ?, ?)", (f"k{k}", len(content), zlib.compress(content)))
         cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in judge.judged(base)]
         start = lambda row: [cell.split(" = ")[0] for cell in row]

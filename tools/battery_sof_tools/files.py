@@ -1,13 +1,32 @@
 """Files of results: JSON that appears whole or not at all, rows that a run which was cut off goes on from, digests; work in turns."""
 
 import concurrent.futures
+import errno
 import hashlib
 import json
 import os
+import re
+import stat
 
 from .progress import followed
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))  # of the package
+
+
+def require_regular(path):
+    """OSError for what is no regular file: a pipe or a device may never end."""
+    if not stat.S_ISREG(os.stat(path).st_mode):
+        raise OSError(errno.EINVAL, "it is no regular file", path)
+
+
+def utf8(text):
+    """A text that can be written: bytes of a file's name that are no UTF-8, and halves of characters, as their codes."""
+    return re.sub("[\ud800-\udfff]", lambda half: f"\\x{ord(half[0]) - 0xdc00:02x}" if "\udc80" <= half[0] <= "\udcff" else f"\\u{ord(half[0]):04x}", text)
+
+
+def printable(text):
+    """A text for a terminal: what cannot be shown, such as a newline or an escape, as its code."""
+    return "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in utf8(text))
 
 
 def read_json(path):
@@ -46,7 +65,8 @@ def digest(*paths):
     total = hashlib.sha256()
     for path in paths:
         with open(path, "rb") as file:
-            total.update(file.read())
+            for part in iter(lambda: file.read(1 << 20), b""):
+                total.update(part)
     return total.hexdigest()
 
 

@@ -18,6 +18,7 @@ import json
 import os
 import subprocess
 import tempfile
+import time
 
 import numpy as np
 
@@ -40,7 +41,7 @@ def arguments():
     parser.add_argument("--voltage-column", default="voltage_v")
     parser.add_argument("--discharge-positive", action="store_true")
     args = parser.parse_args()
-    args.identify = ["--priors", args.priors] if args.priors else []
+    args.identify, args.end = ["--priors", args.priors] if args.priors else [], None
     return args
 
 
@@ -57,9 +58,10 @@ def starts(t, window):
     return [s for s in places if covered(t, s, window, interval) and covered(t, s + window, window, interval)], len(places)
 
 
-def run(command):
-    """JSON of a call of sof, or nothing when it has no answer."""
-    done = subprocess.run(command + ["--json", "-"], capture_output=True, text=True, env=sof.libraries_beside(command[0]))
+def run(command, end):
+    """JSON of a call of sof, or nothing when it has no answer. subprocess.TimeoutExpired at the end on time.monotonic(), where there is one."""
+    patience_s = None if end is None else max(0.0, end - time.monotonic())
+    done = subprocess.run(command + ["--json", "-"], capture_output=True, text=True, timeout=patience_s, env=sof.libraries_beside(command[0]))
     return json.loads(done.stdout) if done.returncode == 0 else None
 
 
@@ -71,8 +73,8 @@ def score(args, recording, columns, t, ends):
     effects += args.identify
     with tempfile.TemporaryDirectory() as folder:
         model = os.path.join(folder, "model.yaml")
-        fit = run([args.sof, "identify", recording, *columns, "--from", repr(float(ends[0])), "--to", repr(float(before[-1])), "--out", model, *effects])
-        ahead = fit and run([args.sof, "predict", model, recording, *columns, "--from", repr(float(after[0])), "--to", repr(float(t[t < ends[2]][-1]))])
+        fit = run([args.sof, "identify", recording, *columns, "--from", repr(float(ends[0])), "--to", repr(float(before[-1])), "--out", model, *effects], args.end)
+        ahead = fit and run([args.sof, "predict", model, recording, *columns, "--from", repr(float(after[0])), "--to", repr(float(t[t < ends[2]][-1]))], args.end)
     if not ahead:
         return None
     return {"suitability": fit["suitability"], "fit_ms": fit["fit_ms"], "effects": fit["effects"], "parameters": fit["parameters"], "start_s": ends[0],

@@ -10,17 +10,21 @@
     sof-fleet slurm start|stop DIR               a Slurm of this machine alone, to try run --slurm
     sof-fleet judge FOLDER                       alarms and false discoveries of recordings that strangers --only-draw drew
     sof-fleet digest FOLDER                      SHA-256 of all rows but measured times
+
+Exit code 0 done; 1 jobs were lost, call again; 2 refused: the sentence names what is wrong, and what to do.
 """
 
 import argparse
 import os
+import sqlite3
 import sys
 import time
 
-from ..files import write_json
+from ..files import printable, write_json
 from ..sof import product_digest, program, required
 from . import database, engine, plan, slurm
 
+MOST = 3e7  # [s], and of jobs
 DESCRIPTION = "RECORDINGS: folders, .csv or .bag files, or lists of them (.csv or .yaml) with the columns path, battery, vehicle_type, age_years, time_column, current_column, " \
               "voltage_column, temperature_column, topic, discharge_positive, from_s, to_s, effects; only path is needed."
 
@@ -40,7 +44,7 @@ def parser():
     one.add_argument("--battery", help="one of the fleet, whose own past counts beside the others")
     one = commands.add_parser("leave-one-out", help="next-window scores of each battery with the prior of the others, and without")
     one.add_argument("folder", help="run with the step score")
-    one.add_argument("--jobs", type=int, default=os.cpu_count())
+    one.add_argument("--jobs", type=positive(int), default=os.cpu_count())
     one.add_argument("--sof", help="the command, in place of the one that the folder was run with")
     one = commands.add_parser("slurm", help="a Slurm of this machine alone, to try run --slurm")
     one.add_argument("what", choices=("start", "stop"))
@@ -62,16 +66,26 @@ def parser():
     return every
 
 
+def positive(kind):
+    """A type of argparse: a number above 0, finite and below a year of seconds."""
+    def number(text):
+        value = kind(text)
+        if not 0 < value < MOST:
+            raise argparse.ArgumentTypeError(f"{text} is not above 0 and below {MOST:g}")
+        return value
+    return number
+
+
 def add_run(one):
     one.add_argument("recordings", nargs="+")
     one.add_argument("--out", required=True, help="folder of results")
     one.add_argument("--steps", default=",".join(plan.STEPS), help="comma-separated; all by default")
-    one.add_argument("--jobs", type=int, default=os.cpu_count(), help="at a time; all cores by default")
+    one.add_argument("--jobs", type=positive(int), default=os.cpu_count(), help="at a time; all cores by default")
     one.add_argument("--slurm", action="store_true", help="as jobs of Slurm")
     one.add_argument("--sbatch", action="append", default=[], metavar="OPTION", help="further option of sbatch, such as --sbatch=--partition=day")
     one.add_argument("--profile", help="Snakemake profile of another cluster, in place of --slurm")
-    one.add_argument("--window", type=float, default=900.0, help="[s] fitted, and predicted, by the step score")
-    one.add_argument("--patience", type=float, default=1800.0, help="[s] for one step of one recording")
+    one.add_argument("--window", type=positive(float), default=900.0, help="[s] fitted, and predicted, by the step score")
+    one.add_argument("--patience", type=positive(float), default=1800.0, help="[s] for one step of one recording")
     one.add_argument("--priors", help="PRIORS.yaml for the steps identify and diagnose")
     one.add_argument("--without-pages", action="store_true", help="no page of each recording")
     one.add_argument("--build", default="build", help="folder of the build")
@@ -100,9 +114,9 @@ def run(args):
     worked = time.monotonic()
     database.load(args.out)
     lock.close()
-    print(f"{args.out}/{database.NAME}: {len(recordings)} recordings; {worked - begin:.1f} s, database {time.monotonic() - worked:.1f} s", file=sys.stderr)
+    print(f"{printable(args.out)}/{database.NAME}: {len(recordings)} recordings; {worked - begin:.1f} s, database {time.monotonic() - worked:.1f} s", file=sys.stderr)
     for entry in left[:10]:
-        print(f"{entry['path']}: not finished; {args.out}/engine.log says why, call again to go on", file=sys.stderr)
+        print(f"{printable(entry['path'])}: not finished; {printable(args.out)}/engine.log says why, call again to go on", file=sys.stderr)
     return 1 if left else 0
 
 
@@ -110,7 +124,7 @@ def report(args):
     from . import page  # statsmodels takes its time
     out = args.out or os.path.join(args.folder, "report.html")
     page.write(args.folder, out, args.nulls)
-    print(out)
+    print(printable(out))
 
 
 def priors(args):
@@ -155,4 +169,13 @@ def main():
     args = parser().parse_args()
     known = {"run": run, "report": report, "priors": priors, "leave-one-out": leave_one_out, "slurm": slurm_here, "load": load, "export": export, "rebuild": rebuild,
              "judge": judge, "digest": digest}
-    return known[args.command](args) or 0
+    try:
+        return known[args.command](args) or 0
+    except SystemExit as refused:  # with a sentence, as all here
+        reason = refused.code
+    except OSError as error:
+        reason = f"{error.filename or 'sof-fleet'}: {error.strerror}"
+    except sqlite3.Error as error:
+        reason = f"the database: {error}"
+    print(printable(str(reason)), file=sys.stderr)
+    return 2

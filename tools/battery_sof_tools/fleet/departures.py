@@ -15,7 +15,7 @@ from statsmodels.stats.multitest import multipletests
 from .discoveries import RATE
 
 LEVELS = ("u_dc",)  # voltages: differences count, not ratios
-DETERMINED = "p.value IS NOT NULL AND p.std > 0 AND p.determined = 1 AND p.at_bound = 0"  # and not held
+DETERMINED = "abs(p.value) < 1e30 AND p.std > 0 AND p.std < 1e30 AND p.determined = 1 AND p.at_bound = 0"  # and not held
 OF_RECORDING = "p.source = 'identify' AND " + DETERMINED
 LEAST = 8           # batteries of a type, for a median and a spread
 LEAST_STD = 0.05    # of a logarithm, or of volts: no fleet knows a battery better than this

@@ -7,11 +7,10 @@ import collections
 import os
 import statistics
 
-from ..files import read_json
 from ..rates import rate
 from ..strangers.cases import LABELS, path
 from ..tables import table
-from . import database, discoveries
+from . import database, discoveries, stored
 
 LAW = "other_form"          # the kind of recordings with a law; the others are nulls
 SILENT = "no_mismatch"
@@ -24,12 +23,17 @@ def label_of(recording):
     label = path(os.path.dirname(folder), LABELS, os.path.splitext(name)[0], "json")
     if not os.path.exists(label):
         raise SystemExit(f"{recording}: no label {label}; only recordings of strangers --only-draw can be judged")
-    return read_json(label)
+    return stored.read(label, stored.LABEL, "strangers --only-draw writes it")
 
 
 def left_on_training(base):
     """RMS that the circuit leaves of the training part [V], by recording."""
-    return {recording: answer["fit"]["base"]["train"]["rmse_v"] for recording, answer in database.answers(base, "diagnose") if answer.get("fit")}
+    found = {}
+    for recording, answer in database.answers(base, "diagnose"):
+        rmse = (((answer.get("fit") or {}).get("base") or {}).get("train") or {}).get("rmse_v")
+        if rmse is not None:
+            found[recording] = rmse
+    return found
 
 
 def residuals(left):

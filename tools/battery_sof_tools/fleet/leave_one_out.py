@@ -11,7 +11,7 @@ import tempfile
 import numpy as np
 from scipy.stats import spearmanr
 
-from ..files import finished, read_json, write_json
+from ..files import finished, write_json
 from ..tables import table
 from . import database, plan, priors, scoring, steps
 
@@ -33,7 +33,7 @@ def scored(folder, battery, entries, setting):
         path = os.path.join(temporary, "priors.yaml")
         if without_it(folder, battery, path):
             for entry in entries:
-                answer = scoring.answer(steps.Recording(folder, entry, dict(setting, priors=path)))[1] or {"windows": []}
+                answer = scoring.answer(steps.Recording(folder, entry, dict(setting, priors=path)), setting["patience_s"])[1] or {"windows": []}
                 found.update({(entry["key"], round(one["start_s"], 3)): (one["model"]["share_percent"], one["suitability"], one["model"]["crank_mae_v"]) for one in answer["windows"]})
     return battery, found
 
@@ -77,7 +77,7 @@ def line(name, windows):
 def compare(folder, jobs, sof=None):
     """Lines of a Markdown table; every window is kept in leave_one_out.json."""
     kept, recordings = plan.load(folder)
-    setting = dict(kept["options"], steps=kept["steps"], **read_json(os.path.join(folder, "setting.json")))
+    setting = plan.setting_of(folder, kept)
     setting["sof"] = sof or setting["sof"]
     old, naive = before(database.open_read(folder))
     by_battery = collections.defaultdict(list)

@@ -2,15 +2,19 @@
 
 import collections
 import csv
+import math
 import os
 
 import yaml
+
+from ..files import require_regular
 
 KINDS = (".csv", ".bag")
 LISTS = (".yaml", ".yml")
 COLUMNS = ("time_column", "current_column", "voltage_column", "temperature_column", "topic")  # options of every subcommand of sof
 KNOWN = ("path", "battery", "vehicle_type", "age_years", *COLUMNS, "discharge_positive", "from_s", "to_s", "effects")
 YES = ("1", "true", "yes")
+MOST_HEADER = 1 << 16  # [byte] of a CSV file's first line
 
 
 def entries(given):
@@ -31,13 +35,35 @@ def of_file(path):
     if not os.path.exists(path):
         raise SystemExit(f"{path}: no such recording, list or folder")
     if path.endswith(LISTS):
-        return of_list(path, yaml_rows(path))
-    if path.endswith(".csv"):
-        with open(path, newline="", errors="replace") as file:
-            reader = csv.DictReader(file)
-            if "path" in (reader.fieldnames or ()):
-                return of_list(path, list(reader))
+        return of_list(path, read(path, yaml_rows))
+    if path.endswith(".csv") and os.path.isfile(path) and os.access(path, os.R_OK) and is_list(path):
+        return of_list(path, read(path, csv_rows))
     return [{"path": path}]
+
+
+def read(path, how):
+    """SystemExit with a sentence where a file cannot be read as that."""
+    try:
+        require_regular(path)
+        return how(path)
+    except OSError as error:
+        raise SystemExit(f"{path} cannot be read: {error.strerror}") from None
+    except (csv.Error, yaml.YAMLError, ValueError, RecursionError) as fault:
+        raise SystemExit(f"{path} is no list of recordings: {' '.join(str(fault).split())}") from None
+
+
+def is_list(path):
+    """By its first line; a recording may be large."""
+    with open(path, newline="", errors="replace") as file:
+        try:
+            return "path" in next(csv.reader([file.readline(MOST_HEADER)]), ())
+        except csv.Error:
+            return False
+
+
+def csv_rows(path):
+    with open(path, newline="", errors="replace") as file:
+        return list(csv.DictReader(file, restkey="cells without a name"))
 
 
 def yaml_rows(path):
@@ -54,10 +80,23 @@ def of_list(path, rows):
         unknown = sorted(str(key) for key in row if key not in KNOWN)
         if unknown:
             raise SystemExit(f"{path}: row {number}: no column {', '.join(unknown)}; there are {', '.join(KNOWN)}")
-        if not row.get("path"):
+        for key, value in row.items():
+            if isinstance(value, (list, dict, set, bytes)):
+                raise SystemExit(f"{path}: row {number}: {key} is {'a list' if isinstance(value, list) else 'no text'}, expected a text or a number")
+        if not is_age(row.get("age_years")):
+            raise SystemExit(f"{path}: row {number}: age_years is {row['age_years']}, expected a number of years from 0")
+        if not str(row.get("path") or "").strip():
             raise SystemExit(f"{path}: row {number}: no path")
     beside = os.path.dirname(os.path.abspath(path))
-    return [dict(row, path=os.path.join(beside, row["path"])) for row in rows]
+    return [dict(row, path=os.path.join(beside, str(row["path"]))) for row in rows]
+
+
+def is_age(value):
+    """Whether it is a number of years, or not given."""
+    try:
+        return value is None or not str(value).strip() or 0.0 <= float(value) < math.inf
+    except ValueError:
+        return False
 
 
 def complete(row):

@@ -22,7 +22,7 @@ def ticks(low, high, about=4):
 def range_of(values):
     """1 to 99 % of the values with a margin: one wild fit does not flatten the others."""
     low, high = (float(value) for value in np.percentile(values, [1, 99]))
-    margin = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
+    margin = max(0.06 * (high - low), 1e-9 * max(abs(low), abs(high))) or 1.0
     return low - margin, high + margin
 
 
@@ -64,7 +64,7 @@ def parameter(name, rows):
     types = sorted({row["vehicle_type"] or "" for row in rows})
     colours = {one: COLOURS[k % len(COLOURS)] for k, one in enumerate(types)}
     aged = [row for row in rows if row["age_years"] is not None]
-    warm = [row for row in rows if row["temperature_min_c"] is not None]
+    warm = [row for row in rows if None not in (row["temperature_min_c"], row["temperature_max_c"])]
     made = ""
     if len(aged) > 1:
         made += drawing(title, [row["age_years"] for row in aged], aged, "age of the battery [years]", colours)

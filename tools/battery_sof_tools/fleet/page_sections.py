@@ -138,8 +138,8 @@ def recordings(base, standing):
     """Every recording, with its verdict or why there is none."""
     rows = recordings_of(base)
     rows.sort(key=lambda row: (row["outcome"] == "done", row["battery"] not in standing, row["battery"]))
-    lines = [(linked(row), html.escape(row["battery"]), html.escape(row["vehicle_type"] or ""), "" if row["to_s"] is None else f"{(row['to_s'] - row['from_s']) / 60.0:.0f}",
-              f'<span class="badge {row["verdict"]}">{VERDICTS.get(row["verdict"], row["verdict"])}</span>' if row["verdict"] else f'<span class="badge insufficient_data">{"no answer" if row["reason"] else "not judged"}</span>',
+    lines = [(linked(row), html.escape(row["battery"]), html.escape(row["vehicle_type"] or ""), "" if None in (row["from_s"], row["to_s"]) else f"{(row['to_s'] - row['from_s']) / 60.0:.0f}",
+              f'<span class="badge {html.escape(row["verdict"])}">{html.escape(VERDICTS.get(row["verdict"], row["verdict"]))}</span>' if row["verdict"] else f'<span class="badge insufficient_data">{"no answer" if row["reason"] else "not judged"}</span>',
               html.escape(words(row["family"]) if row["family"] else ""), html.escape((row["reason"] or row["summary"] or "").replace(os.path.dirname(row["path"]) + os.sep, "")))
              for row in rows[:MOST_ROWS]]
     more = f'<p class="note">{len(rows) - MOST_ROWS} more are in the database.</p>' if len(rows) > MOST_ROWS else ""

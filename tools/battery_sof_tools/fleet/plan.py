@@ -4,8 +4,8 @@ import hashlib
 import json
 import os
 
-from ..files import digest, read_json, require_same, write_json
-from . import listing
+from ..files import digest, require_regular, utf8, write_json
+from . import listing, stored
 
 SCHEMA = "battery_sof/fleet/1"
 STEPS = ("check", "convert", "identify", "predict", "diagnose", "score")
@@ -13,6 +13,7 @@ MEANT = ("discharge_positive", "from_s", "to_s", "effects", *listing.COLUMNS)  #
 GROUP_BYTES = 8e6  # of recordings in one job
 GROUP_MOST = 25    # recordings in one job
 JOBS_A_CORE = 4    # at least, so that cores end together
+REMEDY = "sof-fleet rebuild makes a folder from its database, sof-fleet run another one"
 
 
 def key_of(entry, sha256):
@@ -23,12 +24,25 @@ def key_of(entry, sha256):
 
 def described(entry):
     """An entry with its key, hash and size; a file that cannot be read keeps its path's digest as key and says why."""
+    reason = unreadable(entry["path"])
     try:
-        sha256, size, unreadable = digest(entry["path"]), os.path.getsize(entry["path"]), None
+        sha256, size = (None, 0) if reason else (digest(entry["path"]), os.path.getsize(entry["path"]))
     except OSError as error:
-        sha256, size, unreadable = None, 0, f"cannot be read: {error.strerror}"
+        sha256, size, reason = None, 0, f"cannot be read: {error.strerror}"
+    entry = {name: utf8(value) if isinstance(value, str) else value for name, value in entry.items()}
     key = key_of(entry, sha256 or "path " + entry["path"])
-    return dict(entry, key=key, sha256=sha256, bytes=size, unreadable=unreadable)
+    return dict(entry, key=key, sha256=sha256, bytes=size, unreadable=reason)
+
+
+def unreadable(path):
+    """Why a recording cannot be read, or None."""
+    if path != utf8(path):
+        return "cannot be read: its path is no UTF-8, rename it"
+    try:
+        require_regular(path)
+    except (OSError, ValueError) as error:  # ValueError: a null byte
+        return f"cannot be read: {getattr(error, 'strerror', error)}"
+    return None
 
 
 def make(folder, given, steps, product, options):
@@ -38,9 +52,11 @@ def make(folder, given, steps, product, options):
     """
     os.makedirs(folder, exist_ok=True)
     kept = {"schema": SCHEMA, "product": product, "steps": list(steps), "options": options}
-    require_same(os.path.join(folder, "fleet.json"), kept, "answers of another version, or other steps or options")
-    path = os.path.join(folder, "recordings.json")
-    known = {one["key"]: one for one in read_json(path)} if os.path.exists(path) else {}
+    path, about = os.path.join(folder, "recordings.json"), os.path.join(folder, "fleet.json")
+    if os.path.lexists(about) and stored.read(about, stored.FLEET, REMEDY) != kept:
+        raise SystemExit(f"{folder} holds answers of another version, or other steps or options; take an empty folder")
+    known = {one["key"]: one for one in recordings_in(path)} if os.path.lexists(path) else {}
+    write_json(about, kept)
     for entry in sorted(map(described, listing.entries(given)), key=lambda one: (one["path"], one["key"])):
         known.setdefault(entry["key"], entry)
     everything = [known[key] for key in sorted(known)]
@@ -51,9 +67,25 @@ def make(folder, given, steps, product, options):
 def load(folder):
     """(what is kept of the run, recordings); SystemExit where the folder holds none."""
     path = os.path.join(folder, "fleet.json")
-    if not os.path.exists(path):
+    if not os.path.lexists(path):
         raise SystemExit(f"{folder} holds no fleet: sof-fleet run makes one")
-    return read_json(path), read_json(os.path.join(folder, "recordings.json"))
+    kept = stored.read(path, stored.FLEET, REMEDY)
+    if kept["schema"] != SCHEMA or not set(kept["steps"]) <= set(STEPS):
+        raise SystemExit(f"{path}: a fleet of another version ({kept['schema']}, this program knows {SCHEMA}); {REMEDY}")
+    return kept, recordings_in(os.path.join(folder, "recordings.json"))
+
+
+def recordings_in(path):
+    found = stored.read(path, [stored.RECORDING], REMEDY)
+    if len({one["key"] for one in found}) != len(found):
+        raise SystemExit(f"{path} is damaged: a recording is there twice; {REMEDY}")
+    return found
+
+
+def setting_of(folder, kept):
+    """What a step has to know of the run."""
+    path = os.path.join(folder, "setting.json")
+    return dict(kept["options"], steps=kept["steps"], **stored.read(path, stored.SETTING, "sof-fleet run writes it anew"))
 
 
 def results(folder, key):

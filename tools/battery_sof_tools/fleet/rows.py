@@ -12,7 +12,7 @@ def of_recording(entry, told):
     key = entry["key"]
     answers = {step: one["answer"] for step, one in told.items() if one["answer"]}
     made = {"recording": [recording(entry, told, answers.get("check"))], "step": [(key, s, told[s]["exit"], told[s]["reason"]) for s in STEPS if s in told],
-            "cost": [(key, s, told[s]["cost"]["wall_s"], told[s]["cost"]["cpu_s"]) for s in STEPS if s in told]}
+            "cost": [(key, s, told[s]["cost"]["wall_s"], told[s]["cost"]["cpu_s"]) for s in STEPS if s in told and told[s]["cost"]]}
     makers = {"check": (findings,), "identify": (window, parameters), "predict": (prediction,), "diagnose": (verdict, families, candidates, found_parameters), "score": (scores, window_parameters)}
     for step, functions in makers.items():
         for maker in functions if step in answers else ():
@@ -23,11 +23,11 @@ def of_recording(entry, told):
 
 def outcome(told):
     """(done, partly or failed, and why): the first step that failed gives the reason; a step that is not needed or follows another's failure does not."""
-    wanted = [told[step] for step in STEPS if step in told and step != "convert"]
-    bad = [one for one in wanted if one["answer"] is None and not (one["step"] == "score" and one["exit"] is None)]
+    wanted = {step: told[step] for step in STEPS if step in told and step != "convert"}
+    bad = [step for step, one in wanted.items() if one["answer"] is None and not (step == "score" and one["exit"] is None)]
     if not bad:
         return "done", None
-    return ("failed" if len(bad) == len([one for one in wanted if one["step"] != "score"]) else "partly"), f"{bad[0]['step']}: {bad[0]['reason']}"
+    return ("failed" if len(bad) == len([step for step in wanted if step != "score"]) else "partly"), f"{bad[0]}: {wanted[bad[0]]['reason']}"
 
 
 def recording(entry, told, check):

@@ -21,10 +21,45 @@ TABLES = {
     "cost": "recording TEXT, step TEXT, wall_s REAL, cpu_s REAL, PRIMARY KEY (recording, step)",
     "file": "recording TEXT, name TEXT, bytes INTEGER, content BLOB, PRIMARY KEY (recording, name)",
 }
+# Columns that are never NULL, beside those of the tables' keys.
+REQUIRED = {"fleet": ("value",), "recording": ("name", "path", "bytes", "battery", "options", "outcome"), "finding": ("id", "severity", "what"), "window": ("effects",),
+            "parameter": ("source", "effects", "name"), "verdict": ("verdict",), "family": ("effects",), "candidate": ("id", "family"), "score": ("start_s", "effects"),
+            "file": ("bytes", "content")}
 MEASURED = ("cost", "file")  # differ from run to run: times are in both
 
 INDICES = ("CREATE INDEX recording_by_battery ON recording (battery)", "CREATE INDEX parameter_by_name ON parameter (name)", "CREATE INDEX family_by_name ON family (family)")
 
 
+def statement(table):
+    return f"CREATE TABLE {table} ({TABLES[table]})"
+
+
 def statements():
-    return [f"CREATE TABLE {name} ({columns})" for name, columns in TABLES.items()] + list(INDICES)
+    return [statement(table) for table in TABLES] + list(INDICES)
+
+
+def fault(base):
+    """What is wrong with a database whatever is in it, in words: damaged pages, other tables, or a cell that is not of its column's type. None where nothing is."""
+    said = base.execute("PRAGMA quick_check(1)").fetchone()[0]
+    if said != "ok":
+        return " ".join(said.split())
+    made = dict(base.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'").fetchall())
+    wrong = [table for table in TABLES if made.get(table) != statement(table)]
+    if wrong:
+        return f"its table {wrong[0]} is not that of schema {VERSION}"
+    return next(filter(None, (fault_of(base, table) for table in TABLES)), None)
+
+
+def fault_of(base, table):
+    for _, column, kind, _, _, place in base.execute(f"PRAGMA table_info({table})").fetchall():
+        never = place or column == "recording" or column in REQUIRED.get(table, ())
+        allowed = f"'{kind.lower()}'" + ("" if never else ", 'null'")
+        wrong = f"typeof({column}) NOT IN ({allowed})"
+        if column == "recording":
+            wrong += f" OR length({column}) != 16 OR {column} GLOB '*[^0-9a-f]*'"
+        if kind == "REAL":
+            wrong += f" OR abs({column}) = 9e999"
+        found = base.execute(f"SELECT quote({column}) FROM {table} WHERE {wrong}").fetchone()
+        if found:
+            return f"{column} of table {table} is {found[0][:40]}"
+    return None

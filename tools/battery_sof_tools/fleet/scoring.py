@@ -6,6 +6,8 @@ Windows are those of score_next_window, longer where samples are rare; a recordi
 import argparse
 import contextlib
 import io
+import subprocess
+import time
 
 import numpy as np
 
@@ -15,8 +17,9 @@ from . import listing
 LEAST = 20  # samples in a half
 
 
-def answer(recording):
-    """(exit code, answer, reason) as of a call of sof."""
+def answer(recording, patience_s):
+    """(exit code, answer, reason) as of a call of sof. patience_s: for all of its windows."""
+    end = time.monotonic() + patience_s
     try:
         t = times(recording)
     except (SystemExit, OSError, ValueError) as refused:
@@ -25,11 +28,14 @@ def answer(recording):
         return None, None, f"{len(t)} samples, {2 * LEAST} are needed"
     window = max(recording.setting["window_s"], 2 * LEAST * float(np.median(np.diff(t))))
     found, stretches = [], stretches_of(t, window)
-    args = argparse.Namespace(sof=recording.setting["sof"], effects=recording.entry.get("effects"), identify=recording.priors())
+    args = argparse.Namespace(sof=recording.setting["sof"], effects=recording.entry.get("effects"), identify=recording.priors(), end=end)
     options = listing.column_options(recording.entry) if not recording.is_bag else []
     for ends in stretches:
-        with contextlib.redirect_stderr(io.StringIO()):
-            scores = score_next_window.score(args, recording.path(), options, t, ends)
+        try:
+            with contextlib.redirect_stderr(io.StringIO()):
+                scores = score_next_window.score(args, recording.path(), options, t, ends)
+        except subprocess.TimeoutExpired:
+            return None, None, f"no answer within {patience_s:g} s"
         if scores:
             found.append({key: value for key, value in scores.items() if key != "fit_ms"})
     if not found:
@@ -41,6 +47,7 @@ def times(recording):
     entry = recording.entry
     names = recordings.COLUMNS if recording.is_bag else tuple(entry.get(key, name) for key, name in zip(listing.COLUMNS, recordings.COLUMNS))
     t = np.sort(recordings.read(recording.path(), names)[0])
+    t = t[np.isfinite(t)]
     return t[(t >= float(entry.get("from_s", -np.inf))) & (t <= float(entry.get("to_s", np.inf)))] if is_number(entry) else t
 
 

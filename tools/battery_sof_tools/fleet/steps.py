@@ -1,7 +1,8 @@
 """The steps of one recording: `sof` is called, and what it said is kept in a file that appears whole or not at all.
 
 A step's file: {"step", "exit", "reason", "answer", "cost"}. exit is that of `sof` (0, 1 an honest negative outcome, 2 refused), null where the step was not
-taken or had no answer; reason is a sentence wherever there is no answer. A step that has its file is not taken again.
+taken or had no answer; reason is a sentence wherever there is no answer. A step that has its file is not taken again. Whatever a step comes to is such a file: a
+recording that was not foreseen loses no job. Only a `sof` that cannot be started, or a folder that cannot be written, does.
 """
 
 import os
@@ -10,9 +11,9 @@ import subprocess
 import tempfile
 import time
 
-from ..files import read_json, write_json
+from ..files import write_json
 from ..sof import libraries_beside
-from . import listing, plan
+from . import listing, plan, stored
 
 NEEDED = {"predict": "identify"}  # a step that needs the model of another
 
@@ -69,49 +70,66 @@ def since(begin):
     return {"wall_s": now[0] - begin[0], "cpu_s": now[1] - begin[1]}
 
 
-def asked(command, patience_s):
+def asked(command, name, patience_s):
     """(exit code, answer, reason) of a call of sof."""
     with tempfile.TemporaryDirectory(prefix="sof_fleet_") as folder:
         path = os.path.join(folder, "answer.json")
-        try:
-            told = subprocess.run([*command, "--json", path], capture_output=True, text=True, errors="replace", timeout=patience_s, env=libraries_beside(command[0]))
-        except subprocess.TimeoutExpired:
-            return None, None, f"no answer within {patience_s:g} s"
-        answer = read_json(path) if os.path.exists(path) else None
+        told = called([*command, "--json", path], patience_s)
+        answer = stored.parsed(stored.content(path), (stored.ANSWERS[name], None)) if os.path.exists(path) else None
     words = [line for line in told.stderr.strip().splitlines() if line and not line.startswith("warning:")]
-    if told.returncode < 0:
-        return None, None, f"ended by signal {-told.returncode}"
     reason = None if told.returncode == 0 else ((answer or {}).get("message") or (words[-1] if words else f"exit code {told.returncode}"))
     return told.returncode, answer, reason
+
+
+def called(command, patience_s):
+    told = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=patience_s, env=libraries_beside(command[0]))
+    if told.returncode < 0:
+        raise ValueError(f"ended by signal {-told.returncode}")
+    return told
 
 
 def converted(recording, patience_s):
     """sof convert tells nothing in JSON."""
     if not recording.is_bag:
         return None, None, "not needed: the recording is CSV"
-    told = subprocess.run(recording.command("convert"), capture_output=True, text=True, errors="replace", timeout=patience_s, env=libraries_beside(recording.setting["sof"]))
+    told = called(recording.command("convert"), patience_s)
     return told.returncode, None, told.stderr.strip()[-300:] or None
 
 
-def scored(recording):
+def scored(recording, patience_s):
     from . import scoring  # numpy and scipy take their time
-    return scoring.answer(recording)
+    code, answer, reason = scoring.answer(recording, patience_s)
+    return code, stored.require(answer, (stored.ANSWERS["score"], None)), reason
+
+
+def answered(recording, step, patience_s):
+    """(exit code, answer, reason) of a step."""
+    reason = recording.entry["unreadable"] or plan.unreadable(recording.entry["path"])
+    if reason:
+        return None, None, reason
+    if step in NEEDED and not os.path.exists(recording.file("model.yaml")):
+        return None, None, f"not taken: {NEEDED[step]} gave no model"
+    if step == "convert":
+        return converted(recording, patience_s)
+    if step == "score":
+        return scored(recording, patience_s)
+    return asked(recording.command(step), step, patience_s)
 
 
 def take(recording, step):
     """One step, and its file."""
     patience_s = recording.setting["patience_s"]
     begin = spent()
-    if recording.entry["unreadable"]:
-        told = None, None, recording.entry["unreadable"]
-    elif step in NEEDED and not os.path.exists(recording.file("model.yaml")):
-        told = None, None, f"not taken: {NEEDED[step]} gave no model"
-    elif step == "convert":
-        told = converted(recording, patience_s)
-    elif step == "score":
-        told = scored(recording)
-    else:
-        told = asked(recording.command(step), patience_s)
+    try:
+        told = answered(recording, step, patience_s)
+    except subprocess.TimeoutExpired:
+        told = None, None, f"no answer within {patience_s:g} s"
+    except ValueError as fault:
+        told = None, None, f"no answer: {fault}"
+    except OSError:
+        raise  # of sof or of the folder of results: the job is lost, the next call takes the step again
+    except Exception as fault:
+        told = None, None, f"not foreseen: {type(fault).__name__}: {fault}"
     write_json(recording.file(step + ".json"), {"step": step, "exit": told[0], "reason": told[2], "answer": told[1], "cost": since(begin)})
 
 

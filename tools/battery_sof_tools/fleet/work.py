@@ -9,8 +9,8 @@ import fcntl
 import os
 import sys
 
-from ..files import read_json, write_json
-from . import plan, steps
+from ..files import write_json
+from . import plan, steps, stored
 
 
 def alone(folder, entry, setting):
@@ -27,8 +27,8 @@ def alone(folder, entry, setting):
 
 def main(folder, group, done):
     kept, recordings = plan.load(folder)
-    setting = dict(kept["options"], steps=kept["steps"], **read_json(os.path.join(folder, "setting.json")))
-    mine = set(read_json(group))
+    setting = plan.setting_of(folder, kept)
+    mine = set(stored.read(group, [stored.KEY], "sof-fleet run writes it anew"))
     taken = sum(alone(folder, one, setting) for one in recordings if one["key"] in mine)
     write_json(done, {"recordings": len(mine), "steps": taken})
     return 0
