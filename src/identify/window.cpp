@@ -167,6 +167,18 @@ void addFlowTimes(const Series& series, IndexRange range, double max_gap, Excite
   }
 }
 
+/// Between the highest and the lowest charge counted over the range [Ah]; what flowed in a gap is not known.
+double chargeSwing(const Series& series, IndexRange range, double max_gap) {
+  double charge = 0.0, lowest = 0.0, highest = 0.0;
+  for (std::size_t n = range.first + 1; n < range.last; ++n) {
+    const double dt = series.time[n] - series.time[n - 1];
+    if (dt <= max_gap) charge += 0.5 * (series.current[n - 1] + series.current[n]) * dt / 3600.0;
+    lowest = std::min(lowest, charge);
+    highest = std::max(highest, charge);
+  }
+  return highest - lowest;
+}
+
 }  // namespace
 
 ExcitedRange excitedRange(const Series& series, IndexRange range) { return excitedRange(series, range, gapThreshold(series)); }
@@ -182,6 +194,7 @@ ExcitedRange excitedRange(const Series& series, IndexRange range, double max_gap
   excited.min_voltage = values(series.voltage).minCoeff();
   excited.max_voltage = values(series.voltage).maxCoeff();
   addFlowTimes(series, range, max_gap, excited);
+  excited.charge_swing = chargeSwing(series, range, max_gap);
   excited.temperature = temperatureAt(series, 0.5 * (series.time[range.first] + series.time[range.last - 1]));
   return excited;
 }

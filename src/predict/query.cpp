@@ -20,16 +20,28 @@ constexpr double kVoltageReach = 0.3;       // [V] a block above the window's hi
 constexpr double kLearnedReach = 0.010;     // [V], of a learnt force held at its range's end: relevant to a crank
 constexpr double kTemperatureReach = 10.0;  // [K]
 constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("within 1 %")
+constexpr double kLeastSlope = 0.8;         // [V] of a block for a unit of state of charge (docs/physics.md#ocv_soc)
+constexpr double kMostSlope = 1.8;
 constexpr double kMostOfBlock = 16.0;       // [V], of six lead-acid cells, above any charger's
 constexpr double kSpanOfBlock = 10.0;       // [V], from 1 V a cell, empty under load, up to kMostOfBlock
 constexpr double kShortCharge = 10.0;       // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 
-bool movesOpenCircuitVoltage(const Fit& fit) { return contains(fit.effects, "ocv_soc") || contains(fit.effects, "acid_transport"); }
+const ParameterEstimate* estimateOf(const Fit& fit, const char* name) {
+  const auto found = std::find_if(fit.estimates.begin(), fit.estimates.end(), [&](const auto& estimate) { return estimate.name == name; });
+  return found == fit.estimates.end() ? nullptr : &*found;
+}
 
 bool isDetermined(const Fit& fit, const char* name) {
-  for (const ParameterEstimate& estimate : fit.estimates)
-    if (estimate.name == name) return estimate.determined;
-  return true;
+  const ParameterEstimate* estimate = estimateOf(fit, name);
+  return !estimate || estimate->determined;
+}
+
+/// Whether the window determined how the open-circuit voltage follows the charge, and as a battery's does.
+bool knowsOpenCircuitSlope(const Fit& fit, double capacity) {
+  const ParameterEstimate* slope = estimateOf(fit, "ocv_slope");
+  if (!slope || !slope->determined || slope->held) return false;
+  const double of_block = slope->value * capacity / blocksInSeries(fit.parameters.u_dc);
+  return of_block >= kLeastSlope && of_block <= kMostSlope;
 }
 
 class Reasons {
@@ -92,11 +104,29 @@ std::string faultOf(const CurrentProfile& profile, const char* name) {
   return "";
 }
 
-double chargeHeldFor(const Fit& fit, double capacity) { return movesOpenCircuitVoltage(fit) ? capacity : kConstantCharge * capacity; }
+double supportedCharge(const Fit& fit, double capacity) {
+  const double constant = kConstantCharge * capacity;
+  return knowsOpenCircuitSlope(fit, capacity) ? std::clamp(fit.excited.charge_swing, constant, capacity) : constant;
+}
+
+namespace {
+
+/// Why so much charge is too much; empty when it is not.
+std::string excessiveCharge(const Fit& fit, double moved, double capacity) {
+  if (moved > capacity) return sentence("it moves %.0f Ah, more than the battery's %g Ah", moved, capacity);
+  const double supported = supportedCharge(fit, capacity);
+  if (moved <= supported) return "";
+  return sentence("it moves %.2f Ah, the model supports at most %.2f Ah (1 %% of %g Ah, or what the window moved where it determined how the "
+                  "open-circuit voltage follows the charge)",
+                  moved, supported, capacity);
+}
+
+}  // namespace
 
 std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity) {
   const Fit& fit = model.fit;
   const ExcitedRange& seen = fit.excited;
+  const std::string excessive = excessiveCharge(fit, range.charge_moved, capacity);
   Reasons reasons;
   if (range.least_current)
     reasons.add(*range.least_current < kCurrentReach * std::min(seen.min_current, 0.0),
@@ -108,11 +138,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
     reasons.add(
         *range.most_voltage > fit.blocks * seen.max_voltage + blocksOf(fit) * kVoltageReach,
         sentence("it goes to %.2f V but the window's highest voltage was %.2f V", *range.most_voltage, fit.blocks * seen.max_voltage));
-  reasons.add(range.charge_moved > kConstantCharge * capacity && !movesOpenCircuitVoltage(fit),
-              sentence("it moves %.2f Ah, more than 1 %% of %g Ah, and the model holds the open-circuit "
-                       "voltage constant",
-                       range.charge_moved, capacity));
-  reasons.add(range.charge_moved > capacity, sentence("it moves %.0f Ah, more than the battery's %g Ah", range.charge_moved, capacity));
+  reasons.add(!excessive.empty(), excessive);
   if (const auto u = range.answered_voltage) {
     const bool is_possible = u->value >= 0.0 && u->value <= mostVoltage(fit);
     const std::string says_nothing = voltageSaysNothing(fit, *u);

@@ -190,12 +190,12 @@ std::string describe(StopTimeOutcome outcome) {
 
 namespace {
 
-/// @param value [s], of the stop.  @param held_for [Ah], charge that the model vouches for.
-QueryRange rangeOf(const FittedModel& model, const StopTimeQuery& query, const CrankingQuery& crank, double value, double held_for) {
+/// @param value [s], of the stop.  @param supported [Ah], supportedCharge().
+QueryRange rangeOf(const FittedModel& model, const StopTimeQuery& query, const CrankingQuery& crank, double value, double supported) {
   QueryRange range;
   range.least_current = query.i_cranking;
   if (!query.crank.empty()) range.least_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
-  range.charge_moved = std::min(-query.i_load * std::min(value, kLongest) / 3600.0, held_for);
+  range.charge_moved = std::min(-query.i_load * std::min(value, kLongest) / 3600.0, supported);
   range.temperature = query.temperature;
   if (model.fit.force) range.beyond_learned = beyondLearnedAfter(model, crank, std::min(value, kLongest));
   return range;
@@ -218,9 +218,9 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
     return answer;
   }
   const bool draws = query.i_load < 0.0;
-  const double held_for = chargeHeldFor(model.fit, capacity);
+  const double supported = supportedCharge(model.fit, capacity);
   const double longest = stopThatDraws(capacity, query.i_load);
-  const double longest_held = draws ? stopThatDraws(held_for, query.i_load) : kEver;
+  const double longest_held = draws ? stopThatDraws(supported, query.i_load) : kEver;
   StopScan scan(model, crank, longest);
   scan.scan();
   if (!scan.hasNumbers()) return withoutNumbers<StopTimeAnswer>();
@@ -234,7 +234,7 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
   answer.monotone = scan.monotone();
   answer.message = messageOf(answer, query, scan);
 
-  QueryRange range = rangeOf(model, query, crank, value, held_for);
+  QueryRange range = rangeOf(model, query, crank, value, supported);
   range.answered_voltage = scan.atOnce();
   // Ends closer than the search resolves are the same.
   range.says_nothing = widthSaysNothing({value, answer.t_stop->lower, std::min(answer.t_stop->upper, longest)}, longest - kResolution, "s",

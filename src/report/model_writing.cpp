@@ -166,6 +166,7 @@ YAML::Node windowNode(const Fit& fit) {
   node["charge_time_s"] = scalar(fit.excited.charge_time);
   node["longest_discharge_s"] = scalar(fit.excited.longest_discharge);
   node["longest_charge_s"] = scalar(fit.excited.longest_charge);
+  node["charge_swing_ah"] = scalar(fit.excited.charge_swing);
   if (fit.excited.temperature) node["temperature_c"] = scalar(*fit.excited.temperature - kKelvin);
   return node;
 }

@@ -16,6 +16,7 @@ namespace {
 constexpr double kKelvin = 273.15;             // 0 degC
 constexpr std::size_t kLargestFile = 1 << 20;  // twenty times a model with every part
 constexpr Range kDurations{0.0, 1e10};         // [s]
+constexpr Range kCharges{0.0, 1e6};            // [Ah]
 constexpr Range kErrors{0.0, 1e4};             // [V], [A]
 
 FitStatus statusOf(const Reader& fit) {
@@ -41,6 +42,7 @@ void readWindow(const Reader& root, Fit& fit) {
   excited.charge_time = window.number("charge_time_s", kDurations);
   if (window.has("longest_discharge_s")) excited.longest_discharge = window.number("longest_discharge_s", kDurations);
   if (window.has("longest_charge_s")) excited.longest_charge = window.number("longest_charge_s", kDurations);
+  if (window.has("charge_swing_ah")) excited.charge_swing = window.number("charge_swing_ah", kCharges);
   if (window.has("temperature_c")) excited.temperature = window.number("temperature_c", {-kKelvin, 1000.0}) + kKelvin;
 }
 

@@ -88,6 +88,7 @@ struct ExcitedRange {
   double charge_time = 0.0;           ///< [s], total
   double longest_charge = 0.0;        ///< [s]
   double longest_discharge = 0.0;     ///< [s]
+  double charge_swing = 0.0;          ///< [Ah], between the highest and the lowest charge counted; gaps count as none
   std::optional<double> temperature;  ///< [K], mean
 };
 

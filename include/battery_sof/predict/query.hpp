@@ -49,9 +49,16 @@ struct QueryRange {
   double beyond_learned = 0.0;               ///< [V] of one block, most by which a learnt force was held inside what it was learnt on
 };
 
-/// The most charge that a model's equations hold for [Ah]: all of the capacity where the open-circuit voltage may move
-/// (ocv_soc, acid_transport), else 1 % of it.
-double chargeHeldFor(const Fit& fit, double capacity);
+/**
+ * @brief The most charge that a query may move [Ah].
+ *
+ *     1 % of the capacity (paper, section V), the open-circuit voltage being held constant
+ *
+ * As far as the window itself moved charge (ExcitedRange::charge_swing), at most the capacity, where it determined how the
+ * open-circuit voltage follows the charge (ocv_slope of ocv_soc) and that slope is a battery's: 0.8 to 1.8 V of a block for a unit of
+ * state of charge (docs/physics.md#ocv_soc). acid_transport relaxes with time and holds no such slope.
+ */
+double supportedCharge(const Fit& fit, double capacity);
 
 /**
  * @brief Why a model should not be relied on for a query: what its window did not excite and its equations do not hold.
@@ -61,7 +68,7 @@ double chargeHeldFor(const Fit& fit, double capacity);
  * were missed do, and for a model with a source so does their absence.
  *
  * Currents up to 1.25 times, voltages up to 0.3 V above and temperatures within 10 K of the window's; a charge moved of at most
- * chargeHeldFor(); for charges beyond
+ * supportedCharge(); for charges beyond
  * 10 s a limit of charge acceptance (charge_acceptance) and a charge as long as 10 s in the window (docs/physics.md#sof2).
  *
  * More than the capacity is never held, and no battery has a voltage below 0 or above 16 V a block of six cells: a model that

@@ -49,7 +49,7 @@ struct StopTimeAnswer {
  * first when the battery recovers from a heavy discharge: the first crossing counts, and monotone says so.
  *
  * A stop is no longer than a day and draws no more than the capacity: t_stop |i_load| <= capacity, the interval's ends
- * too. Where the crank still holds after the charge that the equations hold for (chargeHeldFor()), t_stop is that stop
+ * too. Where the crank still holds after the charge that the equations hold for (supportedCharge()), t_stop is that stop
  * and the outcome kAtLeast; the message says what the model puts the end at. valid follows extrapolationOf(); an interval
  * from no stop to the longest says nothing, and neither does one that rests on a crank whose interval says nothing.
  *

@@ -115,8 +115,11 @@ TEST(ExcitedRange, AddsUpIntervalsAndRunsAsTheirDefinitionSays) {
       series.voltage.push_back(12.0 + 0.1 * random.normal());
     }
     double time[2] = {0.0, 0.0}, run[2] = {0.0, 0.0}, longest[2] = {0.0, 0.0};
+    std::vector<double> charge{0.0};  // [As]
     const IndexRange range{7, 480};
-    for (std::size_t n = range.first + 1; n < range.last; ++n)
+    for (std::size_t n = range.first + 1; n < range.last; ++n) {
+      const double between = series.time[n] - series.time[n - 1];
+      charge.push_back(charge.back() + (between > 10.0 ? 0.0 : between * 0.5 * (series.current[n - 1] + series.current[n])));
       for (const int way : {0, 1}) {
         const double i = way == 0 ? series.current[n] : -series.current[n];
         const double interval = series.time[n] - series.time[n - 1];
@@ -125,11 +128,14 @@ TEST(ExcitedRange, AddsUpIntervalsAndRunsAsTheirDefinitionSays) {
         run[way] = joined && i > 0.5 ? run[way] + interval : 0.0;
         longest[way] = std::max(longest[way], run[way]);
       }
+    }
+    const auto [lowest, highest] = std::minmax_element(charge.begin(), charge.end());
     const ExcitedRange excited = excitedRange(series, range, 10.0);
     EXPECT_NEAR(excited.charge_time, time[0], 1e-9);
     EXPECT_NEAR(excited.discharge_time, time[1], 1e-9);
     EXPECT_NEAR(excited.longest_charge, longest[0], 1e-9);
     EXPECT_NEAR(excited.longest_discharge, longest[1], 1e-9);
+    EXPECT_NEAR(excited.charge_swing, (*highest - *lowest) / 3600.0, 1e-9);
   }
 }
 

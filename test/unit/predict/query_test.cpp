@@ -132,11 +132,36 @@ TEST(ExtrapolationOf, WhatAModelMakesNoFiniteNumbersOfIsAnsweredWithoutNumbers) 
   EXPECT_TRUE(profile.predicted.voltage.empty() && profile.predicted.lower.empty());
 }
 
-TEST(ExtrapolationOf, ChargeMayMoveWhereTheModelsOpenCircuitVoltageDoesButNotBeyondTheCapacity) {
-  for (const char* id : {"ocv_soc", "acid_transport"}) {
-    const FittedModel model = knownModel({id});
-    EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charge_moved = 20.0; }), "") << id;
-    EXPECT_TRUE(holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 51.0; }), "more than the battery's 50 Ah")) << id;
+TEST(SupportedCharge, IsWhatTheWindowMovedWhereItDeterminedAPhysicalSlopeElseOnePercent) {
+  FittedModel model = knownModel({"ocv_soc"});
+  ParameterEstimate& slope = model.fit.estimates[kBaseRows];
+  ASSERT_EQ(slope.name, "ocv_slope");
+  const auto supported = [&](double of_block, double swing) {
+    slope.value = of_block / kCapacity;
+    model.fit.excited.charge_swing = swing;
+    return supportedCharge(model.fit, kCapacity);
+  };
+  EXPECT_DOUBLE_EQ(supported(1.2, 3.0), 3.0);
+  EXPECT_DOUBLE_EQ(supported(1.2, 0.1), 0.5) << "never less than the 1 % of a constant voltage";
+  EXPECT_DOUBLE_EQ(supported(1.2, 80.0), 50.0) << "nor more than the battery holds";
+  for (const double not_physical : {6.7, 1.9, 0.7, 0.0, -1.2}) EXPECT_DOUBLE_EQ(supported(not_physical, 3.0), 0.5) << not_physical;
+  slope.determined = false;
+  EXPECT_DOUBLE_EQ(supported(1.2, 3.0), 0.5);
+  slope.determined = true;
+  slope.held = true;
+  EXPECT_DOUBLE_EQ(supported(1.2, 3.0), 0.5);
+  model.fit.parameters.u_dc = 25.2;  // two blocks fitted as one
+  slope.held = false;
+  EXPECT_DOUBLE_EQ(supported(2.4, 3.0), 3.0);
+}
+
+TEST(SupportedCharge, IsOnePercentWithoutASlopeWhateverRelaxes) {
+  for (const auto& effects : {std::vector<std::string>{}, std::vector<std::string>{"acid_transport"}}) {
+    FittedModel model = knownModel(effects);
+    model.fit.excited.charge_swing = 20.0;
+    EXPECT_DOUBLE_EQ(supportedCharge(model.fit, kCapacity), 0.5);
+    EXPECT_TRUE(holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 2.0; }), "it moves 2.00 Ah, the model supports at most 0.50 Ah"));
+    EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charge_moved = 51.0; }), "it moves 51 Ah, more than the battery's 50 Ah");
   }
 }
 

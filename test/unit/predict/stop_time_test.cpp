@@ -136,11 +136,14 @@ TEST(PredictStopTime, IsAtLeastTheStopThatDrawsOnePercentOfTheCapacity) {
   EXPECT_TRUE(holds(answer.message, "at least 72.0 s")) << answer.message;
 }
 
-TEST(PredictStopTime, IsAtMostTheCapacityWhereTheOpenCircuitVoltageMoves) {
-  for (const char* effect : {"ocv_soc", "acid_transport"}) {
-    const StopTimeAnswer answer = predictStopTime(knownModel({effect}), usualQuery(0.1), 50.0);
-    EXPECT_EQ(answer.outcome, StopTimeOutcome::kAtLeast) << effect;
-    EXPECT_NEAR(answer.t_stop->value, 7200.0, 1e-9) << effect;
+TEST(PredictStopTime, IsAtLeastTheStopThatDrawsTheSupportedCharge) {
+  FittedModel model = knownModel({"ocv_soc"});
+  for (const double swing : {0.0, 2.0}) {
+    model.fit.excited.charge_swing = swing;
+    const double supported = supportedCharge(model.fit, 50.0);
+    const StopTimeAnswer answer = predictStopTime(model, usualQuery(0.1), 50.0);
+    EXPECT_EQ(answer.outcome, StopTimeOutcome::kAtLeast) << swing;
+    EXPECT_NEAR(answer.t_stop->value, supported * 3600.0 / 25.0, 1e-9) << swing;
     EXPECT_TRUE(answer.valid) << answer.message;
   }
 }
