@@ -22,9 +22,9 @@ constexpr double kTemperatureReach = 10.0;  // [K]
 constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("within 1 %")
 constexpr double kLeastSlope = 0.8;         // [V] of a block for a unit of state of charge (docs/physics.md#ocv_soc)
 constexpr double kMostSlope = 1.8;
-constexpr double kMostOfBlock = 16.0;       // [V], of six lead-acid cells, above any charger's
-constexpr double kSpanOfBlock = 10.0;       // [V], from 1 V a cell, empty under load, up to kMostOfBlock
-constexpr double kShortCharge = 10.0;       // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
+constexpr double kMostOfBlock = 16.0;  // [V], of six lead-acid cells, above any charger's
+constexpr double kSpanOfBlock = 10.0;  // [V], from 1 V a cell, empty under load, up to kMostOfBlock
+constexpr double kShortCharge = 10.0;  // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 
 const ParameterEstimate* estimateOf(const Fit& fit, const char* name) {
   const auto found = std::find_if(fit.estimates.begin(), fit.estimates.end(), [&](const auto& estimate) { return estimate.name == name; });
@@ -116,9 +116,10 @@ std::string excessiveCharge(const Fit& fit, double moved, double capacity) {
   if (moved > capacity) return sentence("it moves %.0f Ah, more than the battery's %g Ah", moved, capacity);
   const double supported = supportedCharge(fit, capacity);
   if (moved <= supported) return "";
-  return sentence("it moves %.2f Ah, the model supports at most %.2f Ah (1 %% of %g Ah, or what the window moved where it determined how the "
-                  "open-circuit voltage follows the charge)",
-                  moved, supported, capacity);
+  return sentence(
+      "it moves %.2f Ah, the model supports at most %.2f Ah (1 %% of %g Ah, or what the window moved where it determined how the "
+      "open-circuit voltage follows the charge)",
+      moved, supported, capacity);
 }
 
 }  // namespace

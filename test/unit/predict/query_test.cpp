@@ -160,7 +160,8 @@ TEST(SupportedCharge, IsOnePercentWithoutASlopeWhateverRelaxes) {
     FittedModel model = knownModel(effects);
     model.fit.excited.charge_swing = 20.0;
     EXPECT_DOUBLE_EQ(supportedCharge(model.fit, kCapacity), 0.5);
-    EXPECT_TRUE(holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 2.0; }), "it moves 2.00 Ah, the model supports at most 0.50 Ah"));
+    EXPECT_TRUE(
+        holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 2.0; }), "it moves 2.00 Ah, the model supports at most 0.50 Ah"));
     EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charge_moved = 51.0; }), "it moves 51 Ah, more than the battery's 50 Ah");
   }
 }
