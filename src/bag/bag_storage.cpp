@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <set>
 #include <system_error>
 #include <vector>
@@ -104,12 +105,15 @@ std::vector<sensor_msgs::BatteryState> messagesOf(const Series& series) {
 
 void writeMessages(const std::filesystem::path& path, const Series& series, const std::string& topic) {
   const std::vector<sensor_msgs::BatteryState> messages = messagesOf(series);
-  rosbag::Bag bag(path.string(), rosbag::bagmode::Write);
-  for (const sensor_msgs::BatteryState& message : messages) {
+  auto bag = std::make_unique<rosbag::Bag>(path.string(), rosbag::bagmode::Write);
+  try {
     // rosbag refuses record times below TIME_MIN; the header stamp, which is the clock, may be 0.
-    bag.write(topic, std::max(message.header.stamp, ros::TIME_MIN), message);
+    for (const sensor_msgs::BatteryState& message : messages) bag->write(topic, std::max(message.header.stamp, ros::TIME_MIN), message);
+    bag->close();
+  } catch (...) {
+    static_cast<void>(bag.release());  // its destructor would write once more, throw and so end the program
+    throw;
   }
-  bag.close();
 }
 
 }  // namespace
