@@ -146,11 +146,12 @@ Fitted on the first six minutes, predicted on the next six.
 """
 
 
-def page(rows, first, second, second_fig4, third, impedance_error, seeds):
+def figures(rows, first, second, second_fig4, third, impedance_error, seeds):
+    """What PAGE holds: numbers, and tables as text."""
     default_q = column(rows, "default", "q_hour_percent")
     default_crank = column(rows, "default", "crank_mae_v")
     cranks3 = [c for s in third for c in s["cranks"]]
-    return PAGE.format(
+    return dict(
         seeds=seeds, impedance=100.0 * impedance_error, windows=window_table(rows, "data_set_1_1.csv"), n=len(default_q),
         qmin=min(default_q), qmax=max(default_q), qmed=stats.median(default_q), cmed=stats.median(default_crank),
         cmax=max(default_crank), first_error=span(errors(first)), factors=factor_table(rows), pulses=pulse_table(rows),
