@@ -257,7 +257,9 @@ Every recording is played through a session as the node runs it; every crank and
 lowest voltage for the current that flowed, the charge's mean current for the voltage that stood) and set beside what came. The widths learn from
 the battery's own past events (`interval_scale.hpp`), from a factor of 1 on at the start of every recording.
 
+<!-- results: coverage -->
 {coverage}
+<!-- end of results -->
 
 Wanted: 87 to 93 % over at least 500 simulated events.
 

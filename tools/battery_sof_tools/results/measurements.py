@@ -13,6 +13,7 @@ import numpy as np
 from .. import recordings
 from ..diagnose_measured import summary, whole_recordings
 from ..files import ROOT, read_json
+from ..page_pictures import PICTURES
 from ..rates import geometric_mean
 from ..score_next_window import pooled, shares
 
@@ -183,7 +184,8 @@ MEASUREMENTS = {
     "last_quarter": Measurement(tuple(split_command(path, n) for n, path in enumerate(("ev_12v/load.csv", "ageing_bench/cycles.csv", "solar_vrla/ten_days.csv", "agm_bench/full_cycle.csv"))),
                                 scored, 1, True),
     "diagnosis": Measurement(("scripts/diagnose_measured BUILD --data DATA --json OUT/measured.json",), diagnosed, 3, True),
-    "small_car": Measurement((f"BUILD/devel/lib/battery_sof/sof diagnose {SMALL_CAR} --threads 1 --json OUT/answer.json --report OUT/page.html",), one_diagnosis, 0.4, True),
+    "small_car": Measurement((f"BUILD/devel/lib/battery_sof/sof diagnose {SMALL_CAR} --threads 1 --json OUT/answer.json --report OUT/page.html",
+                              "scripts/page_pictures OUT/page.html OUT/docs/pictures"), one_diagnosis, 0.5, True, tuple(f"pictures/{one}" for one in PICTURES)),
     "study": Measurement(("scripts/study BUILD --data DATA --docs OUT/docs --json OUT/study.json",), lambda out, _: read_json(os.path.join(out, "study.json")), 10, True, ("archive/study.md", "pictures/suitability.png")),
     "reproduction": Measurement(("scripts/reproduce BUILD --docs OUT/docs --json OUT/reproduction.json",), lambda out, _: read_json(os.path.join(out, "reproduction.json")), 8, False,
                                 ("archive/reproduction.md", *(f"pictures/reproduction_{one}.png" for one in ("impedance", "fig5", "fig6", "fig7_8", "fig9", "fig10", "fig11")))),
