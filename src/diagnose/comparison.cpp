@@ -143,7 +143,7 @@ ErrorMetrics errorMetrics(const Series& series, IndexRange range, const std::vec
   metrics.rmse = rootMeanSquareError(measured, predicted);
   metrics.charge_current_error = charge_current_error;
   double crank_error = 0.0, charge_error = 0.0;
-  std::size_t cranks = 0, charging = 0;
+  std::size_t charging = 0;
   for (const Event& event : eventsOf(series, range)) {
     Minima lowest;
     for (std::size_t n = event.range.first; n < event.range.last; ++n) {
@@ -156,9 +156,9 @@ ErrorMetrics errorMetrics(const Series& series, IndexRange range, const std::vec
     }
     if (event.kind != EventKind::kCrank || !std::isfinite(lowest.measured)) continue;
     crank_error += std::abs(lowest.measured - lowest.modelled);
-    ++cranks;
+    ++metrics.cranks;
   }
-  if (cranks > 0) metrics.crank_mae = crank_error / static_cast<double>(cranks);
+  if (metrics.cranks > 0) metrics.crank_mae = crank_error / static_cast<double>(metrics.cranks);
   if (charging > 0) metrics.charge_bias = charge_error / static_cast<double>(charging);
   return metrics;
 }

@@ -58,12 +58,16 @@ std::string learnedSentence(const Diagnosis& diagnosis) {
   return "; what was learnt of it is in the extended model" + gainSentence(diagnosis);
 }
 
+/// The largest mean of the table of regimes whose 95 % interval excludes zero, marked there or not: few episodes are never marked.
 std::string whereSentence(const Diagnosis& diagnosis) {
   const RegimeFinding* worst = nullptr;
   for (const RegimeFinding& finding : diagnosis.regimes)
-    if (finding.alarm && finding.statistic == "mean" && (!worst || std::abs(finding.value) > std::abs(worst->value))) worst = &finding;
+    if (finding.statistic == "mean" && finding.lower * finding.upper > 0.0 && (!worst || std::abs(finding.value) > std::abs(worst->value)))
+      worst = &finding;
   if (!worst) return "";
-  return "; measured and base model part most in " + worst->regime + ", by " + sentence("%+.0f mV", 1e3 * worst->value);
+  return "; the base model's mean error is largest in " + worst->regime +
+         sentence(": %+.0f mV (95 %% %+.0f to %+.0f mV, %zu episodes)", 1e3 * worst->value, 1e3 * worst->lower, 1e3 * worst->upper,
+                  worst->episodes);
 }
 
 }  // namespace

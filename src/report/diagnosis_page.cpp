@@ -56,7 +56,8 @@ std::string figuresHtml(const Diagnosis& d) {
   const ErrorMetrics &base = d.fit.base_holdout, &extended = d.fit.extended_holdout;
   std::string html = figureHtml("RMS error, hold-out", millivolts(base.rmse), millivolts(extended.rmse), "mV");
   if (base.crank_mae && extended.crank_mae)
-    html += figureHtml("cranks\xe2\x80\x99 minima", millivolts(base.crank_mae), millivolts(extended.crank_mae), "mV");
+    html += figureHtml(base.cranks == 1 ? "minimum of one crank" : sentence("minima of %zu cranks", base.cranks),
+                       millivolts(base.crank_mae), millivolts(extended.crank_mae), "mV");
   if (base.charge_bias && extended.charge_bias)
     html += figureHtml("bias in charges", millivolts(base.charge_bias), millivolts(extended.charge_bias), "mV");
   return element("dl", html, "class=\"figures\"");

@@ -97,6 +97,7 @@ Json metricsJson(const ErrorMetrics& metrics) {
           {"rmse_v", number(metrics.rmse)},
           {"max_abs_v", number(metrics.max_abs)},
           {"crank_mae_v", number(metrics.crank_mae)},
+          {"cranks", metrics.cranks},
           {"charge_bias_v", number(metrics.charge_bias)},
           {"charge_current_error_a", number(metrics.charge_current_error)},
           {"share_percent", number(metrics.share_percent)},
@@ -273,6 +274,7 @@ std::string comparisonText(const Diagnosis& d) {
     text += sentence("%-26s %10s %10s   %10s %10s\n", ("  " + row.title + " [" + row.unit + "]").c_str(),
                      cell(row.base_train, row.scale).c_str(), cell(row.extended_train, row.scale).c_str(),
                      cell(row.base_holdout, row.scale).c_str(), cell(row.extended_holdout, row.scale).c_str());
+  if (!crankCounts(d.fit).empty()) text += "  " + crankCounts(d.fit) + "\n";
   if (!naiveSentence(d).empty()) text += wrapped("  ", naiveSentence(d));
   for (const RegimeComparison& r : d.fit.regimes)
     if (changeOf(r) == Change::kWorse)

@@ -100,7 +100,7 @@ std::string regimeTable(const Diagnosis& d) {
   return element("h3", "By operating regime") +
          paragraph(
              "Measured minus base model, with 95 % intervals. Marked: more than chance would give, counting how many "
-             "numbers were looked at.",
+             "numbers were looked at; of fewer than seven episodes none is.",
              "class=\"note\"") +
          table({"regime", "episodes", "mean [mV]", "slope [mV/s]", "at its end [mV]"}, rows);
 }
@@ -258,8 +258,9 @@ std::string metricTable(const Diagnosis& d) {
     if (is_extended) rows.back().push_back(numberCell(told(row.extended_train, row.scale)));
   }
   const std::string beside = naiveSentence(d).empty() ? "" : element("p", escaped(headline(naiveSentence(d)) + "."));
-  if (!is_extended) return table({"", "hold-out", "training"}, rows) + beside;
-  return beside + table({"", "hold-out, base", "hold-out, extended", "training, base", "training, extended"}, rows);
+  const std::string cranks = crankCounts(d.fit).empty() ? "" : paragraph(headline(crankCounts(d.fit)) + ".", "class=\"note\"");
+  if (!is_extended) return table({"", "hold-out", "training"}, rows) + cranks + beside;
+  return beside + cranks + table({"", "hold-out, base", "hold-out, extended", "training, base", "training, extended"}, rows);
 }
 
 std::string changeHtml(const RegimeComparison& r) {

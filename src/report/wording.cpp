@@ -91,6 +91,11 @@ std::vector<MetricRow> metricRows(const Comparison& fit) {
   return rows;
 }
 
+std::string crankCounts(const Comparison& fit) {
+  if (fit.base_train.cranks + fit.base_holdout.cranks == 0) return "";
+  return sentence("cranks: %zu on the hold-out, %zu in training", fit.base_holdout.cranks, fit.base_train.cranks);
+}
+
 std::string naiveSentence(const Diagnosis& diagnosis) {
   const Comparison& fit = diagnosis.fit;
   const auto share = [](const ErrorMetrics& m) {

@@ -51,6 +51,9 @@ struct MetricRow {
 /// @return the rows of the table before and after; those that no stretch has are left out.
 std::vector<MetricRow> metricRows(const Comparison& fit);
 
+/// @return how many cranks the two parts hold, "cranks: 2 on the hold-out, 6 in training"; empty without any.
+std::string crankCounts(const Comparison& fit);
+
 /// @return one sentence on what needs no physics reached on the hold-out, and on the source; empty when neither is known.
 std::string naiveSentence(const Diagnosis& diagnosis);
 

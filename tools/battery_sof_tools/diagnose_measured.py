@@ -6,6 +6,7 @@ import resource
 import statistics
 
 from . import recordings, sof
+from .files import write_json
 from .progress import followed
 from .tables import table
 
@@ -63,6 +64,7 @@ def main():
     parser.add_argument("build", nargs="?", default="build")
     parser.add_argument("--data", required=True, help="folder of the recordings")
     parser.add_argument("--sof", help="a copy of the command, its libraries above it, in place of the build's")
+    parser.add_argument("--json", help="file to write the figures to")
     parser.add_argument("--only", default="", help="recordings, comma-separated, as the table names them")
     arguments = parser.parse_args()
     program = arguments.sof or sof.program(arguments.build, "sof")
@@ -75,9 +77,12 @@ def main():
         except sof.Failure as failure:
             rows.append((name, str(failure), "", "", ""))
             continue
-        rows.append(row(name, answer, processor_time() - begun))
-        found[name] = figures(answer)
+        seconds = processor_time() - begun
+        rows.append(row(name, answer, seconds))
+        found[name] = dict(figures(answer), told=told_of(answer), seconds=seconds)
     print("\n".join(table(HEAD, rows)))
+    if arguments.json:
+        write_json(arguments.json, found)
     if found:
         print("\n" + summary(found))
     return 0

@@ -99,6 +99,7 @@ struct ErrorMetrics {
   /// Shares of the variation explained in the direction that is imposed [%] (MixedScores), on the hold-out; none without a source that
   /// drives.
   std::optional<double> share_percent = std::nullopt, current_share_percent = std::nullopt, voltage_share_percent = std::nullopt;
+  std::size_t cranks = 0;  ///< of which crank_mae is the mean
 };
 
 /// One regime's error before and after, on the hold-out.

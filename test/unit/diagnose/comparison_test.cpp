@@ -57,6 +57,7 @@ TEST(ErrorMetrics, AreThoseOfAPredictionsScores) {
   EXPECT_DOUBLE_EQ(metrics.max_abs, scores.max_abs);
   ASSERT_TRUE(metrics.crank_mae.has_value());
   EXPECT_DOUBLE_EQ(*metrics.crank_mae, *scores.crank_mean_abs_error);
+  EXPECT_EQ(metrics.cranks, scores.cranks.size());
 }
 
 TEST(ErrorMetrics, ChargeBiasIsPositiveWhereTheModelReadsTooLow) {

@@ -114,6 +114,18 @@ TEST(Summary, SaysWhetherTheErrorOnWhatWasHeldOutFalls) {
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("it goes from 300.0 mV to 400.0 mV RMS, so the base model is given"));
 }
 
+TEST(Summary, NamesTheLargestMeanErrorOfTheTableMarkedOrNot) {
+  Diagnosis diagnosis;
+  diagnosis.verdict = Verdict::kUnknown;
+  diagnosis.regimes = {{"crank", "mean", 6, -1.0, -2.0, 0.5, 0.3, false},
+                       {"high-voltage charge", "mean", 5, 0.899, 0.864, 0.933, 0.06, false},
+                       {"post-charge rest", "mean", 345, 0.158, 0.0895, 0.226, 0.0002, true},
+                       {"short charge", "end", 650, 1.2, 1.1, 1.3, 0.0002, true}};
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("largest in high-voltage charge: +899 mV (95 % +864 to +933 mV, 5 episodes)"));
+  diagnosis.regimes = {{"crank", "mean", 6, -1.0, -2.0, 0.5, 0.3, false}};
+  EXPECT_EQ(std::string::npos, summaryOf(diagnosis).find("largest"));
+}
+
 TEST(NextExperiment, TellsTheTiedApart) {
   Diagnosis diagnosis;
   diagnosis.verdict = Verdict::kAmbiguous;

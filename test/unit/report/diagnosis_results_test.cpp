@@ -29,7 +29,7 @@ TEST(DiagnosisJson, HoldsTheContractsFields) {
   for (const char* part : {"train", "holdout"}) {
     expectKeys(json["fit"][part], {"from_s", "to_s"});
     for (const char* model : {"base", "extended"})
-      expectKeys(json["fit"][model][part], {"q_dyn_percent", "rmse_v", "max_abs_v", "crank_mae_v", "charge_bias_v"});
+      expectKeys(json["fit"][model][part], {"q_dyn_percent", "rmse_v", "max_abs_v", "crank_mae_v", "cranks", "charge_bias_v"});
   }
   EXPECT_EQ(json["fit"]["extended"]["holdout"]["rmse_v"], 0.0064);
   EXPECT_EQ(json["candidates"][0]["holdout_gain_percent"], 95.0);
@@ -143,6 +143,15 @@ TEST(DiagnosisText, TellsTheFamilyWhatWasLearntAndWhatIsTooSmallToMatter) {
   for (const char* piece : {"family       acceptance", "0.94", "learnt       What the currents", "memory of charging over 10 s",
                             "too small    0.4 mV RMS of structure is left"})
     EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
+}
+
+TEST(DiagnosisText, SaysOfHowManyCranksTheirErrorIsTheMean) {
+  Diagnosis diagnosis = test::madeNamed().diagnosis;
+  EXPECT_EQ(diagnosisText(diagnosis).find("  cranks:"), std::string::npos);
+  diagnosis.fit.base_holdout.cranks = 2;
+  diagnosis.fit.base_train.cranks = 6;
+  EXPECT_NE(diagnosisText(diagnosis).find("  cranks: 2 on the hold-out, 6 in training\n"), std::string::npos);
+  EXPECT_EQ(diagnosisJson(diagnosis)["fit"]["base"]["holdout"]["cranks"], 2);
 }
 
 TEST(DiagnosisText, OfAnEmptyDiagnosisIsItsVerdict) {

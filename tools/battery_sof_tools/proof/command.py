@@ -3,7 +3,7 @@
     proof seal  --build B --seed-from HASH --out DIR [--share 1.0]     draws cases and strengths, publishes the labels' digest
     proof run   --build B --seal DIR --out RESULTS                     shows every recording to `sof diagnose`
     proof score --build B --seal DIR --out RESULTS [--markdown FILE] [--pictures FOLDER] [--json FILE]
-    proof quick --build B --seal DIR --out RESULTS                     run anew and score, with bounds: exit code 1 beyond them
+    proof quick --build B --seal DIR --out RESULTS [--json FILE]       run anew and score, with bounds: exit code 1 beyond them
     proof sealed --build B --docs docs/proof --frozen docs/proof/frozen   all of it for the committed seal
 """
 
@@ -14,7 +14,7 @@ import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one process a case; the same sums on every machine
 
-from ..files import digest
+from ..files import digest, write_text
 from ..sof import catalogue, program
 from . import pages, quick, run, score, seal
 
@@ -32,8 +32,7 @@ def do_score(a):
     sys.stdout.write(pages.as_text(report))
     pages.write(report, a.markdown, a.pictures)
     if a.json:
-        with open(a.json, "w") as f:
-            f.write(score.as_json(report) + "\n")
+        write_text(a.json, score.as_json(report) + "\n")
 
 
 def do_quick(a):
@@ -42,6 +41,8 @@ def do_quick(a):
     run.run(a.build, a.seal, a.out, a.jobs, with_truth=False)
     report = score.score(a.seal, a.out, catalogue(program(a.build, "sof")))
     sys.stdout.write(pages.as_text(report))
+    if a.json:
+        write_text(a.json, score.as_json(report) + "\n")
     said = quick.broken(report)
     for one in said:
         print("beyond its bound:", one)
@@ -85,7 +86,7 @@ def arguments(given):
             ("--levels", {"help": "comma-separated; only these"}))
     command("run", do_run, build, sealed, out, jobs)
     command("score", do_score, build, sealed, out, ("--markdown", {}), ("--pictures", {}), ("--json", {}))
-    command("quick", do_quick, build, sealed, out, jobs)
+    command("quick", do_quick, build, sealed, out, jobs, ("--json", {}))
     command("sealed", do_sealed, build, out, jobs, ("--docs", {"required": True}), ("--frozen", {"required": True}))
     return parser.parse_args(given)
 

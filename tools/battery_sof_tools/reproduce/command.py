@@ -1,6 +1,6 @@
 """Repeats the paper's section V on simulated recordings and writes docs/archive/reproduction.md with its pictures.
 
-Usage: reproduce BUILD_FOLDER [--seeds N]. Data sets 1 to 3 are simulated with the reference (Fig. 4), identified and
+Usage: reproduce BUILD_FOLDER [--seeds N] [--docs FOLDER] [--json FILE]. Data sets 1 to 3 are simulated with the reference (Fig. 4), identified and
 predicted with `sof`; `window_experiment` fits data set 1's eleven windows under every setting of the factor experiment.
 """
 
@@ -9,10 +9,11 @@ import concurrent.futures
 import os
 import tempfile
 
-from ..files import ROOT, write_text
+from ..files import ROOT, write_json, write_text
+from . import pictures
 from .data import SETS, Tools, experiment, fit_and_predict, progress, scenario, simulate
-from .page import page, second_set, third_set
-from .pictures import PICTURES, picture_excitation, picture_impedance, picture_prediction, picture_windows
+from .page import PAGE, figures, second_set, third_set
+from .pictures import picture_excitation, picture_impedance, picture_prediction, picture_windows
 from .tables import stretch
 
 
@@ -20,8 +21,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("build")
     parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="folder that archive/ and pictures/ lie in")
+    parser.add_argument("--json", help="file to write the page's numbers to")
     args = parser.parse_args()
-    os.makedirs(PICTURES, exist_ok=True)
+    pictures.PICTURES = os.path.join(args.docs, "pictures")
+    for folder in (pictures.PICTURES, os.path.join(args.docs, "archive")):
+        os.makedirs(folder, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         tools = Tools(os.path.abspath(args.build), folder)
         jobs = [(name, seed) for name in SETS for seed in range(1, args.seeds + 1)]
@@ -42,7 +47,9 @@ def main():
         picture_prediction(stretch(second[0]["data"], 2250, 2400), "Data set 2: 37.5 to 40 min", "reproduction_fig9.png")
         picture_prediction(stretch(second[0]["data"], 3535, 3600), "Data set 2: the last minute", "reproduction_fig10.png")
         picture_prediction(third[0]["data"], "Data set 3: 6 to 12 min", "reproduction_fig11.png")
-        write_text(os.path.join(ROOT, "docs", "archive", "reproduction.md"),
-                   page(rows, first, second, second_fig4, third, impedance_error, args.seeds))
+        found = figures(rows, first, second, second_fig4, third, impedance_error, args.seeds)
+        write_text(os.path.join(args.docs, "archive", "reproduction.md"), PAGE.format(**found))
+        if args.json:
+            write_json(args.json, {key: value for key, value in found.items() if not isinstance(value, str)})
     progress("docs/archive/reproduction.md written")
     return 0

@@ -11,7 +11,7 @@ from ..files import ROOT  # noqa: E402
 from .data import progress, read_columns  # noqa: E402
 from .tables import errors  # noqa: E402
 
-PICTURES = os.path.join(ROOT, "docs", "pictures")
+PICTURES = os.path.join(ROOT, "docs", "pictures")  # or below what --docs says
 
 
 def save(figure, name):

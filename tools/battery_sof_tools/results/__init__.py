@@ -1,0 +1,1 @@
+"""docs/results.json: figures as commands print them, the pages made of them, and the gate that holds new figures against them."""

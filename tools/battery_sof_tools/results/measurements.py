@@ -1,0 +1,200 @@
+"""What is measured: the commands, what of their output is kept, and how long they take.
+
+Figures have their unit in their name. BUILD, DATA and OUT in a command are the build folder, the folder of the measured recordings and a folder of
+its own. `text` of a kept() is what the commands printed, one after the other.
+"""
+
+import collections
+import os
+import re
+
+import numpy as np
+
+from .. import recordings
+from ..diagnose_measured import summary, whole_recordings
+from ..files import ROOT, read_json
+from ..page_pictures import PICTURES
+from ..rates import geometric_mean
+from ..score_next_window import pooled, shares
+
+# commands; kept(out, text): figures; minutes on one free core; whether DATA is needed; files that the commands write below OUT/docs in place of docs/
+Measurement = collections.namedtuple("Measurement", "commands kept minutes data files", defaults=(False, ()))
+NAMES = {one: one.split("/")[1] if one.startswith(("startstop", "frc")) else one.split("/")[0] for one in whole_recordings()}
+NAMES["frc_robot/match"] = "frc_robot"
+STEMS = {one.split("/")[1]: name for one, name in NAMES.items()}
+CAR = "--time-column t_s --current-column current_A --voltage-column voltage_V"
+SOF = "--sof BUILD/devel/lib/battery_sof/sof"
+SCORE = "scripts/score_next_window "
+DRIVES = "DATA/startstop_car/drive_1.csv DATA/startstop_car/drive_2.csv DATA/startstop_car/other_car_1.csv " + CAR
+SMALL_CAR = "DATA/small_car/trip.csv"
+
+
+# ---------------------------------------------------------------------------------------------- scores of predictions
+
+def of_events(one, scale, unit):
+    return {"count": one["count"], "inside_percent": 100 * float(one["inside"]), f"width_{unit}": float(one["width"]) * scale} if one else None
+
+
+def of_windows(found):
+    """Medians over windows, and events of all of them."""
+    figures = {"windows": len(found)}
+    for who in ("model", "naive"):
+        events = pooled(found, who)
+        figures[who] = {key + "share_percent": float(np.median(values)) for key in ("", "current_", "voltage_") if len(values := shares(found, who, key + "share_percent"))}
+        figures[who].update({f"charges_{key[:2]}s_a": float(np.median(events[key]["error"])) for key in ("10 s", "60 s") if events[key]})
+        if events["cranks"]:
+            figures[who]["cranks_mv"] = 1e3 * float(np.mean(events["cranks"]["error"]))
+    inside = pooled(found, "model")
+    figures.update(cranks=of_events(inside["cranks"], 1.0, "v"), charges=of_events(inside["10 s"], 1.0, "a"))
+    return figures
+
+
+def scored(out, _):
+    """Every recording of the JSON files of score_next_window, and the drives of one series together."""
+    found = [one for name in sorted(os.listdir(out)) if name.endswith(".json") for one in read_json(os.path.join(out, name))]
+    figures = {name: of_windows([one for one in found if STEMS[one["recording"]] == name]) for name in dict.fromkeys(STEMS[one["recording"]] for one in found)}
+    drives = [one for one in found if one["recording"] in ("drive_1", "drive_2", "other_car_1")]
+    return dict(figures, drives=of_windows(drives)) if drives else figures
+
+
+def split_command(path, number):
+    one = next(one for one in whole_recordings().values() if one.path == path)
+    options = recordings.column_options(one.columns, one.discharge_positive) if one.columns != recordings.COLUMNS else []
+    return " ".join([SCORE + f"DATA/{path} --split 0.75", *options, SOF, f"--json OUT/{number}.json"])
+
+
+# ---------------------------------------------------------------------------------------------- diagnoses
+
+def diagnosed(out, _):
+    """Figures of every recording as diagnose_measured writes them, and who is ahead."""
+    found = read_json(os.path.join(out, "measured.json"))
+    figures = {NAMES[name]: {"told": one["told"], **{f"{key}_mv": 1e3 * one[key] for key in ("base", "extended", "ridge", "line")},
+                             "base_share_percent": one["shares"][0], "extended_share_percent": one["shares"][1], "seconds": one["seconds"]} for name, one in found.items()}
+    return dict(figures, recordings=len(found), ratio=geometric_mean([one["extended"] / one["base"] for one in found.values()]), summary=summary(found),
+                ridge_ahead=sum(one["ridge"] < one["extended"] for one in found.values()), line_ahead=sum(one["line"] < one["extended"] for one in found.values()))
+
+
+def one_diagnosis(out, text):
+    """All that docs/reading-a-diagnosis.md says of one: its JSON, flat."""
+    answer = read_json(os.path.join(out, "answer.json"))
+    figures = {"verdict": text.split("\n\n")[0].splitlines(), "probability": answer["probability"], "source_percent": 100 * answer["source_share"],
+               "learnable_mv": 1e3 * answer["relevance"]["rmse_v"], "evidence": {one["id"]: one["evidence"] for one in answer["candidates"]}}
+    for part in ("train", "holdout"):
+        for model in ("base", "extended"):
+            metrics = answer["fit"][model][part]
+            figures[f"{model}_{part}"] = {"rmse_mv": 1e3 * metrics["rmse_v"], "largest_v": metrics["max_abs_v"], "cranks": metrics["cranks"],
+                                          "cranks_mv": 1e3 * metrics["crank_mae_v"], "charge_bias_mv": 1e3 * metrics["charge_bias_v"], "share_percent": metrics["share_percent"]}
+    figures["ridge_mv"], figures["line_mv"] = (1e3 * answer[one]["rmse_v"] for one in ("naive", "naive_line"))
+    figures["episodes"] = {one["regime"]: one["episodes"] for one in answer["regimes"] if one["statistic"] == "mean"}
+    figures["mean_mv"] = {one["regime"]: 1e3 * one["value"] for one in answer["regimes"] if one["statistic"] == "mean"}
+    figures["compared_mv"] = {one["regime"]: {"base": 1e3 * one["base_rmse_v"], "extended": 1e3 * one["extended_rmse_v"]} for one in answer["fit"]["regimes"]}
+    figures["change_percent"] = {one["parameter"]: {} for one in answer["absorption"]}
+    for one in answer["absorption"]:
+        figures["change_percent"][one["parameter"]][one["regime"]] = 100 * one["change"]
+    return figures
+
+
+# ---------------------------------------------------------------------------------------------- benchmarks of the diagnosis
+
+def strangers(out, _):
+    cases = read_json(os.path.join(out, "cases.json"))["cases"]
+    others = [one for one in cases if one["kind"] == "other_form"]
+    figures = {kind: {"alarms": sum(one["outcome"] == "alarm" for one in cases if one["kind"] == kind),
+                      "cases": sum(one["kind"] == kind for one in cases)} for kind in ("null", "imperfect_null")}
+    count = collections.Counter(one["outcome"] for one in others)
+    ratios = [one["ratio"] for one in others if one["ratio"] is not None]
+    ridges = [one["ridge_v"] / one["base_v"] for one in others if one["ridge_v"] and one["base_v"]]
+    return dict(figures, others=len(others), right=count["right"] + count["beside"], beside=count["beside"], wrong=count["wrong"], no_family=count["none"], missed=count["missed"],
+                ratio=geometric_mean(ratios), half=sum(one <= 0.5 for one in ratios), worse=sum(one > 1.02 for one in ratios), ridge_ratio=geometric_mean(ridges),
+                ahead_of_ridge=sum(one["extended_v"] < one["ridge_v"] for one in others if one["ratio"] is not None and one["ridge_v"]))
+
+
+def fleet_nulls(_, text):
+    """Alarms and judged recordings of two tables of sof-fleet judge, added up."""
+    figures = {}
+    for kind in ("null", "imperfect_null"):
+        rows = [re.search(r"(\d+) of (\d+)", line) for line in text.splitlines() if line.startswith(f"| {kind} |")]
+        figures[kind] = {"alarms": sum(int(row[1]) for row in rows), "cases": sum(int(row[2]) for row in rows)}
+    return figures
+
+
+def proof(out, _):
+    """k of n, or the value, of every figure of a scored proof."""
+    return {key: {"k": one["k"], "n": one["n"]} if one["k"] is not None else {"value": one["value"], "n": one["n"]}
+            for key, one in read_json(os.path.join(out, "score.json"))["figures"].items()}
+
+
+def sealed(*_):
+    """The last two sealed runs together, as they are committed."""
+    runs = [read_json(os.path.join(ROOT, "docs", "proof", run, "score.json")) for run in ("seventh", "eighth")]
+    keys = ("false_alarm", "false_name", "first_C1", "class_C2", "x1_class", "decoy_physics")
+    return dict({key: {part: sum(run["figures"][key][part] for run in runs) for part in "kn"} for key in keys}, cases=sum(run["seal"]["cases"] for run in runs))
+
+
+# ---------------------------------------------------------------------------------------------- speed
+
+def ratio_of(text, line):
+    """Median and range of the last ratio of a line of bench or bench_composed that begins so."""
+    row = next(one for one in text.splitlines() if one.startswith(line))
+    least, most = re.findall(r"(\d+\.\d+) \.\. +(\d+\.\d+)", row)[-1]
+    median = float(re.findall(r"\d+\.\d+", row[:row.rindex(f"{least} ..")])[-1])
+    return {"ratio": median, "least": float(least), "most": float(most)}
+
+
+def speed(_, text):
+    return {"search_over_ceres": ratio_of(text, "Ceres autodiff, plain, QR, bounds"), "search_over_plain_ceres": ratio_of(text, "Ceres autodiff, plain, Cholesky  "),
+            "composed_over_ceres": ratio_of(text, "Ceres autodiff, QR   "), "composed_ms": float(re.search(r"^ours: compressed, then full rate +(\d+)", text, re.M)[1])}
+
+
+def queries(_, text):
+    rows = re.findall(r"work of a question: 99 % within ([\d.]+) ms, longest ([\d.]+) ms.*\n.*sample: 99 % within ([\d.]+) ms, longest ([\d.]+) ms", text)
+    keys = ("work_p99_ms", "work_longest_ms", "delay_p99_ms", "delay_longest_ms")
+    return {name: dict(zip(keys, map(float, row))) for name, row in zip(("base", "effects"), rows)}
+
+
+def stops(_, text):
+    """Rows of compare_stop_rules by limit and rule; of several recordings those of all."""
+    figures, limit = {}, None
+    for line in text.splitlines():
+        cells = [one.strip() for one in line.strip("|").split("|")]
+        if line.startswith("| recording"):
+            limit = re.search(r"below ([\d.]+) V", line)[1].replace(".", "_") + "_v"
+        elif cells[0] == "all":
+            begun, count = map(int, cells[2].split(" of "))
+            figures.setdefault(limit, {})[cells[1].split(" ")[0]] = {"begun": begun, "stops": count, "off_s": float(cells[3].split()[0]), "to_the_end": int(cells[4]),
+                                                                     "below": int(cells[5]), "missed": int(cells[7])}
+    return figures
+
+
+RULES = "scripts/compare_stop_rules --build BUILD "
+TWO_DRIVES = "DATA/startstop_car/drive_1.csv DATA/startstop_car/drive_2.csv " + CAR
+STRANGERS = "scripts/strangers --build BUILD --out OUT --seed {} --kinds null=10,imperfect_null=20,other_form=58 --json OUT/cases.json"
+
+
+def nulls_of(seed):
+    cases, fleet = f"OUT/{seed}", f"OUT/fleet_{seed}"
+    return (f"scripts/strangers --build BUILD --out {cases} --seed {seed} --rate 1 --duration 300 --kinds null=300,imperfect_null=300 --only-draw",
+            f"scripts/sof-fleet run {cases}/recordings --out {fleet} --build BUILD", f"scripts/sof-fleet judge {fleet}")
+
+
+MEASUREMENTS = {
+    "next_window": Measurement((f"{SCORE}{DRIVES} {SOF} --json OUT/1.json --picture OUT/docs/pictures/next_window.png", f"{SCORE}{SMALL_CAR} {SOF} --json OUT/2.json"),
+                               scored, 4, True, ("pictures/next_window.png",)),
+    "next_window_paper": Measurement((f"{SCORE}{DRIVES} {SOF} --effects none --json OUT/1.json", f"{SCORE}{SMALL_CAR} {SOF} --effects none --json OUT/2.json"), scored, 2, True),
+    "last_quarter": Measurement(tuple(split_command(path, n) for n, path in enumerate(("ev_12v/load.csv", "ageing_bench/cycles.csv", "solar_vrla/ten_days.csv", "agm_bench/full_cycle.csv"))),
+                                scored, 1, True),
+    "diagnosis": Measurement(("scripts/diagnose_measured BUILD --data DATA --json OUT/measured.json",), diagnosed, 3, True),
+    "small_car": Measurement((f"BUILD/devel/lib/battery_sof/sof diagnose {SMALL_CAR} --threads 1 --json OUT/answer.json --report OUT/page.html",
+                              "scripts/page_pictures OUT/page.html OUT/docs/pictures"), one_diagnosis, 0.5, True, tuple(f"pictures/{one}" for one in PICTURES)),
+    "study": Measurement(("scripts/study BUILD --data DATA --docs OUT/docs --json OUT/study.json",), lambda out, _: read_json(os.path.join(out, "study.json")), 10, True, ("archive/study.md", "pictures/suitability.png")),
+    "reproduction": Measurement(("scripts/reproduce BUILD --docs OUT/docs --json OUT/reproduction.json",), lambda out, _: read_json(os.path.join(out, "reproduction.json")), 8, False,
+                                ("archive/reproduction.md", *(f"pictures/reproduction_{one}.png" for one in ("impedance", "fig5", "fig6", "fig7_8", "fig9", "fig10", "fig11")))),
+    "proof_quick": Measurement(("scripts/proof quick --build BUILD --seal test/proof/quick --out OUT/quick --json OUT/score.json",), proof, 5, False),
+    "sealed": Measurement((), sealed, 0),
+    "stops": Measurement(tuple(f"{RULES}{TWO_DRIVES} --u-required {limit}" for limit in ("7.2", "9", "9.5", "10", "10.3", "10.6")), stops, 3, True),
+    "weakening": Measurement((f"{RULES}--weakening 10 --u-required 9",), stops, 20, False),
+    "strangers": Measurement((STRANGERS.format(36),), strangers, 40, False),
+    "nulls_1hz": Measurement((*nulls_of(41), *nulls_of(43)), fleet_nulls, 120, False),
+    "speed": Measurement(("scripts/bench BUILD", "scripts/bench_composed BUILD"), speed, 5, False),
+    "queries": Measurement(("scripts/with_ros bash -c '. BUILD/devel/setup.sh && exec scripts/bench_queries BUILD 60'",), queries, 4, False),
+}
