@@ -91,7 +91,7 @@ TEST(ExtrapolationOf, AnIntervalThatSaysNothingIsNoValidAnswerToAnyQuestion) {
     const CrankingAnswer crank = predictCranking(model, {-20.0, 30.0, -200.0, 1.0, 7.2});
     const StopTimeAnswer stop = predictStopTime(model, {-20.0, -200.0, 1.0, 7.2});
     const ChargeAcceptanceAnswer charge = predictChargeAcceptance(model, {13.4, 10.0, 5000.0});
-    const ProfileAnswer profile = simulateProfile(model, {1.0, 2.0}, {-20.0, 20.0});
+    const ProfileAnswer profile = simulateProfile(model, {60.0, 120.0}, {-20.0, 20.0});
     const bool charges_only = row == 1;
     for (const auto& [valid, message] : {std::pair(crank.valid, crank.message), std::pair(stop.valid, stop.message)}) {
       EXPECT_EQ(valid, charges_only) << row << ": " << message;

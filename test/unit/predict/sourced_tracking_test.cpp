@@ -279,7 +279,7 @@ TEST(SessionAtASource, StatusSaysWhoImposesWhat) {
   EXPECT_EQ(status.voltage_drives, static_cast<bool>(source.imposes_voltage.back()));
   EXPECT_GT(status.crank_contest.events, 3);
   EXPECT_GE(status.charge_contest.events, 3);
-  const auto& charges = session.session.model()->intervals.experience.charges;
+  const std::vector<PastCharge> charges = session.session.model()->intervals.experience.charges;
   ASSERT_GT(charges.size(), 3u);
   EXPECT_EQ(session.session.chargeVoltage(), usualVoltage(charges));
   const auto below =

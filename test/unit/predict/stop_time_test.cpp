@@ -22,7 +22,7 @@ StopTimeQuery usualQuery(double u_required) {
 }
 
 CrankingQuery crankAfter(const StopTimeQuery& query, double t_stop) {
-  return {query.i_load, t_stop, query.i_cranking, query.t_cranking, query.u_required};
+  return {query.i_load, t_stop, query.i_cranking, query.t_cranking, askedFor(query.u_required)};
 }
 
 /**
