@@ -46,12 +46,6 @@ HeldRecording fromCsv(const std::string& path, const CsvColumns& columns, const 
   return held(readCsv(path, columns), hash);
 }
 
-/// The name as Python has names of files that are not UTF-8 (os.fsdecode).
-py::object nameOf(const Recording& recording) {
-  return py::reinterpret_steal<py::object>(
-      PyUnicode_DecodeFSDefaultAndSize(recording.name.data(), static_cast<py::ssize_t>(recording.name.size())));
-}
-
 py::dict rejectedOf(const HeldRecording& held) {
   const RejectedCounts& counts = held.recording.rejected;
   py::dict rejected;
@@ -73,7 +67,7 @@ void defineRecording(py::module_& module) {
                      const std::optional<std::string>& temperature, bool discharge_positive, const std::string& hash) {
                     return fromCsv(path, {time, current, voltage, temperature, discharge_positive}, hash);
                   })
-      .def_property_readonly("name", [](const HeldRecording& held) { return nameOf(held.recording); })
+      .def_property_readonly("name", [](const HeldRecording& held) { return held.recording.name; })
       .def_property_readonly("time_s", [](const HeldRecording& held) { return numpyOf(held.recording.series.time); })
       .def_property_readonly("current_a", [](const HeldRecording& held) { return numpyOf(held.recording.series.current); })
       .def_property_readonly("voltage_v", [](const HeldRecording& held) { return numpyOf(held.recording.series.voltage); })
