@@ -68,12 +68,14 @@ def fit_and_predict(tools, recording, window, ahead):
     return json.loads(fit), json.loads(scores), read_columns(samples)
 
 
+WORDS = ("driven_by",)  # columns that hold no numbers
+
+
 def read_columns(path):
     with open(path, newline="") as file:
         reader = csv.reader(file)
-        names = next(reader)
-        columns = list(zip(*[[float(value) for value in row] for row in reader]))
-    return dict(zip(names, columns))
+        columns = dict(zip(next(reader), zip(*reader)))
+    return {name: [float(value) for value in values] for name, values in columns.items() if name not in WORDS}
 
 
 def experiment(tools, recordings):

@@ -77,7 +77,7 @@ def diagnosed(out, _):
 def one_diagnosis(out, text):
     """All that docs/reading-a-diagnosis.md says of one: its JSON, flat."""
     answer = read_json(os.path.join(out, "answer.json"))
-    figures = {"verdict": text.split("\n\n")[0].splitlines(), "probability": answer["probability"], "source_percent": 100 * answer["source_share"],
+    figures = {"verdict": text.split("\nrecording ")[0].splitlines(), "probability": answer["probability"], "source_percent": 100 * answer["source"],
                "learnable_mv": 1e3 * answer["relevance"]["rmse_v"], "evidence": {one["id"]: one["evidence"] for one in answer["candidates"]}}
     for part in ("train", "holdout"):
         for model in ("base", "extended"):
