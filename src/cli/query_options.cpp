@@ -70,8 +70,7 @@ void addQueryOptions(CLI::App& command, QueryArguments& arguments) {
 }
 
 FittedModel modelOf(const QueryArguments& arguments) {
-  if (!(arguments.capacity_ah > 0.0) || !std::isfinite(arguments.capacity_ah))
-    throw UsageError(sentence("--capacity-ah is %g, expected above 0 and finite", arguments.capacity_ah));
+  if (!(arguments.capacity_ah > 0.0)) throw UsageError(sentence("--capacity-ah is %g, expected above 0", arguments.capacity_ah));
   const FittedModel saved = readModelFile(arguments.model);
   return arguments.rested ? rested(saved) : saved;
 }
