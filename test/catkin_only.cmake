@@ -4,7 +4,7 @@ battery_sof_gtest(node_options_test FOLDERS unit/ros LINK battery_sof_ros ${YAML
 if(BATTERY_SOF_SANITIZE_THREADS)
   target_compile_options(node_options_test PRIVATE ${thread_sanitizer})
 endif()
-battery_sof_gtest(property_test FOLDERS property LINK battery_sof battery_sof_reference)
+battery_sof_gtest(property_test FOLDERS property LINK battery_sof battery_sof_simulator)
 battery_sof_gtest(architecture_test FOLDERS architecture)
 target_compile_definitions(architecture_test PRIVATE BATTERY_SOF_CXX="${CMAKE_CXX_COMPILER}"
   BATTERY_SOF_EIGEN_DIR="${EIGEN3_INCLUDE_DIRS}")

@@ -3,20 +3,20 @@
 #include <algorithm>
 
 #include "battery_sof/diagnose/diagnose.hpp"
-#include "reference/case_draft.hpp"
-#include "reference/scenario_file.hpp"
-#include "reference/simulation.hpp"
-#include "reference/stranger_case.hpp"
+#include "simulator/catalogue_draft.hpp"
+#include "simulator/scenario_file.hpp"
+#include "simulator/simulation.hpp"
+#include "simulator/law_scenario.hpp"
 
 namespace battery_sof {
 namespace {
 
-namespace reference = battery_sof_reference;
+namespace reference = battery_sof_simulator;
 
-Recording recordingOf(const std::string& name, const reference::Scenario& scenario) {
+Recording recordingOf(const std::string& name, const std::vector<reference::RecordedSample>& samples) {
   Recording recording;
   recording.name = name;
-  for (const reference::RecordedSample& sample : reference::simulate(scenario).samples) {
+  for (const reference::RecordedSample& sample : samples) {
     recording.series.time.push_back(sample.time);
     recording.series.current.push_back(sample.current);
     recording.series.voltage.push_back(sample.voltage);
@@ -25,9 +25,14 @@ Recording recordingOf(const std::string& name, const reference::Scenario& scenar
   return recording;
 }
 
-Recording recordingOf(const reference::CaseKind& kind, std::uint64_t seed, double duration, double scale = 1.0) {
-  constexpr double kRate = 100.0;  // [Hz]
-  return recordingOf(kind.family, reference::recordedScenario(reference::drawCase(kind, seed, duration, kRate, {scale})));
+Recording recordingOf(const reference::ScenarioKind& kind, std::uint64_t seed, double duration, double scale = 1.0, double rate = 100.0) {
+  reference::Order order;
+  order.what = kind;
+  order.seed = seed;
+  order.duration = duration;
+  order.rate = rate;
+  order.scale = {scale};
+  return recordingOf(kind.kind, reference::simulate(reference::recordedScenario(reference::drawCatalogue(order))).samples);
 }
 
 Diagnosis diagnosisOf(const Recording& recording) {
@@ -48,14 +53,14 @@ std::vector<std::string> namesBeyondStructure(const Diagnosis& diagnosis) {
 /// A filter before the sampling does not commute with a resistance that changes with the current's sign.
 TEST(DiagnoseCases, WhatTheFilterLeavesWhereTheCurrentChangesSignIsNoMismatch) {
   for (const std::uint64_t seed : {7021u, 7139u}) {
-    const Diagnosis diagnosis = diagnose(recordingOf({"null", "-"}, seed, 1200.0));
+    const Diagnosis diagnosis = diagnose(recordingOf({"base_control"}, seed, 1200.0));
     EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << "seed " << seed << ": " << diagnosis.summary;
   }
 }
 
 /// Several effects of structure together do what its columns do. A fast arc and a lag are one to any recording.
 TEST(DiagnoseCases, AModelThatTheEdgesChangeLastIsAnswered) {
-  const Diagnosis diagnosis = diagnosisOf(recordingOf({"structural_null", "-"}, 5825019654786576155u, 400.0));
+  const Diagnosis diagnosis = diagnosisOf(recordingOf({"structural_control"}, 5825019654786576155u, 400.0));
   EXPECT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
   EXPECT_EQ(Family::kStructure, diagnosis.family) << diagnosis.summary;
   for (const std::string& id : namesBeyondStructure(diagnosis)) EXPECT_EQ("sensor_lag", id) << diagnosis.summary;
@@ -64,7 +69,7 @@ TEST(DiagnoseCases, AModelThatTheEdgesChangeLastIsAnswered) {
 
 /// The instant of the step lies far from any that a coarse grid tries.
 TEST(DiagnoseCases, AContactThatChangesIsNamedAndItsInstantFound) {
-  const Diagnosis diagnosis = diagnosisOf(recordingOf({"decoy", "contact_resistance"}, 998998567892690526u, 1200.0));
+  const Diagnosis diagnosis = diagnosisOf(recordingOf({"instrument_fault", "contact_resistance"}, 998998567892690526u, 1200.0));
   ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
   const NamedEffect& first = diagnosis.effects.front();
   ASSERT_EQ("contact_resistance", first.id);
@@ -93,8 +98,7 @@ TEST(DiagnoseCases, OneSampleASecondOfNothingIsNoMismatch) {
   int alarms = 0;
   std::string told;
   for (std::uint64_t seed = 5301; seed <= 5330; ++seed) {
-    const Diagnosis diagnosis =
-        diagnose(recordingOf("null", reference::recordedScenario(reference::drawCase({"null", "-"}, seed, 300.0, 1.0, {1.0}))));
+    const Diagnosis diagnosis = diagnose(recordingOf({"base_control"}, seed, 300.0, 1.0, 1.0));
     if (diagnosis.verdict == Verdict::kNoMismatch) continue;
     ++alarms;
     told += std::to_string(seed) + ": " + diagnosis.summary + "\n";
@@ -118,7 +122,7 @@ TEST(DiagnoseCases, ASearchThatStoppedShortIsBegunAnew) {
 TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
   reference::Scenario scenario = reference::loadScenario(std::string(BATTERY_SOF_SOURCE_DIR) + "/config/scenarios/city_drive.yaml");
   scenario.duration = 1200.0;
-  const Diagnosis diagnosis = diagnosisOf(recordingOf("city_drive", scenario));
+  const Diagnosis diagnosis = diagnosisOf(recordingOf("city_drive", reference::simulate(scenario).samples));
   ASSERT_EQ(Verdict::kSeveral, diagnosis.verdict) << diagnosis.summary;
   std::vector<std::string> ids;
   for (const NamedEffect& effect : diagnosis.effects) ids.push_back(effect.id);
@@ -130,25 +134,16 @@ TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
 
 /// A family was taken, let go beside the others and taken again, without end.
 TEST(DiagnoseCases, AFamilyThatComesAndGoesIsAnswered) {
-  reference::StrangerOrder order;
-  order.family = "acceptance";
-  order.form = "spread_refill";
+  reference::Order order;
+  order.what = {reference::kOutOfCatalogue, "spread_refill", "acceptance"};
   order.seed = 3701564531710842015u;
-  Recording recording;
-  recording.name = "stranger";
-  for (const reference::RecordedSample& sample : reference::drawStrangerCase(order).samples) {
-    recording.series.time.push_back(sample.time);
-    recording.series.current.push_back(sample.current);
-    recording.series.voltage.push_back(sample.voltage);
-  }
-  recording.offered = recording.series.size();
-  const Diagnosis diagnosis = diagnosisOf(recording);
+  const Diagnosis diagnosis = diagnosisOf(recordingOf("law", reference::drawLawScenario(order).samples));
   EXPECT_EQ(Family::kAcceptance, diagnosis.family) << diagnosis.summary;
 }
 
 /// The catalogue's structure is not quite this circuit: what is left of it had been called a gain error.
 TEST(DiagnoseCases, WhatStructureLeavesOfAnotherCircuitIsNotNamed) {
-  const Diagnosis diagnosis = diagnosisOf(recordingOf({"structural_null", "-"}, 5869412862424578606u, 1200.0));
+  const Diagnosis diagnosis = diagnosisOf(recordingOf({"structural_control"}, 5869412862424578606u, 1200.0));
   for (const std::string& id : namesBeyondStructure(diagnosis))
     EXPECT_TRUE(id == "sensor_lag" || id == "time_skew") << id << ": " << diagnosis.summary;
 }

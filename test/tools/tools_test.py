@@ -260,7 +260,7 @@ class Laws(unittest.TestCase):
         self.assertGreater(abs(drawn["level_v"]) + drawn["resistance_ohm"], 0.0)
 
     def test_a_law_is_made_as_strong_as_it_is_wanted_and_refused_beyond_its_bounds(self):
-        draw = program(BUILD, "draw_stranger")
+        draw = program(BUILD, "draw_scenario")
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "measured.csv")
             recordings.write(path, self.t, self.i, self.u)

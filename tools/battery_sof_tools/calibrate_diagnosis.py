@@ -20,13 +20,14 @@ from .files import append, lines_of
 from .progress import followed
 from .proof.names import alike
 from .rates import rate
+from .scenario import KIND_OF
 from .sof import Failure, catalogue, diagnose, program
 
 
 def cases_of(draw, wanted, first_seed, only):
     listed = [line.split() for line in subprocess.run([draw, "--list"], check=True, capture_output=True, text=True).stdout.splitlines()]
     for family, count in wanted.items():
-        ids = [words[1] if len(words) > 1 else "" for words in listed if words[0] == family]
+        ids = [name for kind, _, name in listed if kind == KIND_OF.get(family, family)]
         if not ids:
             sys.exit(f"no family {family}; known: {', '.join(sorted({words[0] for words in listed}))}")
         for name in ids:
@@ -40,8 +41,8 @@ def run_case(draw, sof, case, keep):
     family, name, seed = case
     with tempfile.TemporaryDirectory() as folder:
         recording, label = os.path.join(keep or folder, f"{family}_{name}_{seed}.csv"), os.path.join(folder, "label.json")
-        command = [draw, "--family", family, "--seed", str(seed), "--out", recording, "--label", label]
-        if name:
+        command = [draw, "--kind", KIND_OF.get(family, family), "--seed", str(seed), "--out", recording, "--label", label]
+        if name != "-":
             command += ["--id", name]
         drawn = subprocess.run(command, capture_output=True, text=True)
         if drawn.returncode:
@@ -126,7 +127,7 @@ def main():
     parser.add_argument("--keep", help="folder to leave the recordings in")
     parser.add_argument("--report-only", action="store_true")
     arguments = parser.parse_args()
-    draw, sof = program(arguments.build, "draw_case"), program(arguments.build, "sof")
+    draw, sof = program(arguments.build, "draw_scenario"), program(arguments.build, "sof")
     out = arguments.out or os.path.join(arguments.build, "calibration")
     os.makedirs(out, exist_ok=True)
     path = os.path.join(out, "results.jsonl")

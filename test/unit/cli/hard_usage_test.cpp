@@ -5,7 +5,7 @@
 
 #include "battery_sof/recording/csv.hpp"
 #include "battery_sof/recording/separate_files.hpp"
-#include "reference/simulate_command.hpp"
+#include "simulator/simulate_command.hpp"
 #include "support/base_drive.hpp"
 #include "support/sof_command.hpp"
 
@@ -107,7 +107,7 @@ TEST_F(HardUsage, TwoOutputsAreTwoFiles) {
 TEST_F(HardUsage, TheSimulatorIsToldWhichFilesItWouldReadAndWrite) {
   const std::string scenario = write("scenario.yaml", "name: x\n");
   const auto run = [](const auto& arguments, std::ostream& out, std::ostream& err) {
-    return battery_sof_reference::runSimulate(arguments, out, err, requireSeparateFiles);
+    return battery_sof_simulator::runSimulate(arguments, out, err, requireSeparateFiles);
   };
   const Outcome outcome = test::outcomeOf(run, {scenario, path("out.csv"), "--json", scenario});
   EXPECT_EQ(outcome.code, 2);
@@ -118,7 +118,7 @@ TEST_F(HardUsage, NumbersAreDecimal) {
   const std::string file = drive();
   EXPECT_NE(sof({"identify", file, "--out", path("m.yaml"), "--from", "0x10"}).err.find("expected seconds"), std::string::npos);
   EXPECT_NE(sof({"charge", model(), "--u-boost", "0x0e"}).err.find("--u-boost is \"0x0e\", expected a decimal number"), std::string::npos);
-  const Outcome seed = test::outcomeOf([](auto&... all) { return battery_sof_reference::runSimulate(all...); },
+  const Outcome seed = test::outcomeOf([](auto&... all) { return battery_sof_simulator::runSimulate(all...); },
                                        {path("s.yaml"), path("o.csv"), "--seed", "-1"});
   EXPECT_EQ(seed.code, 2);
   EXPECT_NE(seed.err.find("is no seed"), std::string::npos) << seed.err;

@@ -9,6 +9,7 @@ import statistics
 
 from ..files import read_json
 from ..rates import rate
+from ..scenario import as_planned
 from ..strangers.cases import LABELS, path
 from ..tables import table
 from . import database, discoveries
@@ -24,7 +25,7 @@ def label_of(recording):
     label = path(os.path.dirname(folder), LABELS, os.path.splitext(name)[0], "json")
     if not os.path.exists(label):
         raise SystemExit(f"{recording}: no label {label}; only recordings of strangers --only-draw can be judged")
-    return read_json(label)
+    return as_planned(read_json(label))
 
 
 def left_on_training(base):

@@ -1,4 +1,4 @@
-"""The two programs the benchmark calls: `draw_case` makes a case, `sof diagnose` is asked about its recording."""
+"""The two programs the benchmark calls: `draw_scenario` makes a case, `sof diagnose` is asked about its recording."""
 
 import json
 import os
@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import tempfile
 
+from ..scenario import KIND_OF
 from ..sof import RECORDING, Failure, call, diagnose, product_digest, program
 
 LABEL = "label.json"
@@ -15,7 +16,7 @@ METRICS = ("rmse_v", "q_dyn_percent", "crank_mae_v", "charge_bias_v", "charge_cu
 
 class Programs:
     def __init__(self, build):
-        self.draw_case, self.sof = program(build, "draw_case"), program(build, "sof")
+        self.draw_scenario, self.sof = program(build, "draw_scenario"), program(build, "sof")
 
     def product(self):
         """SHA-256 over `sof` and the product's libraries."""
@@ -27,7 +28,8 @@ class Programs:
     def draw(self, case, folder, quiet=False):
         """Draws a case into a folder: path of the recording, and the label. Scale 1 is the generator's own."""
         recording, label = os.path.join(folder, RECORDING), os.path.join(folder, LABEL)
-        command = [self.draw_case, "--family", case["family"], "--seed", str(case["seed"]), "--out", recording, "--label", label]
+        command = [self.draw_scenario, "--kind", KIND_OF.get(case["family"], case["family"]), "--seed", str(case["seed"]),
+                   "--out", recording, "--label", label]
         if case["id"] != "-":
             command += ["--id", case["id"]]
         if any(scale != 1.0 for scale in case["scale"]):
@@ -38,7 +40,7 @@ class Programs:
             command += ["--quiet"]
         told = subprocess.run(command, capture_output=True, text=True)
         if told.returncode:
-            raise Failure(f"draw_case: {told.stderr.strip()[:300]}")
+            raise Failure(f"draw_scenario: {told.stderr.strip()[:300]}")
         with open(label) as f:
             return recording, json.load(f)
 

@@ -15,7 +15,7 @@ INSTANT_SHARE = 0.35   # of all charge has passed when a contact changes
 LONGEST_S = 3600.0     # of a stretch that is shown, from its beginning
 SLOW_S = 86400.0       # the same where samples are seconds apart
 SLOW_INTERVAL_S = 2.0
-INSTRUMENT, LONGEST_INSTRUMENT_S = "instrument", 10800.0  # as draw_stranger --beside takes them
+INSTRUMENT, LONGEST_INSTRUMENT_S = "instrument", 10800.0  # as draw_scenario --into takes them
 
 
 def rounds(seed, forms, only=()):

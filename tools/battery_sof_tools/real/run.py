@@ -26,7 +26,7 @@ def essentials(answer):
 
 
 def in_folder(folder):
-    """Names of the recordings of a folder that are written as draw_stranger writes them. SystemExit where there are none."""
+    """Names of the recordings of a folder that are written as draw_scenario writes them. SystemExit where there are none."""
     names = sorted(name[:-len(".csv")] for name in os.listdir(folder) if name.endswith(".csv")) if os.path.isdir(folder) else []
     if not names:
         raise SystemExit(f"{folder}: no folder of recordings, expected CSV files (time_s, current_a, voltage_v)")

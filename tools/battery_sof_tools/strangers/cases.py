@@ -6,6 +6,8 @@ import os
 import random
 import subprocess
 
+from ..scenario import LAW_KIND_OF
+
 KINDS = ("null", "imperfect_null", "other_form")
 RECORDINGS, LABELS, ANSWERS, RIDGES = "recordings", "labels", "answers", "ridges"
 
@@ -20,12 +22,12 @@ def seed_of(*parts):
 
 
 def forms_of(draw):
-    """{family: [form, ...]} of other forms, as `draw_stranger --list` names them."""
+    """{family: [form, ...]} of other forms, as `draw_scenario --list` names them."""
     told = subprocess.run([draw, "--list"], capture_output=True, text=True, check=True)
     forms = collections.defaultdict(list)
     for line in told.stdout.splitlines():
         kind, family, form = line.split()
-        if kind == "other_form":
+        if kind == LAW_KIND_OF["other_form"]:
             forms[family].append(form)
     return dict(forms)
 
@@ -52,7 +54,8 @@ def drawn(draw, out, case):
     recording, label = path(out, RECORDINGS, case["name"], "csv"), path(out, LABELS, case["name"], "json")
     if os.path.exists(recording) and os.path.exists(label):
         return None
-    command = [draw, "--kind", case["kind"], "--seed", str(case["seed"]), "--out", recording, "--label", label]
-    command += [word for key in ("family", "form", "rate", "duration") if key in case for word in ("--" + key, str(case[key]))]
+    command = [draw, "--kind", LAW_KIND_OF[case["kind"]], "--seed", str(case["seed"]), "--out", recording, "--label", label]
+    options = {"family": "--mechanism", "form": "--id", "rate": "--rate", "duration": "--duration"}
+    command += [word for key, option in options.items() if key in case for word in (option, str(case[key]))]
     told = subprocess.run(command, capture_output=True, text=True)
     return None if told.returncode == 0 else f"{case['name']}: {told.stderr.strip()[:300]}"

@@ -70,7 +70,7 @@ def run(jobs, work, todo, what):
 
 def draw_cases(a):
     """Draws what is not drawn yet. Returns the names of the recordings."""
-    draw = required(os.path.abspath(a.draw)) if a.draw else program(a.build, "draw_stranger")
+    draw = required(os.path.abspath(a.draw)) if a.draw else program(a.build, "draw_scenario")
     for folder in (RECORDINGS, LABELS):
         os.makedirs(os.path.join(a.out, folder), exist_ok=True)
     given = {key: value for key, value in (("rate", a.rate), ("duration", a.duration)) if value is not None}
@@ -96,7 +96,7 @@ def arguments(given):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", default="build", help="folder of the build")
     parser.add_argument("--sof", help="another sof than the build's")
-    parser.add_argument("--draw", help="another draw_stranger than the build's")
+    parser.add_argument("--draw", help="another draw_scenario than the build's")
     parser.add_argument("--out", required=True, help="folder of cases and answers")
     parser.add_argument("--kinds", default=USUAL, help=f"how many of each ({USUAL})")
     parser.add_argument("--seed", type=int, default=1)

@@ -8,6 +8,7 @@ import statistics
 from .. import families, tables
 from ..files import read_json
 from ..rates import geometric_mean, rate, spread
+from ..scenario import as_planned
 from .cases import ANSWERS, LABELS, RIDGES, path
 
 
@@ -65,7 +66,7 @@ def opened(out, catalogue=None):
             failed.append(f"{name}: {said['failed']}")
             continue
         naive = read_json(ridge)["rmse_v"] if os.path.exists(ridge) else None
-        cases.append(Case(read_json(label), said["answer"], catalogue, said["seconds"], naive, name))
+        cases.append(Case(as_planned(read_json(label)), said["answer"], catalogue, said["seconds"], naive, name))
     return cases, failed
 
 

@@ -1,0 +1,39 @@
+#include "simulator/bag_output.hpp"
+
+#include <rosbag/bag.h>
+#include <sensor_msgs/BatteryState.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace battery_sof_simulator {
+namespace {
+
+constexpr char kTopic[] = "/battery_state";
+constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+
+sensor_msgs::BatteryState messageOf(const RecordedSample& sample, float temperature) {
+  sensor_msgs::BatteryState message;
+  message.header.stamp.fromNSec(static_cast<std::uint64_t>(std::llround(sample.time * 1e9)));
+  message.current = static_cast<float>(sample.current);
+  message.voltage = static_cast<float>(sample.voltage);
+  message.temperature = temperature;
+  message.charge = message.capacity = message.design_capacity = message.percentage = kUnknown;
+  message.present = 1;
+  return message;
+}
+
+}  // namespace
+
+void writeBag(const std::filesystem::path& path, const Simulation& simulation, bool with_temperature) {
+  rosbag::Bag bag(path.string(), rosbag::bagmode::Write);
+  for (std::size_t n = 0; n < simulation.samples.size(); ++n) {
+    const float temperature = with_temperature ? static_cast<float>(simulation.temperature[n]) : kUnknown;
+    const auto message = messageOf(simulation.samples[n], temperature);
+    bag.write(kTopic, std::max(message.header.stamp, ros::TIME_MIN), message);
+  }
+  bag.close();
+}
+
+}  // namespace battery_sof_simulator

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <functional>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace battery_sof_simulator {
+
+/// Exit codes of the simulator's programs.
+constexpr int kDone = 0;      ///< done, or help was asked for
+constexpr int kNegative = 1;  ///< a battery's equations have no solution
+constexpr int kUsage = 2;     ///< wrong usage or input
+
+/// @return why a text is no seed, a whole number of 0 or more in decimal digits; empty when it is one.
+std::string isSeed(const std::string& text);
+
+/**
+ * @brief Reads a program's arguments and does its work; faults become one sentence on err.
+ * @param app  its options, bound to where work finds them.
+ * @param arguments without the program's name.
+ * @param name begins each sentence.
+ * @return kDone; kNegative when work throws NoSolution; kUsage for arguments that app refuses and
+ * for every other exception. Never throws.
+ */
+int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name, const std::function<void()>& work,
+               std::ostream& out, std::ostream& err);
+
+}  // namespace battery_sof_simulator
