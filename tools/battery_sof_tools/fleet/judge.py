@@ -9,7 +9,7 @@ import statistics
 
 from ..files import read_json
 from ..rates import rate
-from ..strangers.cases import LABELS, path
+from ..benchmark.out_of_model import LABELS, path
 from ..tables import table
 from . import database, discoveries
 

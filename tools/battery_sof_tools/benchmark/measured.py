@@ -3,11 +3,13 @@
 import argparse
 import os
 import resource
-import statistics
 
-from . import recordings, sof
-from .progress import followed
-from .tables import table
+from .. import recordings, sof
+from ..files import write_json
+from ..progress import followed
+from ..rates import geometric_mean
+from ..tables import table
+from .answers import class_of
 
 HEAD = ("recording", "verdict; family; effects", "RMS error [mV]: base, extended, ridge regression, straight line",
         "share [%]: base, extended", "processor time [s]")
@@ -38,7 +40,7 @@ def told_of(answer):
     if answer["family"]:
         stated = "" if answer["probability"] is None else f" ({answer['probability']:.2f})"
         parts.append(answer["family"] + stated)
-    named = dict.fromkeys(" or ".join(sorted([one["id"], *one["tied_with"]])) for one in answer["effects"])
+    named = dict.fromkeys(" or ".join(sorted(class_of(one))) for one in answer["effects"])
     return "; ".join(parts + ([", ".join(named)] if named else []))
 
 
@@ -51,7 +53,7 @@ def row(name, answer, seconds):
 
 def summary(found):
     """Extended over base as a geometric mean, and where the naive predictors are ahead."""
-    ratio = statistics.geometric_mean(one["extended"] / one["base"] for one in found.values())
+    ratio = geometric_mean([one["extended"] / one["base"] for one in found.values()])
     behind = [name for name, one in found.items() if one["ridge"] < one["extended"]]
     line = [name for name, one in found.items() if one["line"] < one["extended"]]
     return (f"Extended over base: {ratio:.2f} (geometric mean of {len(found)}). A ridge regression is ahead on {len(behind)} ({', '.join(behind)}), "
@@ -63,6 +65,7 @@ def main():
     parser.add_argument("build", nargs="?", default="build")
     parser.add_argument("--data", required=True, help="folder of the recordings")
     parser.add_argument("--sof", help="a copy of the command, its libraries above it, in place of the build's")
+    parser.add_argument("--json", help="file to write the figures to")
     parser.add_argument("--only", default="", help="recordings, comma-separated, as the table names them")
     arguments = parser.parse_args()
     program = arguments.sof or sof.program(arguments.build, "sof")
@@ -75,9 +78,12 @@ def main():
         except sof.Failure as failure:
             rows.append((name, str(failure), "", "", ""))
             continue
-        rows.append(row(name, answer, processor_time() - begun))
-        found[name] = figures(answer)
+        seconds = processor_time() - begun
+        rows.append(row(name, answer, seconds))
+        found[name] = dict(figures(answer), told=told_of(answer), seconds=seconds)
     print("\n".join(table(HEAD, rows)))
+    if arguments.json:
+        write_json(arguments.json, found)
     if found:
         print("\n" + summary(found))
     return 0
