@@ -5,14 +5,14 @@ import json
 import os
 import subprocess
 
-from ..sof import Failure, program, required
+from ..sof import Failure, libraries_beside, program, required
 
 CATALOGUE, LAWS = "draw_case", "draw_stranger"
 
 
 def run(command):
     """What a program printed; Failure with its words."""
-    told = subprocess.run(command, capture_output=True, text=True)
+    told = subprocess.run(command, capture_output=True, text=True, env=libraries_beside(command[0]))
     if told.returncode:
         raise Failure(f"{os.path.basename(command[0])}: {told.stderr.strip()[:300]}")
     return told.stdout
