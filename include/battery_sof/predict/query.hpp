@@ -13,14 +13,6 @@
 
 namespace battery_sof {
 
-/// A current over time, linear between its points; time counts from the phase's beginning.
-struct CurrentProfile {
-  std::vector<double> time;     ///< [s], >= 0, strictly increasing
-  std::vector<double> current;  ///< [A], same length
-  bool empty() const { return time.empty(); }
-  double duration() const { return time.empty() ? 0.0 : time.back(); }
-};
-
 /// @return the first fault of a profile with what was expected; empty when sound. @param name for the sentence.
 std::string faultOf(const CurrentProfile& profile, const char* name);
 
