@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/recording/printable.hpp"
 #include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/version.hpp"
 #include "wording.hpp"
@@ -338,7 +339,7 @@ Json imposedJson(const SourceOverview& source) {
 nlohmann::json diagnosisJson(const Diagnosis& d) {
   return {{"schema", "battery_sof/diagnosis/1"},
           {"program", "battery_sof " + version()},
-          {"recording", d.base.provenance.recording},
+          {"recording", printable(d.base.provenance.recording)},
           {"verdict", describe(d.verdict)},
           {"summary", d.summary},
           {"effects", listOf(d.effects, effectJson)},

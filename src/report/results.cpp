@@ -6,6 +6,7 @@
 
 #include "battery_sof/predict/query.hpp"
 #include "battery_sof/recording/blocks.hpp"
+#include "battery_sof/recording/printable.hpp"
 #include "battery_sof/recording/words.hpp"
 #include "battery_sof/report/version.hpp"
 
@@ -52,7 +53,7 @@ nlohmann::json identifyJson(const FittedModel& model) {
                           {"determined", estimate.determined}});
   return {{"schema", "battery_sof/model/1"},
           {"program", "battery_sof " + version()},
-          {"recording", model.provenance.recording},
+          {"recording", printable(model.provenance.recording)},
           {"blocks", model.fit.blocks},
           {"window", windowJson(model.fit.window)},
           {"samples", model.fit.window.samples},
