@@ -67,7 +67,8 @@ class RowOfBlocks(NodeTest):
         wait_until(lambda: statuses[0].newest().header.stamp == statuses[1].newest().header.stamp, 10, "the same sample")
         one, row = [status.newest() for status in statuses]
         self.assert_twice(row, one, "u_required", "u_boost", "expected_voltage")
-        self.assertEqual((row.u_required, row.u_boost), (14.4, 28.4))
+        self.assertEqual(row.u_required, 14.4)
+        self.assertTrue(24.0 < row.u_boost < 30.0, "at which the row was charged lately")
         self.assert_twice(row.crank, one.crank, "u_min", "lower", "upper")
         self.assert_the_same(row.crank, one.crank, "capable", "valid", "code")
         self.assert_the_same(row.stop_time, one.stop_time, "t_stop", "lower", "upper", "outcome")
