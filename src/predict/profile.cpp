@@ -130,6 +130,13 @@ Start startFor(const FittedModel& model, const Series& series, IndexRange range)
   return {modelAtFirstSample(model, series), 0, false};
 }
 
+ProfileAnswer brokenOff(std::size_t done, std::size_t samples, const std::string& why) {
+  ProfileAnswer none;
+  none.code = AnswerCode::kInvalidQuery;
+  none.message = sentence("%zu of %zu samples were done when ", done, samples) + why;
+  return none;
+}
+
 }  // namespace
 
 ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time, const std::vector<double>& current,
@@ -152,12 +159,7 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
   double current_before = model.state.current;
   for (std::size_t n = 0; n < time.size(); ++n) {
     const std::string why_end = watch ? watch(static_cast<double>(n) / static_cast<double>(time.size())) : "";
-    if (!why_end.empty()) {
-      ProfileAnswer none;
-      none.code = AnswerCode::kInvalidQuery;
-      none.message = sentence("%zu of %zu samples were done when ", n, time.size()) + why_end;
-      return none;
-    }
+    if (!why_end.empty()) return brokenOff(n, time.size(), why_end);
     DriveStep step = driveStep(time_before, current_before, time[n], current[n], std::numeric_limits<double>::infinity());
     step.time += model.state.time;
     simulation.advance(step);
