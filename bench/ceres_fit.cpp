@@ -145,7 +145,7 @@ Fit fitOf(const double* x, const ceres::Solver::Summary& summary) {
 
 }  // namespace
 
-std::string describe(const CeresSettings& settings) {
+std::string toString(const CeresSettings& settings) {
   return std::string("Ceres autodiff, ") + (settings.form == CeresForm::kPlain ? "plain, " : "tuned, ") +
          (settings.cholesky ? "Cholesky" : "QR") + (settings.bounds ? ", bounds" : "");
 }
@@ -171,7 +171,7 @@ Fit fitWithCeres(const Samples& samples, const CeresSettings& settings) {
   ceres::Solver::Summary summary;
   ceres::Solve(solverOptions(settings.cholesky), &problem, &summary);
   if (summary.termination_type != ceres::CONVERGENCE)
-    throw std::runtime_error(describe(settings) + " did not converge: " + summary.message);
+    throw std::runtime_error(toString(settings) + " did not converge: " + summary.message);
   return fitOf(x.data(), summary);
 }
 

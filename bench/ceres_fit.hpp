@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/identify/base_normal_equations.hpp"
+#include "battery_sof/estimation/base_normal_equations.hpp"
 #include "fit.hpp"
 
 namespace ceres {
@@ -28,7 +28,7 @@ struct CeresSettings {
 };
 
 /// @return "Ceres autodiff, plain, QR, bounds", and so on.
-std::string describe(const CeresSettings& settings);
+std::string toString(const CeresSettings& settings);
 
 /// @return every combination, the one a first version would use in front.
 std::vector<CeresSettings> allCeresSettings();

@@ -167,7 +167,7 @@ void advanceLayer(const Unknowns<T>& p, double current, double duration, Layer<T
 
 /// w (u_b - u_m) over the whole drive.
 struct Residuals {
-  const Drive& drive;
+  const InputSequence& inputs;
   std::vector<double> root_weight;
   Meaning meaning;
 
@@ -178,15 +178,15 @@ struct Residuals {
     Layer<T> layer{p.u, p.log_activity};
     T acid_1 = p.acid_1, acid_2 = p.acid_2;
     double suggested = 1.0;  // [s]
-    for (std::size_t n = 0; n < drive.samples.size(); ++n) {
-      const DriveStep& step = drive.samples[n].step;
+    for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
+      const InputStep& step = inputs.samples[n].step;
       advanceLayer(p, step.held, step.duration, layer, suggested);
       acid_1 = step.held + (acid_1 - step.held) * exp(-step.duration / p.acid_time_1);
       acid_2 = step.held + (acid_2 - step.held) * exp(-step.duration / p.acid_time_2);
       const double i = step.current;
       const T r = (i < 0.0 ? p.r_discharge : p.r_charge) + p.low_resistance / (1.0 + abs(i) / p.resistance_current);
       const T u = p.u_dc + layer.u + r * i + p.acid_resistance_1 * acid_1 + p.acid_resistance_2 * acid_2;
-      residuals[n] = root_weight[n] * (drive.samples[n].voltage - u);
+      residuals[n] = root_weight[n] * (inputs.samples[n].voltage - u);
     }
     return true;
   }
@@ -203,10 +203,10 @@ struct Priors {
   }
 };
 
-ceres::CostFunction* dataCost(const BatteryModel& model, const CompositionProblem& problem, const Drive& drive) {
-  auto* residuals = new Residuals{drive, {}, meaningOf(model)};
-  for (std::size_t k = 0; k < drive.samples.size(); ++k) residuals->root_weight.push_back(std::sqrt(problem.weightOf(k)));
-  return new ceres::AutoDiffCostFunction<Residuals, ceres::DYNAMIC, kUnknowns>(residuals, static_cast<int>(drive.samples.size()));
+ceres::CostFunction* dataCost(const BatteryModel& model, const CompositionProblem& problem, const InputSequence& inputs) {
+  auto* residuals = new Residuals{inputs, {}, meaningOf(model)};
+  for (std::size_t k = 0; k < inputs.samples.size(); ++k) residuals->root_weight.push_back(std::sqrt(problem.weightOf(k)));
+  return new ceres::AutoDiffCostFunction<Residuals, ceres::DYNAMIC, kUnknowns>(residuals, static_cast<int>(inputs.samples.size()));
 }
 
 ceres::CostFunction* priorCost(const BatteryModel& model, const CompositionProblem& problem) {
@@ -217,11 +217,11 @@ ceres::CostFunction* priorCost(const BatteryModel& model, const CompositionProbl
 
 }  // namespace
 
-CeresEnd fitComposedWithCeres(const BatteryModel& model, const CompositionProblem& problem, const Drive& drive,
+CeresEnd fitComposedWithCeres(const BatteryModel& model, const CompositionProblem& problem, const InputSequence& inputs,
                               const Eigen::VectorXd& start, CeresAlgebra algebra) {
   CeresEnd end{start, 0, 0, ""};
   ceres::Problem ceres_problem;
-  ceres_problem.AddResidualBlock(dataCost(model, problem, drive), nullptr, end.x.data());
+  ceres_problem.AddResidualBlock(dataCost(model, problem, inputs), nullptr, end.x.data());
   ceres_problem.AddResidualBlock(priorCost(model, problem), nullptr, end.x.data());
   for (int k = 0; k < kUnknowns; ++k) {
     ceres_problem.SetParameterLowerBound(end.x.data(), k, problem.lower()[k]);

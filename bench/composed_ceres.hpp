@@ -1,6 +1,6 @@
 #pragma once
 
-#include "battery_sof/identify/composition_fit.hpp"
+#include "battery_sof/estimation/composition_fit.hpp"
 
 namespace battery_sof_bench {
 
@@ -30,6 +30,6 @@ enum class CeresAlgebra { kQr, kNormalCholesky };
  * @throws std::runtime_error when Ceres ends without a usable solution.
  */
 CeresEnd fitComposedWithCeres(const battery_sof::BatteryModel& model, const battery_sof::CompositionProblem& problem,
-                              const battery_sof::Drive& drive, const Eigen::VectorXd& start, CeresAlgebra algebra);
+                              const battery_sof::InputSequence& inputs, const Eigen::VectorXd& start, CeresAlgebra algebra);
 
 }  // namespace battery_sof_bench

@@ -27,7 +27,7 @@ constexpr double kSameParameter = 0.5;  // standard errors
 struct Task {
   BatteryModel model = composedModel();
   Series series = composedRecord(model, composedTruth(model), kDuration);
-  Drive full = fullDrive(series, all(series));
+  InputSequence full = inputSequence(series, all(series));
   CompositionPoint start = typicalStart(model, full);
   CompositionProblem problem{model, full, {}, start};
 };
@@ -44,8 +44,8 @@ struct Contender {
 };
 
 CompositionFit fitCompressed(const Task& task) {
-  const Drive drive = compressedDrive(task.series, all(task.series));
-  const CompositionProblem problem(task.model, drive, {}, task.start);
+  const InputSequence inputs = compressedInputs(task.series, all(task.series));
+  const CompositionProblem problem(task.model, inputs, {}, task.start);
   return fitComposition(problem, {task.start});
 }
 
@@ -124,10 +124,10 @@ nlohmann::json endsAsJson(const Task& task, const std::vector<Contender>& conten
   return ends;
 }
 
-nlohmann::json driveAsJson(const CompositionProblem& problem, const Drive& drive) {
+nlohmann::json driveAsJson(const CompositionProblem& problem, const InputSequence& inputs) {
   nlohmann::json samples;
-  for (std::size_t k = 0; k < drive.samples.size(); ++k) {
-    const DriveSample& sample = drive.samples[k];
+  for (std::size_t k = 0; k < inputs.samples.size(); ++k) {
+    const InputSample& sample = inputs.samples[k];
     samples["held"].push_back(sample.step.held);
     samples["duration"].push_back(sample.step.duration);
     samples["current"].push_back(sample.step.current);
@@ -139,8 +139,8 @@ nlohmann::json driveAsJson(const CompositionProblem& problem, const Drive& drive
 
 /// The compressed problem as SciPy needs it, with our optimum of it.
 nlohmann::json compressedAsJson(const Task& task) {
-  const Drive drive = compressedDrive(task.series, all(task.series));
-  const CompositionProblem problem(task.model, drive, {}, task.start);
+  const InputSequence inputs = compressedInputs(task.series, all(task.series));
+  const CompositionProblem problem(task.model, inputs, {}, task.start);
   const CompositionFit fit = fitComposition(problem, {task.start});
   const Eigen::VectorXd mean = problem.coordinatesOf({task.model.typicalParameters(), task.model.restState()});
   const Eigen::VectorXd unit = problem.seedsAt(Eigen::VectorXd::Zero(problem.size())).colwise().sum();
@@ -149,7 +149,7 @@ nlohmann::json compressedAsJson(const Task& task) {
     const Eigen::Index row = problem.rowOf(k);
     logarithmic.push_back(row < task.model.parameterCount() && task.model.parameters()[static_cast<std::size_t>(row)].logarithmic);
   }
-  return {{"drive", driveAsJson(problem, drive)},
+  return {{"drive", driveAsJson(problem, inputs)},
           {"start", columnOf(problem.coordinatesOf(task.start))},
           {"lower", columnOf(problem.lower())},
           {"upper", columnOf(problem.upper())},

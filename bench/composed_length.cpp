@@ -49,10 +49,10 @@ nlohmann::json measured(double duration) {
   CompositionFit fit;
   result["fit_mb"] = extraMegabytes([&] {
     result["fit_ms"] = processorMilliseconds([&] {
-      const Drive drive = compressedDrive(series, all(series));
-      result["compressed"] = drive.samples.size();
-      const CompositionPoint start = typicalStart(model, drive);
-      const CompositionProblem problem(model, drive, {}, start);
+      const InputSequence inputs = compressedInputs(series, all(series));
+      result["compressed"] = inputs.samples.size();
+      const CompositionPoint start = typicalStart(model, inputs);
+      const CompositionProblem problem(model, inputs, {}, start);
       fit = fitComposition(problem, {start});
     });
   });
@@ -61,7 +61,7 @@ nlohmann::json measured(double duration) {
   NormalEquations at;
   double least = HUGE_VAL;
   result["pass_mb"] = extraMegabytes([&] {
-    const Drive full = fullDrive(series, all(series));
+    const InputSequence full = inputSequence(series, all(series));
     const CompositionProblem problem(model, full, {}, fit.point);
     for (int k = 0; k < kPasses; ++k) least = std::min(least, processorMilliseconds([&] { problem.evaluate(fit.x, at); }));
   });

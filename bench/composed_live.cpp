@@ -10,9 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include "battery_sof/identify/composition_fit.hpp"
-#include "battery_sof/identify/identification.hpp"
-#include "battery_sof/predict/state_tracker.hpp"
+#include "battery_sof/estimation/composition_fit.hpp"
+#include "battery_sof/estimation/identification.hpp"
+#include "battery_sof/prediction/state_tracker.hpp"
 #include "composed_record.hpp"
 #include "stopwatch.hpp"
 
@@ -22,7 +22,7 @@ using namespace battery_sof;
 using namespace battery_sof_bench;
 
 constexpr double kWindow = 240.0;   // [s], fitted
-constexpr double kTracked = 900.0;  // [s], followed
+constexpr double kMonitored = 900.0;  // [s], followed
 constexpr double kMaxGap = 0.1;     // [s]
 
 IdentifyOptions fourEffects() {
@@ -55,9 +55,9 @@ Pace track(const FittedModel& model, const Series& series) {
   return {samples / (threadSeconds() - begin), samples / (1e-3 * wall), tracker.last().voltage};
 }
 
-nlohmann::json tracked() {
+nlohmann::json monitor() {
   const BatteryModel composition = composedModel();
-  const Series series = composedRecord(composition, composedTruth(composition), kWindow + kTracked);
+  const Series series = composedRecord(composition, composedTruth(composition), kWindow + kMonitored);
   const IndexRange window{0, static_cast<std::size_t>(kWindow * 100.0)};
   const FittedModel model = identify(series, window, fourEffects());
   const Pace alone = track(model, series);
@@ -75,7 +75,7 @@ nlohmann::json tracked() {
   for (; identifications < 2 || runs < 3; ++runs) beside = track(model, series);
   stop = true;
   identifying.join();
-  return {{"lanes", uncertainSimulationOf(model).lanes()}, {"alone_processor", alone.processor},
+  return {{"lanes", uncertainSimulationOf(model).tangents()}, {"alone_processor", alone.processor},
           {"beside_processor", beside.processor},          {"beside_wall", beside.wall},
           {"identifications", identifications.load()},     {"same", alone.last_voltage == beside.last_voltage}};
 }
@@ -125,9 +125,9 @@ double gainOfTwoThreads() {
 nlohmann::json threaded(int rounds) {
   const BatteryModel model = composedModel();
   const Series series = composedRecord(model, composedTruth(model), 1800.0);
-  const Drive drive = compressedDrive(series, all(series));
-  const CompositionPoint start = typicalStart(model, drive);
-  const CompositionProblem problem(model, drive, {}, start);
+  const InputSequence inputs = compressedInputs(series, all(series));
+  const CompositionPoint start = typicalStart(model, inputs);
+  const CompositionProblem problem(model, inputs, {}, start);
   std::vector<double> one, two, possible;
   CompositionFit by_one, by_two;
   for (int k = 0; k < rounds; ++k) {
@@ -152,7 +152,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    std::cout << nlohmann::json{{"tracker", tracked()}, {"threads", threaded(rounds)}} << "\n";
+    std::cout << nlohmann::json{{"tracker", monitor()}, {"threads", threaded(rounds)}} << "\n";
   } catch (const std::exception& error) {
     std::cerr << "composed_live: " << error.what() << "\n";
     return 1;

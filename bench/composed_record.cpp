@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "reference/city_drive.hpp"
+#include "simulator/city_drive.hpp"
 
 namespace battery_sof_bench {
 
@@ -64,7 +64,7 @@ Series composedRecord(const BatteryModel& model, const CompositionPoint& truth, 
   std::normal_distribution<double> noise(0.0, kVoltageNoise);
   for (std::size_t n = 0; n < count; ++n) {
     const std::size_t before = n > 0 ? n - 1 : 0;
-    simulation.advance(driveStep(series.time[before], series.current[before], series.time[n], series.current[n], 10.0 * kInterval));
+    simulation.advance(inputStep(series.time[before], series.current[before], series.time[n], series.current[n], 10.0 * kInterval));
     series.voltage[n] = simulation.voltage() + noise(engine);
   }
   return series;

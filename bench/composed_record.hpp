@@ -1,6 +1,6 @@
 #pragma once
 
-#include "battery_sof/identify/composition_fit.hpp"
+#include "battery_sof/estimation/composition_fit.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof_bench {

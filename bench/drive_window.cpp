@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "battery_sof/identify/identification.hpp"
-#include "battery_sof/identify/window.hpp"
+#include "battery_sof/estimation/identification.hpp"
+#include "battery_sof/estimation/window.hpp"
 #include "battery_sof/recording/events.hpp"
-#include "reference/city_drive.hpp"
+#include "simulator/city_drive.hpp"
 
 namespace battery_sof_bench {
 namespace {

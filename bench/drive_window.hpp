@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "battery_sof/identify/base_normal_equations.hpp"
+#include "battery_sof/estimation/base_normal_equations.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof_bench {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/identify/composition_fit.hpp"
-#include "battery_sof/identify/identification.hpp"
+#include "battery_sof/estimation/composition_fit.hpp"
+#include "battery_sof/estimation/identification.hpp"
 #include "stopwatch.hpp"
 #include "support/start_stop.hpp"
 
@@ -20,7 +20,7 @@ namespace {
 using namespace battery_sof;
 using namespace battery_sof_bench;
 
-constexpr double kLeastTurn = 50.0;  // [ms], of runs of one contender in a row
+constexpr double kMinTurn = 50.0;  // [ms], of runs of one contender in a row
 
 /// A record of 15 minutes whose answers are a composition's own, under a vehicle's sensors.
 test::StartStopDrive recordOf(const BatteryModel& model) {
@@ -41,7 +41,7 @@ double shortest(int rounds, const Work& work) {
   double least = std::numeric_limits<double>::infinity();
   for (int round = 0; round < rounds; ++round) {
     double spent = 0.0, runs = 0.0;
-    for (; spent < kLeastTurn; runs += 1.0) spent += processorMilliseconds(work);
+    for (; spent < kMinTurn; runs += 1.0) spent += processorMilliseconds(work);
     least = std::min(least, spent / runs);
   }
   return least;
@@ -59,16 +59,16 @@ double fitMilliseconds(const test::StartStopDrive& record, const std::vector<std
 /// [us] a sample.
 double passMicroseconds(const test::StartStopDrive& record, const BatteryModel& model, bool mixed, bool derivatives, int rounds) {
   const IndexRange all{0, record.series.size()};
-  const Drive drive = mixed ? fullDrive(record.series, all, {}, record.imposed) : fullDrive(record.series, all);
-  const CompositionPoint point = typicalStart(model, drive);
-  const CompositionProblem problem(model, drive, {}, point);
+  const InputSequence inputs = mixed ? inputSequence(record.series, all, {}, record.controlled) : inputSequence(record.series, all);
+  const CompositionPoint point = typicalStart(model, inputs);
+  const CompositionProblem problem(model, inputs, {}, point);
   const Eigen::MatrixXd seeds = problem.seedsAt(problem.coordinatesOf(point));
-  const ModelPoint start{point.parameters, point.state, drive.first_time, drive.first_time};
+  const ModelPoint start{point.parameters, point.state, inputs.first_time, inputs.first_time};
   const double milliseconds = shortest(rounds, [&] {
     Simulation simulation = derivatives ? Simulation(model, start, seeds) : Simulation(model, start);
-    for (const DriveSample& sample : drive.samples) simulation.follow(sample);
+    for (const InputSample& sample : inputs.samples) simulation.follow(sample);
   });
-  return 1e3 * milliseconds / static_cast<double>(drive.samples.size());
+  return 1e3 * milliseconds / static_cast<double>(inputs.samples.size());
 }
 
 void printRow(const std::vector<std::string>& effects, int rounds) {

@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "battery_sof/identify/base_search.hpp"
-#include "battery_sof/identify/identification.hpp"
+#include "battery_sof/estimation/base_search.hpp"
+#include "battery_sof/estimation/identification.hpp"
 
 namespace battery_sof_bench {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/predict/charge_acceptance.hpp"
-#include "battery_sof/predict/stop_time.hpp"
+#include "battery_sof/prediction/charge_acceptance.hpp"
+#include "battery_sof/prediction/stop_time.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 
 namespace {

@@ -8,7 +8,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "battery_sof/identify/identification.hpp"
+#include "battery_sof/estimation/identification.hpp"
 #include "ceres_fit.hpp"
 #include "our_fit.hpp"
 
@@ -45,8 +45,8 @@ std::vector<Contender> agreeingContenders(const DriveWindow& window, const Fit& 
   contenders.push_back({"ours, search alone", [&window] { searchOnly(window); }, ours.evaluations});
   for (const CeresSettings& settings : allCeresSettings()) {
     const Fit theirs = fitWithCeres(window.samples, settings);
-    requireSameOptimum(ours, theirs, describe(settings));
-    contenders.push_back({describe(settings), [&window, settings] { fitWithCeres(window.samples, settings); }, theirs.evaluations});
+    requireSameOptimum(ours, theirs, toString(settings));
+    contenders.push_back({toString(settings), [&window, settings] { fitWithCeres(window.samples, settings); }, theirs.evaluations});
   }
   return contenders;
 }

@@ -4,13 +4,13 @@ _sof() {
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} told
   COMPREPLY=()
   case $before in
-    --effects | --given | --confirm | --extend)
+    --effects | --given | --verify-detection-limits | --extend)
       told=$(sof effects --json - 2>/dev/null | sed -n 's/^ *"id": "\([a-z0-9_]*\)".*/\1/p')
       local prefix=${word%"${word##*,}"}
       mapfile -t COMPREPLY < <(compgen -P "$prefix" -W "$told" -- "${word##*,}")
       return
       ;;
-    --drive)
+    --mode)
       mapfile -t COMPREPLY < <(compgen -W "mixed current" -- "$word")
       return
       ;;

@@ -4,8 +4,8 @@
 #include <cstring>
 #include <map>
 
-#include "battery_sof/diagnose/diagnose.hpp"
-#include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/diagnosis/diagnose.hpp"
+#include "battery_sof/prediction/online_session.hpp"
 #include "battery_sof/recording/csv.hpp"
 #include "column_options.hpp"
 
@@ -16,10 +16,10 @@ using namespace battery_sof;
 void print(const std::string& recording, const SessionEvents& events, const OnlineSession& session) {
   for (const CrankComparison& c : events.cranks)
     std::printf("%s,crank,%.2f,%.2f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time, c.current, c.measured_minimum,
-                c.expected_minimum.value, c.expected_minimum.lower, c.expected_minimum.upper, session.crankScale().factor);
+                c.expected_minimum.value, c.expected_minimum.lower, c.expected_minimum.upper, session.crankCalibration().factor);
   for (const ChargeComparison& c : events.charges)
     std::printf("%s,charge,%.2f,%.3f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time, c.mean_voltage, c.measured_current,
-                c.expected_current.value, c.expected_current.lower, c.expected_current.upper, session.chargeScale().factor);
+                c.expected_current.value, c.expected_current.lower, c.expected_current.upper, session.chargeCalibration().factor);
 }
 
 /// What is tried beside the base model: effects from the beginning on, or what a diagnosis of the buffer finds at a moment.
@@ -34,10 +34,10 @@ void adoptDiagnosis(OnlineSession& session) {
   buffered.series = session.series();
   buffered.offered = buffered.series.size();
   DiagnoseOptions options;
-  options.lists_detectable = false;
+  options.lists_detection_limits = false;
   const Diagnosis found = diagnose(buffered, options);
   std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(), found.summary.c_str());
-  if (!found.extended.fit.effects.empty()) session.extendWith(found.extended.fit.effects, 0.0, found.extended.fit.force);
+  if (!found.extended.fit.effects.empty()) session.extendWith(found.extended.fit.effects, 0.0, found.extended.fit.discrepancy);
 }
 
 /// The node's standing questions with their default parameters, asked once a second of driving as ~status does.
@@ -46,7 +46,7 @@ class StandingAnswers {
   void askOf(const OnlineSession& session) {
     if (!session.newestTime() || std::floor(*session.newestTime()) <= asked_at_) return;
     asked_at_ = std::floor(*session.newestTime());
-    const LiveModel model = session.live();
+    const ModelSnapshot model = session.live();
     const double u_boost = session.chargeVoltage().value_or(14.2);
     count(0, model.predictCranking({-20.0, 30.0, -200.0, 1.0, 7.2}));
     count(1, model.predictStopTime({-20.0, -200.0, 1.0, 7.2}));

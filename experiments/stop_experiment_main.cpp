@@ -3,7 +3,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/prediction/online_session.hpp"
 #include "battery_sof/recording/csv.hpp"
 #include "column_options.hpp"
 #include "energy_manager/decision.hpp"
@@ -43,7 +43,7 @@ Answers ask(const OnlineSession& session, const Rule& rule, const Habits& habits
   CrankingQuery crank{habits.load(), rule.look_ahead, habits.cranking(), rule.t_cranking, rule.u_required};
   StopTimeQuery stop{habits.load(), habits.cranking(), rule.t_cranking, rule.u_required + rule.margin};
   ChargeAcceptanceQuery charge{rule.u_boost, rule.t_boost, rule.i_limit};
-  const LiveModel live = session.live();
+  const ModelSnapshot live = session.live();
   const auto held = live.predictCranking(crank);
   const auto length = live.predictStopTime(stop);
   const auto taken = live.predictChargeAcceptance(charge);

@@ -11,9 +11,9 @@
 #include <map>
 #include <random>
 
-#include "battery_sof/identify/follower.hpp"
-#include "battery_sof/identify/identification.hpp"
-#include "battery_sof/naive/charge_phases.hpp"
+#include "battery_sof/estimation/follower.hpp"
+#include "battery_sof/estimation/identification.hpp"
+#include "battery_sof/baseline/charge_phases.hpp"
 
 namespace {
 
@@ -25,20 +25,20 @@ constexpr double kVoltageStep = 0.025, kCurrentStep = 0.1, kVoltageNoise = 0.012
 
 /// What is imposed on the battery once a second.
 struct Imposed1Hz {
-  std::vector<char> voltage_drives;
+  std::vector<char> voltage_controlled;
   std::vector<double> current, voltage;
 };
 
 /// A start-stop drive: engine on with a source that changes its voltage, engine off with loads, cranks.
 Imposed1Hz startStopDrive(std::mt19937& dice) {
   std::uniform_real_distribution<double> any(0.0, 1.0);
-  Imposed1Hz drive;
+  Imposed1Hz inputs;
   const auto add = [&](bool drives, double current, double voltage) {
-    drive.voltage_drives.push_back(drives);
-    drive.current.push_back(current);
-    drive.voltage.push_back(voltage);
+    inputs.voltage_controlled.push_back(drives);
+    inputs.current.push_back(current);
+    inputs.voltage.push_back(voltage);
   };
-  while (drive.current.size() < 2.0 * kWindow + 1.0) {
+  while (inputs.current.size() < 2.0 * kWindow + 1.0) {
     double voltage = 12.6 + 0.3 * any(dice);
     for (double rest = 20.0 + 60.0 * any(dice); rest > 0.0;) {
       const double wanted = any(dice) < 0.5 ? kSourceLimit - 0.3 * any(dice) : 12.6 + 0.6 * any(dice);
@@ -52,7 +52,7 @@ Imposed1Hz startStopDrive(std::mt19937& dice) {
     add(false, -(150.0 + 100.0 * any(dice)), 0.0);
     add(false, 0.5 * load, 0.0);
   }
-  return drive;
+  return inputs;
 }
 
 double normal(std::mt19937& dice, double std) { return std::normal_distribution<double>(0.0, std)(dice); }
@@ -69,23 +69,23 @@ ModelPoint drawnTruth(const BatteryModel& model, std::mt19937& dice) {
   return truth;
 }
 
-Drive driveOf(const Series& series, const std::vector<char>& drives) { return fullDrive(series, {0, series.size()}, {}, drives); }
+InputSequence inputsOf(const Series& series, const std::vector<char>& drives) { return inputSequence(series, {0, series.size()}, {}, drives); }
 
 /// The recording that the truth makes, without an error.
-Series recordingOf(const BatteryModel& model, const ModelPoint& truth, const Imposed1Hz& imposed) {
+Series recordingOf(const BatteryModel& model, const ModelPoint& truth, const Imposed1Hz& controlled) {
   Series series;
-  for (std::size_t n = 0; n < imposed.current.size(); ++n) {
+  for (std::size_t n = 0; n < controlled.current.size(); ++n) {
     series.time.push_back(static_cast<double>(n));
-    series.current.push_back(imposed.current[n]);
-    series.voltage.push_back(imposed.voltage[n]);
+    series.current.push_back(controlled.current[n]);
+    series.voltage.push_back(controlled.voltage[n]);
   }
   Simulation simulation(model, truth);
-  Drive drive = driveOf(series, imposed.voltage_drives);
-  for (std::size_t n = 0; n < drive.samples.size(); ++n) {
-    DriveSample& sample = drive.samples[n];
+  InputSequence inputs = inputsOf(series, controlled.voltage_controlled);
+  for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
+    InputSample& sample = inputs.samples[n];
     if (n > 0) sample.step.held = 0.5 * (series.current[n - 1] + series.current[n]);
     simulation.follow(sample);
-    if (sample.voltage_drives)
+    if (sample.voltage_controlled)
       series.current[n] -= simulation.currentError();
     else
       series.voltage[n] = simulation.voltage();
@@ -117,11 +117,11 @@ struct Outcome {
 
 void judge(const BatteryModel& model, const ModelPoint& truth, const Series& measured, const Series& exact, const std::vector<char>& drives,
            Outcome& outcome) {
-  DrivingSource source;
-  source.imposes_voltage = drives;
+  ChargerControl source;
+  source.voltage_controlled = drives;
   source.rule.present = true;
   source.seen = true;
-  source.rule.least_current = -5.0;
+  source.rule.min_current = -5.0;
   source.repair.dropped.assign(measured.size(), 0);
   IdentifyOptions options;
   options.effects = model.effects();
@@ -142,11 +142,11 @@ void judge(const BatteryModel& model, const ModelPoint& truth, const Series& mea
     tally.ratios.push_back(off / *estimate.std);
   }
   FittedModel plain = fitted;
-  plain.fit.learned = {};
+  plain.fit.residual_regression = {};
   Follower follower(plain);
-  Drive drive = fullDrive(measured, {window.last - 1, measured.size()}, {}, drives);
+  InputSequence inputs = inputSequence(measured, {window.last - 1, measured.size()}, {}, drives);
   std::vector<double> current(measured.size(), 0.0);
-  for (std::size_t k = 1; k < drive.samples.size(); ++k) current[window.last - 1 + k] = follower.follow(drive.samples[k]).current;
+  for (std::size_t k = 1; k < inputs.samples.size(); ++k) current[window.last - 1 + k] = follower.follow(inputs.samples[k]).current;
   const IndexRange ahead{window.last, measured.size()};
   for (const std::size_t first : chargeBeginnings(exact, ahead, drives)) {
     const auto charge = beginningOfCharge(exact, ahead, first, 10.0, drives);
@@ -198,10 +198,10 @@ int main(int argc, char** argv) {
     Outcome outcome;
     for (int seed = 1; seed <= seeds; ++seed) {
       std::mt19937 dice(static_cast<unsigned>(seed));
-      const Imposed1Hz imposed = startStopDrive(dice);
+      const Imposed1Hz controlled = startStopDrive(dice);
       const ModelPoint truth = drawnTruth(model, dice);
-      const Series exact = recordingOf(model, truth, imposed);
-      judge(model, truth, asMeasured(exact, offset, dice), exact, imposed.voltage_drives, outcome);
+      const Series exact = recordingOf(model, truth, controlled);
+      judge(model, truth, asMeasured(exact, offset, dice), exact, controlled.voltage_controlled, outcome);
     }
     print(effects.empty() ? "base circuit" : "physics of charging", outcome);
   }

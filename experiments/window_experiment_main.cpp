@@ -19,7 +19,7 @@ void printRow(const std::string& recording, const std::string& setting, int wind
   const auto& p = r.model.fit.parameters;
   std::printf("%s,\"%s\",%d,%.2f,%.3f,%.3f,%.5f,%.5f,%d,%d,%s,%.6f,%.6f,%.3f,%.4f,%.4f\n", recording.c_str(), setting.c_str(), window,
               r.model.fit.window.from, r.model.fit.scores.q_dyn_percent, r.hour.q_dyn_percent.value_or(NAN), mean, std::sqrt(square),
-              r.model.fit.scores.cranks, r.model.fit.iterations, describe(r.model.fit.status).c_str(), p.r_discharge, p.r_charge, p.c2,
+              r.model.fit.scores.cranks, r.model.fit.iterations, toString(r.model.fit.status).c_str(), p.r_discharge, p.r_charge, p.c2,
               p.beta, p.u_dc);
 }
 

@@ -121,10 +121,10 @@
     el('state').className = 'badge ' + (status ? { ready: 'ready', 'model too old': 'stale' }[status.state] || '' : '');
     text('reason', status && status.state !== 'ready' ? status.reason : '');
     if (!status) return el('figures').replaceChildren();
-    const rows = [['Model age', duration(status.model_age)], ['Suitability', fixed(status.suitability, 2)],
+    const rows = [['Model age', duration(status.model_age)], ['Window quality', fixed(status.window_quality, 2)],
       ['Voltage explained', isNumber(status.backtest_q_dyn_percent) ? status.backtest_q_dyn_percent.toFixed(1) + ' %' : '–'],
       ['Cranks answered by', status.past_cranks.answered_by], ['Charges answered by', status.past_charges.answered_by],
-      ['Further physics', status.effects.join(', ') || 'none'], ['Driven by', status.voltage_drives ? 'voltage' : 'current'],
+      ['Further physics', status.effects.join(', ') || 'none'], ['Driven by', status.voltage_controlled ? 'voltage' : 'current'],
       ['Samples', status.accepted + (status.rejected ? ' (' + status.rejected + ' refused)' : '')]];
     el('figures').replaceChildren(...rows.map(([name, value]) => make('div', {}, make('dt', {}, name), make('dd', {}, value))));
   }
@@ -259,8 +259,8 @@
     const battery = batteries[chosen], status = battery.status;
     showState(status);
     showAnswers(status);
-    showPast('cranks', battery.cranks, 'V', 3, 'Lowest voltage of cranks', percent(status && status.past_cranks.inside_share) + ' inside, mean error ' + fixed(status && status.past_cranks.mean_abs_error, 3) + ' V');
-    showPast('charges', battery.charges, 'A', 1, 'Mean current of charges', percent(status && status.past_charges.inside_share) + ' inside, mean error ' + fixed(status && status.past_charges.mean_abs_error, 1) + ' A');
+    showPast('cranks', battery.cranks, 'V', 3, 'Lowest voltage of cranks', percent(status && status.past_cranks.coverage) + ' inside, mean error ' + fixed(status && status.past_cranks.mean_abs_error, 3) + ' V');
+    showPast('charges', battery.charges, 'A', 1, 'Mean current of charges', percent(status && status.past_charges.coverage) + ' inside, mean error ' + fixed(status && status.past_charges.mean_abs_error, 1) + ' A');
     showDiagnosis(battery.diagnosis);
     [...el('tabs').children].forEach((tab, k) => tab.classList.toggle('ailing', Boolean(batteries[k].status && batteries[k].status.state === 'ready' && !batteries[k].status.crank.capable)));
     if (!held || now) showPlots(battery);

@@ -6,8 +6,8 @@
 
 #include <vector>
 
-#include "battery_sof/diagnose/diagnosis.hpp"
-#include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/diagnosis/diagnosis.hpp"
+#include "battery_sof/estimation/fitted_model.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof::python {

@@ -3,11 +3,11 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "battery_sof/diagnose/diagnose.hpp"
-#include "battery_sof/identify/recording_fit.hpp"
-#include "battery_sof/predict/range_prediction.hpp"
+#include "battery_sof/diagnosis/diagnose.hpp"
+#include "battery_sof/estimation/recording_fit.hpp"
+#include "battery_sof/prediction/range_prediction.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/blocks.hpp"
+#include "battery_sof/recording/series_blocks.hpp"
 #include "battery_sof/recording/printable.hpp"
 #include "battery_sof/report/answers.hpp"
 #include "battery_sof/report/diagnosis_page.hpp"
@@ -28,16 +28,16 @@ void requireUsableModel(const Fit& fit) {
   if (!isUsable(fit)) throw std::invalid_argument("no model: " + fit.message);
 }
 
-void nameOrigin(FittedModel& model, const HeldRecording& held, double blocks) {
+void nameOrigin(FittedModel& model, const HeldRecording& held, double series_blocks) {
   model.provenance.recording = held.recording.name;
   model.provenance.recording_hash = held.hash;
-  model.fit.blocks = blocks;
+  model.fit.series_blocks = series_blocks;
 }
 
 /// The recording with the voltage of one block of the row.
-Series seriesOfOne(const HeldRecording& held, double blocks) {
-  if (!isRowOfBlocks(blocks)) throw std::invalid_argument(sentence("blocks is %g, expected ", blocks) + kRowsOfBlocks);
-  return ofOneBlock(held.fitted, blocks);
+Series seriesOfOne(const HeldRecording& held, double series_blocks) {
+  if (!areSeriesBlocks(series_blocks)) throw std::invalid_argument(format("series_blocks is %g, expected ", series_blocks) + kAllowedSeriesBlocks);
+  return perBlock(held.fitted, series_blocks);
 }
 
 FitStart startOf(const std::string& name) {
@@ -46,18 +46,18 @@ FitStart startOf(const std::string& name) {
   throw std::invalid_argument("start is \"" + name + "\", expected robust or paper");
 }
 
-DriveMode driveOf(const std::optional<std::string>& name) {
-  if (!name) return DriveMode::kAsFitted;
-  if (*name == "mixed") return DriveMode::kMixed;
-  if (*name == "current") return DriveMode::kCurrent;
-  throw std::invalid_argument("drive is \"" + *name + "\", expected mixed, current or None");
+PredictionMode modeOf(const std::optional<std::string>& name) {
+  if (!name) return PredictionMode::kAsFitted;
+  if (*name == "mixed") return PredictionMode::kMixed;
+  if (*name == "current") return PredictionMode::kCurrent;
+  throw std::invalid_argument("mode is \"" + *name + "\", expected mixed, current or None");
 }
 
 FittedModel identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
-                         const std::optional<std::vector<std::string>>& effects, bool whiten, const std::string& start, double blocks,
+                         const std::optional<std::vector<std::string>>& effects, bool whiten, const std::string& start, double series_blocks,
                          int threads) {
   const py::gil_scoped_release released;
-  const Series series = seriesOfOne(held, blocks);
+  const Series series = seriesOfOne(held, series_blocks);
   FitRequest request{from, to, chooses_window, {}};
   request.options.chooses_effects = !effects.has_value();
   if (effects) request.options.effects = *effects;
@@ -69,7 +69,7 @@ FittedModel identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bo
   FittedModel model = fitPlanned(series, plan);
   model.provenance.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   if (isUsable(model.fit)) carryToEnd(model, series, request);
-  nameOrigin(model, held, blocks);
+  nameOrigin(model, held, series_blocks);
   return model;
 }
 
@@ -87,21 +87,21 @@ py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
   arrays["predicted_a"] = numpyOf(course.current);
   arrays["lower_a"] = numpyOf(course.current_lower);
   arrays["upper_a"] = numpyOf(course.current_upper);
-  py::array_t<bool> driven(static_cast<py::ssize_t>(course.voltage_drives.size()));
-  for (py::ssize_t n = 0; n < driven.size(); ++n) driven.mutable_at(n) = course.voltage_drives[static_cast<std::size_t>(n)] != 0;
-  arrays["voltage_drives"] = driven;
+  py::array_t<bool> driven(static_cast<py::ssize_t>(course.voltage_controlled.size()));
+  for (py::ssize_t n = 0; n < driven.size(); ++n) driven.mutable_at(n) = course.voltage_controlled[static_cast<std::size_t>(n)] != 0;
+  arrays["voltage_controlled"] = driven;
   return arrays;
 }
 
 std::pair<py::dict, std::string> predictHeld(const FittedModel& model, const HeldRecording& held, Seconds from, Seconds to,
-                                             const std::optional<std::string>& drive) {
+                                             const std::optional<std::string>& mode) {
   RangePrediction prediction;
   Series part;
   {
     const py::gil_scoped_release released;
     requireUsableModel(model.fit);
     const IndexRange range = samplesBetween(held.fitted, from, to);
-    prediction = predictRange(model, held.fitted, range, driveOf(drive));
+    prediction = predictRange(model, held.fitted, range, modeOf(mode));
     part = slice(held.fitted, range);
   }
   return {arraysOf(part, prediction.course), textOf(predictionJson(prediction.report))};
@@ -109,7 +109,7 @@ std::pair<py::dict, std::string> predictHeld(const FittedModel& model, const Hel
 
 double checkedCapacity(double capacity_ah) {
   if (capacity_ah > 0.0 && std::isfinite(capacity_ah)) return capacity_ah;
-  throw std::invalid_argument(sentence("capacity_ah is %g, expected above 0 and finite", capacity_ah));
+  throw std::invalid_argument(format("capacity_ah is %g, expected above 0 and finite", capacity_ah));
 }
 
 /// An answer as JSON. @throws std::invalid_argument for a query that is none.
@@ -140,19 +140,19 @@ std::string askCharge(const FittedModel& model, double u_boost, double t_sof2, d
 }
 
 HeldDiagnosis diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to, double holdout_share,
-                           const std::vector<std::string>& hypotheses, const std::vector<std::string>& given, double blocks, int threads) {
+                           const std::vector<std::string>& hypotheses, const std::vector<std::string>& given, double series_blocks, int threads) {
   const py::gil_scoped_release released;
   HeldDiagnosis result{held.recording, {}};
-  result.stretch.series = slice(seriesOfOne(held, blocks), samplesBetween(held.fitted, from, to));
+  result.stretch.series = slice(seriesOfOne(held, series_blocks), samplesBetween(held.fitted, from, to));
   DiagnoseOptions options;
   options.holdout_share = holdout_share;
   options.hypotheses = hypotheses;
   options.given = given;
   options.threads = threads;
   result.diagnosis = diagnose(result.stretch, options);
-  nameOrigin(result.diagnosis.base, held, blocks);
-  nameOrigin(result.diagnosis.extended, held, blocks);
-  if (blocks != 1.0) result.diagnosis.instrument.insert(result.diagnosis.instrument.begin(), sentenceOfRow(blocks));
+  nameOrigin(result.diagnosis.base, held, series_blocks);
+  nameOrigin(result.diagnosis.extended, held, series_blocks);
+  if (series_blocks != 1.0) result.diagnosis.instrument.insert(result.diagnosis.instrument.begin(), seriesBlocksSentence(series_blocks));
   return result;
 }
 

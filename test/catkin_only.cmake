@@ -4,7 +4,7 @@ battery_sof_gtest(node_options_test FOLDERS unit/ros LINK battery_sof_ros ${YAML
 if(BATTERY_SOF_SANITIZE_THREADS)
   target_compile_options(node_options_test PRIVATE ${thread_sanitizer})
 endif()
-battery_sof_gtest(property_test FOLDERS property LINK battery_sof battery_sof_reference)
+battery_sof_gtest(property_test FOLDERS property LINK battery_sof battery_sof_simulator)
 battery_sof_gtest(architecture_test FOLDERS architecture)
 target_compile_definitions(architecture_test PRIVATE BATTERY_SOF_CXX="${CMAKE_CXX_COMPILER}"
   BATTERY_SOF_EIGEN_DIR="${EIGEN3_INCLUDE_DIRS}")
@@ -50,7 +50,7 @@ add_test(NAME proof_quick
 set_tests_properties(proof_quick PROPERTIES TIMEOUT 600 PROCESSORS 2)
 
 # What judges the diagnosis on forms that no catalogue has: its arithmetic.
-add_test(NAME strangers_count_right COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/strangers/strangers_test.py")
+add_test(NAME strangers_count_right COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/out_of_model/out_of_model_test.py")
 set_tests_properties(strangers_count_right PROPERTIES TIMEOUT 120)
 
 # What the scripts share, and the shell scripts.

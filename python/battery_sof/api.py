@@ -77,7 +77,7 @@ class Model:
     """A fitted model with the state that a question begins from; made by identify(), diagnose() and Model.read().
 
     Attributes: parameters, by name; effects, ids of further physics; from_s, to_s and samples of its window; status, message;
-    usable: whether it answers questions; q_dyn_percent; rmse_v [V] over the window; suitability [0, 1]; state_time_s [s],
+    usable: whether it answers questions; q_dyn_percent; rmse_v [V] over the window; window_quality [0, 1]; state_time_s [s],
     where its state stands; covariance, shape (k, k), of the parameters in their order and then the states [units squared].
     """
 
@@ -91,7 +91,7 @@ class Model:
     usable: bool
     q_dyn_percent: float
     rmse_v: float
-    suitability: float
+    window_quality: float
     state_time_s: float
     covariance: np.ndarray
 
@@ -100,7 +100,7 @@ class Model:
         self.details: Dict[str, Any] = json.loads(core.json())  #: the whole JSON of `sof identify`
         self.parameters = {each["name"]: made(Parameter, each) for each in self.details["parameters"]}
         self.from_s, self.to_s = self.details["window"]["from_s"], self.details["window"]["to_s"]
-        for name in ("effects", "samples", "status", "message", "q_dyn_percent", "rmse_v", "suitability"):
+        for name in ("effects", "samples", "status", "message", "q_dyn_percent", "rmse_v", "window_quality"):
             setattr(self, name, self.details[name])
         self.state_time_s = self.details["state"]["time_s"]
         self.usable, self.covariance = core.usable, core.covariance
@@ -127,12 +127,12 @@ class Model:
 
 def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              choose_window: bool = False, effects: Optional[Sequence[str]] = None, whiten: bool = False,
-             start: str = "robust", blocks: float = 1.0, threads: int = 1) -> Model:
+             start: str = "robust", series_blocks: float = 1.0, threads: int = 1) -> Model:
     """Fits the model to a window of a recording, as `sof identify` does.
 
     from_s, to_s [s]: the window where both are given, else where the best one is looked for (with choose_window also then);
     the state is carried to to_s, else to the recording's end. effects: ids of further physics; None lets the recording choose,
-    [] is the base model. whiten: a cost of whitened residuals. start: "robust" or "paper". blocks: of 12 V in a row (0.5 for
+    [] is the base model. whiten: a cost of whitened residuals. start: "robust" or "paper". series_blocks: of 12 V in a row (0.5 for
     6 V, 2 for 24 V, 4 for 48 V): the fit is that of one block, the mean of them; questions, answers and predictions are in
     volts of the row. threads: 0 for all; changes no result.
 
@@ -140,11 +140,11 @@ def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
     samples, unknown effects and options outside their ranges.
     """
     return Model(_core.identify(recording._core, from_s, to_s, choose_window, None if effects is None else list(effects),
-                                whiten, start, blocks, threads))
+                                whiten, start, series_blocks, threads))
 
 
 def predict(model: Model, recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
-            drive: Optional[str] = None) -> Prediction:
+            mode: Optional[str] = None) -> Prediction:
     """Runs a model through a recording from from_s to to_s [s] and scores it, as `sof predict` does.
 
     drive: "mixed", by the voltage where a source imposes it; "current", throughout; None, as the model was fitted.
@@ -192,11 +192,11 @@ def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float
 
 def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
-             blocks: float = 1.0, threads: int = 1) -> Diagnosis:
+             series_blocks: float = 1.0, threads: int = 1) -> Diagnosis:
     """Finds where the base model and a recording part and which physics is missing, as `sof diagnose` does; takes minutes.
 
     from_s, to_s [s]: the stretch; its last holdout_share is kept for the comparison alone. hypotheses: ids to weigh, none for
-    all. given: ids that are known to be there; nothing is searched for. blocks: of 12 V in a row, as identify(): volts and ohms told are
+    all. given: ids that are known to be there; nothing is searched for. series_blocks: of 12 V in a row, as identify(): volts and ohms told are
     those of one block. threads: 0 for all; changes no result.
 
     Raises ValueError for a range without samples, unknown ids and options outside their ranges.

@@ -34,7 +34,7 @@ class Parameter:
     name: str
     value: float  #: in unit
     unit: str  #: ohm, F, 1/V, V, ...
-    std: Optional[float] = None  #: standard error in unit; None when nothing is known
+    std_error: Optional[float] = None  #: standard error in unit; None when nothing is known
     held: bool = False  #: not estimated
     at_bound: bool = False  #: ended at a bound
     determined: bool = True  #: by its window
@@ -106,7 +106,7 @@ class Prediction:
     predicted_a: np.ndarray
     lower_a: np.ndarray
     upper_a: np.ndarray
-    voltage_drives: np.ndarray  #: bool: the voltage drives this sample
+    voltage_controlled: np.ndarray  #: bool: the voltage drives this sample
     q_dyn_percent: Optional[float]  #: driven by the current alone; None when the voltage never changes
     rmse_v: float  #: [V], driven by the current alone
     max_abs_v: float  #: [V]
@@ -122,7 +122,7 @@ class Effect:
 
     id: str
     title: str
-    family: Optional[str]
+    mechanism: Optional[str]
     confidence: float
     probability: float
     absorbed_into: List[str]  #: parameters of the base model that had taken it up
@@ -135,7 +135,7 @@ class Candidate:
 
     id: str
     title: str
-    family: Optional[str]
+    mechanism: Optional[str]
     evidence: float  #: [nat]
     confidence: float
     probability: float
@@ -174,7 +174,7 @@ class Diagnosis:
 
     verdict: str  #: no_mismatch, named, several, ambiguous, unknown, sensor_fault or insufficient_data
     summary: str
-    family: Optional[str]
+    mechanism: Optional[str]
     probability: float
     effects: List[Effect]
     candidates: List[Candidate]

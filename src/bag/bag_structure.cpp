@@ -20,7 +20,7 @@ namespace {
 constexpr std::string_view kVersionLine = "#ROSBAG V2.0\n";
 enum Operation : char { kMessage = 2, kBagHeader = 3, kIndex = 4, kChunk = 5, kChunkInfo = 6, kConnection = 7 };
 constexpr std::size_t kIndexEntrySize = 12;   // seconds, nanoseconds, offset
-constexpr std::size_t kMostRatio = 1000;      // of compression: messages with stamps of their own reach some ten
+constexpr std::size_t kMaxRatio = 1000;      // of compression: messages with stamps of their own reach some ten
 constexpr std::size_t kSmallChunk = 4 << 20;  // [bytes], five times rosbag's usual chunk: allowed whatever the ratio
 
 /// One record: its header's fields and its data, both views into the file.
@@ -132,7 +132,7 @@ class ChunkContents {
     size_ = chunk.number<std::uint32_t>("size").value_or(0);
     messages_.clear();
     RecordReader reader(chunk.data, file_offset);
-    const std::size_t most = compressed_ ? std::max(kSmallChunk, kMostRatio * chunk.data.size()) : chunk.data.size();
+    const std::size_t most = compressed_ ? std::max(kSmallChunk, kMaxRatio * chunk.data.size()) : chunk.data.size();
     if (size_ > most) reader.fail("a chunk claims to hold " + std::to_string(size_) + " bytes, expected at most " + std::to_string(most));
     if (compressed_) return;
     while (!reader.atEnd()) {

@@ -1,4 +1,4 @@
-#include "battery_sof/predict/charge_acceptance.hpp"
+#include "battery_sof/prediction/charge_acceptance.hpp"
 
 #include "battery_sof/report/answers.hpp"
 #include "query_options.hpp"

@@ -1,4 +1,4 @@
-#include "battery_sof/recording/blocks.hpp"
+#include "battery_sof/recording/series_blocks.hpp"
 #include "battery_sof/recording/checks.hpp"
 #include "battery_sof/report/check_report.hpp"
 #include "command.hpp"
@@ -16,10 +16,10 @@ int runCheck(const CommandLine& line, const CheckArguments& arguments) {
   const Recording recording = loadRecording(arguments.recording);
   progress.stage("checking");
   const CheckReport report = checkRecording(recording);
-  const double blocks = arguments.recording.blocks;
+  const double series_blocks = arguments.recording.series_blocks;
   nlohmann::json json = checkReportJson(recording.name, recording, report);
-  json["blocks"] = blocks;
-  const std::string row = blocks == 1.0 ? "" : sentenceOfRow(blocks) + "\n";
+  json["series_blocks"] = series_blocks;
+  const std::string row = series_blocks == 1.0 ? "" : seriesBlocksSentence(series_blocks) + "\n";
   progress.end();
   emit(line, row + checkReportText(recording.name, recording, report), json, arguments.json);
   return kExitDone;
@@ -31,7 +31,7 @@ void addCheckCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("check", "lint a recording: rate, gaps, clipping, quantisation, sign, offset, skew, stuck values");
   auto arguments = std::make_shared<CheckArguments>();
   addRecordingOptions(*command, arguments->recording);
-  addBlocksOption(*command, arguments->recording);
+  addSeriesBlocksOption(*command, arguments->recording);
   addJsonOption(*command, arguments->json);
   command->callback([&line, arguments] { line.run = [&line, arguments] { return runCheck(line, *arguments); }; });
 }

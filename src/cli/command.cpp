@@ -6,12 +6,12 @@
 #include <ostream>
 #include <system_error>
 
-#include "battery_sof/identify/recording_fit.hpp"
+#include "battery_sof/estimation/recording_fit.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/blocks.hpp"
+#include "battery_sof/recording/series_blocks.hpp"
 #include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/printable.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "battery_sof/report/priors_yaml.hpp"
 
 namespace battery_sof {
@@ -59,11 +59,20 @@ void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool 
   command.add_option("--topic", arguments.topic, "bag topic")->capture_default_str();
 }
 
-void addBlocksOption(CLI::App& command, RecordingArguments& arguments) {
+void addRenamedOption(CLI::App& command, const std::string& old, const std::string& now) {
   command
-      .add_option("--blocks", arguments.blocks,
+      .add_option_function<std::vector<std::string>>(
+          old, [old, now](const std::vector<std::string>&) { throw CLI::ValidationError(old, "is " + now + " since 0.3"); })
+      ->expected(0, CLI::detail::expected_max_vector_size)
+      ->group("");
+}
+
+void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments) {
+  command
+      .add_option("--series-blocks", arguments.series_blocks,
                   "blocks of 12 V in a row: 0.5 for a battery of 6 V, 2 for 24 V, 4 for 48 V; bounds and limits are those of one")
       ->capture_default_str();
+  addRenamedOption(command, "--blocks", "--series-blocks");
 }
 
 void addWindowOptions(CLI::App& command, WindowArguments& arguments) {
@@ -88,9 +97,9 @@ std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments) {
 }
 
 Recording loadRecording(const RecordingArguments& arguments, Digest* digest) {
-  if (!isRowOfBlocks(arguments.blocks)) throw UsageError(sentence("--blocks is %g, expected ", arguments.blocks) + kRowsOfBlocks);
+  if (!areSeriesBlocks(arguments.series_blocks)) throw UsageError(format("--series-blocks is %g, expected ", arguments.series_blocks) + kAllowedSeriesBlocks);
   Recording recording = readRecording(arguments, digest);
-  recording.series = ofOneBlock(std::move(recording.series), arguments.blocks);
+  recording.series = perBlock(std::move(recording.series), arguments.series_blocks);
   return recording;
 }
 
@@ -132,7 +141,7 @@ std::string Digest::text() {
   unsigned int length = 0;
   EVP_DigestFinal_ex(context_.get(), digest.data(), &length);
   std::string text = "sha256:";
-  for (unsigned int k = 0; k < length; ++k) text += sentence("%02x", digest[k]);
+  for (unsigned int k = 0; k < length; ++k) text += format("%02x", digest[k]);
   return text;
 }
 

@@ -15,7 +15,7 @@
 
 #include "battery_sof/bag/bag_storage.hpp"
 #include "battery_sof/cli/sof.hpp"
-#include "battery_sof/identify/known_parameter.hpp"
+#include "battery_sof/estimation/known_parameter.hpp"
 #include "battery_sof/recording/csv.hpp"
 #include "battery_sof/recording/resample.hpp"
 #include "progress.hpp"
@@ -44,7 +44,7 @@ struct RecordingArguments {
   std::string path;
   CsvColumns columns;
   std::string topic = kDefaultTopic;
-  double blocks = 1.0;  ///< 12 V blocks in a row
+  double series_blocks = 1.0;  ///< 12 V blocks in a row
 };
 
 /// The options --from and --to, as typed.
@@ -58,7 +58,10 @@ struct PriorsArguments {
 };
 
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path = true);
-void addBlocksOption(CLI::App& command, RecordingArguments& arguments);
+/// An option of 0.2 under its old name: refused with the new one.
+void addRenamedOption(CLI::App& command, const std::string& old, const std::string& now);
+
+void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments);
 void addWindowOptions(CLI::App& command, WindowArguments& arguments);
 void addPriorsOptions(CLI::App& command, PriorsArguments& arguments);
 void addJsonOption(CLI::App& command, std::string& json);

@@ -1,6 +1,6 @@
 #include <ostream>
 
-#include "battery_sof/predict/cranking.hpp"
+#include "battery_sof/prediction/cranking.hpp"
 #include "battery_sof/report/results.hpp"
 #include "query_options.hpp"
 

@@ -2,9 +2,9 @@
 #include <ostream>
 #include <utility>
 
-#include "battery_sof/diagnose/diagnose.hpp"
+#include "battery_sof/diagnosis/diagnose.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/blocks.hpp"
+#include "battery_sof/recording/series_blocks.hpp"
 #include "battery_sof/report/diagnosis_page.hpp"
 #include "battery_sof/report/diagnosis_results.hpp"
 #include "battery_sof/report/model_yaml.hpp"
@@ -39,13 +39,13 @@ void requireFolders(const DiagnoseArguments& arguments) {
   }
 }
 
-void nameOrigin(Diagnosis& diagnosis, const Recording& recording, const std::string& hash, double blocks) {
+void nameOrigin(Diagnosis& diagnosis, const Recording& recording, const std::string& hash, double series_blocks) {
   for (FittedModel* model : {&diagnosis.base, &diagnosis.extended}) {
     model->provenance.recording = recording.name;
     model->provenance.recording_hash = hash;
-    model->fit.blocks = blocks;
+    model->fit.series_blocks = series_blocks;
   }
-  if (blocks != 1.0) diagnosis.instrument.insert(diagnosis.instrument.begin(), sentenceOfRow(blocks));
+  if (series_blocks != 1.0) diagnosis.instrument.insert(diagnosis.instrument.begin(), seriesBlocksSentence(series_blocks));
 }
 
 void writeFiles(const DiagnoseArguments& arguments, const Recording& recording, const Diagnosis& diagnosis) {
@@ -72,7 +72,7 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   Digest digest;
   const Recording recording = stretchOf(arguments, digest);
   Diagnosis diagnosis = interruptible(recording, std::move(options), progress, line.err);
-  nameOrigin(diagnosis, recording, digest.text(), arguments.recording.blocks);
+  nameOrigin(diagnosis, recording, digest.text(), arguments.recording.series_blocks);
   progress.stage("writing");
   writeFiles(arguments, recording, diagnosis);
   progress.end();
@@ -88,7 +88,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("diagnose", "find where the base model and a recording part, and which physics is missing");
   auto arguments = std::make_shared<DiagnoseArguments>();
   addRecordingOptions(*command, arguments->recording);
-  addBlocksOption(*command, arguments->recording);
+  addSeriesBlocksOption(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
   command->add_option("--report", arguments->report, "page to write: one HTML file that needs no network")->type_name(kWrittenFile);
   command->add_option("--out", arguments->out, "model file to write: the base model with what was found")->type_name(kWrittenFile);
@@ -105,19 +105,21 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
                           "ids that are known to be there, comma-separated: they are modelled and nothing is searched for");
   given->delimiter(',')->excludes(hypotheses);
   command
-      ->add_option("--confirm", arguments->options.confirm,
+      ->add_option("--verify-detection-limits", arguments->options.confirm,
                    "ids, comma-separated, of what could hide: diagnose the recording with each put in until it is named")
       ->delimiter(',')
       ->excludes(given);
   Relevance& relevance = arguments->options.relevance;
-  command->add_option("--relevance-rmse", relevance.rmse, "[V] RMS below which nothing is told; half the noise where that is more")
+  command->add_option("--min-rmse", relevance.rmse, "[V] RMS below which nothing is told; half the noise where that is more")
       ->capture_default_str();
-  command->add_option("--relevance-crank", relevance.crank, "[V], mean over cranks, that something must add to be told")
+  command->add_option("--min-crank", relevance.crank, "[V], mean over cranks, that something must add to be told")
       ->capture_default_str();
   command
-      ->add_option("--relevance-charge", relevance.charge_share,
+      ->add_option("--min-charge", relevance.charge_share,
                    "share of the charging current below which nothing is told where a source draws it")
       ->capture_default_str();
+  addRenamedOption(*command, "--confirm", "--verify-detection-limits");
+  for (const std::string limit : {"rmse", "crank", "charge"}) addRenamedOption(*command, "--relevance-" + limit, "--min-" + limit);
   addPriorsOptions(*command, arguments->priors);
   command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")->capture_default_str();
   addJsonOption(*command, arguments->json);

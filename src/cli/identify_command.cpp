@@ -1,7 +1,7 @@
 #include <chrono>
 #include <ostream>
 
-#include "battery_sof/identify/recording_fit.hpp"
+#include "battery_sof/estimation/recording_fit.hpp"
 #include "battery_sof/recording/checks.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 #include "battery_sof/report/results.hpp"
@@ -87,7 +87,7 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   model.provenance.recording = recording.name;
   model.provenance.recording_hash = digest.text();
   if (isUsable(model.fit)) carryToEnd(model, series, request);
-  model.fit.blocks = arguments.recording.blocks;
+  model.fit.series_blocks = arguments.recording.series_blocks;
   progress.end();
   if (!isUsable(model.fit)) {
     emit(line, identifyText(model), identifyJson(model), arguments.json);
@@ -105,7 +105,7 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("identify", "fit the model to a window of a recording");
   auto arguments = std::make_shared<IdentifyArguments>();
   addRecordingOptions(*command, arguments->recording);
-  addBlocksOption(*command, arguments->recording);
+  addSeriesBlocksOption(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
   command->add_flag("--auto", arguments->automatic, "choose the window inside --from and --to even when both are given");
   command->add_option("--out", arguments->out, "model file to write")->required()->type_name(kWrittenFile);

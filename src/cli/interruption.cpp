@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <ostream>
 
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 
 namespace battery_sof {
 
@@ -57,7 +57,7 @@ void Interruption::wait() {
 void Interruption::end(int signal) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (isatty(STDERR_FILENO)) err_ << "\r\033[K";  // over the line of Progress
-  err_ << sentence("sof: stopped after %.0f s while ", steadySeconds() - started_) << stage_ << "; no file was written\n" << std::flush;
+  err_ << format("sof: stopped after %.0f s while ", steadySeconds() - started_) << stage_ << "; no file was written\n" << std::flush;
   ::signal(signal, SIG_DFL);
   raise(signal);  // waits until this thread lets the signal through
   const sigset_t set = interrupts();

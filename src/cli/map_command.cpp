@@ -1,4 +1,4 @@
-#include "battery_sof/predict/maps.hpp"
+#include "battery_sof/prediction/maps.hpp"
 
 #include "battery_sof/report/answers.hpp"
 #include "query_options.hpp"

@@ -1,7 +1,7 @@
 
-#include "battery_sof/predict/range_prediction.hpp"
+#include "battery_sof/prediction/range_prediction.hpp"
 #include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 #include "battery_sof/report/results.hpp"
 #include "command.hpp"
@@ -13,32 +13,32 @@ struct PredictArguments {
   std::string model;
   RecordingArguments recording;
   WindowArguments window;
-  std::string csv, json, drive;
+  std::string csv, json, mode;
 };
 
 std::string predictionCsv(const Series& series, IndexRange range, const FollowedPrediction& predicted) {
   std::string text = "time_s,current_a,voltage_v,predicted_v,lower_v,upper_v,driven_by,predicted_a,lower_a,upper_a\n";
   for (std::size_t n = range.first; n < range.last; ++n) {
     const std::size_t k = n - range.first;
-    text += sentence("%.15g,%.10g,%.10g,%.6f,%.6f,%.6f,%s,%.6f,%.6f,%.6f\n", series.time[n], series.current[n], series.voltage[n],
+    text += format("%.15g,%.10g,%.10g,%.6f,%.6f,%.6f,%s,%.6f,%.6f,%.6f\n", series.time[n], series.current[n], series.voltage[n],
                      predicted.voltage[k], predicted.voltage_lower[k], predicted.voltage_upper[k],
-                     predicted.voltage_drives[k] ? "voltage" : "current", predicted.current[k], predicted.current_lower[k],
+                     predicted.voltage_controlled[k] ? "voltage" : "current", predicted.current[k], predicted.current_lower[k],
                      predicted.current_upper[k]);
   }
   return text;
 }
 
-DriveMode driveOf(const std::string& name) {
-  if (name.empty()) return DriveMode::kAsFitted;
-  return name == "mixed" ? DriveMode::kMixed : DriveMode::kCurrent;
+PredictionMode modeOf(const std::string& name) {
+  if (name.empty()) return PredictionMode::kAsFitted;
+  return name == "mixed" ? PredictionMode::kMixed : PredictionMode::kCurrent;
 }
 
 RangePrediction predict(const PredictArguments& arguments, const Series& series, IndexRange range) {
   const FittedModel model = readModelFile(arguments.model);
   try {
-    return predictRange(model, series, range, driveOf(arguments.drive));
+    return predictRange(model, series, range, modeOf(arguments.mode));
   } catch (const NoSource& none) {
-    throw UsageError(std::string("--drive mixed: ") + none.what() + " (" + arguments.recording.path + ")");
+    throw UsageError(std::string("--mode mixed: ") + none.what() + " (" + arguments.recording.path + ")");
   }
 }
 
@@ -66,9 +66,10 @@ void addPredictCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--csv", arguments->csv, "write measured and predicted voltage and current sample by sample")
       ->type_name(kWrittenFile);
   command
-      ->add_option("--drive", arguments->drive,
+      ->add_option("--mode", arguments->mode,
                    "mixed: by the voltage where a source imposes it; current: throughout. Default: as the model was fitted")
       ->check(CLI::IsMember({"mixed", "current"}));
+  addRenamedOption(*command, "--drive", "--mode");
   addJsonOption(*command, arguments->json);
   command->callback([&line, arguments] { line.run = [&line, arguments] { return runPredict(line, *arguments); }; });
 }

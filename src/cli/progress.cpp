@@ -6,13 +6,13 @@
 #include <chrono>
 #include <ostream>
 
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 
 namespace battery_sof {
 namespace {
 
 constexpr double kProgressAfter = 2.0;      // [s]
-constexpr double kLeastShare = 0.02;        // below it the pace is not known
+constexpr double kMinShare = 0.02;        // below it the pace is not known
 constexpr char kEmptied[] = "\r\033[K";     // the line under the cursor
 constexpr std::chrono::seconds kPeriod{1};  // of the line below the stage
 
@@ -32,9 +32,9 @@ std::thread unsignalled(Work work) {
 }  // namespace
 
 std::string pace(double elapsed, double in_stage, std::optional<double> share) {
-  const std::string passed = sentence("%.0f s", elapsed);
-  if (!share || *share < kLeastShare || *share > 1.0) return passed;
-  return passed + sentence(", about %.0f s left", in_stage * (1.0 - *share) / *share);
+  const std::string passed = format("%.0f s", elapsed);
+  if (!share || *share < kMinShare || *share > 1.0) return passed;
+  return passed + format(", about %.0f s left", in_stage * (1.0 - *share) / *share);
 }
 
 Progress::Progress(std::ostream& err) : err_(err), started_(steadySeconds()), stage_("reading"), stage_began_(started_) {

@@ -6,7 +6,7 @@
 #include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/printable.hpp"
 #include "battery_sof/recording/text_lines.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 
 namespace battery_sof {
@@ -38,14 +38,14 @@ class ProfileFile {
   std::size_t column(const char* name) const {
     for (std::size_t k = 0; k < cells_.size(); ++k)
       if (cells_[k] == name) return k;
-    refuse(sentence("has no column \"%s\", expected the header time_s,current_a", name));
+    refuse(format("has no column \"%s\", expected the header time_s,current_a", name));
   }
 
   double number(std::size_t column, const char* name) const {
-    if (column >= cells_.size()) refuse(sentence("has no %s, expected a finite number", name));
+    if (column >= cells_.size()) refuse(format("has no %s, expected a finite number", name));
     const std::string& cell = cells_[column];
     const std::optional<double> value = numberOf(cell);
-    if (!value || !std::isfinite(*value)) refuse(sentence("%s is \"%s\", expected a finite number", name, shortened(cell).c_str()));
+    if (!value || !std::isfinite(*value)) refuse(format("%s is \"%s\", expected a finite number", name, shortened(cell).c_str()));
     return *value;
   }
 
@@ -70,7 +70,7 @@ void addQueryOptions(CLI::App& command, QueryArguments& arguments) {
 }
 
 FittedModel modelOf(const QueryArguments& arguments) {
-  if (!(arguments.capacity_ah > 0.0)) throw UsageError(sentence("--capacity-ah is %g, expected above 0", arguments.capacity_ah));
+  if (!(arguments.capacity_ah > 0.0)) throw UsageError(format("--capacity-ah is %g, expected above 0", arguments.capacity_ah));
   const FittedModel saved = readModelFile(arguments.model);
   return arguments.rested ? rested(saved) : saved;
 }
@@ -82,9 +82,9 @@ CurrentProfile readProfile(const std::string& path) {
   CurrentProfile profile;
   while (file.next()) {
     const double t = file.number(time, kColumns[0]);
-    if (t < 0.0) file.refuse(sentence("time_s is %g, expected 0 or more", t));
+    if (t < 0.0) file.refuse(format("time_s is %g, expected 0 or more", t));
     if (!profile.empty() && t <= profile.time.back())
-      file.refuse(sentence("time_s is %g, expected more than the %g before it", t, profile.time.back()));
+      file.refuse(format("time_s is %g, expected more than the %g before it", t, profile.time.back()));
     profile.time.push_back(t);
     profile.current.push_back(file.number(current, kColumns[1]));
   }

@@ -2,7 +2,7 @@
 
 #include "battery_sof/cli/sof.hpp"
 #include "battery_sof/recording/separate_files.hpp"
-#include "reference/simulate_command.hpp"
+#include "simulator/simulate_command.hpp"
 
 int main(int argc, char** argv) {
   const battery_sof::ExternalCommand simulate = {

@@ -1,4 +1,4 @@
-#include "battery_sof/predict/stop_time.hpp"
+#include "battery_sof/prediction/stop_time.hpp"
 
 #include "battery_sof/report/answers.hpp"
 #include "query_options.hpp"

@@ -3,29 +3,29 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-void requireSound(const std::vector<std::string>& effects, bool has_force) {
+void requireSound(const std::vector<std::string>& effects, bool has_discrepancy) {
   for (const std::string& id : effects) {
     if (std::count(effects.begin(), effects.end(), id) > 1) throw std::invalid_argument("effect \"" + id + "\" is given twice");
-    if (id == kLearnedEffect) continue;
+    if (id == kDiscrepancyEffect) continue;
     for (const std::string& need : effectInfo(id).needs)
       if (!contains(effects, need))
-        throw std::invalid_argument(sentence("effect \"%s\" has no meaning without \"%s\"", id.c_str(), need.c_str()));
+        throw std::invalid_argument(format("effect \"%s\" has no meaning without \"%s\"", id.c_str(), need.c_str()));
   }
-  if (contains(effects, kLearnedEffect) != has_force)
-    throw std::invalid_argument(has_force ? "a learnt force is given, and \"" + kLearnedEffect + "\" is not among the effects"
-                                          : "effect \"" + kLearnedEffect +
+  if (contains(effects, kDiscrepancyEffect) != has_discrepancy)
+    throw std::invalid_argument(has_discrepancy ? "a learnt force is given, and \"" + kDiscrepancyEffect + "\" is not among the effects"
+                                          : "effect \"" + kDiscrepancyEffect +
                                                 "\" has no meaning without the force that was learnt, as a model file holds it");
 }
 
 }  // namespace
 
-BatteryModel::BatteryModel(const std::vector<std::string>& effects, std::shared_ptr<const LearnedForce> force) : force_(std::move(force)) {
-  requireSound(effects, force_ != nullptr);
+BatteryModel::BatteryModel(const std::vector<std::string>& effects, std::shared_ptr<const DiscrepancyModel> discrepancy) : discrepancy_(std::move(discrepancy)) {
+  requireSound(effects, discrepancy_ != nullptr);
   for (const ParameterInfo& info : tableOne()) {
     parameters_.push_back(info);
     parameters_.back().logarithmic = info.name == "c2" || info.name == "beta";
@@ -37,7 +37,7 @@ BatteryModel::BatteryModel(const std::vector<std::string>& effects, std::shared_
   std::vector<EffectInfo> infos;
   for (const EffectInfo& info : effectCatalogue())
     if (contains(effects, info.id)) infos.push_back(info);
-  if (force_) infos.push_back(learnedInfo(*force_));
+  if (discrepancy_) infos.push_back(discrepancyInfo(*discrepancy_));
   for (const EffectInfo& info : infos) {
     effects_.push_back(info.id);
     first_parameter_.push_back(parameterCount());
@@ -49,7 +49,7 @@ BatteryModel::BatteryModel(const std::vector<std::string>& effects, std::shared_
     for (const ParameterInfo& info : effect.beside)
       if (const auto row = parameterRow(info.name)) parameters_[static_cast<std::size_t>(*row)] = info;
   for (const EffectInfo& effect : infos)
-    for (const std::string& bent : effect.bends)
+    for (const std::string& bent : effect.is_nonlinear)
       if (const auto row = parameterRow(bent)) parameters_[static_cast<std::size_t>(*row)].linear = false;
 }
 

@@ -21,7 +21,7 @@ bool reachesLayer(const EffectHooks& hooks) {
 
 BoundComposition::BoundComposition(const BatteryModel& composed) : model(composed), members(membersOf(composed)) {
   for (std::size_t k = 0; k < model.effects().size(); ++k)
-    if (model.effects()[k] == kLearnedEffect) force_parameter = static_cast<int>(model.firstParameter(k));
+    if (model.effects()[k] == kDiscrepancyEffect) discrepancy_parameter = static_cast<int>(model.firstParameter(k));
   for (const Member& member : members) {
     const EffectHooks& hooks = member.effect->hooks;
     if (hooks.activity) activity_state = member.state;
@@ -33,7 +33,7 @@ BoundComposition::BoundComposition(const BatteryModel& composed) : model(compose
   }
 }
 
-std::vector<int> BoundComposition::lanesOfLayer(const Eigen::Ref<const Eigen::MatrixXd>& seeds) const {
+std::vector<int> BoundComposition::tangentsOfLayer(const Eigen::Ref<const Eigen::MatrixXd>& seeds) const {
   std::vector<Eigen::Index> rows = {kRowC2, kRowBeta, model.parameterCount()};
   // An effect that adapts the base model may read all of it.
   if (adapts || steps_finely) rows.insert(rows.end(), {kRowRDischarge, kRowRCharge, kRowUDc});
@@ -46,10 +46,10 @@ std::vector<int> BoundComposition::lanesOfLayer(const Eigen::Ref<const Eigen::Ma
     for (std::size_t j = 0; j < info.states.size(); ++j)
       rows.push_back(model.parameterCount() + member.state + static_cast<Eigen::Index>(j));
   }
-  std::vector<int> lanes;
+  std::vector<int> tangents;
   for (Eigen::Index k = 0; k < seeds.cols(); ++k)
-    if ((seeds.col(k)(rows).array() != 0.0).any()) lanes.push_back(static_cast<int>(k));
-  return lanes;
+    if ((seeds.col(k)(rows).array() != 0.0).any()) tangents.push_back(static_cast<int>(k));
+  return tangents;
 }
 
 std::vector<int> BoundComposition::parametersOfLayer() const {

@@ -21,12 +21,12 @@ struct BoundComposition {
   BatteryModel model;
   std::vector<Member> members;                                         ///< in the order in which they are applied
   int activity_state = -1, ladder_state = -1;                          ///< first ones; -1: none
-  int force_parameter = -1;                                            ///< first factor of a learnt force; -1: none
+  int discrepancy_parameter = -1;                                            ///< first factor of a learnt force; -1: none
   bool steps_finely = false, adapts = false, limits_reaction = false;  ///< whether a member does
   double longest_piece = 0.0;                                          ///< [s], see EffectHooks
 
   /// @return columns of `seeds` that move something which can reach the double layer.
-  std::vector<int> lanesOfLayer(const Eigen::Ref<const Eigen::MatrixXd>& seeds) const;
+  std::vector<int> tangentsOfLayer(const Eigen::Ref<const Eigen::MatrixXd>& seeds) const;
   /// @return parameters of the effects that take part in the double layer's implicit step.
   std::vector<int> parametersOfLayer() const;
 };

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bound_composition.hpp"
-#include "lanes.hpp"
+#include "tangents.hpp"
 
 namespace battery_sof {
 
@@ -30,7 +30,7 @@ class ComposedEffects {
   double referenceTime() const { return reference_time_; }
 
   /// Turns measured currents into the battery's.
-  void sense(const DriveStep& step, S& held, S& end) const {
+  void sense(const InputStep& step, S& held, S& end) const {
     for (const Member& member : bound_->members)
       if (member.effect->hooks.sense) kernel(member).sense(ownOf(member), step, held, end);
   }

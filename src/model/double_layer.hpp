@@ -114,7 +114,7 @@ class DoubleLayer {
 
  private:
   static constexpr double kTolerance = 4e-5;  // [V] between one implicit step and its halves
-  static constexpr double kMostMoved = 0.01;  // [V], a first guess goes on at the last step's rate up to here
+  static constexpr double kMaxMoved = 0.01;  // [V], a first guess goes on at the last step's rate up to here
   // [V], last step of Newton's method in doubles: beta / 2 of its square is left, of which the step in arithmetic S leaves
   // nothing, and the slope it shares with that step is good to 1e-5.
   static constexpr double kSettled = 1e-6;
@@ -311,7 +311,7 @@ class DoubleLayer {
   double attempt(const S* p, const Present<S>& present, const S& current, double h) {
     const double begin = valueOf(before_[0]);
     const double moved = rate_ * h;
-    const double guess = std::abs(moved) < kMostMoved ? begin + moved : begin;
+    const double guess = std::abs(moved) < kMaxMoved ? begin + moved : begin;
     euler(p, present, current, h, guess, before_, whole_);
     euler(p, present, current, 0.5 * h, 0.5 * (begin + valueOf(whole_[0])), before_, half_);
     euler(p, present, current, 0.5 * h, valueOf(whole_[0]), half_, halves_);

@@ -12,9 +12,9 @@ class Simulation::Engine {
  public:
   virtual ~Engine() = default;
   virtual std::unique_ptr<Engine> clone() const = 0;
-  virtual void advance(const DriveStep& step) = 0;
-  virtual double advanceAtVoltage(double voltage, double duration, double most_current) = 0;
-  virtual void followVoltage(const DriveStep& step, double voltage) = 0;
+  virtual void advance(const InputStep& step) = 0;
+  virtual double advanceAtVoltage(double voltage, double duration, double max_current) = 0;
+  virtual void followVoltage(const InputStep& step, double voltage) = 0;
   virtual double resistanceOver(double current, double duration) = 0;
   virtual double currentError() const = 0;
   virtual const double* currentErrorDerivatives() const = 0;
@@ -24,9 +24,9 @@ class Simulation::Engine {
   virtual double time() const = 0;
   virtual Eigen::VectorXd state() const = 0;
   virtual Eigen::MatrixXd stateDerivatives() const = 0;
-  virtual std::vector<double> forceMemory() const = 0;
-  virtual double beyondLearned() const = 0;
-  virtual Eigen::Index lanes() const = 0;
+  virtual std::vector<double> regressorMemory() const = 0;
+  virtual double beyondIdentified() const = 0;
+  virtual Eigen::Index tangents() const = 0;
 };
 
 /**

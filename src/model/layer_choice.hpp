@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bound_composition.hpp"
-#include "lanes.hpp"
+#include "tangents.hpp"
 #include "narrow_layer.hpp"
 
 namespace battery_sof {
@@ -30,10 +30,10 @@ class LayerChoice {
   explicit LayerChoice(const BoundComposition& bound) : bound_(bound) {}
 
   /// @param lanes those that can reach the layer while the current is given.
-  std::unique_ptr<LayerOf<S>> underCurrent(const std::vector<int>& lanes) const {
-    std::unique_ptr<LayerOf<S>> layer = narrow<8>(lanes);
-    if (!layer) layer = narrow<16>(lanes);
-    if (!layer) layer = narrow<24>(lanes);
+  std::unique_ptr<LayerOf<S>> underCurrent(const std::vector<int>& tangents) const {
+    std::unique_ptr<LayerOf<S>> layer = narrow<8>(tangents);
+    if (!layer) layer = narrow<16>(tangents);
+    if (!layer) layer = narrow<24>(tangents);
     return layer ? std::move(layer) : wide();
   }
 
@@ -50,10 +50,10 @@ class LayerChoice {
 
   /// @return nothing unless N lanes suffice and are fewer than those of S.
   template <int N>
-  std::unique_ptr<LayerOf<S>> narrow(const std::vector<int>& lanes) const {
+  std::unique_ptr<LayerOf<S>> narrow(const std::vector<int>& tangents) const {
     if constexpr (N < Width<S>::value) {
-      typename NarrowLayer<S, N>::Shape shape{lanes, parameterCount(), bound_.ladder_state >= 0, bound_.adapts};
-      if (lanes.size() <= static_cast<std::size_t>(N)) return std::make_unique<NarrowLayer<S, N>>(layerOf<Dual<N>>(bound_), shape);
+      typename NarrowLayer<S, N>::Shape shape{tangents, parameterCount(), bound_.ladder_state >= 0, bound_.adapts};
+      if (tangents.size() <= static_cast<std::size_t>(N)) return std::make_unique<NarrowLayer<S, N>>(layerOf<Dual<N>>(bound_), shape);
     }
     return nullptr;
   }

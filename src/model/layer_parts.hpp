@@ -17,13 +17,13 @@ struct BoundEffect {
 };
 
 /// Where an exponent of the reaction stays [1], see Simulation.
-inline constexpr double kMostExponent = 300.0;
+inline constexpr double kMaxExponent = 300.0;
 
 /// What may be missed of a voltage u [V]: where parameters have drifted for hours a layer may stand at 1e13 V, and rounding alone
 /// misses more than a tolerance in volts. @param charging_slope alpha beta [1/V].
 inline double scaledTolerance(double tolerance, double u, double charging_slope) {
-  constexpr double kMostOfLayer = 40.0;  // [V], far beyond any battery: tolerances grow in proportion
-  return tolerance * std::max({1.0, std::abs(u) / kMostOfLayer, 1.0 / (kMostOfLayer * charging_slope)});
+  constexpr double kMaxOfLayer = 40.0;  // [V], far beyond any battery: tolerances grow in proportion
+  return tolerance * std::max({1.0, std::abs(u) / kMaxOfLayer, 1.0 / (kMaxOfLayer * charging_slope)});
 }
 
 /// Whether the reaction is symmetric, whatever the lanes.
@@ -36,7 +36,7 @@ bool isHalf(const Eigen::AutoDiffScalar<D>& alpha) {
 template <typename T>
 T bounded(const T& exponent) {
   const double value = valueOf(exponent);
-  return std::abs(value) > kMostExponent ? T(std::copysign(kMostExponent, value)) : exponent;
+  return std::abs(value) > kMaxExponent ? T(std::copysign(kMaxExponent, value)) : exponent;
 }
 
 /// The exact step of a layer to which nothing is bound: values and slopes in doubles, then one sum over what may carry derivatives.
@@ -44,7 +44,7 @@ T bounded(const T& exponent) {
 template <typename S>
 void advancePlain(const Present<S>& present, const S& current, double duration, S& u) {
   const double beta = valueOf(present.beta), c2 = valueOf(present.c2), half_rate = 0.5 * beta * duration / c2;
-  const double wanted = beta * valueOf(u), w = std::clamp(wanted, -2.0 * kMostExponent, 2.0 * kMostExponent);
+  const double wanted = beta * valueOf(u), w = std::clamp(wanted, -2.0 * kMaxExponent, 2.0 * kMaxExponent);
   const ClosedFormSlopes after = closedFormSlopes(w, valueOf(current), valueOf(present.i0), half_rate);
   if constexpr (std::is_same_v<S, double>) {
     u = after.w / beta;

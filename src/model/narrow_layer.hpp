@@ -60,7 +60,7 @@ class NarrowLayer final : public LayerOf<S> {
  public:
   /// What of it never changes, and what the layer is given.
   struct Shape {
-    std::vector<int> lanes;  ///< those of S that may differ from zero in what the layer is given; at most N
+    std::vector<int> tangents;  ///< those of S that may differ from zero in what the layer is given; at most N
     std::size_t parameters;
     bool has_ladder;
     bool adapts;  ///< an effect changes the base model's parameters
@@ -104,8 +104,8 @@ class NarrowLayer final : public LayerOf<S> {
   }
   Dual<N> gathered(const S& x) const {
     Dual<N> narrow(x.value());
-    for (std::size_t k = 0; k < shape_.lanes.size(); ++k)
-      narrow.derivatives()[static_cast<Eigen::Index>(k)] = x.derivatives()[shape_.lanes[k]];
+    for (std::size_t k = 0; k < shape_.tangents.size(); ++k)
+      narrow.derivatives()[static_cast<Eigen::Index>(k)] = x.derivatives()[shape_.tangents[k]];
     return narrow;
   }
   Present<Dual<N>> gathered(const Present<S>& f) const {
@@ -125,8 +125,8 @@ class NarrowLayer final : public LayerOf<S> {
   }
   void scatter(const Dual<N>& narrow, S& x) const {
     x.value() = narrow.value();
-    for (std::size_t k = 0; k < shape_.lanes.size(); ++k)
-      x.derivatives()[shape_.lanes[k]] = narrow.derivatives()[static_cast<Eigen::Index>(k)];
+    for (std::size_t k = 0; k < shape_.tangents.size(); ++k)
+      x.derivatives()[shape_.tangents[k]] = narrow.derivatives()[static_cast<Eigen::Index>(k)];
   }
 
   DoubleLayer<Dual<N>> layer_;

@@ -34,18 +34,18 @@ void requireSound(const BatteryModel& model, const ModelPoint& start, const Eige
   requireValid(baseParameters(start.parameters));
   if (seeds.cols() == 0) return;
   requireSize(seeds.rows(), model.parameterCount() + model.stateCount(), "rows of seeds");
-  if (seeds.cols() > Simulation::kMaxLanes)
+  if (seeds.cols() > Simulation::kMaxTangents)
     throw std::invalid_argument("seeds have " + std::to_string(seeds.cols()) + " columns, expected at most " +
-                                std::to_string(Simulation::kMaxLanes));
+                                std::to_string(Simulation::kMaxTangents));
 }
 
 std::unique_ptr<Simulation::Engine> engineFor(const BatteryModel& model, const ModelPoint& start,
                                               const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
-  const Eigen::Index lanes = seeds.cols();
-  if (lanes == 0) return engineOfValues(model, start, seeds);
-  if (lanes <= 8) return engineOf8(model, start, seeds);
-  if (lanes <= 16) return engineOf16(model, start, seeds);
-  if (lanes <= 24) return engineOf24(model, start, seeds);
+  const Eigen::Index tangents = seeds.cols();
+  if (tangents == 0) return engineOfValues(model, start, seeds);
+  if (tangents <= 8) return engineOf8(model, start, seeds);
+  if (tangents <= 16) return engineOf16(model, start, seeds);
+  if (tangents <= 24) return engineOf24(model, start, seeds);
   return engineOf48(model, start, seeds);
 }
 
@@ -69,24 +69,24 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Simulation::~Simulation() = default;
 
-void Simulation::advance(const DriveStep& step) { engine_->advance(step); }
+void Simulation::advance(const InputStep& step) { engine_->advance(step); }
 
-double Simulation::advanceAtVoltage(double voltage, double duration, double most_current) {
-  if (!std::isfinite(voltage) || !std::isfinite(most_current) || !(duration > 0.0)) {
+double Simulation::advanceAtVoltage(double voltage, double duration, double max_current) {
+  if (!std::isfinite(voltage) || !std::isfinite(max_current) || !(duration > 0.0)) {
     ClassicStream text;
-    text << "advanceAtVoltage(" << voltage << " V, " << duration << " s, " << most_current
+    text << "advanceAtVoltage(" << voltage << " V, " << duration << " s, " << max_current
          << " A): expected finite values and a duration above 0";
     throw std::invalid_argument(text.str());
   }
-  return engine_->advanceAtVoltage(voltage, duration, most_current);
+  return engine_->advanceAtVoltage(voltage, duration, max_current);
 }
 
-void Simulation::followVoltage(const DriveStep& step, double voltage) {
+void Simulation::followVoltage(const InputStep& step, double voltage) {
   if (!std::isfinite(voltage)) throw std::invalid_argument("followVoltage: the voltage is not finite");
   engine_->followVoltage(step, voltage);
 }
-double Simulation::follow(const DriveSample& sample) {
-  if (sample.voltage_drives) {
+double Simulation::follow(const InputSample& sample) {
+  if (sample.voltage_controlled) {
     followVoltage(sample.step, sample.voltage);
     return currentError();
   }
@@ -96,17 +96,17 @@ double Simulation::follow(const DriveSample& sample) {
 double Simulation::resistanceOver(double current, double duration) { return engine_->resistanceOver(current, duration); }
 double Simulation::currentError() const { return engine_->currentError(); }
 Eigen::Map<const Eigen::VectorXd> Simulation::currentErrorDerivatives() const {
-  return {engine_->currentErrorDerivatives(), engine_->lanes()};
+  return {engine_->currentErrorDerivatives(), engine_->tangents()};
 }
 
 double Simulation::voltage() const { return engine_->voltage(); }
-Eigen::Map<const Eigen::VectorXd> Simulation::voltageDerivatives() const { return {engine_->voltageDerivatives(), engine_->lanes()}; }
-Eigen::Map<const Eigen::VectorXd> Simulation::currentDerivatives() const { return {engine_->currentDerivatives(), engine_->lanes()}; }
+Eigen::Map<const Eigen::VectorXd> Simulation::voltageDerivatives() const { return {engine_->voltageDerivatives(), engine_->tangents()}; }
+Eigen::Map<const Eigen::VectorXd> Simulation::currentDerivatives() const { return {engine_->currentDerivatives(), engine_->tangents()}; }
 double Simulation::time() const { return engine_->time(); }
 Eigen::VectorXd Simulation::state() const { return engine_->state(); }
 Eigen::MatrixXd Simulation::stateDerivatives() const { return engine_->stateDerivatives(); }
-std::vector<double> Simulation::forceMemory() const { return engine_->forceMemory(); }
-double Simulation::beyondLearned() const { return engine_->beyondLearned(); }
-Eigen::Index Simulation::lanes() const { return engine_->lanes(); }
+std::vector<double> Simulation::regressorMemory() const { return engine_->regressorMemory(); }
+double Simulation::beyondIdentified() const { return engine_->beyondIdentified(); }
+Eigen::Index Simulation::tangents() const { return engine_->tangents(); }
 
 }  // namespace battery_sof

@@ -18,18 +18,18 @@ class EngineOf final : public Simulation::Engine {
       : battery_(std::make_shared<const BoundComposition>(model), start, seeds) {}
   std::unique_ptr<Engine> clone() const override { return std::make_unique<EngineOf>(*this); }
 
-  void advance(const DriveStep& step) override {
+  void advance(const InputStep& step) override {
     S held(step.held), end(step.current);
     battery_.effects().sense(step, held, end);
     battery_.pass(held, end, step.duration, step.slope, step.time, {S(step.held), S(step.current), step.gap}, step.rampPieces());
     source_.forgetTrend();
   }
 
-  double advanceAtVoltage(double voltage, double duration, double most_current) override {
-    return advanceTo(S(voltage), duration, most_current);
+  double advanceAtVoltage(double voltage, double duration, double max_current) override {
+    return advanceTo(S(voltage), duration, max_current);
   }
 
-  void followVoltage(const DriveStep& step, double voltage) override {
+  void followVoltage(const InputStep& step, double voltage) override {
     S held(step.held), shown(step.current);
     battery_.effects().sense(step, held, shown);
     if (step.duration <= 0.0) {
@@ -48,9 +48,9 @@ class EngineOf final : public Simulation::Engine {
     // Before its first step a simulation has shown no voltage to ramp from.
     const S& shown_last = battery_.now.terminal;
     const S from = valueOf(shown_last) != 0.0 ? shown_last : S(voltage);
-    const int parts = static_cast<int>(std::clamp(std::ceil(ramp / kLongestHold - 1e-9), 1.0, kMostHolds));
+    const int parts = static_cast<int>(std::clamp(std::ceil(ramp / kLongestHold - 1e-9), 1.0, kMaxHolds));
     const double count = parts;
-    for (int k = 1; k <= parts; ++k) advanceTo(S(from + (voltage - from) * (k / count)), ramp / count, kMostCurrent);
+    for (int k = 1; k <= parts; ++k) advanceTo(S(from + (voltage - from) * (k / count)), ramp / count, kMaxCurrent);
     battery_.now.time = step.time;
     current_error_ = S(shown - source_.current);
   }
@@ -65,26 +65,26 @@ class EngineOf final : public Simulation::Engine {
   const double* voltageDerivatives() const override { return derivativesOf(battery_.now.voltage); }
   const double* currentDerivatives() const override { return derivativesOf(source_.current); }
   double time() const override { return battery_.now.time; }
-  Eigen::Index lanes() const override { return battery_.lanes(); }
+  Eigen::Index tangents() const override { return battery_.tangents(); }
   Eigen::VectorXd state() const override { return valuesOf(battery_.now.x); }
   Eigen::MatrixXd stateDerivatives() const override {
     const std::vector<S>& x = battery_.now.x;
-    Eigen::MatrixXd slopes(static_cast<Eigen::Index>(x.size()), lanes());
+    Eigen::MatrixXd slopes(static_cast<Eigen::Index>(x.size()), tangents());
     for (std::size_t j = 0; j < x.size(); ++j)
-      for (Eigen::Index k = 0; k < lanes(); ++k) slopes(static_cast<Eigen::Index>(j), k) = derivativesOf(x[j])[k];
+      for (Eigen::Index k = 0; k < tangents(); ++k) slopes(static_cast<Eigen::Index>(j), k) = derivativesOf(x[j])[k];
     return slopes;
   }
-  std::vector<double> forceMemory() const override { return battery_.forceMemory(); }
-  double beyondLearned() const override { return battery_.force() ? battery_.force()->beyond() : 0.0; }
+  std::vector<double> regressorMemory() const override { return battery_.regressorMemory(); }
+  double beyondIdentified() const override { return battery_.discrepancy() ? battery_.discrepancy()->beyond() : 0.0; }
 
  private:
   // A voltage between two samples is a ramp of currents held this long [s], at slow rates at most so many.
-  static constexpr double kLongestHold = 0.5, kMostHolds = 8.0;
+  static constexpr double kLongestHold = 0.5, kMaxHolds = 8.0;
   static constexpr double kRampAfterGap = 1.0;  // [s], the end of a gap in which the source comes back
-  static constexpr double kMostCurrent = 1e4;   // [A], beyond anything a source gives
+  static constexpr double kMaxCurrent = 1e4;   // [A], beyond anything a source gives
 
-  double advanceTo(const S& voltage, double duration, double most_current) {
-    return VoltageSource<S>(battery_, source_).advanceTo(voltage, duration, most_current);
+  double advanceTo(const S& voltage, double duration, double max_current) {
+    return VoltageSource<S>(battery_, source_).advanceTo(voltage, duration, max_current);
   }
 
   Stepper<S> battery_;

@@ -14,7 +14,7 @@ namespace battery_sof {
 class SourceSearch {
  public:
   static constexpr double kLastStep = 1e-4;  ///< [A]
-  static constexpr int kMostTrials = 100;
+  static constexpr int kMaxTrials = 100;
 
   /// @param first where to begin [A].  @param most [A], no current goes beyond.
   SourceSearch(double first, double most) : most_(most), current_(std::min(first, most)) {}
@@ -30,7 +30,7 @@ class SourceSearch {
     (excess > 0.0 ? high_ : low_) = current_;
     const double before = step_;
     step_ = -excess / resistance;
-    if (trials_++ > 0 && before != 0.0) bend_ = std::min(std::abs(step_) / (before * before), kMostBend);
+    if (trials_++ > 0 && before != 0.0) bend_ = std::min(std::abs(step_) / (before * before), kMaxBend);
     double next = std::min(current_ + step_, most_);
     const double top = std::min(high_, most_);
     if (!(std::abs(step_) < kLastStep) && !(next > low_ && next < high_)) next = 0.5 * (std::max(low_, top - kReach) + top);
@@ -52,13 +52,13 @@ class SourceSearch {
  private:
   static constexpr double kReach = 1e4;        // [A], below the bracket's upper end
   static constexpr double kLastAcross = 1e-5;  // [A]
-  static constexpr double kMostBend = 0.2;     // [1/A]
+  static constexpr double kMaxBend = 0.2;     // [1/A]
 
   bool crossesZero() const { return (tried_ < 0.0) != (tried_ + step_ < 0.0); }
 
   double most_, current_, tried_ = 0.0, step_ = 0.0;
   double low_ = -HUGE_VAL, high_ = HUGE_VAL;
-  double bend_ = kMostBend;
+  double bend_ = kMaxBend;
   int trials_ = 0;
 };
 

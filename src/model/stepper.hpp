@@ -10,17 +10,17 @@
 #include "battery_sof/model/simulation.hpp"
 #include "cloned.hpp"
 #include "composed_effects.hpp"
-#include "force_run.hpp"
+#include "discrepancy_run.hpp"
 #include "layer_choice.hpp"
 
 namespace battery_sof {
 
 /// Where a battery stands: all that moves, in arithmetic S. What never moves is the stepper's.
 template <typename S>
-struct Standing {
+struct SimulationState {
   double time = 0.0;                      ///< [s]
   std::vector<S> x;                       ///< states, in the composition's order; first u_c2 [V]
-  std::vector<S> force;                   ///< memory of a learnt force, as firstForceMemory()
+  std::vector<S> discrepancy;                   ///< memory of a learnt force, as firstRegressorMemory()
   S terminal = S(0.0), voltage = S(0.0);  ///< [V], of the battery and as its channel shows it; 0 before the first interval
   double last_current = 0.0;              ///< [A], at the end of the last interval
   LayerPace pace;                         ///< of the double layer's steps
@@ -29,22 +29,22 @@ struct Standing {
 
 /// Changes every number that carries lanes, and each beside its counterpart in another standing of the same battery.
 template <typename S, typename Change>
-void changeNumbers(Standing<S>& to, const Change& change) {
+void changeNumbers(SimulationState<S>& to, const Change& change) {
   for (S& x : to.x) change(x);
-  for (S& x : to.force) change(x);
+  for (S& x : to.discrepancy) change(x);
   change(to.terminal);
   change(to.voltage);
 }
 template <typename S, typename T, typename Change>
-void changeNumbersBeside(Standing<S>& to, const Standing<T>& from, const Change& change) {
+void changeNumbersBeside(SimulationState<S>& to, const SimulationState<T>& from, const Change& change) {
   for (std::size_t j = 0; j < to.x.size(); ++j) change(to.x[j], from.x[j]);
-  for (std::size_t j = 0; j < to.force.size(); ++j) change(to.force[j], from.force[j]);
+  for (std::size_t j = 0; j < to.discrepancy.size(); ++j) change(to.discrepancy[j], from.discrepancy[j]);
   change(to.terminal, from.terminal);
   change(to.voltage, from.voltage);
 }
 /// Takes the other's numbers, each as `number` makes it one of arithmetic S.
 template <typename S, typename T, typename Number>
-void standAs(Standing<S>& to, const Standing<T>& from, const Number& number) {
+void standAs(SimulationState<S>& to, const SimulationState<T>& from, const Number& number) {
   changeNumbersBeside(to, from, [&](S& x, const T& y) { x = S(number(y)); });
   to.time = from.time;
   to.last_current = from.last_current;
@@ -68,25 +68,25 @@ template <typename S>
 class Stepper {
  public:
   Stepper(std::shared_ptr<const BoundComposition> bound, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds)
-      : lanes_(seeds.cols()),
+      : tangents_(seeds.cols()),
         effects_(bound, start.parameters, start.reference_time, seeds),
-        layer_(LayerChoice<S>(*bound).underCurrent(bound->lanesOfLayer(seeds))) {
+        layer_(LayerChoice<S>(*bound).underCurrent(bound->tangentsOfLayer(seeds))) {
     now.time = start.time;
     for (Eigen::Index j = 0; j < start.state.size(); ++j) now.x.push_back(seeded(start.state[j], seeds, start.parameters.size() + j, S()));
-    if (!bound->model.force()) return;
-    force_.emplace(bound->model.force());
-    now.force = firstForceMemory<S>(*bound->model.force(), start.force_memory);
+    if (!bound->model.discrepancy()) return;
+    discrepancy_.emplace(bound->model.discrepancy());
+    now.discrepancy = firstRegressorMemory<S>(*bound->model.discrepancy(), start.regressor_memory);
   }
 
-  Standing<S> now;
+  SimulationState<S> now;
 
-  Eigen::Index lanes() const { return lanes_; }
+  Eigen::Index tangents() const { return tangents_; }
   const ComposedEffects<S>& effects() const { return effects_; }
   const Present<S>& presentAt(double time) { return effects_.presentAt(time, now.x); }
   LayerOf<S>& layer() { return *layer_; }
-  const std::optional<ForceRun<S>>& force() const { return force_; }
-  void setBeyondLearned(double beyond) {
-    if (force_) force_->setBeyond(beyond);
+  const std::optional<DiscrepancyRun<S>>& discrepancy() const { return discrepancy_; }
+  void setBeyondIdentified(double beyond) {
+    if (discrepancy_) discrepancy_->setBeyond(beyond);
   }
 
   /// The battery as it stands, in values.
@@ -96,13 +96,13 @@ class Stepper {
     here.reference_time = effects_.referenceTime();
     here.parameters = valuesOf(effects_.parameters());
     here.state = valuesOf(now.x);
-    here.force_memory = forceMemory();
+    here.regressor_memory = regressorMemory();
     return here;
   }
 
-  std::vector<double> forceMemory() const {
+  std::vector<double> regressorMemory() const {
     std::vector<double> memory;
-    for (const S& x : now.force) memory.push_back(valueOf(x));
+    for (const S& x : now.discrepancy) memory.push_back(valueOf(x));
     return memory;
   }
 
@@ -117,9 +117,9 @@ class Stepper {
   void pass(const S& held, const S& end, double duration, double slope, double end_time) {
     pass(held, end, duration, slope, end_time, {held, end, false});
   }
-  /// @param ramp_pieces in which a current that is linear in time is passed: DriveStep::rampPieces().
+  /// @param ramp_pieces in which a current that is linear in time is passed: InputStep::rampPieces().
   void pass(const S& held, const S& end, double duration, double slope, double end_time, const SeenCurrent<S>& seen, int ramp_pieces = 1) {
-    const S before = force_ ? now.x[0] : S(0.0);
+    const S before = discrepancy_ ? now.x[0] : S(0.0);
     now.last_current = valueOf(end);
     const S rise = ramp_pieces > 1 ? S((end - held) * (2.0 / duration)) : S(0.0);
     for (double done = 0.0; done < duration;) {
@@ -133,7 +133,7 @@ class Stepper {
     }
     now.time = end_time;
     const Present<S>& present = presentAt(end_time);
-    moveForce(before, now.x[0], duration, seen, present, now.force);
+    moveDiscrepancy(before, now.x[0], duration, seen, present, now.discrepancy);
     show({end, slope, duration, present});
   }
 
@@ -145,7 +145,7 @@ class Stepper {
     now.x[0] = u_c2;
     effects_.advance({current, duration, mean, reactionOf(current, S(u_c2 - start), mean, duration), present}, false, now.x);
     now.time = end_time;
-    moveForce(start, now.x[0], duration, {current, current, false}, present, now.force);
+    moveDiscrepancy(start, now.x[0], duration, {current, current, false}, present, now.discrepancy);
     show({current, 0.0, duration, presentAt(end_time)});
   }
 
@@ -156,12 +156,12 @@ class Stepper {
     const Instant<S> instant{i, 0.0, duration, present};
     S voltage = S(present.u_dc + ohmic(present, i) * i);
     effects_.addVoltages(instant, x, voltage);
-    return force_ ? S(voltage + forceAfter(i, duration, u, present)) : voltage;
+    return discrepancy_ ? S(voltage + discrepancyAfter(i, duration, u, present)) : voltage;
   }
 
   /// Slope of a learnt force after such a step to its end's u_c2 [1]; in arithmetic Slope.
-  double forceSlope(double i, double duration, double u, const Present<S>& present) {
-    return derivativesOf(forceAfter(S(i), duration, S(u, Eigen::Matrix<double, 1, 1>::Ones()), present))[0];
+  double discrepancySlope(double i, double duration, double u, const Present<S>& present) {
+    return derivativesOf(discrepancyAfter(S(i), duration, S(u, Eigen::Matrix<double, 1, 1>::Ones()), present))[0];
   }
 
   /// Charge that nobody saw flow [As]: it goes into the effects' balances and moves no voltage.
@@ -174,7 +174,7 @@ class Stepper {
 
  private:
   static constexpr double kGrowing = 0.005;        // of the time passed
-  static constexpr double kMostPieces = 8.0;       // of an interval, where nothing asks for fine steps
+  static constexpr double kMaxPieces = 8.0;       // of an interval, where nothing asks for fine steps
   static constexpr unsigned kFadingLooked = 1024;  // intervals; too few to fade from kFaded to what is stuck
 
   static const S& ohmic(const Present<S>& present, const S& current) {
@@ -186,7 +186,7 @@ class Stepper {
   void show(const Instant<S>& instant) {
     now.terminal = S(instant.present.u_dc + now.x[0] + ohmic(instant.present, instant.current) * instant.current);
     effects_.addVoltages(instant, now.x, now.terminal);
-    if (force_) now.terminal = S(now.terminal + force_->voltage());
+    if (discrepancy_) now.terminal = S(now.terminal + discrepancy_->voltage());
     now.voltage = now.terminal;
     effects_.show(instant, now.x, now.voltage);
   }
@@ -201,7 +201,7 @@ class Stepper {
     const BoundComposition& bound = effects_.bound();
     if (bound.longest_piece == 0.0) return duration;
     const double pieces = std::ceil(duration / bound.longest_piece);
-    const double even = duration / (bound.steps_finely ? pieces : std::min(pieces, kMostPieces));
+    const double even = duration / (bound.steps_finely ? pieces : std::min(pieces, kMaxPieces));
     return std::min(std::max(even, kGrowing * done), duration - done);
   }
 
@@ -232,19 +232,19 @@ class Stepper {
   }
 
   /// A learnt force, where there is one, over an interval in which u_c2 went from `before` to `end`. @param memory updated.
-  void moveForce(const S& before, const S& end, double duration, const SeenCurrent<S>& seen, const Present<S>& present,
+  void moveDiscrepancy(const S& before, const S& end, double duration, const SeenCurrent<S>& seen, const Present<S>& present,
                  std::vector<S>& memory) {
-    if (!force_) return;
+    if (!discrepancy_) return;
     const S mean = S(0.5 * (before + end));
-    const int first = effects_.bound().force_parameter;
-    force_->advance({{duration, seen.end, seen.held, seen.gap, end, present.time}, before, conductanceOf(mean, present), present.c2},
+    const int first = effects_.bound().discrepancy_parameter;
+    discrepancy_->advance({{duration, seen.end, seen.held, seen.gap, end, present.time}, before, conductanceOf(mean, present), present.c2},
                     first >= 0 ? effects_.parameters().data() + first : nullptr, memory);
   }
   /// A learnt force after a step under a current [V]; moves nothing.
-  const S& forceAfter(const S& i, double duration, const S& u, const Present<S>& present) {
-    work_->force = now.force;
-    moveForce(now.x[0], u, duration, {i, i, false}, present, work_->force);
-    return force_->voltage();
+  const S& discrepancyAfter(const S& i, double duration, const S& u, const Present<S>& present) {
+    work_->discrepancy = now.discrepancy;
+    moveDiscrepancy(now.x[0], u, duration, {i, i, false}, present, work_->discrepancy);
+    return discrepancy_->voltage();
   }
 
   /// d i_r2 / d u_c2 [1/Ohm].
@@ -260,14 +260,14 @@ class Stepper {
   }
 
   struct Work {
-    std::vector<S> x, force;
+    std::vector<S> x, discrepancy;
   };
 
-  Eigen::Index lanes_;
+  Eigen::Index tangents_;
   bool is_wide_ = false;
   ComposedEffects<S> effects_;
   Cloned<LayerOf<S>> layer_;
-  std::optional<ForceRun<S>> force_;
+  std::optional<DiscrepancyRun<S>> discrepancy_;
   WorkSpace<Work> work_;
 };
 

@@ -21,7 +21,7 @@ struct SourceMemory {
   struct Work {
     std::unique_ptr<Stepper<Slope>> probe;  ///< the same battery, for trials of currents
     StepTrail trail;
-    Standing<S> kept;  ///< where a trial in arithmetic S began
+    SimulationState<S> kept;  ///< where a trial in arithmetic S began
   };
   WorkSpace<Work> work;
 
@@ -39,13 +39,13 @@ class VoltageSource {
   VoltageSource(Stepper<S>& battery, SourceMemory<S>& memory) : battery_(battery), now_(battery.now), memory_(memory) {}
 
   /// As Simulation::advanceAtVoltage(), to a voltage that may follow the lanes itself.
-  double advanceTo(const S& voltage, double duration, double most_current) {
+  double advanceTo(const S& voltage, double duration, double max_current) {
     const BoundComposition& bound = battery_.effects().bound();
     battery_.widen();  // the current's lanes reach the double layer
     if (bound.limits_reaction && bound.activity_state < 0 && bound.ladder_state < 0 && !bound.steps_finely &&
-        stepAtSource(voltage, duration, most_current))
+        stepAtSource(voltage, duration, max_current))
       return valueOf(memory_.current);
-    return advanceBySearch(voltage, duration, most_current);
+    return advanceBySearch(voltage, duration, max_current);
   }
 
   /// As Simulation::resistanceOver().
@@ -58,7 +58,7 @@ class VoltageSource {
  private:
   static constexpr int kWidth = Width<S>::value;
   static constexpr double kLastStepByProbe = 1e-5;  // [A], where derivatives are the last trial's
-  static constexpr int kMostRounds = 20;
+  static constexpr int kMaxRounds = 20;
   static constexpr double kSettledCurrent = 1e-7;  // [A], and share, by which the last round may have moved it
 
   // ------------------------------------------------------------------------------------- one implicit step
@@ -74,22 +74,22 @@ class VoltageSource {
    * @brief One implicit Euler step of double layer and effects.
    *
    * The current is eliminated: what the other effects and the ohmic resistance make of it is affine in it, or is made so by
-   * Newton's method. @return false, nothing moved, when the current would exceed most_current or is not found.
+   * Newton's method. @return false, nothing moved, when the current would exceed max_current or is not found.
    */
-  bool stepAtSource(const S& voltage, double duration, double most_current) {
+  bool stepAtSource(const S& voltage, double duration, double max_current) {
     const double middle = now_.time + duration - 0.5 * duration;
     const Present<S> present = battery_.presentAt(middle);
     Stepper<Slope>& slopes = probe();
     const Present<Slope> slope_present = slopes.presentAt(middle);
     const Eliminated found = eliminate(valueOf(voltage), duration, present, slope_present);
     const double i = found.step.current, resistance = found.resistance;
-    if (!found.is_found || i > most_current || !std::isfinite(i)) return false;
+    if (!found.is_found || i > max_current || !std::isfinite(i)) return false;
     // In arithmetic S one Newton step for (u, i) adds the derivatives: B du - di = -a, du + R di = -b.
     const S held(i), u(found.step.u);
     const S a = battery_.layer().imbalance(battery_.effects().parameters().data(), present, held, duration, now_.x[0], found.step.u);
     const S b = S(battery_.othersVoltage(held, duration, u, present) + u - voltage);
     // d(voltage) / du, i held
-    const double grip = battery_.force() ? 1.0 + slopes.forceSlope(i, duration, found.step.u, slope_present) : 1.0;
+    const double grip = battery_.discrepancy() ? 1.0 + slopes.discrepancySlope(i, duration, found.step.u, slope_present) : 1.0;
     const S du = S((a + b * (1.0 / resistance)) * (-1.0 / (found.step.slope + grip / resistance)));
     const S mean = S(0.5 * (now_.x[0] + u + du));
     memory_.forgetTrend();
@@ -104,7 +104,7 @@ class VoltageSource {
     double i = valueOf(memory_.current);
     Eliminated found;
     SourceStep& step = found.step;
-    for (int k = 0; k < kMostRounds && !found.is_found; ++k) {
+    for (int k = 0; k < kMaxRounds && !found.is_found; ++k) {
       const Slope others =
           slopes.othersVoltage(Slope(i, Eigen::Matrix<double, 1, 1>::Ones()), duration, Slope(k > 0 ? step.u : before), slope_present);
       found.resistance = others.derivatives()[0];
@@ -119,21 +119,21 @@ class VoltageSource {
   // ---------------------------------------------------------------------- search for the current that is held
 
   /// Holds the current that ends at the voltage. Trials go in the probe; the last step of the search is taken in arithmetic S.
-  double advanceBySearch(const S& voltage, double duration, double most_current) {
+  double advanceBySearch(const S& voltage, double duration, double max_current) {
     const double wanted = valueOf(voltage), before = now_.last_current;
     const double move = valueOf(now_.terminal) != 0.0 ? wanted - valueOf(now_.terminal) : 0.0;
-    SourceSearch search(firstCurrent(move), most_current);
+    SourceSearch search(firstCurrent(move), max_current);
     search.expectBend(memory_.bend);
     trail().clear();
     bool done = false;
-    for (int k = 0; k < SourceSearch::kMostTrials && !done; ++k) {
+    for (int k = 0; k < SourceSearch::kMaxTrials && !done; ++k) {
       const double tried = search.current(), excess = excessOf(tried, wanted, duration);
       if (search.isLimited(excess)) {
         holdAtMost(tried, duration);
         break;
       }
       search.take(excess, probeResistance());
-      const bool is_last = k + 1 == SourceSearch::kMostTrials || !std::isfinite(excess);
+      const bool is_last = k + 1 == SourceSearch::kMaxTrials || !std::isfinite(excess);
       done = is_last ? adopt(voltage, duration, tried, search) : land(voltage, duration, tried, search);
     }
     memory_.bend = search.bend();
@@ -152,7 +152,7 @@ class VoltageSource {
   /// Ends a search where it is about to. @return false, nothing moved, when it has to go on.
   bool land(const S& voltage, double duration, double tried, SourceSearch& search) {
     if constexpr (std::is_same_v<S, double>) return search.isThere() && adopt(voltage, duration, tried, search);
-    if (battery_.lanes() == kWidth) return search.isThere(kLastStepByProbe) && adopt(voltage, duration, tried, search);
+    if (battery_.tangents() == kWidth) return search.isThere(kLastStepByProbe) && adopt(voltage, duration, tried, search);
     return search.isNear() && passAlong(voltage, duration, search);
   }
 
@@ -167,8 +167,8 @@ class VoltageSource {
     }
     return true;
   }
-  void holdAtMost(double most_current, double duration) {
-    memory_.current = S(most_current);
+  void holdAtMost(double max_current, double duration) {
+    memory_.current = S(max_current);
     if constexpr (std::is_same_v<S, double>)
       takeProbe(0.0);
     else
@@ -190,7 +190,7 @@ class VoltageSource {
   void takeProbe(double more) {
     const Stepper<Slope>& from = *work().probe;
     standAs(now_, from.now, [more](const Slope& x) { return x.value() + x.derivatives()[0] * more; });
-    if (from.force()) battery_.setBeyondLearned(from.force()->beyond());
+    if (from.discrepancy()) battery_.setBeyondIdentified(from.discrepancy()->beyond());
   }
 
   /**
@@ -202,8 +202,8 @@ class VoltageSource {
     if constexpr (std::is_same_v<S, double>) {
       return false;
     } else {
-      const Eigen::Index own = battery_.lanes();
-      Standing<S>& kept = work().kept = now_;
+      const Eigen::Index own = battery_.tangents();
+      SimulationState<S>& kept = work().kept = now_;
       S held(search.current());
       held.derivatives()[own] = 1.0;
       passAsTried(held, duration);
@@ -219,7 +219,7 @@ class VoltageSource {
 
   /// Takes the current's lane up into the others: it is what keeps the terminal at the voltage. @param end [A], of the search.
   void foldCurrent(const S& held, double end, const S& voltage) {
-    const Eigen::Index own = battery_.lanes();
+    const Eigen::Index own = battery_.tangents();
     S follow = S((voltage - now_.terminal) * (1.0 / now_.terminal.derivatives()[own]));
     follow.value() = end - valueOf(held);
     follow.derivatives()[own] = 0.0;
@@ -263,7 +263,7 @@ class VoltageSource {
   }
 
   Stepper<S>& battery_;
-  Standing<S>& now_;
+  SimulationState<S>& now_;
   SourceMemory<S>& memory_;
 };
 

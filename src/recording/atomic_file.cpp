@@ -91,11 +91,11 @@ fs::file_status writableStatus(const fs::path& path) {
 }  // namespace
 
 fs::path linkTarget(const fs::path& path) {
-  constexpr int kMostLinks = 40;  // as Linux
+  constexpr int kMaxLinks = 40;  // as Linux
   std::error_code none;
   fs::path target = path;
   for (int links = 0; fs::is_symlink(target, none); ++links) {
-    if (links == kMostLinks) return path;
+    if (links == kMaxLinks) return path;
     const fs::path next = fs::read_symlink(target, none);
     if (none) return path;
     target = target.parent_path() / next;

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "battery_sof/recording/channel_statistics.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 
 namespace battery_sof::check_parts {
 namespace {
@@ -291,9 +291,9 @@ Flicker flickerOutside(const Channel& channel, const std::vector<IndexRange>& ru
 }
 
 bool isNoisyOutside(const Channel& channel, const Flicker& flicker) {
-  constexpr double kLeastFlicker = 1e-5;  // of the largest value; less is rounding of computed data
+  constexpr double kMinFlicker = 1e-5;  // of the largest value; less is rounding of computed data
   const double largest = std::max(std::abs(channel.lowest), std::abs(channel.highest));
-  return flicker.samples > kFlickerShare * channel.values.size() && flicker.turning > kTurning && flicker.size >= kLeastFlicker * largest &&
+  return flicker.samples > kFlickerShare * channel.values.size() && flicker.turning > kTurning && flicker.size >= kMinFlicker * largest &&
          flicker.size >= kMoveSteps * channel.step.value_or(0.0);
 }
 

@@ -6,12 +6,12 @@
 #include <iterator>
 #include <optional>
 
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr std::size_t kMostChanges = 100000;  // enough to see a step in; keeps long files quick
+constexpr std::size_t kMaxChanges = 100000;  // enough to see a step in; keeps long files quick
 constexpr std::size_t kFewestChanges = 30;
 constexpr std::size_t kFewestLevels = 8;
 constexpr double kTolerance = 0.08;      // of a step
@@ -21,11 +21,11 @@ constexpr double kFewestSingleSteps = 0.02;     // share of changes by exactly o
 constexpr double kLargestMultiple = 30.0;       // beyond it an error of the step adds up to the tolerance
 constexpr double kNormalQuartile = 0.31863936;  // |z| below which a quarter of a normal distribution lies
 
-/// Sizes of the changes from sample to sample, zeros left out, thinned to kMostChanges, in rising
+/// Sizes of the changes from sample to sample, zeros left out, thinned to kMaxChanges, in rising
 /// order.
 std::vector<double> sortedChanges(const std::vector<double>& values) {
   std::vector<double> changes;
-  const std::size_t stride = 1 + values.size() / kMostChanges;
+  const std::size_t stride = 1 + values.size() / kMaxChanges;
   for (std::size_t k = 1; k < values.size(); k += stride) {
     const double change = std::abs(values[k] - values[k - 1]);
     if (change > 1e-9 * std::abs(values[k])) changes.push_back(change);
@@ -36,11 +36,11 @@ std::vector<double> sortedChanges(const std::vector<double>& values) {
 
 /// Middles of the clusters of the smallest changes: the steps the channel itself suggests.
 std::vector<double> candidateSteps(const std::vector<double>& changes) {
-  constexpr std::size_t kMostCandidates = 40;
+  constexpr std::size_t kMaxCandidates = 40;
   constexpr double kClusterWidth = 1.2;
   std::vector<double> candidates;
   auto first = changes.begin();
-  while (first != changes.end() && candidates.size() < kMostCandidates) {
+  while (first != changes.end() && candidates.size() < kMaxCandidates) {
     const auto last = std::upper_bound(first, changes.end(), kClusterWidth * *first);
     const auto size = static_cast<std::size_t>(last - first);
     if (size > kFewestSingleSteps * changes.size()) candidates.push_back(*(first + size / 2));

@@ -13,8 +13,8 @@ constexpr std::size_t kEdgesForSign = 3;
 constexpr std::size_t kEdgesForSkew = 6;
 constexpr std::size_t kEdgesForDoubt = 10;
 constexpr double kNoCorrelation = 0.3;     // channels of different recordings reach 0.26 by chance in 100 edges
-constexpr double kLeastSkew = 0.003;       // [s]; leaves 1.5 mV at 100 Hz (docs/physics.md#time_skew)
-constexpr double kLeastSkewSamples = 0.3;  // what noise and unfiltered edges move the lag by
+constexpr double kMinSkew = 0.003;       // [s]; leaves 1.5 mV at 100 Hz (docs/physics.md#time_skew)
+constexpr double kMinSkewSamples = 0.3;  // what noise and unfiltered edges move the lag by
 constexpr double kWholeSampleGain = 1.5;   // how much better a shift by a whole sample must explain the edges
 constexpr double kLowestBlock = 10.5;      // [V], 1.75 V a cell: discharged under load
 constexpr double kHighestBlock = 15.5;     // [V], 2.58 V a cell: end of charge without voltage limit
@@ -24,7 +24,7 @@ constexpr double kRestDuration = 60.0;     // [s]
 constexpr std::size_t kRestSamples = 20;
 constexpr double kRestVoltage = 13.0;       // [V], above it a charger holds the battery
 constexpr double kRestDrift = 0.05;         // [V], from the first to the last quarter
-constexpr double kLeastOffsetShare = 2e-4;  // of the largest current: 0.05 A of 250 A (docs/physics.md#current_offset)
+constexpr double kMinOffsetShare = 2e-4;  // of the largest current: 0.05 A of 250 A (docs/physics.md#current_offset)
 
 double median(const std::vector<double>& values, IndexRange range) {
   return quantile({values.begin() + range.first, values.begin() + range.last}, 0.5);
@@ -62,7 +62,7 @@ std::vector<IndexRange> quietRanges(const Series& series, IndexRange stretch, do
 double clearCorrelation(std::size_t edges) { return std::clamp(3.0 / std::sqrt(static_cast<double>(edges)), kNoCorrelation, 0.6); }
 
 bool isSkewed(const Evidence& evidence, const EdgeResponse& edges) {
-  const double tolerance = std::max(kLeastSkew, kLeastSkewSamples * evidence.interval);
+  const double tolerance = std::max(kMinSkew, kMinSkewSamples * evidence.interval);
   const bool agrees = std::abs(edges.lag_first - edges.lag_second) <= std::max(tolerance, 0.25 * std::abs(edges.lag));
   return std::abs(edges.lag) > tolerance && agrees;
 }
@@ -77,7 +77,7 @@ std::string describeSeriesOf(double voltage) {
     const double each = voltage / blocks;
     if (each < kLowestBlock || each > kHighestBlock) continue;
     const std::string row = blocks < 1.0 ? "half a block, a battery of 6 V" : number(blocks) + " blocks of 12 V in series";
-    return "it could be " + row + " (--blocks " + number(blocks) + "); ";
+    return "it could be " + row + " (--series-blocks " + number(blocks) + "); ";
   }
   return "";
 }
@@ -194,7 +194,7 @@ std::vector<Finding> findOffset(const Evidence& evidence) {
   }
   const double offset = quantile(currents, 0.5);
   const double spread = quantile(currents, 0.9) - quantile(currents, 0.1);
-  const double least = std::max(kLeastOffsetShare * evidence.largest_current, 1.5 * evidence.current.step.value_or(0.0));
+  const double least = std::max(kMinOffsetShare * evidence.largest_current, 1.5 * evidence.current.step.value_or(0.0));
   if (std::abs(offset) < least || spread > std::abs(offset)) return {};
   Finding finding;
   finding.id = "offset";

@@ -12,8 +12,8 @@ namespace battery_sof::check_parts {
 namespace {
 
 constexpr double kUneven = 0.5;            // of an interval; more and the phase is lost
-constexpr double kLeastAmplitude = 0.001;  // [V], what a fit's residual is judged by (docs/physics.md#aliasing)
-constexpr double kLeastNoiseShare = 0.5;   // of the noise, from the same place
+constexpr double kMinAmplitude = 0.001;  // [V], what a fit's residual is judged by (docs/physics.md#aliasing)
+constexpr double kMinNoiseShare = 0.5;   // of the noise, from the same place
 constexpr double kProportion = 2.0;        // of the resistance at edges, within which impedances lie
 constexpr int kTaps = 2;                   // samples to either side of the shift between channels
 constexpr int kColumns = 2 * (2 * kTaps + 1);
@@ -113,7 +113,7 @@ Tones findTones(const Evidence& evidence) {
   const Regressors regressors(evidence);
   const std::vector<IndexRange> ranges = evenRanges(evidence);
   const LineSearch search = findSpectralLines(unexplainedChanges(evidence, regressors, ranges), ranges);
-  const double least = std::max(kLeastAmplitude, kLeastNoiseShare * evidence.voltage.noise);
+  const double least = std::max(kMinAmplitude, kMinNoiseShare * evidence.voltage.noise);
   Tones result{search.blocks, {}};
   for (SpectralLine line : search.lines) {
     if (isInProportion(evidence, line, amplitudeAt(regressors.current, ranges, line.frequency))) {

@@ -147,7 +147,7 @@ struct Losses {
 Losses lossesOf(const Evidence& evidence) {
   constexpr double kOnGrid = 0.1;      // of an interval
   constexpr double kRegular = 0.95;    // of the intervals; what is left is a clock that was set
-  constexpr double kMostInARow = 4.0;  // of one in ten lost at random, five in a row are one in 1e5
+  constexpr double kMaxInARow = 4.0;  // of one in ten lost at random, five in a row are one in 1e5
   constexpr double kUnbroken = 0.8;    // of the intervals; below, the rate is another
   Losses losses;
   std::size_t intervals = 0, single = 0, regular = 0;
@@ -163,7 +163,7 @@ Losses lossesOf(const Evidence& evidence) {
         ++single;
         continue;
       }
-      if (whole - 1.0 > kMostInARow) continue;
+      if (whole - 1.0 > kMaxInARow) continue;
       losses.samples += static_cast<std::size_t>(whole) - 1;
       losses.from.push_back(time[k - 1]);
     }

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "battery_sof/recording/channel_statistics.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "check_parts.hpp"
 
 namespace battery_sof {
@@ -57,10 +57,10 @@ std::vector<double> someTimes(const std::vector<double>& times) {
 
 std::string number(double value) {
   const bool is_large = std::abs(value) >= 1e3 && std::abs(value) < 1e9;
-  return sentence(is_large ? "%.0f" : "%.4g", value);
+  return format(is_large ? "%.0f" : "%.4g", value);
 }
 
-std::string twoDigits(double value) { return sentence("%.2g", value); }
+std::string twoDigits(double value) { return format("%.2g", value); }
 
 std::string counted(std::size_t count, const std::string& noun) { return std::to_string(count) + " " + noun + (count == 1 ? "" : "s"); }
 
@@ -77,7 +77,7 @@ constexpr Part kParts[] = {check_parts::findVoltageLevel, check_parts::findSign,
 
 }  // namespace
 
-std::string describe(Severity severity) {
+std::string toString(Severity severity) {
   switch (severity) {
     case Severity::kNote: return "note";
     case Severity::kWarning: return "warning";

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 
 namespace battery_sof {
 namespace {

@@ -14,7 +14,7 @@
 #include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/printable.hpp"
 #include "battery_sof/recording/sample_list.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -240,7 +240,7 @@ template <typename Exact>
 void appendDigits(std::string& text, double value, Exact is_exact) {
   std::string number;
   for (int digits = 15; digits <= 17; ++digits) {
-    number = sentence("%.*g", digits, value);
+    number = format("%.*g", digits, value);
     if (is_exact(*numberOf(number))) break;
   }
   text += number;

@@ -11,10 +11,10 @@ constexpr double kSpan = 0.1;            // [s], longer than any sensor holds a 
 constexpr double kFineSpan = 0.02;       // [s], shorter than the battery's fast polarisation
 constexpr double kLongestLag = 0.5;      // [s]
 constexpr double kFastInterval = 0.05;   // [s], 20 Hz
-constexpr double kLeastInterval = 2e-4;  // [s]: a thousandth of what separates two channels tells nothing more
+constexpr double kMinInterval = 2e-4;  // [s]: a thousandth of what separates two channels tells nothing more
 constexpr double kEdgeShare = 0.1;       // of the range of current
 constexpr double kFineCorrelation = 0.5;
-constexpr std::size_t kMostEdges = 400;
+constexpr std::size_t kMaxEdges = 400;
 
 using Lag = std::ptrdiff_t;
 
@@ -41,9 +41,9 @@ std::vector<IndexRange> findEdges(const std::vector<double>& changes, double thr
 }
 
 std::vector<IndexRange> thinned(const std::vector<IndexRange>& edges) {
-  if (edges.size() <= kMostEdges) return edges;
-  std::vector<IndexRange> kept(kMostEdges);
-  for (std::size_t k = 0; k < kMostEdges; ++k) kept[k] = edges[k * edges.size() / kMostEdges];
+  if (edges.size() <= kMaxEdges) return edges;
+  std::vector<IndexRange> kept(kMaxEdges);
+  for (std::size_t k = 0; k < kMaxEdges; ++k) kept[k] = edges[k * edges.size() / kMaxEdges];
   return kept;
 }
 
@@ -152,7 +152,7 @@ Series everyNth(const Series& series, std::size_t stride) {
 std::optional<EdgeResponse> edgeResponse(const Series& series) {
   const double interval = medianInterval(series);
   if (interval <= 0.0) return std::nullopt;
-  const auto stride = static_cast<std::size_t>(std::min(std::ceil(kLeastInterval / interval), static_cast<double>(series.size())));
+  const auto stride = static_cast<std::size_t>(std::min(std::ceil(kMinInterval / interval), static_cast<double>(series.size())));
   if (stride > 1) return series.size() > 2 * stride ? edgeResponse(everyNth(series, stride)) : std::nullopt;
   const bool is_fast = interval <= kFastInterval;
   const std::size_t span = is_fast ? samplesIn(kSpan, interval) : 1;

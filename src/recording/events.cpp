@@ -116,7 +116,7 @@ void addChargeEvent(const Event& event, double duration, EventSummary& summary) 
 
 }  // namespace
 
-std::string describe(EventKind kind) {
+std::string toString(EventKind kind) {
   switch (kind) {
     case EventKind::kCrank: return "crank";
     case EventKind::kDischarge: return "discharge";

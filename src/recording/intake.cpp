@@ -35,7 +35,7 @@ void appendSample(Series& series, const RawSample& sample) {
 
 }  // namespace
 
-std::string describe(SampleFate fate) {
+std::string toString(SampleFate fate) {
   switch (fate) {
     case SampleFate::kAccepted: return "accepted";
     case SampleFate::kTemperatureOnly: return "temperature only";
@@ -48,10 +48,10 @@ std::string describe(SampleFate fate) {
   throw std::invalid_argument("describe: not a sample fate");
 }
 
-std::string describe(const RejectedCounts& rejected) {
+std::string toString(const RejectedCounts& rejected) {
   std::string reasons;
   const auto add = [&](std::size_t count, SampleFate fate) {
-    if (count > 0) reasons += (reasons.empty() ? "" : ", ") + std::to_string(count) + " " + describe(fate);
+    if (count > 0) reasons += (reasons.empty() ? "" : ", ") + std::to_string(count) + " " + toString(fate);
   };
   add(rejected.missing_value, SampleFate::kMissingValue);
   add(rejected.not_finite, SampleFate::kNotFinite);
@@ -66,9 +66,9 @@ Intake::Intake(IntakeLimits limits) : limits_(limits) {
     throw std::invalid_argument("IntakeLimits: max_abs_current is " + std::to_string(limits.max_abs_current) + " A and max_abs_voltage " +
                                 std::to_string(limits.max_abs_voltage) + " V; both must be above 0");
   }
-  if (!(limits.max_abs_time > 0.0) || !(limits.least_interval > 0.0)) {
+  if (!(limits.max_abs_time > 0.0) || !(limits.min_interval > 0.0)) {
     throw std::invalid_argument("IntakeLimits: max_abs_time is " + std::to_string(limits.max_abs_time) + " s and least_interval " +
-                                std::to_string(limits.least_interval) + " s; both must be above 0");
+                                std::to_string(limits.min_interval) + " s; both must be above 0");
   }
 }
 
@@ -102,7 +102,7 @@ SampleFate Intake::judgeValues(const RawSample& sample) const {
 }
 
 SampleFate Intake::judgeOrder(double time, const std::optional<double>& last) {
-  if (!last || time - *last >= limits_.least_interval) return SampleFate::kAccepted;
+  if (!last || time - *last >= limits_.min_interval) return SampleFate::kAccepted;
   if (time >= *last) return SampleFate::kDuplicateStamp;
   largest_step_back_ = std::max(largest_step_back_, *last - time);
   return SampleFate::kClockStepBack;

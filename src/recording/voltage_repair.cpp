@@ -14,8 +14,8 @@ constexpr double kNeighbours = 0.4;     // of the smaller step
 constexpr double kNoCrank = -60.0;      // [A]
 constexpr double kQuietCurrent = 25.0;  // [A]
 constexpr int kFirstLag = -2, kLastLag = 3;
-constexpr double kLeastChange = 2.0, kMostChange = 40.0;  // [A]
-constexpr double kLeastCorrelation = 0.3;
+constexpr double kMinChange = 2.0, kMaxChange = 40.0;  // [A]
+constexpr double kMinCorrelation = 0.3;
 
 std::size_t shifted(std::size_t n, int by, std::size_t size) {
   const auto at = static_cast<std::ptrdiff_t>(n) + by;
@@ -27,7 +27,7 @@ double correlation(const Series& series, const std::vector<double>& voltage, int
   double both = 0.0, currents = 0.0, voltages = 0.0;
   for (std::size_t n = 4; n + 4 < series.size(); ++n) {
     const double di = series.current[n] - series.current[n - 1];
-    if (!(std::abs(di) > kLeastChange && std::abs(di) < kMostChange)) continue;
+    if (!(std::abs(di) > kMinChange && std::abs(di) < kMaxChange)) continue;
     const std::size_t m = shifted(n, lag, series.size());
     const double du = voltage[m] - voltage[m - 1];
     both += di * du;
@@ -41,7 +41,7 @@ std::size_t findLag(const Series& series, const std::vector<double>& voltage) {
   std::array<double, kLastLag - kFirstLag + 1> c;
   for (int lag = kFirstLag; lag <= kLastLag; ++lag) c[static_cast<std::size_t>(lag - kFirstLag)] = correlation(series, voltage, lag);
   const auto peak = std::max_element(c.begin(), c.end());
-  if (*peak < kLeastCorrelation) return 0;
+  if (*peak < kMinCorrelation) return 0;
   const auto at = static_cast<int>(peak - c.begin());
   double weights = 0.0, sum = 0.0;
   for (int k = std::max(0, at - 1); k <= std::min<int>(at + 1, static_cast<int>(c.size()) - 1); ++k) {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -26,10 +26,10 @@ void putVerdict(Json& json, const Answer& answer) {
 
 template <typename Answer>
 std::string lastLine(const Answer& answer) {
-  return describe(answer.code) + ": " + answer.message + "\n";
+  return toString(answer.code) + ": " + answer.message + "\n";
 }
 
-std::string seconds(double duration) { return std::isinf(duration) ? "no end" : sentence("%.1f s", duration); }
+std::string seconds(double duration) { return std::isinf(duration) ? "no end" : format("%.1f s", duration); }
 
 /// One map's answers as arrays, row by row.
 template <typename Map, typename Value>
@@ -46,20 +46,20 @@ void putAnswers(Json& json, const std::string& name, const Map& map, Value&& val
 
 template <typename Answer>
 std::string cell(const Answer& answer, const std::optional<Interval>& interval, int digits) {
-  if (!interval) return sentence("%25s", "-");
+  if (!interval) return format("%25s", "-");
   const std::string text =
-      sentence("%.*f [%.*f, %.*f]%s", digits, interval->value, digits, interval->lower, digits, interval->upper, answer.valid ? "" : "*");
-  return sentence("%25s", text.c_str());
+      format("%.*f [%.*f, %.*f]%s", digits, interval->value, digits, interval->lower, digits, interval->upper, answer.valid ? "" : "*");
+  return format("%25s", text.c_str());
 }
 
 template <typename Map, typename Value>
 std::string table(const std::string& corner, const std::vector<double>& rows, const std::vector<double>& columns, const Map& map,
                   int digits, Value&& value) {
-  std::string text = sentence("%-18s", corner.c_str());
-  for (const double column : columns) text += sentence("%25g", column);
+  std::string text = format("%-18s", corner.c_str());
+  for (const double column : columns) text += format("%25g", column);
   text += '\n';
   for (std::size_t k = 0; k < map.answers.size(); ++k) {
-    if (k % columns.size() == 0) text += sentence("%-18g", rows[k / columns.size()]);
+    if (k % columns.size() == 0) text += format("%-18g", rows[k / columns.size()]);
     text += cell(map.answers[k], value(map.answers[k]), digits);
     if ((k + 1) % columns.size() == 0) text += '\n';
   }
@@ -74,7 +74,7 @@ const std::optional<Interval>& meanCurrent(const ChargeAcceptanceAnswer& answer)
 nlohmann::json stopTimeJson(const StopTimeAnswer& answer) {
   Json json;
   putInterval(json, "t_stop", answer.t_stop);
-  json["outcome"] = answer.t_stop ? Json(describe(answer.outcome)) : Json(nullptr);
+  json["outcome"] = answer.t_stop ? Json(toString(answer.outcome)) : Json(nullptr);
   json["monotone"] = answer.t_stop ? Json(answer.monotone) : Json(nullptr);
   putVerdict(json, answer);
   return json;
@@ -88,21 +88,21 @@ nlohmann::json chargeAcceptanceJson(const ChargeAcceptanceAnswer& answer) {
 }
 
 std::string stopTimeText(const StopTimeQuery& query, const StopTimeAnswer& answer) {
-  std::string text = sentence("question  longest stop at %.1f A, then a crank of %.2f s at %.1f A holds %.2f V\n", query.i_load,
+  std::string text = format("question  longest stop at %.1f A, then a crank of %.2f s at %.1f A holds %.2f V\n", query.i_load,
                               query.t_cranking, query.i_cranking, query.u_required);
   const char* least = answer.outcome == StopTimeOutcome::kAtLeast ? "at least " : "";
   if (answer.t_stop)
-    text += sentence("stop      %s%s, 90 %% between %s and %s: %s%s\n", least, seconds(answer.t_stop->value).c_str(),
-                     seconds(answer.t_stop->lower).c_str(), seconds(answer.t_stop->upper).c_str(), describe(answer.outcome).c_str(),
+    text += format("stop      %s%s, 90 %% between %s and %s: %s%s\n", least, seconds(answer.t_stop->value).c_str(),
+                     seconds(answer.t_stop->lower).c_str(), seconds(answer.t_stop->upper).c_str(), toString(answer.outcome).c_str(),
                      answer.monotone ? "" : "; the battery recovers at first");
   return text + lastLine(answer);
 }
 
 std::string chargeAcceptanceText(const ChargeAcceptanceQuery& query, const ChargeAcceptanceAnswer& answer) {
-  std::string text = sentence("question  current over %.1f s at %.2f V, at most %.0f A\n", query.t_sof2, query.u_boost, query.i_limit);
+  std::string text = format("question  current over %.1f s at %.2f V, at most %.0f A\n", query.t_sof2, query.u_boost, query.i_limit);
   if (answer.i_boost)
     text +=
-        sentence("mean      %.1f A, 90 %% between %.1f and %.1f A\n", answer.i_boost->value, answer.i_boost->lower, answer.i_boost->upper);
+        format("mean      %.1f A, 90 %% between %.1f and %.1f A\n", answer.i_boost->value, answer.i_boost->lower, answer.i_boost->upper);
   return text + lastLine(answer);
 }
 

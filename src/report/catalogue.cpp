@@ -5,15 +5,15 @@
 #include <regex>
 #include <sstream>
 
-#include "battery_sof/model/family.hpp"
+#include "battery_sof/model/mechanism.hpp"
 #include "wording.hpp"
 
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-std::string number(double value) { return sentence("%.4g", value); }
+std::string number(double value) { return format("%.4g", value); }
 
 std::string padded(std::string text, std::size_t width) {
   if (text.size() < width) text.append(width - text.size(), ' ');
@@ -98,7 +98,7 @@ nlohmann::json effectJson(const EffectInfo& effect) {
   for (const StateInfo& info : effect.states) states.push_back(stateJson(info));
   return {{"id", effect.id},
           {"code", effect.code},
-          {"family", familyId(familyOf(effect.id))},
+          {"mechanism", mechanismId(mechanismOf(effect.id))},
           {"title", effect.title},
           {"equations", linesOf(effect.equations)},
           {"parameters", parameters},
@@ -106,13 +106,13 @@ nlohmann::json effectJson(const EffectInfo& effect) {
           {"look_alikes", effect.look_alikes},
           {"tells_apart", effect.tells_apart},
           {"needs", effect.needs},
-          {"bends", effect.bends}};
+          {"is_nonlinear", effect.is_nonlinear}};
 }
 
-nlohmann::json familiesJson() {
+nlohmann::json mechanismsJson() {
   nlohmann::json list = nlohmann::json::array();
-  for (const Family family : kAllFamilies)
-    list.push_back({{"id", familyId(family)}, {"sentence", familySentence(family)}, {"members", namesOf(family)}});
+  for (const Mechanism mechanism : kAllMechanisms)
+    list.push_back({{"id", mechanismId(mechanism)}, {"sentence", mechanismSentence(mechanism)}, {"members", namesOf(mechanism)}});
   return list;
 }
 
@@ -121,7 +121,7 @@ std::string code(const std::string& text) { return "`" + text + "`"; }
 std::string codes(const std::vector<std::string>& names) {
   std::vector<std::string> marked;
   for (const std::string& name : names) marked.push_back(code(name));
-  return listed(marked);
+  return join(marked);
 }
 
 /// Sections of docs/physics.md as links of a page beside it.
@@ -132,7 +132,7 @@ std::string linked(const std::string& source) {
 
 std::string parameterRow(const ParameterInfo& info) {
   return "| " + code(info.name) + " | " + info.symbol + " | " + info.unit + " | " + number(info.magnitude) + " | " + number(info.lower) +
-         " to " + number(info.upper) + " | " + listed(rolesOf(info)) + " | " + linked(info.source) + " |\n";
+         " to " + number(info.upper) + " | " + join(rolesOf(info)) + " | " + linked(info.source) + " |\n";
 }
 
 std::string effectMarkdown(const EffectInfo& effect) {
@@ -145,7 +145,7 @@ std::string effectMarkdown(const EffectInfo& effect) {
   for (const auto& [name, state] : namedStates(effect))
     text += "- State " + code(name) + " [" + state.unit + "] " + beginningOf(state) + ".\n";
   if (!effect.needs.empty()) text += "- Needs " + codes(effect.needs) + ".\n";
-  if (!effect.bends.empty()) text += "- With it the voltage is no longer linear in " + codes(effect.bends) + ".\n";
+  if (!effect.is_nonlinear.empty()) text += "- With it the voltage is no longer linear in " + codes(effect.is_nonlinear) + ".\n";
   text += "- Often confused with " + codes(effect.look_alikes) + ".\n";
   return text + "- Told apart by: " + effect.tells_apart + ".\n\n";
 }
@@ -162,18 +162,18 @@ std::vector<EffectInfo> effectsByTier() {
 }
 
 std::string catalogueText(const std::vector<EffectInfo>& effects) {
-  std::size_t width = 2, family_width = 6;
+  std::size_t width = 2, mechanism_width = 6;
   for (const EffectInfo& effect : effects) width = std::max(width, effect.id.size());
-  for (const Family family : kAllFamilies) family_width = std::max(family_width, familyId(family).size());
-  std::string text = padded("id", width) + padded("code", 4) + padded("family", family_width) + "title\n";
+  for (const Mechanism mechanism : kAllMechanisms) mechanism_width = std::max(mechanism_width, mechanismId(mechanism).size());
+  std::string text = padded("id", width) + padded("code", 4) + padded("mechanism", mechanism_width) + "title\n";
   for (const EffectInfo& effect : effects)
-    text += padded(effect.id, width) + padded(effect.code, 4) + padded(familyId(familyOf(effect.id)), family_width) + effect.title + "\n";
+    text += padded(effect.id, width) + padded(effect.code, 4) + padded(mechanismId(mechanismOf(effect.id)), mechanism_width) + effect.title + "\n";
   return text;
 }
 
 std::string effectText(const EffectInfo& effect) {
-  std::string text = effect.id + " (" + effect.code + "): " + effect.title + "\n\nfamily\n    " + familyId(familyOf(effect.id)) + ": " +
-                     familySentence(familyOf(effect.id)) + "\n\nequations\n";
+  std::string text = effect.id + " (" + effect.code + "): " + effect.title + "\n\nmechanism\n    " + mechanismId(mechanismOf(effect.id)) + ": " +
+                     mechanismSentence(mechanismOf(effect.id)) + "\n\nequations\n";
   for (const std::string& line : linesOf(effect.equations)) text += "    " + line + "\n";
   text += "\nparameters\n";
   std::size_t width = 0;
@@ -181,27 +181,27 @@ std::string effectText(const EffectInfo& effect) {
   for (const ParameterInfo& info : effect.parameters) {
     text += "    " + padded(info.name, width) + padded(info.symbol, 9) + padded(withUnit(number(info.magnitude), info.unit), 14) +
             "inside " + number(info.lower) + " to " + number(info.upper) + "\n";
-    text += "    " + padded("", width) + listed(rolesOf(info)) + " (" + info.source + ")\n";
+    text += "    " + padded("", width) + join(rolesOf(info)) + " (" + info.source + ")\n";
   }
   if (!effect.states.empty()) text += "\nstates\n";
   for (const auto& [name, state] : namedStates(effect)) text += "    " + name + " [" + state.unit + "], " + beginningOf(state) + "\n";
-  text += "\nconfused with  " + listed(effect.look_alikes) + "\n";
+  text += "\nconfused with  " + join(effect.look_alikes) + "\n";
   text += "told apart by  " + effect.tells_apart + "\n";
-  if (!effect.needs.empty()) text += "needs          " + listed(effect.needs) + "\n";
-  if (!effect.bends.empty()) text += "bends          " + listed(effect.bends) + ": no longer linear beside it\n";
+  if (!effect.needs.empty()) text += "needs          " + join(effect.needs) + "\n";
+  if (!effect.is_nonlinear.empty()) text += "bends          " + join(effect.is_nonlinear) + ": no longer linear beside it\n";
   return text;
 }
 
 nlohmann::json catalogueJson(const std::vector<EffectInfo>& effects) {
   nlohmann::json list = nlohmann::json::array();
   for (const EffectInfo& effect : effects) list.push_back(effectJson(effect));
-  return {{"schema", "battery_sof/effects/1"}, {"effects", list}, {"families", familiesJson()}};
+  return {{"schema", "battery_sof/effects/1"}, {"effects", list}, {"mechanisms", mechanismsJson()}};
 }
 
 std::string catalogueMarkdown(const std::vector<EffectInfo>& effects) {
-  std::string text = "| id | code | family | title |\n|---|---|---|---|\n";
+  std::string text = "| id | code | mechanism | title |\n|---|---|---|---|\n";
   for (const EffectInfo& effect : effects)
-    text += "| " + code(effect.id) + " | " + effect.code + " | " + code(familyId(familyOf(effect.id))) + " | " + effect.title + " |\n";
+    text += "| " + code(effect.id) + " | " + effect.code + " | " + code(mechanismId(mechanismOf(effect.id))) + " | " + effect.title + " |\n";
   text += "\n";
   for (const EffectInfo& effect : effects) text += effectMarkdown(effect);
   return text;

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "battery_sof/recording/events.hpp"
-#include "battery_sof/recording/source_overview.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/control_mode_overview.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "wording.hpp"
 
 namespace battery_sof {
@@ -35,7 +35,7 @@ Extremes extremesOf(const std::vector<double>& values) {
 /// Five significant digits; times of 1000 s and more to a tenth.
 std::string number(double value) {
   const bool is_large = std::abs(value) >= 1e3 && std::abs(value) < 1e12;
-  return sentence(is_large ? "%.14g" : "%.5g", is_large ? std::round(10.0 * value) / 10.0 : value);
+  return format(is_large ? "%.14g" : "%.5g", is_large ? std::round(10.0 * value) / 10.0 : value);
 }
 
 /// "6 h 16 min 43 s"; below a minute with fractions.
@@ -101,7 +101,7 @@ std::string eventsText(const EventSummary& summary) {
   std::string text = "\n  events          count   in all\n";
   for (const EventKind kind : kKinds) {
     const EventTotals& totals = summary.of(kind);
-    text += sentence("    %-10s %8zu   %s\n", describe(kind).c_str(), totals.count, duration(totals.duration).c_str());
+    text += format("    %-10s %8zu   %s\n", toString(kind).c_str(), totals.count, duration(totals.duration).c_str());
   }
   text += "    " + number(summary.charge_in / kCoulombsPerAmpereHour) + " Ah in, " + number(-summary.charge_out / kCoulombsPerAmpereHour) +
           " Ah out\n";
@@ -111,10 +111,10 @@ std::string eventsText(const EventSummary& summary) {
          " V\n";
 }
 
-std::string sourceText(const Source& source) {
+std::string sourceText(const ControlModes& source) {
   std::string text = "\n  source\n" + wrapped("    ", source.summary);
-  for (const ImposedTotals& totals : totalsOf(source)) {
-    std::string lead = "    " + describe(totals.imposed);
+  for (const ControlModeTotals& totals : totalsOf(source)) {
+    std::string lead = "    " + toString(totals.mode);
     lead.resize(13, ' ');
     text += wrapped(lead, std::to_string(totals.samples) + " samples in " + std::to_string(totals.stretches) +
                               (totals.stretches == 1 ? " stretch: " : " stretches: ") + totals.reason);
@@ -131,7 +131,7 @@ std::string timesText(const Finding& finding) {
 }
 
 std::string findingText(const Finding& finding) {
-  std::string lead = "    " + describe(finding.severity);
+  std::string lead = "    " + toString(finding.severity);
   lead.resize(13, ' ');
   const std::string indent(lead.size(), ' ');
   std::string text = wrapped(lead, finding.id + ": " + finding.what);
@@ -189,20 +189,20 @@ json eventsJson(const EventSummary& summary) {
   }
   for (const EventKind kind : kKinds) {
     const EventTotals& totals = summary.of(kind);
-    events[describe(kind)] = {{"count", totals.count}, {"duration_s", totals.duration}};
+    events[toString(kind)] = {{"count", totals.count}, {"duration_s", totals.duration}};
   }
   return events;
 }
 
-json sourceJson(const Source& source) {
+json sourceJson(const ControlModes& source) {
   json reasons = json::array();
-  for (const ImposedTotals& totals : totalsOf(source))
+  for (const ControlModeTotals& totals : totalsOf(source))
     reasons.push_back(
-        {{"reason", totals.reason}, {"imposed", describe(totals.imposed)}, {"stretches", totals.stretches}, {"samples", totals.samples}});
+        {{"reason", totals.reason}, {"mode", toString(totals.mode)}, {"stretches", totals.stretches}, {"samples", totals.samples}});
   return {{"seen", source.seen},
           {"share", source.share},
-          {"least_current_a", source.seen ? json(source.rule.least_current) : json(nullptr)},
-          {"charges_begin_with", describe(source.rule.charge_begins)},
+          {"min_current_a", source.seen ? json(source.rule.min_current) : json(nullptr)},
+          {"charges_begin_with", toString(source.rule.charge_begins)},
           {"stretches", source.stretches.size()},
           {"reasons", reasons},
           {"summary", source.summary}};
@@ -210,7 +210,7 @@ json sourceJson(const Source& source) {
 
 json findingJson(const Finding& finding) {
   return {{"id", finding.id},
-          {"severity", describe(finding.severity)},
+          {"severity", toString(finding.severity)},
           {"what", finding.what},
           {"meaning", finding.meaning},
           {"value", orNull(finding.value)},
@@ -222,7 +222,7 @@ json findingJson(const Finding& finding) {
 }  // namespace
 
 std::string checkReportText(const std::string& name, const Recording& recording, const CheckReport& report) {
-  return name + "\n" + overviewText(recording, report) + eventsText(summaryOf(recording)) + sourceText(findSource(recording.series)) +
+  return name + "\n" + overviewText(recording, report) + eventsText(summaryOf(recording)) + sourceText(detectControlMode(recording.series)) +
          findingsText(report) + notJudgedText(report);
 }
 
@@ -244,7 +244,7 @@ json checkReportJson(const std::string& name, const Recording& recording, const 
           {"current_range_a", rangeJson(recording.series.current)},
           {"temperature_range_c", temperatureJson(recording.series)},
           {"events", eventsJson(summaryOf(recording))},
-          {"source", sourceJson(findSource(recording.series))},
+          {"source", sourceJson(detectControlMode(recording.series))},
           {"findings", findings},
           {"not_judged", report.not_judged}};
 }

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "battery_sof/report/version.hpp"
 #include "html.hpp"
 #include "page_assets.hpp"
@@ -25,7 +25,7 @@ constexpr char kHead[] =
 void requireMatching(const Recording& recording, const Diagnosis& diagnosis) {
   for (const auto* model : {&diagnosis.base_voltage, &diagnosis.extended_voltage})
     if (!model->empty() && model->size() != recording.series.size())
-      throw std::invalid_argument(sentence("diagnosisPage: %zu modelled voltages for %zu samples", model->size(), recording.series.size()));
+      throw std::invalid_argument(format("diagnosisPage: %zu modelled voltages for %zu samples", model->size(), recording.series.size()));
   if (diagnosis.base_voltage.empty() != diagnosis.extended_voltage.empty())
     throw std::invalid_argument("diagnosisPage: one model's voltages without the other's");
 }
@@ -34,10 +34,11 @@ void requireMatching(const Recording& recording, const Diagnosis& diagnosis) {
 std::string verdictWords(Verdict verdict) {
   switch (verdict) {
     case Verdict::kNoMismatch: return "No mismatch";
-    case Verdict::kNamed: return "One effect is missing";
+    case Verdict::kEffect: return "One effect is missing";
     case Verdict::kSeveral: return "Several effects are missing";
     case Verdict::kAmbiguous: return "One of a few";
-    case Verdict::kUnknown: return "Unknown physics";
+    case Verdict::kMechanism: return "A mechanism without an equation";
+    case Verdict::kUnexplained: return "Unexplained";
     case Verdict::kSensorFault: return "The instruments";
     case Verdict::kInsufficientData: break;
   }
@@ -56,7 +57,7 @@ std::string figuresHtml(const Diagnosis& d) {
   const ErrorMetrics &base = d.fit.base_holdout, &extended = d.fit.extended_holdout;
   std::string html = figureHtml("RMS error, hold-out", millivolts(base.rmse), millivolts(extended.rmse), "mV");
   if (base.crank_mae && extended.crank_mae)
-    html += figureHtml(base.cranks == 1 ? "minimum of one crank" : sentence("minima of %zu cranks", base.cranks),
+    html += figureHtml(base.cranks == 1 ? "minimum of one crank" : format("minima of %zu cranks", base.cranks),
                        millivolts(base.crank_mae), millivolts(extended.crank_mae), "mV");
   if (base.charge_bias && extended.charge_bias)
     html += figureHtml("bias in charges", millivolts(base.charge_bias), millivolts(extended.charge_bias), "mV");
@@ -64,10 +65,10 @@ std::string figuresHtml(const Diagnosis& d) {
 }
 
 std::string headerHtml(const Recording& recording, const Diagnosis& d) {
-  const std::string badge = element("p", escaped(verdictWords(d.verdict)), "class=\"badge " + describe(d.verdict) + "\"");
+  const std::string badge = element("p", escaped(verdictWords(d.verdict)), "class=\"badge " + toString(d.verdict) + "\"");
   std::string origin = "Diagnosis of " + element("strong", escaped(recording.name));
   if (!recording.series.empty())
-    origin += sentence(", %.0f s, %zu samples", recording.series.time.back() - recording.series.time.front(), recording.series.size());
+    origin += format(", %.0f s, %zu samples", recording.series.time.back() - recording.series.time.front(), recording.series.size());
   return element("header", element("p", origin, "class=\"origin\"") + badge + element("h1", escaped(d.summary)) + figuresHtml(d)) + "\n";
 }
 
@@ -87,7 +88,7 @@ std::string diagnosisPage(const Recording& recording, const Diagnosis& diagnosis
   zoomable = zoomable && hasPlotLibrary();
   const std::string body = headerHtml(recording, diagnosis) + plotsSection(recording, diagnosis, zoomable) +
                            whereSection(diagnosis, clockOrigin(recording.series)) + evidenceSection(diagnosis) + effectsSection(diagnosis) +
-                           comparisonSection(diagnosis) + unexplainedSection(diagnosis) + hiddenSection(diagnosis) +
+                           comparisonSection(diagnosis) + unexplainedSection(diagnosis) + detectionLimitsSection(diagnosis) +
                            nextSection(diagnosis) + readingSection() +
                            element("footer", "battery_sof " + escaped(version()) + ", sof diagnose");
   return std::string(kHead) + element("title", "Diagnosis of " + escaped(recording.name)) + "\n" +

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "battery_sof/recording/printable.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "battery_sof/report/version.hpp"
 #include "wording.hpp"
 
@@ -40,20 +40,20 @@ Json parameterJson(const DiagnosedParameter& parameter) {
 Json effectJson(const NamedEffect& effect) {
   return {{"id", effect.id},
           {"title", titleOf(effect.id)},
-          {"family", effect.family},
+          {"mechanism", effect.mechanism},
           {"probability", number(effect.probability)},
           {"confidence", number(effect.confidence)},
-          {"absorbed_into", effect.absorbed_into},
+          {"absorbed_into", effect.biased_parameters},
           {"parameters", listOf(effect.parameters, parameterJson)},
           {"evidence", number(effect.evidence)},
           {"voltage_rms_v", number(effect.voltage_rms)},
-          {"tied_with", effect.tied_with}};
+          {"indistinguishable_from", effect.indistinguishable_from}};
 }
 
 Json candidateJson(const Candidate& candidate) {
   return {{"id", candidate.id},
           {"title", titleOf(candidate.id)},
-          {"family", candidate.family},
+          {"mechanism", candidate.mechanism},
           {"probability", number(candidate.confidence)},
           {"holdout_gain_percent", number(candidate.holdout_gain_percent)},
           {"evidence", number(candidate.evidence)},
@@ -76,11 +76,11 @@ Json regimeJson(const RegimeFinding& finding) {
           {"upper", number(finding.upper)}, {"p_value", number(finding.p_value)}, {"alarm", finding.alarm}};
 }
 
-Json absorptionJson(const Absorption& absorption) {
-  return {{"parameter", absorption.parameter},
-          {"regime", absorption.regime},
-          {"z", number(absorption.z)},
-          {"change", number(absorption.change)}};
+Json parameterBiasJson(const ParameterBias& parameter_bias) {
+  return {{"parameter", parameter_bias.parameter},
+          {"regime", parameter_bias.regime},
+          {"z", number(parameter_bias.z)},
+          {"change", number(parameter_bias.change)}};
 }
 
 Json comparedJson(const RegimeComparison& regime) {
@@ -116,7 +116,7 @@ Json fitJson(const Comparison& fit) {
           {"regimes", listOf(fit.regimes, comparedJson)}};
 }
 
-Json answerJson(const ForceAnswer& answer) {
+Json answerJson(const DiscrepancyAnswer& answer) {
   return {{"time_s", number(answer.time)},
           {"charging_v", number(answer.charging)},
           {"discharging_v", number(answer.discharging)},
@@ -124,7 +124,7 @@ Json answerJson(const ForceAnswer& answer) {
           {"discharging_std_v", number(answer.discharging_std)}};
 }
 
-Json atCurrentJson(const ForceAtCurrent& at) {
+Json atCurrentJson(const DiscrepancyAtCurrent& at) {
   return {{"current_a", number(at.current)},
           {"early_v", number(at.early)},
           {"late_v", number(at.late)},
@@ -132,25 +132,25 @@ Json atCurrentJson(const ForceAtCurrent& at) {
           {"late_std_v", number(at.late_std)}};
 }
 
-Json weightJson(const FamilyWeight& weight) {
-  return {{"family", familyId(weight.family)}, {"gain", number(weight.gain)}, {"rms_v", number(weight.rms)}};
+Json weightJson(const MechanismWeight& weight) {
+  return {{"mechanism", mechanismId(weight.mechanism)}, {"gain", number(weight.gain)}, {"rms_v", number(weight.rms)}};
 }
 
-Json learnedJson(const std::optional<LearnedFinding>& learned) {
-  if (!learned) return nullptr;
-  return {{"used", learned->is_used},
-          {"rms_v", number(learned->rms)},
-          {"left_out_base_rmse_v", number(learned->left_out.base)},
-          {"left_out_rmse_v", number(learned->left_out.force)},
-          {"families", listOf(learned->families, weightJson)},
-          {"terms", learned->terms},
-          {"answers_to_a", number(learned->answer_current)},
-          {"answers", listOf(learned->answers, answerJson)},
-          {"curve", listOf(learned->curve, atCurrentJson)},
-          {"description", learned->description}};
+Json discrepancyJson(const std::optional<DiscrepancyFinding>& discrepancy) {
+  if (!discrepancy) return nullptr;
+  return {{"used", discrepancy->is_used},
+          {"rms_v", number(discrepancy->rms)},
+          {"left_out_base_rmse_v", number(discrepancy->left_out.base)},
+          {"left_out_rmse_v", number(discrepancy->left_out.discrepancy)},
+          {"mechanisms", listOf(discrepancy->mechanisms, weightJson)},
+          {"terms", discrepancy->terms},
+          {"answers_to_a", number(discrepancy->answer_current)},
+          {"answers", listOf(discrepancy->answers, answerJson)},
+          {"curve", listOf(discrepancy->curve, atCurrentJson)},
+          {"description", discrepancy->description}};
 }
 
-Json relevanceJson(const LeftOver& left) {
+Json relevanceJson(const UnexplainedPart& left) {
   return {
       {"crank_v", number(left.crank)},
       {"charge_share", number(left.charge_share)},
@@ -160,13 +160,13 @@ Json relevanceJson(const LeftOver& left) {
        {{"crank_v", number(left.limits.crank)}, {"charge_share", number(left.limits.charge_share)}, {"rmse_v", number(left.limits.rmse)}}}};
 }
 
-Json detectableJson(const Detectable& detectable) {
-  return {{"id", detectable.id},
-          {"parameter", detectable.parameter},
-          {"unit", detectable.unit},
-          {"strength", number(detectable.strength)},
-          {"typical", number(detectable.typical)},
-          {"visible", detectable.visible}};
+Json detectionLimitJson(const DetectionLimit& detection_limits) {
+  return {{"id", detection_limits.id},
+          {"parameter", detection_limits.parameter},
+          {"unit", detection_limits.unit},
+          {"strength", number(detection_limits.strength)},
+          {"typical", number(detection_limits.typical)},
+          {"visible", detection_limits.visible}};
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -174,13 +174,13 @@ Json detectableJson(const Detectable& detectable) {
 
 constexpr char kIndent[] = "             ";
 
-std::string timesText(const FitWindow& window) { return sentence("%.1f to %.1f s", window.from, window.to); }
+std::string timesText(const FitWindow& window) { return format("%.1f to %.1f s", window.from, window.to); }
 
 std::string verdictText(const Diagnosis& d) {
-  std::string text = wrapped("verdict      ", describe(d.verdict) + ": " + d.summary);
-  if (d.family)
-    text += wrapped("family       ", familyId(*d.family) + " (" + familySentence(*d.family) + ")" +
-                                         (d.probability > 0.0 ? sentence(", probability %.2f", d.probability) : ""));
+  std::string text = wrapped("verdict      ", toString(d.verdict) + ": " + d.summary);
+  if (d.mechanism)
+    text += wrapped("family       ", mechanismId(*d.mechanism) + " (" + mechanismSentence(*d.mechanism) + ")" +
+                                         (d.probability > 0.0 ? format(", probability %.2f", d.probability) : ""));
   if (!d.base.provenance.recording.empty()) text += "recording    " + d.base.provenance.recording + "\n";
   if (d.fit.train.to > d.fit.train.from)
     text += "             trained on " + timesText(d.fit.train) + ", compared on " + timesText(d.fit.holdout) + " that no fit has seen\n";
@@ -198,11 +198,11 @@ std::vector<MismatchSegment> largest(std::vector<MismatchSegment> segments) {
 
 std::string mismatchText(const Diagnosis& d) {
   if (d.mismatch.empty()) return "";
-  std::string text = sentence("\nwhere measurement and base model part (%zu stretches%s), measured minus model\n", d.mismatch.size(),
+  std::string text = format("\nwhere measurement and base model part (%zu stretches%s), measured minus model\n", d.mismatch.size(),
                               d.mismatch.size() > kSegmentsTold ? "; the largest" : "");
-  text += sentence("%s%10s %10s  %-22s %10s %10s %9s\n", kIndent, "from [s]", "to [s]", "regime", "mean [mV]", "peak [mV]", "p");
+  text += format("%s%10s %10s  %-22s %10s %10s %9s\n", kIndent, "from [s]", "to [s]", "regime", "mean [mV]", "peak [mV]", "p");
   for (const MismatchSegment& s : largest(d.mismatch))
-    text += sentence("%s%10.1f %10.1f  %-22s %10s %10s %9.2g\n", kIndent, s.from, s.to, plainName(s.regime).c_str(),
+    text += format("%s%10.1f %10.1f  %-22s %10s %10s %9.2g\n", kIndent, s.from, s.to, plainName(s.regime).c_str(),
                      millivolts(s.mean_error).c_str(), millivolts(s.peak_error).c_str(), s.p_value);
   return text;
 }
@@ -214,20 +214,20 @@ std::string regimesText(const Diagnosis& d) {
     const std::string unit = f.statistic == "slope" ? "mV/s" : "mV";
     text +=
         wrapped(kIndent, plainName(f.regime) + ": " + f.statistic + " " + millivolts(f.value) + " " + unit + ", 95 % between " +
-                             millivolts(f.lower) + " and " + millivolts(f.upper) + " " + unit + sentence(" (%zu episodes)", f.episodes));
+                             millivolts(f.lower) + " and " + millivolts(f.upper) + " " + unit + format(" (%zu episodes)", f.episodes));
   }
   return text.empty() ? text : "\nregimes in which the base model errs\n" + text;
 }
 
-std::string wantedChange(const Absorption& a) {
-  return a.parameter == "u_dc" ? millivolts(a.change) + " mV" : sentence("%+.0f %%", 100.0 * a.change);
+std::string wantedChange(const ParameterBias& a) {
+  return a.parameter == "u_dc" ? millivolts(a.change) + " mV" : format("%+.0f %%", 100.0 * a.change);
 }
 
-std::string absorptionText(const Diagnosis& d) {
+std::string parameterBiasText(const Diagnosis& d) {
   std::string text;
-  for (const Absorption& a : d.absorption)
+  for (const ParameterBias& a : d.parameter_bias)
     if (std::abs(a.z) >= kNotableZ)
-      text += sentence("%s%-12s wants %8s in %-22s (z %+.1f)\n", kIndent, a.parameter.c_str(), wantedChange(a).c_str(),
+      text += format("%s%-12s wants %8s in %-22s (z %+.1f)\n", kIndent, a.parameter.c_str(), wantedChange(a).c_str(),
                        plainName(a.regime).c_str(), a.z);
   return text.empty() ? text : "\nwhat the base model's parameters have taken up\n" + text;
 }
@@ -240,7 +240,7 @@ std::string intervalText(const DiagnosedParameter& p) {
 
 std::string parameterText(const DiagnosedParameter& p) {
   const std::string error = p.std ? "+- " + threeDigits(*p.std) : "";
-  return sentence("%s%-24s %10s %-10s %-6s %s%s\n", kIndent, p.name.c_str(), threeDigits(p.value).c_str(), error.c_str(), p.unit.c_str(),
+  return format("%s%-24s %10s %-10s %-6s %s%s\n", kIndent, p.name.c_str(), threeDigits(p.value).c_str(), error.c_str(), p.unit.c_str(),
                   intervalText(p).c_str(), p.at_bound ? " (at a bound)" : "");
 }
 
@@ -249,8 +249,8 @@ std::string effectsText(const Diagnosis& d) {
   for (const NamedEffect& effect : d.effects) {
     text += "\n" + wrapped("effect       ", effect.id + ": " + titleOf(effect.id) + "; confidence " + confidenceText(effect.confidence) +
                                                 ", adds " + millivolts(effect.voltage_rms) + " mV RMS");
-    if (!effect.absorbed_into.empty()) text += wrapped(kIndent, "hidden before in " + listed(effect.absorbed_into));
-    if (!effect.tied_with.empty()) text += wrapped(kIndent, "not to be told apart here from " + listed(effect.tied_with));
+    if (!effect.biased_parameters.empty()) text += wrapped(kIndent, "hidden before in " + join(effect.biased_parameters));
+    if (!effect.indistinguishable_from.empty()) text += wrapped(kIndent, "not to be told apart here from " + join(effect.indistinguishable_from));
     for (const DiagnosedParameter& p : effect.parameters) text += parameterText(p);
   }
   return text;
@@ -261,22 +261,22 @@ std::string rejectedText(const Diagnosis& d) {
   std::size_t told = 0;
   for (const Candidate& c : d.candidates)
     if (!c.rejected_because.empty() && told++ < kCandidatesTold)
-      text += wrapped(sentence("%s%-26s evidence %7.1f  ", kIndent, c.id.c_str(), c.evidence), c.rejected_because);
+      text += wrapped(format("%s%-26s evidence %7.1f  ", kIndent, c.id.c_str(), c.evidence), c.rejected_because);
   return text.empty() ? text : "\nweighed and rejected\n" + text;
 }
 
-std::string cell(const std::optional<double>& value, double scale) { return value ? sentence("%.1f", scale * *value) : "-"; }
+std::string cell(const std::optional<double>& value, double scale) { return value ? format("%.1f", scale * *value) : "-"; }
 
 std::string comparisonText(const Diagnosis& d) {
   if (!(d.fit.train.to > d.fit.train.from)) return "";
-  std::string text = sentence("\n%-26s %10s %10s   %10s %10s\n", "", "training", "", "hold-out", "");
-  text += sentence("%-26s %10s %10s   %10s %10s\n", "before and after", "base", "extended", "base", "extended");
+  std::string text = format("\n%-26s %10s %10s   %10s %10s\n", "", "training", "", "hold-out", "");
+  text += format("%-26s %10s %10s   %10s %10s\n", "before and after", "base", "extended", "base", "extended");
   for (const MetricRow& row : metricRows(d.fit))
-    text += sentence("%-26s %10s %10s   %10s %10s\n", ("  " + row.title + " [" + row.unit + "]").c_str(),
+    text += format("%-26s %10s %10s   %10s %10s\n", ("  " + row.title + " [" + row.unit + "]").c_str(),
                      cell(row.base_train, row.scale).c_str(), cell(row.extended_train, row.scale).c_str(),
                      cell(row.base_holdout, row.scale).c_str(), cell(row.extended_holdout, row.scale).c_str());
   if (!crankCounts(d.fit).empty()) text += "  " + crankCounts(d.fit) + "\n";
-  if (!naiveSentence(d).empty()) text += wrapped("  ", naiveSentence(d));
+  if (!baselineSentence(d).empty()) text += wrapped("  ", baselineSentence(d));
   for (const RegimeComparison& r : d.fit.regimes)
     if (changeOf(r) == Change::kWorse)
       text += wrapped(
@@ -284,19 +284,19 @@ std::string comparisonText(const Diagnosis& d) {
   return text;
 }
 
-std::string hiddenText(const Diagnosis& d) {
-  const bool promises = d.left.isNoise();
+std::string detectionLimitsText(const Diagnosis& d) {
+  const bool promises = d.unexplained.isNoise();
   std::vector<std::string> hidden;
-  for (const Detectable& x : d.detectable)
+  for (const DetectionLimit& x : d.detection_limits)
     if (!x.visible && (promises || x.strength))
       hidden.push_back(
           x.id + (x.strength ? " (" + x.parameter + " below " + threeDigits(*x.strength) + " " + x.unit + ")" : " (at any strength)"));
-  const std::string tries = "--confirm ID tries one";
+  const std::string tries = "--verify-detection-limits ID tries one";
   std::string text;
   if (!hidden.empty())
-    text += "\n" + wrapped("hidden       ", "could be here unseen: " + listed(hidden, "; ") +
+    text += "\n" + wrapped("hidden       ", "could be here unseen: " + join(hidden, "; ") +
                                                 (promises ? ". Strengths are estimates: " + tries : std::string()));
-  if (!d.detectable.empty() && !promises) text += "\n" + wrapped("hidden       ", whyNothingIsPromised(d.left) + ": " + tries);
+  if (!d.detection_limits.empty() && !promises) text += "\n" + wrapped("hidden       ", whyNothingIsPromised(d.unexplained) + ": " + tries);
   for (const std::string& what : d.outside) text += wrapped("outside      ", what);
   return text;
 }
@@ -304,74 +304,87 @@ std::string hiddenText(const Diagnosis& d) {
 std::string restText(const Diagnosis& d) {
   std::string text;
   for (const std::string& what : d.instrument) text += wrapped("instrument   ", what);
-  if (d.learned) {
-    text += wrapped("learnt       ", d.learned->description + " " + useOfLearned(d));
-    if (d.learned->is_used)
-      for (const std::string& term : d.learned->terms) text += wrapped(kIndent, term);
+  if (d.discrepancy) {
+    text += wrapped("learnt       ", d.discrepancy->description + " " + useOfDiscrepancy(d));
+    if (d.discrepancy->is_used)
+      for (const std::string& term : d.discrepancy->terms) text += wrapped(kIndent, term);
   }
   if (d.verdict != Verdict::kInsufficientData)
     text +=
-        d.left.rmse < d.left.limits.rmse
-            ? wrapped("too small    ", millivolts(d.left.rmse) + " mV RMS of structure is left; below " + millivolts(d.left.limits.rmse) +
+        d.unexplained.rmse < d.unexplained.limits.rmse
+            ? wrapped("too small    ", millivolts(d.unexplained.rmse) + " mV RMS of structure is left; below " + millivolts(d.unexplained.limits.rmse) +
                                            " mV nothing is told")
-            : wrapped("left         ", "columns of the currents would take up " + millivolts(d.left.rmse) + " mV RMS beside the equations");
+            : wrapped("left         ", "columns of the currents would take up " + millivolts(d.unexplained.rmse) + " mV RMS beside the equations");
   if (!d.next_experiment.empty()) text += wrapped("next         ", d.next_experiment);
   return text.empty() ? text : "\n" + text;
 }
 
-Json imposedJson(const SourceOverview& source) {
+Json operatingModeJson(const ControlModeOverview& source) {
   return {{"seen", source.seen},
           {"summary", source.summary},
           {"reasons", listOf(source.totals,
-                             [](const ImposedTotals& totals) -> Json {
-                               return {{"imposed", describe(totals.imposed)},
+                             [](const ControlModeTotals& totals) -> Json {
+                               return {{"mode", toString(totals.mode)},
                                        {"reason", totals.reason},
                                        {"stretches", totals.stretches},
                                        {"samples", totals.samples}};
                              })},
-          {"voltage", listOf(source.voltage_imposed, [](const ImposedTime& time) -> Json {
+          {"voltage", listOf(source.voltage_controlled, [](const ControlledTime& time) -> Json {
              return {{"from_s", number(time.from)}, {"to_s", number(time.to)}};
            })}};
 }
 
 }  // namespace
 
+namespace {
+
+/// Those whose probabilities add up to 0.9, likeliest first: at present the one of the verdict.
+Json mechanismsJson(const Diagnosis& d) {
+  Json mechanisms = Json::array();
+  if (d.mechanism)
+    mechanisms.push_back({{"id", mechanismId(*d.mechanism)}, {"probability", d.probability > 0.0 ? number(d.probability) : Json(nullptr)}});
+  return mechanisms;
+}
+
+}  // namespace
+
 nlohmann::json diagnosisJson(const Diagnosis& d) {
-  return {{"schema", "battery_sof/diagnosis/1"},
+  return {{"schema", "battery_sof/diagnosis/2"},
           {"program", "battery_sof " + version()},
           {"recording", printable(d.base.provenance.recording)},
-          {"verdict", describe(d.verdict)},
+          {"verdict", toString(d.verdict)},
           {"summary", d.summary},
           {"effects", listOf(d.effects, effectJson)},
           {"candidates", listOf(d.candidates, candidateJson)},
           {"mismatch", listOf(d.mismatch, segmentJson)},
           {"fit", fitJson(d.fit)},
-          {"source", number(d.source_share)},
-          {"imposed", imposedJson(d.source)},
-          {"naive", d.fit.naive_ridge ? metricsJson(*d.fit.naive_ridge) : Json(nullptr)},
-          {"naive_line", d.fit.naive_line ? metricsJson(*d.fit.naive_line) : Json(nullptr)},
+          {"charger_share", number(d.charger_share)},
+          {"operating_mode", operatingModeJson(d.source)},
+          {"baseline", d.fit.baseline_ridge ? metricsJson(*d.fit.baseline_ridge) : Json(nullptr)},
+          {"baseline_line", d.fit.baseline_line ? metricsJson(*d.fit.baseline_line) : Json(nullptr)},
           {"next_experiment", d.next_experiment},
           {"regimes", listOf(d.regimes, regimeJson)},
-          {"absorption", listOf(d.absorption, absorptionJson)},
-          {"family", d.family ? Json(familyId(*d.family)) : Json(nullptr)},
-          {"probability", d.family && d.probability > 0.0 ? number(d.probability) : Json(nullptr)},
-          {"relevance", relevanceJson(d.left)},
+          {"parameter_bias", listOf(d.parameter_bias, parameterBiasJson)},
+          {"mechanism", d.mechanism ? Json(mechanismId(*d.mechanism)) : Json(nullptr)},
+          {"mechanisms", mechanismsJson(d)},
+          {"probability", d.mechanism && d.probability > 0.0 ? number(d.probability) : Json(nullptr)},
+          {"relevance", relevanceJson(d.unexplained)},
           {"withheld_rmse_v", number(d.withheld_rmse)},
-          {"learned", learnedJson(d.learned)},
-          {"evidence", {{"base", number(d.evidence_base)}, {"extended", number(d.evidence_extended)}, {"temper", number(d.temper)}}},
+          {"discrepancy", discrepancyJson(d.discrepancy)},
+          {"evidence", {{"base", number(d.evidence_base)}, {"extended", number(d.evidence_extended)}, {"effective_sample_fraction", number(d.effective_sample_fraction)}}},
           {"instrument", d.instrument},
-          {"detectable", listOf(d.detectable, detectableJson)},
-          {"outside", d.outside}};
+          {"detection_limits", listOf(d.detection_limits, detectionLimitJson)},
+          {"unobservable", d.outside}};
 }
 
 std::string diagnosisText(const Diagnosis& d) {
-  return verdictText(d) + mismatchText(d) + regimesText(d) + absorptionText(d) + effectsText(d) + rejectedText(d) + comparisonText(d) +
-         hiddenText(d) + restText(d);
+  return verdictText(d) + mismatchText(d) + regimesText(d) + parameterBiasText(d) + effectsText(d) + rejectedText(d) + comparisonText(d) +
+         detectionLimitsText(d) + restText(d);
 }
 
-std::string useOfLearned(const Diagnosis& diagnosis) {
-  if (!diagnosis.learned->is_used) return "It is not used.";
-  if (diagnosis.extended.fit.force || diagnosis.source_share == 0.0) return "It is in the extended model.";
+std::string useOfDiscrepancy(const Diagnosis& diagnosis) {
+  if (!diagnosis.discrepancy->is_used) return "It is not used.";
+  if (diagnosis.extended.fit.discrepancy || diagnosis.charger_share == 0.0) return "It is in the extended model.";
   return "It is in the extended model's voltage; a model file answers in the direction that the source imposes and has what was learnt "
          "there.";
 }

@@ -1,19 +1,19 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "battery_sof/identify/error_tracker.hpp"
-#include "battery_sof/predict/query.hpp"
-#include "battery_sof/recording/words.hpp"
-#include "force_yaml.hpp"
+#include "battery_sof/estimation/residual_filter.hpp"
+#include "battery_sof/prediction/query.hpp"
+#include "battery_sof/recording/text.hpp"
+#include "discrepancy_yaml.hpp"
 #include "model_parts.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kMostStd = 1e9;         // of a parameter's range: far above what an undetermined one shows
-constexpr double kMostFurtherStd = 1e9;  // in the state's unit
+constexpr double kMaxStd = 1e9;         // of a parameter's range: far above what an undetermined one shows
+constexpr double kMaxFurtherStd = 1e9;  // in the state's unit
 constexpr double kSame = 1e-9;           // files hold correlations with twelve digits
-constexpr double kLeastEigenvalue = -1e-6;
+constexpr double kMinEigenvalue = -1e-6;
 
 /// Fits with a penalty go a little beyond the bounds, and bounds differ between versions: a decade, or as much again.
 Range rangeOf(const ParameterInfo& info) {
@@ -29,7 +29,7 @@ ParameterEstimate estimateOf(const Reader& parameters, const ParameterInfo& info
   estimate.name = info.name;
   estimate.unit = field.text("unit");
   estimate.value = field.number("value", rangeOf(info));
-  if (field.has("std")) estimate.std = field.number("std", {0.0, kMostStd * (info.upper - info.lower)});
+  if (field.has("std_error")) estimate.std = field.number("std_error", {0.0, kMaxStd * (info.upper - info.lower)});
   if (field.has("held")) estimate.held = field.get<bool>("held", "true or false");
   estimate.at_bound = field.get<bool>("at_bound", "true or false");
   estimate.determined = field.get<bool>("determined", "true or false");
@@ -59,9 +59,9 @@ void readParameters(const Reader& root, Fit& fit) {
 /// What "parameters" and "effects" say must be a composition.
 void readEffects(const Reader& root, Fit& fit) {
   const auto ids = root.get<std::vector<std::string>>("effects", "a list of ids");
-  if (root.has("force")) fit.force = std::make_shared<const LearnedForce>(forceOf(root.at("force")));
+  if (root.has("discrepancy")) fit.discrepancy = std::make_shared<const DiscrepancyModel>(discrepancyOf(root.at("discrepancy")));
   try {
-    fit.effects = BatteryModel(ids, fit.force).effects();
+    fit.effects = BatteryModel(ids, fit.discrepancy).effects();
   } catch (const std::invalid_argument& error) {
     root.fail("effects", std::string("cannot be used: ") + error.what());
   }
@@ -80,10 +80,10 @@ Eigen::VectorXd stdOf(const Reader& state, const Fit& fit, const BatteryModel& c
   const Eigen::Index parameters = composition.parameterCount();
   Eigen::VectorXd std(parameters + composition.stateCount());
   for (Eigen::Index j = 0; j < parameters; ++j) std[j] = fit.estimates[static_cast<std::size_t>(j)].std.value_or(0.0);
-  std[parameters] = state.number("u_c2_std_v", {0.0, kMostFurtherStd});
+  std[parameters] = state.number("u_c2_std_v", {0.0, kMaxFurtherStd});
   for (Eigen::Index j = 1; j < composition.stateCount(); ++j) {
     const std::string& name = composition.states()[static_cast<std::size_t>(j)].name;
-    std[parameters + j] = state.at("further").at(name).number("std", {0.0, kMostFurtherStd});
+    std[parameters + j] = state.at("further").at(name).number("std_error", {0.0, kMaxFurtherStd});
   }
   return std;
 }
@@ -93,7 +93,7 @@ void requireCorrelation(const Reader& root, const Eigen::MatrixXd& correlation) 
   if (((correlation - correlation.transpose()).array().abs() > kSame).any()) root.fail("correlation", "must be symmetric");
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation, Eigen::EigenvaluesOnly);
   const double least = eigen.eigenvalues().minCoeff();
-  if (!(least >= kLeastEigenvalue)) root.fail("correlation", sentence("has the eigenvalue %g, expected none below 0", least));
+  if (!(least >= kMinEigenvalue)) root.fail("correlation", format("has the eigenvalue %g, expected none below 0", least));
 }
 
 void readCovariance(const Reader& root, Fit& fit) {
@@ -114,8 +114,8 @@ void readCovariance(const Reader& root, Fit& fit) {
   fit.covariance = std.asDiagonal() * correlation * std.asDiagonal();
 }
 
-IntervalScale scaleOf(const Reader& field) {
-  IntervalScale scale;
+IntervalCalibration scaleOf(const Reader& field) {
+  IntervalCalibration scale;
   scale.factor = field.number("factor");
   scale.events = field.whole<int>("events");
   scale.inside = field.whole<int>("inside");
@@ -124,16 +124,16 @@ IntervalScale scaleOf(const Reader& field) {
   return scale;
 }
 
-Discrepancy discrepancyOf(const Reader& now) {
+ResidualState residualStateOf(const Reader& now) {
   const auto p = now.numbers("covariance_v2", "three numbers");
   if (p.size() != 3) now.fail("covariance_v2", "must be three numbers");
-  const Discrepancy d{now.number("drift_v", kVoltages), now.number("colored_v", kVoltages), p[0], p[1], p[2]};
-  constexpr double kMostVariance = 1e4;  // [V^2]
-  const bool is_covariance = d.p_dd >= 0.0 && d.p_dd <= kMostVariance && d.p_aa >= 0.0 && d.p_aa <= kMostVariance &&
+  const ResidualState d{now.number("drift_v", kVoltages), now.number("colored_v", kVoltages), p[0], p[1], p[2]};
+  constexpr double kMaxVariance = 1e4;  // [V^2]
+  const bool is_covariance = d.p_dd >= 0.0 && d.p_dd <= kMaxVariance && d.p_aa >= 0.0 && d.p_aa <= kMaxVariance &&
                              d.p_da * d.p_da <= d.p_dd * d.p_aa * (1.0 + kSame) + 1e-24;
   if (!is_covariance)
     now.fail("covariance_v2",
-             sentence("is [%g, %g, %g], expected variance of the drift, covariance, variance of the colored part", d.p_dd, d.p_da, d.p_aa));
+             format("is [%g, %g, %g], expected variance of the drift, covariance, variance of the colored part", d.p_dd, d.p_da, d.p_aa));
   return d;
 }
 
@@ -141,13 +141,13 @@ Discrepancy discrepancyOf(const Reader& now) {
 void readErrors(const Reader& root, FittedModel& model) {
   if (!root.has("errors")) return;
   const Reader errors = root.at("errors");
-  model.intervals.crank_scale = scaleOf(errors.at("crank_intervals"));
-  model.intervals.charge_scale = scaleOf(errors.at("charge_intervals"));
+  model.intervals.crank_calibration = scaleOf(errors.at("crank_intervals"));
+  model.intervals.charge_calibration = scaleOf(errors.at("charge_intervals"));
   if (!errors.has("white_std_v")) return;
   constexpr Range kStd{0.0, 10.0};  // [V] and [V/sqrt(s)], of a 12 V battery's error
   model.fit.noise = NoiseModel{errors.number("white_std_v", {1e-9, kStd.most}), errors.number("ar_std_v", kStd),
                                errors.number("ar_time_s", {1e-6, 1e9}), errors.number("walk_std_v_per_sqrt_s", kStd)};
-  model.state.discrepancy = discrepancyOf(errors.at("now"));
+  model.state.residual_state = residualStateOf(errors.at("now"));
 }
 
 }  // namespace
@@ -167,7 +167,7 @@ void requireRuns(const Reader& root, const FittedModel& model) {
       Simulation simulation = uncertainSimulationOf(model);
       hold(simulation, current, kDuration);
       const Interval u =
-          voltageAnswer(simulation, ErrorTracker(model).forecast(kDuration), model.fit.scores.rmse, model.intervals.crank_scale);
+          voltageAnswer(simulation, ResidualFilter(model).forecast(kDuration), model.fit.scores.rmse, model.intervals.crank_calibration);
       if (!(std::isfinite(u.value) && std::isfinite(u.lower) && std::isfinite(u.upper)))
         root.fail("parameters", "and state make no finite voltage");
     }

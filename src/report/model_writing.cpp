@@ -4,7 +4,7 @@
 
 #include "battery_sof/report/model_yaml.hpp"
 #include "battery_sof/report/version.hpp"
-#include "force_yaml.hpp"
+#include "discrepancy_yaml.hpp"
 #include "yaml_reader.hpp"
 
 namespace battery_sof {
@@ -35,7 +35,7 @@ YAML::Node parameterNode(const ParameterEstimate& estimate) {
   YAML::Node node;
   node.SetStyle(YAML::EmitterStyle::Flow);
   node["value"] = scalar(estimate.value);
-  if (estimate.std) node["std"] = scalar(*estimate.std);
+  if (estimate.std) node["std_error"] = scalar(*estimate.std);
   node["unit"] = estimate.unit;
   if (estimate.held) node["held"] = true;
   node["at_bound"] = estimate.at_bound;
@@ -57,14 +57,14 @@ YAML::Node stateNode(const FittedModel& model) {
     YAML::Node state;
     state.SetStyle(YAML::EmitterStyle::Flow);
     state["value"] = scalar(model.state.further[static_cast<std::size_t>(j) - 1]);
-    state["std"] = scalar(std_of(first + j));
+    state["std_error"] = scalar(std_of(first + j));
     state["unit"] = info.unit;
     node["further"][info.name] = state;
   }
   return node;
 }
 
-YAML::Node scaleNode(const IntervalScale& scale) {
+YAML::Node calibrationNode(const IntervalCalibration& scale) {
   YAML::Node node;
   node.SetStyle(YAML::EmitterStyle::Flow);
   node["factor"] = scalar(scale.factor);
@@ -81,21 +81,21 @@ YAML::Node errorsNode(const FittedModel& model) {
     node["ar_std_v"] = scalar(model.fit.noise->ar_std);
     node["ar_time_s"] = scalar(model.fit.noise->ar_time);
     node["walk_std_v_per_sqrt_s"] = scalar(model.fit.noise->walk_std);
-    const Discrepancy& d = model.state.discrepancy;
+    const ResidualState& d = model.state.residual_state;
     node["now"]["drift_v"] = scalar(d.drift);
     node["now"]["colored_v"] = scalar(d.colored);
     for (const double p : {d.p_dd, d.p_da, d.p_aa}) node["now"]["covariance_v2"].push_back(scalar(p));
     node["now"]["covariance_v2"].SetStyle(YAML::EmitterStyle::Flow);
   }
-  node["crank_intervals"] = scaleNode(model.intervals.crank_scale);
-  node["charge_intervals"] = scaleNode(model.intervals.charge_scale);
+  node["crank_intervals"] = calibrationNode(model.intervals.crank_calibration);
+  node["charge_intervals"] = calibrationNode(model.intervals.charge_calibration);
   return node;
 }
 
-YAML::Node sourceNode(const SourceRule& rule) {
+YAML::Node sourceNode(const ControlModeRule& rule) {
   YAML::Node node;
-  node["least_current_a"] = scalar(rule.least_current);
-  node["charge_begins"] = rule.charge_begins == Imposed::kVoltage ? "voltage" : "current";
+  node["min_current_a"] = scalar(rule.min_current);
+  node["charge_begins"] = rule.charge_begins == ControlMode::kVoltage ? "voltage" : "current";
   node["current_noise_a"] = scalar(rule.current_noise);
   node["voltage_noise_v"] = scalar(rule.voltage_noise);
   if (rule.resistance) node["resistance_ohm"] = scalar(*rule.resistance);
@@ -104,36 +104,36 @@ YAML::Node sourceNode(const SourceRule& rule) {
 }
 
 /// Written as rows of numbers; what each one is stands in docs/model.md.
-YAML::Node naiveNode(const NaivePredictor& naive) {
+YAML::Node baselineNode(const BaselinePredictor& baseline) {
   YAML::Node node(YAML::NodeType::Map);
-  const auto line = [](const NaiveLine& l) {
+  const auto line = [](const BaselineLine& l) {
     return flow({l.intercept, l.slope, l.std, l.lower_error, l.upper_error, l.centre, l.spread, static_cast<double>(l.samples)});
   };
-  const auto history = [](const NaiveHistory& h) {
+  const auto history = [](const BaselineHistory& h) {
     return flow({h.median, h.last, h.lower_error, h.upper_error, static_cast<double>(h.events)});
   };
-  if (naive.current_from_voltage) node["current_from_voltage"] = line(*naive.current_from_voltage);
-  if (naive.voltage_from_current) node["voltage_from_current"] = line(*naive.voltage_from_current);
-  if (naive.phase) {
-    const NaivePhase& p = *naive.phase;
+  if (baseline.current_from_voltage) node["current_from_voltage"] = line(*baseline.current_from_voltage);
+  if (baseline.voltage_from_current) node["voltage_from_current"] = line(*baseline.voltage_from_current);
+  if (baseline.phase) {
+    const BaselinePhase& p = *baseline.phase;
     node["phase"]["current_a"] = flow(p.current);
     node["phase"]["step_s"] = scalar(p.step);
     node["phase"]["errors"] = flow({p.std, p.lower_error, p.upper_error, static_cast<double>(p.charges)});
   }
-  if (naive.cranks) {
-    const NaiveCranks& c = *naive.cranks;
+  if (baseline.cranks) {
+    const BaselineCranks& c = *baseline.cranks;
     node["cranks"] = flow({c.last.current, c.last.minimum, c.median.current, c.median.minimum, c.intercept, c.slope, c.lower_error,
                            c.upper_error, static_cast<double>(c.events)});
   }
-  if (naive.charge_10s) node["charge_10s"] = history(*naive.charge_10s);
-  if (naive.charge_60s) node["charge_60s"] = history(*naive.charge_60s);
+  if (baseline.charge_10s) node["charge_10s"] = history(*baseline.charge_10s);
+  if (baseline.charge_60s) node["charge_60s"] = history(*baseline.charge_60s);
   return node;
 }
 
-YAML::Node experienceNode(const Experience& experience) {
+YAML::Node eventHistoryNode(const EventHistory& event_history) {
   YAML::Node node(YAML::NodeType::Map);
-  for (const PastCrank& c : experience.cranks) node["cranks"].push_back(flow({c.time, c.current, c.minimum, c.modelled}));
-  for (const PastCharge& c : experience.charges)
+  for (const PastCrank& c : event_history.cranks) node["cranks"].push_back(flow({c.time, c.current, c.minimum, c.modelled}));
+  for (const PastCharge& c : event_history.charges)
     node["charges"].push_back(flow({c.time, c.duration, c.voltage, c.first_voltage, c.measured, c.modelled}));
   return node;
 }
@@ -173,7 +173,7 @@ YAML::Node windowNode(const Fit& fit) {
 
 YAML::Node fitNode(const FittedModel& model) {
   YAML::Node node;
-  node["status"] = describe(model.fit.status);
+  node["status"] = toString(model.fit.status);
   node["message"] = model.fit.message;
   node["start"] = model.fit.start;
   node["iterations"] = scalar(model.fit.iterations);
@@ -184,17 +184,17 @@ YAML::Node fitNode(const FittedModel& model) {
   node["crank_error_v"] = scalar(model.fit.scores.crank_error_std);
   node["cranks"] = scalar(model.fit.scores.cranks);
   node["residual_correlation_time_s"] = scalar(model.fit.scores.residual_correlation_time);
-  node["suitability"] = scalar(model.fit.suitability);
+  node["window_quality"] = scalar(model.fit.window_quality);
   node["fit_ms"] = scalar(model.provenance.fit_ms);
   return node;
 }
 
-void takeLearned(YAML::Node& root, const LearnedResidual& learned) {
-  if (!learned.current.empty()) {
-    root["learned"]["current"] = ridgeNode(learned.current);
-    root["learned"]["current_range_a"] = flow({learned.least_current, learned.most_current});
+void takeDiscrepancy(YAML::Node& root, const ResidualRegression& residual_regression) {
+  if (!residual_regression.current.empty()) {
+    root["residual_regression"]["current"] = ridgeNode(residual_regression.current);
+    root["residual_regression"]["current_range_a"] = flow({residual_regression.min_current, residual_regression.max_current});
   }
-  if (!learned.voltage.empty()) root["learned"]["voltage"] = ridgeNode(learned.voltage);
+  if (!residual_regression.voltage.empty()) root["residual_regression"]["voltage"] = ridgeNode(residual_regression.voltage);
 }
 
 }  // namespace
@@ -205,7 +205,7 @@ std::string modelYaml(const FittedModel& model) {
   root["program"] = "battery_sof " + version();
   root["recording"]["name"] = printable(model.provenance.recording);
   root["recording"]["hash"] = model.provenance.recording_hash;
-  if (model.fit.blocks != 1.0) root["blocks"] = scalar(model.fit.blocks);
+  if (model.fit.series_blocks != 1.0) root["series_blocks"] = scalar(model.fit.series_blocks);
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);
   root["effects"].SetStyle(YAML::EmitterStyle::Flow);
   for (const auto& effect : model.fit.effects) root["effects"].push_back(effect);
@@ -217,17 +217,17 @@ std::string modelYaml(const FittedModel& model) {
   root["errors"] = errorsNode(model);
   root["window"] = windowNode(model.fit);
   root["fit"] = fitNode(model);
-  root["naive"] = naiveNode(model.fit.naive);
+  root["baseline"] = baselineNode(model.fit.baseline);
   if (model.fit.source) {
     root["source"] = sourceNode(*model.fit.source);
     root["source"]["voltage_lag_samples"] = scalar(model.fit.voltage_lag);
   }
-  root["experience"] = experienceNode(model.intervals.experience);
-  takeLearned(root, model.fit.learned);
+  root["event_history"] = eventHistoryNode(model.intervals.event_history);
+  takeDiscrepancy(root, model.fit.residual_regression);
   if (model.state.memory.begun) root["state"]["memory"] = flow(model.state.memory.numbers());
-  if (model.fit.force) {
-    root["force"] = forceNode(*model.fit.force);
-    root["state"]["force_memory"] = flow(model.state.force_memory);
+  if (model.fit.discrepancy) {
+    root["discrepancy"] = discrepancyNode(*model.fit.discrepancy);
+    root["state"]["regressor_memory"] = flow(model.state.regressor_memory);
   }
 
   YAML::Emitter out;

@@ -5,9 +5,9 @@
 #include <string_view>
 
 #include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/blocks.hpp"
+#include "battery_sof/recording/series_blocks.hpp"
 #include "battery_sof/recording/regular_file.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "model_parts.hpp"
 
 namespace battery_sof {
@@ -23,7 +23,7 @@ FitStatus statusOf(const Reader& fit) {
   const std::string text = fit.text("status");
   for (FitStatus status :
        {FitStatus::kConverged, FitStatus::kIterationLimit, FitStatus::kStalled, FitStatus::kWindowTooShort, FitStatus::kNotExcited})
-    if (describe(status) == text) return status;
+    if (toString(status) == text) return status;
   fit.fail("status", "is \"" + text +
                          "\", expected converged, iteration_limit, stalled, "
                          "window_too_short or not_excited");
@@ -59,7 +59,7 @@ void readFit(const Reader& root, FittedModel& model) {
   model.fit.scores.crank_error_std = fit.number("crank_error_v", kErrors);
   model.fit.scores.cranks = fit.whole<int>("cranks");
   model.fit.scores.residual_correlation_time = fit.number("residual_correlation_time_s", kDurations);
-  model.fit.suitability = fit.number("suitability", {0.0, 1.0});
+  model.fit.window_quality = fit.number("window_quality", {0.0, 1.0});
   model.provenance.fit_ms = fit.number("fit_ms", {0.0, 1e12});
 }
 
@@ -73,14 +73,16 @@ YAML::Node documentOf(const std::string& text, const std::string& source) {
 }
 
 double blocksOf(const Reader& root) {
-  if (!root.has("blocks")) return 1.0;
-  const double blocks = root.number("blocks");
-  if (!isRowOfBlocks(blocks)) root.fail("blocks", sentence("is %g, expected ", blocks) + kRowsOfBlocks);
-  return blocks;
+  if (!root.has("series_blocks")) return 1.0;
+  const double series_blocks = root.number("series_blocks");
+  if (!areSeriesBlocks(series_blocks)) root.fail("series_blocks", format("is %g, expected ", series_blocks) + kAllowedSeriesBlocks);
+  return series_blocks;
 }
 
 FittedModel modelOf(const Reader& root) {
   const std::string schema = root.text("schema");
+  if (schema == "battery_sof/model/1")
+    root.fail("schema", "is of battery_sof 0.2, whose names are others; write the model anew: sof identify REC --out MODEL.yaml");
   if (schema != kModelSchema) root.fail("schema", "is \"" + schema + "\", expected \"" + kModelSchema + "\"");
   FittedModel model;
   readEquations(root, model);
@@ -88,7 +90,7 @@ FittedModel modelOf(const Reader& root) {
   readFit(root, model);
   readLessons(root, model);
   requireRuns(root, model);
-  model.fit.blocks = blocksOf(root);
+  model.fit.series_blocks = blocksOf(root);
   model.provenance.recording = root.at("recording").text("name");
   model.provenance.recording_hash = root.at("recording").text("hash");
   return model;

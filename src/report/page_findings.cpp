@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "battery_sof/report/diagnosis_results.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
@@ -12,7 +12,7 @@ namespace battery_sof {
 namespace {
 
 /// Whether the extended model is another than the base model.
-bool hasExtended(const Diagnosis& d) { return !d.effects.empty() || (d.learned && d.learned->is_used); }
+bool hasExtended(const Diagnosis& d) { return !d.effects.empty() || (d.discrepancy && d.discrepancy->is_used); }
 
 constexpr double kFullColorZ = 15.0;  // |z| from which the map's colour no longer deepens
 constexpr double kNotableZ = 4.0;     // |z| from which a cell is set in bold: 1 in 16,000 by chance alone
@@ -39,7 +39,7 @@ SpokenUnit spokenUnit(double value, const std::string& unit) {
 
 /// Three significant digits, four from 1000 on; no exponent where it can be helped.
 std::string plainNumber(double value) {
-  return std::abs(value) >= 1000.0 && std::abs(value) < 1e6 ? sentence("%.0f", value) : threeDigits(value);
+  return std::abs(value) >= 1000.0 && std::abs(value) < 1e6 ? format("%.0f", value) : threeDigits(value);
 }
 
 std::string spoken(double value, const std::string& unit) {
@@ -54,7 +54,7 @@ std::string withError(double value, const std::optional<double>& std, const std:
   const SpokenUnit spoken_unit = spokenUnit(value, unit);
   const double error = spoken_unit.factor * *std;
   const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(error))), 0, 6);
-  return sentence("%.*f \xc2\xb1 %.*f", decimals, spoken_unit.factor * value, decimals, error) + spoken_unit.name;
+  return format("%.*f \xc2\xb1 %.*f", decimals, spoken_unit.factor * value, decimals, error) + spoken_unit.name;
 }
 
 /// Begins with a capital.
@@ -105,27 +105,27 @@ std::string regimeTable(const Diagnosis& d) {
          table({"regime", "episodes", "mean [mV]", "slope [mV/s]", "at its end [mV]"}, rows);
 }
 
-Cell absorptionCell(const std::vector<Absorption>& map, const std::string& parameter, const std::string& regime) {
-  for (const Absorption& a : map)
+Cell parameterBiasCell(const std::vector<ParameterBias>& map, const std::string& parameter, const std::string& regime) {
+  for (const ParameterBias& a : map)
     if (a.parameter == parameter && a.regime == regime) {
       const double strength = std::min(std::abs(a.z) / kFullColorZ, 1.0);
-      const std::string wish = parameter == "u_dc" ? sentence("%+.0f mV", 1e3 * a.change) : sentence("%+.0f %%", 100.0 * a.change);
-      const std::string kind = sentence("class=\"heat %s%s\" style=\"--strength:%.2f\"", a.z > 0.0 ? "more" : "less",
+      const std::string wish = parameter == "u_dc" ? format("%+.0f mV", 1e3 * a.change) : format("%+.0f %%", 100.0 * a.change);
+      const std::string kind = format("class=\"heat %s%s\" style=\"--strength:%.2f\"", a.z > 0.0 ? "more" : "less",
                                         std::abs(a.z) >= kNotableZ ? " notable" : "", strength);
-      return {withMinusSigns(sentence("%+.1f", a.z)) + element("small", withMinusSigns(wish)), kind};
+      return {withMinusSigns(format("%+.1f", a.z)) + element("small", withMinusSigns(wish)), kind};
     }
   return {kNone, "class=\"heat\""};
 }
 
-std::string absorptionTable(const Diagnosis& d) {
-  if (d.absorption.empty()) return "";
-  const auto regimes = namesOf(d.absorption, [](const Absorption& a) { return a.regime; });
+std::string parameterBiasTable(const Diagnosis& d) {
+  if (d.parameter_bias.empty()) return "";
+  const auto regimes = namesOf(d.parameter_bias, [](const ParameterBias& a) { return a.regime; });
   std::vector<std::string> head = {"parameter"};
   for (const std::string& regime : regimes) head.push_back(escaped(plainName(regime)));
   std::vector<std::vector<Cell>> rows;
-  for (const std::string& parameter : namesOf(d.absorption, [](const Absorption& a) { return a.parameter; })) {
+  for (const std::string& parameter : namesOf(d.parameter_bias, [](const ParameterBias& a) { return a.parameter; })) {
     rows.push_back({{code(parameter)}});
-    for (const std::string& regime : regimes) rows.back().push_back(absorptionCell(d.absorption, parameter, regime));
+    for (const std::string& regime : regimes) rows.back().push_back(parameterBiasCell(d.parameter_bias, parameter, regime));
   }
   return element("h3", "Which parameter wants another value where") +
          paragraph(
@@ -138,7 +138,7 @@ std::string absorptionTable(const Diagnosis& d) {
 }
 
 std::string zoomButton(double from, double to) {
-  return element("button", "show", sentence("type=\"button\" class=\"show\" data-from=\"%.3f\" data-to=\"%.3f\"", from, to));
+  return element("button", "show", format("type=\"button\" class=\"show\" data-from=\"%.3f\" data-to=\"%.3f\"", from, to));
 }
 
 std::string segmentTable(const Diagnosis& d, double clock_origin) {
@@ -147,17 +147,17 @@ std::string segmentTable(const Diagnosis& d, double clock_origin) {
   for (const MismatchSegment& s : d.mismatch) {
     if (rows.size() == kSegmentsListed) break;
     const double from = s.from - clock_origin, to = s.to - clock_origin;
-    rows.push_back({{sentence("%.1f to %.1f s", from, to) + zoomButton(from, to)},
+    rows.push_back({{format("%.1f to %.1f s", from, to) + zoomButton(from, to)},
                     {escaped(plainName(s.regime))},
                     numberCell(millivolts(s.mean_error)),
                     numberCell(millivolts(s.peak_error)),
-                    numberCell(sentence("%.1g", s.p_value))});
+                    numberCell(format("%.1g", s.p_value))});
   }
   const std::string more =
       d.mismatch.size() > kSegmentsListed
-          ? paragraph(sentence("The first %zu of %zu; the JSON holds all.", kSegmentsListed, d.mismatch.size()), "class=\"note\"")
+          ? paragraph(format("The first %zu of %zu; the JSON holds all.", kSegmentsListed, d.mismatch.size()), "class=\"note\"")
           : "";
-  return element("details", element("summary", sentence("Stretch by stretch (%zu)", d.mismatch.size())) +
+  return element("details", element("summary", format("Stretch by stretch (%zu)", d.mismatch.size())) +
                                 table({"stretch", "regime", "mean [mV]", "peak [mV]", "p"}, rows) + more);
 }
 
@@ -168,19 +168,19 @@ std::string segmentTable(const Diagnosis& d, double clock_origin) {
 double onAxis(double value, double end) { return value <= 1.0 ? 0.0 : std::min(std::log(value) / std::log(end), 1.0); }
 
 std::string barHtml(const char* kind, double share) {
-  return element("span", "", sentence("class=\"bar %s\" style=\"width:%.1f%%\"", kind, 100.0 * share));
+  return element("span", "", format("class=\"bar %s\" style=\"width:%.1f%%\"", kind, 100.0 * share));
 }
 
 std::string candidateHtml(const Candidate& c, double end, double threshold) {
-  std::string numbers = escaped(plainName(c.family)) + sentence(" \xc2\xb7 evidence %.0f", c.evidence);
-  if (c.holdout_gain_percent) numbers += sentence(" \xc2\xb7 hold-out %+.0f %%", *c.holdout_gain_percent);
+  std::string numbers = escaped(plainName(c.mechanism)) + format(" \xc2\xb7 evidence %.0f", c.evidence);
+  if (c.holdout_gain_percent) numbers += format(" \xc2\xb7 hold-out %+.0f %%", *c.holdout_gain_percent);
   if (c.rejected_because.empty()) numbers += " \xc2\xb7 probability " + escaped(confidenceText(c.confidence));
   const bool is_accepted = c.rejected_because.empty();
   const std::string name = element("div", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id), "class=\"name\"");
   const std::string track =
       element("div",
               barHtml("after", onAxis(c.evidence, end)) +
-                  element("span", "", sentence("class=\"threshold\" style=\"left:%.1f%%\"", 100.0 * onAxis(threshold, end))),
+                  element("span", "", format("class=\"threshold\" style=\"left:%.1f%%\"", 100.0 * onAxis(threshold, end))),
               "class=\"track\"");
   const std::string why = element("div", is_accepted ? "accepted" : "rejected: " + escaped(c.rejected_because), "class=\"why\"");
   return element("li", name + track + element("div", withMinusSigns(numbers), "class=\"numbers\"") + why,
@@ -208,7 +208,7 @@ std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
   const ParameterInfo* info = parameterInfo(id, p.name);
   if (info == nullptr) return kNone;
   const std::string gauge =
-      element("span", element("i", "", sentence("style=\"left:%.0f%%\"", 100.0 * shareOfBounds(*info, p.value))), "class=\"gauge\"");
+      element("span", element("i", "", format("style=\"left:%.0f%%\"", 100.0 * shareOfBounds(*info, p.value))), "class=\"gauge\"");
   return gauge + element("small", escaped(spoken(info->lower, p.unit) + " to " + spoken(info->upper, p.unit)));
 }
 
@@ -219,8 +219,8 @@ std::string effectHtml(const NamedEffect& effect) {
         {{code(p.name)}, numberCell(withError(p.value, p.std, p.unit)), numberCell(intervalHtml(p)), {plausibility(effect.id, p)}});
   std::string facts =
       "Confidence " + confidenceText(effect.confidence) + "; it moves the voltage by " + millivolts(effect.voltage_rms) + " mV RMS.";
-  if (!effect.absorbed_into.empty()) facts += " Without it, " + escaped(listed(effect.absorbed_into)) + " had taken it up.";
-  if (!effect.tied_with.empty()) facts += " This recording cannot tell it from " + escaped(listed(effect.tied_with)) + ".";
+  if (!effect.biased_parameters.empty()) facts += " Without it, " + escaped(join(effect.biased_parameters)) + " had taken it up.";
+  if (!effect.indistinguishable_from.empty()) facts += " This recording cannot tell it from " + escaped(join(effect.indistinguishable_from)) + ".";
   std::string html = element("h3", escaped(headline(titleOf(effect.id))) + " " + code(effect.id)) + paragraph(facts);
   if (const EffectInfo* info = catalogued(effect.id)) html += element("pre", escaped(info->equations));
   return html + table({"parameter", "value", "95 % interval", "inside the catalogue\xe2\x80\x99s bounds"}, rows);
@@ -234,7 +234,7 @@ std::string baseParameterTable(const Diagnosis& d) {
       rows.push_back({{code(before.name)},
                       numberCell(withError(before.value, before.std, before.unit)),
                       numberCell(withError(after.value, after.std, after.unit)),
-                      numberCell(sentence("%+.1f %%", 100.0 * (after.value / before.value - 1.0)))});
+                      numberCell(format("%+.1f %%", 100.0 * (after.value / before.value - 1.0)))});
     }
   if (rows.empty()) return "";
   return element("h3", "What became of the base parameters") + table({"parameter", "base model", "extended model", "change"}, rows);
@@ -244,7 +244,7 @@ std::string baseParameterTable(const Diagnosis& d) {
 // comparison
 
 std::string told(const std::optional<double>& value, double scale) {
-  return value && std::isfinite(*value) ? sentence("%.1f", scale * *value) : kNone;
+  return value && std::isfinite(*value) ? format("%.1f", scale * *value) : kNone;
 }
 
 std::string metricTable(const Diagnosis& d) {
@@ -257,7 +257,7 @@ std::string metricTable(const Diagnosis& d) {
     rows.back().push_back(numberCell(told(row.base_train, row.scale)));
     if (is_extended) rows.back().push_back(numberCell(told(row.extended_train, row.scale)));
   }
-  const std::string beside = naiveSentence(d).empty() ? "" : element("p", escaped(headline(naiveSentence(d)) + "."));
+  const std::string beside = baselineSentence(d).empty() ? "" : element("p", escaped(headline(baselineSentence(d)) + "."));
   const std::string cranks = crankCounts(d.fit).empty() ? "" : paragraph(headline(crankCounts(d.fit)) + ".", "class=\"note\"");
   if (!is_extended) return table({"", "hold-out", "training"}, rows) + cranks + beside;
   return beside + cranks + table({"", "hold-out, base", "hold-out, extended", "training, base", "training, extended"}, rows);
@@ -279,7 +279,7 @@ std::string regimeComparisonTable(const Diagnosis& d) {
                     numberCell(millivolts(r.base_rmse)),
                     numberCell(millivolts(r.extended_rmse)),
                     {changeHtml(r), "class=\"number\""},
-                    {element("span", describe(change), sentence("class=\"verdict-chip %s\"", kind))}});
+                    {element("span", toString(change), format("class=\"verdict-chip %s\"", kind))}});
   }
   if (rows.empty()) return "";
   return element("h3", "Regime by regime, on the hold-out") +
@@ -289,13 +289,13 @@ std::string regimeComparisonTable(const Diagnosis& d) {
 // ---------------------------------------------------------------------------------------------
 // hidden
 
-std::string detectableTable(std::vector<Detectable> list) {
-  const auto ratio = [](const Detectable& x) {
+std::string detectionLimitsTable(std::vector<DetectionLimit> list) {
+  const auto ratio = [](const DetectionLimit& x) {
     return !x.strength ? std::numeric_limits<double>::infinity() : x.typical != 0.0 ? std::abs(*x.strength / x.typical) : 0.0;
   };
-  std::stable_sort(list.begin(), list.end(), [&](const Detectable& a, const Detectable& b) { return ratio(a) > ratio(b); });
+  std::stable_sort(list.begin(), list.end(), [&](const DetectionLimit& a, const DetectionLimit& b) { return ratio(a) > ratio(b); });
   std::vector<std::vector<Cell>> rows;
-  for (const Detectable& x : list)
+  for (const DetectionLimit& x : list)
     rows.push_back({{escaped(headline(titleOf(x.id))) + " " + code(x.id)},
                     {code(x.parameter)},
                     numberCell(x.strength ? spoken(*x.strength, x.unit) : "at no strength"),
@@ -318,12 +318,12 @@ std::string section(const std::string& id, const std::string& title, const std::
 }
 
 std::string whereSection(const Diagnosis& d, double clock_origin) {
-  return section("where", "Where model and measurement part", regimeTable(d) + segmentTable(d, clock_origin) + absorptionTable(d));
+  return section("where", "Where model and measurement part", regimeTable(d) + segmentTable(d, clock_origin) + parameterBiasTable(d));
 }
 
 std::string evidenceSection(const Diagnosis& d) {
   if (d.candidates.empty()) return "";
-  const double threshold = ExplanationRules().least_gain;
+  const double threshold = ExplanationRules().min_gain;
   double end = 2.0 * threshold;
   for (const Candidate& c : d.candidates) end = std::max(end, c.evidence);
   std::vector<Candidate> candidates = d.candidates;
@@ -334,7 +334,7 @@ std::string evidenceSection(const Diagnosis& d) {
   const std::string list = "class=\"evidence\"";
   if (!further.empty())
     further = element("details",
-                      element("summary", sentence("And %zu more", d.candidates.size() - kCandidatesListed)) + element("ol", further, list));
+                      element("summary", format("And %zu more", d.candidates.size() - kCandidatesListed)) + element("ol", further, list));
   return section("evidence", "What was weighed",
                  paragraph(element("span", "", "class=\"swatch after\"") +
                                " gain of the evidence by a fit with it, logarithmic. The line marks what a place in the model takes.",
@@ -358,34 +358,34 @@ std::string comparisonSection(const Diagnosis& d) {
                      metricTable(d) + regimeComparisonTable(d));
 }
 
-std::string hiddenSection(const Diagnosis& d) {
-  std::vector<Detectable> hidden, visible;
-  for (const Detectable& x : d.detectable)
-    if (d.left.isNoise() || x.strength) (x.visible ? visible : hidden).push_back(x);
-  const std::string tries = "; sof diagnose --confirm tries one on this recording.";
+std::string detectionLimitsSection(const Diagnosis& d) {
+  std::vector<DetectionLimit> hidden, visible;
+  for (const DetectionLimit& x : d.detection_limits)
+    if (d.unexplained.isNoise() || x.strength) (x.visible ? visible : hidden).push_back(x);
+  const std::string tries = "; sof diagnose --verify-detection-limits tries one on this recording.";
   std::string html;
-  if (!d.detectable.empty() && !d.left.isNoise()) html += paragraph(whyNothingIsPromised(d.left) + tries);
-  if (!hidden.empty() && d.left.isNoise())
+  if (!d.detection_limits.empty() && !d.unexplained.isNoise()) html += paragraph(whyNothingIsPromised(d.unexplained) + tries);
+  if (!hidden.empty() && d.unexplained.isNoise())
     html += paragraph(
         "These may be present at their usual strength without this recording showing it. Strengths are estimates, as good as the "
         "model that was found" +
         tries);
-  if (!hidden.empty()) html += detectableTable(hidden);
+  if (!hidden.empty()) html += detectionLimitsTable(hidden);
   if (!visible.empty())
-    html += element("details", element("summary", sentence("What would have shown (%zu)", visible.size())) + detectableTable(visible));
+    html += element("details", element("summary", format("What would have shown (%zu)", visible.size())) + detectionLimitsTable(visible));
   if (!d.outside.empty()) html += element("h3", "Beyond any recording of current and voltage") + listHtml(d.outside);
   if (!d.instrument.empty()) html += element("h3", "The instruments") + listHtml(d.instrument);
   return section("hidden", "What could hide here", html);
 }
 
 std::string unexplainedSection(const Diagnosis& d) {
-  if (!d.learned) return "";
-  const LearnedFinding& learned = *d.learned;
-  std::string html = paragraph(escaped(learned.description + " " + useOfLearned(d)));
-  if (!learned.is_used) return section("unexplained", "What no equation stands for", html);
-  if (d.family) html += paragraph("Its kind: " + escaped(familySentence(*d.family)) + ".");
-  html += element("h3", "What it follows most") + listHtml(learned.terms);
-  return section("unexplained", "What no equation stands for", html + forceHtml(d));
+  if (!d.discrepancy) return "";
+  const DiscrepancyFinding& discrepancy = *d.discrepancy;
+  std::string html = paragraph(escaped(discrepancy.description + " " + useOfDiscrepancy(d)));
+  if (!discrepancy.is_used) return section("unexplained", "What no equation stands for", html);
+  if (d.mechanism) html += paragraph("Its kind: " + escaped(mechanismSentence(*d.mechanism)) + ".");
+  html += element("h3", "What it follows most") + listHtml(discrepancy.terms);
+  return section("unexplained", "What no equation stands for", html + discrepancyHtml(d));
 }
 
 std::string nextSection(const Diagnosis& d) {

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "battery_sof/recording/events.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "battery_sof/report/display_samples.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
@@ -70,7 +70,7 @@ Drawing drawingOf(const Recording& recording, const Diagnosis& diagnosis) {
 /// A number of fixed decimals, short; null when it is not finite.
 std::string shortNumber(double value, int decimals) {
   if (!std::isfinite(value)) return "null";
-  std::string text = sentence("%.*f", decimals, value);
+  std::string text = format("%.*f", decimals, value);
   if (text.find('.') == std::string::npos) return text;
   text.erase(text.find_last_not_of('0') + 1);
   if (text.back() == '.') text.pop_back();
@@ -118,18 +118,18 @@ std::string driveText(const Drawing& drawing) {
     text += ",\n\"extended\":" + columnText(
                                      drawing, [&](std::size_t n) { return d.extended_voltage[n]; }, 4);
   text += ",\n\"mismatch\":" + stretchesText(drawing, d.mismatch) + ",\n\"cranks\":" + stretchesText(drawing, drawing.cranks);
-  text += ",\n\"imposed\":" + stretchesText(drawing, d.source.voltage_imposed);
+  text += ",\n\"imposed\":" + stretchesText(drawing, d.source.voltage_controlled);
   if (d.fit.holdout.to > d.fit.holdout.from)
     text +=
         ",\n\"holdout\":[" + shortNumber(d.fit.holdout.from - drawing.t0, 3) + "," + shortNumber(d.fit.holdout.to - drawing.t0, 3) + "]";
   return text + "}";
 }
 
-std::string imposedKey(const Drawing& drawing) {
-  const std::size_t stretches = drawing.diagnosis.source.voltage_imposed.size();
+std::string operatingModeKey(const Drawing& drawing) {
+  const std::size_t stretches = drawing.diagnosis.source.voltage_controlled.size();
   std::string text =
-      element("span", "", "class=\"swatch imposed\"") + sentence(" hatched: a source imposes the voltage (%zu stretches", stretches);
-  if (stretches > kStretchesShown) text += sentence(", the first %zu drawn", kStretchesShown);
+      element("span", "", "class=\"swatch imposed\"") + format(" hatched: a source imposes the voltage (%zu stretches", stretches);
+  if (stretches > kStretchesShown) text += format(", the first %zu drawn", kStretchesShown);
   return text + "); elsewhere the current is imposed. ";
 }
 
@@ -158,15 +158,15 @@ Scale scaleOf(const Drawing& drawing, const std::vector<Line>& lines) {
 }
 
 /// Upright hatching where a source imposes the voltage, with a solid foot, so that short stretches are seen.
-std::string imposedBands(const Drawing& drawing) {
+std::string operatingModeBands(const Drawing& drawing) {
   const Series& series = drawing.recording.series;
-  const std::vector<ImposedTime>& stretches = drawing.diagnosis.source.voltage_imposed;
+  const std::vector<ControlledTime>& stretches = drawing.diagnosis.source.voltage_controlled;
   const Scale time{series.time.front(), series.time.back()};
   std::string lines, feet;
   for (std::size_t k = 0; k < std::min(stretches.size(), kStretchesShown); ++k) {
     const double left = 1000.0 * time.share(stretches[k].from), right = 1000.0 * time.share(stretches[k].to);
-    for (int n = static_cast<int>(std::ceil(left / kHatching)); kHatching * n < right; ++n) lines += sentence("M%.1f 0V240", kHatching * n);
-    feet += sentence("M%.1f 240H%.1fV245H%.1fz", left, right, left);
+    for (int n = static_cast<int>(std::ceil(left / kHatching)); kHatching * n < right; ++n) lines += format("M%.1f 0V240", kHatching * n);
+    feet += format("M%.1f 240H%.1fV245H%.1fz", left, right, left);
   }
   if (feet.empty()) return "";
   return element("path", element("title", "a source imposes the voltage"), "class=\"imposed\" d=\"" + lines + "\"") +
@@ -180,7 +180,7 @@ std::string polyline(const Drawing& drawing, const Line& line, const Scale& valu
   std::string path;
   for (const std::size_t n : drawing.shown) {
     const bool is_start = path.empty() || series.time[n] - series.time[n - 1] > gap;
-    path += sentence("%s%.1f %.1f", is_start ? "M" : "L", 1000.0 * time.share(series.time[n]), 240.0 - 230.0 * value.share(line.trace(n)));
+    path += format("%s%.1f %.1f", is_start ? "M" : "L", 1000.0 * time.share(series.time[n]), 240.0 - 230.0 * value.share(line.trace(n)));
   }
   return element("path", element("title", escaped(line.name)), "class=\"" + line.css_class + "\" d=\"" + path + "\"");
 }
@@ -195,7 +195,7 @@ std::string drawingHtml(const Drawing& drawing, const std::string& title, const 
   }
   const std::string svg =
       element("svg", paths, "viewBox=\"0 0 1000 245\" preserveAspectRatio=\"none\" role=\"img\" aria-label=\"" + title + "\"");
-  const std::string range = withMinusSigns(sentence(", %.4g to %.4g, over %.1f to %.1f s", value.low, value.high,
+  const std::string range = withMinusSigns(format(", %.4g to %.4g, over %.1f to %.1f s", value.low, value.high,
                                                     series.time.front() - drawing.t0, series.time.back() - drawing.t0));
   return element(
       "figure",
@@ -219,8 +219,8 @@ std::string drawingsHtml(const Drawing& drawing) {
                              "These plots cannot be zoomed: the program was built without the plot library "
                              "(package libjs-dygraphs).",
                              "class=\"note\"");
-  html += drawingHtml(drawing, "Terminal voltage [V]", voltages, imposedBands(drawing));
-  if (!d.source.voltage_imposed.empty()) html += element("p", imposedKey(drawing), "class=\"note\"");
+  html += drawingHtml(drawing, "Terminal voltage [V]", voltages, operatingModeBands(drawing));
+  if (!d.source.voltage_controlled.empty()) html += element("p", operatingModeKey(drawing), "class=\"note\"");
   if (!errors.empty()) html += drawingHtml(drawing, "Measured minus model [mV]", errors);
   return html + drawingHtml(drawing, "Current [A]", {{"current", "current", [&](std::size_t n) { return series.current[n]; }}});
 }
@@ -248,7 +248,7 @@ std::string plotsHtml(const Drawing& drawing) {
 
 std::string keyHtml(const Drawing& drawing) {
   std::string text = "Drag to zoom, double-click to see all again, shift and drag to move. ";
-  if (!drawing.diagnosis.source.voltage_imposed.empty()) text += imposedKey(drawing);
+  if (!drawing.diagnosis.source.voltage_controlled.empty()) text += operatingModeKey(drawing);
   if (!drawing.diagnosis.mismatch.empty())
     text += element("span", "", "class=\"swatch mismatch\"") + " where the base model errs beyond chance. ";
   if (drawing.diagnosis.fit.holdout.to > drawing.diagnosis.fit.holdout.from)
@@ -256,7 +256,7 @@ std::string keyHtml(const Drawing& drawing) {
   text += drawing.t0 > 0.0 ? "Time [s] counts from the recording\xe2\x80\x99s first sample."
                            : "Time [s] is the recording\xe2\x80\x99s own clock.";
   if (drawing.shown.size() < drawing.recording.series.size())
-    text += sentence(" %zu of %zu samples are drawn; every peak is among them.", drawing.shown.size(), drawing.recording.series.size());
+    text += format(" %zu of %zu samples are drawn; every peak is among them.", drawing.shown.size(), drawing.recording.series.size());
   return element("p", text, "class=\"note\"");
 }
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "battery_sof/diagnose/diagnosis.hpp"
+#include "battery_sof/diagnosis/diagnosis.hpp"
 #include "battery_sof/recording/series.hpp"
 
 /// The parts of the diagnosis page, as HTML; a part that has nothing to say is empty.
@@ -18,10 +18,10 @@ std::string whereSection(const Diagnosis& diagnosis, double clock_origin);
 std::string evidenceSection(const Diagnosis& diagnosis);
 std::string effectsSection(const Diagnosis& diagnosis);
 std::string comparisonSection(const Diagnosis& diagnosis);
-std::string hiddenSection(const Diagnosis& diagnosis);
+std::string detectionLimitsSection(const Diagnosis& diagnosis);
 std::string unexplainedSection(const Diagnosis& diagnosis);
 /// A learnt force as charts over time and current, the nearest equation, and the numbers. @param diagnosis with something learnt.
-std::string forceHtml(const Diagnosis& diagnosis);
+std::string discrepancyHtml(const Diagnosis& diagnosis);
 std::string nextSection(const Diagnosis& diagnosis);
 std::string readingSection();
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstdarg>
 
-#include "battery_sof/predict/query.hpp"
-#include "battery_sof/recording/blocks.hpp"
+#include "battery_sof/prediction/query.hpp"
+#include "battery_sof/recording/series_blocks.hpp"
 #include "battery_sof/recording/printable.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "battery_sof/report/version.hpp"
 
 namespace battery_sof {
@@ -34,9 +34,9 @@ const char* remarkOn(const ParameterEstimate& estimate) {
   return estimate.determined ? "" : "not determined by this window";
 }
 
-std::string describe(const std::optional<Interval>& interval) {
+std::string toString(const std::optional<Interval>& interval) {
   if (!interval) return "-";
-  return sentence("%.3f V, 90 %% between %.3f and %.3f V", interval->value, interval->lower, interval->upper);
+  return format("%.3f V, 90 %% between %.3f and %.3f V", interval->value, interval->lower, interval->upper);
 }
 
 }  // namespace
@@ -46,7 +46,7 @@ nlohmann::json identifyJson(const FittedModel& model) {
   for (const auto& estimate : model.fit.estimates)
     parameters.push_back({{"name", estimate.name},
                           {"value", estimate.value},
-                          {"std", orNull(estimate.std)},
+                          {"std_error", orNull(estimate.std)},
                           {"unit", estimate.unit},
                           {"held", estimate.held},
                           {"at_bound", estimate.at_bound},
@@ -54,11 +54,11 @@ nlohmann::json identifyJson(const FittedModel& model) {
   return {{"schema", "battery_sof/model/1"},
           {"program", "battery_sof " + version()},
           {"recording", printable(model.provenance.recording)},
-          {"blocks", model.fit.blocks},
+          {"series_blocks", model.fit.series_blocks},
           {"window", windowJson(model.fit.window)},
           {"samples", model.fit.window.samples},
           {"effects", model.fit.effects},
-          {"status", describe(model.fit.status)},
+          {"status", toString(model.fit.status)},
           {"message", model.fit.message},
           {"start", model.fit.start},
           {"iterations", model.fit.iterations},
@@ -66,7 +66,7 @@ nlohmann::json identifyJson(const FittedModel& model) {
           {"state", {{"time_s", model.state.time}, {"u_c2_v", model.state.u_c2}}},
           {"q_dyn_percent", model.fit.scores.q_dyn_percent},
           {"rmse_v", model.fit.scores.rmse},
-          {"suitability", model.fit.suitability},
+          {"window_quality", model.fit.window_quality},
           {"fit_ms", model.provenance.fit_ms}};
 }
 
@@ -74,7 +74,7 @@ std::string identifyText(const FittedModel& model) {
   std::string text;
   appendLine(text, "window       %.2f to %.2f s, %zu samples, current %.1f to %.1f A", model.fit.window.from, model.fit.window.to,
              model.fit.window.samples, model.fit.excited.min_current, model.fit.excited.max_current);
-  if (model.fit.blocks != 1.0) text += "blocks       " + sentenceOfRow(model.fit.blocks) + "\n";
+  if (model.fit.series_blocks != 1.0) text += "blocks       " + seriesBlocksSentence(model.fit.series_blocks) + "\n";
   appendLine(text, "%-26s %12s %12s", "parameter", "value", "std. error");
   for (const auto& e : model.fit.estimates) {
     if (e.std)
@@ -88,8 +88,8 @@ std::string identifyText(const FittedModel& model) {
     appendLine(text, "cranks       %d in the window, minima missed by %.0f mV (RMS)", model.fit.scores.cranks,
                1e3 * model.fit.scores.crank_error_std);
   appendLine(text, "state        u_c2 = %.4f V at %.2f s", model.state.u_c2, model.state.time);
-  appendLine(text, "suitability  %.2f of the window for this model", model.fit.suitability);
-  appendLine(text, "%s: %s (%.1f ms)", describe(model.fit.status).c_str(), model.fit.message.c_str(), model.provenance.fit_ms);
+  appendLine(text, "suitability  %.2f of the window for this model", model.fit.window_quality);
+  appendLine(text, "%s: %s (%.1f ms)", toString(model.fit.status).c_str(), model.fit.message.c_str(), model.provenance.fit_ms);
   return text;
 }
 
@@ -142,9 +142,9 @@ nlohmann::json bothWaysJson(const BothWaysScores& scores) {
           {"crank_mae_v", orNull(scores.crank_mean_abs_error)}};
 }
 
-std::string percentOf(const std::optional<double>& share) { return share ? sentence("%.1f %%", *share) : "-"; }
-std::string amperesOf(const std::optional<double>& current) { return current ? sentence("%.2f A", *current) : "-"; }
-std::string millivoltsOf(const std::optional<double>& voltage) { return voltage ? sentence("%.0f mV", 1e3 * *voltage) : "-"; }
+std::string percentOf(const std::optional<double>& share) { return share ? format("%.1f %%", *share) : "-"; }
+std::string amperesOf(const std::optional<double>& current) { return current ? format("%.2f A", *current) : "-"; }
+std::string millivoltsOf(const std::optional<double>& voltage) { return voltage ? format("%.0f mV", 1e3 * *voltage) : "-"; }
 
 /// One line of the comparison with what needs no physics.
 void appendBothWays(std::string& text, const char* name, const BothWaysScores& scores) {
@@ -159,9 +159,9 @@ void appendBothWays(std::string& text, const char* name, const BothWaysScores& s
 
 nlohmann::json predictionJson(const PredictionReport& report) {
   const PredictionScores& scores = report.from_current;
-  nlohmann::json naive = bothWaysJson(report.naive);
-  naive["q_dyn_percent"] = report.naive_from_current ? orNull(report.naive_from_current->q_dyn_percent) : nullptr;
-  naive["rmse_v"] = report.naive_from_current ? nlohmann::json(report.naive_from_current->rmse) : nullptr;
+  nlohmann::json baseline = bothWaysJson(report.baseline);
+  baseline["q_dyn_percent"] = report.baseline_from_current ? orNull(report.baseline_from_current->q_dyn_percent) : nullptr;
+  baseline["rmse_v"] = report.baseline_from_current ? nlohmann::json(report.baseline_from_current->rmse) : nullptr;
   return {{"schema", "battery_sof/prediction/1"},
           {"window", windowJson(scores.window)},
           {"samples", scores.window.samples},
@@ -172,7 +172,7 @@ nlohmann::json predictionJson(const PredictionReport& report) {
           {"crank_mae_v", orNull(scores.crank_mean_abs_error)},
           {"cranks", cranksJson(scores.cranks)},
           {"mixed", report.both_ways ? bothWaysJson(*report.both_ways) : nlohmann::json(nullptr)},
-          {"naive", naive}};
+          {"baseline", baseline}};
 }
 
 std::string predictionText(const PredictionReport& report) {
@@ -183,14 +183,14 @@ std::string predictionText(const PredictionReport& report) {
     appendLine(text, "driven by the voltage where a source imposes it, by the current elsewhere:");
     appendLine(text, "%-9s %9s %9s %9s %10s %10s %10s", "", "share", "current", "voltage", "10 s", "60 s", "cranks");
     appendBothWays(text, "model", *report.both_ways);
-    appendBothWays(text, "naive", report.naive);
+    appendBothWays(text, "baseline", report.baseline);
     appendLine(text, "(share of the variation explained; median error of a charge's mean current; mean error of cranks' minima)");
     appendLine(text, "driven by the current alone:");
   }
   if (scores.q_dyn_percent)
     appendLine(text, "Q_dyn     %.1f %%%s", *scores.q_dyn_percent,
-               report.naive_from_current && report.naive_from_current->q_dyn_percent
-                   ? sentence("; a straight line of the window %.1f %%", *report.naive_from_current->q_dyn_percent).c_str()
+               report.baseline_from_current && report.baseline_from_current->q_dyn_percent
+                   ? format("; a straight line of the window %.1f %%", *report.baseline_from_current->q_dyn_percent).c_str()
                    : "");
   else
     appendLine(text, "Q_dyn     undefined: the measured voltage never changes");
@@ -201,7 +201,7 @@ std::string predictionText(const PredictionReport& report) {
     return text;
   }
   appendLine(text, "cranks    %zu, minima missed by %.0f mV on average; by a straight line %s", scores.cranks.size(),
-             1e3 * scores.crank_mean_abs_error.value_or(0.0), millivoltsOf(report.naive.crank_mean_abs_error).c_str());
+             1e3 * scores.crank_mean_abs_error.value_or(0.0), millivoltsOf(report.baseline.crank_mean_abs_error).c_str());
   appendLine(text, "%12s %9s %10s %10s %22s", "time [s]", "I [A]", "measured", "predicted", "90 % interval [V]");
   for (const auto& c : scores.cranks)
     appendLine(text, "%12.2f %9.1f %10.3f %10.3f %10.3f to %.3f", c.time, c.current, c.measured_minimum, c.predicted_minimum.value,
@@ -231,9 +231,9 @@ std::string crankingText(const CrankingQuery& query, const CrankingAnswer& answe
     appendLine(text, "crank     %.2f s at %.1f A", query.t_cranking, query.i_cranking);
   else
     appendLine(text, "crank     %.2f s of the given profile", query.crank.duration());
-  appendLine(text, "lowest    %s", describe(answer.u_min).c_str());
+  appendLine(text, "lowest    %s", toString(answer.u_min).c_str());
   if (answer.capable) appendLine(text, "verdict   %s %.2f V", *answer.capable ? "holds" : "may not hold", query.u_required.value_or(0.0));
-  appendLine(text, "%s: %s", describe(answer.code).c_str(), answer.message.c_str());
+  appendLine(text, "%s: %s", toString(answer.code).c_str(), answer.message.c_str());
   return text;
 }
 

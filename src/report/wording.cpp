@@ -1,6 +1,6 @@
 #include "wording.hpp"
 
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,23 +23,23 @@ std::string wrapped(const std::string& lead, const std::string& text) {
   return result + line + "\n";
 }
 
-std::string threeDigits(double value) { return sentence("%.3g", value); }
+std::string threeDigits(double value) { return format("%.3g", value); }
 
 std::string millivolts(double volts) {
   if (!std::isfinite(volts)) return "-";
   const double mv = 1e3 * volts;
-  return sentence(std::abs(mv) < 99.95 ? "%.1f" : "%.0f", mv);
+  return format(std::abs(mv) < 99.95 ? "%.1f" : "%.0f", mv);
 }
 
 std::string millivolts(const std::optional<double>& volts) { return volts ? millivolts(*volts) : "-"; }
 
-std::string whyNothingIsPromised(const LeftOver& left) {
+std::string whyNothingIsPromised(const UnexplainedPart& left) {
   const std::string reason = left.noise > kPlausible ? millivolts(left.noise) + " mV RMS are left, more than instruments leave"
                                                      : "columns of the currents would take up " + millivolts(left.rmse) + " mV RMS more";
   return reason + ": any effect may be in that, and no strength of one can be promised";
 }
 
-std::string confidenceText(double confidence) { return confidence > 0.99 ? "above 99 %" : sentence("%.0f %%", 100.0 * confidence); }
+std::string confidenceText(double confidence) { return confidence > 0.99 ? "above 99 %" : format("%.0f %%", 100.0 * confidence); }
 
 std::string plainName(std::string name) {
   std::replace(name.begin(), name.end(), '_', ' ');
@@ -93,20 +93,20 @@ std::vector<MetricRow> metricRows(const Comparison& fit) {
 
 std::string crankCounts(const Comparison& fit) {
   if (fit.base_train.cranks + fit.base_holdout.cranks == 0) return "";
-  return sentence("cranks: %zu on the hold-out, %zu in training", fit.base_holdout.cranks, fit.base_train.cranks);
+  return format("cranks: %zu on the hold-out, %zu in training", fit.base_holdout.cranks, fit.base_train.cranks);
 }
 
-std::string naiveSentence(const Diagnosis& diagnosis) {
+std::string baselineSentence(const Diagnosis& diagnosis) {
   const Comparison& fit = diagnosis.fit;
   const auto share = [](const ErrorMetrics& m) {
-    return sentence("Q_dyn %.1f %%, RMS error %.1f mV", m.q_dyn_percent, 1e3 * m.rmse) +
-           (m.share_percent ? sentence(", share %.1f %%", *m.share_percent) : "");
+    return format("Q_dyn %.1f %%, RMS error %.1f mV", m.q_dyn_percent, 1e3 * m.rmse) +
+           (m.share_percent ? format(", share %.1f %%", *m.share_percent) : "");
   };
   std::string text;
-  if (fit.naive_ridge) text += "without physics, on the hold-out: a ridge regression on the current's memories " + share(*fit.naive_ridge);
-  if (fit.naive_line) text += (text.empty() ? "without physics, on the hold-out: " : "; ") + ("a straight line " + share(*fit.naive_line));
-  if (diagnosis.source_share > 0.0)
-    text += sentence("%sa source holds the voltage in %.0f %% of the samples", text.empty() ? "" : "; ", 100.0 * diagnosis.source_share);
+  if (fit.baseline_ridge) text += "without physics, on the hold-out: a ridge regression on the current's memories " + share(*fit.baseline_ridge);
+  if (fit.baseline_line) text += (text.empty() ? "without physics, on the hold-out: " : "; ") + ("a straight line " + share(*fit.baseline_line));
+  if (diagnosis.charger_share > 0.0)
+    text += format("%sa source holds the voltage in %.0f %% of the samples", text.empty() ? "" : "; ", 100.0 * diagnosis.charger_share);
   return text;
 }
 
@@ -115,7 +115,7 @@ Change changeOf(const RegimeComparison& regime) {
   return regime.change_lower > 0.0 ? Change::kWorse : Change::kOpen;
 }
 
-std::string describe(Change change) {
+std::string toString(Change change) {
   if (change == Change::kOpen) return "not decided";
   return change == Change::kBetter ? "better" : "worse";
 }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/diagnose/diagnosis.hpp"
+#include "battery_sof/diagnosis/diagnosis.hpp"
 #include "battery_sof/model/effect.hpp"
 
 /// Words and numbers that several reports share.
@@ -23,7 +23,7 @@ std::string millivolts(double volts);
 std::string millivolts(const std::optional<double>& volts);
 
 /// @return why no strength of an effect is promised, where what is left is not noise alone; without a full stop.
-std::string whyNothingIsPromised(const LeftOver& left);
+std::string whyNothingIsPromised(const UnexplainedPart& left);
 
 /// @return "97 %"; never 100 %, as no confidence counts what is in no catalogue.
 std::string confidenceText(double confidence);
@@ -55,13 +55,13 @@ std::vector<MetricRow> metricRows(const Comparison& fit);
 std::string crankCounts(const Comparison& fit);
 
 /// @return one sentence on what needs no physics reached on the hold-out, and on the source; empty when neither is known.
-std::string naiveSentence(const Diagnosis& diagnosis);
+std::string baselineSentence(const Diagnosis& diagnosis);
 
 /// How a regime's error changed, judged by the interval of the change.
 enum class Change { kBetter, kWorse, kOpen };
 Change changeOf(const RegimeComparison& regime);
 
 /// @return "better", "worse", "not decided".
-std::string describe(Change change);
+std::string toString(Change change);
 
 }  // namespace battery_sof

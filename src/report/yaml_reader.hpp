@@ -10,7 +10,7 @@
 
 #include "battery_sof/recording/number_text.hpp"
 #include "battery_sof/recording/printable.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 
 namespace battery_sof {
@@ -20,7 +20,7 @@ namespace battery_sof {
 /// @return a number in the digits that read back exactly, a whole number as it is.
 inline YAML::Node scalar(double value) {
   if (!std::isfinite(value)) return YAML::Node(std::isnan(value) ? ".nan" : value > 0.0 ? ".inf" : "-.inf");
-  return YAML::Node(sentence("%.17g", value));
+  return YAML::Node(format("%.17g", value));
 }
 inline YAML::Node scalar(int value) { return YAML::Node(std::to_string(value)); }
 inline YAML::Node scalar(std::size_t value) { return YAML::Node(std::to_string(value)); }

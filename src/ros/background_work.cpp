@@ -3,7 +3,7 @@
 #include <chrono>
 #include <stdexcept>
 
-#include "battery_sof/diagnose/diagnose.hpp"
+#include "battery_sof/diagnosis/diagnose.hpp"
 
 namespace battery_sof {
 namespace {

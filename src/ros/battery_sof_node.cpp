@@ -52,7 +52,7 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
       session_(options_.session),
       worker_([this](const IdentificationJob& job) { return onIdentified(job); }, kNice),
       diagnoses_(private_node_,
-                 {options_.diagnose_period, options_.session.identify_period, options_.adopt_diagnosis, options_.session.blocks,
+                 {options_.diagnose_period, options_.session.identify_period, options_.use_diagnosis, options_.session.series_blocks,
                   options_.session.identify.priors},
                  [this](const Adoption& adoption, double from_driving) { onAdopted(adoption, from_driving); }),
       diagnostics_([this] { return snapshot(); }),
@@ -257,8 +257,8 @@ void BatterySofNode::demandStatus() {
   contents.standing = options_.standing;
   contents.standing.charge = options_.standing.chargeAt(session_.chargeVoltage());
   contents.events = events_;
-  contents.events.crank_scale = session_.crankScale();
-  contents.events.charge_scale = session_.chargeScale();
+  contents.events.crank_calibration = session_.crankCalibration();
+  contents.events.charge_calibration = session_.chargeCalibration();
   last_status_time_ = contents.session.newest_time;
   last_status_steady_ = ros::SteadyTime::now();
   const bool is_waiting = due_status_.has_value();
@@ -300,8 +300,8 @@ DiagnosticsSnapshot BatterySofNode::snapshot() {
   snapshot.fit_ms = fit_ms_;
   snapshot.no_data_for = noDataFor();
   snapshot.events = events_;
-  snapshot.events.crank_scale = session_.crankScale();
-  snapshot.events.charge_scale = session_.chargeScale();
+  snapshot.events.crank_calibration = session_.crankCalibration();
+  snapshot.events.charge_calibration = session_.chargeCalibration();
   snapshot.state_file = options_.state_file.empty() ? "off" : options_.state_file;
   snapshot.state_file_fault = state_file_fault_;
   snapshot.internal_fault = internal_fault_;

@@ -37,7 +37,7 @@ class QueryTimer {
 // ----------------------------------------------------------------------------------------------------
 // queries
 
-LiveModel BatterySofNode::live() {
+ModelSnapshot BatterySofNode::live() {
   const std::lock_guard<std::mutex> lock(mutex_);
   return session_.live();
 }
@@ -48,7 +48,7 @@ WorkWatch BatterySofNode::patience() {
   return [end](double) -> std::string {
     if (ros::isShuttingDown()) return "the node shut down";
     if (std::chrono::steady_clock::now() < end) return "";
-    return sentence("%d s were over; ask for less at a time", static_cast<int>(kLongestWork.count()));
+    return format("%d s were over; ask for less at a time", static_cast<int>(kLongestWork.count()));
   };
 }
 
@@ -67,13 +67,13 @@ bool BatterySofNode::onPredictCranking(PredictCranking::Request& request, Predic
   const QueryTimer timer(response_clock_);
   return answer<CrankingAnswer>("the crank query", response, [&] {
     const CrankingQuery query = queryOf(request);
-    const LiveModel model = live();
+    const ModelSnapshot model = live();
     const CrankingAnswer answer = model.predictCranking(query);
     if (answer.u_min) {
       const std::lock_guard<std::mutex> lock(mutex_);
       last_answer_ = Answered{model.model().state.time, query, *answer.u_min};
     }
-    ROS_DEBUG("crank query at %.2f s (%s): %s", model.model().state.time, describe(answer.code).c_str(), answer.message.c_str());
+    ROS_DEBUG("crank query at %.2f s (%s): %s", model.model().state.time, toString(answer.code).c_str(), answer.message.c_str());
     return answer;
   });
 }
@@ -191,7 +191,7 @@ void BatterySofNode::identifyNow(Identify::Response& response) {
 void BatterySofNode::onAdopted(const Adoption& adoption, double from_driving) {
   ahead([&] {
     const std::lock_guard<std::mutex> lock(mutex_);
-    session_.extendWith(adoption.effects, from_driving, adoption.force);
+    session_.extendWith(adoption.effects, from_driving, adoption.discrepancy);
   });
 }
 

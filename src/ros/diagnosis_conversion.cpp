@@ -20,12 +20,12 @@ DiagnosisEffect effectOf(const NamedEffect& effect) {
   DiagnosisEffect message;
   message.id = effect.id;
   message.confidence = effect.confidence;
-  message.family = effect.family;
+  message.mechanism = effect.mechanism;
   message.probability = effect.probability;
   message.evidence = effect.evidence;
   message.voltage_rms = effect.voltage_rms;
-  message.absorbed_into = effect.absorbed_into;
-  message.tied_with = effect.tied_with;
+  message.biased_parameters = effect.biased_parameters;
+  message.indistinguishable_from = effect.indistinguishable_from;
   for (const DiagnosedParameter& parameter : effect.parameters) {
     DiagnosisParameter one;
     one.name = parameter.name;
@@ -43,7 +43,7 @@ DiagnosisEffect effectOf(const NamedEffect& effect) {
 DiagnosisCandidate candidateOf(const Candidate& candidate) {
   DiagnosisCandidate message;
   message.id = candidate.id;
-  message.family = candidate.family;
+  message.mechanism = candidate.mechanism;
   message.evidence = candidate.evidence;
   message.holdout_gain_percent = orNan(candidate.holdout_gain_percent);
   message.confidence = candidate.confidence;
@@ -91,16 +91,16 @@ DiagnosisMessage messageOf(const DiagnosisReport& report, const Adoption& adopti
   message.from = report.from;
   message.samples = static_cast<std::uint32_t>(report.samples);
   message.duration_ms = report.duration_ms;
-  message.verdict = describe(diagnosis.verdict);
+  message.verdict = toString(diagnosis.verdict);
   message.summary = diagnosis.summary;
-  message.family = diagnosis.family ? familyId(*diagnosis.family) : "";
+  message.mechanism = diagnosis.mechanism ? mechanismId(*diagnosis.mechanism) : "";
   message.probability = diagnosis.probability;
-  message.left_rmse = diagnosis.left.rmse;
+  message.unexplained_rmse = diagnosis.unexplained.rmse;
   for (const NamedEffect& effect : diagnosis.effects) message.effects.push_back(effectOf(effect));
   for (const Candidate& candidate : diagnosis.candidates) message.candidates.push_back(candidateOf(candidate));
   for (const MismatchSegment& segment : diagnosis.mismatch) message.mismatch.push_back(segmentOf(segment));
   message.instrument = diagnosis.instrument;
-  message.outside = diagnosis.outside;
+  message.unobservable = diagnosis.outside;
   if (diagnosis.fit.train.samples > 0) {
     fillComparison(message, diagnosis.fit);
   } else {

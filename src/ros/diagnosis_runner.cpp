@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "battery_sof/recording/blocks.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/series_blocks.hpp"
+#include "battery_sof/recording/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -71,7 +71,7 @@ DiagnosisRunner::Outcome DiagnosisRunner::diagnosed(const Job& job) {
     stage_ = stage;
   };
   DiagnosisReport report = timedDiagnosis(job.recording, options_.priors, why_end, begins);
-  if (report.diagnosis && options_.blocks != 1.0) report.diagnosis->instrument.push_back(sentenceOfRow(options_.blocks));
+  if (report.diagnosis && options_.series_blocks != 1.0) report.diagnosis->instrument.push_back(seriesBlocksSentence(options_.series_blocks));
   const Adoption adoption = report.diagnosis ? adopt(*report.diagnosis, job.from_driving) : Adoption();
   Outcome outcome;
   outcome.fault = report.fault;
@@ -104,7 +104,7 @@ void DiagnosisRunner::note(const DiagnosisReport& report, const Adoption& adopti
   line_.duration_ms = report.duration_ms;
   if (!report.diagnosis) return;
   ++line_.finished;
-  line_.verdict = describe(report.diagnosis->verdict);
+  line_.verdict = toString(report.diagnosis->verdict);
   line_.summary = report.diagnosis->summary;
   line_.adoption = adoption.sentence;
 }
@@ -118,7 +118,7 @@ std::optional<std::string> DiagnosisRunner::cancel() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!line_.runs) return std::nullopt;
   cancelled_ = true;
-  return sentence("cancelled after %.1f s while ", (ros::SteadyTime::now() - begun_).toSec()) + stage_;
+  return format("cancelled after %.1f s while ", (ros::SteadyTime::now() - begun_).toSec()) + stage_;
 }
 
 void DiagnosisRunner::stop() {

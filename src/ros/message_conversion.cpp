@@ -26,12 +26,12 @@ void append(PredictMap::Response& response, const ChargeAcceptanceAnswer& answer
   response.i_boost_code.push_back(codeOf(answer.code));
 }
 
-CrankingMap crankingMapOf(const LiveModel& model, const PredictMap::Request& request, const WorkWatch& watch) {
+CrankingMap crankingMapOf(const ModelSnapshot& model, const PredictMap::Request& request, const WorkWatch& watch) {
   const CrankingQuery query = asked(CrankingQuery{0.0, 0.0, request.i_cranking, request.t_cranking, request.u_required});
   return model.mapCranking(query, request.i_load, request.t_stop, watch);
 }
 
-ChargeAcceptanceMap chargeMapOf(const LiveModel& model, const PredictMap::Request& request, const WorkWatch& watch) {
+ChargeAcceptanceMap chargeMapOf(const ModelSnapshot& model, const PredictMap::Request& request, const WorkWatch& watch) {
   ChargeAcceptanceQuery query;
   query.i_limit = request.i_limit;
   return model.mapChargeAcceptance(asked(query), request.u_boost, request.t_sof2, watch);
@@ -71,7 +71,7 @@ PredictChargeAcceptance::Response responseOf(const ChargeAcceptanceAnswer& answe
   return messageAs<PredictChargeAcceptance::Response>(answer);
 }
 
-PredictMap::Response mapsOf(const LiveModel& model, const PredictMap::Request& request, const WorkWatch& watch) {
+PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Request& request, const WorkWatch& watch) {
   std::optional<CrankingMap> cranking;
   std::optional<ChargeAcceptanceMap> charge;
   if (!request.i_load.empty() || !request.t_stop.empty()) cranking = crankingMapOf(model, request, watch);
@@ -107,11 +107,11 @@ IdentifiedModel messageOf(const FittedModel& model) {
   message.window_from = model.fit.window.from;
   message.window_to = model.fit.window.to;
   message.window_samples = static_cast<std::uint32_t>(model.fit.window.samples);
-  message.status = describe(model.fit.status);
+  message.status = toString(model.fit.status);
   message.message = model.fit.message;
   message.q_dyn_percent = model.fit.scores.q_dyn_percent;
   message.rmse = model.fit.scores.rmse;
-  message.suitability = model.fit.suitability;
+  message.window_quality = model.fit.window_quality;
   message.fit_ms = model.provenance.fit_ms;
   message.effects = model.fit.effects;
   message.model_yaml = modelYaml(model);

@@ -4,8 +4,8 @@
 #include <limits>
 #include <optional>
 
-#include "battery_sof/predict/charge_acceptance.hpp"
-#include "battery_sof/predict/stop_time.hpp"
+#include "battery_sof/prediction/charge_acceptance.hpp"
+#include "battery_sof/prediction/stop_time.hpp"
 
 namespace battery_sof {
 
@@ -47,7 +47,7 @@ Message messageAs(const StopTimeAnswer& answer) {
   fillVerdict(message, answer.t_stop, answer);
   message.t_stop = answer.t_stop.value_or(kNoInterval).value;
   if (answer.t_stop) {
-    message.outcome = describe(answer.outcome);
+    message.outcome = toString(answer.outcome);
     message.monotone = answer.monotone;
   }
   return message;

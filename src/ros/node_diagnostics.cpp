@@ -23,24 +23,24 @@ std::optional<double> rateBetween(const DiagnosticsSnapshot& before, const Diagn
 
 /// How one kind of event compares with what was expected of it.
 void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events, const char* unit, const EventTally& tally,
-         const IntervalScale& scale) {
+         const IntervalCalibration& scale) {
   status.add(events, tally.count);
   status.add(events + " inside their interval", tally.inside);
-  status.add(events + "' share inside [%]", shown(tally.insideShare(), 100.0));
+  status.add(events + "' share inside [%]", shown(tally.coverageOf(), 100.0));
   status.add(events + "' mean absolute error [" + unit + "]", shown(tally.meanAbsError()));
   status.add(events + "' interval factor", scale.factor);
 }
 
 /// The naive predictor beside it, over what the contest remembers.
-void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events, const char* unit, const EventTally& naive,
-         const EventTally& answered, const NaiveScore& contest) {
+void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events, const char* unit, const EventTally& baseline,
+         const EventTally& answered, const BaselineScore& selector) {
   const std::string in_unit = std::string(" [") + unit + "]";
-  status.add(events + "' mean absolute error, naive" + in_unit, shown(naive.meanAbsError()));
+  status.add(events + "' mean absolute error, naive" + in_unit, shown(baseline.meanAbsError()));
   status.add(events + "' mean absolute error, as answered" + in_unit, shown(answered.meanAbsError()));
-  status.add(events + " answered by", contest.naive_answers ? "naive" : "model");
-  status.add(events + " compared with the naive predictor lately", contest.events);
-  status.add(events + " lately, mean error of the model" + in_unit, contest.model_error);
-  status.add(events + " lately, mean error of the naive predictor" + in_unit, contest.naive_error);
+  status.add(events + " answered by", selector.baseline_selected ? "baseline" : "model");
+  status.add(events + " compared with the naive predictor lately", selector.events);
+  status.add(events + " lately, mean error of the model" + in_unit, selector.model_error);
+  status.add(events + " lately, mean error of the naive predictor" + in_unit, selector.baseline_error);
 }
 
 }  // namespace
@@ -104,11 +104,11 @@ void NodeDiagnostics::reportIdentification(Status& status) {
     status.summary(Level::WARN, session.reason);
   }
   status.add("model age [s]", shown(session.model_age));
-  status.add("suitability", shown(session.suitability));
+  status.add("window quality", shown(session.window_quality));
   status.add("last fit [ms]", shown(now_.fit_ms));
-  status.add("source", session.source_seen ? "seen" : "not seen");
-  status.add("samples with an imposed voltage [%]", shown(session.source_share, 100.0));
-  status.add("driven by now", session.voltage_drives ? "voltage" : "current");
+  status.add("source", session.charger_present ? "seen" : "not seen");
+  status.add("samples with an imposed voltage [%]", shown(session.charger_share, 100.0));
+  status.add("driven by now", session.voltage_controlled ? "voltage" : "current");
   status.add("state file", now_.state_file);
   status.add("internal faults", now_.internal_faults);
   status.add("extension", session.extension.empty() ? "none" : session.extension);
@@ -126,10 +126,10 @@ void NodeDiagnostics::reportPredictionError(Status& status) {
   }
   status.add("Q_dyn [%]", shown(backtest.q_dyn_percent));
   status.add("compared over [s]", backtest.duration);
-  add(status, "cranks", "V", events.cranks, events.crank_scale);
-  add(status, "cranks", "V", events.naive_cranks, events.answered_cranks, now_.status.crank_contest);
-  add(status, "charges", "A", events.charges, events.charge_scale);
-  add(status, "charges", "A", events.naive_charges, events.answered_charges, now_.status.charge_contest);
+  add(status, "cranks", "V", events.cranks, events.crank_calibration);
+  add(status, "cranks", "V", events.baseline_cranks, events.answered_cranks, now_.status.crank_selector);
+  add(status, "charges", "A", events.charges, events.charge_calibration);
+  add(status, "charges", "A", events.baseline_charges, events.answered_charges, now_.status.charge_selector);
 }
 
 void NodeDiagnostics::reportResponseTimes(Status& status) {

@@ -4,8 +4,8 @@
 #include <map>
 #include <sstream>
 
-#include "battery_sof/recording/blocks.hpp"
-#include "battery_sof/recording/words.hpp"
+#include "battery_sof/recording/series_blocks.hpp"
+#include "battery_sof/recording/text.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 #include "battery_sof/report/priors_yaml.hpp"
 
@@ -16,7 +16,7 @@ namespace {
 using Value = XmlRpc::XmlRpcValue;
 using Faults = std::vector<std::string>;
 
-constexpr double kLeastBoost = 1.0;  // [V]
+constexpr double kMinBoost = 1.0;  // [V]
 
 std::string typeName(const Value& value) {
   switch (value.getType()) {
@@ -37,6 +37,10 @@ std::string shown(double value) {
 }
 
 /// The keys of one map of parameters, each with what takes its value.
+/// Parameters of 0.2 under their old names.
+const std::map<std::string, std::string> kRenamed = {
+    {"blocks", "series_blocks"}, {"adopt_diagnosis", "use_diagnosis"}, {"min_suitability", "min_window_quality"}};
+
 class Schema {
  public:
   using Reader = std::function<void(Value&, const std::string& name, Faults&)>;
@@ -88,7 +92,8 @@ class Schema {
     for (auto& [key, value] : values) {
       const auto reader = readers_.find(key);
       if (reader == readers_.end()) {
-        faults.push_back(prefix + key + " is unknown; known are " + known());
+        const auto renamed = kRenamed.find(key);
+        faults.push_back(prefix + key + (renamed == kRenamed.end() ? " is unknown; known are " + known() : " is " + renamed->second + " since 0.3"));
       } else {
         reader->second(value, prefix + key, faults);
       }
@@ -156,17 +161,17 @@ Schema schemaOf(NodeOptions& options) {
   schema.number("window_s", 0.0, 14400.0, [&session](double value) {
     if (value > 0.0) session.window_length = value;
   });
-  schema.number("min_suitability", 0.0, 1.0, into(session.min_suitability));
+  schema.number("min_window_quality", 0.0, 1.0, into(session.min_window_quality));
   schema.number("identify_period_s", 10.0, 86400.0, into(session.identify_period));
   schema.number("retry_period_s", 10.0, 86400.0, into(session.retry_period));
   schema.number("model_max_age_s", 60.0, 604800.0, into(session.model_max_age));
   schema.number("capacity_ah", 1.0, 1000.0, into(session.capacity));
-  schema.number("blocks", kFewestBlocks, kMostBlocks, into(session.blocks));
+  schema.number("series_blocks", kMinSeriesBlocks, kMaxSeriesBlocks, into(session.series_blocks));
   schema.number("crank_current_a", -2000.0, -1.0, into(session.events.crank_current));
   schema.map("standing_query", standingQuerySchema(options.standing));
   schema.map("fit", fitSchema(session.identify));
   schema.number("diagnose_period_s", 0.0, 86400.0, into(options.diagnose_period));
-  schema.flag("adopt_diagnosis", options.adopt_diagnosis);
+  schema.flag("use_diagnosis", options.use_diagnosis);
   schema.text("state_file", into(options.state_file));
   schema.text("priors", into(options.priors));
   schema.text("vehicle_type", into(options.vehicle_type));
@@ -176,34 +181,34 @@ Schema schemaOf(NodeOptions& options) {
 /// The defaults, those in volts of as many blocks as are asked for.
 NodeOptions defaultsFor(Value& parameters) {
   NodeOptions options;
-  if (!parameters.valid() || parameters.getType() != Value::TypeStruct || !parameters.hasMember("blocks")) return options;
-  Value& given = parameters["blocks"];
+  if (!parameters.valid() || parameters.getType() != Value::TypeStruct || !parameters.hasMember("series_blocks")) return options;
+  Value& given = parameters["series_blocks"];
   Schema only_blocks;
-  double blocks = 1.0;
-  only_blocks.number("blocks", kFewestBlocks, kMostBlocks, into(blocks));
+  double series_blocks = 1.0;
+  only_blocks.number("series_blocks", kMinSeriesBlocks, kMaxSeriesBlocks, into(series_blocks));
   Value alone;
-  alone["blocks"] = given;
+  alone["series_blocks"] = given;
   Faults told_later;
   only_blocks.read(alone, "~", told_later);
-  *options.standing.cranking.u_required *= blocks;
-  options.standing.charge.u_boost *= blocks;
+  *options.standing.cranking.u_required *= series_blocks;
+  options.standing.charge.u_boost *= series_blocks;
   return options;
 }
 
 void findContradictions(const NodeOptions& options, Faults& faults) {
   const SessionOptions& session = options.session;
-  if (!isRowOfBlocks(session.blocks)) faults.push_back("~blocks is " + shown(session.blocks) + ", expected " + kRowsOfBlocks);
+  if (!areSeriesBlocks(session.series_blocks)) faults.push_back("~series_blocks is " + shown(session.series_blocks) + ", expected " + kAllowedSeriesBlocks);
   if (session.window_length && *session.window_length < 60.0) {
     faults.push_back("~window_s is " + shown(*session.window_length) + ", expected 0 (automatic) or 60 to 14400");
   }
-  if (options.standing.charge.u_boost < kLeastBoost)
+  if (options.standing.charge.u_boost < kMinBoost)
     faults.push_back("~standing_query/u_boost_v is " + shown(options.standing.charge.u_boost) +
-                     ", expected 0 (at which the battery was charged lately) or " + shown(kLeastBoost) + " to 100");
+                     ", expected 0 (at which the battery was charged lately) or " + shown(kMinBoost) + " to 100");
   if (options.diagnose_period > 0.0 && options.diagnose_period < 60.0) {
     faults.push_back("~diagnose_period_s is " + shown(options.diagnose_period) + ", expected 0 (only on request) or 60 to 86400");
   }
-  if (options.adopt_diagnosis && session.identify.start == FitStart::kPaper) {
-    faults.push_back("~adopt_diagnosis is true and ~fit/start paper, expected robust: effects are not fitted otherwise");
+  if (options.use_diagnosis && session.identify.start == FitStart::kPaper) {
+    faults.push_back("~use_diagnosis is true and ~fit/start paper, expected robust: effects are not fitted otherwise");
   }
   if (session.window_length && *session.window_length > session.buffer) {
     faults.push_back("~window_s is " + shown(*session.window_length) + ", expected at most ~buffer_s, which is " + shown(session.buffer));
@@ -238,7 +243,7 @@ ChargeAcceptanceQuery StandingQueries::chargeAt(const std::optional<double>& lat
   return query;
 }
 
-NodeOptionsError::NodeOptionsError(const std::vector<std::string>& faults) : std::runtime_error(listed(faults, "\n")) {}
+NodeOptionsError::NodeOptionsError(const std::vector<std::string>& faults) : std::runtime_error(join(faults, "\n")) {}
 
 NodeOptions parseNodeOptions(XmlRpc::XmlRpcValue parameters) {
   NodeOptions options = defaultsFor(parameters);

@@ -29,12 +29,12 @@ void fillStandingQuestion(SofStatus& message, const StandingQueries& standing) {
   message.i_limit = standing.charge.i_limit;
 }
 
-void fillContest(SofStatus& message, const SessionStatus& session) {
+void fillSelector(SofStatus& message, const SessionStatus& session) {
   message.effects = session.effects;
   message.extension = session.extension;
-  message.contest_duration = session.contest ? session.contest->duration : kNan;
-  message.base_rmse = session.contest ? session.contest->base_rmse : kNan;
-  message.extended_rmse = session.contest ? session.contest->extended_rmse : kNan;
+  message.contest_duration = session.selector ? session.selector->duration : kNan;
+  message.base_rmse = session.selector ? session.selector->base_rmse : kNan;
+  message.extended_rmse = session.selector ? session.selector->extended_rmse : kNan;
 }
 
 void fillAnswers(SofStatus& message, const StandingAnswers& answers) {
@@ -44,15 +44,15 @@ void fillAnswers(SofStatus& message, const StandingAnswers& answers) {
 }
 
 /// What the record of one kind of event says of all of them.
-EventRecord recordOf(const EventTally& model, const EventTally& naive, const EventTally& answered, const IntervalScale& scale,
-                     const NaiveScore& contest) {
+EventRecord recordOf(const EventTally& model, const EventTally& baseline, const EventTally& answered, const IntervalCalibration& scale,
+                     const BaselineScore& selector) {
   EventRecord record;
   record.count = static_cast<std::uint32_t>(model.count);
-  record.inside_share = orNan(model.insideShare());
+  record.coverage = orNan(model.coverageOf());
   record.mean_abs_error = orNan(model.meanAbsError());
-  record.naive_mean_abs_error = orNan(naive.meanAbsError());
+  record.baseline_mean_abs_error = orNan(baseline.meanAbsError());
   record.answered_mean_abs_error = orNan(answered.meanAbsError());
-  record.answered_by = contest.naive_answers ? "naive" : "model";
+  record.answered_by = selector.baseline_selected ? "baseline" : "model";
   record.interval_factor = scale.factor;
   return record;
 }
@@ -60,23 +60,23 @@ EventRecord recordOf(const EventTally& model, const EventTally& naive, const Eve
 /// The last event's part of a record.
 void fillLast(EventRecord& record, double time, double given, double measured, const Interval& expected) {
   record.time = time;
-  record.given = given;
+  record.stimulus = given;
   record.measured = measured;
   record.expected = expected.value;
   record.lower = expected.lower;
   record.upper = expected.upper;
 }
 
-EventRecord cranksOf(const EventTallies& events, const NaiveScore& contest) {
-  EventRecord record = recordOf(events.cranks, events.naive_cranks, events.answered_cranks, events.crank_scale, contest);
+EventRecord cranksOf(const EventTallies& events, const BaselineScore& selector) {
+  EventRecord record = recordOf(events.cranks, events.baseline_cranks, events.answered_cranks, events.crank_calibration, selector);
   record.duration = kNan;
   fillLast(record, kNan, kNan, kNan, kNoInterval);
   if (const auto& last = events.last_crank) fillLast(record, last->time, last->current, last->measured_minimum, last->expected_minimum);
   return record;
 }
 
-EventRecord chargesOf(const EventTallies& events, const NaiveScore& contest) {
-  EventRecord record = recordOf(events.charges, events.naive_charges, events.answered_charges, events.charge_scale, contest);
+EventRecord chargesOf(const EventTallies& events, const BaselineScore& selector) {
+  EventRecord record = recordOf(events.charges, events.baseline_charges, events.answered_charges, events.charge_calibration, selector);
   const auto& last = events.last_charge;
   record.duration = last ? last->duration : kNan;
   fillLast(record, kNan, kNan, kNan, kNoInterval);
@@ -85,9 +85,9 @@ EventRecord chargesOf(const EventTallies& events, const NaiveScore& contest) {
 }
 
 void fillSource(SofStatus& message, const SessionStatus& session) {
-  message.source_seen = session.source_seen;
-  message.source_share = orNan(session.source_share);
-  message.voltage_drives = session.voltage_drives;
+  message.charger_present = session.charger_present;
+  message.charger_share = orNan(session.charger_share);
+  message.voltage_controlled = session.voltage_controlled;
   const ExpectedSample expected = session.expected.value_or(ExpectedSample{kNan, std::nullopt, std::nullopt});
   message.expected_time = expected.time;
   message.expected_voltage = orNan(expected.voltage);
@@ -96,7 +96,7 @@ void fillSource(SofStatus& message, const SessionStatus& session) {
 
 }  // namespace
 
-StandingAnswers answersTo(const StandingQueries& standing, const LiveModel& model) {
+StandingAnswers answersTo(const StandingQueries& standing, const ModelSnapshot& model) {
   StandingAnswers answers;
   answers.cranking = model.predictCranking(standing.cranking);
   answers.stop_time = model.predictStopTime(standing.stopTime());
@@ -109,14 +109,14 @@ SofStatus messageOf(const StatusContents& contents) {
   message.state = stateCode(contents.session.state);
   message.reason = contents.session.reason;
   message.model_age = orNan(contents.session.model_age);
-  message.suitability = orNan(contents.session.suitability);
+  message.window_quality = orNan(contents.session.window_quality);
   message.backtest_q_dyn_percent = orNan(contents.session.backtest.q_dyn_percent);
   message.backtest_duration = contents.session.backtest.duration;
-  fillContest(message, contents.session);
+  fillSelector(message, contents.session);
   fillStandingQuestion(message, contents.standing);
   fillAnswers(message, contents.answers);
-  message.past_cranks = cranksOf(contents.events, contents.session.crank_contest);
-  message.past_charges = chargesOf(contents.events, contents.session.charge_contest);
+  message.past_cranks = cranksOf(contents.events, contents.session.crank_selector);
+  message.past_charges = chargesOf(contents.events, contents.session.charge_selector);
   fillSource(message, contents.session);
   message.accepted = contents.counts.accepted;
   message.rejected = contents.counts.rejectedTotal();

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 const fs::path kRoot = BATTERY_SOF_SOURCE_DIR;
 
 /// Stages in the order of the data flow: each may include itself and those before it.
-const std::vector<std::string> kStages = {"recording", "naive", "model", "learn", "identify", "predict", "diagnose", "report"};
+const std::vector<std::string> kStages = {"recording", "baseline", "model", "regression", "estimation", "prediction", "diagnosis", "report"};
 
 const std::regex kRosHeader(R"((/ros/|/rosbag/|/rosbag_storage/|/[a-z_]+_msgs/)[A-Za-z_]+\.(h|hpp))");
 
@@ -59,7 +59,7 @@ std::string preprocessorDependencies(const fs::path& file) {
 }
 
 TEST(Architecture, EveryStageIsFound) {
-  for (const auto& stage : {"recording", "naive", "model", "identify", "predict", "report"})
+  for (const auto& stage : {"recording", "baseline", "model", "estimation", "prediction", "report"})
     EXPECT_GT(sourcesOf(stage).size(), 2u) << stage;
 }
 
@@ -91,7 +91,7 @@ TEST(Architecture, TheWallWouldSeeARosHeader) {
 }
 
 TEST(Architecture, OnlyReportReadsJsonAndYaml) {
-  for (const auto& stage : {"recording", "naive", "model", "identify", "predict", "diagnose"})
+  for (const auto& stage : {"recording", "baseline", "model", "estimation", "prediction", "diagnosis"})
     for (const auto& file : sourcesOf(stage))
       for (const auto& include : includesOf(file)) {
         EXPECT_EQ(include.find("nlohmann"), std::string::npos) << file;
@@ -100,18 +100,18 @@ TEST(Architecture, OnlyReportReadsJsonAndYaml) {
 }
 
 TEST(Architecture, TheReferenceIncludesNothingOfTheProduct) {
-  ASSERT_FALSE(sourcesIn(kRoot / "src" / "reference").empty());
-  for (const auto& file : sourcesIn(kRoot / "src" / "reference"))
+  ASSERT_FALSE(sourcesIn(kRoot / "simulator").empty());
+  for (const auto& file : sourcesIn(kRoot / "simulator"))
     for (const auto& include : includesOf(file))
       EXPECT_EQ(include.rfind("battery_sof/", 0), std::string::npos) << file << " includes " << include;
 }
 
 TEST(Architecture, NothingOfTheProductIncludesTheReference) {
-  for (const auto& folder : {"recording", "naive", "model", "identify", "predict", "diagnose", "report", "bag", "ros", "cli"})
+  for (const auto& folder : {"recording", "baseline", "model", "estimation", "prediction", "diagnosis", "report", "bag", "ros", "cli"})
     for (const auto& file : sourcesOf(folder)) {
       if (file.filename() == "sof_main.cpp") continue;  // the program puts the two side by side
       for (const auto& include : includesOf(file))
-        EXPECT_EQ(include.find("reference/"), std::string::npos) << file << " includes " << include;
+        EXPECT_EQ(include.find("simulator/"), std::string::npos) << file << " includes " << include;
     }
 }
 

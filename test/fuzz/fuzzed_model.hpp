@@ -23,10 +23,10 @@ inline double anyNumber(FuzzedDataProvider& data, double lower, double upper) {
   return data.ConsumeBool() ? data.PickValueInArray(kOdd) : data.ConsumeFloatingPoint<double>();
 }
 
-constexpr int kMostEffects = 3;
+constexpr int kMaxEffects = 3;
 
 /// Some effects with what they need.
-inline std::vector<std::string> effectsIn(FuzzedDataProvider& data, int most = kMostEffects) {
+inline std::vector<std::string> effectsIn(FuzzedDataProvider& data, int most = kMaxEffects) {
   std::vector<std::string> ids;
   for (int k = data.ConsumeIntegralInRange<int>(0, most); k > 0; --k) {
     const auto& all = effectCatalogue();
@@ -37,8 +37,8 @@ inline std::vector<std::string> effectsIn(FuzzedDataProvider& data, int most = k
 }
 
 /// A model with parameters anywhere inside their bounds.
-inline FittedModel modelIn(FuzzedDataProvider& data, int most_effects = kMostEffects) {
-  FittedModel model = test::uncertainModel(data.ConsumeFloatingPointInRange(0.0, 1.0), effectsIn(data, most_effects));
+inline FittedModel modelIn(FuzzedDataProvider& data, int max_effects = kMaxEffects) {
+  FittedModel model = test::uncertainModel(data.ConsumeFloatingPointInRange(0.0, 1.0), effectsIn(data, max_effects));
   const BatteryModel composition = compositionOf(model.fit);
   for (std::size_t j = 0; j < model.fit.estimates.size(); ++j) {
     const ParameterInfo& info = composition.parameters()[j];

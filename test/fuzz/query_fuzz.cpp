@@ -5,7 +5,7 @@ namespace {
 
 using namespace battery_sof;
 
-constexpr int kMostPoints = 6;  // of a profile
+constexpr int kMaxPoints = 6;  // of a profile
 
 /// [s]: mostly a short one, which shows as much in a hundredth of the time; now and then one of any length that may be asked for.
 double durationIn(FuzzedDataProvider& data, double usual, double longest) {
@@ -15,7 +15,7 @@ double durationIn(FuzzedDataProvider& data, double usual, double longest) {
 CurrentProfile profileIn(FuzzedDataProvider& data) {
   CurrentProfile profile;
   double time = 0.0;
-  for (int n = data.ConsumeIntegralInRange<int>(0, kMostPoints); n > 0; --n) {
+  for (int n = data.ConsumeIntegralInRange<int>(0, kMaxPoints); n > 0; --n) {
     profile.time.push_back(time += durationIn(data, 2.0, 100.0));
     profile.current.push_back(fuzz::anyNumber(data, -1000.0, 200.0));
   }

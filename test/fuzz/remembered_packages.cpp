@@ -30,11 +30,11 @@ std::string getPath(const std::string& package) {
   return found != known.end() ? found->second : known[package] = next<decltype(getPath)>(kGetPath)(package);
 }
 
-void getPlugins(const std::string& package, const std::string& attribute, V_string& plugins, bool force_recrawl) {
+void getPlugins(const std::string& package, const std::string& attribute, V_string& plugins, bool discrepancy_recrawl) {
   static std::map<std::pair<std::string, std::string>, V_string> known;
   const auto [found, is_new] = known.try_emplace({package, attribute});
   if (is_new)
-    next<void(const std::string&, const std::string&, V_string&, bool)>(kGetPlugins)(package, attribute, found->second, force_recrawl);
+    next<void(const std::string&, const std::string&, V_string&, bool)>(kGetPlugins)(package, attribute, found->second, discrepancy_recrawl);
   plugins = found->second;
 }
 

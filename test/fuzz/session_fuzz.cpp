@@ -1,4 +1,4 @@
-#include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/prediction/online_session.hpp"
 #include "fuzzed.hpp"
 #include "fuzzed_model.hpp"
 
@@ -29,7 +29,7 @@ class FuzzedDrive {
 
  private:
   static constexpr std::size_t kQuicker = 10;
-  static constexpr int kMostFits = 1;  // they take most of the time
+  static constexpr int kMaxFits = 1;  // they take most of the time
 
   static SessionOptions options() {
     SessionOptions options;
@@ -37,7 +37,7 @@ class FuzzedDrive {
     options.window_length = 6.0;
     options.identify_period = 5.0;
     options.retry_period = 2.0;
-    options.min_suitability = 0.0;
+    options.min_window_quality = 0.0;
     options.capacity = 1.0;  // ends the search for a longest stop early
     options.identify.max_iterations = 2;
     options.identify.more_starts = 0;
@@ -69,7 +69,7 @@ class FuzzedDrive {
   }
 
   void identify() {
-    if (fits_ == kMostFits) return;
+    if (fits_ == kMaxFits) return;
     const auto job = data_.ConsumeBool() ? session_.takeJob() : session_.takeDueJob();
     if (!job) return;
     ++fits_;

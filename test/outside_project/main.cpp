@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <exception>
 
-#include "battery_sof/identify/recording_fit.hpp"
-#include "battery_sof/predict/cranking.hpp"
+#include "battery_sof/estimation/recording_fit.hpp"
+#include "battery_sof/prediction/cranking.hpp"
 #include "battery_sof/recording/csv.hpp"
 #include "battery_sof/recording/resample.hpp"
 

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from battery_sof_tools import rates
 from battery_sof_tools.files import ROOT, digest
-from battery_sof_tools.proof import base_circuit as base, by_family, difficulty, judged, levels, pages, quick, score, seal, strength
+from battery_sof_tools.proof import base_circuit as base, by_mechanism, difficulty, judged, levels, pages, quick, score, seal, strength
 from battery_sof_tools.sof import catalogue, program
 
 CATALOGUE = catalogue(program(os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build")), "sof"))
@@ -36,7 +36,7 @@ def drive(seconds, seed=1):
 
 
 def answer(verdict, *classes, **more):
-    effects = [{"id": one[0], "tied_with": list(one[1:]), "evidence": 50.0, "parameters": []} for one in classes]
+    effects = [{"id": one[0], "indistinguishable_from": list(one[1:]), "evidence": 50.0, "parameters": []} for one in classes]
     side = {"rmse_v": 0.01, "charge_current_error_a": 1.0, "crank_mae_v": 0.01}
     return dict({"verdict": verdict, "effects": effects, "candidates": [], "hidden": [], "next_experiment": "", "instrument": [],
                  "holdout": {"base": side, "extended": dict(side, rmse_v=0.004)}}, **more)
@@ -207,7 +207,7 @@ class Counting(unittest.TestCase):
     def test_pages_hold_every_figure(self):
         cases = [case("C1", "effect", "cpe2", ["cpe2"], answer("named", ("ocv_soc",))), case("N1", "null", "-", [], answer("no_mismatch"))]
         report = {"seal": {"cases": 2, "frozen_commit": "x", "labels_sha256": "y"}, "cases": cases, "figures": score.figures(cases), "failed": [],
-                  "confusion": score.confusion(cases), "before_after": score.before_after(cases), "families": by_family.scored(cases), "wrong": [score.told_of(cases[0])]}
+                  "confusion": score.confusion(cases), "before_after": score.before_after(cases), "families": by_mechanism.scored(cases), "wrong": [score.told_of(cases[0])]}
         with tempfile.TemporaryDirectory() as folder:
             page = os.path.join(folder, "score.md")
             pages.write(report, page, os.path.join(folder, "pictures"))
@@ -220,57 +220,57 @@ class Counting(unittest.TestCase):
         self.assertIn("cpe2", pages.as_text(report))
 
 
-def family_of(level, truths, whole, family="effect", name=None):
-    return by_family.outcome(case(level, family, name or truths[0], truths, whole))
+def mechanism_of(level, truths, whole, family="effect", name=None):
+    return by_mechanism.outcome(case(level, family, name or truths[0], truths, whole))
 
 
 class Families(unittest.TestCase):
     def test_another_member_of_the_family_is_a_wrong_name_and_the_right_family(self):
         one = case("C1", "effect", "acid_transport", ["acid_transport"], answer("named", ("high_rate_depletion",)))
-        self.assertEqual((judged.class_true(one), by_family.outcome(one)), (False, "right"))
+        self.assertEqual((judged.class_true(one), by_mechanism.outcome(one)), (False, "right"))
 
     def test_outcomes_are_of_families(self):
         for whole, expected in ((answer("named", ("acid_transport",)), "right"),
-                                (answer("unknown", family="acid"), "right"),
+                                (answer("unknown", mechanism="acid"), "right"),
                                 (answer("several", ("acid_transport",), ("cpe2",)), "beside"),
                                 (answer("ambiguous", ("cpe2", "ocv_soc")), "wrong"),
                                 (answer("unknown"), "none"), (answer("no_mismatch"), "missed"), (answer("insufficient_data"), "short")):
-            self.assertEqual(family_of("C1", ["acid_transport"], whole), expected, whole)
+            self.assertEqual(mechanism_of("C1", ["acid_transport"], whole), expected, whole)
 
     def test_a_companion_is_a_right_family(self):
-        self.assertEqual(family_of("C1", ["gassing", "charge_acceptance"], answer("named", ("fresh_sulphate",))), "right")
+        self.assertEqual(mechanism_of("C1", ["gassing", "charge_acceptance"], answer("named", ("fresh_sulphate",))), "right")
 
     def test_what_no_recording_tells_apart_has_both_families(self):
-        self.assertEqual(family_of("C1", ["fast_arc"], answer("named", ("sensor_lag",))), "right")
+        self.assertEqual(mechanism_of("C1", ["fast_arc"], answer("named", ("sensor_lag",))), "right")
 
     def test_the_structure_alone_is_not_what_was_added_to_it(self):
         truths = ["cpe2", "acid_transport"]
         for whole, expected in ((answer("named", ("cpe2",)), "missed"), (answer("several", ("cpe2",), ("ocv_soc",)), "wrong"),
                                 (answer("several", ("cpe2",), ("acid_transport",)), "right"),
                                 (answer("several", ("ocv_soc",), ("acid_transport",)), "beside")):
-            self.assertEqual(family_of("X1", truths, whole, "structural_effect", "acid_transport"), expected)
+            self.assertEqual(mechanism_of("X1", truths, whole, "structural_effect", "acid_transport"), expected)
 
     def test_a_sensor_fault_says_instruments(self):
-        self.assertEqual(family_of("D1", ["clipping"], answer("sensor_fault"), "decoy"), "right")
-        self.assertEqual(family_of("C1", ["ocv_soc"], answer("sensor_fault")), "wrong")
+        self.assertEqual(mechanism_of("D1", ["clipping"], answer("sensor_fault"), "decoy"), "right")
+        self.assertEqual(mechanism_of("C1", ["ocv_soc"], answer("sensor_fault")), "wrong")
 
     def test_counts_stand_beside_those_of_names(self):
         cases = [case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("named", (one,))) for one in ("ocv_soc", "ocv_hysteresis", "cpe2")]
         cases.append(case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("several", ("cpe2",), ("ocv_soc",))))
-        cases.append(case("N1", "null", "-", [], answer("unknown", family="acid", probability=0.95)))
-        scored = by_family.scored(cases)
+        cases.append(case("N1", "null", "-", [], answer("unknown", mechanism="acid", probability=0.95)))
+        scored = by_mechanism.scored(cases)
         row = scored["levels"]["C1"]
         self.assertEqual((row["by_name"][1], row["right"], row["beside"], row["wrong"], row["none"], row["missed"], row["n"]), (1, 3, 1, 1, 0, 0, 4))
         self.assertEqual(scored["alarms"], {"N1": (1, 1)})
-        text = "\n".join(by_family.lines(scored))
+        text = "\n".join(by_mechanism.lines(scored))
         self.assertIn("| C1 | in the first class, at most three | 1 of 4", text)
-        self.assertEqual(by_family.entries(scored)["levels"]["C1"]["right"]["k"], 3)
+        self.assertEqual(by_mechanism.entries(scored)["levels"]["C1"]["right"]["k"], 3)
 
     def test_probabilities_are_held_against_what_is_true(self):
-        cases = [case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("named", ("ocv_soc",), family="open_circuit", probability=0.8)),
-                 case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("unknown", family="acid", probability=0.8)),
-                 case("N1", "null", "-", [], answer("unknown", family="acid", probability=1.0))]
-        self.assertEqual(by_family.reliability(cases), [("0 to 0.5", 0, 0), ("0.5 to 0.7", 0, 0), ("0.7 to 0.9", 1, 2), ("0.9 to 1", 0, 1)])
+        cases = [case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("named", ("ocv_soc",), mechanism="open_circuit", probability=0.8)),
+                 case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("unknown", mechanism="acid", probability=0.8)),
+                 case("N1", "null", "-", [], answer("unknown", mechanism="acid", probability=1.0))]
+        self.assertEqual(by_mechanism.reliability(cases), [("0 to 0.5", 0, 0), ("0.5 to 0.7", 0, 0), ("0.7 to 0.9", 1, 2), ("0.9 to 1", 0, 1)])
 
 
 if __name__ == "__main__":

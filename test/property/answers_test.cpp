@@ -119,7 +119,7 @@ struct Tally {
   std::string slowest_of;
 };
 
-std::string listed(const Fit& fit) {
+std::string join(const Fit& fit) {
   std::string names;
   for (const auto& id : fit.effects) names += id + " ";
   return names;
@@ -136,7 +136,7 @@ auto counted(Tally& tally, const FittedModel& model, Ask ask) {
   tally.total += spent;
   if (spent > tally.slowest) {
     tally.slowest = spent;
-    tally.slowest_of = "model " + std::to_string(tally.asked - 1) + " of " + listed(model.fit);
+    tally.slowest_of = "model " + std::to_string(tally.asked - 1) + " of " + join(model.fit);
   }
   return answer;
 }
@@ -158,18 +158,18 @@ TEST(Answers, OfAnyModelInAnyStateToAnyQuestionKeepTheLawsOfAnswers) {
     const double capacity = magnitude(random, 5.0, 300.0);
     const CrankingQuery crank = drawnCrank(random);
     const CrankingAnswer cranked = counted(cranks, model, [&] { return predictCranking(model, crank, capacity); });
-    EXPECT_EQ(brokenLaw(cranked, model.fit), "") << "model " << k << " " << listed(model.fit) << ": " << cranked.message;
+    EXPECT_EQ(brokenLaw(cranked, model.fit), "") << "model " << k << " " << join(model.fit) << ": " << cranked.message;
     const StopTimeQuery stop = drawnStop(random);
     const StopTimeAnswer stopped = counted(stops, model, [&] { return predictStopTime(model, stop, capacity); });
-    EXPECT_EQ(brokenLaw(stopped, stop, capacity), "") << "model " << k << " " << listed(model.fit) << ": " << stopped.message;
+    EXPECT_EQ(brokenLaw(stopped, stop, capacity), "") << "model " << k << " " << join(model.fit) << ": " << stopped.message;
     const ChargeAcceptanceQuery charge = drawnCharge(random);
     const ChargeAcceptanceAnswer charged = counted(charges, model, [&] { return predictChargeAcceptance(model, charge, capacity); });
     charges.negative += charged.valid && charged.i_boost->value < 0.0;
     if (charged.valid && charge.u_boost > highestAlone(model, charge.t_sof2)) {
       ++above;
-      EXPECT_GE(charged.i_boost->value, 0.0) << "model " << k << " " << listed(model.fit) << ": " << charged.message;
+      EXPECT_GE(charged.i_boost->value, 0.0) << "model " << k << " " << join(model.fit) << ": " << charged.message;
     }
-    EXPECT_EQ(brokenLaw(charged, charge, capacity), "") << "model " << k << " " << listed(model.fit) << ": " << charged.message;
+    EXPECT_EQ(brokenLaw(charged, charge, capacity), "") << "model " << k << " " << join(model.fit) << ": " << charged.message;
   }
   print("cranks", cranks);
   print("stops", stops);

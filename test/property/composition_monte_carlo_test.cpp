@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "battery_sof/identify/identification.hpp"
+#include "battery_sof/estimation/identification.hpp"
 #include "support/composed.hpp"
 
 namespace battery_sof {
@@ -20,7 +20,7 @@ Series drawnDrive(const BatteryModel& model, const Eigen::VectorXd& truth, std::
   series.current = dataSetOneCurrent(300.0, kInterval, seed);
   for (std::size_t n = 0; n < series.current.size(); ++n) series.time.push_back(kInterval * static_cast<double>(n));
   series.voltage.assign(series.time.size(), 0.0);
-  series.voltage = voltages(model, pointOf(model, truth), fullDrive(series, whole(series)));
+  series.voltage = voltages(model, pointOf(model, truth), inputSequence(series, whole(series)));
   Random random(seed * 31 + 7);
   const double kept = std::exp(-kInterval / 2.0);
   double colored = kColored * random.normal();

@@ -29,7 +29,7 @@ std::vector<std::string> drawnEffects(Random& random) {
   return ids;
 }
 
-std::string listed(const BatteryModel& model) {
+std::string join(const BatteryModel& model) {
   std::string names;
   for (const auto& id : model.effects()) names += id + " ";
   return names;
@@ -43,8 +43,8 @@ Eigen::VectorXd drawnPoint(Random& random, const BatteryModel& model) {
   return p;
 }
 
-DriveStep drawnStep(Random& random, double time) {
-  DriveStep step;
+InputStep drawnStep(Random& random, double time) {
+  InputStep step;
   step.duration = std::pow(10.0, random.uniform(-3.0, 1.8));
   step.time = time + step.duration;
   const bool crank = random.uniform(0.0, 1.0) < 0.2;
@@ -73,10 +73,10 @@ TEST(Compositions, StayWithinAMillivoltOfAHundredTimesFinerStepsButForOneInAThou
     Simulation coarse(model, pointOf(model, p)), fine(model, pointOf(model, p));
     double time = 0.0;
     for (int n = 0; n < 12; ++n) {
-      const DriveStep step = drawnStep(random, time);
+      const InputStep step = drawnStep(random, time);
       coarse.advance(step);
       for (int j = 1; j <= 100; ++j) {
-        DriveStep part = step;
+        InputStep part = step;
         part.duration = step.duration / 100.0;
         part.time = time + part.duration * j;
         fine.advance(part);
@@ -87,7 +87,7 @@ TEST(Compositions, StayWithinAMillivoltOfAHundredTimesFinerStepsButForOneInAThou
       const double error = std::abs(coarse.voltage() - fine.voltage());
       worst_of_draw = std::max(worst_of_draw, error);
       EXPECT_LT(error, 4e-3) << "draw " << k << ", step " << n << " of " << step.duration << " s at " << step.held
-                             << " A: " << listed(model) << p.transpose();
+                             << " A: " << join(model) << p.transpose();
     }
     worst = std::max(worst, worst_of_draw);
     beyond += worst_of_draw >= 1e-3;
@@ -115,7 +115,7 @@ TEST(Compositions, OfFreshSulphateWhoseVoltageDrivesStayWithinAShareOfTheCurrent
     double before = 13.0, most = 0.0, apart = 0.0;
     for (int n = 1; n <= 60; ++n) {
       const double after = n % 15 == 0 ? random.uniform(12.9, 14.4) : before;
-      DriveStep step;
+      InputStep step;
       step.time = n;
       step.duration = 1.0;
       coarse.followVoltage(step, after);
@@ -148,7 +148,7 @@ TEST(Compositions, OfUpToFiveEffectsNeverDivergeAnywhereInsideTheirBounds) {
     Simulation simulation(model, pointOf(model, p));
     double time = 0.0;
     for (int n = 0; n < 12; ++n) {
-      const DriveStep step = drawnStep(random, time);
+      const InputStep step = drawnStep(random, time);
       time = step.time;
       simulation.advance(step);
       ASSERT_TRUE(std::isfinite(simulation.voltage())) << "draw " << k;

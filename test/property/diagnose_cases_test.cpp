@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "battery_sof/diagnose/diagnose.hpp"
-#include "reference/case_draft.hpp"
-#include "reference/scenario_file.hpp"
-#include "reference/simulation.hpp"
-#include "reference/stranger_case.hpp"
+#include "battery_sof/diagnosis/diagnose.hpp"
+#include "simulator/case_draft.hpp"
+#include "simulator/scenario_file.hpp"
+#include "simulator/simulation.hpp"
+#include "simulator/out_of_model_case.hpp"
 
 namespace battery_sof {
 namespace {
@@ -27,7 +27,7 @@ Recording recordingOf(const std::string& name, const reference::Scenario& scenar
 
 Recording recordingOf(const reference::CaseKind& kind, std::uint64_t seed, double duration, double scale = 1.0) {
   constexpr double kRate = 100.0;  // [Hz]
-  return recordingOf(kind.family, reference::recordedScenario(reference::drawCase(kind, seed, duration, kRate, {scale})));
+  return recordingOf(kind.mechanism, reference::recordedScenario(reference::drawCase(kind, seed, duration, kRate, {scale})));
 }
 
 Diagnosis diagnosisOf(const Recording& recording) {
@@ -57,9 +57,9 @@ TEST(DiagnoseCases, WhatTheFilterLeavesWhereTheCurrentChangesSignIsNoMismatch) {
 TEST(DiagnoseCases, AModelThatTheEdgesChangeLastIsAnswered) {
   const Diagnosis diagnosis = diagnosisOf(recordingOf({"structural_null", "-"}, 5825019654786576155u, 400.0));
   EXPECT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
-  EXPECT_EQ(Family::kStructure, diagnosis.family) << diagnosis.summary;
+  EXPECT_EQ(Mechanism::kStructure, diagnosis.mechanism) << diagnosis.summary;
   for (const std::string& id : namesBeyondStructure(diagnosis)) EXPECT_EQ("sensor_lag", id) << diagnosis.summary;
-  EXPECT_FALSE(diagnosis.detectable.empty());
+  EXPECT_FALSE(diagnosis.detection_limits.empty());
 }
 
 /// The instant of the step lies far from any that a coarse grid tries.
@@ -77,7 +77,7 @@ TEST(DiagnoseCases, AContactThatChangesIsNamedAndItsInstantFound) {
 TEST(DiagnoseCases, AnEffectOfTenthsOfAMillivoltIsTooSmallToTell) {
   const Diagnosis diagnosis = diagnose(recordingOf({"effect", "second_electrode"}, 801829060974603479u, 1200.0, 0.00739));
   EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
-  EXPECT_LT(diagnosis.left.rmse, diagnosis.left.limits.rmse);
+  EXPECT_LT(diagnosis.unexplained.rmse, diagnosis.unexplained.limits.rmse);
 }
 
 /// Two electrodes that deplete: an effect of physics stood where the second electrode belongs until structure was put in its place.
@@ -124,26 +124,26 @@ TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
   for (const NamedEffect& effect : diagnosis.effects) ids.push_back(effect.id);
   std::sort(ids.begin(), ids.end());
   EXPECT_EQ((std::vector<std::string>{"cpe2", "current_dependent_resistance"}), ids) << diagnosis.summary;
-  EXPECT_EQ(Family::kStructure, diagnosis.family) << diagnosis.summary;
+  EXPECT_EQ(Mechanism::kStructure, diagnosis.mechanism) << diagnosis.summary;
   EXPECT_TRUE(namesBeyondStructure(diagnosis).empty()) << diagnosis.summary;
 }
 
 /// A family was taken, let go beside the others and taken again, without end.
 TEST(DiagnoseCases, AFamilyThatComesAndGoesIsAnswered) {
-  reference::StrangerOrder order;
-  order.family = "acceptance";
+  reference::OutOfModelOrder order;
+  order.mechanism = "acceptance";
   order.form = "spread_refill";
   order.seed = 3701564531710842015u;
   Recording recording;
   recording.name = "stranger";
-  for (const reference::RecordedSample& sample : reference::drawStrangerCase(order).samples) {
+  for (const reference::RecordedSample& sample : reference::drawOutOfModelCase(order).samples) {
     recording.series.time.push_back(sample.time);
     recording.series.current.push_back(sample.current);
     recording.series.voltage.push_back(sample.voltage);
   }
   recording.offered = recording.series.size();
   const Diagnosis diagnosis = diagnosisOf(recording);
-  EXPECT_EQ(Family::kAcceptance, diagnosis.family) << diagnosis.summary;
+  EXPECT_EQ(Mechanism::kAcceptance, diagnosis.mechanism) << diagnosis.summary;
 }
 
 /// The catalogue's structure is not quite this circuit: what is left of it had been called a gain error.

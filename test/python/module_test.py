@@ -130,7 +130,7 @@ class TestModel(Drive):
     def test_parameters_and_scores_are_those_of_the_command(self):
         self.assertEqual([dataclasses.asdict(each) for each in self.model.parameters.values()],
                          [{**each} for each in self.told["parameters"]])
-        for name in ("samples", "effects", "status", "message", "q_dyn_percent", "rmse_v", "suitability"):
+        for name in ("samples", "effects", "status", "message", "q_dyn_percent", "rmse_v", "window_quality"):
             self.assertEqual(getattr(self.model, name), self.told[name], name)
         self.assertEqual((self.model.from_s, self.model.to_s), (0.0, 240.0))
         self.assertTrue(self.model.usable)
@@ -138,7 +138,7 @@ class TestModel(Drive):
     def test_covariance_is_that_of_the_standard_errors(self):
         count = len(self.model.parameters)
         self.assertEqual(self.model.covariance.shape, (count + 1, count + 1))
-        errors = [each.std for each in self.model.parameters.values()]
+        errors = [each.std_error for each in self.model.parameters.values()]
         np.testing.assert_allclose(np.sqrt(np.diag(self.model.covariance))[:count], errors, rtol=1e-12)
 
     def test_the_file_is_the_one_the_command_writes(self):
@@ -236,11 +236,11 @@ class TestAnswers(Drive):
         written = np.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding=None)
         for name in ("time_s", "current_a", "voltage_v", "predicted_v", "lower_v", "upper_v", "predicted_a"):
             np.testing.assert_allclose(getattr(prediction, name), written[name], atol=6e-7, err_msg=name)
-        np.testing.assert_array_equal(prediction.voltage_drives, written["driven_by"] == "voltage")
+        np.testing.assert_array_equal(prediction.voltage_controlled, written["driven_by"] == "voltage")
 
     def test_a_row_of_two_blocks_answers_in_its_own_volts(self):
         row = battery_sof.Recording(self.recording.time_s, self.recording.current_a, 2.0 * self.recording.voltage_v)
-        model = battery_sof.identify(row, from_s=0.0, to_s=240.0, blocks=2.0)
+        model = battery_sof.identify(row, from_s=0.0, to_s=240.0, series_blocks=2.0)
         self.assertEqual(self.model.parameters, model.parameters)
         one, two = (battery_sof.crank(each, i_load=-15.0, t_stop=60.0, i_cranking=-400.0) for each in (self.model, model))
         self.assertAlmostEqual(2.0 * one.u_min, two.u_min, places=9)
@@ -248,13 +248,13 @@ class TestAnswers(Drive):
         two = battery_sof.predict(model, row, from_s=240.0)
         np.testing.assert_allclose(two.predicted_v, 2.0 * one.predicted_v, rtol=1e-12)
         with self.assertRaisesRegex(ValueError, "blocks is 3.3, expected 0.5 "):
-            battery_sof.identify(row, blocks=3.3)
+            battery_sof.identify(row, series_blocks=3.3)
         with self.assertRaisesRegex(ValueError, "blocks is 0, expected 0.5 "):
-            battery_sof.diagnose(row, blocks=0.0)
+            battery_sof.diagnose(row, series_blocks=0.0)
 
     def test_a_direction_that_is_none_is_an_error(self):
         with self.assertRaisesRegex(ValueError, 'drive is "voltage", expected mixed, current or None'):
-            battery_sof.predict(self.model, self.recording, drive="voltage")
+            battery_sof.predict(self.model, self.recording, mode="voltage")
 
     def test_the_locale_changes_nothing(self):
         before = locale.setlocale(locale.LC_ALL)
@@ -274,7 +274,7 @@ class TestDiagnosis(Drive):
         diagnosis = battery_sof.diagnose(self.recording, from_s=0.0, to_s=300.0, given=["cpe2"])
         model = self.folder / "extended.yaml"
         told = self.sof("diagnose", self.csv, "--from", "0", "--to", "300", "--given", "cpe2", "--out", model)
-        for name in ("verdict", "summary", "family", "probability", "next_experiment"):
+        for name in ("verdict", "summary", "mechanism", "probability", "next_experiment"):
             self.assertEqual(getattr(diagnosis, name), told[name], name)
         self.assertEqual(diagnosis.details["fit"], told["fit"])
         self.assertEqual(diagnosis.extended_holdout.rmse_v, told["fit"]["extended"]["holdout"]["rmse_v"])

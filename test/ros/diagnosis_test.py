@@ -22,7 +22,7 @@ CANCELLED_WITHIN = 1.0  # [s] of wall time
 RICH_DURATION = 400  # [s]
 RICH_RATE = 40
 QUESTION = dict(i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=7.2)
-VERDICTS = {Diagnosis.NO_MISMATCH, Diagnosis.NAMED, Diagnosis.SEVERAL, Diagnosis.AMBIGUOUS, Diagnosis.UNKNOWN,
+VERDICTS = {Diagnosis.NO_MISMATCH, Diagnosis.EFFECT, Diagnosis.SEVERAL, Diagnosis.AMBIGUOUS, Diagnosis.MECHANISM, Diagnosis.UNEXPLAINED,
             Diagnosis.SENSOR_FAULT, Diagnosis.INSUFFICIENT_DATA}
 
 
@@ -106,7 +106,7 @@ class DiagnosisWhileDriving(NodeTest):
         self.assertTrue(response.diagnosis.summary)
         self.assertGreater(response.diagnosis.header.stamp.to_sec(), 400.0)
         self.assertFalse(response.diagnosis.adopted)
-        self.assertIn("adopt_diagnosis", response.diagnosis.adoption)
+        self.assertIn("use_diagnosis", response.diagnosis.adoption)
         latched = self.latest("/sof_node/diagnosis", Diagnosis).wait(lambda d: True, 10, "the latched diagnosis")
         self.assertEqual(repr(latched.header.stamp), repr(response.diagnosis.header.stamp))
         self.assertEqual((latched.verdict, latched.summary, latched.duration_ms),

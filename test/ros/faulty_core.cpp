@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/prediction/online_session.hpp"
 
 namespace battery_sof {
 namespace {
@@ -29,9 +29,9 @@ SessionEvents OnlineSession::push(const RawSample& sample) {
   return in_core(this, sample);
 }
 
-FollowedSample Follower::follow(const DriveSample& sample) {
+FollowedSample Follower::follow(const InputSample& sample) {
   static auto* const in_core =
-      inCore<FollowedSample(Follower*, const DriveSample&)>("_ZN11battery_sof8Follower6followERKNS_11DriveSampleE");
+      inCore<FollowedSample(Follower*, const InputSample&)>("_ZN11battery_sof8Follower6followERKNS_11InputSampleE");
   FollowedSample followed = in_core(this, sample);
   if (sample.step.current == kLosesNumbers) followed.voltage = std::numeric_limits<double>::quiet_NaN();
   return followed;

@@ -187,7 +187,7 @@ class Playback(NodeTest):
         self.assertTrue(status.stop_time.outcome and status.stop_time.message and status.charge.message)
         self.assertTrue(status.charge.lower < status.charge.i_boost < status.charge.upper)
         cranks, charges = status.past_cranks, status.past_charges
-        self.assertTrue(0.0 <= cranks.inside_share <= 1.0)
+        self.assertTrue(0.0 <= cranks.coverage <= 1.0)
         self.assertLess(cranks.mean_abs_error, 0.1)
         self.assertGreater(charges.count, 2)
         self.assertLess(charges.mean_abs_error, 5.0)

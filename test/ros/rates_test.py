@@ -14,7 +14,7 @@ from battery_sof.srv import PredictChargeAcceptance, PredictCranking, PredictMap
 from processes import Folder, NodeTest, program, service, whole_arguments
 
 DURATION = 100  # [s]: the first model comes after 60, a second identification is due at 80
-PARAMETERS = {"window_s": 60.0, "buffer_s": 90.0, "min_suitability": 0.0, "identify_period_s": 18.0, "retry_period_s": 10.0}
+PARAMETERS = {"window_s": 60.0, "buffer_s": 90.0, "min_window_quality": 0.0, "identify_period_s": 18.0, "retry_period_s": 10.0}
 ANSWERS = ("crank.u_min", "crank.lower", "crank.upper", "stop_time.t_stop", "stop_time.lower", "stop_time.upper", "charge.i_boost",
            "charge.lower", "charge.upper", "crank.code", "stop_time.code", "charge.code", "crank.message", "stop_time.message",
            "charge.message", "past_cranks.interval_factor", "past_charges.interval_factor")

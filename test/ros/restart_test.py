@@ -15,7 +15,7 @@ from processes import Folder, NodeTest, program, wait_until, whole_arguments
 
 RATE = 5  # the first second of samples takes 0.2 s
 DURATION = 900  # [s]: the bag outlasts the test
-PARAMETERS = {"window_s": 60.0, "buffer_s": 90.0, "min_suitability": 0.0}
+PARAMETERS = {"window_s": 60.0, "buffer_s": 90.0, "min_window_quality": 0.0}
 
 
 class Restart(NodeTest):

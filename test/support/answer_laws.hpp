@@ -4,18 +4,18 @@
 #include <cmath>
 #include <string>
 
-#include "battery_sof/predict/charge_acceptance.hpp"
-#include "battery_sof/predict/cranking.hpp"
-#include "battery_sof/predict/profile.hpp"
-#include "battery_sof/predict/stop_time.hpp"
+#include "battery_sof/prediction/charge_acceptance.hpp"
+#include "battery_sof/prediction/cranking.hpp"
+#include "battery_sof/prediction/profile.hpp"
+#include "battery_sof/prediction/stop_time.hpp"
 
 /// What holds of every answer, whatever the model, its state and the question. Each function returns the first law that an answer
 /// breaks, with its numbers; empty when it keeps them all.
 namespace battery_sof::test {
 
-inline constexpr double kMostVolts = 16.0;    // [V], of a block of six lead-acid cells
+inline constexpr double kMaxVolts = 16.0;    // [V], of a block of six lead-acid cells
 inline constexpr double kRestVolts = 12.5;    // [V], likewise
-inline constexpr double kMostStop = 86400.0;  // [s]
+inline constexpr double kMaxStop = 86400.0;  // [s]
 inline constexpr double kRounding = 1.0 + 1e-9;
 
 inline double blocksOf(const Fit& fit) { return std::max(1.0, std::round(fit.parameters.u_dc / kRestVolts)); }
@@ -33,8 +33,8 @@ std::string brokenForm(const Answer& answer, bool has_numbers) {
 }
 
 inline std::string brokenInterval(const Interval& u) {
-  if (!isFinite(u)) return sentence("not finite: %g [%g, %g]", u.value, u.lower, u.upper);
-  return isOrdered(u) ? "" : sentence("not ordered: %g [%g, %g]", u.value, u.lower, u.upper);
+  if (!isFinite(u)) return format("not finite: %g [%g, %g]", u.value, u.lower, u.upper);
+  return isOrdered(u) ? "" : format("not ordered: %g [%g, %g]", u.value, u.lower, u.upper);
 }
 
 inline std::string brokenLaw(const CrankingAnswer& answer, const Fit& fit) {
@@ -43,8 +43,8 @@ inline std::string brokenLaw(const CrankingAnswer& answer, const Fit& fit) {
   const Interval& u = *answer.u_min;
   const std::string interval = brokenInterval(u);
   if (!interval.empty() || !answer.valid) return interval;
-  const double most = kMostVolts * blocksOf(fit);
-  return u.lower >= 0.0 && u.upper <= most ? "" : sentence("a valid crank of %g to %g V, expected 0 to %g V", u.lower, u.upper, most);
+  const double most = kMaxVolts * blocksOf(fit);
+  return u.lower >= 0.0 && u.upper <= most ? "" : format("a valid crank of %g to %g V, expected 0 to %g V", u.lower, u.upper, most);
 }
 
 inline std::string brokenLaw(const StopTimeAnswer& answer, const StopTimeQuery& query, double capacity) {
@@ -52,15 +52,15 @@ inline std::string brokenLaw(const StopTimeAnswer& answer, const StopTimeQuery& 
   if (!form.empty() || !answer.t_stop) return form;
   const Interval& t = *answer.t_stop;
   if (std::isnan(t.lower) || std::isnan(t.upper) || !isOrdered(t) || t.lower < 0.0)
-    return sentence("not a stop: %g [%g, %g]", t.value, t.lower, t.upper);
+    return format("not a stop: %g [%g, %g]", t.value, t.lower, t.upper);
   const bool is_endless = std::isinf(t.value);
   if (is_endless != (answer.outcome == StopTimeOutcome::kAlways)) return "an endless stop does not go with the outcome";
-  if (!is_endless && t.value > kMostStop) return sentence("a stop of %g s, longer than a day", t.value);
+  if (!is_endless && t.value > kMaxStop) return format("a stop of %g s, longer than a day", t.value);
   if ((t.value == 0.0) != (answer.outcome == StopTimeOutcome::kNever)) return "a stop of nothing does not go with the outcome";
   if (answer.valid && query.i_load < 0.0 && t.lower <= 0.0 && -query.i_load * t.upper / 3600.0 >= capacity)
-    return sentence("a valid stop of %g to %g s, which is all there can be", t.lower, t.upper);
+    return format("a valid stop of %g to %g s, which is all there can be", t.lower, t.upper);
   if (query.i_load < 0.0 && -query.i_load * t.upper / 3600.0 > capacity * kRounding)
-    return sentence("stops up to %g s draw more than %g Ah", t.upper, capacity);
+    return format("stops up to %g s draw more than %g Ah", t.upper, capacity);
   return "";
 }
 
@@ -70,10 +70,10 @@ inline std::string brokenLaw(const ChargeAcceptanceAnswer& answer, const ChargeA
   const Interval& i = *answer.i_boost;
   const std::string interval = brokenInterval(i);
   if (!interval.empty()) return interval;
-  if (i.upper > query.i_limit) return sentence("%g A, above the source's %g A", i.upper, query.i_limit);
+  if (i.upper > query.i_limit) return format("%g A, above the source's %g A", i.upper, query.i_limit);
   if (!answer.valid) return "";
   if (std::abs(i.value) * query.t_sof2 / 3600.0 > capacity * kRounding)
-    return sentence("a valid charge of %g A for %g s is more than %g Ah", i.value, query.t_sof2, capacity);
+    return format("a valid charge of %g A for %g s is more than %g Ah", i.value, query.t_sof2, capacity);
   return "";
 }
 
@@ -84,7 +84,7 @@ inline std::string brokenLaw(const ProfileAnswer& answer, std::size_t samples) {
   if (u.voltage.size() != samples || u.lower.size() != samples || u.upper.size() != samples) return "not one voltage a sample";
   for (std::size_t n = 0; n < samples; ++n) {
     const std::string interval = brokenInterval({u.voltage[n], u.lower[n], u.upper[n]});
-    if (!interval.empty()) return sentence("sample %zu: ", n) + interval;
+    if (!interval.empty()) return format("sample %zu: ", n) + interval;
   }
   return "";
 }

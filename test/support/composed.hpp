@@ -53,10 +53,10 @@ inline ModelPoint pointOf(const BatteryModel& model, const Eigen::VectorXd& para
 }
 
 /// Voltages of a composition over a drive.
-inline std::vector<double> voltages(const BatteryModel& model, const ModelPoint& start, const Drive& drive) {
+inline std::vector<double> voltages(const BatteryModel& model, const ModelPoint& start, const InputSequence& inputs) {
   Simulation simulation(model, start);
   std::vector<double> u;
-  for (const DriveSample& sample : drive.samples) {
+  for (const InputSample& sample : inputs.samples) {
     simulation.advance(sample.step);
     u.push_back(simulation.voltage());
   }
@@ -72,7 +72,7 @@ inline Series recordingOf(const std::vector<std::string>& effects, double durati
   series.current = dataSetOneCurrent(duration, 0.05, 6);
   for (std::size_t n = 0; n < series.current.size(); ++n) series.time.push_back(0.05 * static_cast<double>(n));
   series.voltage.assign(series.time.size(), 0.0);
-  series.voltage = voltages(model, pointOf(model, typicalPoint(model)), fullDrive(series, whole(series)));
+  series.voltage = voltages(model, pointOf(model, typicalPoint(model)), inputSequence(series, whole(series)));
   Random random(66);
   for (double& u : series.voltage) u += 0.002 * random.normal();
   return series;

@@ -16,12 +16,12 @@ namespace battery_sof::test {
 class DriveInFolder : public InFolder {
  protected:
   DriveInFolder() : InFolder("cli") {
-    drive_ = path("drive.csv");
-    writeCsv(drive_, baseDrive(1, 300.0));
+    inputs_ = path("drive.csv");
+    writeCsv(inputs_, baseDrive(1, 300.0));
     model_ = path("model.yaml");
   }
 
-  Outcome identify() const { return sof({"identify", drive_, "--from", "0", "--to", "240", "--out", model_}); }
+  Outcome identify() const { return sof({"identify", inputs_, "--from", "0", "--to", "240", "--out", model_}); }
 
   /// check, identify and convert all refuse a recording with one line that holds every given piece.
   void expectRefused(const std::string& file, const std::vector<std::string>& pieces) const {
@@ -36,7 +36,7 @@ class DriveInFolder : public InFolder {
     EXPECT_FALSE(std::filesystem::exists(path("converted.csv")));
   }
 
-  std::string drive_, model_;
+  std::string inputs_, model_;
 };
 
 }  // namespace battery_sof::test

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/estimation/fitted_model.hpp"
 #include "support/composed.hpp"
 
 /// Models whose parameters are known exactly and whose window excited nearly everything, for tests of queries.
@@ -31,7 +31,7 @@ inline FittedModel knownModel(const std::vector<std::string>& effects = {}, doub
   model.fit.excited.min_voltage = 9.0;
   model.fit.excited.max_voltage = 15.0;
   model.fit.excited.longest_charge = 60.0;
-  model.fit.suitability = 0.8;
+  model.fit.window_quality = 0.8;
   model.fit.message = "known";
   return model;
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/diagnose/diagnosis.hpp"
+#include "battery_sof/diagnosis/diagnosis.hpp"
 #include "support/known_model.hpp"
 
 /// Diagnoses made by hand, with the drive they pretend to be of: for tests of what reports make of them.
@@ -38,16 +38,16 @@ inline Series madeDrive() {
 }
 
 /// A source imposes the voltage while it charges after each crank.
-inline SourceOverview madeSource(const Series& series) {
-  SourceOverview source;
+inline ControlModeOverview madeSource(const Series& series) {
+  ControlModeOverview source;
   source.seen = true;
   source.summary = "A source holds the voltage in a third of the samples, those above -3 A.";
   std::size_t held = 0;
   for (const double t : series.time) held += std::fmod(t, 150.0) >= 25.8 && std::fmod(t, 150.0) < 75.0 ? 1 : 0;
   source.share = static_cast<double>(held) / static_cast<double>(series.size());
-  source.totals = {{"a load: the current is below what a source lets through", Imposed::kCurrent, 8, series.size() - held},
-                   {"the voltage is held while the current moves", Imposed::kVoltage, 8, held}};
-  for (int k = 0; k < 8; ++k) source.voltage_imposed.push_back({std::max(150.0 * k + 25.8, k == 5 ? 820.0 : 0.0), 150.0 * k + 75.0});
+  source.totals = {{"a load: the current is below what a source lets through", ControlMode::kCurrent, 8, series.size() - held},
+                   {"the voltage is held while the current moves", ControlMode::kVoltage, 8, held}};
+  for (int k = 0; k < 8; ++k) source.voltage_controlled.push_back({std::max(150.0 * k + 25.8, k == 5 ? 820.0 : 0.0), 150.0 * k + 75.0});
   return source;
 }
 
@@ -74,13 +74,13 @@ inline MadeDiagnosis madeDrivenBy(double missing) {
   made.diagnosis.extended = knownModel();
   made.diagnosis.base.provenance.recording = made.diagnosis.extended.provenance.recording = made.recording.name;
   made.diagnosis.source = madeSource(made.recording.series);
-  made.diagnosis.source_share = made.diagnosis.source.share;
+  made.diagnosis.charger_share = made.diagnosis.source.share;
   made.diagnosis.fit.train = {0.0, 900.0, 16000};
   made.diagnosis.fit.holdout = {900.05, 1199.95, 6000};
   return made;
 }
 
-inline std::vector<Detectable> madeDetectable() {
+inline std::vector<DetectionLimit> madeDetectionLimit() {
   return {{"gassing", "gassing_current", "A", 1.9, 0.05, false},
           {"ocv_hysteresis", "hysteresis_voltage", "V", 0.045, 0.02, false},
           {"self_heating", "warming", "K/J", 0.004, 0.0008, false},
@@ -93,7 +93,7 @@ inline std::vector<Detectable> madeDetectable() {
 inline MadeDiagnosis madeNamed() {
   MadeDiagnosis made = madeDrivenBy(0.012);
   Diagnosis& d = made.diagnosis;
-  d.verdict = Verdict::kNamed;
+  d.verdict = Verdict::kEffect;
   d.summary =
       "The battery takes charge less and less readily than the base model says: the charging reaction runs out of "
       "dissolved lead (charge_acceptance), which lowers the error of the held-out drive from 121 to 6 mV.";
@@ -103,7 +103,7 @@ inline MadeDiagnosis madeNamed() {
   NamedEffect effect;
   effect.id = "charge_acceptance";
   effect.confidence = 0.97;
-  effect.absorbed_into = {"r_charge", "beta"};
+  effect.biased_parameters = {"r_charge", "beta"};
   for (const ParameterInfo& info : effectInfo(effect.id).parameters)
     effect.parameters.push_back(
         {info.name, info.unit, 1.2 * info.magnitude, 0.1 * std::abs(info.magnitude), info.magnitude, 1.4 * info.magnitude, false});
@@ -111,15 +111,15 @@ inline MadeDiagnosis madeNamed() {
   effect.parameters.back().at_bound = true;
   effect.evidence = 1840.0;
   effect.voltage_rms = 0.119;
-  effect.family = "acceptance";
+  effect.mechanism = "acceptance";
   effect.probability = 0.97;
   d.effects = {effect};
-  d.family = Family::kAcceptance;
+  d.mechanism = Mechanism::kAcceptance;
   d.probability = 0.97;
   d.evidence_base = 5210.0;
   d.evidence_extended = 7050.0;
-  d.temper = 0.11;
-  d.left = {0.0004, 0.002, 0.006, {0.0015, 0.010, 0.03}, 0.0007};
+  d.effective_sample_fraction = 0.11;
+  d.unexplained = {0.0004, 0.002, 0.006, {0.0015, 0.010, 0.03}, 0.0007};
   d.candidates = {{"charge_acceptance", 1840.0, 0.97, "", "acceptance", 95.0},
                   {"acid_transport", 1610.0, 0.0, "what was taken instead explains more of the error", "acid"},
                   {"sulphate_history", 410.0, 0.0, "what was taken instead explains more of the error", "acceptance"},
@@ -141,11 +141,11 @@ inline MadeDiagnosis madeNamed() {
   for (std::size_t p = 0; p < parameters.size(); ++p)
     for (std::size_t r = 0; r < regimes.size(); ++r) {
       const double z = 14.0 * std::sin(1.7 * static_cast<double>(p) + 0.9 * static_cast<double>(r) + 0.4);
-      d.absorption.push_back({parameters[p], regimes[r], z, p == 4 ? 0.002 * z : 0.011 * z});
+      d.parameter_bias.push_back({parameters[p], regimes[r], z, p == 4 ? 0.002 * z : 0.011 * z});
     }
   d.instrument = {"The voltage is quantised to 1 mV: finer effects than 0.3 mV cannot show.",
                   "2 of 24,000 samples were refused: duplicate stamps."};
-  d.detectable = madeDetectable();
+  d.detection_limits = madeDetectionLimit();
   d.outside = {"A wrong gain of the voltage sensor, a constant cable resistance: the base parameters take them up whole."};
   d.fit.base_train = {38.0, 0.118, 0.402, 0.034, 0.171, 12.5};
   d.fit.extended_train = {96.4, 0.006, 0.049, 0.011, 0.003, 0.8};
@@ -169,9 +169,9 @@ inline MadeDiagnosis madeNoMismatch() {
   d.summary = "Base model and measurement agree to 3 mV everywhere; no effect of the catalogue shows.";
   d.candidates = {{"time_skew", 2.1, 0.0, "the recording hardly speaks for it", "instrument"},
                   {"cpe2", -0.7, 0.0, "the recording hardly speaks for it", "structure"}};
-  d.left = {0.0003, 0.001, 0.002, {0.0015, 0.010, 0.03}};
+  d.unexplained = {0.0003, 0.001, 0.002, {0.0015, 0.010, 0.03}};
   d.regimes = {{"long_charge", "mean", 7, 0.0004, -0.0003, 0.0011, 0.3, false}};
-  d.detectable = madeDetectable();
+  d.detection_limits = madeDetectionLimit();
   d.outside = {"A wrong gain of the voltage sensor."};
   d.fit.base_train = d.fit.extended_train = {98.7, 0.003, 0.012, 0.002, 0.0001, 0.1};
   d.fit.base_holdout = d.fit.extended_holdout = {98.6, 0.003, 0.013, 0.002, 0.0002, 0.1};
@@ -183,27 +183,27 @@ inline MadeDiagnosis madeNoMismatch() {
 inline MadeDiagnosis madeUnknown() {
   MadeDiagnosis made = madeDrivenBy(0.006);
   Diagnosis& d = made.diagnosis;
-  d.verdict = Verdict::kUnknown;
+  d.verdict = Verdict::kUnexplained;
   d.summary = "Of what is missing the kind is known and the form is not: charging is limited by how fast the battery takes charge up.";
-  d.family = Family::kAcceptance;
+  d.mechanism = Mechanism::kAcceptance;
   d.probability = 0.94;
   d.mismatch = {{187.0, 225.0, "long_charge", 0.08, 0.15, 1e-4}};
   d.candidates = {{"acid_transport", 55.0, 0.0, "what was taken instead explains more of the error", "acid"}};
-  LearnedFinding learned;
-  learned.is_used = true;
-  learned.left_out = {0.064, 0.021};
-  learned.rms = 0.061;
-  learned.families = {{Family::kAcceptance, 340.0, 0.058}, {Family::kAcid, 12.0, 0.004}};
-  learned.answers = {{0.1, 0.0002, 0.0, 0.0001, 0.0001},
+  DiscrepancyFinding discrepancy;
+  discrepancy.is_used = true;
+  discrepancy.left_out = {0.064, 0.021};
+  discrepancy.rms = 0.061;
+  discrepancy.mechanisms = {{Mechanism::kAcceptance, 340.0, 0.058}, {Mechanism::kAcid, 12.0, 0.004}};
+  discrepancy.answers = {{0.1, 0.0002, 0.0, 0.0001, 0.0001},
                      {1.0, 0.0061, 0.0001, 0.001, 0.0005},
                      {10.0, 0.052, -0.0004, 0.004, 0.002},
                      {100.0, 0.113, -0.0011, 0.011, 0.005}};
-  learned.curve = {{-100.0, -0.0002, -0.006}, {-10.0, 0.0, -0.001}, {1.0, 0.0001, 0.004}, {10.0, 0.0001, 0.05}, {50.0, 0.0004, 0.21}};
-  learned.terms = {"memory of charging over 10 s", "memory of charging over 30 s"};
-  learned.description = "What the currents and their memory say beside the equations moves the voltage by 61.0 mV RMS.";
-  d.learned = learned;
-  d.left = {0.0004, 0.001, 0.004, {0.0015, 0.010, 0.03}};
-  d.detectable = madeDetectable();
+  discrepancy.curve = {{-100.0, -0.0002, -0.006}, {-10.0, 0.0, -0.001}, {1.0, 0.0001, 0.004}, {10.0, 0.0001, 0.05}, {50.0, 0.0004, 0.21}};
+  discrepancy.terms = {"memory of charging over 10 s", "memory of charging over 30 s"};
+  discrepancy.description = "What the currents and their memory say beside the equations moves the voltage by 61.0 mV RMS.";
+  d.discrepancy = discrepancy;
+  d.unexplained = {0.0004, 0.001, 0.004, {0.0015, 0.010, 0.03}};
+  d.detection_limits = madeDetectionLimit();
   d.fit.base_train = {61.0, 0.064, 0.21, std::nullopt, std::nullopt, std::nullopt};
   d.fit.base_holdout = {std::nan(""), 0.066, 0.22, std::nullopt, std::nullopt, std::nullopt};
   d.fit.extended_train = {95.2, 0.018, 0.11, std::nullopt, std::nullopt, std::nullopt};

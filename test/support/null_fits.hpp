@@ -3,19 +3,19 @@
 #include <Eigen/QR>
 #include <cmath>
 
-#include "battery_sof/diagnose/whitened_fit.hpp"
+#include "battery_sof/diagnosis/whitened_fit.hpp"
 #include "support/base_drive.hpp"
 
 /// Fits of the base model to its own voltage plus any error, linear in the parameters: one simulation for all draws.
 namespace battery_sof::test {
 
 /// White, coloured and walking noise as NoiseModel has it [V], one a sample of the drive; 0 where count is 0.
-inline Eigen::VectorXd drawnNoise(const NoiseModel& noise, const Drive& drive, std::uint64_t seed) {
+inline Eigen::VectorXd drawnNoise(const NoiseModel& noise, const InputSequence& inputs, std::uint64_t seed) {
   Random random(seed * 0x2545F4914F6CDD1DULL + 7);
-  Eigen::VectorXd error(static_cast<Eigen::Index>(drive.samples.size()));
+  Eigen::VectorXd error(static_cast<Eigen::Index>(inputs.samples.size()));
   double drift = 0.0, colored = noise.ar_std * random.normal();
   for (Eigen::Index n = 0; n < error.size(); ++n) {
-    const DriveSample& sample = drive.samples[static_cast<std::size_t>(n)];
+    const InputSample& sample = inputs.samples[static_cast<std::size_t>(n)];
     const double persistence = std::exp(-sample.step.duration / noise.ar_time);
     colored = persistence * colored + noise.ar_std * std::sqrt(1.0 - persistence * persistence) * random.normal();
     drift += noise.walk_std * std::sqrt(sample.step.duration) * random.normal();
@@ -28,26 +28,26 @@ inline Eigen::VectorXd drawnNoise(const NoiseModel& noise, const Drive& drive, s
 inline const NoiseModel kDrawnNoise{0.002, 0.002, 10.0, 0.001 / std::sqrt(60.0)};
 
 /// The compressed drive whose base model answers it exactly. @param duration [s].
-inline Drive exactDrive(double duration) {
+inline InputSequence exactInputs(double duration) {
   const Series series = baseDrive(5, duration, 0.0);
-  return compressedDrive(series, {0, series.size()});
+  return compressedInputs(series, {0, series.size()});
 }
 
 class NullFits {
  public:
   /// @param drive kept by reference.
-  explicit NullFits(const Drive& drive, const BaseParameters& battery = drivenBattery()) : drive_(drive) {
+  explicit NullFits(const InputSequence& inputs, const BaseParameters& battery = drivenBattery()) : inputs_(inputs) {
     const BatteryModel model;
     CompositionPoint truth{Eigen::VectorXd(kBaseRows), model.restState()};
     truth.parameters << battery.r_discharge, battery.r_charge, battery.c2, battery.beta, battery.u_dc;
-    const CompositionProblem problem(model, drive, FitCost{}, truth);
+    const CompositionProblem problem(model, inputs, FitCost{}, truth);
     const Eigen::MatrixXd seeds = problem.seedsAt(problem.coordinatesOf(truth));
-    Simulation simulation(model, {truth.parameters, truth.state, drive.first_time, drive.first_time}, seeds);
+    Simulation simulation(model, {truth.parameters, truth.state, inputs.first_time, inputs.first_time}, seeds);
     fit_.model = model;
     fit_.point = truth;
-    fit_.jacobian.resize(static_cast<Eigen::Index>(drive.samples.size()), seeds.cols());
+    fit_.jacobian.resize(static_cast<Eigen::Index>(inputs.samples.size()), seeds.cols());
     for (Eigen::Index n = 0; n < fit_.jacobian.rows(); ++n) {
-      const DriveSample& sample = drive.samples[static_cast<std::size_t>(n)];
+      const InputSample& sample = inputs.samples[static_cast<std::size_t>(n)];
       simulation.advance(sample.step);
       fit_.jacobian.row(n) = simulation.voltageDerivatives().transpose();
       if (sample.count > 0.0) ++fit_.measured;
@@ -60,45 +60,45 @@ class NullFits {
     WhitenedFit fit = fit_;
     Eigen::MatrixXd columns = fit.jacobian;
     Eigen::VectorXd target = error;
-    for (std::size_t n = 0; n < drive_.samples.size(); ++n) {
-      const double weight = std::sqrt(drive_.samples[n].count);
+    for (std::size_t n = 0; n < inputs_.samples.size(); ++n) {
+      const double weight = std::sqrt(inputs_.samples[n].count);
       columns.row(static_cast<Eigen::Index>(n)) *= weight;
       target[static_cast<Eigen::Index>(n)] *= weight;
     }
     fit.residual = error - fit.jacobian * columns.householderQr().solve(target);
     clearMasked(fit.residual);
-    fit.noise = fitNoise(fit.residual, drive_.samples);
+    fit.noise = fitNoise(fit.residual, inputs_.samples);
     for (int round = 0; round < 2; ++round) {
-      const Whitening whitening(fit.noise, drive_.samples);
+      const Whitening whitening(fit.noise, inputs_.samples);
       for (Eigen::Index k = 0; k < columns.cols(); ++k) columns.col(k) = whitening.whitened(fit.jacobian.col(k));
       const auto qr = columns.householderQr();
       fit.residual = error - fit.jacobian * qr.solve(whitening.whitened(error));
       clearMasked(fit.residual);
       if (round == 0) {
-        fit.noise = fitNoise(fit.residual, drive_.samples);
+        fit.noise = fitNoise(fit.residual, inputs_.samples);
         continue;
       }
       fit.innovation = whitening.whitened(fit.residual);
-      fit.absorbed = Eigen::MatrixXd::Identity(columns.rows(), columns.cols());
-      fit.absorbed.applyOnTheLeft(qr.householderQ());
+      fit.biased = Eigen::MatrixXd::Identity(columns.rows(), columns.cols());
+      fit.biased.applyOnTheLeft(qr.householderQ());
     }
-    fit.deviance = deviance(fit.noise, fit.residual, drive_.samples);
+    fit.deviance = deviance(fit.noise, fit.residual, inputs_.samples);
     return fit;
   }
 
  private:
   void clearMasked(Eigen::VectorXd& residual) const {
     for (Eigen::Index n = 0; n < residual.size(); ++n)
-      if (drive_.samples[static_cast<std::size_t>(n)].count <= 0.0) residual[n] = 0.0;
+      if (inputs_.samples[static_cast<std::size_t>(n)].count <= 0.0) residual[n] = 0.0;
   }
 
-  const Drive& drive_;
+  const InputSequence& inputs_;
   WhitenedFit fit_{BatteryModel(), {}, {}, {}, {}, {}, {}, {}, 0.0, 0};
 };
 
-inline const Drive& tenMinutes() {
-  static const Drive drive = exactDrive(600.0);
-  return drive;
+inline const InputSequence& tenMinutes() {
+  static const InputSequence inputs = exactInputs(600.0);
+  return inputs;
 }
 
 /// Ten minutes fitted with an error [V] added to kDrawnNoise.

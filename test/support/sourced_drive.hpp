@@ -1,7 +1,7 @@
 #pragma once
 
-#include "battery_sof/identify/follower.hpp"
-#include "battery_sof/recording/source.hpp"
+#include "battery_sof/estimation/follower.hpp"
+#include "battery_sof/recording/control_mode.hpp"
 #include "support/known_model.hpp"
 #include "support/synthetic_recording.hpp"
 
@@ -32,17 +32,17 @@ inline Series sourcedDrive(std::size_t samples, const FittedModel& battery, std:
       held = random.uniform(13.4, 14.6);
       next_level = t + random.uniform(3.0, 12.0);
     }
-    DriveSample sample;
-    sample.voltage_drives = t >= stop_until + 1.0;
+    InputSample sample;
+    sample.voltage_controlled = t >= stop_until + 1.0;
     sample.voltage = held + 0.02 * random.normal();
     const double drawn = t < stop_until ? random.uniform(-28.0, -18.0) : random.uniform(-220.0, -180.0);
     const double before = battery.state.time + t;
-    sample.step = driveStep(before, current, before + 1.0, drawn, 10.0);
-    sample.step.missed = missed.add(1.0, sample.voltage_drives ? 10.0 : drawn, sample.voltage_drives);
-    for (int k = 0; k < 3 && sample.voltage_drives; ++k) {  // the current that goes with the voltage
+    sample.step = inputStep(before, current, before + 1.0, drawn, 10.0);
+    sample.step.missed = missed.add(1.0, sample.voltage_controlled ? 10.0 : drawn, sample.voltage_controlled);
+    for (int k = 0; k < 3 && sample.voltage_controlled; ++k) {  // the current that goes with the voltage
       const double missed_before = sample.step.missed;
       Follower trial = follower;
-      sample.step = driveStep(before, current, before + 1.0, trial.follow(sample).current, 10.0);
+      sample.step = inputStep(before, current, before + 1.0, trial.follow(sample).current, 10.0);
       sample.step.missed = missed_before;
     }
     const FollowedSample at = follower.follow(sample);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/identify/identification.hpp"
+#include "battery_sof/estimation/identification.hpp"
 #include "support/composed.hpp"
 
 /// Start-stop drives whose answers are a model's own, in the direction that is imposed.
@@ -14,7 +14,7 @@ namespace battery_sof::test {
 /// A drive of a start-stop car at 1 Hz.
 struct StartStopDrive {
   Series series;
-  std::vector<char> imposed;  ///< one a sample, 1: a source held the voltage
+  std::vector<char> controlled;  ///< one a sample, 1: a source held the voltage
 };
 
 /// What the source holds, and what the sensors add.
@@ -32,20 +32,20 @@ struct StartStopOptions {
 inline StartStopDrive startStopDrive(const BatteryModel& model, const Eigen::VectorXd& p, const StartStopOptions& options = {}) {
   Random random(options.seed), noise(options.seed + 1000);
   Simulation simulation(model, pointOf(model, p));
-  StartStopDrive drive;
+  StartStopDrive inputs;
   double time = 0.0, current = 0.0;
   Series clean;
   const auto take = [&](bool source, double wanted) {
-    DriveSample sample;
-    sample.step = driveStep(clean.empty() ? time : clean.time.back(), current, time, source ? 0.0 : wanted, 5.0);
-    sample.voltage_drives = source;
+    InputSample sample;
+    sample.step = inputStep(clean.empty() ? time : clean.time.back(), current, time, source ? 0.0 : wanted, 5.0);
+    sample.voltage_controlled = source;
     sample.voltage = wanted;
     const double error = simulation.follow(sample);
     current = source ? -error : wanted;
     clean.time.push_back(time);
     clean.current.push_back(current);
     clean.voltage.push_back(source ? wanted : simulation.voltage());
-    drive.imposed.push_back(source ? 1 : 0);
+    inputs.controlled.push_back(source ? 1 : 0);
     time += 1.0;
   };
   while (time < options.duration) {
@@ -59,12 +59,12 @@ inline StartStopDrive startStopDrive(const BatteryModel& model, const Eigen::Vec
       take(true, level);
     }
   }
-  drive.series = clean;
+  inputs.series = clean;
   for (std::size_t n = 0; n < clean.size(); ++n) {
-    drive.series.current[n] += options.current_noise * noise.normal();
-    drive.series.voltage[n] += options.voltage_noise * noise.normal();
+    inputs.series.current[n] += options.current_noise * noise.normal();
+    inputs.series.voltage[n] += options.voltage_noise * noise.normal();
   }
-  return drive;
+  return inputs;
 }
 
 /// A battery as fresh_sulphate has it, away from the magnitudes that a search begins at.
@@ -80,13 +80,13 @@ inline Eigen::VectorXd freshBattery(const BatteryModel& model) {
   return p;
 }
 
-/// The source of a drive as it was made, and what findSource() finds of its rule.
-inline DrivingSource knownSource(const StartStopDrive& drive) {
-  DrivingSource source;
-  static_cast<Source&>(source) = findSource(drive.series);
-  source.imposes_voltage = drive.imposed;
+/// The source of a drive as it was made, and what detectControlMode() finds of its rule.
+inline ChargerControl knownSource(const StartStopDrive& inputs) {
+  ChargerControl source;
+  static_cast<ControlModes&>(source) = detectControlMode(inputs.series);
+  source.voltage_controlled = inputs.controlled;
   source.seen = true;
-  source.repair.dropped.assign(drive.series.size(), 0);
+  source.repair.dropped.assign(inputs.series.size(), 0);
   return source;
 }
 

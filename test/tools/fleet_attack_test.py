@@ -54,14 +54,14 @@ def answers(k):
         "check": {"findings": [{"id": "gap", "severity": "warning", "value": 3.0, "unit": "s", "samples": 2, "what": "a gap"}], "source": {"seen": True, "share": 0.5},
                   "temperature_range_c": [10.0 + k, 12.0 + k], "samples": 100, "from_s": 0.0, "to_s": 900.0, "median_interval_s": 1.0},
         "convert": None,
-        "identify": {"window": window, "samples": 100, "effects": [], "status": "converged", "suitability": 0.5, "q_dyn_percent": 90.0, "rmse_v": 0.01,
+        "identify": {"window": window, "samples": 100, "effects": [], "status": "converged", "window_quality": 0.5, "q_dyn_percent": 90.0, "rmse_v": 0.01,
                      "parameters": [parameter(5e-3 * 1.1**k)]},
         "predict": {"window": window, "q_dyn_percent": 90.0, "coverage_90": 0.9, "cranks": [{}], "mixed": both, "naive": both},
-        "diagnose": {"verdict": "named", "family": "acid", "probability": 0.7, "summary": "words", "evidence": {"base": 1.0, "extended": 50.0 * (k % 3)},
+        "diagnose": {"verdict": "effect", "mechanism": "acid", "probability": 0.7, "summary": "words", "evidence": {"base": 1.0, "extended": 50.0 * (k % 3)},
                      "fit": {"base": {"train": {"rmse_v": 0.02}, "holdout": {"rmse_v": 0.03}}, "extended": None},
-                     "effects": [{"id": "acid_transport", "family": "acid", "probability": 0.7, "parameters": [parameter(1.0)]}],
-                     "candidates": [{"id": "acid_transport", "family": "acid", "evidence": 3.0, "probability": 0.7, "rejected_because": None}]},
-        "score": {"windows": [{"start_s": 0.0, "effects": [], "suitability": 0.5, "parameters": [parameter(5e-3)], "naive": both,
+                     "effects": [{"id": "acid_transport", "mechanism": "acid", "probability": 0.7, "parameters": [parameter(1.0)]}],
+                     "candidates": [{"id": "acid_transport", "mechanism": "acid", "evidence": 3.0, "probability": 0.7, "rejected_because": None}]},
+        "score": {"windows": [{"start_s": 0.0, "effects": [], "window_quality": 0.5, "parameters": [parameter(5e-3)], "naive": both,
                                "model": {"current_share_percent": None, "voltage_share_percent": 50.0, **both}}]}}
 
 
@@ -75,7 +75,7 @@ def make_fleet(folder):
     for k in range(RECORDINGS):
         with open(os.path.join(data, f"r{k}.csv"), "w") as file:
             file.write(f"time_s,current_a,voltage_v\n{k},1,12\n")
-        write_json(os.path.join(folder, "labels", f"r{k}.json"), {"kind": "other_form" if k % 2 else "null", "family": "acid"})
+        write_json(os.path.join(folder, "labels", f"r{k}.json"), {"kind": "other_form" if k % 2 else "null", "mechanism": "acid"})
     for entry in plan.make(out, [os.path.join(folder, "list.csv")], plan.STEPS, "product", OPTIONS):
         where = plan.results(out, entry["key"])
         os.makedirs(where)

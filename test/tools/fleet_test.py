@@ -205,17 +205,17 @@ class Made(Folder):
         found = discoveries.batteries(self.base([("acid", 40.0), ("acid", 2.0), (None, 90.0)] + [(None, 0.0)] * 20))
         self.assertEqual([(one.name, one.found) for one in found[:2]], [("b0", True), ("b1", False)])
         self.assertEqual(sum(one.found for one in found), 1)
-        self.assertEqual([row[:2] for row in discoveries.families(found)], [("acid", 2)])
+        self.assertEqual([row[:2] for row in discoveries.mechanisms(found)], [("acid", 2)])
 
     def test_drawn_recordings_are_judged_by_their_labels(self):
         base = self.base([("acid", 40.0), ("acid", 60.0), (None, 0.0), ("structure", 50.0)])
         os.makedirs(self.path("labels"))
-        for k, label in enumerate(('{"kind": "other_form", "family": "acid"}', '{"kind": "null"}', '{"kind": "null"}', '{"kind": "other_form", "family": "acid"}')):
+        for k, label in enumerate(('{"kind": "other_form", "mechanism": "acid"}', '{"kind": "null"}', '{"kind": "null"}', '{"kind": "other_form", "mechanism": "acid"}')):
             self.write(os.path.join("labels", f"c{k}.json"), label)
             base.execute("UPDATE recording SET path = ? WHERE recording = ?", (self.path("recordings", f"c{k}.csv"), f"k{k}"))
         base.execute("UPDATE verdict SET verdict = 'no_mismatch' WHERE recording = 'k2'")
         for k, rms in enumerate((0.02, 0.001, 0.003)):
-            content = json.dumps({"answer": {"verdict": "named", "fit": {"base": {"train": {"rmse_v": rms}}}}}).encode()
+            content = json.dumps({"answer": {"verdict": "effect", "fit": {"base": {"train": {"rmse_v": rms}}}}}).encode()
             base.execute("INSERT INTO file VALUES (?, 'diagnose.json', ?, ?)", (f"k{k}", len(content), zlib.compress(content)))
         cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in judge.judged(base)]
         start = lambda row: [cell.split(" = ")[0] for cell in row]

@@ -18,7 +18,7 @@ def errors(rmse, share):
 
 
 def answer(extended=None, **more):
-    given = {"verdict": "mismatch", "family": None, "probability": None, "effects": [], "naive": {"rmse_v": 0.04}, "naive_line": {"rmse_v": 0.3},
+    given = {"verdict": "mismatch", "mechanism": None, "probability": None, "effects": [], "baseline": {"rmse_v": 0.04}, "baseline_line": {"rmse_v": 0.3},
              "fit": {"base": errors(0.1, 10.0), "extended": extended}}
     return dict(given, **more)
 
@@ -35,11 +35,11 @@ class DiagnoseMeasured(unittest.TestCase):
         self.assertEqual((found["base"], found["extended"], found["ridge"], found["line"], found["shares"]), (0.1, 0.05, 0.04, 0.3, (10.0, None)))
 
     def test_what_is_told_has_each_name_once(self):
-        ocv = {"id": "ocv_soc", "tied_with": ["hidden_load"]}
-        rival = {"id": "hidden_load", "tied_with": ["ocv_soc"]}
+        ocv = {"id": "ocv_soc", "indistinguishable_from": ["hidden_load"]}
+        rival = {"id": "hidden_load", "indistinguishable_from": ["ocv_soc"]}
         self.assertEqual(diagnose_measured.told_of(answer(verdict="no_mismatch")), "no_mismatch")
-        self.assertEqual(diagnose_measured.told_of(answer(verdict="unknown", family="ageing")), "unknown; ageing")
-        told = diagnose_measured.told_of(answer(verdict="named", family="open_circuit", probability=0.5, effects=[ocv, rival]))
+        self.assertEqual(diagnose_measured.told_of(answer(verdict="unexplained", mechanism="ageing")), "unexplained; ageing")
+        told = diagnose_measured.told_of(answer(verdict="effect", mechanism="open_circuit", probability=0.5, effects=[ocv, rival]))
         self.assertEqual(told, "named; open_circuit (0.50); hidden_load or ocv_soc")
 
     def test_a_row_is_in_millivolts(self):

@@ -11,7 +11,7 @@ import sys
 
 ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 SHELL_FOLDERS = ("scripts", ".ci", "test", "tools", "bench", "cmake", "completion")
-CODE_FOLDERS = ("src", "include", "test", "bench", "experiments", "examples", "python")
+CODE_FOLDERS = ("src", "include", "simulator", "test", "bench", "experiments", "examples", "python")
 SHELL = re.compile(rb"#!.*\b(ba)?sh\b")
 CLANG = 14  # two versions neither format alike nor find the same
 BUILD = os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build"))

@@ -14,12 +14,12 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 import numpy as np
 
-from battery_sof_tools import concealment, docs_site, families, files, progress, rates, recordings, stop_rules, tables, tidy, update_cli_page, update_effects_page
+from battery_sof_tools import concealment, docs_site, mechanisms, files, progress, rates, recordings, stop_rules, tables, tidy, update_cli_page, update_effects_page
 from battery_sof_tools.real import command, laws, plan, run, score
 from battery_sof_tools.sof import Catalogue, Failure, call, catalogue, program
 
 BUILD = os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build"))
-FORMS = {family: ["a", "b"] for family in ("acid", "ageing", "instrument")}
+FORMS = {mechanism: ["a", "b"] for mechanism in ("acid", "ageing", "instrument")}
 
 
 class Tidy(unittest.TestCase):
@@ -131,14 +131,14 @@ class Effects(unittest.TestCase):
         known = catalogue(program(BUILD, "sof"))
         self.assertGreater(len(known.codes), 20)
         for name in known.codes:
-            self.assertIn(known.family(name), known.families)
+            self.assertIn(known.mechanism(name), known.mechanisms)
             self.assertIn(known.tier(name), "SPI")
         self.assertEqual(known.tier("clipping"), "I")
-        self.assertEqual(known.sensors, known.family("clipping"))
-        self.assertEqual(sorted(known.structure | known.physics | known.instrument), sorted(known.family_of))
+        self.assertEqual(known.sensors, known.mechanism("clipping"))
+        self.assertEqual(sorted(known.structure | known.physics | known.instrument), sorted(known.mechanism_of))
 
     def test_a_name_of_no_family_has_none(self):
-        self.assertIsNone(Catalogue({"effects": [], "families": [{"id": "x", "members": ["y"]}]}).family("z"))
+        self.assertIsNone(Catalogue({"effects": [], "mechanisms": [{"id": "x", "members": ["y"]}]}).mechanism("z"))
 
     def test_a_program_that_fails_is_told_with_its_words(self):
         with self.assertRaisesRegex(Failure, "exit code 2: .*gasing"):
@@ -191,13 +191,13 @@ class Recordings(unittest.TestCase):
 
 class Answers(unittest.TestCase):
     def test_the_first_that_gives_a_family_a_probability_counts(self):
-        answer = {"family": "acid", "probability": None, "effects": [{"id": "x", "family": "acid", "probability": 0.7},
-                                                                     {"id": "y", "family": "acid", "probability": 0.2}]}
-        self.assertEqual(families.families_of(answer, None), {"acid": 0.7})
+        answer = {"mechanism": "acid", "probability": None, "effects": [{"id": "x", "mechanism": "acid", "probability": 0.7},
+                                                                     {"id": "y", "mechanism": "acid", "probability": 0.2}]}
+        self.assertEqual(mechanisms.mechanisms_of(answer, None), {"acid": 0.7})
 
     def test_several_true_families_make_one_of_them_right(self):
-        self.assertEqual(families.outcome("named", {"acid": 1.0}, {"acid", "ageing"}), "right")
-        self.assertEqual(families.outcome("named", {"acid": 1.0, "structure": 1.0}, {"acid", "ageing"}), "beside")
+        self.assertEqual(mechanisms.outcome("named", {"acid": 1.0}, {"acid", "ageing"}), "right")
+        self.assertEqual(mechanisms.outcome("named", {"acid": 1.0, "structure": 1.0}, {"acid", "ageing"}), "beside")
 
 
 class RealPlan(unittest.TestCase):
@@ -260,23 +260,23 @@ class Laws(unittest.TestCase):
         self.assertGreater(abs(drawn["level_v"]) + drawn["resistance_ohm"], 0.0)
 
     def test_a_law_is_made_as_strong_as_it_is_wanted_and_refused_beyond_its_bounds(self):
-        draw = program(BUILD, "draw_stranger")
+        draw = program(BUILD, "draw_out_of_model")
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "measured.csv")
             recordings.write(path, self.t, self.i, self.u)
             beside = laws.Beside(*recordings.read(path))
-            for family, form in (("structure", "conducting_film"), ("instrument", "thermostat_load")):
+            for mechanism, form in (("structure", "conducting_film"), ("instrument", "thermostat_load")):
                 wanted = 2e-3
-                strength, shown, current, _ = laws.with_strength(draw, beside, path, family, form, 1, wanted, folder)
+                strength, shown, current, _ = laws.with_strength(draw, beside, path, mechanism, form, 1, wanted, folder)
                 self.assertGreaterEqual(shown[0], wanted)
                 self.assertLessEqual(shown[0], 1.31 * wanted)
-                self.assertEqual(current is beside.i, family == "structure")
+                self.assertEqual(current is beside.i, mechanism == "structure")
                 self.assertLessEqual(strength, laws.MOST_STRENGTH)
             self.assertRaisesRegex(Failure, "too weak", laws.with_strength, draw, beside, path, "instrument", "remanence", 1, 1.0, folder)
 
 
-def told(*named, verdict="named", parts=(), base=0.1, extended=0.05, ridge=0.08):
-    return {"verdict": verdict, "families": {one: 0.95 for one in named}, "effects": [], "parts": list(parts), "limit_v": 0.01,
+def told(*named, verdict="effect", parts=(), base=0.1, extended=0.05, ridge=0.08):
+    return {"verdict": verdict, "mechanisms": {one: 0.95 for one in named}, "effects": [], "parts": list(parts), "limit_v": 0.01,
             "holdout_v": {"base": base, "extended": extended, "ridge": ridge}}
 
 
@@ -285,7 +285,7 @@ def put_in(kind, answer, recording="a"):
 
 
 class RealScore(unittest.TestCase):
-    UNCHANGED = {"a": told("structure", verdict="unknown"), "b": told(verdict="no_mismatch")}
+    UNCHANGED = {"a": told("structure", verdict="unexplained"), "b": told(verdict="no_mismatch")}
 
     def figures(self, rows):
         return {what: text for what, text, _ in score.figures(score.cases_of(rows, self.UNCHANGED)[0])}
@@ -312,7 +312,7 @@ class RealScore(unittest.TestCase):
         self.assertTrue(found["zero: the verdict is as without"].startswith("0 of 3"))
 
     def test_a_new_part_of_what_is_unknown_is_told(self):
-        rows = [put_in("acid", told("structure", verdict="unknown", parts=["acid"])), put_in("ageing", told("structure", parts=["acid"]))]
+        rows = [put_in("acid", told("structure", verdict="unexplained", parts=["acid"])), put_in("ageing", told("structure", parts=["acid"]))]
         self.assertTrue(self.figures(rows)["put in: its family newly named or a new part of what is unknown"].startswith("1 of 2"))
 
     def test_the_ridge_stands_beside(self):

@@ -25,22 +25,22 @@ from .sof import Failure, catalogue, diagnose, program
 
 def cases_of(draw, wanted, first_seed, only):
     listed = [line.split() for line in subprocess.run([draw, "--list"], check=True, capture_output=True, text=True).stdout.splitlines()]
-    for family, count in wanted.items():
-        ids = [words[1] if len(words) > 1 else "" for words in listed if words[0] == family]
+    for mechanism, count in wanted.items():
+        ids = [words[1] if len(words) > 1 else "" for words in listed if words[0] == mechanism]
         if not ids:
-            sys.exit(f"no family {family}; known: {', '.join(sorted({words[0] for words in listed}))}")
+            sys.exit(f"no family {mechanism}; known: {', '.join(sorted({words[0] for words in listed}))}")
         for name in ids:
             if only and name not in only | {"", "-"}:
                 continue
             for seed in range(first_seed, first_seed + count):
-                yield family, name, seed
+                yield mechanism, name, seed
 
 
 def run_case(draw, sof, case, keep):
-    family, name, seed = case
+    mechanism, name, seed = case
     with tempfile.TemporaryDirectory() as folder:
-        recording, label = os.path.join(keep or folder, f"{family}_{name}_{seed}.csv"), os.path.join(folder, "label.json")
-        command = [draw, "--family", family, "--seed", str(seed), "--out", recording, "--label", label]
+        recording, label = os.path.join(keep or folder, f"{mechanism}_{name}_{seed}.csv"), os.path.join(folder, "label.json")
+        command = [draw, "--family", mechanism, "--seed", str(seed), "--out", recording, "--label", label]
         if name:
             command += ["--id", name]
         drawn = subprocess.run(command, capture_output=True, text=True)
@@ -54,10 +54,10 @@ def run_case(draw, sof, case, keep):
             truth = json.load(f)
     fit = diagnosis["fit"]
     return {"case": case, "verdict": diagnosis["verdict"],
-            "effects": [[e["id"], e["confidence"], e.get("evidence"), e.get("tied_with", [])] for e in diagnosis["effects"]],
+            "effects": [[e["id"], e["confidence"], e.get("evidence"), e.get("indistinguishable_from", [])] for e in diagnosis["effects"]],
             "candidates": [[c["id"], c["evidence"], c["holdout_gain_percent"], c["rejected_because"]] for c in diagnosis["candidates"]],
             "base_rmse": fit["base"]["holdout"]["rmse_v"], "extended_rmse": fit["extended"]["holdout"]["rmse_v"],
-            "family": diagnosis.get("family"), "expected": truth.get("expected"), "strength": truth.get("strength")}
+            "mechanism": diagnosis.get("mechanism"), "expected": truth.get("expected"), "strength": truth.get("strength")}
 
 
 def first_class(result):
@@ -76,13 +76,13 @@ def report(results, known):
     by = collections.defaultdict(list)
     for r in done:
         by[r["case"][0]].append(r)
-    for family, group in by.items():
-        print(f"\n{family}: {len(group)} cases, verdicts", dict(collections.Counter(r["verdict"] for r in group)))
+    for mechanism, group in by.items():
+        print(f"\n{mechanism}: {len(group)} cases, verdicts", dict(collections.Counter(r["verdict"] for r in group)))
         names = collections.Counter(e[0] for r in group for e in r["effects"])
-        if family == "null":
+        if mechanism == "null":
             print("  false alarms", rate(sum(r["verdict"] != "no_mismatch" for r in group), len(group)))
             print("  names", dict(names))
-        elif family in ("structural_null", "porous_null"):
+        elif mechanism in ("structural_null", "porous_null"):
             wrong = [r for r in group if any(e[0] in known.physics and not any(alike(e[0], t) and t not in known.physics for t in e[3])
                                              for e in r["effects"])]
             either = [r for r in group if any(e[0] not in known.structure and not known.structure & set(e[3]) for e in r["effects"])]

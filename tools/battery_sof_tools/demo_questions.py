@@ -78,10 +78,10 @@ def main():
     status = rospy.wait_for_message(NODE + "/status", SofStatus, timeout=20.0)
     states = {getattr(SofStatus, name): name for name in ("NO_DATA", "COLLECTING", "IDENTIFYING", "READY", "STALE")}
     print("~status: {}, model {:.0f} s old, Q_dyn of the running back-test {:.1f} %, suitability {:.2f}".format(
-        states[status.state], status.model_age, status.backtest_q_dyn_percent, status.suitability))
+        states[status.state], status.model_age, status.backtest_q_dyn_percent, status.window_quality))
     cranks, charges = status.past_cranks, status.past_charges
     print("    so far {} cranks missed by {:.3f} V, {} charges by {:.1f} A; inside their 90 % intervals: {:.0f} %, {:.0f} %".format(
-        cranks.count, cranks.mean_abs_error, charges.count, charges.mean_abs_error, 100.0 * cranks.inside_share, 100.0 * charges.inside_share))
+        cranks.count, cranks.mean_abs_error, charges.count, charges.mean_abs_error, 100.0 * cranks.coverage, 100.0 * charges.coverage))
     cranking()
     stop_time()
     charge()

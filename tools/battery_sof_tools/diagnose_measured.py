@@ -29,17 +29,17 @@ def figures(answer):
     """Errors [V] and shares [%] of a diagnosis, base circuit and extended model."""
     base, extended = (answer["fit"][one]["holdout"] for one in ("base", "extended")) if answer["fit"].get("extended") else (
         answer["fit"]["base"]["holdout"],) * 2
-    return {"base": base["rmse_v"], "extended": extended["rmse_v"], "ridge": answer["naive"]["rmse_v"], "line": answer["naive_line"]["rmse_v"],
+    return {"base": base["rmse_v"], "extended": extended["rmse_v"], "ridge": answer["baseline"]["rmse_v"], "line": answer["baseline_line"]["rmse_v"],
             "shares": (base["share_percent"], extended["share_percent"])}
 
 
 def told_of(answer):
     """Verdict, family with its probability, and what is named."""
     parts = [answer["verdict"]]
-    if answer["family"]:
+    if answer["mechanism"]:
         stated = "" if answer["probability"] is None else f" ({answer['probability']:.2f})"
-        parts.append(answer["family"] + stated)
-    named = dict.fromkeys(" or ".join(sorted([one["id"], *one["tied_with"]])) for one in answer["effects"])
+        parts.append(answer["mechanism"] + stated)
+    named = dict.fromkeys(" or ".join(sorted([one["id"], *one["indistinguishable_from"]])) for one in answer["effects"])
     return "; ".join(parts + ([", ".join(named)] if named else []))
 
 

@@ -77,8 +77,8 @@ def score(args, recording, columns, t, ends):
         ahead = fit and run([args.sof, "predict", model, recording, *columns, "--from", repr(float(after[0])), "--to", repr(float(t[t < ends[2]][-1]))], args.end)
     if not ahead:
         return None
-    return {"suitability": fit["suitability"], "fit_ms": fit["fit_ms"], "effects": fit["effects"], "parameters": fit["parameters"], "start_s": ends[0],
-            "model": ahead["mixed"] or from_current(ahead), "naive": ahead["naive"], "q_dyn": ahead["q_dyn_percent"]}
+    return {"window_quality": fit["window_quality"], "fit_ms": fit["fit_ms"], "effects": fit["effects"], "parameters": fit["parameters"], "start_s": ends[0],
+            "model": ahead["mixed"] or from_current(ahead), "baseline": ahead["baseline"], "q_dyn": ahead["q_dyn_percent"]}
 
 
 def from_current(ahead):
@@ -120,8 +120,8 @@ def intervals(all_events):
 def rank(found):
     """Correlation of suitability with the next window's share, and with its cranks' mean error."""
     from scipy.stats import spearmanr  # half a second, and not all that import this module rank
-    with_share = [(f["suitability"], f["model"]["share_percent"]) for f in found if f["model"]["share_percent"] is not None]
-    with_cranks = [(f["suitability"], f["model"]["crank_mae_v"]) for f in found if f["model"]["crank_mae_v"] is not None]
+    with_share = [(f["window_quality"], f["model"]["share_percent"]) for f in found if f["model"]["share_percent"] is not None]
+    with_cranks = [(f["window_quality"], f["model"]["crank_mae_v"]) for f in found if f["model"]["crank_mae_v"] is not None]
     return ["-" if len(pairs) < 5 else "{:+.2f}".format(spearmanr(*zip(*pairs)).statistic) for pairs in (with_share, with_cranks)]
 
 
@@ -131,13 +131,13 @@ def summary(label, found):
         return
     print("{}: {} windows; share in %: median (quartiles)".format(label, len(found)))
     print("  {:<6} {:>18} {:>18} {:>18} {:>9} {:>9} {:>10}".format("", "both", "current", "voltage", "10 s", "60 s", "cranks"))
-    for who in ("model", "naive"):
+    for who in ("model", "baseline"):
         e = pooled(found, who)
         median = ["{:.2f} A".format(np.median(e[k]["error"])) if e[k] else "-" for k in ("10 s", "60 s")]
         crank = "{:.0f} mV".format(1e3 * np.mean(e["cranks"]["error"])) if e["cranks"] else "-"
         print("  {:<6} {:>18} {:>18} {:>18} {:>9} {:>9} {:>10}".format(who, *(quartiles(shares(found, who, k + "share_percent")) for k in ("", "current_", "voltage_")), *median, crank))
     print("  90 % intervals  " + (intervals(pooled(found, "model")) or "no event"))
-    worse = sum(1 for f in found if None not in (f["model"]["share_percent"], f["naive"]["share_percent"]) and f["model"]["share_percent"] < f["naive"]["share_percent"])
+    worse = sum(1 for f in found if None not in (f["model"]["share_percent"], f["baseline"]["share_percent"]) and f["model"]["share_percent"] < f["baseline"]["share_percent"])
     print("  {} windows where the straight lines explain more; fit {:.0f} ms (median)".format(worse, np.median([f["fit_ms"] for f in found])))
 
 
@@ -150,11 +150,11 @@ def picture(found, path):
     for name, marker in zip(names, "os^vDP"):
         mine = [f for f in found if f["recording"] == name]
         value = lambda who: np.clip([f[who]["share_percent"] for f in mine], -50, 100)
-        axes[0].plot(value("naive"), value("model"), marker, label=name, alpha=0.8)
+        axes[0].plot(value("baseline"), value("model"), marker, label=name, alpha=0.8)
     axes[0].plot([-50, 100], [-50, 100], color="0.6", linewidth=0.8)
     axes[0].set(xlabel="straight lines and past events [%]", ylabel="model [%]", title="Share of the next window explained, one point a window", xlim=(-53, 103), ylim=(-53, 103))
     axes[0].legend()
-    for who, colour in (("naive", "0.5"), ("model", "tab:blue")):
+    for who, colour in (("baseline", "0.5"), ("model", "tab:blue")):
         value = np.sort(np.clip(shares(found, who, "share_percent"), -50, 100))
         axes[1].plot(value, (np.arange(len(value)) + 0.5) / len(value), "o-", markersize=3, color=colour, label="{}: median {:.1f} %".format(who, np.median(value)))
     axes[1].set(xlabel="share of the next window explained [%]", ylabel="share of windows below", title="Sorted ({} windows; below -50 drawn at -50)".format(len(found)))

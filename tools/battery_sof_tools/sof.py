@@ -79,17 +79,17 @@ class Catalogue:
         self.codes = {one["id"]: one["code"] for one in told["effects"]}
         # [s], of the effects that remember: the first time constant at its usual value.
         self.times = {one["id"]: parameter["magnitude"] for one in told["effects"] for parameter in reversed(one.get("parameters", ())) if parameter["unit"] == "s" and parameter["logarithmic"]}
-        self.families = [one["id"] for one in told["families"]]
-        self.family_of = {member: one["id"] for one in told["families"] for member in one["members"]}
-        self.sensors = next(one["id"] for one in told["families"] if set(one["members"]) - set(self.codes))  # faults of sampling
-        self.structure, self.physics, self.instrument = (frozenset(one for one in self.family_of if self.tier(one) == tier) for tier in "SPI")
+        self.mechanisms = [one["id"] for one in told["mechanisms"]]
+        self.mechanism_of = {member: one["id"] for one in told["mechanisms"] for member in one["members"]}
+        self.sensors = next(one["id"] for one in told["mechanisms"] if set(one["members"]) - set(self.codes))  # faults of sampling
+        self.structure, self.physics, self.instrument = (frozenset(one for one in self.mechanism_of if self.tier(one) == tier) for tier in "SPI")
 
     def tier(self, name):
         return self.codes.get(name, "I")[0]
 
-    def family(self, name):
+    def mechanism(self, name):
         """A family's id, or None for a name that is in no family."""
-        return self.family_of.get(name)
+        return self.mechanism_of.get(name)
 
 
 def catalogue(sof):

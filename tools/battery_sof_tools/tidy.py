@@ -19,7 +19,7 @@ from .files import ROOT
 LAST_COMMITS = 5
 OF_GCC_ALONE = "-Wno-unused-command-line-argument"  # limits of inlining
 MAINS = ("origin/main", "main")
-SAMPLE = ("src/recording/number_text.cpp", "src/recording/words.cpp", "src/predict/profile.cpp")
+SAMPLE = ("src/recording/number_text.cpp", "src/recording/text.cpp", "src/prediction/profile.cpp")
 
 
 def git(*arguments):
@@ -65,7 +65,7 @@ def without_precompiled(command):
 def database(build):
     """How each source of src is compiled, as clang-tidy reads it: the folder of the file, and the sources."""
     with open(os.path.join(build, "compile_commands.json"), encoding="utf-8") as file:
-        entries = [entry for entry in json.load(file) if entry["file"].startswith(os.path.join(ROOT, "src") + os.sep)]
+        entries = [entry for entry in json.load(file) if entry["file"].startswith((os.path.join(ROOT, "src") + os.sep, os.path.join(ROOT, "simulator") + os.sep))]
     folder = os.path.join(build, "tidy")
     os.makedirs(folder, exist_ok=True)
     with open(os.path.join(folder, "compile_commands.json"), "w", encoding="utf-8") as file:

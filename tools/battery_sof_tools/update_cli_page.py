@@ -28,7 +28,7 @@ ENDING = """
 
 *Who imposes what.* `sof check` says in which samples a source (a generator, a converter, a charger) holds the voltage. Where it does, and samples come a quarter of a second or more apart, `sof identify` is driven by the
 voltage there and adds the physics of charging (`fresh_sulphate`); `--effects none` is the base circuit, `--effects IDS` what you name, `--start paper` the paper's own procedure. `sof predict` then goes the same way;
-`--drive current` runs the model on the current alone, as in the paper. Q_dyn is always that of the current alone.
+`--mode current` runs the model on the current alone, as in the paper. Q_dyn is always that of the current alone.
 
 *Columns of `sof predict --csv`:* `time_s,current_a,voltage_v,predicted_v,lower_v,upper_v,driven_by,predicted_a,lower_a,upper_a`; of what drives, prediction and bounds are the measured value.
 
@@ -38,10 +38,10 @@ what the equations leave (`learned`). [model.md](model.md#modelyaml) lists its n
 *Questions.* A model is asked from the state it was saved in (`--to` of identify), or `--rested`. `sof crank` also takes the stop and the crank as they happen: `--load-profile FILE.csv`, `--crank-profile FILE.csv` (columns
 `time_s,current_a`). JSON holds the fields of the node's services under the same names; JSON has no infinity, so `t_stop` of a stop without an end (`--i-load 0`) is null with `outcome` "always".
 
-*Diagnosis.* The page is one file that needs no network. `--given IDS` models what is known to be there; `--confirm IDS` diagnoses the recording with each of these put in and tells the strength at which it is named. Ctrl-C
+*Diagnosis.* The page is one file that needs no network. `--given IDS` models what is known to be there; `--verify-detection-limits IDS` diagnoses the recording with each of these put in and tells the strength at which it is named. Ctrl-C
 says what was being done, ends at once, and leaves no file.
 
-*Rows of blocks.* `--blocks 2` reads a recording of 24 V as that of one of its two 12 V blocks; the model file remembers it, and `sof predict`, `crank`, `stop-time`, `charge` and `map` answer in the row's volts without being told.
+*Rows of blocks.* `--series-blocks 2` reads a recording of 24 V as that of one of its two 12 V blocks; the model file remembers it, and `sof predict`, `crank`, `stop-time`, `charge` and `map` answer in the row's volts without being told.
 
 *Long work.* On a terminal a command says from two seconds on what it is at and for how long; `sof map` also how long it will still take. Nothing of it is written to a pipe or a file.
 

@@ -87,7 +87,7 @@ class EnergyManager {
 
   void onStatus(const battery_sof::SofStatus& status) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (status.past_cranks.count > cranks_) habits_.addCrank(status.past_cranks.given);
+    if (status.past_cranks.count > cranks_) habits_.addCrank(status.past_cranks.stimulus);
     cranks_ = status.past_cranks.count;
     is_ready_ = status.state == battery_sof::SofStatus::READY;
     status_reason_ = status.reason;

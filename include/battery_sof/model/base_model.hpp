@@ -27,7 +27,7 @@ struct ParameterInfo {
   double upper;        ///< bound, in unit
   std::string source;
   bool logarithmic = false;  ///< searched as a logarithm: what counts is its order of magnitude
-  bool linear = false;       ///< the voltage is linear in it while the others stay; see EffectInfo::bends
+  bool linear = false;       ///< the voltage is linear in it while the others stay; see EffectInfo::is_nonlinear
   bool instant = false;      ///< a time of the recording: bounded by it, and fits start from several
   bool held = false;         ///< stays at its magnitude unless it is set free by name
   /// Standard deviation of what is known beforehand around the magnitude: in unit, of the logarithm when logarithmic.

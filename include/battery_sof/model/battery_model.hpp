@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "battery_sof/model/effect.hpp"
-#include "battery_sof/model/learned_force.hpp"
+#include "battery_sof/model/discrepancy_model.hpp"
 
 namespace battery_sof {
 
@@ -23,10 +23,10 @@ enum BaseRow { kRowRDischarge, kRowRCharge, kRowC2, kRowBeta, kRowUDc, kBaseRows
  */
 class BatteryModel {
  public:
-  /// @param effects ids in any order; "learned" (kLearnedEffect) with the force that it is.
+  /// @param effects ids in any order; "learned" (kDiscrepancyEffect) with the force that it is.
   /// @throws std::invalid_argument for an unknown id, one given twice, one whose needs are not among them, "learned" without a
   ///   force or the other way round; the message says which and what is known.
-  explicit BatteryModel(const std::vector<std::string>& effects = {}, std::shared_ptr<const LearnedForce> force = nullptr);
+  explicit BatteryModel(const std::vector<std::string>& effects = {}, std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr);
 
   const std::vector<std::string>& effects() const { return effects_; }  ///< in catalogue order
   const std::vector<ParameterInfo>& parameters() const { return parameters_; }
@@ -43,7 +43,7 @@ class BatteryModel {
   Eigen::VectorXd restState() const;
 
   /// The learnt force; none without "learned".
-  const std::shared_ptr<const LearnedForce>& force() const { return force_; }
+  const std::shared_ptr<const DiscrepancyModel>& discrepancy() const { return discrepancy_; }
 
   /// First row of an effect's parameters and of its states, by position in effects().
   Eigen::Index firstParameter(std::size_t effect) const { return first_parameter_[effect]; }
@@ -51,7 +51,7 @@ class BatteryModel {
 
  private:
   std::vector<std::string> effects_;
-  std::shared_ptr<const LearnedForce> force_;
+  std::shared_ptr<const DiscrepancyModel> discrepancy_;
   std::vector<ParameterInfo> parameters_;
   std::vector<StateInfo> states_;
   std::vector<Eigen::Index> first_parameter_, first_state_;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "battery_sof/model/battery_model.hpp"
-#include "battery_sof/model/drive.hpp"
+#include "battery_sof/model/input_sequence.hpp"
 
 namespace battery_sof {
 
@@ -15,7 +15,7 @@ struct ModelPoint {
   Eigen::VectorXd state;                  ///< in the order of BatteryModel::states()
   double time = 0.0;                      ///< [s], of the state
   double reference_time = 0.0;            ///< [s], where drifts and steps count their time from: the window's first sample
-  std::vector<double> force_memory = {};  ///< of a learnt force, see Simulation::forceMemory(); empty: it begins with the simulation
+  std::vector<double> regressor_memory = {};  ///< of a learnt force, see Simulation::regressorMemory(); empty: it begins with the simulation
 };
 
 /**
@@ -38,14 +38,14 @@ struct ModelPoint {
  */
 class Simulation {
  public:
-  static constexpr Eigen::Index kMaxLanes = 48;
+  static constexpr Eigen::Index kMaxTangents = 48;
 
   /**
    * @param model  copied.
    * @param start  first state, not stepped.
    * @param seeds  (parameters + states) x lanes, d(parameters, first state) / d(lane); no columns for values alone.
    * @throws std::invalid_argument for sizes that do not fit, values that are not finite, r, c2 or beta not above zero, or
-   *   more than kMaxLanes lanes.
+   *   more than kMaxTangents lanes.
    */
   Simulation(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
   Simulation(const BatteryModel& model, const ModelPoint& start);
@@ -56,21 +56,21 @@ class Simulation {
   ~Simulation();
 
   /// Moves to the end of an interval under the measured current. @param step duration >= 0.
-  void advance(const DriveStep& step);
+  void advance(const InputStep& step);
 
   /**
    * @brief Moves over `duration` under the one held current that ends at a wanted terminal voltage.
    *
-   *     u(t + duration; i) = voltage,   i <= most_current
+   *     u(t + duration; i) = voltage,   i <= max_current
    *
    * solved by a safeguarded Newton method to 1e-8 A; as a step in the state it is the implicit Euler step of an ideal
    * voltage source, so no interval is too long for it.
    *
-   * @return the current [A]; most_current where that leaves the voltage below the wanted one. Its derivatives:
+   * @return the current [A]; max_current where that leaves the voltage below the wanted one. Its derivatives:
    *   currentDerivatives().
-   * @throws std::invalid_argument unless voltage and most_current are finite and duration > 0.
+   * @throws std::invalid_argument unless voltage and max_current are finite and duration > 0.
    */
-  double advanceAtVoltage(double voltage, double duration, double most_current);
+  double advanceAtVoltage(double voltage, double duration, double max_current);
 
   /**
    * @brief Moves to a sample up to which a source held the voltage: the voltage drives, the current is the answer.
@@ -84,11 +84,11 @@ class Simulation {
    * @param step    current is what was measured; it is compared, it drives nothing.
    * @param voltage [V], measured at the step's end.
    */
-  void followVoltage(const DriveStep& step, double voltage);
+  void followVoltage(const InputStep& step, double voltage);
 
   /// Moves to a sample in the direction that is imposed there. @return measured less modelled current [A] where the
   /// voltage drives, voltage [V] elsewhere.
-  double follow(const DriveSample& sample);
+  double follow(const InputSample& sample);
 
   /// Measured less modelled current of the last followVoltage() [A], the current as the instruments' effects let it be known.
   double currentError() const;
@@ -109,11 +109,11 @@ class Simulation {
   Eigen::VectorXd state() const;
   /// d state / d lane, states x lanes.
   Eigen::MatrixXd stateDerivatives() const;
-  /// What a learnt force remembers, LearnedForce::memorySize() numbers; empty without one.
-  std::vector<double> forceMemory() const;
+  /// What a learnt force remembers, DiscrepancyModel::memorySize() numbers; empty without one.
+  std::vector<double> regressorMemory() const;
   /// By how much a learnt force would differ if it were not held inside what it was learnt on [V]; 0 without one.
-  double beyondLearned() const;
-  Eigen::Index lanes() const;
+  double beyondIdentified() const;
+  Eigen::Index tangents() const;
 
   class Engine;
 

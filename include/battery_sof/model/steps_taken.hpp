@@ -4,14 +4,14 @@ namespace battery_sof {
 
 inline constexpr double kShortestStep = 1e-7;  // [s], of the double layer
 inline constexpr int kUsualSteps = 100;        // in an interval, as many as any battery's takes
-inline constexpr int kMostTried = 2000;        // steps in an interval
-inline constexpr int kMostBeyond = 4000;       // steps beyond the usual ones in a simulation, all intervals together
-inline constexpr int kMostMissed = 100;        // shortest steps in an interval that still miss the tolerance
+inline constexpr int kMaxTried = 2000;        // steps in an interval
+inline constexpr int kMaxBeyond = 4000;       // steps beyond the usual ones in a simulation, all intervals together
+inline constexpr int kMaxMissed = 100;        // shortest steps in an interval that still miss the tolerance
 
 /// What one interval of a simulation leaves to the next of how the double layer is stepped: part of what makes two runs alike.
 struct LayerPace {
   double step = 1.0;         ///< [s], length of the next implicit step as the last ones suggest
-  int beyond = kMostBeyond;  ///< steps that intervals may yet take beyond the usual ones
+  int beyond = kMaxBeyond;  ///< steps that intervals may yet take beyond the usual ones
 };
 
 /**
@@ -29,7 +29,7 @@ struct StepsTaken {
   LayerPace& pace;
   int tried = 0, missed = 0;
 
-  bool areTooMany() const { return tried >= kMostTried || missed >= kMostMissed || (tried >= kUsualSteps && pace.beyond == 0); }
+  bool areTooMany() const { return tried >= kMaxTried || missed >= kMaxMissed || (tried >= kUsualSteps && pace.beyond == 0); }
 
   /// The length of the next step [s]. @param left [s], of the interval.  @param step [s], as the last ones suggest.
   double next(double left, double step) const { return areTooMany() || step > 0.999 * left ? left : step; }

@@ -41,7 +41,7 @@ struct CheckReport {
 };
 
 /// @return "note", "warning" or "problem".
-std::string describe(Severity severity);
+std::string toString(Severity severity);
 
 /**
  * @brief Lints a recording: rate, gaps, clock, missing values, clipping, quantisation, sign, offset, skew, stuck values,

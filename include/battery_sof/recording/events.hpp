@@ -13,7 +13,7 @@ namespace battery_sof {
 enum class EventKind { kCrank, kDischarge, kCharge, kRest };
 
 /// @return "crank", "discharge", "charge" or "rest".
-std::string describe(EventKind kind);
+std::string toString(EventKind kind);
 
 /// Limits that tell events apart.
 struct EventLimits {

@@ -31,20 +31,20 @@ struct IntakeLimits {
   double max_abs_current = 5000.0;  ///< [A], above the short-circuit current of any 12 V starter battery
   double max_abs_voltage = 100.0;   ///< [V], a 12 V sensor's full scale with ample room
   double max_abs_time = 1e10;       ///< [s], the year 2286: milliseconds since 1970 are no seconds
-  double least_interval = 1e-7;     ///< [s], nearer stamps are one instant; the step of a stamp since 1970 is 2.4e-7 s
+  double min_interval = 1e-7;     ///< [s], nearer stamps are one instant; the step of a stamp since 1970 is 2.4e-7 s
 };
 
 /// @return the fate in words a diagnostic can show, e.g. "clock step back".
-std::string describe(SampleFate fate);
+std::string toString(SampleFate fate);
 
 /// @return how many were refused and why, e.g. "12 rejected (10 duplicate stamp, 2 not finite)".
-std::string describe(const RejectedCounts& rejected);
+std::string toString(const RejectedCounts& rejected);
 
 /**
  * @brief The one gate through which samples enter, used by files, bags and the node alike.
  *
  * Refuses and counts; never repairs. A sample is refused when time, current or voltage is missing or not finite, when
- * its stamp is not after the last accepted one by IntakeLimits::least_interval (nearer ones are duplicates), or when a
+ * its stamp is not after the last accepted one by IntakeLimits::min_interval (nearer ones are duplicates), or when a
  * stamp or value lies beyond IntakeLimits. A temperature without current and voltage has a clock of its own: only its
  * stamp is judged, against the last such temperature.
  */

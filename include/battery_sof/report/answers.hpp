@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/predict/charge_acceptance.hpp"
-#include "battery_sof/predict/maps.hpp"
-#include "battery_sof/predict/stop_time.hpp"
+#include "battery_sof/prediction/charge_acceptance.hpp"
+#include "battery_sof/prediction/maps.hpp"
+#include "battery_sof/prediction/stop_time.hpp"
 
 namespace battery_sof {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "battery_sof/diagnose/diagnosis.hpp"
+#include "battery_sof/diagnosis/diagnosis.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/estimation/fitted_model.hpp"
 
 namespace battery_sof {
 
@@ -15,7 +15,7 @@ class ModelFileError : public std::runtime_error {
 };
 
 /// Version of the layout, the value of the key `schema`.
-inline constexpr char kModelSchema[] = "battery_sof/model/1";
+inline constexpr char kModelSchema[] = "battery_sof/model/2";
 
 /// @return MODEL.yaml: parameters with units, standard errors, correlation, state, effects, window, scores, origin.
 std::string modelYaml(const FittedModel& model);

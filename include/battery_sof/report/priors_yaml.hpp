@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/identify/known_parameter.hpp"
+#include "battery_sof/estimation/known_parameter.hpp"
 
 namespace battery_sof {
 

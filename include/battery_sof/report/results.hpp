@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "battery_sof/identify/fitted_model.hpp"
-#include "battery_sof/predict/cranking.hpp"
-#include "battery_sof/predict/range_prediction.hpp"
+#include "battery_sof/estimation/fitted_model.hpp"
+#include "battery_sof/prediction/cranking.hpp"
+#include "battery_sof/prediction/range_prediction.hpp"
 
 namespace battery_sof {
 

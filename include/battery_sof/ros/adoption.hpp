@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/diagnose/diagnosis.hpp"
+#include "battery_sof/diagnosis/diagnosis.hpp"
 
 namespace battery_sof {
 
@@ -12,7 +12,7 @@ namespace battery_sof {
 struct Adoption {
   std::vector<std::string> effects;  ///< the extended composition; empty: nothing
   std::string sentence;
-  std::shared_ptr<const LearnedForce> force = nullptr;  ///< of "learned" among the effects
+  std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;  ///< of "discrepancy" among the effects
 };
 
 /**
@@ -22,7 +22,7 @@ struct Adoption {
  * (tiers S and P), and whenever it holds a force that was learnt. Instrument effects (tier I) come along with those, and the sentence names
  * them all; alone they do not: a faulty instrument wants repair, and a question's currents are true ones, not what that instrument would
  * have read.
- * @param allowed parameter adopt_diagnosis.
+ * @param allowed parameter use_diagnosis.
  */
 Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed);
 

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "battery_sof/diagnose/diagnosis.hpp"
-#include "battery_sof/predict/identification_job.hpp"
+#include "battery_sof/diagnosis/diagnosis.hpp"
+#include "battery_sof/prediction/identification_job.hpp"
 #include "battery_sof/recording/series.hpp"
 
 namespace battery_sof {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/prediction/online_session.hpp"
 #include "battery_sof/ros/background_worker.hpp"
 #include "battery_sof/ros/diagnosis_runner.hpp"
 #include "battery_sof/ros/message_conversion.hpp"
@@ -61,7 +61,7 @@ class BatterySofNode {
   /// A status whose standing answers are still to be computed.
   struct DueStatus {
     StatusContents contents;
-    LiveModel model;
+    ModelSnapshot model;
   };
 
   void loadStateFile();
@@ -115,7 +115,7 @@ class BatterySofNode {
     return false;
   }
   void noteFault(const char* what, const char* why);
-  LiveModel live();
+  ModelSnapshot live();
   static WorkWatch patience();
   template <typename Answer, typename Response, typename Ask>
   bool answer(const char* what, Response& response, Ask ask);

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/prediction/online_session.hpp"
 
 namespace battery_sof {
 
@@ -14,18 +14,18 @@ struct EventTally {
   double sum_abs_error = 0.0;  ///< [V] or [A]
 
   void add(double measured, const Interval& expected);
-  std::optional<double> insideShare() const;   ///< none before the first
+  std::optional<double> coverageOf() const;   ///< none before the first
   std::optional<double> meanAbsError() const;  ///< the same
 };
 
 /// The cranks and charges of the running back-test.
 struct EventTallies {
   EventTally cranks, charges;                    ///< of the model
-  EventTally naive_cranks, naive_charges;        ///< of its window's naive predictors, where they expected something
-  EventTally answered_cranks, answered_charges;  ///< of the one that answered questions then (NaiveContest)
+  EventTally baseline_cranks, baseline_charges;        ///< of its window's naive predictors, where they expected something
+  EventTally answered_cranks, answered_charges;  ///< of the one that answered questions then (BaselineSelector)
   std::optional<CrankComparison> last_crank;
   std::optional<ChargeComparison> last_charge;
-  IntervalScale crank_scale, charge_scale;
+  IntervalCalibration crank_calibration, charge_calibration;
 
   void add(const SessionEvents& events);
 };

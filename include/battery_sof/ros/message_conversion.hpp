@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "battery_sof/identify/fitted_model.hpp"
-#include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/estimation/fitted_model.hpp"
+#include "battery_sof/prediction/online_session.hpp"
 #include "battery_sof/ros/adoption.hpp"
 #include "battery_sof/ros/background_work.hpp"
 #include "battery_sof/ros/event_tallies.hpp"
@@ -23,7 +23,7 @@ PredictStopTime::Response responseOf(const StopTimeAnswer& answer);
 PredictChargeAcceptance::Response responseOf(const ChargeAcceptanceAnswer& answer);
 
 /// @return both maps of a request, those with lists, asked of a model. @param watch see mapCranking().
-PredictMap::Response mapsOf(const LiveModel& model, const PredictMap::Request& request, const WorkWatch& watch = nullptr);
+PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Request& request, const WorkWatch& watch = nullptr);
 
 /// @return the response; absent arrays are empty.
 SimulateProfile::Response responseOf(const ProfileAnswer& answer);
@@ -54,7 +54,7 @@ struct StandingAnswers {
 };
 
 /// @return a model's answers to the standing questions.
-StandingAnswers answersTo(const StandingQueries& standing, const LiveModel& model);
+StandingAnswers answersTo(const StandingQueries& standing, const ModelSnapshot& model);
 
 /// What a status message is made of.
 struct StatusContents {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/prediction/online_session.hpp"
 
 namespace battery_sof {
 
@@ -27,7 +27,7 @@ struct NodeOptions {
   SessionOptions session;
   StandingQueries standing;
   double diagnose_period = 0.0;  ///< [s] of driving; 0: only on request
-  bool adopt_diagnosis = false;  ///< what is diagnosed goes on trial beside the base model
+  bool use_diagnosis = false;  ///< what is diagnosed goes on trial beside the base model
   std::string state_file;        ///< empty: the model is not kept
   std::string priors;            ///< PRIORS.yaml that session.identify.priors came from; empty: the catalogue's
   std::string vehicle_type;      ///< of the priors; empty: those of all types

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "battery_sof/identify/fitted_model.hpp"
+#include "battery_sof/estimation/fitted_model.hpp"
 
 namespace battery_sof {
 

@@ -22,7 +22,7 @@ struct CurrentGain {
     return S(current / (1.0 + p[1] + side * p[0]));
   }
   template <typename S>
-  static void sense(const S* p, const DriveStep&, S& mean, S& end) {
+  static void sense(const S* p, const InputStep&, S& mean, S& end) {
     mean = corrected(p, mean);
     end = corrected(p, end);
   }

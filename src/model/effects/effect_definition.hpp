@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "battery_sof/model/closed_form_step.hpp"
-#include "battery_sof/model/drive.hpp"
+#include "battery_sof/model/input_sequence.hpp"
 #include "battery_sof/model/effect.hpp"
 
 namespace battery_sof {
@@ -76,7 +76,7 @@ class EffectKernel {
  public:
   virtual ~EffectKernel() = default;
   /// Turns measured currents into the battery's: mean over the interval, and at its end.
-  virtual void sense(const S* p, const DriveStep& step, S& held, S& end) const = 0;
+  virtual void sense(const S* p, const InputStep& step, S& held, S& end) const = 0;
   /// Changes the base model's parameters for an interval.
   virtual void adapt(const S* p, const S* x, Present<S>& present) const = 0;
   /// @return current past the double layer's reaction [A].
@@ -153,7 +153,7 @@ struct OnRequest<D, std::void_t<decltype(D::kOnRequest)>> : std::true_type {};
 template <typename D, typename S>
 class KernelOf final : public EffectKernel<S> {
  public:
-  void sense(const S* p, const DriveStep& step, S& held, S& end) const override {
+  void sense(const S* p, const InputStep& step, S& held, S& end) const override {
     if constexpr (HasSense<D>::value) D::sense(p, step, held, end);
   }
   void adapt(const S* p, const S* x, Present<S>& present) const override {

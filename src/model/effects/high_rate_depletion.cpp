@@ -5,7 +5,7 @@ namespace {
 
 struct HighRateDepletion {
   // Where the acid in the pores is used up the logarithm ends; a linear continuation keeps the voltage finite.
-  static constexpr double kLeastLeft = 0.02;
+  static constexpr double kMinLeft = 0.02;
 
   static EffectInfo info() {
     return {"high_rate_depletion",
@@ -28,8 +28,8 @@ struct HighRateDepletion {
   static S voltage(const S* p, const S* x, const Instant<S>&) {
     using std::log;
     const S left = S(1.0 - p[0] * x[0]);
-    if (valueOf(left) > kLeastLeft) return S(p[2] * log(left));
-    return S(p[2] * (std::log(kLeastLeft) + left / kLeastLeft - 1.0));
+    if (valueOf(left) > kMinLeft) return S(p[2] * log(left));
+    return S(p[2] * (std::log(kMinLeft) + left / kMinLeft - 1.0));
   }
 };
 

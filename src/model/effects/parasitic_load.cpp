@@ -18,7 +18,7 @@ struct ParasiticLoad {
             {"current_offset"}};
   }
   template <typename S>
-  static void sense(const S* p, const DriveStep& step, S& mean, S& end) {
+  static void sense(const S* p, const InputStep& step, S& mean, S& end) {
     if (step.gap) return;
     mean = S(mean + p[0]);
     end = S(end + p[0]);

@@ -21,7 +21,7 @@ struct SensorLag {
             {"fast_arc"}};
   }
   template <typename S>
-  static void sense(const S* p, const DriveStep& step, S& held, S& end) {
+  static void sense(const S* p, const InputStep& step, S& held, S& end) {
     const S& lag = p[0];
     if (step.gap || !(valueOf(lag) < 0.0)) return;
     end = S(end - lag * step.slope);

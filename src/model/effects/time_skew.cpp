@@ -18,7 +18,7 @@ struct TimeSkew {
             {}};
   }
   template <typename S>
-  static void sense(const S* p, const DriveStep& step, S& held, S& end) {
+  static void sense(const S* p, const InputStep& step, S& held, S& end) {
     if (step.gap) return;
     const S& skew = p[0];
     const double d = valueOf(skew);

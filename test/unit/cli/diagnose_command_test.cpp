@@ -70,7 +70,7 @@ TEST_F(SofDiagnose, ExitsWithOneOnTooLittleDataAndTellsWhy) {
 TEST_F(SofDiagnose, WritesJsonAloneToStandardOutput) {
   const Outcome outcome = sof({"diagnose", stub_, "--json", "-"});
   const auto json = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(json["schema"], "battery_sof/diagnosis/1");
+  EXPECT_EQ(json["schema"], "battery_sof/diagnosis/2");
   EXPECT_EQ(json["recording"], "stub.csv");
 }
 
@@ -80,7 +80,7 @@ TEST_F(SofDiagnose, NamesWhatADriveHasAndWritesModelsThatPredict) {
   series.current = test::dataSetOneCurrent(600.0, 0.1, 5);
   for (std::size_t n = 0; n < series.current.size(); ++n) series.time.push_back(0.1 * static_cast<double>(n));
   series.voltage.assign(series.size(), 12.0);
-  series.voltage = test::voltages(truth, test::pointOf(truth, test::typicalPoint(truth)), fullDrive(series, {0, series.size()}));
+  series.voltage = test::voltages(truth, test::pointOf(truth, test::typicalPoint(truth)), inputSequence(series, {0, series.size()}));
   test::Random random(3);
   for (double& u : series.voltage) u += 0.002 * random.normal();
   writeCsv(path("drive.csv"), series);
@@ -109,9 +109,9 @@ TEST_F(SofDiagnose, WhatIsGivenLeavesNothingToWeigh) {
 }
 
 TEST_F(SofDiagnose, WhatIsGivenIsNotConfirmed) {
-  const Outcome outcome = sof({"diagnose", path("any.csv"), "--given", "ocv_soc", "--confirm", "gassing"});
+  const Outcome outcome = sof({"diagnose", path("any.csv"), "--given", "ocv_soc", "--verify-detection-limits", "gassing"});
   EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.err.find("--confirm"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("--verify-detection-limits"), std::string::npos) << outcome.err;
 }
 
 }  // namespace

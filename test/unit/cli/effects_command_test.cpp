@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "battery_sof/model/effect.hpp"
-#include "battery_sof/model/family.hpp"
+#include "battery_sof/model/mechanism.hpp"
 #include "support/sof_command.hpp"
 
 namespace battery_sof {
@@ -29,7 +29,7 @@ TEST(SofEffects, ListsEveryEffectWithCodeFamilyAndTitleOneALine) {
     ASSERT_NE(at, std::string::npos) << info.id;
     const std::string line = outcome.out.substr(at + 1, outcome.out.find('\n', at + 1) - at - 1);
     EXPECT_TRUE(contains(line, " " + info.code + " ")) << line;
-    EXPECT_TRUE(contains(line, " " + familyId(familyOf(info.id)) + " ")) << line;
+    EXPECT_TRUE(contains(line, " " + mechanismId(mechanismOf(info.id)) + " ")) << line;
     EXPECT_TRUE(contains(line, info.title)) << line;
   }
 }
@@ -55,7 +55,7 @@ TEST(SofEffects, StatesEverythingThatIsKnownOfOneEffect) {
     }
     for (const auto& other : info.look_alikes) EXPECT_TRUE(contains(outcome.out, other)) << info.id;
     EXPECT_TRUE(contains(outcome.out, info.tells_apart)) << info.id;
-    EXPECT_TRUE(contains(outcome.out, "family\n    " + familyId(familyOf(info.id)) + ": ")) << info.id;
+    EXPECT_TRUE(contains(outcome.out, "family\n    " + mechanismId(mechanismOf(info.id)) + ": ")) << info.id;
   }
 }
 
@@ -95,16 +95,16 @@ TEST(SofEffects, GivesTheSameAsJson) {
 
 TEST(SofEffects, JsonHasTheFamilyOfEveryEffectAndTheMembersOfEveryFamily) {
   const auto document = nlohmann::json::parse(effects({"--json", "-"}).out);
-  for (const auto& one : document["effects"]) EXPECT_EQ(one["family"], familyId(familyOf(one["id"])));
-  ASSERT_EQ(document["families"].size(), kFamilies);
+  for (const auto& one : document["effects"]) EXPECT_EQ(one["mechanism"], mechanismId(mechanismOf(one["id"])));
+  ASSERT_EQ(document["mechanisms"].size(), kMechanisms);
   std::size_t members = 0;
-  for (const auto& family : document["families"])
-    for (const auto& member : family["members"]) {
-      EXPECT_EQ(family["id"], familyId(familyOf(member)));
+  for (const auto& mechanism : document["mechanisms"])
+    for (const auto& member : mechanism["members"]) {
+      EXPECT_EQ(mechanism["id"], mechanismId(mechanismOf(member)));
       ++members;
     }
   EXPECT_EQ(members, effectCatalogue().size() + 4);  // four faults of sampling are no effects
-  EXPECT_EQ(nlohmann::json::parse(effects({"gassing", "--json", "-"}).out)["families"].size(), kFamilies);
+  EXPECT_EQ(nlohmann::json::parse(effects({"gassing", "--json", "-"}).out)["families"].size(), kMechanisms);
 }
 
 TEST(SofEffects, WritesTheJsonOfOneEffectToAFile) {

@@ -7,7 +7,7 @@
 
 #include "battery_sof/recording/csv.hpp"
 #include "battery_sof/recording/separate_files.hpp"
-#include "reference/simulate_command.hpp"
+#include "simulator/simulate_command.hpp"
 #include "support/base_drive.hpp"
 #include "support/limited_process.hpp"
 #include "support/sof_command.hpp"

@@ -35,16 +35,16 @@ TEST_F(Sof, PrintsItsVersionAndHelpAndSucceeds) {
 TEST_F(Sof, ExitsWithTwoOnWrongUsage) {
   EXPECT_EQ(sof({}).code, 2);
   EXPECT_EQ(sof({"dance"}).code, 2);
-  EXPECT_EQ(sof({"identify", drive_}).code, 2);
-  EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--from", "soon"}).code, 2);
-  EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--from", "5000"}).code, 2);
-  EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--start", "lucky"}).code, 2);
-  EXPECT_EQ(sof({"identify", drive_, "--out", model_, "--effects", "gasing"}).code, 2);
-  EXPECT_EQ(sof({"convert", drive_, path("drive.txt")}).code, 2);
+  EXPECT_EQ(sof({"identify", inputs_}).code, 2);
+  EXPECT_EQ(sof({"identify", inputs_, "--out", model_, "--from", "soon"}).code, 2);
+  EXPECT_EQ(sof({"identify", inputs_, "--out", model_, "--from", "5000"}).code, 2);
+  EXPECT_EQ(sof({"identify", inputs_, "--out", model_, "--start", "lucky"}).code, 2);
+  EXPECT_EQ(sof({"identify", inputs_, "--out", model_, "--effects", "gasing"}).code, 2);
+  EXPECT_EQ(sof({"convert", inputs_, path("drive.txt")}).code, 2);
 }
 
 TEST_F(Sof, IdentifiesAWindowAndWritesTheModel) {
-  const Outcome outcome = sof({"identify", drive_, "--from", "0", "--to", "240", "--out", model_, "--json", "-"});
+  const Outcome outcome = sof({"identify", inputs_, "--from", "0", "--to", "240", "--out", model_, "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["status"], "converged");
@@ -57,7 +57,7 @@ TEST_F(Sof, IdentifiesAWindowAndWritesTheModel) {
 }
 
 TEST_F(Sof, ChoosesTheWindowUnlessBothEndsAreGivenAndCarriesTheStateToTheEnd) {
-  const Outcome outcome = sof({"identify", drive_, "--from", "30", "--out", model_, "--json", path("result.json")});
+  const Outcome outcome = sof({"identify", inputs_, "--from", "30", "--out", model_, "--json", path("result.json")});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("r_discharge"), std::string::npos);
   std::ifstream file(path("result.json"));
@@ -91,7 +91,7 @@ TEST_F(Sof, SaysSoWhenAWindowCannotBeIdentified) {
 
 TEST_F(Sof, PredictsAndWritesThePredictionSampleBySample) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome = sof({"predict", model_, drive_, "--from", "240", "--csv", path("prediction.csv"), "--json", "-"});
+  const Outcome outcome = sof({"predict", model_, inputs_, "--from", "240", "--csv", path("prediction.csv"), "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["schema"], "battery_sof/prediction/1");
@@ -152,9 +152,9 @@ TEST_F(Sof, PredictsInTheDirectionThatASourceImposesAndFromTheCurrentAlone) {
   const auto driven = column(path("out.csv"), "driven_by");
   EXPECT_GT(std::count(driven.begin(), driven.end(), "voltage"), 100);
   EXPECT_GT(std::count(driven.begin(), driven.end(), "current"), 30);
-  EXPECT_EQ(predict({"--drive", "mixed"}), fitted);
+  EXPECT_EQ(predict({"--mode", "mixed"}), fitted);
 
-  const auto from_current = predict({"--drive", "current"});
+  const auto from_current = predict({"--mode", "current"});
   EXPECT_TRUE(from_current["mixed"].is_null());
   EXPECT_EQ(from_current["q_dyn_percent"], fitted["q_dyn_percent"]);
   const auto by_current = column(path("out.csv"), "driven_by");
@@ -175,7 +175,7 @@ TEST_F(Sof, PredictsBothWaysWithAModelThatWasFittedWithoutASourceWhereItIsAskedT
     return nlohmann::json::parse(sof(arguments).out)["mixed"];
   };
   EXPECT_TRUE(share({}).is_null());
-  EXPECT_TRUE(share({"--drive", "mixed"}).is_object());
+  EXPECT_TRUE(share({"--mode", "mixed"}).is_object());
 }
 
 TEST_F(Sof, RefusesAMixedDriveWhereNoSourceIsSeenAndAnotherDrive) {
@@ -183,10 +183,10 @@ TEST_F(Sof, RefusesAMixedDriveWhereNoSourceIsSeenAndAnotherDrive) {
   for (std::size_t n = 0; n < rest.size(); ++n) rest.current[n] = n % 100 < 50 ? -20.0 : -1.0;
   writeCsv(path("loads.csv"), rest);
   ASSERT_EQ(identify().code, 0);
-  const Outcome none = sof({"predict", model_, path("loads.csv"), "--drive", "mixed"});
+  const Outcome none = sof({"predict", model_, path("loads.csv"), "--mode", "mixed"});
   EXPECT_EQ(none.code, 2);
-  EXPECT_NE(none.err.find("--drive mixed: no source is seen in"), std::string::npos) << none.err;
-  const Outcome wrong = sof({"predict", model_, drive_, "--drive", "voltage"});
+  EXPECT_NE(none.err.find("--mode mixed: no source is seen in"), std::string::npos) << none.err;
+  const Outcome wrong = sof({"predict", model_, inputs_, "--drive", "voltage"});
   EXPECT_EQ(wrong.code, 2);
   EXPECT_NE(wrong.err.find("--drive"), std::string::npos) << wrong.err;
 }
@@ -325,8 +325,8 @@ TEST_F(Sof, PrintsMaps) {
 }
 
 TEST_F(Sof, RefusesAModelFileThatIsNone) {
-  EXPECT_EQ(sof({"predict", path("nothing.yaml"), drive_}).code, 2);
-  const Outcome outcome = sof({"predict", write("broken.yaml", "schema: other\n"), drive_});
+  EXPECT_EQ(sof({"predict", path("nothing.yaml"), inputs_}).code, 2);
+  const Outcome outcome = sof({"predict", write("broken.yaml", "schema: other\n"), inputs_});
   EXPECT_EQ(outcome.code, 2);
   EXPECT_NE(outcome.err.find("broken.yaml: schema"), std::string::npos);
 }
@@ -370,7 +370,7 @@ TEST_F(Sof, CountsMissingInfiniteAndRepeatedSamplesByReason) {
 }
 
 TEST_F(Sof, LeavesNoHalfWrittenFileWhenTheFolderDoesNotExist) {
-  const Outcome outcome = sof({"identify", drive_, "--out", path("missing folder/model.yaml")});
+  const Outcome outcome = sof({"identify", inputs_, "--out", path("missing folder/model.yaml")});
   EXPECT_EQ(outcome.code, 2);
   EXPECT_FALSE(fs::exists(path("missing folder")));
 }

@@ -35,20 +35,20 @@ struct DerivativeError {
   std::string where;
 };
 
-DerivativeError worstDerivative(const BatteryModel& model, const Eigen::VectorXd& p, const Eigen::VectorXd& x, const Drive& drive,
+DerivativeError worstDerivative(const BatteryModel& model, const Eigen::VectorXd& p, const Eigen::VectorXd& x, const InputSequence& inputs,
                                 const std::set<std::string>& skipped = {}) {
-  const Eigen::Index lanes = p.size() + 1;
-  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(p.size() + x.size(), lanes);
+  const Eigen::Index tangents = p.size() + 1;
+  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(p.size() + x.size(), tangents);
   seeds.topLeftCorner(p.size(), p.size()).setIdentity();
   seeds(p.size(), p.size()) = 1.0;
   Simulation carried(model, {p, x, 0.0, 0.0}, seeds);
-  Eigen::MatrixXd exact(static_cast<Eigen::Index>(drive.samples.size()), lanes);
-  for (std::size_t n = 0; n < drive.samples.size(); ++n) {
-    carried.advance(drive.samples[n].step);
+  Eigen::MatrixXd exact(static_cast<Eigen::Index>(inputs.samples.size()), tangents);
+  for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
+    carried.advance(inputs.samples[n].step);
     exact.row(static_cast<Eigen::Index>(n)) = carried.voltageDerivatives().transpose();
   }
   DerivativeError worst;
-  for (Eigen::Index j = 0; j < lanes; ++j) {
+  for (Eigen::Index j = 0; j < tangents; ++j) {
     const std::string name = j < p.size() ? model.parameters()[static_cast<std::size_t>(j)].name : "u_c2 at the start";
     if (skipped.count(name)) continue;
     const double h =
@@ -56,7 +56,7 @@ DerivativeError worstDerivative(const BatteryModel& model, const Eigen::VectorXd
     const auto moved = [&](double by) {
       Eigen::VectorXd q = p, y = x;
       (j < p.size() ? q[j] : y[0]) += by;
-      return voltages(model, {q, y, 0.0, 0.0}, drive);
+      return voltages(model, {q, y, 0.0, 0.0}, inputs);
     };
     const auto up = moved(h), down = moved(-h);
     Eigen::VectorXd difference(exact.rows());
@@ -139,10 +139,10 @@ TEST(EffectCatalogue, AnUnknownIdIsRefusedWithTheKnownOnes) {
 
 TEST_P(EveryEffect, WithoutStrengthIsTheBaseModelExactly) {
   const Series series = livelyMinute(0.02);
-  const Drive drive = fullDrive(series, whole(series));
+  const InputSequence inputs = inputSequence(series, whole(series));
   const BatteryModel base;
-  const auto plain = voltages(base, pointOf(base, typicalPoint(base)), drive);
-  const auto composed = voltages(model_, pointOf(model_, vanished(model_)), drive);
+  const auto plain = voltages(base, pointOf(base, typicalPoint(base)), inputs);
+  const auto composed = voltages(model_, pointOf(model_, vanished(model_)), inputs);
   // Effects on the double layer are stepped implicitly: equal to that step's own tolerance.
   bool implicit = false;
   for (const std::string& id : model_.effects())
@@ -152,12 +152,12 @@ TEST_P(EveryEffect, WithoutStrengthIsTheBaseModelExactly) {
 
 TEST_P(EveryEffect, AtItsMagnitudeChangesTheVoltage) {
   const Series series = livelyMinute(0.02);
-  const Drive drive = fullDrive(series, whole(series));
+  const InputSequence inputs = inputSequence(series, whole(series));
   Eigen::VectorXd p = typicalPoint(model_);
   if (const auto row = model_.parameterRow("contact_time")) p[*row] = 20.0;
   if (const auto row = model_.parameterRow("exchange_current")) p[*row] = 2.0;
-  const auto with = voltages(model_, pointOf(model_, p), drive);
-  const auto without = voltages(model_, pointOf(model_, vanished(model_)), drive);
+  const auto with = voltages(model_, pointOf(model_, p), inputs);
+  const auto without = voltages(model_, pointOf(model_, vanished(model_)), inputs);
   double most = 0.0;
   for (std::size_t n = 0; n < with.size(); ++n) most = std::max(most, std::abs(with[n] - without[n]));
   // A minute barely warms a battery, and side reactions hide (docs/physics.md#what-the-base-circuit-absorbs).
@@ -166,23 +166,23 @@ TEST_P(EveryEffect, AtItsMagnitudeChangesTheVoltage) {
 
 TEST_P(EveryEffect, CarriesTheDerivativesOfItsOwnVoltage) {
   const Series series = livelyMinute(0.05);
-  const Drive drive = fullDrive(series, whole(series));
+  const InputSequence inputs = inputSequence(series, whole(series));
   Eigen::VectorXd p = typicalPoint(model_);
   if (const auto row = model_.parameterRow("contact_time")) p[*row] = 20.3;
   if (const auto row = model_.parameterRow("transition_width")) p[*row] = 4.0;
   Eigen::VectorXd x = model_.restState();
   x[0] = 0.02;
-  const DerivativeError worst = worstDerivative(model_, p, x, drive);
+  const DerivativeError worst = worstDerivative(model_, p, x, inputs);
   EXPECT_LT(worst.relative, 2e-3) << worst.where;
 }
 
 TEST_P(EveryEffect, CarriesDerivativesWhereItVanishes) {
   const Series series = livelyMinute(0.05);
-  const Drive drive = fullDrive(series, whole(series));
+  const InputSequence inputs = inputSequence(series, whole(series));
   const Eigen::VectorXd p = vanished(model_);
   // One-sided there: skew and lag change sides, widths and rates are bounded by zero.
   const DerivativeError worst =
-      worstDerivative(model_, p, model_.restState(), drive,
+      worstDerivative(model_, p, model_.restState(), inputs,
                       {"channel_skew", "channel_lag", "transition_width", "dispersion", "b3", "inverse_limiting_current",
                        "inverse_depletion_current", "inverse_history_charge", "inverse_heat_capacity", "gassing_current"});
   EXPECT_LT(worst.relative, 2e-3) << worst.where;
@@ -195,13 +195,13 @@ TEST_P(EveryEffect, StepsOfASecondStayWithinAMillivoltOfAHundredTimesFinerOnes) 
   double worst = 0.0;
   const Series series = livelyMinute(1.0);
   for (std::size_t n = 1; n < series.size(); ++n) {
-    DriveStep step;
+    InputStep step;
     step.time = series.time[n];
     step.duration = series.time[n] - series.time[n - 1];
     step.held = step.current = series.current[n];
     coarse.advance(step);
     for (int k = 1; k <= 100; ++k) {
-      DriveStep part = step;
+      InputStep part = step;
       part.duration = step.duration / 100.0;
       part.time = series.time[n - 1] + part.duration * k;
       fine.advance(part);

@@ -13,33 +13,33 @@ namespace {
 
 const std::vector<std::vector<std::string>> kCompositions = {{}, {"fresh_sulphate"}};
 
-std::string listed(const std::vector<std::string>& effects) { return effects.empty() ? "base" : effects.front(); }
+std::string join(const std::vector<std::string>& effects) { return effects.empty() ? "base" : effects.front(); }
 
 /// Parameters of a battery as each composition has them.
 Eigen::VectorXd parametersOf(const BatteryModel& model) {
   return model.effects().empty() ? typicalPoint(model) : model.typicalParameters();
 }
 
-DriveSample sampleAt(double time, double duration, double current, double voltage, bool voltage_drives) {
-  DriveSample sample;
+InputSample sampleAt(double time, double duration, double current, double voltage, bool voltage_controlled) {
+  InputSample sample;
   sample.step.time = time;
   sample.step.duration = duration;
   sample.step.held = sample.step.current = current;
   sample.voltage = voltage;
-  sample.voltage_drives = voltage_drives;
+  sample.voltage_controlled = voltage_controlled;
   return sample;
 }
 
 /// A stop of 20 s at -20 A, then a source whose voltage moves between 13 and 14.2 V, at 1 Hz. Where the voltage drives the
 /// current is the model's own.
-std::vector<DriveSample> startStop(const BatteryModel& model, const Eigen::VectorXd& p, double shift = 0.0) {
+std::vector<InputSample> startStop(const BatteryModel& model, const Eigen::VectorXd& p, double shift = 0.0) {
   Simulation simulation(model, pointOf(model, p));
-  std::vector<DriveSample> drive;
+  std::vector<InputSample> inputs;
   for (int n = 0; n < 100; ++n) {
     const double phase = n % 50;
     const bool source = phase >= 20;
     const double wanted = 13.6 + 0.6 * std::sin(0.15 * n);
-    DriveSample sample = sampleAt(n, n == 0 ? 0.0 : 1.0, -20.0 - 0.3 * phase, source ? wanted : 12.0, source);
+    InputSample sample = sampleAt(n, n == 0 ? 0.0 : 1.0, -20.0 - 0.3 * phase, source ? wanted : 12.0, source);
     if (source) {
       sample.step.current = 0.0;
       simulation.followVoltage(sample.step, sample.voltage);
@@ -48,9 +48,9 @@ std::vector<DriveSample> startStop(const BatteryModel& model, const Eigen::Vecto
       simulation.advance(sample.step);
       sample.voltage = simulation.voltage();
     }
-    drive.push_back(sample);
+    inputs.push_back(sample);
   }
-  return drive;
+  return inputs;
 }
 
 }  // namespace
@@ -67,9 +67,9 @@ TEST(FollowVoltage, DrivenByItsOwnVoltageASimulationGivesBackItsOwnCurrent) {
       const double current = source.advanceAtVoltage(voltage, 0.5, 1e4);
       follower.followVoltage(sampleAt(time, 0.5, current, voltage, true).step, voltage);
       worst = std::max(worst, std::abs(follower.currentError()));
-      EXPECT_NEAR(follower.voltage(), voltage, 1e-6) << listed(effects);
+      EXPECT_NEAR(follower.voltage(), voltage, 1e-6) << join(effects);
     }
-    EXPECT_LT(worst, 1e-5) << listed(effects);
+    EXPECT_LT(worst, 1e-5) << join(effects);
   }
 }
 
@@ -83,12 +83,12 @@ TEST(FollowVoltage, CurrentsOfTheCurrentDriveComeBackFromTheirVoltages) {
     double late = 0.0;
     for (int n = 1; n <= 300; ++n) {
       const double current = (n / 50) % 2 == 0 ? 10.0 : -15.0;
-      DriveSample sample = sampleAt(0.1 * n, 0.1, current, 0.0, true);
+      InputSample sample = sampleAt(0.1 * n, 0.1, current, 0.0, true);
       driven.advance(sample.step);
       follower.followVoltage(sample.step, driven.voltage());
       if (n % 50 >= 20) late = std::max(late, std::abs(follower.currentError()));
     }
-    EXPECT_LT(late, 0.06) << listed(effects);
+    EXPECT_LT(late, 0.06) << join(effects);
   }
 }
 
@@ -96,25 +96,25 @@ TEST(FollowVoltage, CarriesTheDerivativesOfTheCurrentsError) {
   for (const auto& effects : kCompositions) {
     const BatteryModel model(effects);
     const Eigen::VectorXd p = parametersOf(model);
-    const std::vector<DriveSample> drive = startStop(model, p, 1.5);
-    const Eigen::Index parameters = model.parameterCount(), lanes = parameters + model.stateCount();
+    const std::vector<InputSample> inputs = startStop(model, p, 1.5);
+    const Eigen::Index parameters = model.parameterCount(), tangents = parameters + model.stateCount();
     const auto errorsAt = [&](const Eigen::VectorXd& q, const Eigen::VectorXd& x) {
       Simulation simulation(model, {q, x, 0.0, 0.0});
-      Eigen::VectorXd errors(static_cast<Eigen::Index>(drive.size()));
-      for (std::size_t n = 0; n < drive.size(); ++n) {
-        simulation.follow(drive[n]);
-        errors[static_cast<Eigen::Index>(n)] = drive[n].voltage_drives ? simulation.currentError() : 0.0;
+      Eigen::VectorXd errors(static_cast<Eigen::Index>(inputs.size()));
+      for (std::size_t n = 0; n < inputs.size(); ++n) {
+        simulation.follow(inputs[n]);
+        errors[static_cast<Eigen::Index>(n)] = inputs[n].voltage_controlled ? simulation.currentError() : 0.0;
       }
       return errors;
     };
     const Eigen::VectorXd x = model.restState();
-    Simulation carried(model, {p, x, 0.0, 0.0}, Eigen::MatrixXd::Identity(lanes, lanes));
-    Eigen::MatrixXd exact = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(drive.size()), lanes);
-    for (std::size_t n = 0; n < drive.size(); ++n) {
-      carried.follow(drive[n]);
-      if (drive[n].voltage_drives) exact.row(static_cast<Eigen::Index>(n)) = carried.currentErrorDerivatives().transpose();
+    Simulation carried(model, {p, x, 0.0, 0.0}, Eigen::MatrixXd::Identity(tangents, tangents));
+    Eigen::MatrixXd exact = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(inputs.size()), tangents);
+    for (std::size_t n = 0; n < inputs.size(); ++n) {
+      carried.follow(inputs[n]);
+      if (inputs[n].voltage_controlled) exact.row(static_cast<Eigen::Index>(n)) = carried.currentErrorDerivatives().transpose();
     }
-    for (Eigen::Index j = 0; j < lanes; ++j) {
+    for (Eigen::Index j = 0; j < tangents; ++j) {
       const bool is_state = j >= parameters;
       const double magnitude = is_state ? 1.0 : model.parameters()[static_cast<std::size_t>(j)].magnitude;
       if (!is_state && model.parameters()[static_cast<std::size_t>(j)].name == "fresh_sulphate_share") continue;  // ends at 1
@@ -126,7 +126,7 @@ TEST(FollowVoltage, CarriesTheDerivativesOfTheCurrentsError) {
       // What the solver's 1e-7 A amounts to in the differences is not counted against the derivative.
       const double scale = exact.col(j).cwiseAbs().maxCoeff() + 1e-4 / h;
       EXPECT_LT((difference - exact.col(j)).cwiseAbs().maxCoeff() / scale, 3e-3)
-          << listed(effects) << " "
+          << join(effects) << " "
           << (is_state ? model.states()[static_cast<std::size_t>(j - parameters)].name
                        : model.parameters()[static_cast<std::size_t>(j)].name);
     }
@@ -139,8 +139,8 @@ TEST(FollowVoltage, LanesChangeNothingOfTheCurrent) {
     const Eigen::VectorXd p = parametersOf(model);
     const Eigen::Index rows = model.parameterCount() + model.stateCount();
     Simulation plain(model, pointOf(model, p)), carried(model, pointOf(model, p), Eigen::MatrixXd::Identity(rows, rows));
-    for (const DriveSample& sample : startStop(model, p))
-      ASSERT_NEAR(plain.follow(sample), carried.follow(sample), 1e-6) << listed(effects) << " " << sample.step.time;
+    for (const InputSample& sample : startStop(model, p))
+      ASSERT_NEAR(plain.follow(sample), carried.follow(sample), 1e-6) << join(effects) << " " << sample.step.time;
   }
 }
 
@@ -156,20 +156,20 @@ TEST(FollowVoltage, DerivativesAreTheSameWhetherTheCurrentHasALaneOfItsOwnOrNot)
     const ModelPoint start = pointOf(model, typicalPoint(model));
     const Eigen::Index rows = model.parameterCount() + model.stateCount();
     for (const Eigen::Index filled : {8, 16}) {
-      const Eigen::Index lanes = std::min<Eigen::Index>(filled, rows);
+      const Eigen::Index tangents = std::min<Eigen::Index>(filled, rows);
       Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(rows, filled);
-      seeds.leftCols(lanes) = Eigen::MatrixXd::Identity(rows, rows).leftCols(lanes);
-      Simulation full(model, start, seeds), spare(model, start, seeds.leftCols(std::min<Eigen::Index>(lanes, filled - 1)));
-      Eigen::ArrayXd worst = Eigen::ArrayXd::Zero(spare.lanes()), largest = worst;
-      for (const DriveSample& sample : startStop(model, start.parameters, 0.3)) {
-        ASSERT_NEAR(full.follow(sample), spare.follow(sample), 1e-6) << listed(effects);
-        if (!sample.voltage_drives) continue;
-        const Eigen::ArrayXd expected = full.currentErrorDerivatives().head(spare.lanes());
+      seeds.leftCols(tangents) = Eigen::MatrixXd::Identity(rows, rows).leftCols(tangents);
+      Simulation full(model, start, seeds), spare(model, start, seeds.leftCols(std::min<Eigen::Index>(tangents, filled - 1)));
+      Eigen::ArrayXd worst = Eigen::ArrayXd::Zero(spare.tangents()), largest = worst;
+      for (const InputSample& sample : startStop(model, start.parameters, 0.3)) {
+        ASSERT_NEAR(full.follow(sample), spare.follow(sample), 1e-6) << join(effects);
+        if (!sample.voltage_controlled) continue;
+        const Eigen::ArrayXd expected = full.currentErrorDerivatives().head(spare.tangents());
         worst = worst.max((spare.currentErrorDerivatives().array() - expected).abs());
         largest = largest.max(expected.abs());
       }
       // An implicit step's slope is good to 1e-5 (DoubleLayer).
-      EXPECT_TRUE((worst <= 1e-5 * largest).all()) << listed(effects) << " " << filled << ": " << (worst / largest).transpose();
+      EXPECT_TRUE((worst <= 1e-5 * largest).all()) << join(effects) << " " << filled << ": " << (worst / largest).transpose();
     }
   }
 }
@@ -195,8 +195,8 @@ TEST(FollowVoltage, ARampAtOneHertzAgreesWithAFinerOne) {
       worst = std::max(worst, apart);
       if (n >= 20 && n <= 30) worst_late = std::max(worst_late, apart);
     }
-    EXPECT_LT(worst, (is_base ? 0.02 : 0.16) * largest) << listed(effects) << " of " << largest;
-    EXPECT_LT(worst_late, (is_base ? 1e-4 : 5e-3) * largest) << listed(effects) << " of " << largest;
+    EXPECT_LT(worst, (is_base ? 0.02 : 0.16) * largest) << join(effects) << " of " << largest;
+    EXPECT_LT(worst_late, (is_base ? 1e-4 : 5e-3) * largest) << join(effects) << " of " << largest;
   }
 }
 
@@ -218,16 +218,16 @@ TEST(FollowVoltage, InAGapTheBatteryRestsUntilItsLastSecond) {
     Simulation gap(model, start), rest(model, start);
     for (Simulation* simulation : {&gap, &rest})
       for (int n = 1; n <= 10; ++n) simulation->followVoltage(sampleAt(n, 1.0, 0.0, 0.0, true).step, 13.8);
-    DriveSample sample = sampleAt(610.0, 600.0, 5.0, 13.8, true);
+    InputSample sample = sampleAt(610.0, 600.0, 5.0, 13.8, true);
     sample.step.held = 0.0;
     sample.step.gap = true;
     gap.followVoltage(sample.step, 13.8);
-    DriveSample slept = sampleAt(609.0, 599.0, 0.0, 0.0, false);
+    InputSample slept = sampleAt(609.0, 599.0, 0.0, 0.0, false);
     slept.step.gap = true;
     rest.advance(slept.step);
     rest.followVoltage(sampleAt(610.0, 1.0, 5.0, 13.8, true).step, 13.8);
     // The ramp begins where the voltage stood at rest.
-    EXPECT_NEAR(gap.currentError(), rest.currentError(), 1e-5 * (1.0 + std::abs(rest.currentError()))) << listed(effects);
+    EXPECT_NEAR(gap.currentError(), rest.currentError(), 1e-5 * (1.0 + std::abs(rest.currentError()))) << join(effects);
     EXPECT_LT((gap.state() - rest.state()).cwiseAbs().maxCoeff(), 1e-5);
     EXPECT_EQ(gap.time(), 610.0);
   }
@@ -237,7 +237,7 @@ TEST(FollowVoltage, ASampleWhoseCurrentDrivesIsAnAdvance) {
   const BatteryModel model;
   const ModelPoint start = pointOf(model, typicalPoint(model));
   Simulation followed(model, start), advanced(model, start);
-  const DriveSample sample = sampleAt(1.0, 1.0, -25.0, 12.0, false);
+  const InputSample sample = sampleAt(1.0, 1.0, -25.0, 12.0, false);
   advanced.advance(sample.step);
   EXPECT_EQ(followed.follow(sample), 12.0 - advanced.voltage());
   EXPECT_EQ(followed.voltage(), advanced.voltage());
@@ -249,7 +249,7 @@ TEST(FollowVoltage, ACrankThatWasMissedFillsTheReservoirAndMovesNoVoltage) {
   Simulation seen(model, start), missed(model, start);
   for (Simulation* simulation : {&seen, &missed})
     for (int n = 1; n <= 20; ++n) simulation->advance(sampleAt(n, 1.0, -20.0, 0.0, false).step);
-  DriveSample sample = sampleAt(21.0, 1.0, 30.0, 13.5, true);
+  InputSample sample = sampleAt(21.0, 1.0, 30.0, 13.5, true);
   seen.followVoltage(sample.step, 13.5);
   sample.step.missed = 100.0;
   missed.followVoltage(sample.step, 13.5);
@@ -266,7 +266,7 @@ TEST(FollowVoltage, OfTheInstrumentsOnlyTheCurrentAsItIsKnownIsCompared) {
   Eigen::VectorXd p = typicalPoint(model);
   p[*model.parameterRow("current_offset")] = 2.0;
   Simulation with(model, pointOf(model, p)), without(base, pointOf(base, typicalPoint(base)));
-  const DriveSample sample = sampleAt(1.0, 1.0, 20.0, 13.5, true);
+  const InputSample sample = sampleAt(1.0, 1.0, 20.0, 13.5, true);
   EXPECT_NEAR(std::abs(with.follow(sample) - without.follow(sample)), 2.0, 1e-6);
 }
 
@@ -283,7 +283,7 @@ TEST(FollowVoltage, ResistanceOverATimeIsTheSlopeOfTheVoltageAndMovesNothing) {
       other.advance(sampleAt(2.0, 1.0, current, 0.0, false).step);
       return other.voltage();
     };
-    EXPECT_NEAR(resistance, (voltageAfter(-19.9) - voltageAfter(-20.1)) / 0.2, 1e-3 * resistance) << listed(effects);
+    EXPECT_NEAR(resistance, (voltageAfter(-19.9) - voltageAfter(-20.1)) / 0.2, 1e-3 * resistance) << join(effects);
     EXPECT_GT(resistance, 0.0);
   }
 }

@@ -92,7 +92,7 @@ TEST(Simulation, OfAReactionWithoutClosedFormAgreesWithAFineIntegration) {
     double u = 0.0, worst = 0.0, time = 0.0;
     for (double current : {0.0, -25.0, -260.0, -40.0, 35.0, 60.0, 0.4, -12.0, 1.5}) {
       for (double duration : {0.01, 0.1, 1.0, 5.0}) {
-        DriveStep step;
+        InputStep step;
         step.time = time += duration;
         step.duration = duration;
         step.held = step.current = current;

@@ -22,8 +22,8 @@ TEST(Simulation, OfTheBaseModelTakesItsExactStep) {
   const BatteryModel model;
   const Series series = baseDrive(3, 60.0, 0.0);
   const OverpotentialStep step(drivenBattery());
-  const Drive drive = fullDrive(series, whole(series));
-  const auto u = voltages(model, pointOf(model, typicalPoint(model)), drive);
+  const InputSequence inputs = inputSequence(series, whole(series));
+  const auto u = voltages(model, pointOf(model, typicalPoint(model)), inputs);
   double u_c2 = 0.0;
   for (std::size_t n = 1; n < series.size(); ++n) {
     u_c2 = step.advance(u_c2, 0.5 * (series.current[n - 1] + series.current[n]), 0.01);
@@ -34,12 +34,12 @@ TEST(Simulation, OfTheBaseModelTakesItsExactStep) {
 TEST(Simulation, GivesTheSameVoltageWithAndWithoutDerivatives) {
   const BatteryModel model(kFive);
   const Series series = livelyMinute(0.1);
-  const Drive drive = fullDrive(series, whole(series));
+  const InputSequence inputs = inputSequence(series, whole(series));
   const ModelPoint start = pointOf(model, typicalPoint(model));
-  for (Eigen::Index lanes : {1, 8, 9, 16, 17, 24, 30, 48}) {
+  for (Eigen::Index tangents : {1, 8, 9, 16, 17, 24, 30, 48}) {
     Simulation plain(model, start);
-    Simulation carried(model, start, Eigen::MatrixXd::Ones(model.parameterCount() + model.stateCount(), lanes) * 1e-3);
-    for (const DriveSample& sample : drive.samples) {
+    Simulation carried(model, start, Eigen::MatrixXd::Ones(model.parameterCount() + model.stateCount(), tangents) * 1e-3);
+    for (const InputSample& sample : inputs.samples) {
       plain.advance(sample.step);
       carried.advance(sample.step);
       ASSERT_NEAR(plain.voltage(), carried.voltage(), 1e-10);
@@ -54,19 +54,19 @@ TEST(Simulation, TheSameDerivativesComeOutOfLanesThatAllReachTheDoubleLayer) {
       {"current_offset", "charge_transfer", "charge_acceptance", "acid_transport"},
       {"self_heating", "charge_acceptance", "acid_transport", "current_dependent_resistance"}};
   const Series series = livelyMinute(0.1);
-  const Drive drive = fullDrive(series, whole(series));
+  const InputSequence inputs = inputSequence(series, whole(series));
   for (const auto& effects : compositions) {
     const BatteryModel model(effects);
     const ModelPoint start = pointOf(model, typicalPoint(model));
     const Eigen::Index rows = model.parameterCount() + model.stateCount();
-    const Eigen::Index lanes = std::min<Eigen::Index>(rows, Simulation::kMaxLanes);
+    const Eigen::Index tangents = std::min<Eigen::Index>(rows, Simulation::kMaxTangents);
     // Mirrored at (1, ..., 1): every lane holds a share of everything.
     const Eigen::MatrixXd mirror =
-        Eigen::MatrixXd::Identity(lanes, lanes) - Eigen::MatrixXd::Constant(lanes, lanes, 2.0 / static_cast<double>(lanes));
-    Eigen::MatrixXd seeds = Eigen::MatrixXd::Identity(rows, lanes);
+        Eigen::MatrixXd::Identity(tangents, tangents) - Eigen::MatrixXd::Constant(tangents, tangents, 2.0 / static_cast<double>(tangents));
+    Eigen::MatrixXd seeds = Eigen::MatrixXd::Identity(rows, tangents);
     for (Eigen::Index j = 0; j < model.parameterCount(); ++j) seeds.row(j) *= std::abs(start.parameters[j]) + 1e-3;
     Simulation apart(model, start, seeds), mixed(model, start, seeds * mirror);
-    for (const DriveSample& sample : drive.samples) {
+    for (const InputSample& sample : inputs.samples) {
       apart.advance(sample.step);
       mixed.advance(sample.step);
       const Eigen::VectorXd expected = mirror * apart.voltageDerivatives();
@@ -81,7 +81,7 @@ TEST(Simulation, WhatFadesAwayEndsAtZeroInsteadOfSlowingTheProcessor) {
   const Eigen::Index rows = model.parameterCount() + model.stateCount();
   Simulation simulation(model, pointOf(model, typicalPoint(model)), Eigen::MatrixXd::Identity(rows, rows));
   for (int n = 1; n <= 60000; ++n) {
-    DriveStep step;
+    InputStep step;
     step.time = n;
     step.duration = 1.0;
     step.held = step.current = n % 2 == 0 ? 5.0 : -5.0;
@@ -94,7 +94,7 @@ TEST(Simulation, WhatFadesAwayEndsAtZeroInsteadOfSlowingTheProcessor) {
 TEST(Simulation, ACopyGoesItsOwnWay) {
   const BatteryModel model(kFive);
   Simulation one(model, pointOf(model, typicalPoint(model)));
-  DriveStep step;
+  InputStep step;
   step.duration = step.time = 5.0;
   step.held = step.current = 30.0;
   one.advance(step);
@@ -176,7 +176,7 @@ TEST(Simulation, OfParametersThatDriftForADayEndsWithFiniteNumbers) {
     Eigen::VectorXd p = typicalPoint(model);
     for (const char* name : {"resistance_drift", "c2_drift", "beta_drift"}) p[*model.parameterRow(name)] = -2.0;
     Simulation simulation(model, pointOf(model, p));
-    DriveStep day;
+    InputStep day;
     day.time = day.duration = 86400.0;
     day.held = day.current = -0.4;
     simulation.advance(day);
@@ -215,10 +215,10 @@ ModelPoint fastPointOf(const BatteryModel& model) {
 }
 
 /// How far the voltages at seconds are from those in steps of a hundredth, at most [V].
-double missedBy(const BatteryModel& model, const Drive& slow) {
+double missedBy(const BatteryModel& model, const InputSequence& slow) {
   const Series series = steppingCurrent(0.01);
   const auto at_second = voltages(model, fastPointOf(model), slow);
-  const auto at_hundredth = voltages(model, fastPointOf(model), fullDrive(series, whole(series)));
+  const auto at_hundredth = voltages(model, fastPointOf(model), inputSequence(series, whole(series)));
   double worst = 0.0;
   for (std::size_t n = 0; n < at_second.size(); ++n) worst = std::max(worst, std::abs(at_second[n] - at_hundredth[100 * n]));
   return worst;
@@ -229,13 +229,13 @@ double missedBy(const BatteryModel& model, const Drive& slow) {
 TEST(Simulation, ASecondsRampOfTheCurrentEndsWhereItDoesInFineSteps) {
   const Series series = steppingCurrent(1.0);
   for (const std::vector<std::string>& effects : {std::vector<std::string>{}, {"charge_acceptance", "gassing"}, {"cpe2"}})
-    EXPECT_LT(missedBy(BatteryModel(effects), fullDrive(series, whole(series))), 1e-3);
+    EXPECT_LT(missedBy(BatteryModel(effects), inputSequence(series, whole(series))), 1e-3);
 }
 
 TEST(Simulation, HeldAtItsMeanASecondsRampWouldBeMissedByMillivolts) {
   const Series series = steppingCurrent(1.0);
-  Drive held = fullDrive(series, whole(series));
-  for (DriveSample& sample : held.samples) sample.step.slope = 0.0;
+  InputSequence held = inputSequence(series, whole(series));
+  for (InputSample& sample : held.samples) sample.step.slope = 0.0;
   const double missed = missedBy(BatteryModel(), held);
   EXPECT_GT(missed, 0.005);
   RecordProperty("missed_mv", std::to_string(1e3 * missed));
@@ -246,7 +246,7 @@ TEST(Simulation, AShiftedRampKeepsItsCharge) {
   const Series slow = steppingCurrent(1.0), fine = steppingCurrent(0.01);
   ModelPoint start = pointOf(model, typicalPoint(model));
   start.parameters[*model.parameterRow("channel_skew")] = 0.3;
-  const auto at_second = voltages(model, start, fullDrive(slow, whole(slow)));
-  const auto at_hundredth = voltages(model, start, fullDrive(fine, whole(fine)));
+  const auto at_second = voltages(model, start, inputSequence(slow, whole(slow)));
+  const auto at_hundredth = voltages(model, start, inputSequence(fine, whole(fine)));
   for (std::size_t n = 1; n < at_second.size(); ++n) EXPECT_NEAR(at_second[n], at_hundredth[100 * n], 0.01) << n << " s";
 }

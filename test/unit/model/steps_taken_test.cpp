@@ -26,9 +26,9 @@ TEST(StepsTaken, AreAsManyAsTheToleranceAsksForInTheEnd) {
   EXPECT_EQ(stepsOf(1.0, 3.0, true), 1);
 }
 
-TEST(StepsTaken, AreFewWhereEvenTheShortestMissTheTolerance) { EXPECT_LT(stepsOf(1000.0, 1.0, false), kMostMissed + 40); }
+TEST(StepsTaken, AreFewWhereEvenTheShortestMissTheTolerance) { EXPECT_LT(stepsOf(1000.0, 1.0, false), kMaxMissed + 40); }
 
-TEST(StepsTaken, ComeToAnEndWhereAllAreWithinTheToleranceButShort) { EXPECT_EQ(stepsOf(1000.0, 1e-6, true), kMostTried + 1); }
+TEST(StepsTaken, ComeToAnEndWhereAllAreWithinTheToleranceButShort) { EXPECT_EQ(stepsOf(1000.0, 1e-6, true), kMaxTried + 1); }
 
 TEST(StepsTaken, ThatMissTheToleranceAndCanBeShorterDoNotCount) {
   LayerPace pace;
@@ -47,12 +47,12 @@ TEST(StepsTaken, BeyondTheUsualAreThoseOfAllIntervalsTogether) {
     tried += taken.tried;
   }
   EXPECT_EQ(pace.beyond, 0);
-  EXPECT_EQ(tried, 100 * kUsualSteps + kMostBeyond);
+  EXPECT_EQ(tried, 100 * kUsualSteps + kMaxBeyond);
 }
 
 TEST(StepsTaken, UsualOnesLeaveWhatOthersMayTake) {
   LayerPace pace;
   StepsTaken taken(pace);
   for (int n = 0; n < kUsualSteps; ++n) taken.accept(1e-3, true);
-  EXPECT_EQ(pace.beyond, kMostBeyond);
+  EXPECT_EQ(pace.beyond, kMaxBeyond);
 }

@@ -626,7 +626,7 @@ TEST(VoltageLevelCheck, GuessesBlocksInSeries) {
   for (double& voltage : series.voltage) voltage *= 2.0;
   const auto found = findingsOf(series, "voltage_level");
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_TRUE(says(found[0].meaning, "2 blocks of 12 V in series (--blocks 2)"));
+  EXPECT_TRUE(says(found[0].meaning, "2 blocks of 12 V in series (--series-blocks 2)"));
 }
 
 TEST(VoltageLevelCheck, GuessesABatteryOfSixVolts) {
@@ -634,7 +634,7 @@ TEST(VoltageLevelCheck, GuessesABatteryOfSixVolts) {
   for (double& voltage : series.voltage) voltage *= 0.5;
   const auto found = findingsOf(series, "voltage_level");
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_TRUE(says(found[0].meaning, "a battery of 6 V (--blocks 0.5)"));
+  EXPECT_TRUE(says(found[0].meaning, "a battery of 6 V (--series-blocks 0.5)"));
 }
 
 TEST(ExcitationCheck, FindsAConstantCurrentWithAndWithoutNoise) {
@@ -671,9 +671,9 @@ TEST(ExcitationCheck, NotesThatThereIsNoEngineStart) {
 }
 
 TEST(DescribeSeverity, NamesEverySeverity) {
-  EXPECT_EQ(describe(Severity::kNote), "note");
-  EXPECT_EQ(describe(Severity::kWarning), "warning");
-  EXPECT_EQ(describe(Severity::kProblem), "problem");
+  EXPECT_EQ(toString(Severity::kNote), "note");
+  EXPECT_EQ(toString(Severity::kWarning), "warning");
+  EXPECT_EQ(toString(Severity::kProblem), "problem");
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -689,7 +689,7 @@ class RealChecks : public ::testing::Test {
   static std::string findings(const std::string& name, const CsvColumns& columns) {
     std::string text;
     for (const Finding& finding : checkRecording(readCsv(std::filesystem::path(kFolder) / name, columns)).findings) {
-      text += (text.empty() ? "" : " ") + finding.id + ":" + describe(finding.severity);
+      text += (text.empty() ? "" : " ") + finding.id + ":" + toString(finding.severity);
     }
     return text;
   }

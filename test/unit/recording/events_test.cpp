@@ -174,10 +174,10 @@ TEST(EventSummary, WithoutAChargeHasNoChargingVoltage) {
 }
 
 TEST(DescribeEventKind, NamesEveryKind) {
-  EXPECT_EQ(describe(EventKind::kCrank), "crank");
-  EXPECT_EQ(describe(EventKind::kDischarge), "discharge");
-  EXPECT_EQ(describe(EventKind::kCharge), "charge");
-  EXPECT_EQ(describe(EventKind::kRest), "rest");
+  EXPECT_EQ(toString(EventKind::kCrank), "crank");
+  EXPECT_EQ(toString(EventKind::kDischarge), "discharge");
+  EXPECT_EQ(toString(EventKind::kCharge), "charge");
+  EXPECT_EQ(toString(EventKind::kRest), "rest");
 }
 
 }  // namespace

@@ -121,11 +121,11 @@ TEST(Append, TimeBehindTheRecordingIsTheCallersErrorAfterTheClockWasForgotten) {
 }
 
 TEST(DescribeFate, NamesEveryFateDifferently) {
-  EXPECT_EQ(describe(SampleFate::kClockStepBack), "clock step back");
-  EXPECT_EQ(describe(SampleFate::kDuplicateStamp), "duplicate stamp");
-  EXPECT_EQ(describe(SampleFate::kMissingValue), "missing value");
-  EXPECT_EQ(describe(SampleFate::kNotFinite), "not finite");
-  EXPECT_EQ(describe(SampleFate::kOutOfRange), "out of range");
+  EXPECT_EQ(toString(SampleFate::kClockStepBack), "clock step back");
+  EXPECT_EQ(toString(SampleFate::kDuplicateStamp), "duplicate stamp");
+  EXPECT_EQ(toString(SampleFate::kMissingValue), "missing value");
+  EXPECT_EQ(toString(SampleFate::kNotFinite), "not finite");
+  EXPECT_EQ(toString(SampleFate::kOutOfRange), "out of range");
 }
 
 TEST(Intake, StampsNearerThanATenthOfAMicrosecondAreOneInstant) {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "battery_sof/predict/cranking.hpp"
+#include "battery_sof/prediction/cranking.hpp"
 #include "battery_sof/report/model_yaml.hpp"
 #include "support/commands.hpp"
 #include "support/known_model.hpp"
@@ -18,18 +18,18 @@ namespace {
 FittedModel fullModel() {
   FittedModel model = test::uncertainModel(0.02);
   model.fit.noise = NoiseModel{0.002, 0.003, 10.0, 1e-4};
-  model.state.discrepancy = {0.001, 0.002, 1e-6, 2e-7, 3e-6};
+  model.state.residual_state = {0.001, 0.002, 1e-6, 2e-7, 3e-6};
   model.fit.covariance(5, 5) = 1e-4;
-  SourceRule rule;
+  ControlModeRule rule;
   rule.present = true;
-  rule.least_current = -5.0;
+  rule.min_current = -5.0;
   rule.current_noise = 0.1;
   rule.voltage_noise = 0.01;
   model.fit.source = rule;
-  model.fit.naive.voltage_from_current = NaiveLine{12.5, 0.006, 0.02, -0.03, 0.03, -10.0, 20.0, 1000};
-  model.fit.naive.cranks = NaiveCranks{{-200.0, 10.5}, {-210.0, 10.4}, 11.0, 0.006, -0.1, 0.1, 5};
-  model.intervals.experience.cranks = {{50.0, -200.0, 10.5, 10.6}};
-  model.intervals.experience.charges = {{60.0, 10.0, 14.0, 13.9, 30.0, 31.0}};
+  model.fit.baseline.voltage_from_current = BaselineLine{12.5, 0.006, 0.02, -0.03, 0.03, -10.0, 20.0, 1000};
+  model.fit.baseline.cranks = BaselineCranks{{-200.0, 10.5}, {-210.0, 10.4}, 11.0, 0.006, -0.1, 0.1, 5};
+  model.intervals.event_history.cranks = {{50.0, -200.0, 10.5, 10.6}};
+  model.intervals.event_history.charges = {{60.0, 10.0, 14.0, 13.9, 30.0, 31.0}};
   return model;
 }
 
@@ -115,7 +115,7 @@ TEST(DamagedModel, ADecimalCommaIsRefusedWhereverANumberStands) {
 
 TEST(DamagedModel, AListOfAnyLengthHasNoDecimalCommas) {
   FittedModel model = fullModel();
-  model.fit.naive.phase = NaivePhase{5.0, {30.0, 20.5, 10.25}, 1.0, -1.0, 1.0, 3};
+  model.fit.baseline.phase = BaselinePhase{5.0, {30.0, 20.5, 10.25}, 1.0, -1.0, 1.0, 3};
   const std::string good = modelYaml(model);
   EXPECT_EQ(errorOf(good), "");
   const std::string said = errorOf(std::string(good).replace(good.find("20.5"), 4, "20,5"));
@@ -189,9 +189,9 @@ TEST(DamagedModel, AThousandDamagedFilesAreRefusedOrAnswerWithFiniteNumbers) {
   EXPECT_LT(accepted, 950);
 }
 
-class ModelPlace : public test::InFolder {
+class ModelPosition : public test::InFolder {
  protected:
-  ModelPlace() : InFolder("model place") {}
+  ModelPosition() : InFolder("model place") {}
   static std::string refusal(const std::string& file) {
     try {
       readModelFile(file);
@@ -202,7 +202,7 @@ class ModelPlace : public test::InFolder {
   }
 };
 
-TEST_F(ModelPlace, WhatIsNoRegularFileOrTooLargeIsRefusedAtOnce) {
+TEST_F(ModelPosition, WhatIsNoRegularFileOrTooLargeIsRefusedAtOnce) {
   std::filesystem::create_symlink("loop", path("loop"));
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
   std::string list = "a: [1";

@@ -60,9 +60,9 @@ TEST_F(PlottedPage, BringsTheLibraryAlong) {
 
 TEST(DiagnosisPage, ListsOnlyWhatWasConfirmedWhereNoStrengthIsPromised) {
   test::MadeDiagnosis made = test::madeNoMismatch();
-  for (Detectable& one : made.diagnosis.detectable) one = {one.id, one.parameter, one.unit, std::nullopt, one.typical, false};
-  made.diagnosis.detectable.push_back({"ocv_soc", "ocv_slope", "V/Ah", 0.5, 0.027, false});
-  made.diagnosis.left.noise = 0.031;
+  for (DetectionLimit& one : made.diagnosis.detection_limits) one = {one.id, one.parameter, one.unit, std::nullopt, one.typical, false};
+  made.diagnosis.detection_limits.push_back({"ocv_soc", "ocv_slope", "V/Ah", 0.5, 0.027, false});
+  made.diagnosis.unexplained.noise = 0.031;
   const std::string page = pageOf(made, false);
   EXPECT_NE(page.find("31.0 mV RMS are left"), std::string::npos);
   EXPECT_NE(page.find("ocv_slope"), std::string::npos);
@@ -79,19 +79,19 @@ TEST(DiagnosisPage, EscapesEverySentenceOfADiagnosis) {
   test::MadeDiagnosis made = test::madeUnknown();
   Diagnosis& d = made.diagnosis;
   const std::string evil = "<i>evil</i>";
-  d.summary = d.next_experiment = d.learned->description = d.source.summary = d.source.totals[0].reason = evil;
+  d.summary = d.next_experiment = d.discrepancy->description = d.source.summary = d.source.totals[0].reason = evil;
   d.candidates.push_back({evil, 1.0, 0.0, evil, "acceptance"});  // the nearest to what was learnt
-  d.learned->terms = d.instrument = d.outside = {evil};
-  d.mismatch[0].regime = d.candidates[0].id = d.candidates[0].rejected_because = d.candidates[0].family = evil;
+  d.discrepancy->terms = d.instrument = d.outside = {evil};
+  d.mismatch[0].regime = d.candidates[0].id = d.candidates[0].rejected_because = d.candidates[0].mechanism = evil;
   d.regimes = {{evil, "mean", 5, 0.1, 0.0, 0.2, 0.01, true}};
-  d.absorption = {{evil, evil, 5.0, 0.1}};
+  d.parameter_bias = {{evil, evil, 5.0, 0.1}};
   d.fit.regimes = {{evil, 10, 0.1, 0.1, 0.0, -0.1, 0.1}};
   NamedEffect effect;
-  effect.id = effect.family = evil;
-  effect.absorbed_into = effect.tied_with = {evil};
+  effect.id = effect.mechanism = evil;
+  effect.biased_parameters = effect.indistinguishable_from = {evil};
   effect.parameters = {{evil, evil, 1.0, 0.1, 0.9, 1.1, false}};
   d.effects = {effect};
-  d.detectable = {{evil, evil, evil, 1.0, 2.0, false}};
+  d.detection_limits = {{evil, evil, evil, 1.0, 2.0, false}};
   EXPECT_EQ(pageOf(made).find("<i>evil"), std::string::npos);
 }
 
@@ -144,7 +144,7 @@ TEST(DiagnosisPage, DrawsABandWhereTheDeviationIsKnown) {
   test::MadeDiagnosis made = test::madeUnknown();
   EXPECT_EQ(countOf(markupOf(pageOf(made)), "class=\"band\""), 2u);  // over time; the curve over the current has none here
   EXPECT_NE(pageOf(made).find("Bands: 95 %"), std::string::npos);
-  for (ForceAnswer& one : made.diagnosis.learned->answers) one.charging_std.reset(), one.discharging_std.reset();
+  for (DiscrepancyAnswer& one : made.diagnosis.discrepancy->answers) one.charging_std.reset(), one.discharging_std.reset();
   EXPECT_EQ(countOf(markupOf(pageOf(made)), "class=\"band\""), 0u);
   EXPECT_EQ(pageOf(made).find("Bands: 95 %"), std::string::npos);
 }
@@ -157,10 +157,10 @@ TEST(DiagnosisPage, DrawsADecadeOfTimeAsWideAsTheNext) {
 
 TEST(DiagnosisPage, DrawsNoPointThatIsNotANumberAndNoChartOfOnePoint) {
   test::MadeDiagnosis made = test::madeUnknown();
-  made.diagnosis.learned->curve[2].late = std::nan("");
+  made.diagnosis.discrepancy->curve[2].late = std::nan("");
   EXPECT_EQ(countOf(markupOf(pageOf(made)), "<circle"), 4u + 4u);
-  made.diagnosis.learned->answers.resize(1);
-  made.diagnosis.learned->curve.clear();
+  made.diagnosis.discrepancy->answers.resize(1);
+  made.diagnosis.discrepancy->curve.clear();
   EXPECT_EQ(countOf(markupOf(pageOf(made)), "<figure class=\"chart\">"), 0u);
 }
 
@@ -174,7 +174,7 @@ TEST(DiagnosisPage, NamesTheNearestEquationOfTheFamilyThatALearntForceFollows) {
 
 TEST(DiagnosisPage, OfALearntForceThatForetellsNothingSaysThatItIsNotUsed) {
   test::MadeDiagnosis made = test::madeUnknown();
-  made.diagnosis.learned->is_used = false;
+  made.diagnosis.discrepancy->is_used = false;
   const std::string page = pageOf(made);
   EXPECT_NE(page.find("It is not used."), std::string::npos);
   EXPECT_EQ(page.find("memory of charging over 10 s"), std::string::npos);
@@ -211,7 +211,7 @@ TEST(DiagnosisPage, WithoutASourceDrawsNoShareAndNoStretch) {
   made.diagnosis.source = {false,
                            0.0,
                            "Nothing charges the battery: the current is imposed throughout.",
-                           {{"nothing in the recording charges the battery", Imposed::kCurrent, 1, 10}},
+                           {{"nothing in the recording charges the battery", ControlMode::kCurrent, 1, 10}},
                            {}};
   for (const bool zoomable : {true, false}) {
     const std::string markup = markupOf(pageOf(made, zoomable));
@@ -229,7 +229,7 @@ TEST(DiagnosisPage, DrawsWhatIsImposedWithoutTheLibraryToo) {
     return std::count(feet.begin(), feet.end(), 'z');
   };
   EXPECT_EQ(feetOf(pageOf(made, false)), 8);
-  made.diagnosis.source.voltage_imposed.clear();
+  made.diagnosis.source.voltage_controlled.clear();
   EXPECT_EQ(feetOf(pageOf(made, false)), 0);
 }
 

@@ -18,7 +18,7 @@ void expectKeys(const Json& json, const std::vector<const char*>& keys) {
 
 TEST(DiagnosisJson, HoldsTheContractsFields) {
   const Json json = diagnosisJson(test::madeNamed().diagnosis);
-  EXPECT_EQ(json["schema"], "battery_sof/diagnosis/1");
+  EXPECT_EQ(json["schema"], "battery_sof/diagnosis/2");
   EXPECT_EQ(json["verdict"], "named");
   expectKeys(json, {"summary", "effects", "candidates", "mismatch", "fit", "next_experiment", "family", "probability", "relevance",
                     "learned", "evidence"});
@@ -33,7 +33,7 @@ TEST(DiagnosisJson, HoldsTheContractsFields) {
   }
   EXPECT_EQ(json["fit"]["extended"]["holdout"]["rmse_v"], 0.0064);
   EXPECT_EQ(json["candidates"][0]["holdout_gain_percent"], 95.0);
-  EXPECT_EQ(json["family"], "acceptance");
+  EXPECT_EQ(json["mechanism"], "acceptance");
   EXPECT_EQ(json["probability"], 0.97);
 }
 
@@ -59,19 +59,19 @@ TEST(DiagnosisJson, HoldsWhatIsLeftBesideItsLimits) {
 }
 
 TEST(DiagnosisJson, HoldsWhatWasLearnt) {
-  const Json learned = diagnosisJson(test::madeUnknown().diagnosis)["learned"];
-  EXPECT_EQ(learned["used"], true);
-  EXPECT_EQ(learned["left_out_base_rmse_v"], 0.064);
-  EXPECT_EQ(learned["left_out_rmse_v"], 0.021);
-  EXPECT_EQ(learned["families"].at(0), (Json{{"family", "acceptance"}, {"gain", 340.0}, {"rms_v", 0.058}}));
-  EXPECT_EQ(learned["answers_to_a"], 20.0);
+  const Json discrepancy = diagnosisJson(test::madeUnknown().diagnosis)["learned"];
+  EXPECT_EQ(discrepancy["used"], true);
+  EXPECT_EQ(discrepancy["left_out_base_rmse_v"], 0.064);
+  EXPECT_EQ(discrepancy["left_out_rmse_v"], 0.021);
+  EXPECT_EQ(discrepancy["families"].at(0), (Json{{"family", "acceptance"}, {"gain", 340.0}, {"rms_v", 0.058}}));
+  EXPECT_EQ(discrepancy["answers_to_a"], 20.0);
   EXPECT_EQ(
-      learned["answers"].at(2),
+      discrepancy["answers"].at(2),
       (Json{{"time_s", 10.0}, {"charging_v", 0.052}, {"discharging_v", -0.0004}, {"charging_std_v", 0.004}, {"discharging_std_v", 0.002}}));
-  EXPECT_EQ(learned["curve"].size(), 5u);
-  EXPECT_EQ(learned["curve"].at(3),
+  EXPECT_EQ(discrepancy["curve"].size(), 5u);
+  EXPECT_EQ(discrepancy["curve"].at(3),
             (Json{{"current_a", 10.0}, {"early_v", 0.0001}, {"late_v", 0.05}, {"early_std_v", nullptr}, {"late_std_v", nullptr}}));
-  EXPECT_EQ(learned["terms"].at(0), "memory of charging over 10 s");
+  EXPECT_EQ(discrepancy["terms"].at(0), "memory of charging over 10 s");
 }
 
 TEST(DiagnosisJson, HasNullForWhatIsAbsentOrNotFinite) {
@@ -89,9 +89,9 @@ TEST(DiagnosisJson, HasNullForWhatIsAbsentOrNotFinite) {
 
 TEST(DiagnosisJson, OfAFamilyThatNoProbabilityIsSaidOfHasNull) {
   test::MadeDiagnosis made = test::madeUnknown();
-  made.diagnosis.family = Family::kAcceptance;
+  made.diagnosis.mechanism = Mechanism::kAcceptance;
   made.diagnosis.probability = 0.0;
-  EXPECT_EQ(diagnosisJson(made.diagnosis)["family"], "acceptance");
+  EXPECT_EQ(diagnosisJson(made.diagnosis)["mechanism"], "acceptance");
   EXPECT_TRUE(diagnosisJson(made.diagnosis)["probability"].is_null());
 }
 
@@ -119,23 +119,23 @@ TEST(DiagnosisText, TellsWhatAMailNeeds) {
   const std::string text = diagnosisText(test::madeNamed().diagnosis);
   for (const char* piece : {"named: The battery takes charge", "charge_acceptance", "hidden before in r_charge", "at a bound",
                             "long charge", "95 %", "hold-out", "121.0", "6.4", "became worse in post charge rest",
-                            "could be here unseen: gassing", "14.4 V", "estimates: --confirm ID tries one"})
+                            "could be here unseen: gassing", "14.4 V", "estimates: --verify-detection-limits ID tries one"})
     EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
 }
 
 TEST(DiagnosisText, PromisesNoStrengthWhereTooMuchIsLeft) {
   test::MadeDiagnosis made = test::madeNoMismatch();
-  for (Detectable& one : made.diagnosis.detectable) one = {one.id, one.parameter, one.unit, std::nullopt, one.typical, false};
-  made.diagnosis.left.noise = 0.031;
+  for (DetectionLimit& one : made.diagnosis.detection_limits) one = {one.id, one.parameter, one.unit, std::nullopt, one.typical, false};
+  made.diagnosis.unexplained.noise = 0.031;
   std::string text = diagnosisText(made.diagnosis);
   std::replace(text.begin(), text.end(), '\n', ' ');
   EXPECT_NE(text.find("hidden       31.0 mV RMS are left"), std::string::npos) << text;
   EXPECT_EQ(text.find("could be here unseen"), std::string::npos) << text;
-  made.diagnosis.left.noise = 0.001;
-  made.diagnosis.left.rmse = 2.0 * made.diagnosis.left.limits.rmse;
+  made.diagnosis.unexplained.noise = 0.001;
+  made.diagnosis.unexplained.rmse = 2.0 * made.diagnosis.unexplained.limits.rmse;
   EXPECT_NE(diagnosisText(made.diagnosis).find("hidden       columns of the currents would take up"), std::string::npos);
-  made.diagnosis.detectable.front().strength = 20.0 * made.diagnosis.detectable.front().typical;  // as --confirm finds it
-  EXPECT_NE(diagnosisText(made.diagnosis).find("could be here unseen: " + made.diagnosis.detectable.front().id), std::string::npos);
+  made.diagnosis.detection_limits.front().strength = 20.0 * made.diagnosis.detection_limits.front().typical;  // as --verify-detection-limits finds it
+  EXPECT_NE(diagnosisText(made.diagnosis).find("could be here unseen: " + made.diagnosis.detection_limits.front().id), std::string::npos);
 }
 
 TEST(DiagnosisText, TellsTheFamilyWhatWasLearntAndWhatIsTooSmallToMatter) {

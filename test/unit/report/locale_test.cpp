@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "battery_sof/predict/cranking.hpp"
+#include "battery_sof/prediction/cranking.hpp"
 #include "battery_sof/recording/csv.hpp"
 #include "battery_sof/report/check_report.hpp"
 #include "battery_sof/report/model_yaml.hpp"

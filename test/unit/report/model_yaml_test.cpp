@@ -5,10 +5,10 @@
 #include <cmath>
 #include <filesystem>
 
-#include "battery_sof/identify/error_tracker.hpp"
-#include "battery_sof/identify/identification.hpp"
-#include "battery_sof/predict/cranking.hpp"
-#include "battery_sof/predict/profile.hpp"
+#include "battery_sof/estimation/residual_filter.hpp"
+#include "battery_sof/estimation/identification.hpp"
+#include "battery_sof/prediction/cranking.hpp"
+#include "battery_sof/prediction/profile.hpp"
 #include "support/start_stop.hpp"
 
 namespace battery_sof {
@@ -169,21 +169,21 @@ class ModelYamlBothWays : public ::testing::Test {
     options.duration = 1500.0;
     options.current_noise = 0.1;
     options.voltage_noise = 0.01;
-    drive_ = new test::StartStopDrive(test::startStopDrive(composition, test::freshBattery(composition), options));
+    inputs_ = new test::StartStopDrive(test::startStopDrive(composition, test::freshBattery(composition), options));
     IdentifyOptions identification;
-    identification.source = test::knownSource(*drive_);
+    identification.source = test::knownSource(*inputs_);
     identification.source->repair.lag = 1;
     identification.effects = {"fresh_sulphate"};
     // A battery of which the equations miss something.
-    Series series = drive_->series;
+    Series series = inputs_->series;
     for (std::size_t n = 1; n < series.size(); ++n)
-      if (drive_->imposed[n]) series.current[n] += 3.0 * (series.voltage[n] - 13.8);
+      if (inputs_->controlled[n]) series.current[n] += 3.0 * (series.voltage[n] - 13.8);
     model_ = new FittedModel(identify(series, {0, 900}, identification));
     fitErrors(*model_, series, {0, 900});
     text_ = new std::string(modelYaml(*model_));
   }
   static void TearDownTestSuite() {
-    delete drive_;
+    delete inputs_;
     delete model_;
     delete text_;
   }
@@ -201,44 +201,44 @@ class ModelYamlBothWays : public ::testing::Test {
     EXPECT_NE(said.find(piece), std::string::npos) << "said: " << said << "\nexpected: " << piece;
   }
 
-  static test::StartStopDrive* drive_;
+  static test::StartStopDrive* inputs_;
   static FittedModel* model_;
   static std::string* text_;
 };
-test::StartStopDrive* ModelYamlBothWays::drive_ = nullptr;
+test::StartStopDrive* ModelYamlBothWays::inputs_ = nullptr;
 FittedModel* ModelYamlBothWays::model_ = nullptr;
 std::string* ModelYamlBothWays::text_ = nullptr;
 
 TEST_F(ModelYamlBothWays, ReadsBackSourceNaivePredictorsPastEventsAndWhatWasLearnt) {
   const FittedModel& model = *model_;
   ASSERT_TRUE(model.fit.source);
-  ASSERT_FALSE(model.fit.learned.current.empty());
-  ASSERT_FALSE(model.intervals.experience.cranks.empty());
-  ASSERT_FALSE(model.intervals.experience.charges.empty());
-  ASSERT_TRUE(model.fit.naive.current_from_voltage && model.fit.naive.voltage_from_current && model.fit.naive.cranks);
+  ASSERT_FALSE(model.fit.residual_regression.current.empty());
+  ASSERT_FALSE(model.intervals.event_history.cranks.empty());
+  ASSERT_FALSE(model.intervals.event_history.charges.empty());
+  ASSERT_TRUE(model.fit.baseline.current_from_voltage && model.fit.baseline.voltage_from_current && model.fit.baseline.cranks);
   const FittedModel back = parseModelYaml(*text_, "model.yaml");
   ASSERT_TRUE(back.fit.source);
   EXPECT_TRUE(back.fit.source->present);
-  EXPECT_EQ(back.fit.source->least_current, model.fit.source->least_current);
+  EXPECT_EQ(back.fit.source->min_current, model.fit.source->min_current);
   EXPECT_EQ(back.fit.source->charge_begins, model.fit.source->charge_begins);
   EXPECT_EQ(back.fit.source->current_noise, model.fit.source->current_noise);
   EXPECT_EQ(back.fit.source->voltage_noise, model.fit.source->voltage_noise);
   EXPECT_EQ(back.fit.source->resistance, model.fit.source->resistance);
   EXPECT_EQ(back.fit.source->max_gap, model.fit.source->max_gap);
   EXPECT_EQ(back.fit.voltage_lag, 1u);
-  EXPECT_EQ(back.fit.naive.current_from_voltage->slope, model.fit.naive.current_from_voltage->slope);
-  EXPECT_EQ(back.fit.naive.voltage_from_current->samples, model.fit.naive.voltage_from_current->samples);
-  EXPECT_EQ(back.fit.naive.cranks->intercept, model.fit.naive.cranks->intercept);
-  EXPECT_EQ(back.fit.naive.phase.has_value(), model.fit.naive.phase.has_value());
-  ASSERT_EQ(back.intervals.experience.cranks.size(), model.intervals.experience.cranks.size());
-  EXPECT_EQ(back.intervals.experience.cranks.back().modelled, model.intervals.experience.cranks.back().modelled);
-  ASSERT_EQ(back.intervals.experience.charges.size(), model.intervals.experience.charges.size());
-  EXPECT_EQ(back.intervals.experience.charges.front().first_voltage, model.intervals.experience.charges.front().first_voltage);
-  EXPECT_EQ(back.fit.learned.current.weight, model.fit.learned.current.weight);
-  EXPECT_EQ(back.fit.learned.current.upper, model.fit.learned.current.upper);
-  EXPECT_EQ(back.fit.learned.least_current, model.fit.learned.least_current);
-  EXPECT_EQ(back.fit.learned.most_current, model.fit.learned.most_current);
-  EXPECT_EQ(back.fit.learned.voltage.weight, model.fit.learned.voltage.weight);
+  EXPECT_EQ(back.fit.baseline.current_from_voltage->slope, model.fit.baseline.current_from_voltage->slope);
+  EXPECT_EQ(back.fit.baseline.voltage_from_current->samples, model.fit.baseline.voltage_from_current->samples);
+  EXPECT_EQ(back.fit.baseline.cranks->intercept, model.fit.baseline.cranks->intercept);
+  EXPECT_EQ(back.fit.baseline.phase.has_value(), model.fit.baseline.phase.has_value());
+  ASSERT_EQ(back.intervals.event_history.cranks.size(), model.intervals.event_history.cranks.size());
+  EXPECT_EQ(back.intervals.event_history.cranks.back().modelled, model.intervals.event_history.cranks.back().modelled);
+  ASSERT_EQ(back.intervals.event_history.charges.size(), model.intervals.event_history.charges.size());
+  EXPECT_EQ(back.intervals.event_history.charges.front().first_voltage, model.intervals.event_history.charges.front().first_voltage);
+  EXPECT_EQ(back.fit.residual_regression.current.weight, model.fit.residual_regression.current.weight);
+  EXPECT_EQ(back.fit.residual_regression.current.upper, model.fit.residual_regression.current.upper);
+  EXPECT_EQ(back.fit.residual_regression.min_current, model.fit.residual_regression.min_current);
+  EXPECT_EQ(back.fit.residual_regression.max_current, model.fit.residual_regression.max_current);
+  EXPECT_EQ(back.fit.residual_regression.voltage.weight, model.fit.residual_regression.voltage.weight);
   EXPECT_EQ(back.state.memory.numbers(), model.state.memory.numbers());
   EXPECT_EQ(back.fit.scores.current_rmse, model.fit.scores.current_rmse);
   ASSERT_TRUE(model.fit.scores.left_out_share_percent);
@@ -248,10 +248,10 @@ TEST_F(ModelYamlBothWays, ReadsBackSourceNaivePredictorsPastEventsAndWhatWasLear
 
 TEST_F(ModelYamlBothWays, PredictsAsTheModelItCameFrom) {
   const FittedModel back = parseModelYaml(*text_, "model.yaml");
-  const IndexRange rest{900, drive_->series.size()};
-  const FollowedPrediction before = predictMixed(*model_, drive_->series, rest);
-  const FollowedPrediction after = predictMixed(back, drive_->series, rest);
-  EXPECT_EQ(after.voltage_drives, before.voltage_drives);
+  const IndexRange rest{900, inputs_->series.size()};
+  const FollowedPrediction before = predictMixed(*model_, inputs_->series, rest);
+  const FollowedPrediction after = predictMixed(back, inputs_->series, rest);
+  EXPECT_EQ(after.voltage_controlled, before.voltage_controlled);
   for (std::size_t k = 0; k < rest.size(); ++k) {
     ASSERT_NEAR(after.current[k], before.current[k], 1e-9);
     ASSERT_NEAR(after.voltage[k], before.voltage[k], 1e-9);
@@ -262,8 +262,8 @@ TEST_F(ModelYamlBothWays, PredictsAsTheModelItCameFrom) {
 TEST_F(ModelYamlBothWays, AFileWithoutThemIsAModelWithoutThem) {
   const FittedModel back = parseModelYaml(modelYaml(fittedModel()), "model.yaml");
   EXPECT_FALSE(back.fit.source);
-  EXPECT_TRUE(back.fit.learned.empty());
-  EXPECT_TRUE(back.intervals.experience.cranks.empty() && back.intervals.experience.charges.empty());
+  EXPECT_TRUE(back.fit.residual_regression.empty());
+  EXPECT_TRUE(back.intervals.event_history.cranks.empty() && back.intervals.event_history.charges.empty());
   EXPECT_FALSE(back.state.memory.begun);
   EXPECT_EQ(back.fit.voltage_lag, 0u);
   EXPECT_FALSE(back.fit.scores.left_out_share_percent);
@@ -301,16 +301,16 @@ TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithWhatWasLearnt) {
   expectError(withValue("  memory:", "[1, 2, 3]"), "state.memory has 3 numbers, expected 20");
   // A scale of nothing would divide by it.
   std::string zeros = "[";
-  for (Eigen::Index j = 0; j < DriveMemory::kCurrentColumns; ++j) zeros += j ? ", 0" : "0";
+  for (Eigen::Index j = 0; j < InputMemory::kCurrentColumns; ++j) zeros += j ? ", 0" : "0";
   expectError(withValue("    scale:", zeros + "]"), "and its neighbours must be as many finite numbers, scales above 0");
 }
 
 TEST(ModelYaml, HoldsTheBlocksOfARowAndNothingOfOneBlock) {
   FittedModel model = fittedModel();
   EXPECT_FALSE(modelYaml(model).find("blocks:") != std::string::npos);
-  EXPECT_EQ(parseModelYaml(modelYaml(model), "m.yaml").fit.blocks, 1.0);
-  model.fit.blocks = 2.0;
-  EXPECT_EQ(parseModelYaml(modelYaml(model), "m.yaml").fit.blocks, 2.0);
+  EXPECT_EQ(parseModelYaml(modelYaml(model), "m.yaml").fit.series_blocks, 1.0);
+  model.fit.series_blocks = 2.0;
+  EXPECT_EQ(parseModelYaml(modelYaml(model), "m.yaml").fit.series_blocks, 2.0);
   EXPECT_EQ(modelYaml(parseModelYaml(modelYaml(model), "m.yaml")), modelYaml(model));
   try {
     parseModelYaml(with(modelYaml(model), "blocks: 2", "blocks: 2.2"), "m.yaml");

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "battery_sof/identify/identification.hpp"
+#include "battery_sof/estimation/identification.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {
@@ -44,8 +44,8 @@ TEST(PredictionJson, HoldsTheContractsFieldsAndNullForWhatIsUndefined) {
   for (const char* key : {"time_s", "measured_min_v", "predicted_min_v", "lower_v", "upper_v"})
     EXPECT_TRUE(json["cranks"][0].contains(key)) << key;
   EXPECT_TRUE(json["mixed"].is_null());
-  EXPECT_TRUE(json["naive"]["q_dyn_percent"].is_null());
-  EXPECT_TRUE(json["naive"]["rmse_v"].is_null());
+  EXPECT_TRUE(json["baseline"]["q_dyn_percent"].is_null());
+  EXPECT_TRUE(json["baseline"]["rmse_v"].is_null());
 }
 
 TEST(CrankingJson, HoldsTheServicesFieldsAndNullForAbsentNumbers) {

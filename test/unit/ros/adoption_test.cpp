@@ -18,7 +18,7 @@ Diagnosis saying(Verdict verdict, const std::vector<std::string>& effects) {
 }
 
 TEST(AdoptionOf, NamedPhysicsGoesOnTrialWithAllThatBelongsToIt) {
-  const Adoption named = adoptionOf(saying(Verdict::kNamed, {"gassing"}), true);
+  const Adoption named = adoptionOf(saying(Verdict::kEffect, {"gassing"}), true);
   EXPECT_THAT(named.effects, ElementsAre("gassing"));
   const Adoption several = adoptionOf(saying(Verdict::kSeveral, {"gassing", "current_offset"}), true);
   EXPECT_THAT(several.effects, ElementsAre("gassing", "current_offset"));
@@ -26,30 +26,30 @@ TEST(AdoptionOf, NamedPhysicsGoesOnTrialWithAllThatBelongsToIt) {
 }
 
 TEST(AdoptionOf, NothingGoesOnTrialUnlessAskedFor) {
-  const Adoption adoption = adoptionOf(saying(Verdict::kNamed, {"gassing"}), false);
+  const Adoption adoption = adoptionOf(saying(Verdict::kEffect, {"gassing"}), false);
   EXPECT_THAT(adoption.effects, IsEmpty());
   EXPECT_THAT(adoption.sentence, HasSubstr("adopt_diagnosis"));
 }
 
 TEST(AdoptionOf, VerdictsThatNameNoPhysicsAdoptNothingAndSayWhy) {
   for (const Verdict verdict :
-       {Verdict::kNoMismatch, Verdict::kAmbiguous, Verdict::kUnknown, Verdict::kSensorFault, Verdict::kInsufficientData}) {
+       {Verdict::kNoMismatch, Verdict::kAmbiguous, Verdict::kUnexplained, Verdict::kSensorFault, Verdict::kInsufficientData}) {
     const Adoption adoption = adoptionOf(saying(verdict, {"gassing"}), true);
     EXPECT_THAT(adoption.effects, IsEmpty());
-    EXPECT_THAT(adoption.sentence, HasSubstr(describe(verdict)));
+    EXPECT_THAT(adoption.sentence, HasSubstr(toString(verdict)));
   }
 }
 
 TEST(AdoptionOf, WhatWasLearntGoesOnTrialWhateverTheVerdict) {
-  Diagnosis diagnosis = saying(Verdict::kUnknown, {kLearnedEffect});
-  diagnosis.extended.fit.force = std::make_shared<const LearnedForce>();
+  Diagnosis diagnosis = saying(Verdict::kUnexplained, {kDiscrepancyEffect});
+  diagnosis.extended.fit.discrepancy = std::make_shared<const DiscrepancyModel>();
   const Adoption adoption = adoptionOf(diagnosis, true);
-  EXPECT_THAT(adoption.effects, ElementsAre(kLearnedEffect));
-  EXPECT_EQ(diagnosis.extended.fit.force, adoption.force);
+  EXPECT_THAT(adoption.effects, ElementsAre(kDiscrepancyEffect));
+  EXPECT_EQ(diagnosis.extended.fit.discrepancy, adoption.discrepancy);
 }
 
 TEST(AdoptionOf, WhatPredictsTheHoldOutWorseIsNotAdoptedAndSaysSo) {
-  Diagnosis diagnosis = saying(Verdict::kNamed, {});
+  Diagnosis diagnosis = saying(Verdict::kEffect, {});
   diagnosis.withheld_rmse = 0.01;
   const Adoption adoption = adoptionOf(diagnosis, true);
   EXPECT_THAT(adoption.effects, IsEmpty());
@@ -57,7 +57,7 @@ TEST(AdoptionOf, WhatPredictsTheHoldOutWorseIsNotAdoptedAndSaysSo) {
 }
 
 TEST(AdoptionOf, InstrumentsAloneAreNotAdopted) {
-  const Adoption adoption = adoptionOf(saying(Verdict::kNamed, {"current_offset"}), true);
+  const Adoption adoption = adoptionOf(saying(Verdict::kEffect, {"current_offset"}), true);
   EXPECT_THAT(adoption.effects, IsEmpty());
   EXPECT_THAT(adoption.sentence, HasSubstr("current_offset (instrument)"));
 }

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/predict/online_session.hpp"
+#include "battery_sof/prediction/online_session.hpp"
 #include "battery_sof/ros/response_times.hpp"
 #include "support/composed.hpp"
 
@@ -66,7 +66,7 @@ TEST(BackgroundWorker, FitsASessionThatTakesSamplesAndIsAsked) {
   options.window_length = 30.0;
   options.identify_period = 20.0;
   options.retry_period = 5.0;
-  options.min_suitability = 0.0;
+  options.min_window_quality = 0.0;
   OnlineSession session(options);
   std::mutex mutex;
   std::atomic<bool> ends{false};
@@ -80,7 +80,7 @@ TEST(BackgroundWorker, FitsASessionThatTakesSamplesAndIsAsked) {
   std::atomic<int> answered{0};  // while the drive goes on
   std::thread asks([&] {
     while (!ends) {
-      std::optional<LiveModel> model;
+      std::optional<ModelSnapshot> model;
       {
         const std::lock_guard<std::mutex> lock(mutex);
         model.emplace(session.live());

@@ -50,7 +50,7 @@ TEST(QueryOf, ProfilesOfACrankAreKept) {
 }
 
 TEST(QueryOf, ARequestThatWasNotFilledInAsksForNothing) {
-  const LiveModel model(test::knownModel(), std::nullopt, 50.0);
+  const ModelSnapshot model(test::knownModel(), std::nullopt, 50.0);
   EXPECT_EQ(model.predictCranking(queryOf(PredictCranking::Request())).code, AnswerCode::kInvalidQuery);
   EXPECT_THAT(model.predictStopTime(queryOf(PredictStopTime::Request())).message, ::testing::HasSubstr("no limit is given"));
   EXPECT_THAT(model.predictChargeAcceptance(queryOf(PredictChargeAcceptance::Request())).message, ::testing::HasSubstr("u_boost [V] is 0"));
@@ -123,7 +123,7 @@ PredictMap::Request mapRequest() {
 }
 
 TEST(MapsOf, AnswersTheMapsThatHaveLists) {
-  const LiveModel model(test::knownModel(), std::nullopt, 50.0);
+  const ModelSnapshot model(test::knownModel(), std::nullopt, 50.0);
   PredictMap::Request request = mapRequest();
   EXPECT_EQ(mapsOf(model, request).u_min.size(), 6u);
   EXPECT_TRUE(mapsOf(model, request).i_boost.empty());
@@ -138,7 +138,7 @@ TEST(MapsOf, AnswersTheMapsThatHaveLists) {
 }
 
 TEST(MapsOf, WithoutAModelSaysTheSessionsReason) {
-  const LiveModel model({}, "nothing identified yet", 50.0);
+  const ModelSnapshot model({}, "nothing identified yet", 50.0);
   const PredictMap::Response response = mapsOf(model, mapRequest());
   EXPECT_EQ(response.code, PredictMap::Response::NO_MODEL);
   EXPECT_EQ(response.message, "nothing identified yet");
@@ -196,15 +196,15 @@ TEST(MessageOf, StatusWithoutModelAndEventsHasNanInTheirPlaces) {
   StatusContents contents;
   contents.session.reason = "no sample yet";
   contents.standing.cranking.u_required.reset();
-  contents.answers = answersTo(contents.standing, LiveModel({}, "no sample yet", 50.0));
+  contents.answers = answersTo(contents.standing, ModelSnapshot({}, "no sample yet", 50.0));
   const SofStatus message = messageOf(contents);
   EXPECT_EQ(message.state, SofStatus::NO_DATA);
   EXPECT_EQ(message.reason, "no sample yet");
-  for (double value : {message.model_age, message.suitability, message.backtest_q_dyn_percent, message.u_required, message.crank.u_min,
+  for (double value : {message.model_age, message.window_quality, message.backtest_q_dyn_percent, message.u_required, message.crank.u_min,
                        message.past_cranks.time, message.past_cranks.measured, message.past_cranks.expected, message.stop_time.t_stop,
                        message.stop_time.upper, message.charge.i_boost, message.charge.lower, message.past_charges.time,
                        message.past_charges.duration, message.past_charges.measured, message.past_charges.expected,
-                       message.past_cranks.inside_share, message.past_charges.mean_abs_error}) {
+                       message.past_cranks.coverage, message.past_charges.mean_abs_error}) {
     EXPECT_TRUE(std::isnan(value));
   }
   EXPECT_EQ(message.i_cranking, -200.0);
@@ -218,7 +218,7 @@ TEST(MessageOf, StatusHoldsTheThreeStandingAnswers) {
   StatusContents contents;
   contents.standing.charge = {13.5, 5.0, 200.0};
   contents.standing.cranking.i_load = 0.0;
-  contents.answers = answersTo(contents.standing, LiveModel(test::knownModel(), std::nullopt, 50.0));
+  contents.answers = answersTo(contents.standing, ModelSnapshot(test::knownModel(), std::nullopt, 50.0));
   const SofStatus message = messageOf(contents);
   EXPECT_TRUE(message.crank.valid && message.crank.capable);
   EXPECT_EQ(message.stop_time.outcome, "always");
@@ -238,7 +238,7 @@ TEST(MessageOf, StatusShowsCranksChargesAndTheCounts) {
   contents.counts.stamp_ahead = 1;
   contents.events.add({{{40.0, -200.0, 10.0, {9.0, 8.7, 9.3}, 9.1}, {50.0, -240.0, 9.8, {9.9, 9.7, 10.1}, 9.7}},
                        {{60.0, 10.0, 14.1, 13.9, 30.0, {28.0, 25.0, 31.0}, 27.0}}});
-  contents.events.crank_scale.factor = 1.25;
+  contents.events.crank_calibration.factor = 1.25;
   const SofStatus message = messageOf(contents);
   EXPECT_EQ(message.state, SofStatus::READY);
   EXPECT_EQ(message.accepted, 100u);
@@ -246,18 +246,18 @@ TEST(MessageOf, StatusShowsCranksChargesAndTheCounts) {
   EXPECT_EQ(message.past_cranks.measured, 9.8);
   EXPECT_EQ(message.past_cranks.expected, 9.9);
   EXPECT_EQ(message.past_cranks.time, 50.0);
-  EXPECT_EQ(message.past_cranks.given, -240.0);
+  EXPECT_EQ(message.past_cranks.stimulus, -240.0);
   EXPECT_TRUE(std::isnan(message.past_cranks.duration));
   EXPECT_EQ(message.past_cranks.count, 2u);
-  EXPECT_EQ(message.past_cranks.inside_share, 0.5);
+  EXPECT_EQ(message.past_cranks.coverage, 0.5);
   EXPECT_NEAR(message.past_cranks.mean_abs_error, 0.55, 1e-12);
   EXPECT_EQ(message.past_cranks.interval_factor, 1.25);
   EXPECT_EQ(message.past_charges.count, 1u);
-  EXPECT_EQ(message.past_charges.given, 14.1);
+  EXPECT_EQ(message.past_charges.stimulus, 14.1);
   EXPECT_EQ(message.past_charges.duration, 10.0);
   EXPECT_EQ(message.past_charges.measured, 30.0);
   EXPECT_EQ(message.past_charges.upper, 31.0);
-  EXPECT_EQ(message.past_charges.inside_share, 1.0);
+  EXPECT_EQ(message.past_charges.coverage, 1.0);
   EXPECT_EQ(message.past_charges.mean_abs_error, 2.0);
 }
 
@@ -268,14 +268,14 @@ DiagnosisReport someReport() {
   report.samples = 180000;
   report.duration_ms = 4200.0;
   Diagnosis diagnosis;
-  diagnosis.verdict = Verdict::kNamed;
+  diagnosis.verdict = Verdict::kEffect;
   diagnosis.summary = "gassing is missing";
   NamedEffect gassing;
   gassing.id = "gassing";
   gassing.confidence = 0.97;
-  gassing.family = "side_reactions";
+  gassing.mechanism = "side_reactions";
   gassing.probability = 0.98;
-  gassing.absorbed_into = {"r_charge"};
+  gassing.biased_parameters = {"r_charge"};
   DiagnosedParameter current;
   current.name = "i_gas";
   current.unit = "A";
@@ -285,7 +285,7 @@ DiagnosisReport someReport() {
   diagnosis.effects = {gassing};
   Candidate other;
   other.id = "ocv_soc";
-  other.family = "open_circuit";
+  other.mechanism = "open_circuit";
   other.evidence = 7.5;
   other.rejected_because = "no gain on held-out blocks";
   diagnosis.candidates = {other};
@@ -294,9 +294,9 @@ DiagnosisReport someReport() {
   segment.regime = "long_charge";
   segment.mean_error = -0.2;
   diagnosis.mismatch = {segment};
-  diagnosis.family = Family::kSideReactions;
+  diagnosis.mechanism = Mechanism::kSideReactions;
   diagnosis.probability = 0.98;
-  diagnosis.left.rmse = 0.0004;
+  diagnosis.unexplained.rmse = 0.0004;
   diagnosis.fit.train = {100.0, 1450.0, 135000};
   diagnosis.fit.base_holdout.rmse = 0.05;
   diagnosis.fit.extended_holdout.rmse = 0.02;
@@ -310,20 +310,20 @@ TEST(MessageOf, DiagnosisSaysEverythingAndNanForWhatIsMissing) {
   EXPECT_EQ(message.header.stamp.toSec(), 1900.5);
   EXPECT_EQ(message.from, 100.0);
   EXPECT_EQ(message.samples, 180000u);
-  EXPECT_EQ(message.verdict, DiagnosisMessage::NAMED);
+  EXPECT_EQ(message.verdict, DiagnosisMessage::EFFECT);
   EXPECT_EQ(message.summary, "gassing is missing");
-  EXPECT_EQ(message.family, "side_reactions");
+  EXPECT_EQ(message.mechanism, "side_reactions");
   EXPECT_EQ(message.probability, 0.98);
-  EXPECT_EQ(message.left_rmse, 0.0004);
+  EXPECT_EQ(message.unexplained_rmse, 0.0004);
   ASSERT_EQ(message.effects.size(), 1u);
-  EXPECT_EQ(message.effects[0].absorbed_into[0], "r_charge");
+  EXPECT_EQ(message.effects[0].biased_parameters[0], "r_charge");
   EXPECT_EQ(message.effects[0].parameters[0].upper, 0.03);
   EXPECT_TRUE(std::isnan(message.effects[0].parameters[0].lower));
   EXPECT_TRUE(std::isnan(message.effects[0].parameters[0].std));
   EXPECT_TRUE(std::isnan(message.candidates[0].holdout_gain_percent));
-  EXPECT_EQ(message.effects[0].family, "side_reactions");
+  EXPECT_EQ(message.effects[0].mechanism, "side_reactions");
   EXPECT_EQ(message.effects[0].probability, 0.98);
-  EXPECT_EQ(message.candidates[0].family, "open_circuit");
+  EXPECT_EQ(message.candidates[0].mechanism, "open_circuit");
   EXPECT_EQ(message.candidates[0].evidence, 7.5);
   EXPECT_EQ(message.candidates[0].rejected_because, "no gain on held-out blocks");
   EXPECT_EQ(message.mismatch[0].mean_error, -0.2);
@@ -340,14 +340,14 @@ TEST(MessageOf, DiagnosisThatComparedNothingHasNoMetrics) {
   const DiagnosisMessage message = messageOf(report, {});
   EXPECT_EQ(message.verdict, DiagnosisMessage::INSUFFICIENT_DATA);
   EXPECT_TRUE(message.effects.empty());
-  EXPECT_EQ(message.family, "");
+  EXPECT_EQ(message.mechanism, "");
   EXPECT_TRUE(std::isnan(message.base_holdout.rmse) && std::isnan(message.holdout_from));
   EXPECT_FALSE(message.adopted);
 }
 
 TEST(MessageOf, EveryVerdictIsOneOfTheMessagesConstants) {
-  const std::vector<std::string> constants = {DiagnosisMessage::NO_MISMATCH,      DiagnosisMessage::NAMED,   DiagnosisMessage::SEVERAL,
-                                              DiagnosisMessage::AMBIGUOUS,        DiagnosisMessage::UNKNOWN, DiagnosisMessage::SENSOR_FAULT,
+  const std::vector<std::string> constants = {DiagnosisMessage::NO_MISMATCH,      DiagnosisMessage::EFFECT,   DiagnosisMessage::SEVERAL,
+                                              DiagnosisMessage::AMBIGUOUS,        DiagnosisMessage::UNEXPLAINED, DiagnosisMessage::SENSOR_FAULT,
                                               DiagnosisMessage::INSUFFICIENT_DATA};
   DiagnosisReport report = someReport();
   for (int verdict = 0; verdict < 7; ++verdict) {
@@ -374,7 +374,7 @@ TEST(MessageOf, StatusSaysWhichModelAnswersAndHowBothDid) {
   EXPECT_TRUE(std::isnan(messageOf(contents).contest_duration));
   contents.session.effects = {"gassing"};
   contents.session.extension = "the model with gassing answers";
-  contents.session.contest = ContestScore{300.0, 0.05, 0.02};
+  contents.session.selector = ModelSelectorScore{300.0, 0.05, 0.02};
   EXPECT_EQ(messageOf(contents).effects[0], "gassing");
   EXPECT_EQ(messageOf(contents).extension, "the model with gassing answers");
   EXPECT_EQ(messageOf(contents).base_rmse, 0.05);

@@ -60,19 +60,19 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
   const NodeOptions built_in;
   EXPECT_EQ(shipped.session.buffer, built_in.session.buffer);
   EXPECT_EQ(shipped.session.window_length, built_in.session.window_length);
-  EXPECT_EQ(shipped.session.min_suitability, built_in.session.min_suitability);
+  EXPECT_EQ(shipped.session.min_window_quality, built_in.session.min_window_quality);
   EXPECT_EQ(shipped.session.identify_period, built_in.session.identify_period);
   EXPECT_EQ(shipped.session.retry_period, built_in.session.retry_period);
   EXPECT_EQ(shipped.session.model_max_age, built_in.session.model_max_age);
   EXPECT_EQ(shipped.session.capacity, built_in.session.capacity);
-  EXPECT_EQ(shipped.session.blocks, built_in.session.blocks);
+  EXPECT_EQ(shipped.session.series_blocks, built_in.session.series_blocks);
   EXPECT_EQ(shipped.session.events.crank_current, built_in.session.events.crank_current);
   EXPECT_EQ(shipped.session.identify.start, built_in.session.identify.start);
   EXPECT_EQ(shipped.session.identify.crank_weight, built_in.session.identify.crank_weight);
   EXPECT_EQ(shipped.session.identify.crank_weight_current, built_in.session.identify.crank_weight_current);
   EXPECT_EQ(shipped.session.identify.max_iterations, built_in.session.identify.max_iterations);
   EXPECT_EQ(shipped.diagnose_period, built_in.diagnose_period);
-  EXPECT_EQ(shipped.adopt_diagnosis, built_in.adopt_diagnosis);
+  EXPECT_EQ(shipped.use_diagnosis, built_in.use_diagnosis);
   EXPECT_EQ(shipped.standing.cranking.i_load, built_in.standing.cranking.i_load);
   EXPECT_EQ(shipped.standing.cranking.t_stop, built_in.standing.cranking.t_stop);
   EXPECT_EQ(shipped.standing.cranking.i_cranking, built_in.standing.cranking.i_cranking);
@@ -86,7 +86,7 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
 TEST(NodeOptions, VoltagesOfARowOfBlocksAreAsManyTimesAsLargeByDefault) {
   for (const XmlRpc::XmlRpcValue& two : {XmlRpc::XmlRpcValue(2), XmlRpc::XmlRpcValue(2.0)}) {
     const NodeOptions row = parseNodeOptions(with("blocks", two));
-    EXPECT_EQ(row.session.blocks, 2.0);
+    EXPECT_EQ(row.session.series_blocks, 2.0);
     EXPECT_EQ(row.standing.cranking.u_required, 14.4);
     EXPECT_EQ(row.standing.charge.u_boost, 28.4);
   }
@@ -94,9 +94,9 @@ TEST(NodeOptions, VoltagesOfARowOfBlocksAreAsManyTimesAsLargeByDefault) {
   given["standing_query"] = with("u_required_v", 3.9);
   EXPECT_EQ(parseNodeOptions(given).standing.cranking.u_required, 3.9);
   EXPECT_EQ(parseNodeOptions(given).standing.charge.u_boost, 7.1);
-  EXPECT_THAT(refusal(with("blocks", 0.7)), HasSubstr("~blocks is 0.7, expected 0.5 (6 V), 1 (12 V), 2 (24 V), 4 (48 V) or another"));
-  EXPECT_THAT(refusal(with("blocks", 24)), HasSubstr("~blocks is 24, expected 0.5 to 6"));
-  EXPECT_THAT(refusal(with("blocks", "two")), HasSubstr("~blocks is a string, expected a number"));
+  EXPECT_THAT(refusal(with("blocks", 0.7)), HasSubstr("~series_blocks is 0.7, expected 0.5 (6 V), 1 (12 V), 2 (24 V), 4 (48 V) or another"));
+  EXPECT_THAT(refusal(with("blocks", 24)), HasSubstr("~series_blocks is 24, expected 0.5 to 6"));
+  EXPECT_THAT(refusal(with("blocks", "two")), HasSubstr("~series_blocks is a string, expected a number"));
 }
 
 TEST(NodeOptions, IntegersAndNumbersAreBothNumbers) {
@@ -107,9 +107,9 @@ TEST(NodeOptions, IntegersAndNumbersAreBothNumbers) {
 TEST(NodeOptions, DiagnosisIsOnRequestAndNotAdoptedUnlessAskedFor) {
   const NodeOptions standard = parseNodeOptions(XmlRpc::XmlRpcValue());
   EXPECT_EQ(standard.diagnose_period, 0.0);
-  EXPECT_FALSE(standard.adopt_diagnosis);
+  EXPECT_FALSE(standard.use_diagnosis);
   EXPECT_EQ(parseNodeOptions(with("diagnose_period_s", 900)).diagnose_period, 900.0);
-  EXPECT_TRUE(parseNodeOptions(with("adopt_diagnosis", true)).adopt_diagnosis);
+  EXPECT_TRUE(parseNodeOptions(with("adopt_diagnosis", true)).use_diagnosis);
 }
 
 TEST(NodeOptions, DiagnosisOptionsThatCannotBeAreNamedTogether) {
@@ -117,8 +117,8 @@ TEST(NodeOptions, DiagnosisOptionsThatCannotBeAreNamedTogether) {
   parameters["adopt_diagnosis"] = true;
   parameters["fit"] = with("start", std::string("paper"));
   EXPECT_THAT(refusal(parameters), AllOf(HasSubstr("~diagnose_period_s is 20, expected 0 (only on request) or 60 to 86400"),
-                                         HasSubstr("~adopt_diagnosis is true and ~fit/start paper")));
-  EXPECT_THAT(refusal(with("adopt_diagnosis", 1)), HasSubstr("~adopt_diagnosis is an integer, expected true or false"));
+                                         HasSubstr("~use_diagnosis is true and ~fit/start paper")));
+  EXPECT_THAT(refusal(with("adopt_diagnosis", 1)), HasSubstr("~use_diagnosis is an integer, expected true or false"));
 }
 
 TEST(NodeOptions, UnknownKeyIsNamedWithTheKnownOnes) {

@@ -9,10 +9,10 @@ namespace {
 
 TEST(MessageOf, StatusBeforeTheFirstIdentificationKnowsOfNoSourceAndTheModelAnswers) {
   const SofStatus message = messageOf(StatusContents());
-  EXPECT_FALSE(message.source_seen);
-  EXPECT_TRUE(std::isnan(message.source_share));
-  EXPECT_FALSE(message.voltage_drives);
-  EXPECT_TRUE(std::isnan(message.past_cranks.naive_mean_abs_error) && std::isnan(message.past_charges.naive_mean_abs_error));
+  EXPECT_FALSE(message.charger_present);
+  EXPECT_TRUE(std::isnan(message.charger_share));
+  EXPECT_FALSE(message.voltage_controlled);
+  EXPECT_TRUE(std::isnan(message.past_cranks.baseline_mean_abs_error) && std::isnan(message.past_charges.baseline_mean_abs_error));
   EXPECT_TRUE(std::isnan(message.past_cranks.answered_mean_abs_error) && std::isnan(message.past_charges.answered_mean_abs_error));
   EXPECT_EQ(message.past_cranks.answered_by, "model");
   EXPECT_EQ(message.past_charges.answered_by, "model");
@@ -20,25 +20,25 @@ TEST(MessageOf, StatusBeforeTheFirstIdentificationKnowsOfNoSourceAndTheModelAnsw
 
 TEST(MessageOf, StatusSaysWhoImposesWhatAndWhoAnswers) {
   StatusContents contents;
-  contents.session.source_seen = contents.session.voltage_drives = true;
-  contents.session.source_share = 0.75;
-  contents.session.charge_contest.naive_answers = true;
+  contents.session.charger_present = contents.session.voltage_controlled = true;
+  contents.session.charger_share = 0.75;
+  contents.session.charge_selector.baseline_selected = true;
   CrankComparison crank{40.0, -200.0, 10.0, {9.0, 8.7, 9.3}};
-  crank.naive_minimum = Interval{9.75, 9.5, 10.0};
+  crank.baseline_minimum = Interval{9.75, 9.5, 10.0};
   ChargeComparison first{60.0, 10.0, 14.1, 14.1, 30.0, {28.0, 25.0, 31.0}}, second = first;
-  first.naive_current = second.naive_current = Interval{29.0, 28.0, 30.0};
-  second.naive_answered = true;
+  first.baseline_current = second.baseline_current = Interval{29.0, 28.0, 30.0};
+  second.baseline_answered = true;
   contents.events.add({{crank}, {first, second}});
   const SofStatus message = messageOf(contents);
-  EXPECT_TRUE(message.source_seen && message.voltage_drives);
-  EXPECT_EQ(message.source_share, 0.75);
+  EXPECT_TRUE(message.charger_present && message.voltage_controlled);
+  EXPECT_EQ(message.charger_share, 0.75);
   EXPECT_EQ(message.past_cranks.answered_by, "model");
   EXPECT_EQ(message.past_charges.answered_by, "naive");
   EXPECT_EQ(message.past_cranks.mean_abs_error, 1.0);
-  EXPECT_EQ(message.past_cranks.naive_mean_abs_error, 0.25);
+  EXPECT_EQ(message.past_cranks.baseline_mean_abs_error, 0.25);
   EXPECT_EQ(message.past_cranks.answered_mean_abs_error, 1.0);
   EXPECT_EQ(message.past_charges.mean_abs_error, 2.0);
-  EXPECT_EQ(message.past_charges.naive_mean_abs_error, 1.0);
+  EXPECT_EQ(message.past_charges.baseline_mean_abs_error, 1.0);
   EXPECT_EQ(message.past_charges.answered_mean_abs_error, 1.5);
 }
 

@@ -61,7 +61,7 @@ def batteries(base, nulls=None):
     return sorted(made, key=lambda one: (not one.found, one.p, one.name))
 
 
-def families(found):
+def mechanisms(found):
     """By family: batteries told, those that stand in the fleet, how many of them are expected to be of that family, and the median probability."""
     counted = []
     for name in sorted({one.family for one in found if one.family}):

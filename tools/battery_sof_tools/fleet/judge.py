@@ -8,7 +8,7 @@ import os
 import statistics
 
 from ..rates import rate
-from ..strangers.cases import LABELS, path
+from ..out_of_model.cases import LABELS, path
 from ..tables import table
 from . import database, discoveries, stored
 
@@ -47,7 +47,7 @@ def judged(base, nulls=None):
     for row in base.execute("SELECT recording, r.battery, r.path, v.verdict, v.family FROM recording r JOIN verdict v USING (recording) ORDER BY recording"):
         label = label_of(row["path"])
         if row["verdict"] != UNJUDGED:
-            kinds[label["kind"]].append((row["verdict"], row["family"], label.get("family")))
+            kinds[label["kind"]].append((row["verdict"], row["family"], label.get("mechanism")))
             left[label["kind"]] += [rms[row["recording"]]] if row["recording"] in rms else []
         if label["kind"] == LAW:
             lacking.add(row["battery"])

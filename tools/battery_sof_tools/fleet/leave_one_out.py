@@ -34,18 +34,18 @@ def scored(folder, battery, entries, setting):
         if without_it(folder, battery, path):
             for entry in entries:
                 answer = scoring.answer(steps.Recording(folder, entry, dict(setting, priors=path)), setting["patience_s"])[1] or {"windows": []}
-                found.update({(entry["key"], round(one["start_s"], 3)): (one["model"]["share_percent"], one["suitability"], one["model"]["crank_mae_v"]) for one in answer["windows"]})
+                found.update({(entry["key"], round(one["start_s"], 3)): (one["model"]["share_percent"], one["window_quality"], one["model"]["crank_mae_v"]) for one in answer["windows"]})
     return battery, found
 
 
 def before(base):
     """The same of the scores in the database, by battery, and those of straight lines."""
-    found, naive = collections.defaultdict(dict), {}
+    found, baseline = collections.defaultdict(dict), {}
     for row in base.execute("SELECT s.*, r.battery FROM score s JOIN recording r USING (recording)"):
         place = row["recording"], round(row["start_s"], 3)
         found[row["battery"]][place] = row["share_percent"], row["suitability"], row["crank_mae_v"]
-        naive[place] = row["naive_share_percent"]
-    return found, naive
+        baseline[place] = row["naive_share_percent"]
+    return found, baseline
 
 
 def told(windows, median_error):
@@ -57,13 +57,13 @@ def told(windows, median_error):
             str(int(np.sum(100.0 - share > FAR * median_error))), "-" if np.isnan(rank) else f"{rank:+.2f}"]
 
 
-def rows(old, new, naive):
+def rows(old, new, baseline):
     """One row a battery, and one of all, over windows that were scored both ways."""
     lines, everything = [], []
     for battery in sorted(new):
         common = [place for place in sorted(new[battery]) if place in old[battery] and None not in (new[battery][place][0], old[battery][place][0])]
         if common:
-            everything += [(old[battery][place], new[battery][place], naive[place]) for place in common]
+            everything += [(old[battery][place], new[battery][place], baseline[place]) for place in common]
             lines.append(line(battery, everything[-len(common):]))
     return lines + ([line("all", everything)] if len(lines) > 1 else [])
 
@@ -79,7 +79,7 @@ def compare(folder, jobs, sof=None):
     kept, recordings = plan.load(folder)
     setting = plan.setting_of(folder, kept)
     setting["sof"] = sof or setting["sof"]
-    old, naive = before(database.open_read(folder))
+    old, baseline = before(database.open_read(folder))
     by_battery = collections.defaultdict(list)
     for entry in recordings:
         if entry["battery"] in old:
@@ -88,4 +88,4 @@ def compare(folder, jobs, sof=None):
     new = dict(finished(jobs, scored, todo, "battery"))
     write_json(os.path.join(folder, "leave_one_out.json"), {battery: [[*place, *value] for place, value in sorted(found.items())] for battery, found in new.items()})
     head = ["battery", "windows", "straight lines: share [%]", "no prior: share [%]", "cranks [mV]", "blow-ups", "rank", "prior of the others: share [%]", "cranks [mV]", "blow-ups", "rank"]
-    return table(head, rows(old, new, naive))
+    return table(head, rows(old, new, baseline))

@@ -74,12 +74,12 @@ def make(folder, nulls=None):
     base = database.open_read(folder)
     null_gains = nulls_of(nulls)
     found = discoveries.batteries(base, null_gains)
-    told = discoveries.families(found)
+    told = discoveries.mechanisms(found)
     title = "Fleet of " + sections.count(base.execute("SELECT count(DISTINCT battery) FROM recording").fetchone()[0], "battery", "batteries")
     page_css = text_of(os.path.join(ROOT, "src", "report", "page", "page.css"))
     style = page_css + text_of(os.path.join(HERE, "page.css"))
     origin = f'<header><p class="origin">{html.escape(title)}, <strong>{html.escape(os.path.basename(os.path.abspath(folder)))}</strong></p><h1>{html.escape(headline(found, told, nulls is not None))}</h1>'
-    parts = [HEAD.format(title=html.escape(title), style=style), origin, figures(base, found), "</header>", sections.families(base, told, len(found), null_gains),
+    parts = [HEAD.format(title=html.escape(title), style=style), origin, figures(base, found), "</header>", sections.mechanisms(base, told, len(found), null_gains),
              sections.departing(base, *departures.departures(base)), sections.parameters(base), sections.predictions(base), sections.recordings(base, {one.name for one in found if one.found}),
              FOOT.format(script=text_of(os.path.join(HERE, "page.js")))]
     return "\n".join(parts)

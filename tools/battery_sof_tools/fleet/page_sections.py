@@ -17,7 +17,7 @@ MEANT = {"acceptance": "charging is limited by how fast the battery takes charge
          "acid": "acid moves slowly between pores, plates and separator", "open_circuit": "the open-circuit voltage moves with the charge and the way it came there",
          "structure": "resistance, double layer or kinetics differ from the base circuit's", "ageing": "the battery's parameters change with time or temperature",
          "instrument": "the sensors or the wiring explain it"}
-VERDICTS = {"no_mismatch": "no mismatch", "named": "one effect is missing", "several": "several effects", "ambiguous": "one of a few", "unknown": "unknown physics",
+VERDICTS = {"no_mismatch": "no mismatch", "effect": "one effect is missing", "several": "several effects", "ambiguous": "one of a few", "mechanism": "a mechanism without an equation", "unexplained": "unknown physics",
             "sensor_fault": "the instruments", "insufficient_data": "not enough to judge"}
 
 
@@ -73,7 +73,7 @@ def battery_list(standing, rows):
     return f"<details><summary>{count(len(standing), 'battery', 'batteries')}</summary><ul class=\"names\">{items}</ul>{more}</details>"
 
 
-def families(base, told, judged, nulls):
+def mechanisms(base, told, judged, nulls):
     """How many batteries lack which family, and how sure that is."""
     if not told:
         return section("families", "What is missing", "<p>No recording told of a family of physics that the base circuit lacks.</p>")

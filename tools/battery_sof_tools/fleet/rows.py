@@ -13,7 +13,7 @@ def of_recording(entry, told):
     answers = {step: one["answer"] for step, one in told.items() if one["answer"]}
     made = {"recording": [recording(entry, told, answers.get("check"))], "step": [(key, s, told[s]["exit"], told[s]["reason"]) for s in STEPS if s in told],
             "cost": [(key, s, told[s]["cost"]["wall_s"], told[s]["cost"]["cpu_s"]) for s in STEPS if s in told and told[s]["cost"]]}
-    makers = {"check": (findings,), "identify": (window, parameters), "predict": (prediction,), "diagnose": (verdict, families, candidates, found_parameters), "score": (scores, window_parameters)}
+    makers = {"check": (findings,), "identify": (window, parameters), "predict": (prediction,), "diagnose": (verdict, mechanisms, candidates, found_parameters), "score": (scores, window_parameters)}
     for step, functions in makers.items():
         for maker in functions if step in answers else ():
             table, lines = maker(answers[step])
@@ -45,7 +45,7 @@ def findings(answer):
 
 def window(answer):
     ends = answer.get("window") or {}
-    return "window", [(ends.get("from_s"), ends.get("to_s"), answer.get("samples"), ",".join(answer.get("effects") or ()), answer.get("status"), answer.get("suitability"),
+    return "window", [(ends.get("from_s"), ends.get("to_s"), answer.get("samples"), ",".join(answer.get("effects") or ()), answer.get("status"), answer.get("window_quality"),
                        answer.get("q_dyn_percent"), answer.get("rmse_v"))]
 
 
@@ -70,37 +70,37 @@ def window_parameters(answer):
 
 
 def prediction(answer):
-    mixed, naive, ends = answer.get("mixed") or {}, answer.get("naive") or {}, answer.get("window") or {}
+    mixed, baseline, ends = answer.get("mixed") or {}, answer.get("baseline") or {}, answer.get("window") or {}
     return "prediction", [(ends.get("from_s"), ends.get("to_s"), answer.get("q_dyn_percent"), answer.get("rmse_v"), answer.get("max_abs_v"), answer.get("coverage_90"), answer.get("crank_mae_v"),
-                           len(answer.get("cranks") or ()), mixed.get("share_percent", answer.get("q_dyn_percent")), naive.get("share_percent"), naive.get("crank_mae_v"))]
+                           len(answer.get("cranks") or ()), mixed.get("share_percent", answer.get("q_dyn_percent")), baseline.get("share_percent"), baseline.get("crank_mae_v"))]
 
 
 def verdict(answer):
     fit, evidence = answer.get("fit") or {}, answer.get("evidence") or {}
     rmse = [((fit.get(which) or {}).get("holdout") or {}).get("rmse_v") for which in ("base", "extended")]
     both = evidence.get("base"), evidence.get("extended")
-    return "verdict", [(answer["verdict"], answer.get("family"), answer.get("probability"), None if None in both else both[1] - both[0], answer.get("summary"), *rmse)]
+    return "verdict", [(answer["verdict"], answer.get("mechanism"), answer.get("probability"), None if None in both else both[1] - both[0], answer.get("summary"), *rmse)]
 
 
-def families(answer):
+def mechanisms(answer):
     """Every family that the answer gives a probability: the verdict's first, then those of effects that were taken."""
     found, effects = {}, {}
-    if answer.get("family"):
-        found[answer["family"]] = answer.get("probability")
+    if answer.get("mechanism"):
+        found[answer["mechanism"]] = answer.get("probability")
     for one in answer.get("effects") or ():
-        found.setdefault(one["family"], one.get("probability"))
-        effects.setdefault(one["family"], []).append(one["id"])
+        found.setdefault(one["mechanism"], one.get("probability"))
+        effects.setdefault(one["mechanism"], []).append(one["id"])
     return "family", [(name, found[name], ",".join(effects.get(name, ()))) for name in sorted(found)]
 
 
 def candidates(answer):
-    return "candidate", [(one["id"], one["family"], one.get("evidence"), one.get("probability"), one.get("rejected_because")) for one in answer.get("candidates") or ()]
+    return "candidate", [(one["id"], one["mechanism"], one.get("evidence"), one.get("probability"), one.get("rejected_because")) for one in answer.get("candidates") or ()]
 
 
 def scores(answer):
     lines = []
     for one in answer["windows"]:
-        model, naive = one["model"], one["naive"]
-        lines.append((one["start_s"], ",".join(one["effects"]), one["suitability"], model["share_percent"], model["current_share_percent"], model["voltage_share_percent"], model["crank_mae_v"],
-                      naive["share_percent"], naive["crank_mae_v"]))
+        model, baseline = one["model"], one["baseline"]
+        lines.append((one["start_s"], ",".join(one["effects"]), one["window_quality"], model["share_percent"], model["current_share_percent"], model["voltage_share_percent"], model["crank_mae_v"],
+                      baseline["share_percent"], baseline["crank_mae_v"]))
     return "score", lines

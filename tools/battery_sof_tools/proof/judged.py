@@ -45,9 +45,9 @@ class Case:
         wanted = of_physics.get(self.label["family"], lambda one: True)
         return [one for one in self.truths if one in self.catalogue.physics and wanted(one)]
 
-    def families_of(self, names):
+    def mechanisms_of(self, names):
         """Families of names and of what counts as one of them."""
-        return {self.catalogue.family(one) for one in with_alike(names)} - {None}
+        return {self.catalogue.mechanism(one) for one in with_alike(names)} - {None}
 
     @property
     def whole(self):
@@ -64,7 +64,7 @@ def first_class(answer):
 
 
 def class_of(effect):
-    return [effect["id"]] + list(effect["tied_with"])
+    return [effect["id"]] + list(effect["indistinguishable_from"])
 
 
 def first_true(case):

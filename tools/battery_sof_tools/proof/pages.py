@@ -3,7 +3,7 @@
 import collections
 import os
 
-from . import by_family
+from . import by_mechanism
 from .levels import TITLES
 from .score import SIDES, WITH_TRUTH, written
 
@@ -23,7 +23,7 @@ def as_text(report):
     said = report["seal"]
     lines = [f"{said['cases']} cases sealed from {said['frozen_commit']}, labels SHA-256 {said['labels_sha256']}", ""]
     lines += [f"{one.level:8s} {one.text:68s} {written(one):42s} {one.target}".rstrip() for one in report["figures"]]
-    lines += [""] + by_family.lines(report["families"])
+    lines += [""] + by_mechanism.lines(report["families"])
     lines += ["", "who was taken for whom (truth: first name, or verdict in brackets)"]
     rows, columns, counts = matrix(report)
     for row in rows:
@@ -56,7 +56,7 @@ def as_markdown(report, pictures=()):
     lines = [f"{said['cases']} cases, sealed from commit `{said['frozen_commit']}`; SHA-256 of the labels `{said['labels_sha256']}`.", "",
              "| level | figure | measured (95 % interval) | aim |", "|---|---|---|---|"]
     lines += [f"| {one.level} | {one.text} | {written(one)} | {one.target} |" for one in report["figures"]]
-    lines += [""] + by_family.lines(report["families"])
+    lines += [""] + by_mechanism.lines(report["families"])
     for picture, title in pictures:
         lines += ["", f"![{title}]({picture})"]
     lines += [""] + before_after_lines(report)

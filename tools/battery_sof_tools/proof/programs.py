@@ -12,6 +12,9 @@ LABEL = "label.json"
 PATIENCE_S = 600.0  # of one diagnosis
 METRICS = ("rmse_v", "q_dyn_percent", "crank_mae_v", "charge_bias_v", "charge_current_error_a", "max_abs_v")
 
+# Labels of sealed cases keep the verdicts of the version that sealed them.
+SEALED_WORDS = {"effect": "named", "mechanism": "unknown", "unexplained": "unknown"}
+
 
 class Programs:
     def __init__(self, build):
@@ -53,18 +56,18 @@ def essentials(diagnosis):
     """What is scored of an answer."""
     fit = diagnosis["fit"] or {}
     return {
-        "verdict": diagnosis["verdict"],
-        "effects": [{"id": e["id"], "family": e.get("family"), "probability": e.get("probability"), "confidence": e["confidence"],
-                     "evidence": e.get("evidence"), "tied_with": e.get("tied_with", []),
+        "verdict": SEALED_WORDS.get(diagnosis["verdict"], diagnosis["verdict"]),
+        "effects": [{"id": e["id"], "mechanism": e.get("mechanism"), "probability": e.get("probability"), "confidence": e["confidence"],
+                     "evidence": e.get("evidence"), "indistinguishable_from": e.get("indistinguishable_from", []),
                      "parameters": [{k: p.get(k) for k in ("name", "value", "lower", "upper", "at_bound")} for p in e["parameters"]]}
                     for e in diagnosis["effects"]],
-        "candidates": [{k: c.get(k) for k in ("id", "evidence", "family", "holdout_gain_percent", "rejected_because")}
+        "candidates": [{k: c.get(k) for k in ("id", "evidence", "mechanism", "holdout_gain_percent", "rejected_because")}
                        for c in diagnosis["candidates"]],
         "holdout": {side: {m: fit[side]["holdout"].get(m) for m in METRICS} for side in ("base", "extended")} if fit else None,
-        "hidden": [d["id"] for d in diagnosis["detectable"] if not d["visible"]],
+        "hidden": [d["id"] for d in diagnosis["detection_limits"] if not d["visible"]],
         "mismatch": [[m["from_s"], m["to_s"], m["regime"], m["mean_error_v"]] for m in diagnosis["mismatch"]],
         "instrument": diagnosis["instrument"], "next_experiment": diagnosis["next_experiment"],
-        "family": diagnosis.get("family"), "probability": diagnosis.get("probability")}
+        "mechanism": diagnosis.get("mechanism"), "probability": diagnosis.get("probability")}
 
 
 class Workplace:

@@ -7,7 +7,7 @@ import statistics
 
 from ..files import digest, lines_of
 from ..rates import interval, rate
-from . import by_family, judged
+from . import by_mechanism, judged
 from .names import holds
 from .run import ANSWERS, TOLD
 from .seal import opened
@@ -199,7 +199,7 @@ def score(sealed, results, catalogue):
     """Everything that is reported."""
     said, cases, failed = cases_of(sealed, results, catalogue)
     return {"seal": said, "cases": cases, "failed": failed, "figures": figures(cases), "confusion": confusion(cases),
-            "before_after": before_after(cases), "families": by_family.scored(cases),
+            "before_after": before_after(cases), "families": by_mechanism.scored(cases),
             "wrong": [told_of(case) for case in sorted(cases, key=lambda c: (c.level, c.label["id"])) if went_wrong(case)]}
 
 
@@ -209,4 +209,4 @@ def as_json(report):
         low, high = interval(figure.k, figure.n) if figure.k is not None and figure.n else (None, None)
         return {"level": figure.level, "what": figure.text, "k": figure.k, "n": figure.n, "value": figure.value, "lower": low, "upper": high}
     return json.dumps({"seal": report["seal"], "figures": {one.key: entry(one) for one in report["figures"]},
-                       "families": by_family.entries(report["families"])}, indent=2)
+                       "families": by_mechanism.entries(report["families"])}, indent=2)

@@ -4,7 +4,7 @@
     proof_real BUILD --data FOLDER --out DIR --promised [--plain] [--only RECORDING,...]
     proof_real --only-score --out DIR [--markdown FILE]
 
-The laws are those of `draw_stranger`, beside the recording's own current, so strong that what other parameters of the base circuit leave of them
+The laws are those of `draw_out_of_model`, beside the recording's own current, so strong that what other parameters of the base circuit leave of them
 is at least twice what the diagnosis of the unchanged recording calls too small to tell. Named is what is named with the law and not without.
 With --promised the catalogue's own effects are put in, at the least strength that the answer to the unchanged recording lists (`detectable`).
 At zero strength only what the base circuit takes up whole is changed. One row a case in DIR/rows.jsonl: a run that was cut off goes on.
@@ -17,7 +17,7 @@ import sys
 
 from ..files import lines_of
 from ..sof import catalogue, program
-from ..strangers.cases import forms_of
+from ..out_of_model.cases import forms_of
 from . import run, score
 
 
@@ -44,7 +44,7 @@ def main(given=None):
             raise SystemExit("--data is missing: the folder of the recordings")
         if a.plain and not a.promised:
             raise SystemExit("--plain goes with --promised alone: laws are put into the recordings that were measured")
-        draw = program(a.build, "draw_stranger")
+        draw = program(a.build, "draw_out_of_model")
         bench = run.Bench(program(a.build, "sof"), draw, a.data, a.out, a.plain)
         run.run(bench, a.seed, forms_of(draw), a.count, a.minutes, [one for one in a.only.split(",") if one],
                 catalogue=catalogue(program(a.build, "sof")) if a.promised else None, say=lambda *said: print("proof_real:", *said, file=sys.stderr, flush=True))

@@ -12,12 +12,12 @@ MEMORIES_S = (3.0, 30.0, 100.0)  # of the linear stand-in for the double layer
 TRAINING = 0.75                  # share of the samples that `sof diagnose` learns from
 PROMISED = 2.0                   # times the error that a diagnosis calls too small to tell
 LEAST_HELD = 0.4                 # of the size before the split, that is wanted behind it
-# Strengths: 0.03 to 4 is what draw_stranger takes of a law (docs/cases.md). Heavier drives and larger limits ask for more of what adds to the
+# Strengths: 0.03 to 4 is what draw_out_of_model takes of a law (docs/cases.md). Heavier drives and larger limits ask for more of what adds to the
 # voltage; of what changes a current no more is taken.
 LEAST_STRENGTH, MOST_CURRENT_STRENGTH, MOST_STRENGTH = 0.03, 4.0, 20.0
 PROPORTIONAL = ("acceptance", "acid", "open_circuit", "structure", "ageing")  # their laws add a voltage in proportion to the strength
 NEAR, TRIES = 0.15, 3
-RESISTANCE_OHM, CHARGE_OVER_DISCHARGE = (2.5e-3, 25e-3), (0.9, 1.8)  # of a battery in use, as draw_stranger draws them, with cables
+RESISTANCE_OHM, CHARGE_OVER_DISCHARGE = (2.5e-3, 25e-3), (0.9, 1.8)  # of a battery in use, as draw_out_of_model draws them, with cables
 LEAST_DISCHARGE_A = 0.5          # while less is drawn a source may hold the voltage
 
 
@@ -60,24 +60,24 @@ class Beside:
         return [float(np.sqrt(np.mean(part**2))) for part in (rest[self.training], rest[self.training.stop:])]
 
 
-def put_in(draw, beside, path, family, form, seed, strength, folder):
+def put_in(draw, beside, path, mechanism, form, seed, strength, folder):
     """Current and voltage with a law in them. Failure where the law does not go that far."""
     out = os.path.join(folder, "law.csv")
     discharge, charge = beside.resistances()
-    call([draw, "--beside", path, "--family", family, "--form", form, "--seed", str(seed), "--strength", repr(strength),
+    call([draw, "--beside", path, "--mechanism", mechanism, "--form", form, "--seed", str(seed), "--strength", repr(strength),
           "--r-discharge", repr(discharge), "--r-charge", repr(charge), "--out", out])
     _, current, voltage = recordings.read(out)
     same = np.allclose(current, beside.i, atol=1e-6)
     return beside.i if same else current, voltage
 
 
-def with_strength(draw, beside, path, family, form, seed, wanted, folder):
+def with_strength(draw, beside, path, mechanism, form, seed, wanted, folder):
     """(strength, visible RMS before and behind the split, current, voltage) where the wanted RMS [V] is reached.
 
     Failure where the law would have to be too strong, or does not show in the last part of the recording.
     """
-    most = MOST_STRENGTH if family in PROPORTIONAL else MOST_CURRENT_STRENGTH
-    current, voltage = put_in(draw, beside, path, family, form, seed, 1.0, folder)
+    most = MOST_STRENGTH if mechanism in PROPORTIONAL else MOST_CURRENT_STRENGTH
+    current, voltage = put_in(draw, beside, path, mechanism, form, seed, 1.0, folder)
     strength, shown = 1.0, beside.visible(current, voltage)
     for _ in range(TRIES):
         if wanted <= shown[0] <= (1.0 + 2.0 * NEAR) * wanted:
@@ -85,10 +85,10 @@ def with_strength(draw, beside, path, family, form, seed, wanted, folder):
         further = min(max(strength * (1.0 + NEAR) * wanted / max(shown[0], 1e-9), LEAST_STRENGTH), most)
         if further == strength:
             break
-        if family in PROPORTIONAL:
+        if mechanism in PROPORTIONAL:
             voltage = beside.u + further / strength * (voltage - beside.u)
         else:
-            current, voltage = put_in(draw, beside, path, family, form, seed, further, folder)
+            current, voltage = put_in(draw, beside, path, mechanism, form, seed, further, folder)
         strength, shown = further, beside.visible(current, voltage)
     tried = f"{form} at {strength:.3g}: {1e3 * shown[0]:.3g} and {1e3 * shown[1]:.3g} mV, wanted {1e3 * wanted:.3g} mV"
     if shown[0] < wanted:

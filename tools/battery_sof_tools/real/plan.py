@@ -3,7 +3,7 @@
 import random
 
 from ..recordings import MEASURED
-from ..strangers.cases import seed_of
+from ..out_of_model.cases import seed_of
 
 ZERO = "zero"
 ZEROS_A_ROUND = 2
@@ -15,7 +15,7 @@ INSTANT_SHARE = 0.35   # of all charge has passed when a contact changes
 LONGEST_S = 3600.0     # of a stretch that is shown, from its beginning
 SLOW_S = 86400.0       # the same where samples are seconds apart
 SLOW_INTERVAL_S = 2.0
-INSTRUMENT, LONGEST_INSTRUMENT_S = "instrument", 10800.0  # as draw_stranger --beside takes them
+INSTRUMENT, LONGEST_INSTRUMENT_S = "instrument", 10800.0  # as draw_out_of_model --beside takes them
 
 
 def rounds(seed, forms, only=()):
@@ -42,7 +42,7 @@ def promised(seed, catalogue, only=(), recordings=MEASURED):
     for recording in recordings:
         if only and recording not in only:
             continue
-        kinds = [(ZERO, None)] * ZEROS_A_ROUND + ([] if recording in NO_EFFECTS else [(catalogue.family(effect), effect) for effect in PROMISED])
+        kinds = [(ZERO, None)] * ZEROS_A_ROUND + ([] if recording in NO_EFFECTS else [(catalogue.mechanism(effect), effect) for effect in PROMISED])
         for place, (kind, effect) in enumerate(kinds):
             name = f"promised/{recording}/{effect or kind}" + ("" if effect else f"/{place}")
             case = {"name": name, "recording": recording, "kind": kind, "seed": seed_of(seed, name), "turn": 0}

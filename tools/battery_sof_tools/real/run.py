@@ -4,7 +4,7 @@ import os
 import tempfile
 import time
 
-from .. import concealment, families, recordings
+from .. import concealment, mechanisms, recordings
 from ..files import append, lines_of, require_same
 from ..sof import Failure, diagnose, product_digest
 from . import laws, plan
@@ -17,16 +17,16 @@ def essentials(answer):
     """What is kept of an answer."""
     fit = answer.get("fit") or {}
     holdout = {side: ((fit.get(side) or {}).get("holdout") or {}).get("rmse_v") for side in ("base", "extended")}
-    return {"verdict": answer["verdict"], "families": families.families_of(answer, None),
+    return {"verdict": answer["verdict"], "mechanisms": mechanisms.mechanisms_of(answer, None),
             "effects": [one["id"] for one in answer["effects"]],
-            "parts": [one["family"] for one in answer["candidates"] if not one["rejected_because"]],
-            "promised": {one["id"]: one["strength"] for one in answer["detectable"] if one["strength"] is not None},
+            "parts": [one["mechanism"] for one in answer["candidates"] if not one["rejected_because"]],
+            "promised": {one["id"]: one["strength"] for one in answer["detection_limits"] if one["strength"] is not None},
             "limit_v": answer["relevance"]["limits"]["rmse_v"],
-            "holdout_v": dict(holdout, ridge=(answer.get("naive") or {}).get("rmse_v"))}
+            "holdout_v": dict(holdout, ridge=(answer.get("baseline") or {}).get("rmse_v"))}
 
 
 def in_folder(folder):
-    """Names of the recordings of a folder that are written as draw_stranger writes them. SystemExit where there are none."""
+    """Names of the recordings of a folder that are written as draw_out_of_model writes them. SystemExit where there are none."""
     names = sorted(name[:-len(".csv")] for name in os.listdir(folder) if name.endswith(".csv")) if os.path.isdir(folder) else []
     if not names:
         raise SystemExit(f"{folder}: no folder of recordings, expected CSV files (time_s, current_a, voltage_v)")
@@ -138,4 +138,4 @@ def run(bench, seed, forms, count, minutes, only=(), say=print, catalogue=None):
         append(path, dict(row, seconds=time.monotonic() - began))
         asked += "answer" in row
         answer = row.get("answer", {})
-        say(case["name"], row.get("drawn", {}).get("form", ""), answer.get("verdict", "no answer"), *answer.get("families", {}))
+        say(case["name"], row.get("drawn", {}).get("form", ""), answer.get("verdict", "no answer"), *answer.get("mechanisms", {}))

@@ -2,7 +2,7 @@
 
 import collections
 
-from .. import families
+from .. import mechanisms
 from ..rates import geometric_mean, rate, wilson
 from ..tables import table
 from .plan import ZERO
@@ -20,12 +20,12 @@ class Case:
     @property
     def new(self):
         """Families named with it and not without it."""
-        return set(self.answer["families"]) - set(self.before["families"])
+        return set(self.answer["mechanisms"]) - set(self.before["mechanisms"])
 
     @property
     def judged(self):
         """Whether the family can be newly named: it was not before."""
-        return self.truth is not None and self.truth not in self.before["families"]
+        return self.truth is not None and self.truth not in self.before["mechanisms"]
 
     @property
     def outcome(self):
@@ -69,7 +69,7 @@ def figures(cases):
         ("put in: nothing new named", counted(lambda one: one.outcome == "missed", judged), ""),
         ("put in: its family newly named or a new part of what is unknown", counted(lambda one: one.part, judged), ""),
         ("not judged, its family is named without it too", f"{len(put_in) - len(judged)} of {len(put_in)}", ""),
-        ("of these still named", counted(lambda one: one.truth in one.answer["families"], [one for one in put_in if not one.judged]), ""),
+        ("of these still named", counted(lambda one: one.truth in one.answer["mechanisms"], [one for one in put_in if not one.judged]), ""),
         ("hold-out error, extended over base, geometric mean", mean_of(ratios), ""),
         ("hold-out error, ridge regression over base, geometric mean", mean_of([one.over_base("ridge") for one in beside]), ""),
         ("extended ahead of the ridge regression", counted(lambda one: one.over_base("extended") < one.over_base("ridge"), beside), ""),
@@ -89,11 +89,11 @@ def by_group(cases, key, title):
     for name, some in sorted(groups.items()):
         judged, zero = [one for one in some if one.judged], [one for one in some if one.truth is None]
         counts = collections.Counter(one.outcome for one in judged)
-        heard = collections.Counter(family for one in judged if one.outcome == "wrong" for family in one.new)
+        heard = collections.Counter(mechanism for one in judged if one.outcome == "wrong" for mechanism in one.new)
         rows.append([name, len(judged), counts["right"], counts["beside"], counts["wrong"], counts["missed"],
                      sum(one.truth is not None for one in some) - len(judged),
                      f"{sum(bool(one.new) for one in zero)} of {len(zero)}" if zero else "",
-                     ", ".join(f"{family} {k}" for family, k in heard.most_common())])
+                     ", ".join(f"{mechanism} {k}" for mechanism, k in heard.most_common())])
     return table([title, "judged", "right", "beside", "wrong", "missed", "named before", "zero: something new", "taken for"], rows)
 
 
@@ -105,11 +105,11 @@ def as_markdown(rows, unchanged):
     lines += by_group([one for one in cases if one.truth], lambda one: one.truth, "family put in") + [""]
     lines += by_group(cases, lambda one: one.row["recording"], "recording") + [""]
     claimed = [claim for one in cases if one.truth for claim in
-               families.claims({family: p for family, p in one.answer["families"].items() if family in one.new}, {one.truth})]
+               mechanisms.claims({mechanism: p for mechanism, p in one.answer["mechanisms"].items() if mechanism in one.new}, {one.truth})]
     lines += table(["stated probability of a newly named family", "share that is what was put in"],
-                   [(name, rate(k, n, wilson)) for name, k, n in families.reliability(claimed)]) + [""]
-    lines += table(["recording as it is", "verdict", "families", "too small to tell, below [mV]"],
-                   [(name, answer["verdict"], ", ".join(answer["families"]), f"{1e3 * answer['limit_v']:.1f}")
+                   [(name, rate(k, n, wilson)) for name, k, n in mechanisms.reliability(claimed)]) + [""]
+    lines += table(["recording as it is", "verdict", "mechanisms", "too small to tell, below [mV]"],
+                   [(name, answer["verdict"], ", ".join(answer["mechanisms"]), f"{1e3 * answer['limit_v']:.1f}")
                     for name, answer in sorted(unchanged.items()) if "failed" not in answer])
     missing = collections.Counter((row["recording"], row["kind"]) for row in not_drawn)
     if missing:

@@ -41,7 +41,7 @@ def second_rows(name, sets):
 PAGE = """# The paper's section V, repeated on simulated recordings
 
 Written by `make reproduce` (scripts/reproduce); every figure and picture here is printed by that run. The recordings are simulated by the reference
-(`src/reference`, the paper's Fig. 4, independent of the product) from `config/scenarios`, {seeds} seeds each, at 1 kHz, filtered to
+(`simulator`, the paper's Fig. 4, independent of the product) from `config/scenarios`, {seeds} seeds each, at 1 kHz, filtered to
 100 Hz, with noise. They are not the paper's recordings: the batteries were never published.
 
 Start values and bounds are the paper's Table I (`tableOne()` in `model/base_model.hpp`, tested):

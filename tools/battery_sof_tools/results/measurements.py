@@ -38,7 +38,7 @@ def of_events(one, scale, unit):
 def of_windows(found):
     """Medians over windows, and events of all of them."""
     figures = {"windows": len(found)}
-    for who in ("model", "naive"):
+    for who in ("model", "baseline"):
         events = pooled(found, who)
         figures[who] = {key + "share_percent": float(np.median(values)) for key in ("", "current_", "voltage_") if len(values := shares(found, who, key + "share_percent"))}
         figures[who].update({f"charges_{key[:2]}s_a": float(np.median(events[key]["error"])) for key in ("10 s", "60 s") if events[key]})
@@ -88,15 +88,15 @@ def one_diagnosis(out, text):
     figures["episodes"] = {one["regime"]: one["episodes"] for one in answer["regimes"] if one["statistic"] == "mean"}
     figures["mean_mv"] = {one["regime"]: 1e3 * one["value"] for one in answer["regimes"] if one["statistic"] == "mean"}
     figures["compared_mv"] = {one["regime"]: {"base": 1e3 * one["base_rmse_v"], "extended": 1e3 * one["extended_rmse_v"]} for one in answer["fit"]["regimes"]}
-    figures["change_percent"] = {one["parameter"]: {} for one in answer["absorption"]}
-    for one in answer["absorption"]:
+    figures["change_percent"] = {one["parameter"]: {} for one in answer["parameter_bias"]}
+    for one in answer["parameter_bias"]:
         figures["change_percent"][one["parameter"]][one["regime"]] = 100 * one["change"]
     return figures
 
 
 # ---------------------------------------------------------------------------------------------- benchmarks of the diagnosis
 
-def strangers(out, _):
+def out_of_model(out, _):
     cases = read_json(os.path.join(out, "cases.json"))["cases"]
     others = [one for one in cases if one["kind"] == "other_form"]
     figures = {kind: {"alarms": sum(one["outcome"] == "alarm" for one in cases if one["kind"] == kind),
@@ -104,7 +104,7 @@ def strangers(out, _):
     count = collections.Counter(one["outcome"] for one in others)
     ratios = [one["ratio"] for one in others if one["ratio"] is not None]
     ridges = [one["ridge_v"] / one["base_v"] for one in others if one["ridge_v"] and one["base_v"]]
-    return dict(figures, others=len(others), right=count["right"] + count["beside"], beside=count["beside"], wrong=count["wrong"], no_family=count["none"], missed=count["missed"],
+    return dict(figures, others=len(others), right=count["right"] + count["beside"], beside=count["beside"], wrong=count["wrong"], no_mechanism=count["none"], missed=count["missed"],
                 ratio=geometric_mean(ratios), half=sum(one <= 0.5 for one in ratios), worse=sum(one > 1.02 for one in ratios), ridge_ratio=geometric_mean(ridges),
                 ahead_of_ridge=sum(one["extended_v"] < one["ridge_v"] for one in others if one["ratio"] is not None and one["ridge_v"]))
 
@@ -168,12 +168,12 @@ def stops(_, text):
 
 RULES = "scripts/compare_stop_rules --build BUILD "
 TWO_DRIVES = "DATA/startstop_car/drive_1.csv DATA/startstop_car/drive_2.csv " + CAR
-STRANGERS = "scripts/strangers --build BUILD --out OUT --seed {} --kinds null=10,imperfect_null=20,other_form=58 --json OUT/cases.json"
+STRANGERS = "scripts/out_of_model --build BUILD --out OUT --seed {} --kinds null=10,imperfect_null=20,other_form=58 --json OUT/cases.json"
 
 
 def nulls_of(seed):
     cases, fleet = f"OUT/{seed}", f"OUT/fleet_{seed}"
-    return (f"scripts/strangers --build BUILD --out {cases} --seed {seed} --rate 1 --duration 300 --kinds null=300,imperfect_null=300 --only-draw",
+    return (f"scripts/out_of_model --build BUILD --out {cases} --seed {seed} --rate 1 --duration 300 --kinds null=300,imperfect_null=300 --only-draw",
             f"scripts/sof-fleet run {cases}/recordings --out {fleet} --build BUILD", f"scripts/sof-fleet judge {fleet}")
 
 
@@ -193,7 +193,7 @@ MEASUREMENTS = {
     "sealed": Measurement((), sealed, 0),
     "stops": Measurement(tuple(f"{RULES}{TWO_DRIVES} --u-required {limit}" for limit in ("7.2", "9", "9.5", "10", "10.3", "10.6")), stops, 3, True),
     "weakening": Measurement((f"{RULES}--weakening 10 --u-required 9",), stops, 20, False),
-    "strangers": Measurement((STRANGERS.format(36),), strangers, 40, False),
+    "strangers": Measurement((STRANGERS.format(36),), out_of_model, 40, False),
     "nulls_1hz": Measurement((*nulls_of(41), *nulls_of(43)), fleet_nulls, 120, False),
     "speed": Measurement(("scripts/bench BUILD", "scripts/bench_composed BUILD"), speed, 5, False),
     "queries": Measurement(("scripts/with_ros bash -c '. BUILD/devel/setup.sh && exec scripts/bench_queries BUILD 60'",), queries, 4, False),

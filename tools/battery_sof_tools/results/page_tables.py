@@ -63,7 +63,7 @@ def last_quarter(results):
     rows = []
     for name, label in QUARTERS.items():
         one = results["last_quarter"][name]
-        rows.append((label, *(none_or(one[who].get("share_percent"), "{:.1f} %") + (f", cranks {one[who]['cranks_mv']:.0f} mV" if "cranks_mv" in one[who] else "") for who in ("model", "naive"))))
+        rows.append((label, *(none_or(one[who].get("share_percent"), "{:.1f} %") + (f", cranks {one[who]['cranks_mv']:.0f} mV" if "cranks_mv" in one[who] else "") for who in ("model", "baseline"))))
     return table(("recording", "battery_sof", "straight lines"), rows)
 
 
@@ -117,7 +117,7 @@ def alarms(*parts):
     return "; ".join(cells)
 
 
-def strangers(results):
+def out_of_model(results):
     seeds = [results[name] for name in ("strangers", "strangers_34", "strangers_24")]
     rows = [["alarms where there is nothing: plain; imperfect recorders", *map(alarms, seeds)],
             ["the same at one sample a second, 5 minutes", "seeds 41 and 43: " + alarms(results["nulls_1hz"]), "", "seeds 31 and 33: " + alarms(results["nulls_1hz_before"])],
@@ -128,7 +128,7 @@ def strangers(results):
     return table(("", "today: seed 36", "the version before: seed 34", "seed 24"), rows)
 
 
-def family_probability(results):
+def mechanism_probability(results):
     """Families right, by the probability that was stated and by seed."""
     seeds = {name: one for name, one in reversed(results["family_probability"].items()) if name != "all"}
     rows = []

@@ -38,9 +38,9 @@ TEST_F(BagCommands, RefusesATopicOfAnotherType) {
 }
 
 TEST_F(BagCommands, ConvertsToABagAndBackWithoutChangingASample) {
-  ASSERT_EQ(sof({"convert", drive_, path("drive.bag")}).code, 0);
+  ASSERT_EQ(sof({"convert", inputs_, path("drive.bag")}).code, 0);
   ASSERT_EQ(sof({"convert", path("drive.bag"), path("back.csv")}).code, 0);
-  const Series before = readCsv(drive_).series, after = readCsv(path("back.csv")).series;
+  const Series before = readCsv(inputs_).series, after = readCsv(path("back.csv")).series;
   ASSERT_EQ(before.size(), after.size());
   for (std::size_t n = 0; n < before.size(); ++n) {
     EXPECT_NEAR(after.time[n], before.time[n], 1e-9);
@@ -50,11 +50,11 @@ TEST_F(BagCommands, ConvertsToABagAndBackWithoutChangingASample) {
 }
 
 TEST_F(BagCommands, GivesTheSameModelForABagAsForItsCsv) {
-  ASSERT_EQ(sof({"convert", drive_, path("drive.bag")}).code, 0);
+  ASSERT_EQ(sof({"convert", inputs_, path("drive.bag")}).code, 0);
   const auto fit = [&](const std::string& file) {
     return nlohmann::json::parse(sof({"identify", file, "--from", "0", "--to", "240", "--out", model_, "--json", "-"}).out);
   };
-  const auto csv = fit(drive_), bag = fit(path("drive.bag"));
+  const auto csv = fit(inputs_), bag = fit(path("drive.bag"));
   for (std::size_t j = 0; j < 5; ++j)
     EXPECT_NEAR(bag["parameters"][j]["value"].get<double>(), csv["parameters"][j]["value"].get<double>(),
                 1e-5 * csv["parameters"][j]["value"].get<double>());

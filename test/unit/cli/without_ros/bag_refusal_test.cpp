@@ -21,7 +21,7 @@ TEST_F(WithoutRos, ABagUnderAnotherNameIsKnownByItsFirstBytes) {
 }
 
 TEST_F(WithoutRos, ABagIsNotWrittenAndTheReasonIsSaid) {
-  const Outcome outcome = sof({"convert", drive_, path("out.bag"), "--topic", "starter"});
+  const Outcome outcome = sof({"convert", inputs_, path("out.bag"), "--topic", "starter"});
   EXPECT_EQ(outcome.code, 2);
   for (const char* piece : {"out.bag", "starter", "has no ROS", "expected a name ending in .csv"})
     EXPECT_NE(outcome.err.find(piece), std::string::npos) << outcome.err;

@@ -1,0 +1,117 @@
+#include "simulator/additions.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "simulator/fields.hpp"
+
+namespace battery_sof_reference {
+namespace {
+
+constexpr double kTwoPi = 6.28318530717958647692;
+constexpr double kSecondsPerHour = 3600.0;
+constexpr double kMaxDepletion = 0.99;
+constexpr double kGateTime = 2.0;  // [s]
+constexpr double kGateFrom = 5.0;  // [A]
+
+double signOf(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
+
+double hysteresisAfter(const Additions& a, double before, double charge) {
+  const double goal = signOf(charge);
+  return goal + (before - goal) * std::exp(-std::abs(charge) / (kSecondsPerHour * a.hysteresis_ah));
+}
+
+/// A share that discharge brings towards 1 over one charge [Ah], and charging to 0 over another.
+double builtByDischarge(double before, double charge, double building_ah, double erasing_ah) {
+  if (charge > 0.0) return before * std::exp(-charge / (kSecondsPerHour * erasing_ah));
+  return 1.0 - (1.0 - before) * std::exp(charge / (kSecondsPerHour * building_ah));
+}
+
+double sulphateAfter(const Additions& a, double before, double charge, double step) {
+  const double made = charge < 0.0 ? -charge : -a.sulphate_charge_share * charge;
+  const double goal = 1.0 + made / (kSecondsPerHour * a.sulphate_ah) * (a.sulphate_time_s / step);
+  const double after = goal + (before - goal) * std::exp(-step / a.sulphate_time_s);
+  return std::max(a.sulphate_least, after);
+}
+
+}  // namespace
+
+std::vector<std::string> faultsOf(const Additions& additions) { return fieldFaults(additions); }
+
+bool anyOn(const Additions& a) {
+  return a.second_electrode || a.fast_arc || a.acid_transport || a.ocv_hysteresis || a.high_rate_depletion || a.coup_de_fouet ||
+         a.sulphate_history || a.parameter_drift || a.parasitic_load_a != 0.0 || a.contact_step || a.memory_resistance || a.step_force ||
+         a.gated_tone || a.capacitance_fall || a.dead_zone || a.hysteretic_r;
+}
+
+AddedVoltages::LowPass::LowPass(double tau, double step) : decay(std::exp(-step / tau)), delay(tau / step) {}
+
+double AddedVoltages::LowPass::advance(double before, double begin, double end) const {
+  const double lag = delay * (end - begin);
+  return end - lag + (before - (begin - lag)) * decay;
+}
+
+AddedVoltages::AddedVoltages(const Additions& additions, double step)
+    : additions_(additions),
+      step_(step),
+      arc_(additions.fast_arc_time_s, step),
+      acid_1_(additions.acid_1_time_s, step),
+      acid_2_(additions.acid_2_time_s, step),
+      depletion_(additions.depletion_time_s, step),
+      memory_(additions.memory_time_s, step),
+      gate_(kGateTime, step) {}
+
+AddedState AddedVoltages::settled(double current) const {
+  const Additions& a = additions_;
+  AddedState state;
+  state.arc = a.fast_arc ? a.fast_arc_ohm * current : 0.0;
+  state.acid_1 = a.acid_transport ? a.acid_1_ohm * current : 0.0;
+  state.acid_2 = a.acid_transport ? a.acid_2_ohm * current : 0.0;
+  state.nuclei = a.coup_nuclei_at_start;
+  return state;
+}
+
+AddedState AddedVoltages::advance(const AddedState& before, double begin, double end) const {
+  const Additions& a = additions_;
+  const double charge = 0.5 * (begin + end) * step_;
+  AddedState s = before;
+  if (a.fast_arc) s.arc = arc_.advance(s.arc, a.fast_arc_ohm * begin, a.fast_arc_ohm * end);
+  if (a.acid_transport) {
+    s.acid_1 = acid_1_.advance(s.acid_1, a.acid_1_ohm * begin, a.acid_1_ohm * end);
+    s.acid_2 = acid_2_.advance(s.acid_2, a.acid_2_ohm * begin, a.acid_2_ohm * end);
+  }
+  if (a.ocv_hysteresis) s.hysteresis = hysteresisAfter(a, s.hysteresis, charge);
+  if (a.high_rate_depletion)
+    s.depletion = depletion_.advance(s.depletion, std::max(0.0, -begin) / a.depletion_limit_a, std::max(0.0, -end) / a.depletion_limit_a);
+  if (a.coup_de_fouet) {
+    s.nuclei = builtByDischarge(s.nuclei, charge, a.coup_nuclei_ah, a.coup_erasing_ah);
+    s.onset = builtByDischarge(s.onset, charge, a.coup_onset_ah, a.coup_onset_ah);
+  }
+  if (a.sulphate_history) s.sulphate = sulphateAfter(a, s.sulphate, charge, step_);
+  if (a.memory_resistance) s.remembered = memory_.advance(s.remembered, std::abs(begin), std::abs(end));
+  const double moving = std::abs(end) > kGateFrom ? 1.0 : 0.0;
+  if (a.gated_tone) s.gate = gate_.advance(s.gate, moving, moving);
+  if (a.hysteretic_r && std::abs(end) > a.hysteretic_from_a) s.last_large_sign = signOf(end);
+  return s;
+}
+
+double AddedVoltages::voltage(const AddedState& s, double time, double current) const {
+  const Additions& a = additions_;
+  double sum = s.arc + s.acid_1 + s.acid_2;
+  if (a.ocv_hysteresis) sum += a.hysteresis_v * s.hysteresis;
+  if (a.high_rate_depletion) sum += a.depletion_v * std::log1p(-std::min(s.depletion, kMaxDepletion));
+  if (a.coup_de_fouet) sum -= a.coup_v * (1.0 - s.nuclei) * s.onset;
+  if (a.memory_resistance) sum += a.memory_ohm_per_a * s.remembered * current;
+  if (a.step_force && std::abs(current) > a.step_force_above_a) sum += signOf(current) * a.step_force_v;
+  if (a.gated_tone) sum += a.gated_tone_v * s.gate * std::sin(kTwoPi * time / a.gated_tone_period_s);
+  return sum;
+}
+
+double AddedVoltages::resistance(const AddedState& s, double time) const {
+  double sum = 0.0;
+  if (additions_.contact_step && time >= additions_.contact_from_s) sum += additions_.contact_ohm;
+  if (additions_.hysteretic_r) sum += additions_.hysteretic_ohm * s.last_large_sign;
+  return sum;
+}
+
+}  // namespace battery_sof_reference

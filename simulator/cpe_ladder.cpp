@@ -1,0 +1,83 @@
+#include "simulator/cpe_ladder.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "simulator/pi.hpp"
+
+namespace battery_sof_reference {
+namespace {
+
+constexpr double kLowestRate = 1e-5;   // [rad/s]
+constexpr double kHighestRate = 1e5;   // [rad/s]
+constexpr int kBranchesPerDecade = 2;  // quadrature error exp(-pi^2 / 1.15), 4.2
+constexpr int kDecades = 10;
+
+void requireValid(const Cpe& cpe) {
+  if (!(cpe.scale >= 0.0) || !std::isfinite(cpe.scale))
+    throw std::invalid_argument("CPE: scale is " + std::to_string(cpe.scale) + ", expected 0 or more");
+  if (!(cpe.exponent > 0.0 && cpe.exponent <= 1.0))
+    throw std::invalid_argument("CPE: exponent is " + std::to_string(cpe.exponent) + ", expected above 0 to 1");
+}
+
+}  // namespace
+
+std::complex<double> analyticAdmittance(const Cpe& cpe, double omega) {
+  return cpe.scale * std::pow(std::complex<double>(0.0, omega), cpe.exponent);
+}
+
+CpeLadder::CpeLadder(const Cpe& cpe) {
+  requireValid(cpe);
+  const double p = cpe.exponent;
+  if (cpe.scale == 0.0 || p == 1.0) {
+    capacitance_ = cpe.scale;
+    return;
+  }
+  const double weight = cpe.scale * std::sin(p * kPi) / kPi;
+  const int count = kBranchesPerDecade * kDecades;
+  const double spacing = std::log(10.0) / kBranchesPerDecade;
+  rate_.resize(count + 1);
+  conductance_.resize(count + 1);
+  for (int k = 0; k < count; ++k) {
+    rate_[k] = kLowestRate * std::exp((k + 0.5) * spacing);
+    conductance_[k] = weight * std::pow(rate_[k], p) * spacing;
+  }
+  rate_[count] = kLowestRate * p / (p + 1.0);
+  conductance_[count] = weight * std::pow(kLowestRate, p) / p;
+  capacitance_ = weight * std::pow(kHighestRate, p - 1.0) / (1.0 - p);
+}
+
+LadderState CpeLadder::rested() const { return {0.0, LadderState::Branches::Zero(rate_.size())}; }
+
+LadderState CpeLadder::settled(double voltage) const { return {voltage, LadderState::Branches::Constant(rate_.size(), voltage)}; }
+
+std::complex<double> CpeLadder::admittance(double omega) const {
+  const std::complex<double> s(0.0, omega);
+  std::complex<double> sum = capacitance_ * s;
+  for (Eigen::Index k = 0; k < rate_.size(); ++k) sum += conductance_[k] * s / (s + rate_[k]);
+  return sum;
+}
+
+double CpeLadder::storedEnergy(const LadderState& state) const {
+  return 0.5 * capacitance_ * state.voltage * state.voltage + 0.5 * (conductance_ / rate_ * state.branches.square()).sum();
+}
+
+double CpeLadder::dissipation(const LadderState& state) const { return (conductance_ * (state.voltage - state.branches).square()).sum(); }
+
+LadderStep::LadderStep(const CpeLadder& ladder, double step)
+    : capacitive_(ladder.capacitance_ / step),
+      share_(ladder.rate_ * step / (1.0 + ladder.rate_ * step)),
+      conductance_(ladder.conductance_ / (1.0 + ladder.rate_ * step)) {
+  total_ = capacitive_ + conductance_.sum();
+}
+
+double LadderStep::sourceCurrent(const LadderState& before) const {
+  return capacitive_ * before.voltage + (conductance_ * before.branches).sum();
+}
+
+LadderState LadderStep::advance(const LadderState& before, double voltage) const {
+  return {voltage, before.branches + share_ * (voltage - before.branches)};
+}
+
+}  // namespace battery_sof_reference

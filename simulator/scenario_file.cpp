@@ -1,0 +1,217 @@
+#include "simulator/scenario_file.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "simulator/fields.hpp"
+
+namespace battery_sof_reference {
+namespace {
+
+using Faults = std::vector<std::string>;
+
+template <typename Value>
+bool convert(const YAML::Node& node, Value& value) {
+  try {
+    value = node.as<Value>();
+    return true;
+  } catch (const YAML::Exception&) {
+    return false;
+  }
+}
+
+std::string shown(const YAML::Node& node) { return node.IsScalar() ? "\"" + node.Scalar() + "\"" : "not a single value"; }
+
+/// A visitor of fields that takes their values out of one YAML map; bounds are checked by
+/// faultsOf().
+class MapReader {
+ public:
+  MapReader(const YAML::Node& map, std::string prefix, Faults& faults) : map_(map), prefix_(std::move(prefix)), faults_(faults) {
+    if (map_.IsDefined() && !map_.IsMap() && !map_.IsNull()) faults_.push_back(prefix_ + " is " + shown(map_) + ", expected a map");
+  }
+  MapReader(const MapReader&) = delete;
+  MapReader& operator=(const MapReader&) = delete;
+
+  template <typename Value>
+  void value(const std::string& key, Value& value, const char* expected) {
+    const YAML::Node node = find(key);
+    if (node.IsDefined() && !convert(node, value)) refuse(key, shown(node), expected);
+  }
+  void number(const std::string& key, double& number, double, double) { value(key, number, "a number"); }
+  void count(const std::string& key, int& count, int, int) { value(key, count, "a whole number"); }
+  void flag(const std::string& key, bool& flag) { value(key, flag, "true or false"); }
+  void range(const std::string& key, Range& range, double, double) {
+    const YAML::Node node = find(key);
+    if (!node.IsDefined()) return;
+    if (!node.IsSequence() || node.size() != 2 || !convert(node[0], range.low) || !convert(node[1], range.high))
+      refuse(key, "something else", "two numbers [low, high]");
+  }
+  template <typename Enum, std::size_t size>
+  void choice(const std::string& key, Enum& value, const std::array<Choice<Enum>, size>& choices) {
+    const YAML::Node node = find(key);
+    if (!node.IsDefined()) return;
+    std::string names;
+    for (std::size_t k = 0; k < size; ++k) {
+      if (node.IsScalar() && node.Scalar() == choices[k].name) {
+        value = choices[k].value;
+        return;
+      }
+      names += (k == 0 ? "" : k + 1 < size ? ", " : " or ") + std::string(choices[k].name);
+    }
+    refuse(key, shown(node), names);
+  }
+
+  /// @return the node of a key, undefined when it is left out.
+  YAML::Node find(const std::string& key) {
+    known_.insert(key);
+    return map_.IsMap() ? map_[key] : YAML::Node(YAML::NodeType::Undefined);
+  }
+  void refuse(const std::string& key, const std::string& is, const std::string& expected) {
+    faults_.push_back(nameOf(key) + " is " + is + ", expected " + expected);
+  }
+  std::string nameOf(const std::string& key) const { return prefix_.empty() ? key : prefix_ + "." + key; }
+
+  /// Called after all fields were visited.
+  void refuseUnknownKeys() {
+    if (!map_.IsMap()) return;
+    std::set<std::string> seen;
+    for (const auto& entry : map_) {
+      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "(not a name)";
+      if (known_.count(key) == 0) faults_.push_back(nameOf(key) + " is not a known key");
+      if (!seen.insert(key).second) faults_.push_back(nameOf(key) + " is given twice");
+    }
+  }
+
+ private:
+  YAML::Node map_;
+  std::string prefix_;
+  Faults& faults_;
+  std::set<std::string> known_;
+};
+
+template <typename Options>
+void readMap(const YAML::Node& node, const std::string& prefix, Faults& faults, Options& options) {
+  MapReader reader(node, prefix, faults);
+  visitFields(reader, options);
+  reader.refuseUnknownKeys();
+}
+
+template <typename Options>
+ProfileOptions readProfileOf(MapReader& reader) {
+  Options options;
+  visitFields(reader, options);
+  return options;
+}
+
+Phase readPhase(const YAML::Node& node, const std::string& prefix, Faults& faults) {
+  Phase phase{0.0, 0.0, 0.0};
+  MapReader reader(node, prefix, faults);
+  visitFields(reader, phase);
+  reader.refuseUnknownKeys();
+  if (!node.IsMap() || !node["duration_s"]) faults.push_back(prefix + ".duration_s is missing");
+  if (!node.IsMap() || !node["current_a"]) faults.push_back(prefix + ".current_a is missing");
+  if (node.IsMap() && !node["to_current_a"]) phase.end = phase.begin;
+  return phase;
+}
+
+ListedPhases readListedPhases(MapReader& reader, Faults& faults) {
+  ListedPhases listed;
+  const YAML::Node node = reader.find("phases");
+  if (!node.IsDefined() || !node.IsSequence()) {
+    reader.refuse("phases", "missing or not a list", "a list of phases");
+    return listed;
+  }
+  for (std::size_t k = 0; k < node.size(); ++k)
+    listed.phases.push_back(readPhase(node[k], reader.nameOf("phases[" + std::to_string(k) + "]"), faults));
+  return listed;
+}
+
+ProfileOptions readProfile(const YAML::Node& node, Faults& faults) {
+  MapReader reader(node, "profile", faults);
+  const YAML::Node kind_node = reader.find("kind");
+  const std::string kind = kind_node.IsDefined() && kind_node.IsScalar() ? kind_node.Scalar() : "missing";
+  ProfileOptions profile;
+  if (kind == "alternating") {
+    profile = readProfileOf<AlternatingOptions>(reader);
+  } else if (kind == "long_charges") {
+    profile = readProfileOf<LongChargesOptions>(reader);
+  } else if (kind == "city_drive") {
+    profile = readProfileOf<CityOptions>(reader);
+  } else if (kind == "phases") {
+    profile = readListedPhases(reader, faults);
+  } else {
+    reader.refuse("kind", kind, "alternating, long_charges, city_drive or phases");
+    return profile;
+  }
+  reader.refuseUnknownKeys();
+  return profile;
+}
+
+std::vector<Insert> readInserts(MapReader& root, Faults& faults) {
+  std::vector<Insert> inserts;
+  const YAML::Node node = root.find("inserts");
+  if (!node.IsDefined()) return inserts;
+  if (!node.IsSequence()) root.refuse("inserts", shown(node), "a list of {at_s, phases}");
+  for (std::size_t k = 0; node.IsSequence() && k < node.size(); ++k) {
+    MapReader reader(node[k], "inserts[" + std::to_string(k) + "]", faults);
+    Insert insert;
+    reader.value("at_s", insert.at, "a number");
+    insert.phases = readListedPhases(reader, faults).phases;
+    reader.refuseUnknownKeys();
+    inserts.push_back(insert);
+  }
+  return inserts;
+}
+
+Scenario readScenario(const YAML::Node& root, Faults& faults) {
+  Scenario scenario;
+  MapReader reader(root, "", faults);
+  reader.value("name", scenario.name, "a name");
+  reader.value("seed", scenario.seed, "a whole number, 0 or more");
+  reader.value("duration_s", scenario.duration, "a number");
+  reader.value("voltage_limit_v", scenario.voltage_limit, "a number");
+  reader.value("slew_a_per_s", scenario.slew, "a number");
+  reader.value("soc", scenario.start.soc, "a number");
+  reader.value("temperature_degc", scenario.start.temperature, "a number");
+  reader.value("impedance_current_a", scenario.impedance_current, "a number");
+  readMap(reader.find("battery"), "battery", faults, scenario.battery);
+  readMap(reader.find("effects"), "effects", faults, scenario.effects);
+  readMap(reader.find("additions"), "additions", faults, scenario.additions);
+  readMap(reader.find("acquisition"), "acquisition", faults, scenario.acquisition);
+  scenario.profile = readProfile(reader.find("profile"), faults);
+  scenario.inserts = readInserts(reader, faults);
+  reader.refuseUnknownKeys();
+  const Faults values = faultsOf(scenario);
+  faults.insert(faults.end(), values.begin(), values.end());
+  return scenario;
+}
+
+}  // namespace
+
+Scenario parseScenario(const std::string& text, const std::string& source) {
+  YAML::Node root;
+  try {
+    root = YAML::Load(text);
+  } catch (const YAML::Exception& error) {
+    throw ScenarioError(source + ": not readable as YAML: " + error.what());
+  }
+  if (!root.IsMap()) throw ScenarioError(source + ": expected a map of keys and values");
+  Faults faults;
+  const Scenario scenario = readScenario(root, faults);
+  if (faults.empty()) return scenario;
+  std::string message = source + ": ";
+  for (std::size_t k = 0; k < faults.size(); ++k) message += (k == 0 ? "" : "; ") + faults[k];
+  throw ScenarioError(message);
+}
+
+Scenario loadScenario(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  if (!std::filesystem::is_regular_file(path) || !(text << file.rdbuf())) throw ScenarioError(path.string() + ": cannot be read");
+  return parseScenario(text.str(), path.string());
+}
+
+}  // namespace battery_sof_reference

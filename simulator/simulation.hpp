@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "simulator/acquisition.hpp"
+#include "simulator/additions.hpp"
+#include "simulator/drive_plan.hpp"
+#include "simulator/energy_ledger.hpp"
+#include "simulator/full_battery.hpp"
+
+namespace battery_sof_reference {
+
+/// Phases that come between those of a profile, as soon as one of its phases ends after `at`.
+struct Insert {
+  double at = 0.0;  ///< [s], >= 0
+  std::vector<Phase> phases;
+};
+
+/// From an instant on another profile and set point; a phase that plays then is cut short, and
+/// what waits of an insert is dropped.
+struct LaterPart {
+  double from = 0.0;            ///< [s], > 0
+  double voltage_limit = 14.2;  ///< [V], > 0
+  ProfileOptions profile;       ///< of a drive of its own, from there to the scenario's duration
+};
+
+/// All that a simulated recording follows from.
+struct Scenario {
+  std::string name = "scenario";
+  std::uint64_t seed = 1;          ///< the same scenario and seed give the same recording
+  double duration = 900.0;         ///< planned length [s], > 0
+  double voltage_limit = 14.2;     ///< generator's set point [V], > 0
+  double slew = 3000.0;            ///< of the current [A/s], > 0
+  double impedance_current = 0.0;  ///< direct current of the printed spectrum [A]
+  BatteryParameters battery;
+  BatteryEffects effects;
+  Additions additions;
+  FullBattery::Start start;
+  AcquisitionOptions acquisition;
+  ProfileOptions profile;
+  std::vector<Insert> inserts;  ///< in order of time
+  std::optional<LaterPart> later;
+};
+
+/// What the sensors do not see, one entry every FullBattery::kStep; entry 0 stands at the start.
+struct Truth {
+  std::vector<double> current;      ///< [A]
+  std::vector<double> voltage;      ///< at the terminals [V]
+  std::vector<double> u2;           ///< across r_2 || CPE2 [V]
+  std::vector<double> v1;           ///< across r_1 || CPE1 [V]
+  std::vector<double> soc;          ///< [1]
+  std::vector<double> gas_current;  ///< [A]
+  std::vector<double> lead_ion;     ///< p [1]
+  std::vector<double> temperature;  ///< [degC]
+};
+
+struct SimulationOptions {
+  int substeps = 1;                      ///< integration steps within FullBattery::kStep, >= 1
+  std::optional<double> cut_after;       ///< shorter or longer than planned [s]; a shorter drive is the same, cut
+  bool keep_truth = false;               ///< 64 bytes a step: 230 MB an hour
+  std::function<void(double)> progress;  ///< called with the simulated time [s] once a simulated minute
+};
+
+/// A recording and how it came about.
+struct Simulation {
+  std::vector<RecordedSample> samples;
+  std::vector<double> temperature;  ///< of the block, one a sample [degC]
+  Truth truth;                      ///< empty unless kept
+  double duration = 0.0;            ///< [s]
+  double soc_at_start = 0.0, soc_at_end = 0.0;
+  Balance balance;  ///< of the recorded time
+};
+
+/**
+ * @brief Drives the battery of Fig. 4 and its additions through a scenario and records it.
+ * @throws std::invalid_argument naming every fault of the scenario; std::runtime_error when the
+ * equations have no solution.
+ */
+Simulation simulate(const Scenario& scenario, const SimulationOptions& options = {});
+
+/**
+ * @brief Drives a scenario's battery with given currents instead of its profile, e.g. those of
+ * another simulation.
+ *
+ * For experiments that change one thing and keep the current: simulate once with keep_truth, then
+ * replay its truth.current with other parameters, effects or acquisition. The voltage limit does
+ * not act. What the filter sees after the end is the last current, held.
+ *
+ * @param currents every FullBattery::kStep [A], as Truth::current: entry 0 stands at the start.
+ */
+Simulation replay(const Scenario& scenario, const std::vector<double>& currents, const SimulationOptions& options = {});
+
+/// @return one sentence for every fault of a scenario; empty when all is well.
+std::vector<std::string> faultsOf(const Scenario& scenario);
+
+}  // namespace battery_sof_reference

@@ -1,0 +1,11 @@
+#include "simulator/bag_output.hpp"
+
+#include <stdexcept>
+
+namespace battery_sof_reference {
+
+void writeBag(const std::filesystem::path&, const Simulation&, bool) {
+  throw std::runtime_error("this build has no ROS and writes no bags; expected a name ending in .csv");
+}
+
+}  // namespace battery_sof_reference

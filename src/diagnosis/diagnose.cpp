@@ -1,0 +1,106 @@
+#include "battery_sof/diagnosis/diagnose.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "battery_sof/diagnosis/locate.hpp"
+#include "battery_sof/diagnosis/verdict.hpp"
+#include "stage_compare.hpp"
+#include "stage_locate.hpp"
+
+namespace battery_sof {
+namespace {
+
+void requireValid(const DiagnoseOptions& options) {
+  if (!(options.holdout_share > 0.0) || !(options.holdout_share <= 0.5))
+    throw std::invalid_argument("holdout_share is " + std::to_string(options.holdout_share) + ", expected above 0 and at most 0.5");
+  if (options.threads < 0) throw std::invalid_argument("threads is " + std::to_string(options.threads) + ", expected at least 0");
+  const Relevance& relevance = options.relevance;
+  for (const auto& [name, value] :
+       {std::pair<const char*, double>{"rmse", relevance.rmse}, {"crank", relevance.crank}, {"charge_share", relevance.charge_share}})
+    if (!(value >= 0.0) || !std::isfinite(value))
+      throw std::invalid_argument("relevance." + std::string(name) + " is " + std::to_string(value) + ", expected finite and at least 0");
+  for (const std::vector<std::string>* list : {&options.hypotheses, &options.given, &options.confirm})
+    for (const std::string& id : *list) effectInfo(id);
+}
+
+void append(std::vector<std::string>& sentences, const std::vector<std::string>& more) {
+  sentences.insert(sentences.end(), more.begin(), more.end());
+}
+
+Diagnosis insufficient(const Series& series, const std::string& lack) {
+  Diagnosis found;
+  found.outside = outsideWhatSignalsShow();
+  found.verdict = Verdict::kInsufficientData;
+  found.summary = "The recording cannot answer: " + lack + ".";
+  found.source = overviewOf(detectControlMode(series), series);
+  found.charger_share = found.source.share;
+  found.next_experiment = nextExperiment(found);
+  return found;
+}
+
+void take(Diagnosis& found, const Explained& explained, EstimatedDiscrepancy discrepancy, Judged judged) {
+  found.evidence_base = explained.explanation.base_evidence;
+  found.evidence_extended = explained.explanation.evidence;
+  found.effective_sample_fraction = explained.explanation.effective_sample_fraction;
+  found.unexplained = discrepancy.unexplained;
+  found.discrepancy = std::move(discrepancy.finding);
+  found.verdict = judged.verdict;
+  found.mechanism = judged.mechanism;
+  found.probability = judged.probability;
+  found.candidates = std::move(judged.candidates);
+  found.detection_limits = std::move(judged.detection_limits);
+}
+
+void take(Diagnosis& found, Named named, Compared compared) {
+  found.base = std::move(named.base);
+  found.effects = std::move(named.effects);
+  found.extended = std::move(compared.extended);
+  found.base_voltage = std::move(compared.base_voltage);
+  found.extended_voltage = std::move(compared.extended_voltage);
+  found.fit = std::move(compared.fit);
+  found.source = std::move(compared.source);
+  found.charger_share = found.source.share;
+  found.withheld_rmse = compared.withheld_rmse;
+  if (found.withheld_rmse && found.discrepancy) found.discrepancy->is_used = false;
+  for (Candidate& candidate : found.candidates)
+    if (candidate.rejected_because.empty()) candidate.holdout_gain_percent = compared.holdout_gain_percent;
+}
+
+}  // namespace
+
+Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
+  requireValid(options);
+  const Parts parts = partsOf(recording.series, options.holdout_share);
+  const std::string lack = lackOf(slice(recording.series, parts.train));
+  if (!lack.empty()) return insufficient(recording.series, lack);
+  const Prepared prepared = prepare(recording, parts, options);
+  tell(options, "locating where model and measurement part");
+  Located located = locateErrors(prepared);
+  const Explained explained = explainErrors(prepared, options);
+  tell(options, "learning what no equation stands for");
+  const FinalFit last = fitExplained(prepared, explained);
+  pulse(options);
+  const EstimatedDiscrepancy discrepancy = estimateDiscrepancy(prepared, explained, last, options);
+  pulse(options);
+  const Judged judged = judgeFindings(recording, prepared, explained, last, discrepancy, options);
+  pulse(options);
+  const Named named = nameEffects(recording, prepared, explained, last, discrepancy, judged);
+  tell(options, "opening the part that was held out");
+  const Compared compared = compareOnHoldOut(recording, prepared, explained, discrepancy, named, options);
+
+  Diagnosis found;
+  found.outside = outsideWhatSignalsShow();
+  for (const std::vector<std::string>* notes : {&prepared.notes, &explained.notes, &compared.notes}) append(found.instrument, *notes);
+  found.mismatch = mismatchSegments(prepared.base, last.quiet, located.regimes, last.at_edges ? prepared.base.noise : last.fit.noise);
+  found.regimes = std::move(located.findings);
+  found.parameter_bias = std::move(located.parameter_bias);
+  take(found, explained, discrepancy, judged);
+  take(found, named, compared);
+  found.summary = summaryOf(found);
+  found.next_experiment = nextExperiment(found);
+  return found;
+}
+
+}  // namespace battery_sof

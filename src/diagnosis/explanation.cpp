@@ -1,0 +1,334 @@
+#include "battery_sof/diagnosis/explanation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "battery_sof/diagnosis/hypotheses.hpp"
+#include "battery_sof/model/effect.hpp"
+#include "battery_sof/recording/text.hpp"
+#include "effect_search.hpp"
+#include "explanation_fits.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr int kFirstIterations = 4;
+constexpr double kSettled = 0.1;  // nats
+constexpr int kSwaps = 3;         // rounds in which places may be taken by what does better
+
+/// Ids in the catalogue's order: what is given is one set, however it was written.
+std::vector<std::string> inOrder(const std::vector<std::string>& given) {
+  std::vector<std::string> ids;
+  for (const EffectInfo& effect : effectCatalogue())
+    if (contains(given, effect.id)) ids.push_back(effect.id);
+  return ids;
+}
+
+class StepwiseSelection {
+ public:
+  StepwiseSelection(const InputSequence& inputs, std::size_t training, DesignMatrix& table, const CompositionPoint& base, const std::vector<std::string>& ids,
+            const std::vector<std::string>& given, const ExplanationRules& rules)
+      : rules_(rules),
+        given_(inOrder(given)),
+        fits_(inputs, training, table, base, rules),
+        search_(fits_, given.empty() ? ids : given, rules) {}
+
+  Explanation run(const std::function<void(const std::string&)>& progress) {
+    const auto tell = [&](const std::string& what) {
+      if (progress) progress(what);
+    };
+    ExplanationState start = fits_.baseState();
+    fits_.takeNoise(start);
+    ExplanationState typical = start;
+    for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
+    fits_.begin(start, kFirstIterations);
+    fits_.begin(typical, kFirstIterations);
+    if (typical.evidence > start.evidence) start = std::move(typical);
+    fits_.optimize(start);
+    tell("trying the catalogue's effects");
+    search_.takeGrid();
+    tell("weighing families");
+    ExplanationState now = start;
+    for (const std::string& id : given_) take(now, id);
+    while (given_.empty() && static_cast<int>(now.members.size() + now.estimated.size()) < rules_.max_terms && extend(now)) {
+      tell("weighing families (taken in so far: " + takenIn(now) + ")");
+      weighAgain(now);
+      fits_.takeEffectiveSampleFraction(now);
+      fits_.evaluateEvidence(now);
+    }
+    finish(now, start);
+    return std::move(found_);
+  }
+
+ private:
+  static std::string takenIn(const ExplanationState& state) {
+    std::vector<std::string> names = state.members;
+    if (!state.estimated.empty()) names.push_back("what no equation stands for");
+    return join(names);
+  }
+
+  /// Takes in what is known to be there.
+  void take(ExplanationState& state, const std::string& id) {
+    if (ExplanationFits::isUsed(id, state)) return;
+    std::optional<ExplanationState> with = search_.with(state, id);
+    if (!with) return;
+    state = std::move(*with);
+    fits_.takeEffectiveSampleFraction(state);
+    fits_.evaluateEvidence(state);
+  }
+
+  /// What the effects of a family that a state has explain [V].
+  static double explainedBy(Mechanism mechanism, const ExplanationState& state) {
+    const bool named =
+        std::any_of(state.members.begin(), state.members.end(), [&](const std::string& id) { return mechanismOf(id) == mechanism; });
+    return named && state.explained.count(mechanism) ? state.explained.at(mechanism) : 0.0;
+  }
+
+  /// Whether effects stand for their family's columns: as evident, or these find nothing beside them that matters, or no more
+  /// than a battery's own law differs from the catalogue's. @param without the family.
+  bool doesAsWell(const ExplanationState& member, const ExplanationState& columns, Mechanism mechanism, const ExplanationState& without) const {
+    if (member.evidence > columns.evidence - rules_.tie) return true;
+    const ExplanationState beside = fits_.withColumns(member, mechanism);
+    if (beside.evidence - member.evidence < rules_.min_gain) return true;
+    const double mechanism_brings = std::hypot(ExplanationFits::beyond(beside, without), explainedBy(mechanism, without));
+    return ExplanationFits::beyond(beside, member) < std::max(fits_.relevantBeside(beside), kCatalogueTolerance * mechanism_brings);
+  }
+
+  /// What stands for a family beside a state: the best of its effects where that does as well as its columns, else those.
+  ExplanationState standingFor(Mechanism mechanism, const ExplanationState& beside, const std::vector<ExplanationState>& members) const {
+    ExplanationState estimated = fits_.withColumns(beside, mechanism);
+    for (const ExplanationState& member : members)
+      if (mechanismOf(member.members.back()) == mechanism) return doesAsWell(member, estimated, mechanism, beside) ? member : estimated;
+    return estimated;
+  }
+
+  /// The same once a family is chosen: its effects one after the other, while each is worth it, until they do as well as its columns.
+  ExplanationState membersFor(Mechanism mechanism, const ExplanationState& beside, ExplanationState columns) {
+    ExplanationState best = beside;
+    for (int count = 0; count < rules_.max_terms; ++count) {
+      const std::vector<ExplanationState> members = search_.withMembers(best, mechanism);
+      if (members.empty() || members.front().evidence - best.evidence < rules_.min_gain || !matters(members.front(), best)) break;
+      best = members.front();
+      if (doesAsWell(best, columns, mechanism, beside)) return best;
+    }
+    return columns;
+  }
+
+  /// Whether a part moves the voltage by enough to matter: of all rows, or while cranking.
+  bool matters(const ExplanationState& with, const ExplanationState& without) const {
+    const Eigen::VectorXd part = fits_.besideBase(fits_.modelled(with) - fits_.modelled(without));
+    return ExplanationFits::rms(part) >= fits_.relevantBeside(with) ||
+           fits_.crankOf(part) >= std::max(rules_.relevance.crank, 0.5 * with.fit.noise);
+  }
+
+  /// Nats that a family must bring. A battery's own structure is never quite the catalogue's: what is left of it is no physics.
+  double needed(const ExplanationState& state, Mechanism mechanism) const {
+    const bool physics = mechanism != Mechanism::kStructure && mechanism != Mechanism::kInstrument;
+    return physics ? std::max(rules_.min_gain, kCatalogueTolerance * state.structure_gain) : rules_.min_gain;
+  }
+
+  /// Whether columns are no more than what the effects named of their family may leave of it.
+  bool isRestOfNamed(const ExplanationState& columns, const ExplanationState& state, Mechanism mechanism) const {
+    if (columns.estimated.size() == state.estimated.size()) return false;
+    return ExplanationFits::beyond(columns, state) <
+           kCatalogueTolerance * std::hypot(ExplanationFits::beyond(columns, state), explainedBy(mechanism, state));
+  }
+
+  /// Whether physics beside an effect of structure is no more than the structure's columns hold: another circuit than the catalogue's.
+  bool isHeldByStructure(const ExplanationState& with, const ExplanationState& without, Mechanism mechanism) const {
+    if (mechanism == Mechanism::kStructure || mechanism == Mechanism::kInstrument || !(explainedBy(Mechanism::kStructure, without) > 0.0)) return false;
+    return fits_.withColumns(with, Mechanism::kStructure).evidence - fits_.withColumns(without, Mechanism::kStructure).evidence <
+           rules_.min_gain;
+  }
+
+  static std::set<std::string> partsOf(const ExplanationState& state) {
+    std::set<std::string> parts(state.members.begin(), state.members.end());
+    for (const Mechanism mechanism : state.estimated) parts.insert(mechanismId(mechanism));
+    return parts;
+  }
+
+  /// Takes in the family of greatest evidence. The same parts get the same family once: what was taken and let go does not come
+  /// again and again. @return whether one was worth it.
+  bool extend(ExplanationState& state) {
+    const std::vector<ExplanationState> members = search_.withMembers(state, std::nullopt);
+    ExplanationState best = state;
+    std::optional<Mechanism> chosen;
+    const std::set<std::string> parts = partsOf(state);
+    for (const Mechanism mechanism : kAllMechanisms) {
+      if (state.estimated.count(mechanism) || tried_.count({parts, mechanism})) continue;
+      const ExplanationState of_mechanism = standingFor(mechanism, state, members);
+      if (of_mechanism.evidence - state.evidence < needed(state, mechanism) || isHeldByStructure(of_mechanism, state, mechanism)) continue;
+      if (!(search_.rankOf(of_mechanism) > search_.rankOf(best)) || !matters(of_mechanism, state) || isRestOfNamed(of_mechanism, state, mechanism))
+        continue;
+      best = of_mechanism;
+      chosen = mechanism;
+    }
+    if (!chosen) return false;
+    tried_.insert({parts, *chosen});
+    if (best.estimated.size() > state.estimated.size()) best = membersFor(*chosen, state, best);
+    best.explained[*chosen] = std::hypot(explainedBy(*chosen, state), ExplanationFits::beyond(best, state));
+    if (*chosen == Mechanism::kStructure) best.structure_gain = std::max(state.structure_gain, best.evidence - state.evidence);
+    state = std::move(best);
+    fits_.optimize(state);
+    return true;
+  }
+
+  /// Each part once more beside the others: columns give way to an effect that does as well, what is not worth its place goes.
+  void weighAgain(ExplanationState& state) {
+    if (state.members.size() + state.estimated.size() < 2) return;
+    for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
+      ExplanationState without = state;
+      without.estimated.erase(mechanism);
+      fits_.optimize(without);
+      if (state.evidence - without.evidence < rules_.min_gain || !matters(state, without)) {
+        state = std::move(without);
+        continue;
+      }
+      const std::vector<ExplanationState> members = search_.withMembers(without, mechanism);
+      if (!members.empty() && doesAsWell(members.front(), state, mechanism, without)) state = members.front();
+    }
+    for (const std::string& id : state.members)
+      if (mechanismOf(id) == Mechanism::kStructure)
+        state.structure_gain = std::max(state.structure_gain, state.evidence - fits_.withoutMember(state, id).evidence);
+    for (const std::string& id : std::vector<std::string>(state.members)) {
+      if (state.members.size() + state.estimated.size() < 2) return;
+      ExplanationState without = fits_.withoutMember(state, id);
+      if (state.evidence - without.evidence < needed(state, mechanismOf(id)) || !matters(state, without) ||
+          isHeldByStructure(state, without, mechanismOf(id)))
+        state = std::move(without);
+    }
+  }
+
+  void finish(ExplanationState& state, ExplanationState& start) {
+    fits_.refine(state);
+    fits_.evaluateEvidence(start);
+    found_.evidence = state.evidence;
+    found_.base_evidence = start.evidence;
+    found_.model = state.model;
+    found_.point = state.point;
+    takePlaces(state);
+    std::stable_sort(found_.terms.begin(), found_.terms.end(),
+                     [](const SelectedTerm& a, const SelectedTerm& b) { return a.gain > b.gain; });
+    takeRest(state);
+  }
+
+  /// Every part's place. Where another does better in one, it is taken and the places are weighed once more.
+  void takePlaces(ExplanationState& state) {
+    for (int round = 0; round < kSwaps; ++round) {
+      found_.terms.clear();
+      better_.reset();
+      for (const std::string& id : state.members) takePlace(state, fits_.withoutMember(state, id), mechanismOf(id), id);
+      for (const Mechanism mechanism : state.estimated) {
+        ExplanationState without = state;
+        without.estimated.erase(mechanism);
+        fits_.optimize(without);
+        takePlace(state, without, mechanism, "");
+      }
+      if (!better_ || !given_.empty() || round + 1 == kSwaps) break;
+      state = std::move(*better_);
+      fits_.optimize(state);
+    }
+    found_.evidence = state.evidence;
+    found_.model = state.model;
+    found_.point = state.point;
+  }
+
+  /// Whether an effect holds another: as good as that alone, it adds nothing.
+  static bool needs(const std::string& id, const std::string& other) {
+    const std::vector<std::string>& ids = effectInfo(id).needs;
+    return contains(ids, other);
+  }
+
+  void weighRival(const ExplanationState& rival, const ExplanationState& state) {
+    if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_) : search_.rankOf(state)) + kSettled)
+      better_ = rival;
+  }
+
+  /// What a part is worth, what it adds, and what could stand in its place.
+  void takePlace(const ExplanationState& state, const ExplanationState& without, Mechanism mechanism, const std::string& id) {
+    SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 1.0};
+    one.rms = ExplanationFits::rms(fits_.besideBase(fits_.modelled(state) - fits_.modelled(without)));
+    std::map<Mechanism, double> rivals = {{mechanism, one.gain}};
+    const std::vector<ExplanationState> members = search_.withMembers(without, std::nullopt);
+    for (const ExplanationState& member : members) {
+      if (!std::isfinite(member.evidence)) continue;
+      const double gain = member.evidence - without.evidence;
+      const Mechanism of = mechanismOf(member.members.back());
+      if (!id.empty() && member.members.back() != id && gain > one.gain - rules_.tie && !needs(member.members.back(), id))
+        one.indistinguishable.push_back(member.members.back());
+      if (of == mechanism) weighRival(member, state);
+      if (!rivals.count(of) || gain > rivals[of]) rivals[of] = gain;
+    }
+    if (!id.empty())
+      for (const std::string& alike : effectInfo(id).same_as)
+        if (!ExplanationFits::isUsed(alike, state) && !contains(one.indistinguishable, alike)) one.indistinguishable.push_back(alike);
+    if (id.empty() && !better_)
+      for (const ExplanationState& member : members)
+        if (mechanismOf(member.members.back()) == mechanism && doesAsWell(member, state, mechanism, without)) {
+          better_ = member;
+          break;
+        }
+    for (const Mechanism other : kAllMechanisms) {
+      if (without.estimated.count(other) || other == mechanism) continue;
+      const ExplanationState standing = standingFor(other, without, members);
+      weighRival(standing, state);
+      const double gain = standing.evidence - without.evidence;
+      if (!rivals.count(other) || gain > rivals[other]) rivals[other] = gain;
+    }
+    double sum = 0.0;
+    for (const auto& rival : rivals) sum += std::exp(rival.second - rivals[mechanism]);
+    one.probability = 1.0 / sum;
+    found_.terms.push_back(one);
+  }
+
+  /// What the library would still take.
+  void takeRest(const ExplanationState& state) {
+    const Eigen::VectorXd left = fits_.besideBase(fits_.unexplainedPart(state));
+    found_.unexplained_rms = ExplanationFits::rms(left);
+    found_.unexplained_crank = fits_.crankOf(left);
+    found_.unexplained_charge_share = fits_.chargeShareOf(left);
+    found_.noise = state.fit.noise;
+    found_.relevant = fits_.relevantBeside(state);
+    found_.effective_sample_fraction = fits_.effective_sample_fraction();
+    found_.edge_jitter = fits_.timingJitterNoise().jitter();
+    found_.weighed = search_.weighed();
+    found_.least = search_.minStrengths(state, [&](Mechanism mechanism) { return needed(state, mechanism); });
+    double most = rules_.min_gain;
+    for (const Mechanism mechanism : kAllMechanisms) {
+      if (state.estimated.count(mechanism)) continue;
+      const double gain = fits_.withColumns(state, mechanism).evidence - state.evidence;
+      if (gain <= most) continue;
+      most = gain;
+      found_.unexplained_mechanism = mechanism;
+    }
+  }
+
+  ExplanationRules rules_;
+  std::vector<std::string> given_;
+  ExplanationFits fits_;
+  EffectSearch search_;
+  std::set<std::pair<std::set<std::string>, Mechanism>> tried_;  // families taken beside these parts
+  std::optional<ExplanationState> better_;                    // than the state, by what could stand in a place
+  Explanation found_;
+};
+
+}  // namespace
+
+double minError(const InputSequence& inputs, std::size_t training, const DesignMatrix& table, const CompositionPoint& base,
+                  const ExplanationRules& rules) {
+  DesignMatrix taken = table;
+  return ExplanationFits(inputs, training, taken, base, rules).minError();
+}
+
+Explanation explain(InputSequence inputs, std::size_t training, DesignMatrix table, const CompositionPoint& base, const std::vector<std::string>& ids,
+                    const std::vector<std::string>& given, const ExplanationRules& rules,
+                    const std::function<void(const std::string&)>& progress) {
+  StepwiseSelection selection(inputs, training, table, base, ids, given, rules);
+  // The fits have made their rows of it: a quarter of a gigabyte of ten hours at 100 Hz.
+  std::vector<InputSample>().swap(inputs.samples);
+  return selection.run(progress);
+}
+
+}  // namespace battery_sof

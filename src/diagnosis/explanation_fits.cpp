@@ -1,0 +1,412 @@
+#include "explanation_fits.hpp"
+
+#include <stdexcept>
+
+#include "battery_sof/diagnosis/hypotheses.hpp"
+#include "battery_sof/diagnosis/noise_rows.hpp"
+#include "battery_sof/recording/text.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kMinSampleFraction = 0.02;                         // instruments' errors hang together for seconds, what lasts longer is physics
+constexpr double kFirstSampleFraction = 0.05, kSettledSampleFraction = 1e-4;  // the same from any state before
+constexpr int kSampleFractionPasses = 8, kPolishes = 2;
+constexpr double kPolished = 1e-3;                                                     // nats
+constexpr double kCrankCurrent = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
+constexpr int kRandomWalk = 24;                // steps of a voltage channel's random walk over the training part
+constexpr double kMaxRandomWalk = 0.0012;     // [V] a root minute, of a voltage channel
+constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
+
+}  // namespace
+
+Eigen::MatrixXd ExplanationColumns::times(const Eigen::MatrixXd& z) const {
+  Eigen::MatrixXd sum = own * z.topRows(own.cols());
+  const auto of_free = z.bottomRows(static_cast<Eigen::Index>(used.size()));
+  if (usesAll())
+    sum.noalias() += *free * of_free;
+  else
+    for (std::size_t j = 0; j < used.size(); ++j) sum.noalias() += free->col(used[j]) * of_free.row(static_cast<Eigen::Index>(j));
+  return sum;
+}
+
+Eigen::VectorXd ExplanationColumns::along(const Eigen::VectorXd& v) const {
+  Eigen::VectorXd products(own.cols() + static_cast<Eigen::Index>(used.size()));
+  products.head(own.cols()) = own.transpose() * v;
+  for (std::size_t j = 0; j < used.size(); ++j) products[own.cols() + static_cast<Eigen::Index>(j)] = free->col(used[j]).dot(v);
+  return products;
+}
+
+Eigen::MatrixXd ExplanationColumns::across() const {
+  if (usesAll()) return free->transpose() * own;
+  Eigen::MatrixXd products(static_cast<Eigen::Index>(used.size()), own.cols());
+  for (std::size_t j = 0; j < used.size(); ++j) products.row(static_cast<Eigen::Index>(j)) = free->col(used[j]).transpose() * own;
+  return products;
+}
+
+ExplanationFits::ExplanationFits(const InputSequence& inputs, std::size_t training, DesignMatrix& table, const CompositionPoint& base,
+                                 const ExplanationRules& rules)
+    : inputs_(inputs),
+      table_(table),
+      base_(base),
+      response_(linearizationOf(BatteryModel(), {base.parameters, base.state, inputs.first_time, inputs.first_time}, inputs, training)),
+      rows_(inputs, response_, base),
+      priors_(rules.priors),
+      pulse_(rules.pulse) {
+  for (Eigen::Index row = 0; row < response_.training; ++row)
+    if (response_.weight[row] > 0.0) counted_.push_back(row);
+  free_ = countedOf(std::move(table.values));
+  free_.rightCols(kRandomWalk) = random_walk();
+  noise_ = TimingJitterNoise(inputs_, response_, counted_);
+  takeWhitening(noise_.with(0.0, 0.0));
+  takeRelevance(rules.relevance);
+}
+
+std::optional<ExplanationState> ExplanationFits::placedBase() const {
+  ExplanationState state;
+  state.point = base_;
+  state.coordinates = coordinatesOf(state.model);
+  return linearize(state) ? std::make_optional(std::move(state)) : std::nullopt;
+}
+
+ExplanationState ExplanationFits::baseState() const {
+  std::optional<ExplanationState> state = placedBase();
+  if (!state) throw std::invalid_argument("explain: the base circuit has no finite voltage where it begins");
+  return std::move(*state);
+}
+
+Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model, const CompositionPoint& point) const {
+  if (pulse_) pulse_();
+  const RowErrors errors = rows_.errors(model, point);
+  return errors.error.size() > 0 ? Eigen::VectorXd(errors.error(counted_)) : Eigen::VectorXd();
+}
+
+std::vector<FitCoordinate> ExplanationFits::coordinatesOf(const BatteryModel& model) const {
+  std::vector<FitCoordinate> all;
+  const std::vector<KnownParameter> known = knownOf(priors_, model.effects());
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
+    const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
+    if (info.held) continue;
+    all.push_back(j < kBaseRows ? baseCoordinate(info, j, base_.parameters[kRowUDc]) : effectCoordinate(info, j, table_.context.span));
+    if (const KnownParameter* one = find(known, info.name)) all.back().take(*one);
+  }
+  for (Eigen::Index k = 0; k < model.stateCount(); ++k) {
+    const StateInfo& info = model.states()[static_cast<std::size_t>(k)];
+    if (k == 0) {
+      FitCoordinate c;
+      c.row = model.parameterCount();
+      c.centre = base_.state[0];
+      c.std = baseDirectionStd(kBaseDirections - 1);
+      all.push_back(c);
+    } else if (info.initial_std) {
+      all.push_back(stateCoordinate(info, model.parameterCount() + k, base_.state[0]));
+    }
+  }
+  return all;
+}
+
+double& ExplanationFits::at(CompositionPoint& point, Eigen::Index row) {
+  return row < point.parameters.size() ? point.parameters[row] : point.state[row - point.parameters.size()];
+}
+
+bool ExplanationFits::linearize(ExplanationState& state) const {
+  if (pulse_) pulse_();
+  spent_ += static_cast<double>(counted_.size()) * static_cast<double>(state.coordinates.size()) / kUsualCoordinates;
+  Eigen::MatrixXd seeds =
+      Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(), static_cast<Eigen::Index>(state.coordinates.size()));
+  for (std::size_t j = 0; j < state.coordinates.size(); ++j) {
+    const FitCoordinate& c = state.coordinates[j];
+    seeds(c.row, static_cast<Eigen::Index>(j)) = c.slope(at(state.point, c.row));
+  }
+  const RowErrors errors = rows_.errors(state.model, state.point, seeds);
+  if (errors.error.size() == 0) return false;
+  state.error = errors.error(counted_);
+  state.sensitivity = errors.sensitivity(counted_, Eigen::all);
+  return true;
+}
+
+Eigen::VectorXd ExplanationFits::expectedFrom(const ExplanationState& state, Eigen::VectorXd& std) {
+  const auto known = static_cast<Eigen::Index>(state.coordinates.size());
+  Eigen::VectorXd expected(known);
+  std.resize(known);
+  CompositionPoint point = state.point;
+  for (Eigen::Index j = 0; j < known; ++j) {
+    const FitCoordinate& c = state.coordinates[static_cast<std::size_t>(j)];
+    expected[j] = c.centre - c.of(ExplanationFits::at(point, c.row));
+    std[j] = c.std;
+  }
+  return expected;
+}
+
+ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all) const {
+  ExplanationSums sums;
+  LinearProblem& problem = sums.problem;
+  const Eigen::VectorXd expected = expectedFrom(state, problem.known_std);
+  const Eigen::Index known = expected.size();
+  std::vector<Eigen::Index>& used = sums.columns.used;
+  for (std::size_t k = 0; k < table_.columns.size(); ++k)
+    if (all || state.estimated.count(table_.columns[k].mechanism)) {
+      used.push_back(static_cast<Eigen::Index>(k));
+      problem.group.push_back(static_cast<int>(groupOf(table_.columns[k].kind)));
+    }
+  problem.group.insert(problem.group.end(), kRandomWalk, kRegressorGroups);
+  problem.groups = kRegressorGroups + 1;
+  problem.most.assign(kRegressorGroups + 1, GroupPrior().most);
+  problem.most.back() = max_random_walk_;
+  for (int k = 0; k < kRandomWalk; ++k) used.push_back(static_cast<Eigen::Index>(table_.columns.size()) + k);
+  const auto free = static_cast<Eigen::Index>(used.size());
+  Eigen::MatrixXd& own = sums.columns.own;
+  own.resize(state.error.size(), known);
+  for (Eigen::Index j = 0; j < known; ++j) own.col(j) = whitened(state.sensitivity.col(j));
+  sums.columns.free = &whitenedFree();
+  sums.targets = whitened(state.error - state.sensitivity * expected);
+  problem.products.resize(known + free, known + free);
+  problem.products.topLeftCorner(known, known) = own.transpose() * own;
+  problem.products.bottomLeftCorner(free, known) = sums.columns.across();
+  problem.products.topRightCorner(known, free) = problem.products.bottomLeftCorner(free, known).transpose();
+  problem.products.bottomRightCorner(free, free) = free_products_(used, used);
+  problem.targets = sums.columns.along(sums.targets);
+  problem.square = sums.targets.squaredNorm();
+  problem.rows = static_cast<double>(counted_.size());
+  return sums;
+}
+
+void ExplanationFits::evaluateEvidence(ExplanationState& state) const {
+  state.fit = fitOf(sumsOf(state, false));
+  state.evidence = state.fit.evidence;
+  state.evidence += effective_sample_fraction_ * noise_.logScale();
+}
+
+void ExplanationFits::improve(ExplanationState& state, int iterations, double settled) const {
+  evaluateEvidence(state);
+  for (int round = 0; round < iterations && std::isfinite(state.evidence); ++round) {
+    const double before = state.evidence;
+    bool moved = false;
+    for (double step = 1.0; step > 0.05 && !moved; step *= 0.35) {
+      ExplanationState next = state;
+      for (std::size_t j = 0; j < next.coordinates.size(); ++j) {
+        const FitCoordinate& c = next.coordinates[j];
+        double& value = at(next.point, c.row);
+        const double x = c.of(value), target = c.centre + state.fit.z[static_cast<Eigen::Index>(j)];
+        value = c.value(x + step * (target - x));
+      }
+      if (!linearize(next)) continue;
+      evaluateEvidence(next);
+      if (!(next.evidence > state.evidence)) continue;
+      state = std::move(next);
+      moved = true;
+    }
+    if (!moved || state.evidence - before < settled) return;
+  }
+}
+
+void ExplanationFits::begin(ExplanationState& state, int iterations) const {
+  if (linearize(state))
+    improve(state, iterations);
+  else
+    state.evidence = -std::numeric_limits<double>::infinity();
+}
+
+void ExplanationFits::optimize(ExplanationState& state) {
+  evaluateEvidence(state);
+  const auto key = std::make_pair(std::set<std::string>(state.members.begin(), state.members.end()), state.estimated);
+  const auto known = known_.find(key);
+  if (known != known_.end()) {
+    ExplanationState other = state;
+    other.point = movedTo(state.model, known->second.first, known->second.second);
+    if (linearize(other)) evaluateEvidence(other);
+    if (other.evidence > state.evidence) state = std::move(other);
+  }
+  improve(state);
+  if (std::isfinite(state.evidence)) known_.insert_or_assign(key, std::make_pair(state.model, state.point));
+}
+
+void ExplanationFits::refine(ExplanationState& state) {
+  for (int round = 0; round <= kPolishes; ++round) {
+    takeNoise(state);
+    evaluateEvidence(state);
+    const double before = state.evidence;
+    if (round < kPolishes) improve(state, kMaxIterations, kPolished);
+    if (state.evidence - before < kPolished) return;
+  }
+}
+
+void ExplanationFits::takeNoise(const ExplanationState& state) {
+  takeWhitening(noise_.with(0.0, 0.0));  // the same from any state before
+  const LinearFit all = takeEffectiveSampleFraction(state);
+  if (!noise_.applies()) return;
+  ExplanationSums sums = sumsOf(state, true);
+  const NoiseRows rows(sums.columns.times(NoiseRows::directions(sums.problem, all, effective_sample_fraction_)), std::move(sums.targets), effective_sample_fraction_, all.noise);
+  takeWhitening(noise_.best([&](const TimingJitterNoise& noise) { return rows.evidence(noise); }));
+  takeEffectiveSampleFraction(state);
+}
+
+double ExplanationFits::minError() {
+  const std::optional<ExplanationState> base = placedBase();
+  if (!base) return std::numeric_limits<double>::infinity();
+  takeNoise(*base);
+  const Eigen::VectorXd z = fitOf(sumsOf(*base, true)).z;
+  Eigen::VectorXd std;
+  const Eigen::VectorXd moved = expectedFrom(*base, std) + z.head(static_cast<Eigen::Index>(base->coordinates.size()));
+  return rms(base->error - base->sensitivity * moved - free_ * z.tail(free_.cols()));
+}
+
+void ExplanationFits::takeWhitening(const TimingJitterNoise& noise) {
+  noise_ = noise;
+  whitened_.resize(0, 0);
+  if (!noise_.isWhite()) {
+    whitened_.resize(free_.rows(), free_.cols());
+    for (Eigen::Index k = 0; k < free_.cols(); ++k) whitened_.col(k) = noise_.whitened(free_.col(k));
+  }
+  free_products_.setZero(free_.cols(), free_.cols());
+  free_products_.selfadjointView<Eigen::Lower>().rankUpdate(whitenedFree().transpose());
+  free_products_.triangularView<Eigen::StrictlyUpper>() = free_products_.transpose();
+}
+
+LinearFit ExplanationFits::takeEffectiveSampleFraction(const ExplanationState& state) {
+  effective_sample_fraction_ = kFirstSampleFraction;
+  const ExplanationSums sums = sumsOf(state, true);
+  LinearFit fit;
+  for (int pass = 0; pass < kSampleFractionPasses; ++pass) {
+    fit = pass == 0 ? fitGroups(sums.problem, effective_sample_fraction_) : fitGroupsFrom(sums.problem, effective_sample_fraction_, fit);
+    const double before = std::exchange(effective_sample_fraction_, std::max(kMinSampleFraction, independentShare(sums.targets - sums.columns.times(fit.z))));
+    if (std::abs(effective_sample_fraction_ - before) < kSettledSampleFraction * before) break;
+  }
+  return fit;
+}
+
+ExplanationState ExplanationFits::withColumns(const ExplanationState& state, Mechanism mechanism) const {
+  ExplanationState next = state;
+  next.estimated.insert(mechanism);
+  evaluateEvidence(next);
+  return next;
+}
+
+ExplanationState ExplanationFits::withoutMember(const ExplanationState& state, const std::string& id) {
+  ExplanationState next = state;
+  next.members.erase(std::find(next.members.begin(), next.members.end(), id));
+  next.model = BatteryModel();
+  for (const std::string& other : next.members)
+    if (!isUsed(other, next)) next.model = enlarged(next.model, other);
+  next.coordinates = coordinatesOf(next.model);
+  next.point = movedTo(next.model, state.model, state.point);
+  if (linearize(next)) optimize(next);
+  return next;
+}
+
+bool ExplanationFits::isUsed(const std::string& id, const ExplanationState& state) {
+  const auto& there = state.model.effects();
+  return contains(there, id);
+}
+
+Eigen::LDLT<Eigen::MatrixXd> ExplanationFits::penalised(const ExplanationSums& sums, const ExplanationState& state) const {
+  Eigen::MatrixXd H = sums.problem.products;
+  for (Eigen::Index k = 0; k < H.rows(); ++k) {
+    const double s =
+        k < sums.problem.known()
+            ? sums.problem.known_std[k]
+            : std::max(state.fit.strength[static_cast<std::size_t>(sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])],
+                       1e-6);
+    H(k, k) += state.fit.noise * state.fit.noise / (effective_sample_fraction_ * s * s);
+  }
+  return Eigen::LDLT<Eigen::MatrixXd>(H);
+}
+
+Eigen::VectorXd ExplanationFits::modelled(const ExplanationState& state) const {
+  const auto known = static_cast<Eigen::Index>(state.coordinates.size());
+  Eigen::VectorXd said = -state.error;
+  Eigen::Index j = known;
+  for (std::size_t k = 0; k < table_.columns.size(); ++k)
+    if (state.estimated.count(table_.columns[k].mechanism)) said += free_.col(static_cast<Eigen::Index>(k)) * state.fit.z[j++];
+  return said;
+}
+
+Eigen::VectorXd ExplanationFits::unexplainedPart(const ExplanationState& state) const {
+  const LinearFit all = fitOf(sumsOf(state, true));
+  Eigen::VectorXd part = Eigen::VectorXd::Zero(free_.rows());
+  for (std::size_t k = 0; k < table_.columns.size(); ++k)
+    if (!state.estimated.count(table_.columns[k].mechanism))
+      part += free_.col(static_cast<Eigen::Index>(k)) * all.z[static_cast<Eigen::Index>(state.coordinates.size() + k)];
+  return part;
+}
+
+Eigen::VectorXd ExplanationFits::besideBase(const Eigen::VectorXd& part) const {
+  const Eigen::MatrixXd J = response_.sensitivity(counted_, Eigen::all);
+  Eigen::MatrixXd H = J.transpose() * J;
+  H.diagonal().array() += 1e-9 * H.diagonal().array();
+  return part - J * H.ldlt().solve(J.transpose() * part);
+}
+
+double ExplanationFits::crankOf(const Eigen::VectorXd& part) const {
+  double sum = 0.0, cranks = 0.0;
+  for (std::size_t n = 0; n < counted_.size(); ++n) {
+    if (!(rows_.currentOf(counted_[n]) < kCrankCurrent)) continue;
+    sum += std::abs(part[static_cast<Eigen::Index>(n)]);
+    cranks += 1.0;
+  }
+  return cranks > 0.0 ? sum / cranks : 0.0;
+}
+
+double ExplanationFits::chargeShareOf(const Eigen::VectorXd& part) const {
+  double charge = 0.0, currents = 0.0;
+  for (std::size_t n = 0; n < counted_.size(); ++n) {
+    const double current = rows_.currentOf(counted_[n]);
+    if (!(current > kChargeCurrent)) continue;
+    charge += std::abs(part[static_cast<Eigen::Index>(n)]);
+    currents += current;
+  }
+  const double resistance = base_.parameters[kRowRCharge] + 2.0 / base_.parameters[kRowBeta] / kTypicalCharge;
+  return currents > 0.0 ? charge / resistance / currents : 0.0;
+}
+
+LinearFit ExplanationFits::fitOf(const ExplanationSums& sums) const {
+  std::vector<char> active(kRegressorGroups + 1, 0);
+  for (const int group : sums.problem.group) active[static_cast<std::size_t>(group)] = 1;
+  return fitSomeGroups(sums.problem, effective_sample_fraction_, active);
+}
+
+double ExplanationFits::beyond(const ExplanationState& more, const ExplanationState& less) {
+  return std::sqrt(std::max(0.0, std::pow(less.fit.noise, 2) - std::pow(more.fit.noise, 2)));
+}
+
+Eigen::MatrixXd ExplanationFits::countedOf(Eigen::MatrixXd values) const {
+  const auto rows = static_cast<Eigen::Index>(counted_.size()), columns = values.cols();
+  if (rows < values.rows()) values = values(counted_, Eigen::all).eval();
+  values.conservativeResize(rows, columns + kRandomWalk);
+  return values;
+}
+
+Eigen::MatrixXd ExplanationFits::random_walk() {
+  const double from = response_.time[counted_.front()], length = (response_.time[counted_.back()] - from) / kRandomWalk;
+  Eigen::MatrixXd ramps(static_cast<Eigen::Index>(counted_.size()), kRandomWalk);
+  for (std::size_t n = 0; n < counted_.size(); ++n)
+    for (int k = 0; k < kRandomWalk; ++k)
+      ramps(static_cast<Eigen::Index>(n), k) = std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
+  max_random_walk_ = kMaxRandomWalk * std::sqrt(length / 60.0);
+  return ramps;
+}
+
+void ExplanationFits::takeRelevance(const Relevance& relevance) {
+  double square = 0.0, currents = 0.0, controlled = 0.0;
+  for (const Eigen::Index row : counted_) {
+    if (!response_.voltage_controlled[static_cast<std::size_t>(row)]) continue;
+    square += std::pow(rows_.currentOf(row) * response_.resistance[row], 2);
+    controlled += 1.0;
+  }
+  if (controlled > 0.0) currents = relevance.charge_share * std::sqrt(square / controlled);
+  const double share = controlled / static_cast<double>(counted_.size()), rmse = relevance.rmse;
+  relevant_ = std::sqrt((1.0 - share) * rmse * rmse + share * std::pow(std::max(rmse, currents), 2));
+}
+
+CompositionPoint ExplanationFits::movedTo(const BatteryModel& model, const BatteryModel& from, const CompositionPoint& there) const {
+  CompositionPoint point = embedded(BatteryModel(), base_, model);
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j)
+    point.parameters[j] = there.parameters[*from.parameterRow(model.parameters()[static_cast<std::size_t>(j)].name)];
+  for (Eigen::Index k = 0; k < model.stateCount(); ++k)
+    for (Eigen::Index m = 0; m < from.stateCount(); ++m)
+      if (model.states()[static_cast<std::size_t>(k)].name == from.states()[static_cast<std::size_t>(m)].name)
+        point.state[k] = there.state[m];
+  return point;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,72 @@
+#include "explanation_state.hpp"
+
+#include "battery_sof/regression/discrepancy_fit.hpp"
+#include "battery_sof/model/base_model.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kWideShape = 0.7;  // standard deviation of a shape's logarithm where the catalogue has none
+
+}  // namespace
+
+void FitCoordinate::take(const KnownParameter& known) {
+  const double at = std::clamp(known.value, lower, upper), share = known.logarithmic ? known.std : known.std / std::abs(at);
+  centre = of(at);
+  std = logarithmic ? share : share * std::abs(at) / unit;
+}
+
+FitCoordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, double span) {
+  FitCoordinate c;
+  c.row = row;
+  c.logarithmic = info.logarithmic;
+  c.strength = info.vanishes_at.has_value();
+  c.instant = info.instant;
+  c.lower = info.lower;
+  c.upper = info.upper;
+  const double gone = info.vanishes_at.value_or(0.0);
+  if (info.instant) {
+    c.unit = 0.1 * span;
+    c.upper = std::min(info.upper, span);
+    c.std = 3.0;
+    c.centre = 5.0;
+    return c;
+  }
+  // A process that lasts longer than a third of the recording is charge counted or drift: other effects are for that.
+  if (info.unit == "s") c.upper = std::max(std::min(info.upper, span / 3.0), 2.0 * info.lower);
+  if (info.logarithmic) {
+    c.std = c.strength ? kWideStrength : info.prior_std.value_or(kWideShape);
+    c.centre = c.strength ? std::log(gone) : std::log(info.magnitude);
+    return c;
+  }
+  c.zero = c.strength ? gone : 0.0;
+  c.unit = std::max(std::abs(info.magnitude - c.zero), 1e-12);
+  if (c.strength && c.unit < 1e-9 * (std::abs(info.upper) + std::abs(gone))) c.unit = 0.25 * (info.upper - gone);
+  const double reach = 0.25 * std::max(std::abs(info.upper - c.zero), std::abs(info.lower - c.zero)) / c.unit;
+  c.std = c.strength ? std::max(kWideStrength, reach) : info.prior_std.value_or(kWideShape * c.unit) / c.unit;
+  c.centre = c.strength ? 0.0 : info.magnitude / c.unit;
+  return c;
+}
+
+FitCoordinate baseCoordinate(const ParameterInfo& info, Eigen::Index row, double start) {
+  FitCoordinate c;
+  c.row = row;
+  c.lower = info.lower;
+  c.upper = info.upper;
+  c.std = baseDirectionStd(row);
+  c.logarithmic = row == kRowC2 || row == kRowBeta;
+  c.centre = row == kRowUDc ? start : c.of(info.magnitude);
+  return c;
+}
+
+FitCoordinate stateCoordinate(const StateInfo& info, Eigen::Index row, double start) {
+  FitCoordinate c;
+  c.row = row;
+  c.unit = *info.initial_std;
+  c.lower = info.lower;
+  c.upper = info.upper;
+  c.centre = c.of(info.begins_as_u_c2 ? start : info.rest);
+  return c;
+}
+
+}  // namespace battery_sof

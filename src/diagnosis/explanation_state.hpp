@@ -1,0 +1,64 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "battery_sof/diagnosis/row_simulation.hpp"
+#include "battery_sof/estimation/known_parameter.hpp"
+#include "battery_sof/regression/evidence.hpp"
+#include "battery_sof/model/battery_model.hpp"
+#include "battery_sof/model/effect.hpp"
+#include "battery_sof/model/mechanism.hpp"
+
+namespace battery_sof {
+
+constexpr double kWideStrength = 2.0;  // standard deviation of a strength, in magnitudes
+
+/// A parameter or first state as it is searched: its logarithm, or the multiple of its magnitude from where it vanishes.
+struct FitCoordinate {
+  Eigen::Index row = 0;  // of (parameters, states)
+  bool logarithmic = false, strength = false, instant = false;
+  double zero = 0.0, unit = 1.0, centre = 0.0, std = 1.0, lower = -1e300, upper = 1e300;
+
+  double of(double value) const { return logarithmic ? std::log(value) : (value - zero) / unit; }
+  double value(double x) const { return std::clamp(logarithmic ? std::exp(x) : zero + unit * x, lower, upper); }
+  double slope(double value) const { return logarithmic ? value : unit; }  // d value / d x
+  void take(const KnownParameter& known);                                  // in place of the catalogue's prior
+};
+
+/// Coordinate of a parameter of an effect, of the base circuit, and of a first state. @param span of the recording [s].
+/// @param start value that the base circuit's fit has there [V].
+FitCoordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, double span);
+FitCoordinate baseCoordinate(const ParameterInfo& info, Eigen::Index row, double start);
+FitCoordinate stateCoordinate(const StateInfo& info, Eigen::Index row, double start);
+
+/// A composition somewhere, with what it leaves of the counted rows, and the families whose columns stand beside it.
+struct ExplanationState {
+  BatteryModel model = BatteryModel();
+  CompositionPoint point;
+  std::vector<FitCoordinate> coordinates;
+  Eigen::VectorXd error;
+  Eigen::MatrixXd sensitivity;
+  std::set<Mechanism> estimated;
+  std::vector<std::string> members;  // named ones, without what they need
+  LinearFit fit;
+  double evidence = -std::numeric_limits<double>::infinity();
+  double structure_gain = 0.0;         // of ln evidence, by the structure taken in
+  std::map<Mechanism, double> explained;  // [V], by the families taken in
+};
+
+/// What an effect adds to the base circuit at one point of its grid.
+struct EffectGridPoint {
+  std::string id;
+  CompositionPoint point;  // of the base circuit with it
+  bool one_sided;
+  Eigen::VectorXd added;  // counted rows [V]
+};
+
+}  // namespace battery_sof

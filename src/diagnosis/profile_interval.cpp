@@ -1,0 +1,66 @@
+#include "battery_sof/diagnosis/profile_interval.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace battery_sof {
+namespace {
+
+constexpr double kRise = 3.84;  // 95 % of chi-squared with one degree of freedom
+constexpr double kClose = 0.1;  // of kRise
+constexpr int kLooks = 6;
+constexpr int kIterations = 8;
+
+/// Least deviance of the others with one parameter held at a value.
+std::optional<double> heldDeviance(const WhitenedFit& fit, const InputSequence& inputs, const std::string& parameter, CompositionPoint& point) {
+  FitCost cost;
+  cost.noise = fit.noise;
+  const CompositionProblem problem(fit.model, inputs, cost, point, {}, {parameter});
+  CompositionSearch search;
+  search.max_iterations = kIterations;
+  const CompositionFit found = fitComposition(problem, {point}, search);
+  point = found.point;
+  return std::isfinite(found.at.cost) ? std::optional<double>(found.at.cost) : std::nullopt;
+}
+
+double priorOf(const ParameterInfo& info, double value) {
+  if (!info.prior_std) return 0.0;
+  const double away = info.logarithmic ? std::log(value / info.magnitude) : value - info.magnitude;
+  return away * away / (*info.prior_std * *info.prior_std);
+}
+
+}  // namespace
+
+ProfileInterval profileInterval(const WhitenedFit& fit, const InputSequence& inputs, const std::string& parameter, double first_step) {
+  const std::optional<Eigen::Index> row = fit.model.parameterRow(parameter);
+  if (!row) throw std::invalid_argument("parameter \"" + parameter + "\" is not one of the composition's");
+  if (!(first_step > 0.0)) throw std::invalid_argument("first_step is " + std::to_string(first_step) + ", expected above 0");
+  const ParameterInfo& info = fit.model.parameters()[static_cast<std::size_t>(*row)];
+  const double optimum = fit.point.parameters[*row];
+  CompositionPoint there = fit.point;
+  const std::optional<double> least = heldDeviance(fit, inputs, parameter, there);
+  ProfileInterval interval;
+  if (!least) return interval;
+  const CompositionPoint at_optimum = there;
+  for (const double side : {-1.0, 1.0}) {
+    const double reach = side < 0.0 ? optimum - info.lower : info.upper - optimum;
+    double step = std::min(first_step, reach);
+    CompositionPoint point = at_optimum;
+    for (int look = 0; look < kLooks && step > 0.0; ++look) {
+      point.parameters[*row] = optimum + side * step;
+      const std::optional<double> held = heldDeviance(fit, inputs, parameter, point);
+      if (!held) break;
+      const double rise = *held - *least + priorOf(info, optimum + side * step) - priorOf(info, optimum);
+      if (rise < kRise && step >= reach) break;
+      if (std::abs(rise - kRise) < kClose * kRise || look + 1 == kLooks) {
+        (side < 0.0 ? interval.lower : interval.upper) = optimum + side * step;
+        break;
+      }
+      step = std::min(reach, step * std::clamp(std::sqrt(kRise / std::max(rise, 1e-3)), 0.2, 4.0));
+    }
+  }
+  return interval;
+}
+
+}  // namespace battery_sof

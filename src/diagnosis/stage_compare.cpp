@@ -1,0 +1,165 @@
+#include "stage_compare.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "battery_sof/diagnosis/comparison.hpp"
+#include "battery_sof/baseline/baseline_predictor.hpp"
+#include "battery_sof/baseline/ridge.hpp"
+#include "battery_sof/prediction/both_ways.hpp"
+#include "battery_sof/recording/clipped_current.hpp"
+#include "battery_sof/recording/fit_mask.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr std::size_t kMinForRidge = 60;  // samples, as ridgeVoltage() asks for
+
+/// The whole recording as it is compared with: the training part as it was fitted, then what was held out, its current treated as
+/// training taught and not by what its own voltage says. Where the current is cut off it stays so.
+struct Opened {
+  Series whole;
+  std::vector<char> masked;
+  IndexRange holdout;
+};
+
+Opened open(const Series& series, const Prepared& prepared, std::vector<std::string>& notes) {
+  Opened opened{treatedAsScreened(series, prepared.screened), {}, prepared.parts.holdout};
+  InstrumentLimits limits = instrumentLimits(series);
+  maskBehindUnknownCharge(series, limits);
+  const std::vector<char>& trained = prepared.screened.limits.masked;
+  std::copy(trained.begin(), trained.end(), limits.masked.begin());
+  const auto begin = limits.masked.begin() + static_cast<std::ptrdiff_t>(opened.holdout.first);
+  if (std::all_of(begin, limits.masked.end(), [](char fault) { return fault != 0; })) {
+    std::fill(begin, limits.masked.end(), 0);
+    notes.push_back("no sample of the part that was held out is a measurement beyond doubt; it is compared as it stands");
+  }
+  opened.masked = std::move(limits.masked);
+  return opened;
+}
+
+FitWindow windowOf(const Series& series, IndexRange range) { return {series.time[range.first], series.time[range.last - 1], range.size()}; }
+
+ErrorMetrics metricsOf(const Opened& opened, IndexRange range, const std::vector<double>& voltage, const FittedModel& model) {
+  return errorMetrics(opened.whole, range, voltage, chargeCurrentError(model, opened.whole, range, opened.masked), opened.masked);
+}
+
+CompositionPoint pointOfFirst(const FittedModel& model) {
+  CompositionPoint point{pointOf(model).parameters, Eigen::VectorXd()};
+  point.state = Eigen::Map<const Eigen::VectorXd>(model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
+  return point;
+}
+
+/// The whole recording from the training part's first state on [V].
+std::vector<double> voltageOf(const Opened& opened, const BatteryModel& model, const CompositionPoint& point) {
+  const Eigen::VectorXd voltage = simulatedVoltage(model, point, inputSequence(opened.whole, {0, opened.whole.size()}));
+  return {voltage.data(), voltage.data() + voltage.size()};
+}
+std::vector<double> voltageOf(const Opened& opened, const FittedModel& model) {
+  return voltageOf(opened, compositionOf(model.fit), pointOfFirst(model));
+}
+
+void takeShares(const MixedScores& scores, ErrorMetrics& metrics) {
+  metrics.share_percent = scores.share_percent;
+  metrics.current_share_percent = scores.current_share_percent;
+  metrics.voltage_share_percent = scores.voltage_share_percent;
+}
+
+/// In the direction that is imposed.
+MixedScores sharesOf(FittedModel model, const ChargerControl& driving, const Series& series, IndexRange holdout) {
+  model.fit.source = driving.rule;
+  model.fit.voltage_lag = driving.repair.lag;
+  const FollowedPrediction predicted = predictMixed(model, series, holdout);
+  return scoreBothWays(model, series, holdout, predicted).mixed;
+}
+
+/// The hold-out by what needs no physics.
+void compareBaseline(Comparison& fit, const Series& series, const Prepared& prepared, const Opened& opened,
+                  const std::optional<ChargerControl>& driving) {
+  const IndexRange train = prepared.parts.train, holdout = prepared.parts.holdout;
+  const std::vector<char> drives = driving ? driving->voltage_controlled : std::vector<char>(series.size(), 0);
+  const BaselinePredictor baseline = fitBaseline(series, train, drives);
+  if (baseline.voltage_from_current) {
+    fit.baseline_line =
+        errorMetrics(series, holdout, predictBaseline(baseline, series, {0, series.size()}, drives).voltage, std::nullopt, opened.masked);
+    if (driving)
+      takeShares(scoreBaseline(baseline, series, holdout, {drives.begin() + static_cast<std::ptrdiff_t>(holdout.first), drives.end()}).mixed,
+                 *fit.baseline_line);
+  }
+  if (train.size() < kMinForRidge) return;
+  std::vector<double> voltage = series.voltage;
+  const RidgePrediction ridge = ridgeVoltage(opened.whole, train, holdout);
+  std::copy(ridge.voltage.begin(), ridge.voltage.end(), voltage.begin() + static_cast<std::ptrdiff_t>(holdout.first));
+  fit.baseline_ridge = errorMetrics(series, holdout, voltage, std::nullopt, opened.masked);
+}
+
+void takeErrorsOfBase(const ErrorMetrics& base, ErrorMetrics& extended) {
+  const ErrorMetrics shares = std::exchange(extended, base);
+  extended.share_percent = shares.share_percent;
+  extended.current_share_percent = shares.current_share_percent;
+  extended.voltage_share_percent = shares.voltage_share_percent;
+}
+
+/// What predicts the hold-out worse than the base model is told and not given. Where a source drives, the model that is handed on
+/// answers in the other direction and stays.
+void withhold(Compared& compared, const FittedModel& base, bool is_driven) {
+  Comparison& fit = compared.fit;
+  compared.withheld_rmse = fit.extended_holdout.rmse;
+  compared.extended_voltage = compared.base_voltage;
+  if (is_driven) {
+    takeErrorsOfBase(fit.base_train, fit.extended_train);
+    takeErrorsOfBase(fit.base_holdout, fit.extended_holdout);
+  } else {
+    compared.extended = base;
+    fit.extended_train = fit.base_train;
+    fit.extended_holdout = fit.base_holdout;
+  }
+}
+
+/// Where a source drives, what was learnt of the voltage from the current; the model that is handed on answers in the other direction.
+std::vector<double> extendedVoltage(const Opened& opened, const Compared& compared, bool is_driven, const EstimatedDiscrepancy& discrepancy) {
+  if (!is_driven) return voltageOf(opened, compared.extended);
+  return discrepancy.with_discrepancy ? voltageOf(opened, discrepancy.with_discrepancy->model, discrepancy.with_discrepancy->point) : compared.base_voltage;
+}
+
+void compareErrors(Compared& compared, const Parts& parts, const Opened& opened, const FittedModel& base) {
+  Comparison& fit = compared.fit;
+  fit.base_train = metricsOf(opened, parts.train, compared.base_voltage, base);
+  fit.base_holdout = metricsOf(opened, parts.holdout, compared.base_voltage, base);
+  fit.extended_train = metricsOf(opened, parts.train, compared.extended_voltage, compared.extended);
+  fit.extended_holdout = metricsOf(opened, parts.holdout, compared.extended_voltage, compared.extended);
+}
+
+}  // namespace
+
+Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared, const Explained& explained, const EstimatedDiscrepancy& discrepancy,
+                          const Named& named, const DiagnoseOptions& options) {
+  const Series& series = recording.series;
+  const Parts& parts = prepared.parts;
+  const bool is_driven = explained.driving.has_value();
+  Compared compared;
+  Comparison& fit = compared.fit;
+  const Opened opened = open(series, prepared, compared.notes);
+  compared.extended = named.extended;
+  compared.base_voltage = voltageOf(opened, named.base);
+  compared.extended_voltage = extendedVoltage(opened, compared, is_driven, discrepancy);
+  fit.train = windowOf(series, parts.train);
+  fit.holdout = windowOf(series, parts.holdout);
+  pulse(options);
+  compareErrors(compared, parts, opened, named.base);
+  pulse(options);
+  compared.source = overviewOf(detectControlMode(series), series);
+  const std::optional<ChargerControl> driving = chargerControl(series);
+  compareBaseline(fit, series, prepared, opened, driving);
+  pulse(options);
+  if (driving) {
+    takeShares(sharesOf(named.base_both_ways.value_or(named.base), *driving, series, parts.holdout), fit.base_holdout);
+    takeShares(sharesOf(compared.extended, *driving, series, parts.holdout), fit.extended_holdout);
+  }
+  if (fit.base_holdout.rmse > 0.0) compared.holdout_gain_percent = 100.0 * (1.0 - fit.extended_holdout.rmse / fit.base_holdout.rmse);
+  if (fit.extended_holdout.rmse > fit.base_holdout.rmse) withhold(compared, named.base, is_driven);
+  fit.regimes = compareRegimes(opened.whole, parts.holdout, compared.base_voltage, compared.extended_voltage, opened.masked);
+  return compared;
+}
+
+}  // namespace battery_sof

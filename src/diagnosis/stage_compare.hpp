@@ -1,0 +1,27 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "battery_sof/recording/control_mode_overview.hpp"
+#include "stage_name.hpp"
+
+namespace battery_sof {
+
+/// Base and extended model on the part that was held out, and what is handed on after it.
+struct Compared {
+  Comparison fit;
+  ControlModeOverview source;                               ///< of the whole recording
+  FittedModel extended;                                ///< Named::extended; the base model where it is withheld
+  std::vector<double> base_voltage, extended_voltage;  ///< [V], one a sample of the recording
+  std::optional<double> holdout_gain_percent;          ///< by which the extended model's error falls; none where the base model makes none
+  std::optional<double> withheld_rmse;                 ///< [V], see Diagnosis::withheld_rmse
+  std::vector<std::string> notes;                      ///< on the part that was held out, a sentence each
+};
+
+/// Opens the part that was held out.
+Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared, const Explained& explained, const EstimatedDiscrepancy& discrepancy,
+                          const Named& named, const DiagnoseOptions& options);
+
+}  // namespace battery_sof

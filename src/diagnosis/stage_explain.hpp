@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "battery_sof/diagnosis/explanation.hpp"
+#include "battery_sof/estimation/identification.hpp"
+#include "stage_prepare.hpp"
+
+namespace battery_sof {
+
+/// Families and effects that stand for the base circuit's errors, in the direction that is imposed.
+struct Explained {
+  std::optional<ChargerControl> driving;  ///< a source that drives the battery; then the voltage is imposed where it does
+  Explanation explanation;
+  bool is_lead_acid = true;        ///< the voltage is that of blocks of six lead-acid cells
+  std::vector<std::string> notes;  ///< on what was not weighed, a sentence each
+  bool hasEffects() const { return !explanation.model.effects().empty(); }
+};
+
+Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options);
+
+}  // namespace battery_sof

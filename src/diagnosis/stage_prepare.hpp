@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "battery_sof/diagnosis/diagnose.hpp"
+#include "battery_sof/diagnosis/screening.hpp"
+#include "battery_sof/diagnosis/whitened_fit.hpp"
+#include "battery_sof/model/input_sequence.hpp"
+
+namespace battery_sof {
+
+// A diagnosis is made in stages, each a function from values to values in a file stage_*.cpp; diagnose() calls them in order.
+
+/// A recording in two: what is learnt from, and what is compared with at the end.
+struct Parts {
+  IndexRange train, holdout;
+};
+/// @param holdout_share of the samples, the last ones.
+Parts partsOf(const Series& series, double holdout_share);
+
+/// A training part as it can be fitted, and the base circuit fitted to it.
+struct Prepared {
+  Parts parts;
+  Screening screened;
+  InputSequence inputs;                     ///< of the training part; long ones compressed
+  InputSequence quiet;                     ///< of it, without the surroundings of edges; the same where sampling is slow
+  WhitenedSearch search;           ///< how compositions are fitted to them
+  WhitenedFit base;                ///< the base circuit, to quiet
+  std::vector<std::string> notes;  ///< on the instruments, a sentence each
+};
+
+/// Instrument screen and base fit. @param parts the training part holds what lackOf() asks for.
+Prepared prepare(const Recording& recording, const Parts& parts, const DiagnoseOptions& options);
+
+/// What every simulation of the training part at full rate begins with.
+ModelPoint beginningOf(const CompositionPoint& point, const InputSequence& inputs);
+
+/// Says what begins; a pulse, too.
+void tell(const DiagnoseOptions& options, const std::string& stage);
+
+/// DiagnoseOptions::pulse, where one is given.
+void pulse(const DiagnoseOptions& options);
+
+}  // namespace battery_sof

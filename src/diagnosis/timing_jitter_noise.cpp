@@ -1,0 +1,109 @@
+#include "battery_sof/diagnosis/timing_jitter_noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace battery_sof {
+namespace {
+
+// A step of 100 A: from a third of the noise (q), a thousandth of it in a second (h), on to hundreds of times it.
+constexpr double kLeast = 1e-5, kMost = 10.0;
+constexpr int kGrid = 7;  // values a parameter, one a decade
+
+double stepInto(const InputSequence& inputs, std::size_t n) {
+  const auto& samples = inputs.samples;
+  return n > 0 && n < samples.size() && !samples[n].step.gap ? samples[n].step.current - samples[n - 1].step.current : 0.0;
+}
+
+double squaredChange(const InputSequence& inputs, std::size_t n) { return std::pow(stepInto(inputs, n), 2) + std::pow(stepInto(inputs, n + 1), 2); }
+
+/// Values around one, `factor` apart, and none.
+std::vector<double> around(double centre, double factor, int count) {
+  std::vector<double> values = {0.0};
+  for (int k = 0; k < count; ++k) values.push_back(centre * std::pow(factor, k - (count - 1) / 2));
+  return values;
+}
+
+}  // namespace
+
+TimingJitterNoise::TimingJitterNoise(const InputSequence& inputs, const Linearization& response, const std::vector<Eigen::Index>& counted) {
+  if (counted.empty() || response.first[1] - response.first[0] > 1) return;
+  change_.resize(static_cast<Eigen::Index>(counted.size()));
+  Step step;
+  Eigen::Index row = 0;
+  for (std::size_t n = 0; n < counted.size(); ++n) {
+    for (; row <= counted[n]; ++row) {
+      const std::size_t sample = response.first[static_cast<std::size_t>(row)];
+      const double kept = response.persistence[row] * (1.0 - response.yielding[row]);
+      step.retained *= kept;
+      step.brought = kept * kept * step.brought + std::pow(stepInto(inputs, sample) * inputs.samples[sample].step.duration, 2);
+    }
+    steps_.push_back(step);
+    step = {};
+    change_[static_cast<Eigen::Index>(n)] = squaredChange(inputs, response.first[static_cast<std::size_t>(counted[n])]);
+  }
+}
+
+TimingJitterNoise TimingJitterNoise::with(double jitter, double charge) const {
+  TimingJitterNoise next = *this;
+  next.jitter_ = jitter;
+  next.charge_ = charge;
+  next.gain_.resize(change_.size());
+  next.scale_.resize(change_.size());
+  double spread = 0.0;  // variance of x over s^2
+  for (Eigen::Index n = 0; n < change_.size(); ++n) {
+    const Step& step = steps_[static_cast<std::size_t>(n)];
+    spread = step.retained * step.retained * spread + charge * charge * step.brought;
+    const double seen = spread + 1.0 + jitter * change_[n];
+    next.gain_[n] = spread / seen;
+    next.scale_[n] = 1.0 / std::sqrt(seen);
+    spread *= 1.0 - next.gain_[n];
+  }
+  return next;
+}
+
+Eigen::VectorXd TimingJitterNoise::whitened(const Eigen::VectorXd& column) const {
+  if (isWhite()) return column;
+  Eigen::VectorXd innovation(column.size());
+  double x = 0.0;
+  for (Eigen::Index n = 0; n < column.size(); ++n) {
+    x *= steps_[static_cast<std::size_t>(n)].retained;
+    const double left = column[n] - x;
+    x += gain_[n] * left;
+    innovation[n] = scale_[n] * left;
+  }
+  return innovation;
+}
+
+double TimingJitterNoise::logScale() const { return isWhite() ? 0.0 : scale_.array().log().sum(); }
+
+TimingJitterNoise TimingJitterNoise::best(const std::function<double(const TimingJitterNoise&)>& evidence) const {
+  TimingJitterNoise found = with(0.0, 0.0);
+  if (!applies()) return found;
+  double most = evidence(found);
+  const auto improve = [&](const std::vector<double>& candidates, bool of_charge) {
+    for (const double candidate : candidates) {
+      TimingJitterNoise other = of_charge ? with(found.jitter_, candidate) : with(candidate, found.charge_);
+      const double at = evidence(other);
+      if (!(at > most)) continue;
+      most = at;
+      found = std::move(other);
+    }
+  };
+  const double step = std::pow(kMost / kLeast, 1.0 / (kGrid - 1)), middle = std::sqrt(kMost * kLeast);
+  for (const double apart : {step, std::sqrt(step)}) {
+    improve(apart < step ? around(found.charge_, apart, 3) : around(middle, apart, kGrid), true);
+    improve(apart < step ? around(found.jitter_, apart, 3) : around(middle, apart, kGrid), false);
+  }
+  return found;
+}
+
+InputSequence TimingJitterNoise::weighed(InputSequence inputs, double jitter) {
+  const InputSequence measured = inputs;
+  for (std::size_t n = 0; n < inputs.samples.size(); ++n)
+    if (!inputs.samples[n].step.averaged) inputs.samples[n].count /= 1.0 + jitter * squaredChange(measured, n);
+  return inputs;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,139 @@
+#include "battery_sof/diagnosis/whitened_fit.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+namespace battery_sof {
+namespace {
+
+// A column that the others explain but for this share of its length adds nothing (condition of J in double precision).
+constexpr double kDependent = 1e-7;
+
+std::size_t measuredSamples(const InputSequence& inputs) {
+  return static_cast<std::size_t>(
+      std::count_if(inputs.samples.begin(), inputs.samples.end(), [](const InputSample& sample) { return sample.count > 0.0; }));
+}
+
+Eigen::MatrixXd orthonormalColumns(Eigen::MatrixXd columns) {
+  for (Eigen::Index k = 0; k < columns.cols(); ++k) {
+    const double length = columns.col(k).norm();
+    if (length > 0.0) columns.col(k) /= length;
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
+  qr.setThreshold(kDependent);
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(columns.rows(), qr.rank());
+  basis.applyOnTheLeft(qr.householderQ());
+  return basis;
+}
+
+/// One pass with derivatives over the drive.
+void takePass(WhitenedFit& fit, const InputSequence& inputs, const Eigen::MatrixXd& seeds) {
+  Simulation simulation(fit.model, {fit.point.parameters, fit.point.state, inputs.first_time, inputs.first_time}, seeds);
+  const auto count = static_cast<Eigen::Index>(inputs.samples.size());
+  fit.jacobian.resize(count, seeds.cols());
+  fit.residual.resize(count);
+  for (Eigen::Index n = 0; n < count; ++n) {
+    const InputSample& sample = inputs.samples[static_cast<std::size_t>(n)];
+    simulation.advance(sample.step);
+    fit.jacobian.row(n) = simulation.voltageDerivatives().transpose();
+    fit.residual[n] = sample.count > 0.0 ? sample.voltage - simulation.voltage() : 0.0;
+  }
+}
+
+void takeWhitened(WhitenedFit& fit, const InputSequence& inputs) {
+  const Whitening whitening(fit.noise, inputs.samples);
+  fit.innovation = whitening.whitened(fit.residual);
+  Eigen::MatrixXd columns(fit.jacobian.rows(), fit.jacobian.cols());
+  for (Eigen::Index k = 0; k < columns.cols(); ++k) columns.col(k) = whitening.whitened(fit.jacobian.col(k));
+  fit.biased = orthonormalColumns(std::move(columns));
+}
+
+constexpr double kCrossing = 0.2;  // of an edge: where the resistance changes from one value to the other
+
+bool isEdge(double from, double to, double edge) {
+  const double change = std::abs(to - from);
+  return change > edge || (from * to < 0.0 && change > kCrossing * edge);
+}
+
+}  // namespace
+
+WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs, const std::vector<CompositionPoint>& starts,
+                        const std::optional<NoiseModel>& noise, const WhitenedSearch& search) {
+  FitCost cost;
+  cost.crank_weight = 1.0;
+  cost.known = knownOf(search.priors, model.effects());
+  CompositionSearch plain;
+  plain.max_iterations = search.max_iterations;
+  plain.more_starts = search.more_starts;
+  plain.every_start = search.every_start;
+  plain.tolerance = search.tolerance;
+  plain.pulse = search.pulse;
+  std::vector<CompositionPoint> from = starts;
+  cost.noise = noise;
+  if (!noise) {
+    const CompositionProblem squares(model, inputs, cost, starts.front());
+    from = {fitComposition(squares, starts, plain).point};
+    cost.noise = fitNoise(squares.residual(squares.coordinatesOf(from.front())), inputs.samples, search.min_white);
+    plain.more_starts = 0;
+  }
+  WhitenedFit fit{model, {}, {}, {}, {}, {}, {}, {}, 0.0, measuredSamples(inputs)};
+  for (int round = 0; round < search.rounds; ++round) {
+    const CompositionProblem problem(model, inputs, cost, starts.front());
+    const CompositionFit found = fitComposition(problem, from, plain);
+    fit.point = found.point;
+    fit.noise = fitNoise(problem.residual(found.x), inputs.samples, search.min_white);
+    cost.noise = fit.noise;
+    from = {found.point};
+    plain.more_starts = 0;
+  }
+  const CompositionProblem problem(model, inputs, cost, fit.point);
+  const Eigen::VectorXd x = problem.coordinatesOf(fit.point);
+  takePass(fit, inputs, problem.seedsAt(x));
+  takeWhitened(fit, inputs);
+  for (Eigen::Index k = 0; k < problem.size(); ++k) fit.rows.push_back(problem.rowOf(k));
+  NormalEquations at;
+  problem.evaluate(x, at);
+  const double priors = std::max(0.0, at.cost - fit.innovation.squaredNorm());
+  fit.deviance = deviance(fit.noise, fit.residual, inputs.samples) + priors;
+  return fit;
+}
+
+Eigen::VectorXd whitened(const WhitenedFit& fit, const InputSequence& inputs, const Eigen::VectorXd& column) {
+  return Whitening(fit.noise, inputs.samples).whitened(column);
+}
+
+double rmsOver(const Eigen::VectorXd& values, const InputSequence& inputs) {
+  double square = 0.0, counts = 0.0;
+  for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
+    const double count = inputs.samples[n].count, value = values[static_cast<Eigen::Index>(n)];
+    square += count * value * value;
+    counts += count;
+  }
+  return counts > 0.0 ? std::sqrt(square / counts) : 0.0;
+}
+
+InputSequence withoutEdges(const InputSequence& inputs, double edge, double before, double after) {
+  InputSequence quiet = inputs;
+  std::size_t first = 0;
+  for (std::size_t n = 0; n < quiet.samples.size(); ++n) {
+    const double time = quiet.samples[n].step.time;
+    const bool begins = n == 0 || quiet.samples[n].step.gap;
+    if (!begins && !isEdge(quiet.samples[n - 1].step.current, quiet.samples[n].step.current, edge)) continue;
+    while (quiet.samples[first].step.time < time - before) ++first;
+    for (std::size_t k = first; k < quiet.samples.size() && quiet.samples[k].step.time <= time + after; ++k) quiet.samples[k].count = 0.0;
+  }
+  return quiet;
+}
+
+Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoint& point, const InputSequence& inputs) {
+  Simulation simulation(model, {point.parameters, point.state, inputs.first_time, inputs.first_time});
+  Eigen::VectorXd voltage(static_cast<Eigen::Index>(inputs.samples.size()));
+  for (Eigen::Index n = 0; n < voltage.size(); ++n) {
+    simulation.advance(inputs.samples[static_cast<std::size_t>(n)].step);
+    voltage[n] = simulation.voltage();
+  }
+  return voltage;
+}
+
+}  // namespace battery_sof

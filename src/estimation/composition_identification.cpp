@@ -1,0 +1,307 @@
+#include "battery_sof/estimation/composition_identification.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "battery_sof/estimation/covariance.hpp"
+#include "battery_sof/estimation/residual_filter.hpp"
+#include "battery_sof/estimation/fit_description.hpp"
+#include "battery_sof/estimation/window_history.hpp"
+
+namespace battery_sof {
+namespace {
+
+// Windows up to this many samples are fitted as they are; longer ones are compressed first.
+constexpr std::size_t kCompressFrom = 4000;
+// Standard errors come from the full rate up to here: 13 MB of Jacobian with sixteen unknowns.
+constexpr std::size_t kFullRateErrors = 100000;
+constexpr int kWhiteningRounds = 2;
+constexpr int kFirstIterations = 20;  // before weights are taken anew
+// Share of the cost below which a step is not worth taking: a tenth of what half a standard error makes of it.
+constexpr double kEnough = 1e-4;
+constexpr int kLastIterations = 10;   // of the search at full rate; beyond it compression was no good start
+constexpr double kMinWhite = 1e-5;  // [V]
+
+CompositionPoint basePoint(const BaseFit& base) {
+  CompositionPoint point{BatteryModel().typicalParameters(), BatteryModel().restState()};
+  const BaseParameters& p = base.parameters;
+  point.parameters << p.r_discharge, p.r_charge, p.c2, p.beta, p.u_dc;
+  point.state[0] = base.u_c2_first;
+  return point;
+}
+
+/// Where every strength is at its magnitude.
+CompositionPoint withMagnitudes(const BatteryModel& model, CompositionPoint point) {
+  point.parameters.tail(point.parameters.size() - kBaseRows) = model.typicalParameters().tail(point.parameters.size() - kBaseRows);
+  return point;
+}
+
+bool hasInstant(const BatteryModel& model) {
+  for (const ParameterInfo& info : model.parameters())
+    if (info.instant) return true;
+  return false;
+}
+
+/// Where every instant of the recording is `time` [s] after its beginning.
+CompositionPoint withInstants(const BatteryModel& model, CompositionPoint point, double time) {
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j)
+    if (model.parameters()[static_cast<std::size_t>(j)].instant) point.parameters[j] = time;
+  return point;
+}
+
+struct Fitted {
+  CompositionFit fit;
+  std::optional<NoiseModel> noise;
+  Eigen::Index samples = 0;  // of the drive that was fitted
+  std::optional<ChannelErrors> channels = std::nullopt;
+};
+
+Fitted search(const BatteryModel& model, const InputSequence& inputs, const IdentifyOptions& options, const BaseFit& base) {
+  FitCost cost;
+  cost.crank_weight = options.crank_weight;
+  cost.crank_weight_current = options.crank_weight_current;
+  cost.known = knownOf(options.priors, options.effects);
+  CompositionSearch search;
+  search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
+  search.more_starts = model.effects().empty() ? 0 : options.more_starts;
+  search.threads = options.threads;
+  const CompositionPoint nested = embedded(BatteryModel(), basePoint(base), model);
+  std::vector<CompositionPoint> starts = {nested};
+  if (!model.effects().empty()) starts.push_back(withMagnitudes(model, nested));
+  for (const double share : {0.125, 0.375, 0.625, 0.875})
+    if (hasInstant(model)) starts.push_back(withInstants(model, starts[1], share * (inputs.samples.back().step.time - inputs.first_time)));
+  const CompositionProblem weighted(model, inputs, cost, nested);
+  const auto samples = static_cast<Eigen::Index>(inputs.samples.size());
+  Fitted fitted{fitComposition(weighted, starts, search), std::nullopt, samples, std::nullopt};
+  search.more_starts = 0;
+  for (int round = 0; options.whiten && round < kWhiteningRounds; ++round) {
+    cost.noise = fitNoise(weighted.residual(fitted.fit.x), inputs.samples, std::max(kMinWhite, options.voltage_lsb_std));
+    const CompositionProblem whitened(model, inputs, cost, nested);
+    fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise, samples, std::nullopt};
+  }
+  return fitted;
+}
+
+/// The search with errors in both variables: from the composition's magnitudes, as their weights depend on where they are
+/// taken twice.
+Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs, const IdentifyOptions& options, const BaseFit& base) {
+  FitCost cost;
+  cost.channels.emplace();
+  cost.known = knownOf(options.priors, options.effects);
+  CompositionSearch search;
+  search.eliminate = false;
+  search.tolerance = kEnough;
+  search.max_iterations = std::max(options.max_iterations, kFirstIterations);
+  CompositionPoint start = typicalStart(model, inputs);
+  if (model.effects().empty()) start = basePoint(base);
+  CompositionProblem problem(model, inputs, cost, start);
+  Fitted fitted{fitComposition(problem, {start}, search), std::nullopt, static_cast<Eigen::Index>(inputs.samples.size()), cost.channels};
+  search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
+  problem.reweigh(fitted.fit.point);
+  fitted.fit = fitComposition(problem, {fitted.fit.point}, search);
+  return fitted;
+}
+
+/// One pass with derivatives over a drive, kept whole.
+struct Pass {
+  Eigen::MatrixXd jacobian;  // samples x coordinates
+  Eigen::VectorXd residual, weight;
+  Eigen::MatrixXd at_end;  // d(parameters, last state) / d(coordinates)
+};
+
+Pass passOver(const BatteryModel& model, const InputSequence& inputs, const CompositionProblem& problem, const CompositionFit& fit) {
+  const Eigen::MatrixXd seeds = problem.seedsAt(fit.x);
+  Simulation simulation(model, {fit.point.parameters, fit.point.state, inputs.first_time, inputs.first_time}, seeds);
+  const auto count = static_cast<Eigen::Index>(inputs.samples.size());
+  Pass pass{Eigen::MatrixXd(count, problem.size()), Eigen::VectorXd(count), Eigen::VectorXd(count), seeds};
+  for (Eigen::Index n = 0; n < count; ++n) {
+    const InputSample& sample = inputs.samples[static_cast<std::size_t>(n)];
+    pass.residual[n] = simulation.follow(sample);
+    if (sample.voltage_controlled)
+      pass.jacobian.row(n) = -simulation.currentErrorDerivatives().transpose();
+    else
+      pass.jacobian.row(n) = simulation.voltageDerivatives().transpose();
+    pass.weight[n] = problem.weightOf(static_cast<std::size_t>(n));
+  }
+  pass.at_end.bottomRows(model.stateCount()) = simulation.stateDerivatives();
+  return pass;
+}
+
+bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eigen::Index k) {
+  const double span = problem.upper()[k] - problem.lower()[k];
+  return x[k] <= problem.lower()[k] + 1e-9 * span || x[k] >= problem.upper()[k] - 1e-9 * span;
+}
+
+/// Covariance of the coordinates; those at a bound are taken as known.
+Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted, Pass pass, double rho) {
+  const Eigen::VectorXd precision = problem.priorPrecision();
+  if (fitted.noise) {
+    const double freedom = std::max(1.0, static_cast<double>(fitted.samples - problem.size()));
+    Eigen::MatrixXd information = fitted.fit.at.hessian;
+    for (Eigen::Index k = 0; k < problem.size(); ++k)
+      if (isAtBound(problem, fitted.fit.x, k)) {
+        information.row(k).setZero();
+        information.col(k).setZero();
+      }
+    return informationInverse(information) * std::max(1.0, fitted.fit.at.cost / freedom);
+  }
+  for (Eigen::Index k = 0; k < problem.size(); ++k)
+    if (isAtBound(problem, fitted.fit.x, k)) pass.jacobian.col(k).setZero();
+  Sandwich parts = sandwichParts(pass.jacobian, pass.residual, pass.weight, bartlettWidth(rho, pass.residual.size()));
+  const double weight = problem.priorWeight();
+  for (Eigen::Index k = 0; k < problem.size(); ++k) {
+    if (isAtBound(problem, fitted.fit.x, k)) continue;
+    parts.A(k, k) += weight * precision[k];
+    parts.B(k, k) += weight * weight * precision[k];
+  }
+  return combined(parts);
+}
+
+std::vector<ParameterEstimate> estimatesOf(const BatteryModel& model, const CompositionProblem& problem, const Fitted& fitted,
+                                           const Eigen::MatrixXd& covariance) {
+  std::vector<ParameterEstimate> estimates;
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
+    const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
+    ParameterEstimate estimate{info.name, info.unit, fitted.fit.point.parameters[j], std::nullopt, false, true, true};
+    for (Eigen::Index k = 0; k < problem.size(); ++k) {
+      if (problem.rowOf(k) != j) continue;
+      estimate.held = false;
+      estimate.at_bound = isAtBound(problem, fitted.fit.x, k);
+      estimate.std = standardError(covariance, j);
+      const double enough = j == kRowUDc ? 0.5 : 0.5 * std::abs(estimate.value);
+      estimate.determined = !estimate.at_bound && estimate.std && *estimate.std < enough;
+    }
+    estimates.push_back(estimate);
+  }
+  return estimates;
+}
+
+/// What was fitted: the window and its drives; compressed is empty for short ones.
+struct Window {
+  const Series& series;
+  IndexRange range;
+  const InputSequence& full;
+  const InputSequence& compressed;
+};
+
+/// Scores of a residual that is a voltage's or, where the voltage drives, a current's.
+FitScores scoresBothWays(const Series& series, IndexRange range, const InputSequence& inputs, const Eigen::VectorXd& residual,
+                         double crank_current) {
+  Eigen::VectorXd of_voltage = residual;
+  double squares_a = 0.0, currents = 0.0;
+  for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
+    if (!inputs.samples[n].voltage_controlled) continue;
+    double& error = of_voltage[static_cast<Eigen::Index>(n)];
+    squares_a += error * error;
+    currents += 1.0;
+    error = 0.0;
+  }
+  const double rho = std::clamp(lagOneCorrelation(of_voltage), -0.9999, 0.9999);
+  FitScores scores = scoresOf(series, range, of_voltage, rho, crank_current);
+  if (currents == 0.0) return scores;
+  scores.current_rmse = std::sqrt(squares_a / currents);
+  const double voltages = static_cast<double>(residual.size()) - currents;
+  // A window wholly behind a source shows no voltage's error: its currents', through 10 mOhm.
+  scores.rmse = voltages > 0.0 ? std::sqrt(of_voltage.squaredNorm() / voltages) : kOhmsOfCurrentError * *scores.current_rmse;
+  return scores;
+}
+
+/// Scores of the same point with the current driving throughout (paper, eq. 6).
+FitScores scoresFromCurrent(const BatteryModel& model, const Series& series, IndexRange range, const IdentifyOptions& options,
+                            const CompositionPoint& point) {
+  const InputSequence inputs = inputSequence(series, range, options.masked);
+  const CompositionProblem problem(model, inputs, FitCost(), point);
+  return scoresBothWays(series, range, inputs, problem.residual(problem.coordinatesOf(point)), options.crank_weight_current);
+}
+
+FittedModel completed(const BatteryModel& model, const Window& on, const IdentifyOptions& options, const Fitted& fitted) {
+  const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current,
+                     true,         fitted.channels,      knownOf(options.priors, options.effects)};
+  const auto& [series, range, full, compressed] = on;
+  const InputSequence& for_errors = range.size() <= kFullRateErrors ? full : compressed;
+  const CompositionProblem problem(model, for_errors, cost, fitted.fit.point);
+  const Pass pass = passOver(model, for_errors, problem, fitted.fit);
+  // A pass over the whole window has its residual already; otherwise weights play no part in one.
+  const Eigen::VectorXd residual =
+      &for_errors == &full ? pass.residual : CompositionProblem(model, full, FitCost(), fitted.fit.point).residual(fitted.fit.x);
+  const Eigen::VectorXd weighted = pass.weight.cwiseSqrt().cwiseProduct(pass.residual);
+  const double rho = std::clamp(lagOneCorrelation(fitted.channels ? weighted : pass.residual), -0.9999, 0.9999);
+
+  FittedModel found = unfitted(series, range, model, fitted.fit.status, "");
+  found.fit.parameters = baseParameters(fitted.fit.point.parameters);
+  found.fit.iterations = fitted.fit.iterations;
+  const Eigen::MatrixXd covariance = covarianceOf(problem, fitted, pass, rho);
+  found.fit.covariance = pass.at_end * covariance * pass.at_end.transpose();
+  found.fit.estimates = estimatesOf(model, problem, fitted, found.fit.covariance);
+  found.fit.scores = scoresBothWays(series, range, full, residual, options.crank_weight_current);
+  if (fitted.channels) found.fit.scores.q_dyn_percent = scoresFromCurrent(model, series, range, options, fitted.fit.point).q_dyn_percent;
+  if (std::none_of(found.fit.estimates.begin(), found.fit.estimates.begin() + kRowUDc,
+                   [](const ParameterEstimate& estimate) { return estimate.determined; }))
+    found.fit.status = FitStatus::kNotExcited;
+  found.fit.message = sentenceOf(found.fit);
+
+  Simulation at_end(model, {fitted.fit.point.parameters, fitted.fit.point.state, full.first_time, full.first_time});
+  for (const InputSample& sample : full.samples) at_end.follow(sample);
+  takeState(found, at_end, series.current[range.last - 1]);
+  const Eigen::VectorXd& first = fitted.fit.point.state;
+  found.fit.first_state.assign(first.data(), first.data() + first.size());
+  return found;
+}
+
+}  // namespace
+
+namespace {
+
+FittedModel identifyBothWays(const BatteryModel& model, const Series& series, IndexRange range, const IdentifyOptions& options,
+                             const BaseFit& base) {
+  const Series sound = repaired(series, options.source->repair);
+  std::vector<char> masked = options.source->repair.dropped;
+  for (std::size_t n = 0; n < options.masked.size(); ++n) masked[n] = masked[n] || options.masked[n];
+  const InputSequence inputs = inputSequence(sound, range, masked, options.source->voltage_controlled);
+  FittedModel found = completed(model, {sound, range, inputs, inputs}, options, searchBothWays(model, inputs, options, base));
+  found.fit.voltage_lag = options.source->repair.lag;
+  followWindow(found, sound, range, inputs, *options.source);
+  return found;
+}
+
+}  // namespace
+
+FittedModel identifyComposition(const Series& series, IndexRange range, const IdentifyOptions& options, const BaseFit& base) {
+  const BatteryModel model(options.effects, options.discrepancy);
+  if (options.source) return identifyBothWays(model, series, range, options, base);
+  const InputSequence full = inputSequence(series, range, options.masked);
+  const InputSequence compressed = range.size() > kCompressFrom ? compressedInputs(series, range, {}, options.masked) : InputSequence();
+  const InputSequence& inputs = range.size() > kCompressFrom ? compressed : full;
+  Fitted fitted = search(model, inputs, options, base);
+  if (range.size() > kCompressFrom && range.size() <= kFullRateErrors && !fitted.noise) {
+    // The compressed optimum is off by a share of a standard error; from there two passes at full rate end it.
+    const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current,
+                       true,         std::nullopt,         knownOf(options.priors, options.effects)};
+    const CompositionProblem over_all(model, full, cost, fitted.fit.point);
+    CompositionSearch last;
+    last.max_iterations = kLastIterations;
+    fitted.fit = fitComposition(over_all, {fitted.fit.point}, last);
+    fitted.samples = static_cast<Eigen::Index>(full.samples.size());
+  }
+  return completed(model, {series, range, full, compressed}, options, fitted);
+}
+
+FittedModel completedModel(const Series& series, IndexRange range, const IdentifyOptions& options, const CompositionPoint& optimum,
+                           const NoiseModel& noise) {
+  const BatteryModel model(options.effects, options.discrepancy);
+  const InputSequence full = inputSequence(series, range, options.masked);
+  const InputSequence compressed = range.size() > kCompressFrom ? compressedInputs(series, range, {}, options.masked) : InputSequence();
+  const InputSequence& inputs = range.size() > kCompressFrom ? compressed : full;
+  const FitCost cost{noise, options.crank_weight, options.crank_weight_current,
+                     true,  std::nullopt,         knownOf(options.priors, options.effects)};
+  const CompositionProblem problem(model, inputs, cost, optimum);
+  Fitted fitted{{}, noise, static_cast<Eigen::Index>(inputs.samples.size()), std::nullopt};
+  fitted.fit.point = optimum;
+  fitted.fit.x = problem.coordinatesOf(optimum);
+  if (!problem.evaluate(fitted.fit.x, fitted.fit.at))
+    throw std::invalid_argument("completedModel: the model has no finite voltage at the optimum");
+  return completed(model, {series, range, full, compressed}, options, fitted);
+}
+
+}  // namespace battery_sof

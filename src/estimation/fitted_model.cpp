@@ -1,0 +1,99 @@
+#include "battery_sof/estimation/fitted_model.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace battery_sof {
+
+std::string toString(FitStatus status) {
+  switch (status) {
+    case FitStatus::kConverged: return "converged";
+    case FitStatus::kIterationLimit: return "iteration_limit";
+    case FitStatus::kStalled: return "stalled";
+    case FitStatus::kWindowTooShort: return "window_too_short";
+    case FitStatus::kNotExcited: return "not_excited";
+  }
+  return "unknown";
+}
+
+bool isUsable(const Fit& fit) { return fit.status == FitStatus::kConverged || fit.status == FitStatus::kIterationLimit; }
+
+BatteryModel compositionOf(const Fit& fit) { return BatteryModel(fit.effects, fit.discrepancy); }
+
+ModelPoint pointOf(const FittedModel& model) {
+  const BatteryModel composition = compositionOf(model.fit);
+  ModelPoint point;
+  point.parameters = composition.typicalParameters();
+  const BaseParameters& base = model.fit.parameters;
+  point.parameters.head<kBaseRows>() << base.r_discharge, base.r_charge, base.c2, base.beta, base.u_dc;
+  for (Eigen::Index j = kBaseRows; j < point.parameters.size(); ++j)
+    if (static_cast<std::size_t>(j) < model.fit.estimates.size())
+      point.parameters[j] = model.fit.estimates[static_cast<std::size_t>(j)].value;
+  point.state = composition.restState();
+  point.state[0] = model.state.u_c2;
+  for (std::size_t k = 0; k < model.state.further.size(); ++k) point.state[static_cast<Eigen::Index>(k) + 1] = model.state.further[k];
+  point.time = model.state.time;
+  point.reference_time = model.fit.window.from;
+  point.regressor_memory = model.state.regressor_memory;
+  return point;
+}
+
+Eigen::MatrixXd covarianceFactor(const Eigen::MatrixXd& covariance) {
+  // Scaled to correlations first: the rows have different units.
+  const Eigen::VectorXd std = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd inverse = std.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * covariance * inverse.asDiagonal());
+  const Eigen::VectorXd& values = eigen.eigenvalues();  // increasing
+  const Eigen::Index size = values.size();
+  Eigen::Index kept = 0;
+  while (kept < std::min(size, Simulation::kMaxTangents) && values[size - 1 - kept] > 1e-10) ++kept;
+  Eigen::MatrixXd factor(size, kept);
+  for (Eigen::Index k = 0; k < kept; ++k)
+    factor.col(k) = std.cwiseProduct(eigen.eigenvectors().col(size - 1 - k)) * std::sqrt(values[size - 1 - k]);
+  return factor;
+}
+
+Simulation simulationOf(const FittedModel& model) { return Simulation(compositionOf(model.fit), pointOf(model)); }
+
+Simulation uncertainSimulationOf(const FittedModel& model) {
+  return Simulation(compositionOf(model.fit), pointOf(model), covarianceFactor(model.fit.covariance));
+}
+
+FittedModel rested(FittedModel model) {
+  const BatteryModel composition = compositionOf(model.fit);
+  const Eigen::VectorXd rest = composition.restState();
+  model.state = {model.state.time,
+                 rest[0],
+                 0.0,
+                 std::vector<double>(rest.data() + 1, rest.data() + rest.size()),
+                 std::nullopt,
+                 {},
+                 model.fit.discrepancy ? restedMemory(*model.fit.discrepancy, model.state.regressor_memory) : std::vector<double>(),
+                 model.state.residual_state};
+  const Eigen::Index states = composition.stateCount();
+  model.fit.covariance.bottomRows(states).setZero();
+  model.fit.covariance.rightCols(states).setZero();
+  return model;
+}
+
+void takeState(FittedModel& model, const Simulation& simulation, double current) {
+  const Eigen::VectorXd state = simulation.state();
+  model.state = {simulation.time(),
+                 state[0],
+                 current,
+                 std::vector<double>(state.data() + 1, state.data() + state.size()),
+                 std::nullopt,
+                 {},
+                 simulation.regressorMemory(),
+                 model.state.residual_state};
+  if (simulation.tangents() == 0) return;
+  const Eigen::Index parameters = model.fit.covariance.rows() - state.size();
+  const Eigen::MatrixXd factor = covarianceFactor(model.fit.covariance);
+  Eigen::MatrixXd now(factor.rows(), factor.cols());
+  now.topRows(parameters) = factor.topRows(parameters);
+  now.bottomRows(state.size()) = simulation.stateDerivatives();
+  model.fit.covariance = now * now.transpose();
+}
+
+}  // namespace battery_sof

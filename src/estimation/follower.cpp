@@ -1,0 +1,67 @@
+#include "battery_sof/estimation/follower.hpp"
+
+#include <algorithm>
+
+#include "battery_sof/recording/voltage_repair.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kLookBack = 300.0;  // [s], of a source's past that its judgement rests on
+
+}  // namespace
+
+Follower::Follower(const FittedModel& model, bool uncertain)
+    : simulation_(uncertain ? uncertainSimulationOf(model) : simulationOf(model)),
+      memory_(model.state.memory),
+      residual_regression_(model.fit.residual_regression) {
+  // A source's ramp begins at the voltage that the state stands for.
+  InputStep here;
+  here.time = model.state.time;
+  here.held = here.current = model.state.current;
+  simulation_.advance(here);
+}
+
+FollowedSample Follower::follow(const InputSample& sample) {
+  FollowedSample out;
+  out.voltage_controlled = sample.voltage_controlled;
+  out.physics_error = simulation_.follow(sample);
+  const bool has_tangents = simulation_.tangents() > 0;
+  if (sample.voltage_controlled) {
+    out.voltage = sample.voltage;
+    out.current = sample.step.current - out.physics_error;
+    if (has_tangents) out.variance = simulation_.currentErrorDerivatives().squaredNorm();
+  } else {
+    out.voltage = simulation_.voltage();
+    out.current = sample.step.current;
+    if (has_tangents) out.variance = simulation_.voltageDerivatives().squaredNorm();
+  }
+  out.columns = memory_.advance({sample.step.duration, sample.voltage_controlled, out.voltage, out.current});
+  const RidgeFit& fit = sample.voltage_controlled ? residual_regression_.current : residual_regression_.voltage;
+  out.regression_correction = fit.at(out.columns);
+  if (sample.voltage_controlled && !fit.empty())
+    out.regression_correction = std::clamp(out.current + out.regression_correction, residual_regression_.min_current, residual_regression_.max_current) - out.current;
+  (sample.voltage_controlled ? out.current : out.voltage) += out.regression_correction;
+  return out;
+}
+
+InputSequence inputsOf(const Fit& fit, const Series& series, IndexRange range) {
+  if (!fit.source || range.empty()) return inputSequence(series, range);
+  // Judged as live: from a little before the range on, sample by sample.
+  std::vector<char> controlled(series.size(), 0);
+  ControlModeDetector watch(*fit.source);
+  std::size_t n = range.first;
+  while (n > 0 && series.time[range.first] - series.time[n - 1] < kLookBack) --n;
+  for (; n < range.last; ++n) controlled[n] = watch.add(series.time[n], series.current[n], series.voltage[n]);
+  VoltageRepair repair;
+  repair.lag = fit.voltage_lag;
+  for (std::size_t k = 0; k < series.size(); ++k) repair.dropped.push_back(isDropOut(series, k));
+  return inputSequence(repaired(series, repair), range, {}, controlled);
+}
+
+void takeState(FittedModel& model, const Follower& follower, double current) {
+  takeState(model, follower.simulation(), current);
+  model.state.memory = follower.memory();
+}
+
+}  // namespace battery_sof

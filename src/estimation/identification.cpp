@@ -1,0 +1,281 @@
+#include "battery_sof/estimation/identification.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "battery_sof/estimation/base_search.hpp"
+#include "battery_sof/estimation/composition_identification.hpp"
+#include "battery_sof/estimation/covariance.hpp"
+#include "battery_sof/estimation/residual_filter.hpp"
+#include "battery_sof/estimation/fit_description.hpp"
+#include "battery_sof/estimation/follower.hpp"
+#include "battery_sof/estimation/window.hpp"
+#include "battery_sof/recording/series_blocks.hpp"
+#include "battery_sof/recording/events.hpp"
+#include "battery_sof/recording/number_text.hpp"
+#include "battery_sof/recording/sampling.hpp"
+
+namespace battery_sof {
+namespace {
+
+// A window whose current moves less than this cannot tell a resistance from an offset.
+constexpr double kMinCurrentSpan = 0.5;  // [A]
+constexpr const char* kChargingPhysics = "fresh_sulphate";
+constexpr double kSlowSampling = 0.25;  // [s], from here on a crank's rise falls between samples
+
+/// A window, and what several steps ask of its samples.
+struct Window {
+  const Series& series;
+  IndexRange range;
+  double interval;  // [s], of the whole series
+  ExcitedRange excited;
+
+  double maxGap() const { return gapThreshold(interval); }
+  double duration() const { return series.time[range.last - 1] - series.time[range.first]; }
+};
+
+Window windowOf(const Series& series, IndexRange range) {
+  const double interval = medianInterval(series);
+  return {series, range, interval, excitedRange(series, range, gapThreshold(interval))};
+}
+
+/// @param current [A], a crank falls to this or below.
+std::vector<Event> cranksOf(const Window& window, double current) {
+  const auto& [series, range, interval, excited] = window;
+  const bool is_whole = range.size() == series.size();
+  EventLimits limits;
+  limits.crank_current = current;
+  return detectCranks(series, range, limits, gapThreshold(is_whole ? interval : medianInterval(series.time, range)));
+}
+
+void requirePositiveOption(bool ok, const char* name, double value, const char* expected) {
+  if (ok) return;
+  ClassicStream message;
+  message << name << " is " << value << ", expected " << expected;
+  throw std::invalid_argument(message.str());
+}
+
+void requireValid(const IdentifyOptions& options, const Series& series, IndexRange range) {
+  requirePositiveOption(std::isfinite(options.crank_weight) && options.crank_weight >= 1.0, "crank_weight", options.crank_weight,
+                        "at least 1");
+  requirePositiveOption(std::isfinite(options.crank_weight_current) && options.crank_weight_current < 0.0, "crank_weight_current [A]",
+                        options.crank_weight_current, "below 0");
+  requirePositiveOption(options.max_iterations > 0, "max_iterations", options.max_iterations, "at least 1");
+  for (std::size_t j = 0; j < options.initial.size(); ++j) {
+    const auto& info = tableOne()[j];
+    const double value = options.initial[j];
+    requirePositiveOption(value >= info.lower && value <= info.upper, ("initial " + info.name).c_str(), value, "inside Table I's bounds");
+  }
+  requirePositiveOption(options.more_starts >= 0, "more_starts", options.more_starts, "at least 0");
+  requirePositiveOption(options.threads >= 0, "threads", options.threads, "at least 0");
+  BatteryModel known(options.effects, options.discrepancy);
+  if (!options.masked.empty() && options.masked.size() != series.size())
+    throw std::invalid_argument("masked has " + std::to_string(options.masked.size()) + " entries for a recording of " +
+                                std::to_string(series.size()));
+  if (options.source && options.source->voltage_controlled.size() != series.size())
+    throw std::invalid_argument("source has " + std::to_string(options.source->voltage_controlled.size()) + " entries for a recording of " +
+                                std::to_string(series.size()));
+  if (options.start == FitStart::kPaper && options.source)
+    throw std::invalid_argument("the paper's start drives with the current alone: no source");
+  if (options.start == FitStart::kPaper && (options.whiten || !options.effects.empty()))
+    throw std::invalid_argument("the paper's start fits the base model to eq. 3 alone: no effects, no whitening");
+  if (range.last > series.size() || range.first > range.last)
+    throw std::invalid_argument("window of samples " + std::to_string(range.first) + " to " + std::to_string(range.last) +
+                                " in a recording of " + std::to_string(series.size()));
+}
+
+/// Paper: the first sample sets the state and is left out of the sums (n = 2 to N in eqs. 3 and 4).
+BaseFit searchPaper(const WindowSamples& window, const FirstSample& first, const IdentifyOptions& options) {
+  auto samples = window.copied();
+  samples.front().weight = 0.0;
+  return searchAsInPaper(BaseNormalEquations(samples, BaseParameters{}.i0), options, first);
+}
+
+bool atBound(const ParameterInfo& info, double value) { return value <= info.lower * (1.0 + 1e-6) || value >= info.upper * (1.0 - 1e-6); }
+
+/// d(r_discharge, r_charge, c2, beta, u_dc, first state) / d(the pass's columns), a diagonal.
+Eigen::VectorXd physicalScale(const BaseParameters& p) {
+  Eigen::VectorXd scale(static_cast<int>(kCovarianceRows));
+  scale << 1.0, 1.0, 1.0, p.c2, p.beta, 1.0;
+  return scale;
+}
+
+/// A matrix over the columns with those of parameters held at a bound emptied: nothing is estimated there.
+void holdBounded(Eigen::MatrixXd& matrix, const BaseParameters& p) {
+  const std::array<double, 4> values = {p.r_discharge, p.r_charge, p.c2, p.beta};
+  static constexpr std::array<int, 4> kColumnOf = {kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta};
+  for (std::size_t j = 0; j < values.size(); ++j) {
+    if (!atBound(tableOne()[j], values[j])) continue;
+    matrix.row(kColumnOf[j]).setZero();
+    matrix.col(kColumnOf[j]).setZero();
+  }
+}
+
+/// From the order of BaseColumn to that of CovarianceRow.
+Eigen::MatrixXd inPhysicalOrder(const Eigen::MatrixXd& covariance, const BaseParameters& p) {
+  static constexpr std::array<int, kCovarianceRows> kColumnOfRow = {kColumnDischarge, kColumnCharge, kColumnLogC2,
+                                                                    kColumnLogBeta,   kColumnOne,    kColumnInitial};
+  const Eigen::VectorXd scale = physicalScale(p);
+  Eigen::MatrixXd ordered(static_cast<int>(kCovarianceRows), static_cast<int>(kCovarianceRows));
+  for (int j = 0; j < kCovarianceRows; ++j)
+    for (int k = 0; k < kCovarianceRows; ++k)
+      ordered(j, k) = covariance(kColumnOfRow[j], kColumnOfRow[k]) * scale[kColumnOfRow[j]] * scale[kColumnOfRow[k]];
+  return ordered;
+}
+
+std::vector<ParameterEstimate> estimatesOf(const BaseParameters& p, const Eigen::MatrixXd& covariance) {
+  const std::array<double, 4> values = {p.r_discharge, p.r_charge, p.c2, p.beta};
+  std::vector<ParameterEstimate> estimates;
+  for (int j = 0; j < 4; ++j) {
+    const auto& info = tableOne()[j];
+    const auto std = standardError(covariance, j);
+    const bool bound = atBound(info, values[j]);
+    estimates.push_back({info.name, info.unit, values[j], std, bound, !bound && std && *std < 0.5 * values[j]});
+  }
+  const auto std = standardError(covariance, kRowUDc);
+  estimates.push_back({"u_dc", "V", p.u_dc, std, false, std && *std < 0.5});
+  return estimates;
+}
+
+/// Replaces the state's row of a covariance by that of the state it became: V <- T V T'.
+void carryCovariance(Eigen::MatrixXd& covariance, const Overpotential& carried) {
+  Eigen::MatrixXd T = Eigen::MatrixXd::Identity(kCovarianceRows, kCovarianceRows);
+  T(kRowState, kRowState) = carried.d_initial;
+  T(kRowState, kRowC2) = carried.d_c2;
+  T(kRowState, kRowBeta) = carried.d_beta;
+  covariance = T * covariance * T.transpose();
+}
+
+/// Newey and West's, of what a fit leaves.
+Eigen::MatrixXd covarianceOf(const BaseParameters& p, const BaseResidual& left, Eigen::Index width) {
+  Sandwich parts{left.information, left.bartlettProducts(width)};
+  holdBounded(parts.A, p);
+  holdBounded(parts.B, p);
+  return inPhysicalOrder(combined(parts), p);
+}
+
+/// Fills in everything that follows from where the search ended.
+FittedModel describeFit(const Window& window, const BaseFit& fit, BaseNormalEquations equations, const std::vector<Event>& cranks) {
+  const auto& [series, range, interval, excited] = window;
+  const BaseParameters& p = fit.parameters;
+  const BaseResidual left = std::move(equations).residual({p.c2, p.beta, fit.u_c2_first}, {p.r_discharge, p.r_charge, p.u_dc});
+  const double rho = std::clamp(left.lagOne(), -0.9999, 0.9999);
+
+  FittedModel model = unfitted(series, range, excited, BatteryModel(), fit.status, "");
+  model.fit.parameters = p;
+  model.fit.iterations = fit.iterations;
+  model.fit.covariance = covarianceOf(p, left, bartlettWidth(rho, static_cast<Eigen::Index>(range.size())));
+  model.fit.estimates = estimatesOf(p, model.fit.covariance);
+  const auto residualAt = [&](std::size_t n) { return left.at(n); };
+  const FitErrors errors{left.squares(), rho, crankErrors(series, range.first, cranks, residualAt)};
+  model.fit.scores = scoresOf(series, range, errors, interval);
+  if (std::none_of(model.fit.estimates.begin(), model.fit.estimates.begin() + kRowUDc,
+                   [](const ParameterEstimate& estimate) { return estimate.determined; }))
+    model.fit.status = FitStatus::kNotExcited;
+  model.fit.message = sentenceOf(model.fit);
+  model.state = {series.time[range.last - 1], left.last.value, series.current[range.last - 1]};
+  model.fit.first_state = {fit.u_c2_first};
+  carryCovariance(model.fit.covariance, left.last);
+  return model;
+}
+
+bool isVoltageControlled(const IdentifyOptions& options, IndexRange range) {
+  if (!options.source) return false;
+  const auto begin = options.source->voltage_controlled.begin();
+  return std::any_of(begin + static_cast<std::ptrdiff_t>(range.first), begin + static_cast<std::ptrdiff_t>(range.last),
+                     [](char controlled) { return controlled; });
+}
+
+/// A window that no model can be fitted to, and why.
+std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& options) {
+  const auto& [series, range, interval, excited] = window;
+  ClassicStream message;
+  FitStatus status = FitStatus::kNotExcited;
+  const double span = excited.max_current - excited.min_current;
+  if (range.size() < kMinFitSamples) {
+    status = FitStatus::kWindowTooShort;
+    message << "the window has " << range.size() << " samples, at least " << kMinFitSamples << " are needed";
+  } else if (span < kMinCurrentSpan) {
+    message << "the current moves by " << span << " A in the window, at least " << kMinCurrentSpan
+            << " A are needed to tell a resistance from an offset";
+  } else {
+    return std::nullopt;
+  }
+  return unfitted(series, range, excited, BatteryModel(options.effects, options.discrepancy), status, message.str());
+}
+
+double windowQualityOf(const Fit& fit, const WindowSamples& samples, double duration) {
+  if (const auto& share = fit.scores.left_out_share_percent) return std::clamp(*share / 100.0, 0.0, 1.0);
+  return windowQuality(fit.scores.rmse / seriesBlocksAt(fit.parameters.u_dc), windowExcitation(samples, duration));
+}
+
+FittedModel fitted(const Window& window, const IdentifyOptions& options) {
+  const auto& [series, range, interval, excited] = window;
+  const WindowSamples samples(series, range, {options.crank_weight, options.crank_weight_current}, window.maxGap(), options.masked);
+  BaseNormalEquations equations(samples, BaseParameters{}.i0);
+  const FirstSample first = {series.current[range.first], series.voltage[range.first]};
+  const BaseFit fit = options.start == FitStart::kPaper ? searchPaper(samples, first, options) : searchWindow(samples, equations, options);
+  const std::vector<Event> cranks = cranksOf(window, EventLimits().crank_current);
+  const bool includes_cranks = options.crank_weight_current == EventLimits().crank_current;
+  const bool is_base = options.effects.empty() && !options.whiten && !isVoltageControlled(options, range);
+  FittedModel model =
+      is_base ? describeFit(window, fit, std::move(equations), includes_cranks ? cranks : cranksOf(window, options.crank_weight_current))
+              : identifyComposition(series, range, options, fit);
+  if (!model.fit.source) model.fit.baseline = fitBaselineDrivenByCurrent(series, range, cranks);
+  model.fit.window_quality = windowQualityOf(model.fit, samples, window.duration());
+  return model;
+}
+
+}  // namespace
+
+FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options) {
+  requireValid(options, series, range);
+  if (options.chooses_effects && options.effects.empty() && isVoltageControlled(options, range)) {
+    IdentifyOptions charging = options;
+    charging.effects = {kChargingPhysics};
+    return identify(series, range, charging);
+  }
+  const Window window = windowOf(series, range);
+  const std::optional<FittedModel> refusal = refused(window, options);
+  FittedModel model = refusal ? *refusal : fitted(window, options);
+  model.fit.start = options.start == FitStart::kPaper ? "paper" : "robust";
+  return model;
+}
+
+std::optional<ChargerControl> chargerControl(const Series& series) {
+  if (medianInterval(series) < kSlowSampling) return std::nullopt;
+  ControlModes source = detectControlMode(series);
+  if (!source.seen || source.share <= 0.0) return std::nullopt;
+  return ChargerControl{std::move(source), findVoltageRepair(series)};
+}
+
+std::optional<ChargerControl> chargerControl(const Series& series, std::size_t last) {
+  std::optional<ChargerControl> source = chargerControl(slice(series, {0, last}));
+  if (!source) return source;
+  source->voltage_controlled.resize(series.size(), 0);
+  source->repair.dropped.resize(series.size(), 0);
+  return source;
+}
+
+void carryState(FittedModel& model, const Series& series, std::size_t last) {
+  const auto at = std::lower_bound(series.time.begin(), series.time.end(), model.state.time);
+  if (at == series.time.end() || *at != model.state.time || last >= series.size() || series.time[last] < model.state.time)
+    throw std::invalid_argument("carryState: the state must stand at a sample at or before the end");
+  const auto first = static_cast<std::size_t>(at - series.time.begin());
+  const InputSequence inputs = inputsOf(model.fit, series, {first, last + 1});
+  Follower follower(model, true);
+  ResidualFilter errors(model);
+  for (std::size_t n = 1; n < inputs.samples.size(); ++n) {
+    const InputSample& sample = inputs.samples[n];
+    const FollowedSample followed = follower.follow(sample);
+    if (followed.voltage_controlled)
+      errors.wait(sample.step.duration);
+    else
+      errors.update(sample.step.duration, sample.voltage - followed.voltage);
+  }
+  takeState(model, follower, series.current[last]);
+  model.state.residual_state = errors.residual_state();
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,118 @@
+#include "battery_sof/estimation/levenberg_marquardt.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace battery_sof {
+namespace {
+
+// Damping beyond which the step is below rounding: nothing lowers the cost from here.
+constexpr double kHopelessDamping = 1e16;
+// Damping below which a step is the undamped one to a per cent.
+constexpr double kGentleDamping = 1e-2;
+
+/// Coordinates that may move: not at a bound which the gradient pushes against.
+std::vector<int> freeCoordinates(const Eigen::VectorXd& x, const Eigen::VectorXd& gradient, const MinimizeOptions& options) {
+  std::vector<int> free;
+  for (int j = 0; j < x.size(); ++j) {
+    const bool at_lower = options.lower.size() > 0 && x[j] <= options.lower[j] && gradient[j] > 0.0;
+    const bool at_upper = options.upper.size() > 0 && x[j] >= options.upper[j] && gradient[j] < 0.0;
+    if (!at_lower && !at_upper) free.push_back(j);
+  }
+  return free;
+}
+
+Eigen::VectorXd dampedStep(const NormalEquations& at, const std::vector<int>& free, double lambda) {
+  const int n = static_cast<int>(free.size());
+  Eigen::MatrixXd A(n, n);
+  Eigen::VectorXd b(n);
+  const double floor = 1e-30 + 1e-12 * at.hessian.diagonal().maxCoeff();
+  for (int j = 0; j < n; ++j) {
+    b[j] = -at.gradient[free[j]];
+    for (int k = 0; k < n; ++k) A(j, k) = at.hessian(free[j], free[k]);
+    A(j, j) += lambda * std::max(A(j, j), floor);
+  }
+  const Eigen::VectorXd reduced = A.ldlt().solve(b);
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(at.gradient.size());
+  for (int j = 0; j < n; ++j) step[free[j]] = reduced[j];
+  return step;
+}
+
+Eigen::VectorXd projected(const Eigen::VectorXd& x, const MinimizeOptions& options) {
+  Eigen::VectorXd inside = x;
+  if (options.lower.size() > 0) inside = inside.cwiseMax(options.lower);
+  if (options.upper.size() > 0) inside = inside.cwiseMin(options.upper);
+  return inside;
+}
+
+/// Fall of the cost that the linearised residual promises for a step.
+double predictedGain(const NormalEquations& at, const Eigen::VectorXd& step) { return -(2.0 * at.gradient + at.hessian * step).dot(step); }
+
+}  // namespace
+
+void DampingSchedule::accept(double gain_ratio) {
+  lambda_ *= std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * gain_ratio - 1.0, 3));
+  growth_ = 2.0;
+}
+
+void DampingSchedule::reject() {
+  lambda_ *= growth_;
+  growth_ *= 2.0;
+}
+
+namespace {
+
+/// The loop of minimize(); result holds a valid start.
+void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& options, DampingSchedule& damping, MinimizeResult& result) {
+  NormalEquations trial;
+  for (result.iterations = 0; result.iterations < options.max_iterations; ++result.iterations) {
+    const auto free = freeCoordinates(result.x, result.at.gradient, options);
+    if (free.empty()) return;
+    const Eigen::VectorXd wanted = result.x + dampedStep(result.at, free, damping.lambda());
+    const Eigen::VectorXd x = projected(wanted, options);
+    const Eigen::VectorXd step = x - result.x;
+    const double promised = predictedGain(result.at, step);
+    const bool cut = x != wanted;  // a bound was in the way
+    const bool tiny = step.norm() <= options.step_tolerance * (result.x.norm() + 1e-12);
+    const bool nothing_to_gain = tiny || promised <= options.gain_tolerance * result.at.cost;
+    if (damping.lambda() <= 1.0 && nothing_to_gain && !cut) return;
+    if (damping.lambda() <= kGentleDamping && promised <= options.trusted_gain * result.at.cost && !cut) {
+      result.last_step = step;
+      result.x = x;
+      result.at.cost -= promised;
+      return;
+    }
+    const bool finite = promised > 0.0 && evaluate(x, trial) && std::isfinite(trial.cost);
+    const double gain = finite ? result.at.cost - trial.cost : -1.0;
+    if (gain > 0.0) {
+      result.x = x;
+      std::swap(result.at, trial);
+      damping.accept(gain / std::max(promised, 1e-300));
+    } else {
+      damping.reject();
+      if (damping.lambda() > kHopelessDamping || (tiny && !cut)) {
+        result.status = MinimizeStatus::kStalled;
+        return;
+      }
+    }
+  }
+  result.status = MinimizeStatus::kIterationLimit;
+}
+
+}  // namespace
+
+MinimizeResult minimize(const EvaluateNormalEquations& evaluate, const Eigen::VectorXd& start, const MinimizeOptions& options) {
+  MinimizeResult result;
+  result.x = projected(start, options);
+  if (!evaluate(result.x, result.at) || !std::isfinite(result.at.cost))
+    throw std::invalid_argument("minimize: the cost has no finite value at the start");
+  result.last_step = Eigen::VectorXd::Zero(start.size());
+  DampingSchedule damping(options.initial_damping);
+  search(evaluate, options, damping, result);
+  result.damping = damping.lambda();
+  return result;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,142 @@
+#include "battery_sof/estimation/noise_model.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <unsupported/Eigen/AutoDiff>
+
+#include "battery_sof/estimation/levenberg_marquardt.hpp"
+#include "battery_sof/estimation/noise_filter.hpp"
+#include "battery_sof/recording/number_text.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr std::size_t kMinSamples = 30;
+
+void requireSound(const NoiseModel& noise) {
+  const auto require = [](bool ok, const char* name, double value, const char* expected) {
+    if (ok && std::isfinite(value)) return;
+    ClassicStream text;
+    text << name << " is " << value << ", expected " << expected;
+    throw std::invalid_argument(text.str());
+  };
+  require(noise.white_std > 0.0, "white_std [V]", noise.white_std, "a finite value above 0");
+  require(noise.ar_std >= 0.0, "ar_std [V]", noise.ar_std, "a finite value, at least 0");
+  require(noise.ar_time > 0.0, "ar_time [s]", noise.ar_time, "a finite value above 0");
+  require(noise.walk_std >= 0.0, "walk_std [V/sqrt(s)]", noise.walk_std, "a finite value, at least 0");
+}
+
+using Four = Eigen::AutoDiffScalar<Eigen::Vector4d>;
+
+/// The deviance with its slope and expected curvature to the logarithms of white_std, ar_std, ar_time, walk_std.
+void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residual, const std::vector<InputSample>& samples,
+                      NormalEquations& equations) {
+  const auto variable = [&](int j, double factor) {
+    using std::exp;
+    return Four(std::exp(factor * logs[j]), factor * std::exp(factor * logs[j]) * Eigen::Vector4d::Unit(j));
+  };
+  NoiseFilter<Four> filter(variable(0, 2.0), variable(1, 2.0), variable(2, 1.0), variable(3, 2.0));
+  Four d(0.0), a(0.0);
+  double cost = 0.0;
+  Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
+  Eigen::Matrix4d curvature = Eigen::Matrix4d::Zero();
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    if (samples[n].count <= 0.0) {
+      a = Four(a * filter.wait(samples[n].step.duration));
+      continue;
+    }
+    const auto step = filter.step(samples[n].step.duration, samples[n].count, n == 0);
+    a = Four(a * step.persistence);
+    const Four v = Four(residual[static_cast<Eigen::Index>(n)] - d - a);
+    d = Four(d + step.drift * v);
+    a = Four(a + step.colored * v);
+    const double S = step.variance.value();
+    const Eigen::Vector4d dS = step.variance.derivatives() / S;
+    const Eigen::Vector4d& dv = v.derivatives();
+    cost += std::log(S) + v.value() * v.value() / S;
+    // Halves, because minimize() takes J'r and J'J of a sum of squares.
+    gradient += 0.5 * dS * (1.0 - v.value() * v.value() / S) + dv * (v.value() / S);
+    curvature += 0.25 * dS * dS.transpose() + dv * dv.transpose() / S;
+  }
+  equations.cost = cost;
+  equations.gradient = gradient;
+  equations.hessian = curvature;
+}
+
+}  // namespace
+
+Whitening::Whitening(const NoiseModel& noise, const std::vector<InputSample>& samples) {
+  requireSound(noise);
+  NoiseFilter<double> filter(noise.white_std * noise.white_std, noise.ar_std * noise.ar_std, noise.ar_time,
+                             noise.walk_std * noise.walk_std);
+  gains_.reserve(samples.size());
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    if (samples[n].count <= 0.0) {
+      gains_.push_back({filter.wait(samples[n].step.duration), 0.0, 0.0, 0.0});
+      continue;
+    }
+    const auto step = filter.step(samples[n].step.duration, samples[n].count, n == 0);
+    gains_.push_back({step.persistence, step.drift, step.colored, 1.0 / std::sqrt(step.variance)});
+    log_determinant_ += logVariance(n);
+  }
+}
+
+double Whitening::logVariance(std::size_t n) const {
+  const double scale = gains_[n].scale;
+  return scale > 0.0 ? -2.0 * std::log(scale) : 0.0;
+}
+
+Eigen::VectorXd Whitening::whitened(const Eigen::VectorXd& column) const {
+  Eigen::VectorXd out(column.size());
+  Memory<double> memory{0.0, 0.0};
+  for (Eigen::Index n = 0; n < column.size(); ++n) {
+    double value = column[n];
+    apply(static_cast<std::size_t>(n), value, memory);
+    out[n] = value;
+  }
+  return out;
+}
+
+double deviance(const NoiseModel& noise, const Eigen::VectorXd& residual, const std::vector<InputSample>& samples) {
+  const Whitening whitening(noise, samples);
+  return whitening.logDeterminant() + whitening.whitened(residual).squaredNorm();
+}
+
+NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSample>& samples, double min_white) {
+  if (static_cast<std::size_t>(residual.size()) != samples.size() || samples.size() < kMinSamples)
+    throw std::invalid_argument("fitNoise: " + std::to_string(residual.size()) + " residuals for " + std::to_string(samples.size()) +
+                                " samples, expected as many and at least " + std::to_string(kMinSamples));
+  const double rms = std::max(std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size())), 2.0 * min_white);
+  // The four numbers change the deviance, which may be negative; minimize() wants a cost above zero.
+  double shift = 0.0;
+  const auto evaluate = [&](const Eigen::VectorXd& logs, NormalEquations& equations) {
+    evaluateDeviance(logs, residual, samples, equations);
+    equations.cost += shift;
+    return std::isfinite(equations.cost) && equations.gradient.allFinite() && equations.hessian.allFinite();
+  };
+  MinimizeOptions options;
+  options.max_iterations = 60;
+  options.lower.resize(4);
+  options.upper.resize(4);
+  options.lower << std::log(min_white), std::log(1e-6), std::log(0.1), std::log(1e-7);
+  options.upper << std::log(1.0), std::log(3.0), std::log(60.0), std::log(0.1);
+  NoiseModel best{rms, 1e-6, 1.0, 1e-7};
+  double best_cost = HUGE_VAL;
+  for (const double ar_time : {1.0, 10.0}) {
+    Eigen::VectorXd start(4);
+    start << std::log(std::max(0.5 * rms, 1.01 * min_white)), std::log(0.7 * rms), std::log(ar_time), std::log(0.1 * rms);
+    NormalEquations at_start;
+    shift = 0.0;
+    if (!evaluate(start, at_start)) continue;
+    // One unit of deviance then counts as one part in the number of samples.
+    shift = static_cast<double>(samples.size()) - at_start.cost;
+    const MinimizeResult result = minimize(evaluate, start, options);
+    const double cost = result.at.cost - shift;
+    if (cost >= best_cost) continue;
+    best_cost = cost;
+    best = {std::exp(result.x[0]), std::exp(result.x[1]), std::exp(result.x[2]), std::exp(result.x[3])};
+  }
+  return best;
+}
+
+}  // namespace battery_sof

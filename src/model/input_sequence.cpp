@@ -1,0 +1,242 @@
+#include "battery_sof/model/input_sequence.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "battery_sof/model/driving_current.hpp"
+#include "battery_sof/model/steps_taken.hpp"
+
+namespace battery_sof {
+
+CurrentTrace::CurrentTrace(const Series& series, IndexRange range, double max_gap) {
+  time_.reserve(range.size());
+  current_.reserve(range.size());
+  charge_.reserve(range.size());
+  gap_.reserve(range.size());
+  for (std::size_t n = range.first; n < range.last; ++n) append(series.time[n], series.current[n], max_gap);
+}
+
+void CurrentTrace::append(double time, double current, double max_gap) {
+  double charge = 0.0;
+  bool gap = false;
+  if (!time_.empty()) {
+    gap = time - time_.back() > max_gap;
+    const double mean = gap ? 0.0 : 0.5 * (current_.back() + current);
+    charge = charge_.back() + mean * (time - time_.back());
+  }
+  time_.push_back(time);
+  current_.push_back(current);
+  charge_.push_back(charge);
+  gap_.push_back(gap ? 1 : 0);
+}
+
+void CurrentTrace::forgetBefore(double time) {
+  const auto keep = std::upper_bound(time_.begin(), time_.end(), time) - time_.begin();
+  // Erased in bulk, so that forgetting costs nothing per sample.
+  if (keep < 2048) return;
+  const auto drop = keep - 1;
+  time_.erase(time_.begin(), time_.begin() + drop);
+  current_.erase(current_.begin(), current_.begin() + drop);
+  charge_.erase(charge_.begin(), charge_.begin() + drop);
+  gap_.erase(gap_.begin(), gap_.begin() + drop);
+}
+
+std::size_t CurrentTrace::segment(double time) const {
+  const auto after = std::lower_bound(time_.begin() + 1, time_.end() - 1, time);
+  return static_cast<std::size_t>(after - time_.begin());
+}
+
+double CurrentTrace::at(double time) const {
+  if (time_.empty()) return 0.0;
+  if (time <= time_.front()) return current_.front();
+  if (time >= time_.back()) return current_.back();
+  const std::size_t n = segment(time);
+  if (gap_[n] && time < time_[n]) return 0.0;
+  const double share = (time - time_[n - 1]) / (time_[n] - time_[n - 1]);
+  return current_[n - 1] + share * (current_[n] - current_[n - 1]);
+}
+
+double CurrentTrace::slopeAt(double time) const {
+  if (time_.size() < 2 || time <= time_.front() || time > time_.back()) return 0.0;
+  const std::size_t n = segment(time);
+  return gap_[n] ? 0.0 : (current_[n] - current_[n - 1]) / (time_[n] - time_[n - 1]);
+}
+
+double CurrentTrace::chargeUntil(double time) const {
+  if (time <= time_.front()) return (time - time_.front()) * current_.front();
+  if (time >= time_.back()) return charge_.back() + (time - time_.back()) * current_.back();
+  const std::size_t n = segment(time);
+  if (gap_[n]) return charge_[n - 1];
+  return charge_[n - 1] + 0.5 * (current_[n - 1] + at(time)) * (time - time_[n - 1]);
+}
+
+double CurrentTrace::meanBetween(double from, double to) const {
+  if (time_.empty()) return 0.0;
+  return (chargeUntil(to) - chargeUntil(from)) / (to - from);
+}
+
+InputStep inputStep(double time_before, double current_before, double time, double current, double max_gap) {
+  const HeldCurrent held = heldCurrent(time_before, current_before, time, current, max_gap);
+  InputStep step;
+  step.time = time;
+  step.duration = held.duration;
+  step.held = held.current;
+  step.current = current;
+  step.gap = held.duration > max_gap;
+  step.slope = step.gap || held.duration <= 0.0 ? 0.0 : (current - current_before) / held.duration;
+  return step;
+}
+
+int InputStep::rampPieces() const {
+  constexpr double kBend = 0.03;  // k [1/(A^2 s^2)]
+  constexpr double kMost = 16.0;
+  if (duration < kShortestStep) return 1;  // nothing moves in it, and parts of the shortest of numbers are nothing
+  const double change = std::abs(slope) * duration, largest = std::max(std::abs(current), std::abs(current - slope * duration));
+  return static_cast<int>(std::clamp(std::round(duration * std::sqrt(kBend * change * largest)), 1.0, kMost));
+}
+
+double MissedCrank::add(double duration, double current, bool voltage_controlled) {
+  constexpr double kLongest = 2.0;  // [s], a longer interval says nothing of what flowed
+  if (!voltage_controlled) {
+    const double charge = std::max(-current, 0.0) * std::min(duration, kLongest);
+    drawn_ += charge;
+    if (current < kSeenBelow) seen_ += charge;
+    return 0.0;
+  }
+  const bool started = drawn_ >= kCharge && duration > kSlowestSeen;
+  const double missed = started ? std::max(0.0, kCharge - seen_) : 0.0;
+  drawn_ = seen_ = 0.0;
+  return missed;
+}
+
+InputSequence inputSequence(const Series& series, IndexRange range, const std::vector<char>& masked, const std::vector<char>& voltage_controlled) {
+  InputSequence inputs;
+  if (range.empty()) return inputs;
+  const double max_gap = gapThreshold(series);
+  inputs.trace = std::make_shared<CurrentTrace>(series, range, max_gap);
+  inputs.first_time = series.time[range.first];
+  inputs.samples.reserve(range.size());
+  MissedCrank missed;
+  for (std::size_t n = range.first; n < range.last; ++n) {
+    InputSample sample;
+    if (n == range.first) {
+      sample.step.time = series.time[n];
+      sample.step.held = sample.step.current = series.current[n];
+    } else {
+      sample.step = inputStep(series.time[n - 1], series.current[n - 1], series.time[n], series.current[n], max_gap);
+    }
+    sample.step.trace = inputs.trace.get();
+    sample.voltage = series.voltage[n];
+    if (!masked.empty() && masked[n]) sample.count = 0.0;
+    sample.voltage_controlled = !voltage_controlled.empty() && voltage_controlled[n];
+    if (!voltage_controlled.empty()) sample.step.missed = missed.add(sample.step.duration, series.current[n], sample.voltage_controlled);
+    inputs.samples.push_back(sample);
+  }
+  return inputs;
+}
+
+namespace {
+
+/// Cuts a range into stretches that may be averaged, first to last.
+class Stretches {
+ public:
+  Stretches(const Series& series, IndexRange range, const Compression& compression, double max_gap, const std::vector<char>& masked)
+      : series_(series), range_(range), limits_(compression), max_gap_(max_gap), masked_(masked) {}
+
+  /// @return one past the last sample of the stretch that begins at `first`.
+  std::size_t endOf(std::size_t first) {
+    if (first == range_.first || isEdge(first)) last_edge_ = series_.time[first];
+    const double length = std::min(limits_.max_length, limits_.growth * (series_.time[first] - last_edge_));
+    double low = series_.current[first], high = low;
+    std::size_t end = first + 1;
+    while (end < range_.last && series_.time[end] - series_.time[first] <= length && !isEdge(end)) {
+      low = std::min(low, series_.current[end]);
+      high = std::max(high, series_.current[end]);
+      if (high - low > limits_.edge_current || (low < 0.0) != (high < 0.0)) break;
+      ++end;
+    }
+    return endBeforeNextEdge(first, end);
+  }
+
+ private:
+  /// A sample whose current stands away from the one before, that follows a gap, or that is masked or follows such a one.
+  bool isEdge(std::size_t n) const {
+    return std::abs(series_.current[n] - series_.current[n - 1]) > limits_.edge_current ||
+           series_.time[n] - series_.time[n - 1] > max_gap_ || isMasked(n) || isMasked(n - 1);
+  }
+  bool isMasked(std::size_t n) const { return !masked_.empty() && masked_[n]; }
+  /// The samples just before an edge stay at full rate: shifted channels show there too.
+  std::size_t endBeforeNextEdge(std::size_t first, std::size_t end) const {
+    constexpr std::size_t kGuard = 5;
+    for (std::size_t n = end; n < std::min(end + kGuard, range_.last); ++n)
+      if (isEdge(n)) return std::max(first + 1, n > first + kGuard ? n - kGuard : first + 1);
+    return end;
+  }
+
+  const Series& series_;
+  IndexRange range_;
+  Compression limits_;
+  double max_gap_;
+  const std::vector<char>& masked_;
+  double last_edge_ = 0.0;
+};
+
+/// Mean over a stretch. The state in its middle stands for the state's mean.
+struct Stretch {
+  std::size_t first, last;
+  double middle = 0.0, current = 0.0, voltage = 0.0;
+};
+
+Stretch stretchOf(const Series& series, std::size_t first, std::size_t last) {
+  Stretch stretch{first, last};
+  for (std::size_t n = first; n < last; ++n) {
+    stretch.current += series.current[n];
+    stretch.voltage += series.voltage[n];
+  }
+  const double count = static_cast<double>(last - first);
+  stretch.current /= count;
+  stretch.voltage /= count;
+  stretch.middle = 0.5 * (series.time[first] + series.time[last - 1]);
+  return stretch;
+}
+
+}  // namespace
+
+InputSequence compressedInputs(const Series& series, IndexRange range, const Compression& compression, const std::vector<char>& masked) {
+  InputSequence inputs;
+  if (range.empty()) return inputs;
+  const double max_gap = gapThreshold(series);
+  inputs.trace = std::make_shared<CurrentTrace>(series, range, max_gap);
+  inputs.first_time = series.time[range.first];
+  Stretches stretches(series, range, compression, max_gap, masked);
+  Stretch before{range.first, range.first};
+  for (std::size_t first = range.first; first < range.last; first = before.last) {
+    const Stretch now = stretchOf(series, first, stretches.endOf(first));
+    InputSample sample;
+    sample.step.time = now.middle;
+    sample.step.current = now.current;
+    sample.step.averaged = now.last - now.first > 1;
+    sample.step.trace = inputs.trace.get();
+    if (first > range.first) {
+      sample.step.duration = now.middle - before.middle;
+      sample.step.gap = series.time[first] - series.time[first - 1] > max_gap;
+      // A gap's neighbours are edges, so both are single samples.
+      if (!sample.step.gap) {
+        sample.step.held = inputs.trace->meanBetween(before.middle, now.middle);
+        if (!sample.step.averaged)
+          sample.step.slope = (series.current[first] - series.current[first - 1]) / (series.time[first] - series.time[first - 1]);
+      }
+    } else {
+      sample.step.held = now.current;
+    }
+    sample.voltage = now.voltage;
+    // A masked sample is an edge on both sides, so it stands alone.
+    const bool is_masked = !masked.empty() && masked[first];
+    sample.count = is_masked ? 0.0 : static_cast<double>(now.last - now.first);
+    inputs.samples.push_back(sample);
+    before = now;
+  }
+  return inputs;
+}
+
+}  // namespace battery_sof

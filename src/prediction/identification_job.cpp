@@ -1,0 +1,109 @@
+#include "battery_sof/prediction/identification_job.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "battery_sof/estimation/residual_filter.hpp"
+#include "battery_sof/estimation/window.hpp"
+#include "battery_sof/prediction/state_tracker.hpp"
+#include "battery_sof/recording/fit_mask.hpp"
+#include "battery_sof/recording/control_mode.hpp"
+#include "battery_sof/recording/voltage_repair.hpp"
+
+namespace battery_sof {
+
+namespace {
+
+double lengthOf(const IdentificationJob& job) { return job.window_length.value_or(defaultWindowLength(job.series)); }
+
+double openLoopRmse(FittedModel model, const Series& series, IndexRange range, double max_gap) {
+  const std::size_t first = range.first;
+  const double voltage = model.fit.source ? repairedVoltage(series, first, model.fit.voltage_lag) : series.voltage[first];
+  setStateFromVoltage(model, series.time[first], series.current[first], voltage);
+  StateTracker tracker(model, max_gap);
+  tracker.lookBack(series);
+  double sum = 0.0;
+  for (std::size_t n = first + 1; n < range.last; ++n)
+    if (tracker.follow(series.time[n], series.current[n], series.voltage[n])) sum += std::pow(tracker.error(), 2);
+  return std::sqrt(sum / static_cast<double>(range.size()));
+}
+
+/// A model as it follows what lies behind its window, with the events there.
+ModelMonitor followedBehind(const FittedModel& model, const Series& series, const EventLimits& events, double max_gap) {
+  ModelMonitor followed(events);
+  followed.install(model, max_gap);
+  followed.lookBack(series);
+  const auto later = std::upper_bound(series.time.begin(), series.time.end(), model.state.time);
+  for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n)
+    followed.follow({series.time[n], series.current[n], series.voltage[n]}, max_gap);
+  return followed;
+}
+
+/// What all fits of one job share.
+struct JobWindow {
+  IndexRange range, recent;
+  double max_gap = 0.0;  // [s]
+  EventLimits events;
+  InstrumentLimits limits;
+  std::optional<ChargerControl> source;  // where it drives the model
+};
+
+IdentificationTrial tryFit(const Series& series, const JobWindow& window, IdentifyOptions options,
+                           const std::optional<FittedModel>& incumbent) {
+  IdentificationTrial trial;
+  options.masked = window.limits.withoutClipped();
+  options.voltage_lsb_std = window.limits.voltage_lsb_std;
+  if (options.start != FitStart::kPaper) options.source = window.source;
+  options.chooses_effects = true;
+  trial.model = identify(series, window.range, options);
+  trial.message = trial.model->fit.message;
+  if (!isUsable(trial.model->fit)) return trial;
+  fitErrors(*trial.model, series, window.range);
+  if (trial.model->fit.source) {
+    trial.followed = followedBehind(*trial.model, series, window.events, window.max_gap);
+    trial.model = trial.followed->now();
+  } else {
+    carryState(*trial.model, series, series.size() - 1);
+  }
+  trial.recent_rmse = openLoopRmse(*trial.model, series, window.recent, window.max_gap);
+  if (incumbent) trial.incumbent_rmse = openLoopRmse(*incumbent, series, window.recent, window.max_gap);
+  return trial;
+}
+
+}  // namespace
+
+IndexRange recentWindow(const Series& series, double length) {
+  if (series.empty()) return {};
+  IndexRange recent = contiguousRanges(series, gapThreshold(series)).back();
+  const double from = series.time.back() - length;
+  while (series.time[recent.first] < from) ++recent.first;
+  return recent;
+}
+
+IdentificationResult runIdentification(const IdentificationJob& job) {
+  IdentificationResult result;
+  result.epoch = job.epoch;
+  result.max_gap = gapThreshold(job.series);
+  result.source = ChargerShare(job.series, detectControlMode(job.series));
+  WindowSearch search;
+  search.length = job.window_length;
+  const WindowChoice choice = chooseWindow(job.series, search);
+  result.message = choice.message;
+  if (!choice.range) return result;
+  if (choice.excitation < job.min_window_quality) {
+    result.message = "the best window's suitability of " + std::to_string(choice.excitation) + " is below the required " +
+                     std::to_string(job.min_window_quality);
+    return result;
+  }
+  const JobWindow window{*choice.range,
+                         recentWindow(job.series, lengthOf(job)),
+                         result.max_gap,
+                         job.events,
+                         instrumentLimits(job.series),
+                         chargerControl(job.series)};
+  static_cast<IdentificationTrial&>(result) = tryFit(job.series, window, job.options, job.incumbent);
+  if (job.extended_options) result.extended = tryFit(job.series, window, *job.extended_options, job.extended_incumbent);
+  return result;
+}
+
+}  // namespace battery_sof

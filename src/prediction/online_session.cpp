@@ -1,0 +1,380 @@
+#include "battery_sof/prediction/online_session.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "battery_sof/estimation/window.hpp"
+#include "battery_sof/prediction/series_blocks.hpp"
+#include "battery_sof/recording/series_blocks.hpp"
+
+namespace battery_sof {
+
+namespace {
+
+constexpr double kLookInterval = 10.0;       // [s] of driving, a look costs about a millisecond
+constexpr double kToleratedWorsening = 1.1;  // of the recent RMSE; a tenth is within its own scatter
+// Half a step of the coarsest battery sensor known (25 mV): below it neither model is better.
+constexpr double kNegligibleRmse = 0.0125;  // [V]
+
+void requirePositive(const char* name, double value) {
+  if (value > 0.0 && std::isfinite(value)) return;
+  throw std::invalid_argument(format("%s is %g, expected above 0 and finite", name, value));
+}
+
+const SessionOptions& checked(const SessionOptions& options) {
+  requirePositive("buffer", options.buffer);
+  requirePositive("identify_period", options.identify_period);
+  requirePositive("retry_period", options.retry_period);
+  requirePositive("model_max_age", options.model_max_age);
+  requirePositive("capacity", options.capacity);
+  if (options.window_length) requirePositive("window_length", *options.window_length);
+  if (!(options.min_window_quality >= 0.0 && options.min_window_quality <= 1.0)) {
+    throw std::invalid_argument(format("min_window_quality is %g, expected 0 to 1", options.min_window_quality));
+  }
+  if (!areSeriesBlocks(options.series_blocks)) throw std::invalid_argument(format("series_blocks is %g, expected ", options.series_blocks) + kAllowedSeriesBlocks);
+  return options;
+}
+
+bool isRequired(const ParameterEstimate& estimate) { return estimate.name == "r_discharge" || estimate.name == "u_dc"; }
+
+std::vector<std::string> sorted(std::vector<std::string> effects) {
+  std::sort(effects.begin(), effects.end());
+  return effects;
+}
+
+std::string join(const std::vector<std::string>& effects) {
+  std::string text;
+  for (const std::string& id : effects) text += (text.empty() ? "" : ", ") + id;
+  return text;
+}
+
+bool hasBothSigns(const Series& series, IndexRange range) {
+  const auto [lowest, highest] = std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
+                                                     series.current.begin() + static_cast<std::ptrdiff_t>(range.last));
+  return *lowest < 0.0 && *highest > 0.0;
+}
+
+}  // namespace
+
+OnlineSession::OnlineSession(const SessionOptions& options)
+    : options_(checked(options)),
+      stream_(options.buffer),
+      contenders_{ModelMonitor(options.events), std::nullopt, {}},
+      at_job_(contenders_) {}
+
+// ----------------------------------------------------------------------------------------------------
+// samples
+
+SessionEvents OnlineSession::push(const RawSample& sample) {
+  RawSample of_one = sample;
+  of_one.voltage /= options_.series_blocks;
+  return ofSeries(take(of_one), options_.series_blocks);
+}
+
+SessionEvents OnlineSession::take(const RawSample& sample) {
+  watchForJumps(sample);
+  const SampleStream::Step step = stream_.push(sample);
+  if (step.clock_restarted) ++epoch_;
+  for (const StreamSample& next : step.samples) {
+    if (newest_ && next.time <= newest_->time) restartClock(newest_->time, next);
+    advance(next);
+  }
+  return job_is_out_ ? SessionEvents() : std::exchange(events_, {});
+}
+
+void OnlineSession::watchForJumps(const RawSample& sample) {
+  const std::optional<RawSample> first = stream_.jumpConfirmedBy(sample);
+  const std::optional<double> newest = stream_.newestStamp();
+  if (before_jump_ && newest && std::abs(*newest - jumped_to_) > SampleStream::kClockAhead) before_jump_.reset();
+  if (!first) return;
+  if (before_jump_) {
+    const double since = first->time - *before_jump_->stream_.newestStamp();
+    const double spent = std::abs(*newest - jumped_to_);
+    if (since > 0.0 && since <= SampleStream::kClockAhead + spent) {
+      goBackTo(*std::exchange(before_jump_, nullptr));
+      SessionEvents ended = take(*first);
+      if (!job_is_out_) events_ = std::move(ended);
+      return;
+    }
+  }
+  before_jump_.reset();
+  before_jump_ = std::make_shared<const OnlineSession>(*this);
+  jumped_to_ = first->time;
+}
+
+void OnlineSession::goBackTo(const OnlineSession& before) {
+  OnlineSession then = before;
+  then.stream_ = stream_;
+  then.stream_.goOnFrom(before.stream_);
+  then.epoch_ = epoch_ + 1;
+  then.job_is_out_ = job_is_out_;
+  then.events_ = std::move(events_);
+  then.extension_ = std::move(extension_);
+  then.next_extension_ = std::move(next_extension_);
+  *this = std::move(then);
+}
+
+void OnlineSession::beginAnew() {
+  OnlineSession fresh(options_);
+  fresh.stream_ = stream_;
+  fresh.stream_.goOnFrom(SampleStream(options_.buffer));
+  fresh.epoch_ = epoch_ + 1;
+  fresh.job_is_out_ = job_is_out_;
+  *this = std::move(fresh);
+}
+
+void OnlineSession::restartClock(double old_newest, const StreamSample& first) {
+  newest_.reset();
+  const double moved = first.time - old_newest;
+  contenders_.base.moveTo(first, moved, stream_.maxGap());
+  if (contenders_.extended) contenders_.extended->moveTo(first, moved, stream_.maxGap());
+  contenders_.selector.forgetPast();
+  source_.forgetPast();
+  offerRefusedAgain();
+}
+
+void OnlineSession::advance(const StreamSample& sample) {
+  if (newest_ && sample.time - newest_->time > SampleStream::kClockAhead) offerRefusedAgain();
+  if (newest_ && sample.time - newest_->time <= stream_.maxGap()) {
+    driving_ += sample.time - newest_->time;
+  }
+  newest_ = sample;
+  source_.add(sample);
+  source_.forgetBefore(stream_.series().time.front());
+  judgeRestored(sample);
+  follow(sample, stream_.maxGap());
+}
+
+void OnlineSession::follow(const StreamSample& sample, double max_gap) {
+  if (!contenders_.base.holdsModel()) return;
+  const SessionEvents ended = followBoth(sample, max_gap);
+  events_.cranks.insert(events_.cranks.end(), ended.cranks.begin(), ended.cranks.end());
+  events_.charges.insert(events_.charges.end(), ended.charges.begin(), ended.charges.end());
+}
+
+SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_gap) {
+  auto& [base, extended, selector] = contenders_;
+  const bool extended_answers = doesExtendedAnswer();
+  const bool is_new = sample.time > base.stateTime() && (!extended || sample.time > extended->stateTime());
+  const SessionEvents of_base = base.follow(sample, max_gap);
+  if (!std::isfinite(base.error())) {
+    loseModel("the model was lost: its state was not finite");
+    return {};
+  }
+  if (!extended) return of_base;
+  const SessionEvents of_extended = extended->follow(sample, max_gap);
+  if (!std::isfinite(extended->error())) {
+    extended.reset();
+    selector = {};
+    extension_->outcome = "lost: its state was not finite";
+    return of_base;
+  }
+  if (is_new) selector.add(sample, base, of_base, *extended, of_extended);
+  return extended_answers ? of_extended : of_base;
+}
+
+void OnlineSession::loseModel(const std::string& why) {
+  contenders_ = {ModelMonitor(options_.events), std::nullopt, {}};
+  last_outcome_ = why;
+  next_look_ = driving_ + kLookInterval;  // until then it is told why
+}
+
+void OnlineSession::followAgain(double after, double max_gap) {
+  const Series& series = stream_.series();
+  const auto later = std::upper_bound(series.time.begin(), series.time.end(), after);
+  for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n)
+    follow({series.time[n], series.current[n], series.voltage[n]}, max_gap);
+}
+
+// ----------------------------------------------------------------------------------------------------
+// identification
+
+std::optional<IdentificationJob> OnlineSession::takeDueJob() {
+  if (job_is_out_) return std::nullopt;
+  beginDueExtension();
+  if (driving_ < next_look_ || !isDue()) return std::nullopt;
+  return makeJob();
+}
+
+std::optional<IdentificationJob> OnlineSession::takeJob() {
+  if (job_is_out_ || stream_.series().empty()) return std::nullopt;
+  beginDueExtension();
+  return makeJob();
+}
+
+bool OnlineSession::isDue() {
+  if (restored_) return false;
+  if (!whyNoModel()) return true;
+  next_look_ = driving_ + kLookInterval;
+  const std::string missing = missingForFirst();
+  if (!missing.empty()) last_outcome_ = missing;
+  return missing.empty();
+}
+
+std::string OnlineSession::missingForFirst() const {
+  const Series& series = stream_.series();
+  if (series.size() < 2) return "waiting for samples";
+  const double length = options_.window_length.value_or(defaultWindowLength(series));
+  if (length > options_.buffer) {
+    return format("a window of %.0f s does not fit into the buffer of %.0f s", length, options_.buffer);
+  }
+  const IndexRange range = recentWindow(series, length);
+  const double covered = series.time[range.last - 1] - series.time[range.first];
+  if (covered < length - 2.0 * medianInterval(series)) {
+    return format("%.0f of %.0f s without a gap are buffered", covered, length);
+  }
+  if (!hasBothSigns(series, range)) return "the last window holds no charge or no discharge";
+  const double window_quality = windowExcitation(series, range);
+  if (window_quality >= options_.min_window_quality) return {};
+  return format("the last window's suitability is %.2f, below %.2f", window_quality, options_.min_window_quality);
+}
+
+IdentificationJob OnlineSession::makeJob() {
+  job_is_out_ = true;
+  job_driving_ = driving_;
+  at_job_ = contenders_;
+  IdentificationJob job;
+  job.epoch = epoch_;
+  job.series = stream_.series();
+  job.window_length = options_.window_length;
+  job.min_window_quality = options_.min_window_quality;
+  job.options = options_.identify;
+  job.events = options_.events;
+  const auto& [base, extended, selector] = contenders_;
+  if (base.holdsModel()) job.incumbent = base.accepted();
+  if (!extension_) return job;
+  job.extended_options = options_.identify;
+  job.extended_options->effects = extension_->effects;
+  job.extended_options->discrepancy = extension_->discrepancy;
+  if (extended) job.extended_incumbent = extended->accepted();
+  return job;
+}
+
+IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
+  job_is_out_ = false;
+  if (result.epoch == epoch_) takeSource(result.source);
+  IdentificationOutcome outcome;
+  const std::string refusal = refusalOf(result);
+  outcome.accepted = refusal.empty();
+  outcome.message = outcome.accepted ? result.message : refusal;
+  const bool extends = acceptsExtended(result, outcome.accepted);
+  if (outcome.accepted || extends) install(result, outcome.accepted, extends);
+  if (outcome.accepted && !contenders_.base.holdsModel()) {
+    outcome.accepted = false;
+    outcome.message = last_outcome_;
+  }
+  outcome.model = outcome.accepted ? contenders_.base.now() : std::move(result.model);
+  if (outcome.model) outcome.model->fit.series_blocks = options_.series_blocks;
+  if (doesExtendedAnswer()) outcome.extended = ofRow(inUse().now());
+  last_outcome_ = (outcome.accepted ? "last identification accepted: " : "last identification refused: ") + outcome.message;
+  next_look_ = job_driving_ + (whyNoModel() ? options_.retry_period : options_.identify_period);
+  return outcome;
+}
+
+void OnlineSession::takeSource(const ChargerShare& source) {
+  if (!source.until()) return;
+  source_ = source;
+  const Series& series = stream_.series();
+  const auto later = std::upper_bound(series.time.begin(), series.time.end(), *source.until());
+  for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n)
+    source_.add({series.time[n], series.current[n], series.voltage[n]});
+}
+
+std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
+  if (result.epoch != epoch_) return "the clock jumped back while the identification ran";
+  return refusalOf(result, !isTooOld(contenders_.base));
+}
+
+std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_compare) const {
+  if (!trial.model) return trial.message;
+  const FittedModel& model = *trial.model;
+  if (!isUsable(model.fit)) return toString(model.fit.status) + ": " + model.fit.message;
+  for (const ParameterEstimate& estimate : model.fit.estimates) {
+    if (isRequired(estimate) && !estimate.determined) {
+      return "the window does not determine " + estimate.name;
+    }
+  }
+  if (model.state.time < stream_.series().time.front()) {
+    return "the identification took longer than the buffer reaches back";
+  }
+  const bool compete = trial.incumbent_rmse && may_compare;
+  const double allowed = compete ? std::max(kToleratedWorsening * *trial.incumbent_rmse, kNegligibleRmse) : 0.0;
+  if (!compete || trial.recent_rmse <= allowed) return {};
+  return format("on the most recent window the new model's RMSE is %.4f V, the old one's %.4f V", options_.series_blocks * trial.recent_rmse,
+                  options_.series_blocks * *trial.incumbent_rmse);
+}
+
+bool OnlineSession::acceptsExtended(const IdentificationResult& result, bool base_accepted) {
+  if (!result.extended || !extension_ || result.epoch != epoch_) return false;
+  const auto& [base, extended, selector] = contenders_;
+  const std::string refusal = refusalOf(*result.extended, extended && !isTooOld(*extended));
+  extension_->outcome = refusal.empty() ? result.extended->message : "refused: " + refusal;
+  return refusal.empty() && (base_accepted || base.holdsModel());
+}
+
+void OnlineSession::install(const IdentificationResult& result, bool base, bool extended) {
+  contenders_ = at_job_;
+  events_ = {};
+  if (base) install(contenders_.base, result, result.max_gap);
+  if (extended) {
+    if (!contenders_.extended) {
+      contenders_.extended.emplace(options_.events);
+      contenders_.extended->setCalibrations(contenders_.base.crankCalibration(), contenders_.base.chargeCalibration());
+    }
+    install(*contenders_.extended, *result.extended, result.max_gap);
+  }
+  followAgain((base ? result : *result.extended).model->state.time, result.max_gap);
+}
+
+void OnlineSession::install(ModelMonitor& monitor, const IdentificationTrial& trial, double max_gap) {
+  if (trial.followed)
+    monitor.goOnAs(*trial.followed, *trial.model);
+  else
+    monitor.install(*trial.model, max_gap);
+}
+
+// ----------------------------------------------------------------------------------------------------
+// extended composition
+
+void OnlineSession::extendWith(const std::vector<std::string>& effects, double from_driving, std::shared_ptr<const DiscrepancyModel> discrepancy) {
+  if (effects.empty()) throw std::invalid_argument("extendWith: no effects are given");
+  if (options_.identify.start == FitStart::kPaper) throw std::invalid_argument("extendWith: effects need the robust start");
+  static_cast<void>(BatteryModel(effects, discrepancy));  // throws for what cannot be composed
+  const std::optional<Extension>& last = next_extension_ ? next_extension_ : extension_;
+  if (last && sorted(last->effects) == sorted(effects) && last->discrepancy == discrepancy) return;
+  next_extension_ = Extension{effects, std::move(discrepancy), from_driving, {}};
+}
+
+void OnlineSession::beginDueExtension() {
+  if (!next_extension_ || driving_ < next_extension_->from_driving || whyNoModel()) return;
+  extension_ = std::exchange(next_extension_, std::nullopt);
+  next_look_ = driving_;
+}
+
+std::string OnlineSession::extensionSentence() const {
+  const std::optional<Extension>& newest = next_extension_ ? next_extension_ : extension_;
+  if (!newest) return {};
+  const std::vector<std::string> running = contenders_.extended ? contenders_.extended->accepted().fit.effects : std::vector<std::string>();
+  std::string text = running.empty() ? "the base model answers" : selectorSentence();
+  if (running == newest->effects) return text;
+  const std::string names = join(newest->effects);
+  if (newest->outcome.empty()) return text + "; " + names + " is to be fitted beside it";
+  return text + "; the fit with " + names + " was " + newest->outcome;
+}
+
+std::string OnlineSession::selectorSentence() const {
+  const ModelSelectorScore score = contenders_.selector.score();
+  const std::string names = join(contenders_.extended->accepted().fit.effects);
+  const std::string who = doesExtendedAnswer() ? "the model with " + names : "the base model";
+  return who + format(" answers: over %.0f s it missed %.1f mV with %s, %.1f mV without", score.duration,
+                        1e3 * options_.series_blocks * score.extended_rmse, names.c_str(), 1e3 * options_.series_blocks * score.base_rmse);
+}
+
+const ModelMonitor& OnlineSession::inUse() const {
+  const auto& [base, extended, selector] = contenders_;
+  return extended && selector.doesExtendedAnswer() && !isTooOld(*extended) ? *extended : base;
+}
+
+}  // namespace battery_sof

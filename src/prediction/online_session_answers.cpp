@@ -1,0 +1,193 @@
+#include <cmath>
+#include <utility>
+
+#include "battery_sof/prediction/series_blocks.hpp"
+#include "battery_sof/recording/text.hpp"
+
+namespace battery_sof {
+namespace {
+
+std::string inUseSentence(double age) { return format("the saved model is in use, %.0f s old", age); }
+
+}  // namespace
+
+// ----------------------------------------------------------------------------------------------------
+// restored model
+
+void OnlineSession::restore(const FittedModel& model) {
+  restored_ = model;
+  restored_->fit.series_blocks /= options_.series_blocks;  // 1 when it is of such a row
+}
+
+void OnlineSession::judgeRestored(const StreamSample& first) {
+  if (!restored_) return;
+  const std::string refusal = refusalOfRestored(first.time);
+  const FittedModel model = *std::exchange(restored_, std::nullopt);
+  last_outcome_ = refusal;
+  if (!refusal.empty()) {
+    refused_ = model;
+    return;
+  }
+  last_outcome_ = inUseSentence(first.time - model.fit.window.to);
+  if (model.fit.source) source_ = ChargerShare(*model.fit.source);
+  contenders_.base.setCalibrations(model.intervals.crank_calibration, model.intervals.charge_calibration);
+  contenders_.base.install(model, stream_.maxGap());
+  followAgain(model.state.time, stream_.maxGap());
+  next_look_ = driving_ + options_.identify_period;
+}
+
+void OnlineSession::offerRefusedAgain() {
+  if (!refused_ || contenders_.base.holdsModel()) return;
+  restored_ = std::exchange(refused_, std::nullopt);
+}
+
+std::string OnlineSession::refusalOfRestored(double first_time) const {
+  const double ahead = restored_->state.time - first_time;
+  const double age = first_time - restored_->fit.window.to;
+  if (ahead > 0.0) {
+    return format("the saved model was refused: its state is %.1f s ahead of the first sample", ahead);
+  }
+  if (age > options_.model_max_age) {
+    return format("the saved model was refused: it is %.0f s old, allowed are %.0f s", age, options_.model_max_age);
+  }
+  if (restored_->fit.series_blocks != 1.0)
+    return format("the saved model was refused: it is of %g blocks of 12 V, series_blocks is %g", restored_->fit.series_blocks * options_.series_blocks,
+                    options_.series_blocks);
+  return isUsable(restored_->fit) ? "" : "the saved model was refused: its fit is not usable";
+}
+
+std::string OnlineSession::whyRestoredWaits() const {
+  const Series& first = stream_.waiting();
+  if (first.empty()) {
+    const std::size_t rejected = counts().rejectedTotal();
+    return rejected == 0 ? "the saved model waits for the first sample"
+                         : "the saved model waits for the first usable sample: " + toString(counts().rejected);
+  }
+  return refusalOfRestored(first.time[contiguousRanges(first, SampleStream::kClockAhead).back().first]);
+}
+
+std::string OnlineSession::whyNoSample() const {
+  const std::size_t rejected = counts().rejectedTotal();
+  const std::string waits = restored_ ? ": " + whyRestoredWaits() : "";
+  if (rejected == 0) return "no sample yet" + waits;
+  return "no usable sample yet, " + toString(counts().rejected) + waits;
+}
+
+FittedModel OnlineSession::restoredNow() const {
+  const Series& first = stream_.waiting();
+  ModelMonitor model(options_.events);
+  model.setCalibrations(restored_->intervals.crank_calibration, restored_->intervals.charge_calibration);
+  model.install(*restored_, stream_.maxGap());
+  for (std::size_t n = 0; n < first.size(); ++n) model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());
+  return model.now();
+}
+
+// ----------------------------------------------------------------------------------------------------
+// queries
+
+std::optional<double> OnlineSession::ageOf(const ModelMonitor& model) const {
+  if (!model.holdsModel() || !newest_) return std::nullopt;
+  return newest_->time - model.fittedUntil();
+}
+
+bool OnlineSession::isTooOld(const ModelMonitor& model) const { return ageOf(model).value_or(0.0) > options_.model_max_age; }
+
+std::optional<std::string> OnlineSession::whyNoModel() const {
+  const std::string outcome = restored_ ? whyRestoredWaits() : last_outcome_;
+  if (restored_ && outcome.empty()) return std::nullopt;
+  if (restored_) return outcome;
+  if (!inUse().holdsModel()) {
+    return outcome.empty() ? "nothing identified yet" : "nothing identified yet: " + outcome;
+  }
+  if (!isTooOld(inUse())) return std::nullopt;
+  return format("the model is %.0f s old, allowed are %.0f s", *ageOf(inUse()), options_.model_max_age);
+}
+
+ModelSnapshot OnlineSession::live() const {
+  auto reason = whyNoModel();
+  if (reason) return ModelSnapshot({}, std::move(reason), options_.capacity);
+  FittedModel now = restored_ ? restoredNow() : inUse().now();
+  const Series& series = stream_.series();
+  if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
+  return ModelSnapshot(ofRow(std::move(now)), std::nullopt, options_.capacity, restored_ ? BaselineSelections() : inUse().selections());
+}
+
+CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const { return live().predictCranking(query); }
+
+StopTimeAnswer OnlineSession::predictStopTime(const StopTimeQuery& query) const { return live().predictStopTime(query); }
+
+ChargeAcceptanceAnswer OnlineSession::predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
+  return live().predictChargeAcceptance(query);
+}
+
+ProfileAnswer OnlineSession::simulateProfile(const std::vector<double>& time, const std::vector<double>& current) const {
+  return live().simulateProfile(time, current);
+}
+
+std::optional<double> OnlineSession::chargeVoltage() const {
+  const auto of_one = restored_ ? usualVoltage(restored_->intervals.event_history.charges) : inUse().chargeVoltage();
+  return of_one ? std::optional<double>(options_.series_blocks * *of_one) : std::nullopt;
+}
+
+std::optional<double> OnlineSession::newestTime() const { return newest_ ? std::optional<double>(newest_->time) : std::nullopt; }
+
+std::optional<FittedModel> OnlineSession::model() const {
+  if (!inUse().holdsModel()) return std::nullopt;
+  return ofRow(inUse().now());
+}
+
+FittedModel OnlineSession::ofRow(FittedModel model) const {
+  model.fit.series_blocks = options_.series_blocks;
+  return model;
+}
+
+std::optional<ExpectedSample> OnlineSession::expectedSample() const {
+  if (!inUse().isCompared()) return std::nullopt;
+  const FollowedSample& last = inUse().last();
+  if (last.voltage_controlled) return ExpectedSample{inUse().lastTime(), std::nullopt, last.current};
+  return ExpectedSample{inUse().lastTime(), last.voltage, std::nullopt};
+}
+
+SessionStatus OnlineSession::status() const { return ofSeries(statusOfBlock(), options_.series_blocks); }
+
+SessionStatus OnlineSession::statusOfBlock() const {
+  SessionStatus status;
+  status.reason = last_outcome_;
+  status.newest_time = newestTime();
+  status.model_age = ageOf(inUse());
+  if (inUse().holdsModel()) {
+    status.window_quality = inUse().accepted().fit.window_quality;
+    status.effects = inUse().accepted().fit.effects;
+  }
+  status.backtest = inUse().backtest();
+  status.extension = extensionSentence();
+  status.charger_present = source_.seen();
+  status.charger_share = source_.share();
+  status.voltage_controlled = inUse().isVoltageControlled();
+  status.expected = expectedSample();
+  status.crank_selector = inUse().crankSelector().score();
+  status.charge_selector = inUse().chargeSelector().score();
+  if (contenders_.extended) status.selector = contenders_.selector.score();
+  const auto reason = whyNoModel();
+  if (restored_ && !reason) {
+    status.state = SessionState::kReady;
+    status.model_age = stream_.waiting().time.back() - restored_->fit.window.to;
+    status.reason = inUseSentence(*status.model_age);
+    status.window_quality = restored_->fit.window_quality;
+    status.effects = restored_->fit.effects;
+  } else if (!newest_) {
+    status.state = SessionState::kNoSample;
+    status.reason = whyNoSample();
+  } else if (!reason) {
+    status.state = SessionState::kReady;
+  } else if (inUse().holdsModel()) {
+    status.state = SessionState::kStale;
+    status.reason = *reason;
+  } else {
+    status.state = job_is_out_ ? SessionState::kIdentifying : SessionState::kCollecting;
+    if (status.reason.empty()) status.reason = *reason;
+  }
+  return status;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,165 @@
+#include "battery_sof/prediction/sample_stream.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace battery_sof {
+
+namespace {
+
+constexpr double kProbeDuration = 1.0;    // [s]
+constexpr std::size_t kProbeSamples = 6;  // five intervals: their median survives two odd ones
+constexpr double kDecimateAbove = 200.0;  // [Hz], twice the design rate of 100 Hz (Decimator)
+constexpr double kSlack = 1.25;           // the past is cut in blocks, which makes a sample's cost constant
+
+void appendTo(Series& series, const StreamSample& sample) {
+  series.time.push_back(sample.time);
+  series.current.push_back(sample.current);
+  series.voltage.push_back(sample.voltage);
+}
+
+void eraseFront(std::vector<double>& values, std::size_t count) {
+  values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+std::size_t countBefore(const std::vector<double>& times, double time) {
+  return static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), time) - times.begin());
+}
+
+}  // namespace
+
+SampleStream::SampleStream(double kept) : kept_(kept) {
+  if (!(kept > 0.0) || !std::isfinite(kept)) {
+    throw std::invalid_argument("kept is " + std::to_string(kept) + " s, expected above 0");
+  }
+}
+
+StreamCounts SampleStream::counts() const {
+  StreamCounts counts = counts_;
+  counts.rejected = intake_.rejected();
+  return counts;
+}
+
+SampleStream::Step SampleStream::push(const RawSample& sample) {
+  Step step;
+  if (!isSuspicious(sample.time)) {
+    dropHeld();
+    enter(sample, step);
+  } else if (confirmsHeld(sample.time)) {
+    const RawSample first = *held_;
+    held_.reset();
+    if (first.time < *newest_) restart(step);
+    enter(first, step);
+    enter(sample, step);
+  } else {
+    dropHeld();
+    held_ = sample;
+  }
+  return step;
+}
+
+std::optional<RawSample> SampleStream::jumpConfirmedBy(const RawSample& sample) const {
+  return isSuspicious(sample.time) && confirmsHeld(sample.time) ? held_ : std::nullopt;
+}
+
+void SampleStream::goOnFrom(const SampleStream& before) {
+  const StreamCounts counts = counts_;
+  Intake intake = intake_;
+  *this = before;
+  counts_ = counts;
+  ++counts_.clock_restarts;
+  intake.resumeAt(newest_);
+  intake_ = intake;
+  held_.reset();
+}
+
+bool SampleStream::isSuspicious(double time) const {
+  const bool is_time = std::abs(time) <= IntakeLimits().max_abs_time;  // the intake refuses the rest, and says why
+  return newest_ && is_time && (time < *newest_ - kClockBack || time > *newest_ + kClockAhead);
+}
+
+bool SampleStream::confirmsHeld(double time) const { return held_ && time > held_->time && time <= held_->time + kClockAhead; }
+
+void SampleStream::dropHeld() {
+  if (!held_) return;
+  if (held_->time > *newest_) {
+    ++counts_.stamp_ahead;
+  } else {
+    intake_.judge(*held_);
+  }
+  held_.reset();
+}
+
+void SampleStream::restart(Step& step) {
+  step.clock_restarted = true;
+  ++counts_.clock_restarts;
+  intake_.forgetClock();
+  newest_.reset();
+  probe_ = {};
+  input_rate_.reset();
+  decimator_.reset();
+  series_ = {};
+}
+
+void SampleStream::enter(const RawSample& sample, Step& step) {
+  const SampleFate fate = intake_.judge(sample);
+  const bool accepted = fate == SampleFate::kAccepted;
+  if (!accepted && fate != SampleFate::kTemperatureOnly) return;
+  auto& times = series_.temperature_time;
+  if (sample.temperature && std::isfinite(*sample.temperature) && (times.empty() || sample.time > times.back())) {
+    times.push_back(sample.time);
+    series_.temperature.push_back(*sample.temperature);
+  }
+  if (!accepted) return;
+  ++counts_.accepted;
+  newest_ = sample.time;
+  probe({sample.time, sample.current, sample.voltage}, step);
+}
+
+void SampleStream::probe(const StreamSample& sample, Step& step) {
+  if (input_rate_) return emit(sample, step);
+  appendTo(probe_, sample);
+  const double span = probe_.time.back() - probe_.time.front();
+  if (probe_.size() < kProbeSamples || span < kProbeDuration) return;
+  measureRate();
+  for (std::size_t n = 0; n < probe_.size(); ++n) {
+    emit({probe_.time[n], probe_.current[n], probe_.voltage[n]}, step);
+  }
+  probe_ = {};
+}
+
+void SampleStream::measureRate() {
+  input_rate_ = 1.0 / medianInterval(probe_);
+  max_gap_ = gapThreshold(probe_);
+  if (*input_rate_ > kDecimateAbove) decimator_.emplace(*input_rate_);
+}
+
+void SampleStream::emit(const StreamSample& sample, Step& step) {
+  if (!decimator_) {
+    step.samples.push_back(sample);
+    appendTo(series_, sample);
+  } else {
+    for (const auto& out : decimator_->push(sample.time, sample.current, sample.voltage)) {
+      step.samples.push_back({out.time, out.current, out.voltage});
+      appendTo(series_, step.samples.back());
+    }
+  }
+  forgetOld();
+}
+
+void SampleStream::forgetOld() {
+  if (series_.empty() || series_.time.back() - series_.time.front() <= kSlack * kept_) return;
+  const double from = series_.time.back() - kept_;
+  const std::size_t samples = countBefore(series_.time, from);
+  for (auto* values : {&series_.time, &series_.current, &series_.voltage}) {
+    eraseFront(*values, samples);
+  }
+  const std::size_t temperatures = countBefore(series_.temperature_time, from);
+  for (auto* values : {&series_.temperature_time, &series_.temperature}) {
+    eraseFront(*values, temperatures);
+  }
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,152 @@
+#include "battery_sof/prediction/state_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "battery_sof/recording/voltage_repair.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
+
+constexpr double kLookBack = 300.0;  // [s], of a source's past that its judgement rests on, as inputsOf()
+
+void append(Series& series, double time, double current, double voltage) {
+  series.time.push_back(time);
+  series.current.push_back(current);
+  series.voltage.push_back(voltage);
+}
+
+void forgetFirst(Series& series, std::size_t count) {
+  for (auto* values : {&series.time, &series.current, &series.voltage})
+    values->erase(values->begin(), values->begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+}  // namespace
+
+StateTracker::StateTracker(const FittedModel& model, double max_gap)
+    : model_(model),
+      max_gap_(max_gap),
+      settled_{Follower(model, true), {}, model.state, ResidualFilter(model), model.state.time},
+      needs_trace_(!model.fit.effects.empty()) {
+  if (model.fit.source) watch_.emplace(*model.fit.source);
+  if (needs_trace_) trace_.append(model.state.time, model.state.current, max_gap_);
+}
+
+void StateTracker::lookBack(const Series& series) {
+  if (!watch_) return;
+  const auto end = std::upper_bound(series.time.begin(), series.time.end(), state().time);
+  const auto begin = std::lower_bound(series.time.begin(), end, state().time - kLookBack);
+  for (auto at = begin; at != end; ++at) {
+    const auto n = static_cast<std::size_t>(at - series.time.begin());
+    recent_ = slice(series, {n, n + 1});
+    controlled_ = {static_cast<char>(watch_->add(series.time[n], series.current[n], series.voltage[n]))};
+    settled_count_ = 1;
+  }
+}
+
+bool StateTracker::follow(double time, double current, double voltage) {
+  if (!(time > state().time))
+    throw std::invalid_argument("StateTracker: time " + std::to_string(time) + " s is not after the state's " +
+                                std::to_string(state().time) + " s");
+  if (needs_trace_) trace_.append(time, current, max_gap_);
+  append(recent_, time, current, voltage);
+  voltage_controlled_ = watch_ && watch_->add(time, current, voltage);
+  controlled_.push_back(voltage_controlled_);
+  const std::size_t behind = watch_ ? model_.fit.voltage_lag + 1 : 0;
+  const bool settles = recent_.size() - settled_count_ > behind;
+  if (settles) settleOldest();
+  if (watch_) lookAhead();
+  return settles;
+}
+
+void StateTracker::settleOldest() {
+  const std::size_t oldest = settled_count_;
+  const InputSample sample = sampleAfter(settled_, oldest);
+  last_ = step(settled_, sample);
+  last_voltage_ = sample.voltage;
+  error_ = sample.voltage_controlled ? kOhmsOfCurrentError * (sample.step.current - last_.current) : sample.voltage - last_.voltage;
+  has_settled_ = true;
+  if (needs_trace_) trace_.forgetBefore(settled_.state.time - kTraceKept);
+  forgetFirst(recent_, oldest);
+  controlled_.erase(controlled_.begin(), controlled_.begin() + static_cast<std::ptrdiff_t>(oldest));
+  settled_count_ = 1;
+}
+
+void StateTracker::lookAhead() {
+  ahead_.emplace(settled_);
+  for (std::size_t n = settled_count_; n < recent_.size(); ++n) step(*ahead_, sampleAfter(*ahead_, n));
+}
+
+/// The n-th of the recent samples as it drives a place that stands at the one before.
+InputSample StateTracker::sampleAfter(const SimulationPoint& point, std::size_t n) const {
+  InputSample sample;
+  sample.step = inputStep(point.state.time, point.state.current, recent_.time[n], recent_.current[n], max_gap_);
+  if (needs_trace_) sample.step.trace = &trace_;
+  sample.voltage = watch_ ? repairedVoltage(recent_, n, model_.fit.voltage_lag) : recent_.voltage[n];
+  sample.voltage_controlled = controlled_[n];
+  return sample;
+}
+
+FollowedSample StateTracker::step(SimulationPoint& point, const InputSample& given) const {
+  InputSample sample = given;
+  if (watch_) sample.step.missed = point.missed.add(sample.step.duration, sample.step.current, sample.voltage_controlled);
+  const FollowedSample followed = point.follower.follow(sample);
+  const Eigen::VectorXd state = point.follower.simulation().state();
+  point.state.time = sample.step.time;
+  point.state.current = sample.step.current;
+  point.state.u_c2 = state[0];
+  point.state.further.assign(state.data() + 1, state.data() + state.size());
+  if (sample.voltage_controlled) return followed;
+  point.errors.update(point.state.time - point.error_time, sample.voltage - followed.voltage);
+  point.error_time = point.state.time;
+  return followed;
+}
+
+void StateTracker::setOrigin(const Provenance& origin) { model_.provenance = origin; }
+
+void StateTracker::setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge) {
+  model_.intervals.crank_calibration = crank;
+  model_.intervals.charge_calibration = charge;
+}
+
+FittedModel StateTracker::modelAt(const SimulationPoint& point) const {
+  FittedModel now = model_;
+  ResidualFilter errors = point.errors;
+  if (point.state.time > point.error_time) errors.wait(point.state.time - point.error_time);
+  now.state.residual_state = errors.residual_state();
+  takeState(now, point.follower, point.state.current);
+  return now;
+}
+
+void setStateFromVoltage(FittedModel& model, double time, double current, double voltage) {
+  const BatteryModel composition = compositionOf(model.fit);
+  model.state.time = time;
+  model.state.current = current;
+  Simulation here = uncertainSimulationOf(model);
+  InputStep now;
+  now.time = time;
+  now.held = now.current = current;
+  here.advance(now);
+  const double missing = voltage - here.voltage();
+
+  const Eigen::Index parameters = composition.parameterCount();
+  const Eigen::MatrixXd factor = covarianceFactor(model.fit.covariance);
+  const double own = std::pow(model.fit.scores.rmse, 2);
+  Eigen::MatrixXd moved = factor;
+  Eigen::VectorXd unshared = Eigen::VectorXd::Zero(factor.rows());
+  for (Eigen::Index j = 0; j < composition.stateCount(); ++j) {
+    const bool follows = j == 0 || composition.states()[static_cast<std::size_t>(j)].begins_as_u_c2;
+    if (!follows) continue;
+    // du/du_c2 is one, so what the voltage does not know beside u_c2 is what u_c2 takes over.
+    (j == 0 ? model.state.u_c2 : model.state.further[static_cast<std::size_t>(j) - 1]) += missing;
+    if (factor.cols() > 0) moved.row(parameters + j) = factor.row(parameters) - here.voltageDerivatives().transpose();
+    unshared[parameters + j] = std::sqrt(own);
+  }
+  model.fit.covariance = moved * moved.transpose() + unshared * unshared.transpose();
+}
+
+}  // namespace battery_sof

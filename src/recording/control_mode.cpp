@@ -1,0 +1,366 @@
+#include "battery_sof/recording/control_mode.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "battery_sof/recording/channel_statistics.hpp"
+#include "battery_sof/recording/edges.hpp"
+#include "battery_sof/recording/events.hpp"
+#include "battery_sof/recording/text.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kBeta = 35.0;               // [1/V], start-stop cars' batteries: 22 to 56
+constexpr double kHelpShare = 0.2;           // of the largest twentieth; beyond it engines stand
+constexpr double kClearlyCurrent = 3.0;      // sigma_i
+constexpr double kMinChargeShare = 0.01;   // of all charge that flows
+constexpr double kBand = 8.0;                // sigma, range of a thousand samples of noise
+constexpr double kSetPointAccuracy = 0.005;  // of a programmed current
+constexpr double kRegulation = 0.001;        // of a regulated voltage
+constexpr double kMoved = 10.0;              // sigma_v
+constexpr double kTurned = 4.0;              // sigma_v, the range of two samples of noise
+constexpr double kTakesCurrent = 160.0;      // sigma_i: the band is 5 % of such a current
+constexpr double kRestBand = 2.0;            // sigma_i
+constexpr double kLargestStep = 0.5;         // of the whole move
+constexpr double kRestDuration = 60.0;       // [s], a source is rarely left alone for so long
+constexpr double kAboveOhmic = 10.0;         // times what the current's own spread makes
+constexpr double kHeldShare = 0.5;           // of the change that the battery's resistance makes
+constexpr double kLargeChange = 5.0;         // sigma_i
+constexpr double kEdgeShare = 0.1;           // of the range of current
+constexpr double kFewestEdges = 10;
+constexpr double kFinestShare = 1.0 / 4096 / 3.4641016;  // of the range: 12 bits, step / sqrt(12)
+constexpr std::size_t kFewestSamples = 5;
+constexpr std::size_t kFewestChanges = 30;
+constexpr double kFollows = 0.9;  // r^2 of changes of voltage on changes of current
+
+/// Sums of a regression through the origin of changes of voltage on changes of current.
+struct ChangeSums {
+  std::size_t count = 0;
+  double current = 0.0, product = 0.0, voltage = 0.0;
+  double slope() const { return product / current; }
+  double explained() const { return product * product / (current * voltage); }
+};
+
+/// Sizes of the changes that are looked at [A].
+struct ChangeSizes {
+  double least = 0.0, most = 1e9;
+};
+
+template <typename Within>
+ChangeSums changesWithin(const Series& series, const ControlModeRule& rule, ChangeSizes sizes, Within within) {
+  ChangeSums sums;
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    const double di = series.current[k] - series.current[k - 1];
+    const double dv = series.voltage[k] - series.voltage[k - 1];
+    const bool joined = series.time[k] - series.time[k - 1] <= rule.max_gap;
+    if (!joined || std::abs(di) < sizes.least || std::abs(di) > sizes.most) continue;
+    if (!within(series.current[k]) || !within(series.current[k - 1])) continue;
+    ++sums.count;
+    sums.current += di * di;
+    sums.product += di * dv;
+    sums.voltage += dv * dv;
+  }
+  return sums;
+}
+
+/// Charge into the battery above the noise, as a share of all that flows.
+double chargeShare(const Series& series, const ControlModeRule& rule) {
+  double in = 0.0, all = 0.0;
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    const double duration = series.time[k] - series.time[k - 1];
+    if (duration > rule.max_gap) continue;
+    const double current = series.current[k];
+    if (std::abs(current) <= kClearlyCurrent * rule.current_noise) continue;
+    all += std::abs(current) * duration;
+    in += std::max(0.0, current) * duration;
+  }
+  return all > 0.0 ? in / all : 0.0;
+}
+
+double rangeOf(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return values.empty() ? 0.0 : *high - *low;
+}
+
+double withHalfStep(double noise, std::optional<double> step) { return std::max(noise, 0.5 * step.value_or(0.0)); }
+
+/// Noise, resistance and gap: what is known of the instrument before anything is known of the
+/// source.
+ControlModeRule instrumentOf(const Series& series) {
+  ControlModeRule rule;
+  const auto current_step = findStep(series.current), voltage_step = findStep(series.voltage);
+  rule.current_noise = std::max(noiseLevel(series.current, current_step), kFinestShare * rangeOf(series.current));
+  rule.voltage_noise = withHalfStep(noiseLevel(series.voltage, voltage_step), voltage_step);
+  rule.max_gap = gapThreshold(series);
+  const auto edges = edgeResponse(series);
+  if (edges && edges->resistance > 0.0 && edges->correlation > 0.0) rule.resistance = edges->resistance;
+  return rule;
+}
+
+double wellPosedAbove(const Series& series, const ControlModeRule& rule) {
+  const double voltage_noise = noiseLevel(series.voltage, findStep(series.voltage));
+  const double worth = voltage_noise > 0.0 ? rule.current_noise / (kBeta * voltage_noise) : 0.0;
+  return -(kClearlyCurrent * rule.current_noise + worth);
+}
+
+/// Small changes within discharges beside large ones: a battery answers to both, a held voltage to
+/// neither.
+bool holdsVoltageInDischarge(const Series& series, const ControlModeRule& rule, double lowest) {
+  const auto is_load = [&](double i) { return i < rule.min_current; };
+  const auto is_light = [&](double i) { return is_load(i) && i > lowest; };
+  const double edge = kEdgeShare * rangeOf(series.current);
+  const auto heavy = changesWithin(series, rule, {edge}, is_load);
+  const auto light = changesWithin(series, rule, {kLargeChange * rule.current_noise, edge}, is_light);
+  if (heavy.count < kFewestEdges || light.count < kFewestChanges) return false;
+  const double unexplained = light.voltage / light.current - light.slope() * light.slope();
+  const double error = std::sqrt(std::max(0.0, unexplained) / static_cast<double>(light.count));
+  return std::abs(light.slope()) + 2.0 * error < kHeldShare * heavy.slope();
+}
+
+/// Where a source imposes the voltage the battery may help it out; how far grows with what the
+/// battery carries.
+double helpedOutAbove(const Series& series, const ControlModeRule& rule) {
+  const double half_crank = 0.5 * EventLimits{}.crank_current;
+  if (holdsVoltageInDischarge(series, rule, half_crank)) return half_crank;
+  std::vector<double> sizes;
+  for (const double current : series.current) sizes.push_back(std::abs(current));
+  return std::min(rule.min_current, -kHelpShare * quantile(std::move(sizes), 0.95));
+}
+
+bool followsCurrent(const Series& series, const ControlModeRule& rule) {
+  const auto is_charge = [&](double i) { return i > kClearlyCurrent * rule.current_noise; };
+  double highest = 0.0;
+  for (const double current : series.current) highest = std::max(highest, current);
+  const auto sums = changesWithin(series, rule, {kEdgeShare * highest}, is_charge);
+  return sums.count >= kFewestChanges && sums.voltage > 0.0 && sums.slope() > 0.0 && sums.explained() >= kFollows;
+}
+
+struct Judged {
+  std::vector<ControlModeReason> reasons;
+  std::size_t charges = 0, constant_charges = 0;
+};
+
+/// Every sample as the watch judges it, evidence carried back over the stretch it is about.
+Judged judgeAll(const Series& series, const ControlModeRule& rule) {
+  Judged judged;
+  judged.reasons.resize(series.size());
+  ControlModeDetector watch(rule);
+  bool was_charge = false, counted = false;
+  std::size_t in_charge = 0;
+  for (std::size_t k = 0; k < series.size(); ++k) {
+    watch.add(series.time[k], series.current[k], series.voltage[k]);
+    judged.reasons[k] = watch.reason();
+    const std::size_t reach = std::min(watch.evidenceReach(), k + 1);
+    std::fill(judged.reasons.begin() + static_cast<std::ptrdiff_t>(k + 1 - reach),
+              judged.reasons.begin() + static_cast<std::ptrdiff_t>(k + 1), watch.reason());
+    const bool is_charge = series.current[k] > kTakesCurrent * rule.current_noise;
+    if (!was_charge) in_charge = 0, counted = false;
+    was_charge = is_charge;
+    if (!is_charge) continue;
+    if (++in_charge == kFewestSamples) ++judged.charges;
+    if (counted || watch.reason() != ControlModeReason::kConstantCurrent) continue;
+    counted = true;
+    ++judged.constant_charges;
+  }
+  return judged;
+}
+
+ControlMode controlModeOf(ControlModeReason reason) {
+  return reason == ControlModeReason::kHeldVoltage || reason == ControlModeReason::kSource ? ControlMode::kVoltage : ControlMode::kCurrent;
+}
+
+std::vector<ControlModeStretch> stretchesOf(const Series& series, const std::vector<ControlModeReason>& reasons, double max_gap) {
+  std::vector<ControlModeStretch> stretches;
+  for (const IndexRange& range : contiguousRanges(series, max_gap)) {
+    std::size_t first = range.first;
+    for (std::size_t k = range.first + 1; k <= range.last; ++k) {
+      if (k < range.last && reasons[k] == reasons[first]) continue;
+      stretches.push_back({{first, k}, controlModeOf(reasons[first]), toString(reasons[first])});
+      first = k;
+    }
+  }
+  return stretches;
+}
+
+std::string summaryOf(const ControlModes& source) {
+  if (!source.seen) return "Nothing charges the battery: the current is imposed throughout.";
+  if (source.share == 0.0) return "The battery is charged by a source that imposes the current; no voltage is held.";
+  return format("A source holds the voltage in %.3g %% of the samples, those above %.3g A%s.", 100.0 * source.share,
+                  source.rule.min_current,
+                  source.rule.charge_begins == ControlMode::kCurrent ? "; charges begin with an imposed current" : "");
+}
+
+void requireValid(const ControlModeRule& rule) {
+  const bool valid = std::isfinite(rule.min_current) && std::isfinite(rule.current_noise) && rule.current_noise >= 0.0 &&
+                     std::isfinite(rule.voltage_noise) && rule.voltage_noise >= 0.0 && std::isfinite(rule.max_gap) && rule.max_gap > 0.0 &&
+                     (!rule.resistance || (std::isfinite(*rule.resistance) && *rule.resistance > 0.0));
+  if (valid) return;
+  throw std::invalid_argument("ControlModeRule: least_current is " + std::to_string(rule.min_current) + " A, current_noise " +
+                              std::to_string(rule.current_noise) + " A, voltage_noise " + std::to_string(rule.voltage_noise) +
+                              " V (both expected at least 0), max_gap " + std::to_string(rule.max_gap) + " s and resistance " +
+                              std::to_string(rule.resistance.value_or(1.0)) + " Ohm (both expected above 0)");
+}
+
+}  // namespace
+
+std::string toString(ControlModeReason reason) {
+  switch (reason) {
+    case ControlModeReason::kNoSource: return "nothing in the recording charges the battery";
+    case ControlModeReason::kLoad: return "a load: the current is below what a source lets through";
+    case ControlModeReason::kConstantCurrent: return "the current is held within its noise while the voltage moves one way";
+    case ControlModeReason::kRestApart: return "a rest apart from any source: the voltage relaxes";
+    case ControlModeReason::kChargeAsBefore: return "a charge that begins as this recording's charges do, with an imposed current";
+    case ControlModeReason::kHeldVoltage: return "the voltage is held while the current moves";
+    case ControlModeReason::kSource: return "a source is connected: the current is above what loads leave";
+  }
+  throw std::invalid_argument("describe: not a reason");
+}
+
+// ---------------------------------------------------------------------------------------------
+// the watch
+
+void ControlModeDetector::Run::begin(double time, double held, double other) {
+  *this = Run{};
+  samples = 1;
+  from = time;
+  lowest = highest = held;
+  last = other_lowest = other_highest = other;
+}
+
+double ControlModeDetector::Run::spreadWith(double held) const { return std::max(highest, held) - std::min(lowest, held); }
+
+void ControlModeDetector::Run::extend(double held, double other) {
+  ++samples;
+  lowest = std::min(lowest, held);
+  highest = std::max(highest, held);
+  other_lowest = std::min(other_lowest, other);
+  other_highest = std::max(other_highest, other);
+  rise = std::max(rise, other - other_lowest);
+  fall = std::max(fall, other_highest - other);
+  largest_step = std::max(largest_step, std::abs(other - last));
+  last = other;
+}
+
+ControlModeDetector::ControlModeDetector(const ControlModeRule& rule) : rule_(rule) { requireValid(rule); }
+
+double ControlModeDetector::currentBand(double current) const {
+  return std::max(kBand * rule_.current_noise, kSetPointAccuracy * std::abs(current));
+}
+
+double ControlModeDetector::voltageBand(double voltage) const { return std::max(kBand * rule_.voltage_noise, kRegulation * std::abs(voltage)); }
+
+void ControlModeDetector::beginCharge() {
+  charging_ = true;
+  steady_current_ = steady_voltage_ = Run{};
+  reason_ = rule_.charge_begins == ControlMode::kCurrent ? ControlModeReason::kChargeAsBefore : ControlModeReason::kSource;
+}
+
+void ControlModeDetector::follow(double time, double current, double voltage) {
+  Run& by_current = steady_current_;
+  Run& by_voltage = steady_voltage_;
+  const bool current_stays = by_current.samples > 0 && by_current.spreadWith(current) <= currentBand(current);
+  const bool voltage_stays = by_voltage.samples > 0 && by_voltage.spreadWith(voltage) <= voltageBand(voltage);
+  voltage_fell_ = by_voltage.samples > 0 && !voltage_stays && voltage < by_voltage.lowest;
+  if (current_stays)
+    by_current.extend(current, voltage);
+  else
+    by_current.begin(time, current, voltage);
+  if (voltage_stays)
+    by_voltage.extend(voltage, current);
+  else
+    by_voltage.begin(time, voltage, current);
+  if (!current_stays && rule_.charge_begins == ControlMode::kVoltage && reason_ == ControlModeReason::kConstantCurrent)
+    reason_ = ControlModeReason::kSource;
+}
+
+bool ControlModeDetector::movedOneWay() const {
+  const Run& run = steady_current_;
+  const double moved = std::max(run.rise, run.fall);
+  const double ohmic = kAboveOhmic * rule_.resistance.value_or(0.0) * run.spread();
+  return run.samples >= kFewestSamples && moved >= std::max(kMoved * rule_.voltage_noise, ohmic) &&
+         std::min(run.rise, run.fall) <= kTurned * rule_.voltage_noise && run.largest_step <= kLargestStep * moved;
+}
+
+bool ControlModeDetector::isConstantCurrent() const { return steady_current_.lowest >= kTakesCurrent * rule_.current_noise && movedOneWay(); }
+
+bool ControlModeDetector::isNoCurrent() const {
+  const Run& run = steady_current_;
+  return std::max(std::abs(run.lowest), std::abs(run.highest)) <= kClearlyCurrent * rule_.current_noise;
+}
+
+bool ControlModeDetector::isRestApart(double time) const {
+  const bool let_go = rule_.charge_begins == ControlMode::kCurrent && voltage_fell_;
+  const bool relaxes =
+      time - steady_current_.from >= kRestDuration && steady_current_.spread() <= kRestBand * rule_.current_noise && movedOneWay();
+  return isNoCurrent() && (let_go || relaxes);
+}
+
+bool ControlModeDetector::isHeldVoltage() const {
+  const Run& run = steady_voltage_;
+  const double held = std::max(run.spread(), kTurned * rule_.voltage_noise);
+  return run.samples >= kFewestSamples && run.fall > currentBand(run.other_highest) && rule_.resistance &&
+         *rule_.resistance * run.fall >= held / kHeldShare;
+}
+
+bool ControlModeDetector::add(double time, double current, double voltage) {
+  if (!std::isfinite(time) || !std::isfinite(current) || !std::isfinite(voltage))
+    throw std::invalid_argument("ControlModeDetector::add: time is " + std::to_string(time) + " s, current " + std::to_string(current) +
+                                " A and voltage " + std::to_string(voltage) + " V; all are expected finite");
+  const bool joined = last_time_ && time > *last_time_ && time - *last_time_ <= rule_.max_gap;
+  last_time_ = time;
+  reach_ = 0;
+  if (!joined) charging_ = false;
+  if (!rule_.present || current <= rule_.min_current) {
+    charging_ = false;
+    reason_ = rule_.present ? ControlModeReason::kLoad : ControlModeReason::kNoSource;
+    return false;
+  }
+  if (!charging_) beginCharge();
+  follow(time, current, voltage);
+  if (isHeldVoltage()) {
+    reason_ = ControlModeReason::kHeldVoltage;
+    reach_ = steady_voltage_.samples;
+  } else if (isConstantCurrent()) {
+    reason_ = ControlModeReason::kConstantCurrent;
+    reach_ = steady_current_.samples;
+  } else if (isRestApart(time)) {
+    reason_ = ControlModeReason::kRestApart;
+    reach_ = steady_current_.samples;
+  }
+  return controlModeOf(reason_) == ControlMode::kVoltage;
+}
+
+// ---------------------------------------------------------------------------------------------
+// the recording
+
+ControlModes detectControlMode(const Series& series) {
+  ControlModes source;
+  source.voltage_controlled.assign(series.size(), 0);
+  ControlModeRule& rule = source.rule;
+  rule = instrumentOf(series);
+  source.seen = rule.present = chargeShare(series, rule) >= kMinChargeShare;
+  if (source.seen) rule.min_current = wellPosedAbove(series, rule);
+  Judged judged = judgeAll(series, rule);
+  if (source.seen) {
+    const bool constant = judged.charges > 0 && 2 * judged.constant_charges >= judged.charges;
+    if (constant || followsCurrent(series, rule))
+      rule.charge_begins = ControlMode::kCurrent;
+    else
+      rule.min_current = helpedOutAbove(series, rule);
+    judged = judgeAll(series, rule);
+  }
+  std::size_t controlled = 0;
+  for (std::size_t k = 0; k < series.size(); ++k) {
+    source.voltage_controlled[k] = controlModeOf(judged.reasons[k]) == ControlMode::kVoltage;
+    controlled += source.voltage_controlled[k] ? 1 : 0;
+  }
+  if (!series.empty()) source.share = static_cast<double>(controlled) / static_cast<double>(series.size());
+  source.stretches = stretchesOf(series, judged.reasons, source.rule.max_gap);
+  source.summary = summaryOf(source);
+  return source;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,232 @@
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "battery_sof/regression/discrepancy_fit.hpp"
+
+namespace battery_sof {
+namespace {
+
+constexpr double kFast = 0.06;      // [s]; sampled faster, samples are averaged
+constexpr double kRow = 0.1;        // [s]
+constexpr double kFlat = 1e-9;      // [1], of a column's range: it does not move
+constexpr double kTimesNear = 0.9;  // quantile of the overpotential above which side reactions are looked for
+
+double medianDuration(const InputSequence& inputs) {
+  std::vector<double> durations;
+  for (std::size_t n = 1; n < inputs.samples.size(); ++n) durations.push_back(inputs.samples[n].step.duration);
+  if (durations.empty()) return 1.0;
+  const auto middle = durations.begin() + static_cast<std::ptrdiff_t>(durations.size() / 2);
+  std::nth_element(durations.begin(), middle, durations.end());
+  return std::max(*middle, 1e-6);
+}
+
+std::size_t samplesPerRow(const InputSequence& inputs) {
+  const double interval = medianDuration(inputs);
+  return interval < kFast ? static_cast<std::size_t>(std::max(1.0, std::round(kRow / interval))) : 1;
+}
+
+/// Directions as columns of seeds: resistances, u_dc and u_c2 themselves, c2 and beta by their logarithms.
+Eigen::MatrixXd directionSeeds(const ModelPoint& at) {
+  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(at.parameters.size() + at.state.size(), kBaseDirections);
+  for (Eigen::Index k = 0; k < kBaseRows; ++k) seeds(k, k) = k == kRowC2 || k == kRowBeta ? at.parameters[k] : 1.0;
+  seeds(at.parameters.size(), kBaseDirections - 1) = 1.0;
+  return seeds;
+}
+
+/// Table I's magnitudes from a base circuit; u_dc and the first u_c2 are the circuit's own.
+Eigen::VectorXd expectedFrom(const Eigen::VectorXd& parameters) {
+  const std::array<ParameterInfo, 4>& known = tableOne();
+  Eigen::VectorXd expected = Eigen::VectorXd::Zero(kBaseDirections);
+  for (Eigen::Index k = 0; k < 2; ++k) expected[k] = known[static_cast<std::size_t>(k)].magnitude - parameters[k];
+  for (Eigen::Index k = 2; k < 4; ++k) expected[k] = std::log(known[static_cast<std::size_t>(k)].magnitude / parameters[k]);
+  return expected;
+}
+
+/// How u_c2 goes on from one sample to the next with small changes: A of what it was, B of the current [1], [Ohm].
+struct Slope {
+  double of_state, of_current;
+};
+
+Slope slopeOf(const BaseParameters& parameters, double overpotential, double duration) {
+  const double half = 0.5 * parameters.beta * std::clamp(overpotential, -1.0, 1.0);
+  const double conductance = parameters.i0 * parameters.beta * std::cosh(std::clamp(half, -30.0, 30.0));
+  const double of_state = std::exp(-duration * conductance / parameters.c2);
+  return {of_state, (1.0 - of_state) / conductance};
+}
+
+class Responder {
+ public:
+  Responder(const BatteryModel& model, const ModelPoint& base, const InputSequence& inputs, std::size_t training)
+      : inputs_(inputs),
+        parameters_(baseParameters(base.parameters)),
+        per_row_(samplesPerRow(inputs)),
+        simulation_(model, base, directionSeeds(base)) {
+    const auto rows = static_cast<Eigen::Index>(inputs.samples.size() / per_row_);
+    out_.time = out_.error = out_.weight = out_.yielding = out_.resistance = Eigen::VectorXd::Zero(rows);
+    out_.persistence = Eigen::VectorXd::Ones(rows);
+    out_.sensitivity = Eigen::MatrixXd::Zero(rows, kBaseDirections);
+    out_.voltage_controlled.assign(static_cast<std::size_t>(rows), 0);
+    out_.training = static_cast<Eigen::Index>(training / per_row_);
+    for (std::size_t row = 0; row <= static_cast<std::size_t>(rows); ++row) out_.first.push_back(row * per_row_);
+    out_.expected = expectedFrom(base.parameters);
+    out_.overpotential.reserve(inputs.samples.size());
+  }
+
+  Linearization run() {
+    for (Eigen::Index row = 0; row < out_.time.size(); ++row) {
+      const auto begin = out_.first[static_cast<std::size_t>(row)], end = out_.first[static_cast<std::size_t>(row) + 1];
+      double measured = 0.0;
+      for (std::size_t n = begin; n < end; ++n) measured += take(row, inputs_.samples[n]);
+      out_.time[row] /= static_cast<double>(end - begin);
+      if (!(measured > 0.0)) continue;
+      out_.error[row] /= measured;
+      out_.sensitivity.row(row) /= measured;
+      out_.weight[row] = 1.0;
+    }
+    return std::move(out_);
+  }
+
+ private:
+  /// @return 1 for a measurement.
+  double take(Eigen::Index row, const InputSample& sample) {
+    const double error = simulation_.follow(sample);
+    const double overpotential = simulation_.state()[0];
+    out_.overpotential.push_back(overpotential);
+    out_.time[row] += sample.step.time;
+    const Slope slope = slopeOf(parameters_, overpotential, sample.step.duration);
+    out_.persistence[row] *= slope.of_state;
+    if (sample.voltage_controlled) {
+      const double resistance = ohmicResistance(parameters_, sample.step.current) + slope.of_current;
+      out_.voltage_controlled[static_cast<std::size_t>(row)] = 1;
+      out_.resistance[row] = resistance;
+      out_.yielding[row] = slope.of_current / resistance;
+      if (!(sample.count > 0.0) || sample.step.duration <= 0.0) return 0.0;
+      out_.error[row] -= resistance * error;
+      out_.sensitivity.row(row) += resistance * simulation_.currentErrorDerivatives().transpose();
+      return 1.0;
+    }
+    if (!(sample.count > 0.0)) return 0.0;
+    out_.error[row] += error;
+    out_.sensitivity.row(row) += simulation_.voltageDerivatives().transpose();
+    return 1.0;
+  }
+
+  const InputSequence& inputs_;
+  BaseParameters parameters_;
+  std::size_t per_row_;
+  Simulation simulation_;
+  Linearization out_;
+};
+
+/// Context for columns: how high the overpotential goes, how fast and how long the drive is.
+RegressorContext contextOf(const InputSequence& inputs, const Linearization& response, double beta) {
+  RegressorContext context;
+  context.interval = medianDuration(inputs);
+  const std::size_t training = response.first[static_cast<std::size_t>(response.training)];
+  context.span = std::max(1.0, inputs.samples[std::max<std::size_t>(training, 1) - 1].step.time - inputs.first_time);
+  context.beta = beta;
+  std::vector<double> u(response.overpotential.begin(), response.overpotential.begin() + static_cast<std::ptrdiff_t>(training));
+  const double count = static_cast<double>(u.size());
+  const double mean = std::accumulate(u.begin(), u.end(), 0.0) / count;
+  double square = 0.0;
+  for (const double x : u) square += (x - mean) * (x - mean);
+  const auto high = u.begin() + static_cast<std::ptrdiff_t>(kTimesNear * count);
+  std::nth_element(u.begin(), high, u.end());
+  context.high = *high;
+  context.high_width = std::max(0.02, 0.25 * std::sqrt(square / count));
+  return context;
+}
+
+/// Means of a memory's columns over the rows.
+Eigen::MatrixXd rawColumns(const InputSequence& inputs, const Linearization& response, RegressorMemory& memory) {
+  const auto columns = static_cast<Eigen::Index>(memory.columns().size());
+  Eigen::MatrixXd values(response.time.size(), columns);
+  Eigen::VectorXd now(columns), sum(columns);
+  for (Eigen::Index row = 0; row < response.time.size(); ++row) {
+    sum.setZero();
+    const auto begin = response.first[static_cast<std::size_t>(row)], end = response.first[static_cast<std::size_t>(row) + 1];
+    for (std::size_t n = begin; n < end; ++n) {
+      const InputStep& step = inputs.samples[n].step;
+      memory.advance({step.duration, step.current, step.held, step.gap, response.overpotential[n], step.time - inputs.first_time}, now);
+      sum += now;
+    }
+    values.row(row) = sum / static_cast<double>(end - begin);
+  }
+  return values;
+}
+
+template <typename T>
+std::vector<T> kept(const std::vector<T>& all, const std::vector<Eigen::Index>& which) {
+  std::vector<T> some;
+  for (const Eigen::Index k : which) some.push_back(all[static_cast<std::size_t>(k)]);
+  return some;
+}
+
+}  // namespace
+
+Linearization linearizationOf(const BatteryModel& model, const ModelPoint& start, const InputSequence& inputs, std::size_t training) {
+  return Responder(model, start, inputs, training).run();
+}
+
+void takeDiscrepancyDirections(Linearization& response, const BatteryModel& model, const ModelPoint& start, const InputSequence& inputs) {
+  for (const Eigen::Index direction : {Eigen::Index{kRowC2}, Eigen::Index{kRowBeta}, kBaseDirections - 1}) {
+    auto discrepancy = std::make_shared<DiscrepancyModel>();
+    discrepancy->context.span = 1.0;
+    discrepancy->base_change = Eigen::VectorXd::Unit(kBaseDirections, direction);
+    Simulation alone(model, start), moved(withDiscrepancy(model, discrepancy), start);
+    for (Eigen::Index row = 0; row < response.time.size(); ++row) {
+      const auto begin = response.first[static_cast<std::size_t>(row)], end = response.first[static_cast<std::size_t>(row) + 1];
+      double sum = 0.0, counted = 0.0;
+      for (std::size_t n = begin; n < end; ++n) {
+        const InputSample& sample = inputs.samples[n];
+        alone.advance(sample.step);
+        moved.advance(sample.step);
+        if (!(sample.count > 0.0)) continue;
+        sum += moved.voltage() - alone.voltage();
+        counted += 1.0;
+      }
+      if (counted > 0.0) response.sensitivity(row, direction) = sum / counted;
+    }
+  }
+}
+
+Eigen::VectorXd answered(const Linearization& response, const Eigen::VectorXd& discrepancy) {
+  Eigen::VectorXd answer = discrepancy;
+  double moved = 0.0;  // d [V]
+  for (Eigen::Index row = 0; row < discrepancy.size(); ++row) {
+    answer[row] += response.persistence[row] * moved;
+    moved = response.persistence[row] * moved - response.yielding[row] * answer[row];
+  }
+  return answer;
+}
+
+DesignMatrix designMatrix(const InputSequence& inputs, const Linearization& response, double beta) {
+  DesignMatrix table;
+  table.context = contextOf(inputs, response, beta);
+  RegressorMemory memory(regressorLibrary(table.context), table.context);
+  Eigen::MatrixXd values = rawColumns(inputs, response, memory);
+  const auto training = values.topRows(response.training);
+  std::vector<Eigen::Index> moving;
+  const Eigen::VectorXd low = training.colwise().minCoeff(), high = training.colwise().maxCoeff();
+  Eigen::VectorXd centre = training.colwise().mean();
+  Eigen::VectorXd scale = (training.rowwise() - centre.transpose()).colwise().norm() / std::sqrt(static_cast<double>(response.training));
+  for (Eigen::Index k = 0; k < values.cols(); ++k)
+    if (scale[k] > kFlat * (1.0 + std::max(std::abs(low[k]), std::abs(high[k])))) moving.push_back(k);
+  table.columns = kept(memory.columns(), moving);
+  table.lower = low(moving);
+  table.upper = high(moving);
+  table.centre = centre(moving);
+  table.scale = scale(moving);
+  const auto kept_columns = static_cast<Eigen::Index>(moving.size());
+  for (Eigen::Index j = 0; j < kept_columns; ++j) {  // in place: a column's own is never before it
+    Eigen::ArrayXd x = values.col(moving[static_cast<std::size_t>(j)]).array();
+    if (!isUnbounded(table.columns[static_cast<std::size_t>(j)].kind)) x = x.max(table.lower[j]).min(table.upper[j]);
+    values.col(j) = answered(response, ((x - table.centre[j]) / table.scale[j]).matrix());
+  }
+  values.conservativeResize(Eigen::NoChange, kept_columns);
+  table.values = std::move(values);
+  return table;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,275 @@
+#include "battery_sof/diagnosis/diagnose.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "battery_sof/diagnosis/verdict.hpp"
+#include "battery_sof/model/mechanism.hpp"
+#include "battery_sof/recording/pi.hpp"
+#include "battery_sof/report/diagnosis_results.hpp"
+#include "support/base_drive.hpp"
+
+namespace battery_sof {
+namespace {
+
+using namespace test;
+
+Recording recordingOfDrive(double duration) {
+  Recording recording;
+  recording.name = "drive";
+  recording.series = baseDrive(3, duration);
+  recording.offered = recording.series.size();
+  return recording;
+}
+
+/// The same drive, its open-circuit voltage rising with the charge by a slope [V/Ah].
+Recording withSlope(double slope, double offset_current) {
+  Recording recording = recordingOfDrive(900.0);
+  Series& series = recording.series;
+  double charge = 0.0;
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    charge += (series.current[k] + offset_current) * (series.time[k] - series.time[k - 1]) / 3600.0;
+    series.voltage[k] += slope * charge;
+  }
+  return recording;
+}
+
+TEST(Diagnose, ADriveOfTheBaseModelShowsNoMismatch) {
+  const Diagnosis diagnosis = diagnose(recordingOfDrive(600.0));
+  EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
+  EXPECT_TRUE(diagnosis.effects.empty());
+  EXPECT_EQ(diagnosis.base_voltage, diagnosis.extended_voltage);
+}
+
+/// The rest of what is learnt from hardly knows where the first quarter begins: no reason to call anything unknown.
+TEST(Diagnose, AnotherDriveOfTheBaseModelShowsNoMismatch) {
+  Recording recording;
+  recording.name = "drive";
+  recording.series = answered(drivenBattery(), dataSetOneCurrent(533.0, 0.1, 14), 0.1, 0.001, 14);
+  recording.offered = recording.series.size();
+  const Diagnosis diagnosis = diagnose(recording);
+  EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
+}
+
+TEST(Diagnose, WhiteNoiseIsNoMismatchHoweverMuchOfIt) {
+  Recording recording = recordingOfDrive(600.0);
+  addNoise(recording.series, 0.0, 0.02, 5);
+  const Diagnosis diagnosis = diagnose(recording);
+  EXPECT_GT(diagnosis.fit.base_train.rmse, 1.5 * kPlausible);
+  EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
+}
+
+TEST(Diagnose, WhatLastsAndFollowsNothingIsUnknown) {
+  Recording recording = recordingOfDrive(600.0);
+  std::mt19937 dice(7);
+  std::exponential_distribution<double> pause(1.0 / 20.0);
+  Series& series = recording.series;
+  double next = 0.0, level = 0.015;
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    for (; series.time[n] >= next; next += pause(dice)) level = -level;
+    series.voltage[n] += level;
+  }
+  const Diagnosis diagnosis = diagnose(recording);
+  EXPECT_TRUE(hasNoEquation(diagnosis.verdict));
+  EXPECT_NEAR(0.015, diagnosis.unexplained.noise, 0.003);
+  for (const DetectionLimit& one : diagnosis.detection_limits) EXPECT_FALSE(one.strength) << one.id << " is promised";
+}
+
+TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {
+  const Diagnosis diagnosis = diagnose(withSlope(0.1, 2.0));
+  ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
+  EXPECT_LT(diagnosis.fit.extended_holdout.rmse, 0.5 * diagnosis.fit.base_holdout.rmse);
+}
+
+TEST(Diagnose, OneThreadAndTwoGiveTheSameAnswerByteForByte) {
+  DiagnoseOptions one, two;
+  one.threads = 1;
+  two.threads = 2;
+  const Recording recording = withSlope(0.1, 2.0);
+  EXPECT_EQ(diagnosisJson(diagnose(recording, one)).dump(), diagnosisJson(diagnose(recording, two)).dump());
+}
+
+/// What a diagnosis says before it opens the part that was held out.
+nlohmann::json beforeTheHoldOut(const Recording& recording) {
+  nlohmann::json said = diagnosisJson(diagnose(recording));
+  // What the last step compares on the hold-out: the fits, what needs no physics, who imposes what there.
+  for (const char* opened : {"fit", "summary", "naive", "naive_line", "source", "imposed"}) said.erase(opened);
+  for (nlohmann::json& candidate : said["candidates"]) candidate.erase("holdout_gain_percent");
+  return said;
+}
+
+TEST(Diagnose, WhatTheHoldOutHoldsChangesNothingButTheComparison) {
+  Recording recording = withSlope(0.1, 2.0), other;
+  std::mt19937_64 generator(5);
+  std::normal_distribution<double> normal;
+  std::vector<double> flicker(recording.series.size());
+  for (std::size_t k = 0; k < flicker.size(); ++k) {
+    flicker[k] = 0.1 * normal(generator);
+    recording.series.current[k] = std::max(-200.0, recording.series.current[k] + flicker[k]);  // a sensor that cuts off
+  }
+  other = recording;
+  for (std::size_t k = 3 * flicker.size() / 4; k < flicker.size(); ++k) other.series.voltage[k] += 0.2 + 0.1 * flicker[k];
+  EXPECT_EQ(beforeTheHoldOut(recording), beforeTheHoldOut(other));
+}
+
+TEST(Diagnose, WhatIsGivenIsModelledAndNothingElseIsNamed) {
+  DiagnoseOptions options;
+  options.given = {"ocv_soc", "acid_transport"};
+  const Diagnosis given = diagnose(withSlope(0.1, 2.0), options), searched = diagnose(withSlope(0.1, 2.0));
+  EXPECT_EQ((std::vector<std::string>{"acid_transport", "ocv_soc"}), given.extended.fit.effects);
+  EXPECT_LT(given.fit.extended_holdout.rmse, 1.1 * searched.fit.extended_holdout.rmse);
+  options.given = {"no_such_effect"};
+  EXPECT_THROW(diagnose(recordingOfDrive(600.0), options), std::invalid_argument);
+}
+
+double valueOf(const FittedModel& model, const std::string& name) {
+  for (const ParameterEstimate& one : model.fit.estimates)
+    if (one.name == name) return one.value;
+  ADD_FAILURE() << name << " is not in the model";
+  return 0.0;
+}
+
+TEST(Diagnose, AFleetsPriorHoldsAParameterWhereItIsSharpAndLeavesItWhereItIsWide) {
+  const Recording recording = withSlope(0.1, 0.0);
+  DiagnoseOptions options;
+  options.given = {"ocv_soc"};
+  const double alone = valueOf(diagnose(recording, options).extended, "ocv_slope");
+  EXPECT_NEAR(alone, 0.1, 0.02);
+  options.priors = {{{"ocv_soc"}, {{"ocv_slope", 0.05, 1e-5, true}}}};
+  EXPECT_NEAR(valueOf(diagnose(recording, options).extended, "ocv_slope"), 0.05, 0.005);
+  options.priors = {{{"ocv_soc"}, {{"ocv_slope", 0.05, 10.0, true}}}};
+  EXPECT_NEAR(valueOf(diagnose(recording, options).extended, "ocv_slope"), alone, 0.01 * alone);
+  options.priors = {{{"ocv_soc", "gassing"}, {{"ocv_slope", 0.05, 1e-5, true}}}};
+  EXPECT_EQ(valueOf(diagnose(recording, options).extended, "ocv_slope"), alone) << "a population of other effects says nothing";
+}
+
+TEST(Diagnose, AFleetsPriorOfABatteryWithoutEffectsHoldsTheBaseCircuit) {
+  DiagnoseOptions options;
+  const Recording recording = recordingOfDrive(600.0);
+  const FittedModel alone = diagnose(recording, options).base;
+  options.priors = {{{}, {{"c2", 2.0 * alone.fit.parameters.c2, 1e-5, true}}}};
+  EXPECT_NEAR(diagnose(recording, options).base.fit.parameters.c2, 2.0 * alone.fit.parameters.c2, 0.02 * alone.fit.parameters.c2);
+}
+
+TEST(Diagnose, WhatIsConfirmedIsNamedOnceItIsPutIn) {
+  DiagnoseOptions options;
+  options.hypotheses = {"ocv_soc", "acid_transport"};
+  const Diagnosis tried = diagnose(recordingOfDrive(600.0), options);
+  options.confirm = {"ocv_soc"};
+  const Diagnosis confirmed = diagnose(recordingOfDrive(600.0), options);
+  const auto slopeOf = [](const Diagnosis& diagnosis) {
+    return *std::find_if(diagnosis.detection_limits.begin(), diagnosis.detection_limits.end(),
+                         [](const DetectionLimit& one) { return one.id == "ocv_soc"; });
+  };
+  ASSERT_TRUE(slopeOf(confirmed).strength);
+  EXPECT_GE(*slopeOf(confirmed).strength, *slopeOf(tried).strength);
+  options.lists_detection_limits = false;
+  EXPECT_TRUE(diagnose(recordingOfDrive(600.0), options).detection_limits.empty());
+  options.confirm = {"no_such_effect"};
+  EXPECT_THROW(diagnose(recordingOfDrive(600.0), options), std::invalid_argument);
+}
+
+TEST(Diagnose, OneSampleASecondWhoseVoltageIsHalfASecondLateIsNamedSo) {
+  constexpr std::size_t kSecond = 100, kLate = 50;  // samples at 100 Hz
+  const Series fast = baseDrive(3, 1200.0);
+  Recording recording;
+  recording.name = "logger";
+  for (std::size_t k = kSecond; k < fast.size(); k += kSecond) {
+    recording.series.time.push_back(fast.time[k]);
+    recording.series.current.push_back(fast.current[k]);
+    recording.series.voltage.push_back(fast.voltage[k - kLate]);
+  }
+  recording.offered = recording.series.size();
+  const Diagnosis diagnosis = diagnose(recording);
+  ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
+  EXPECT_EQ("time_skew", diagnosis.effects.front().id);
+  ASSERT_FALSE(diagnosis.effects.front().parameters.empty());
+  EXPECT_NEAR(0.5, diagnosis.effects.front().parameters.front().value, 0.1);
+  EXPECT_EQ(Mechanism::kInstrument, diagnosis.mechanism) << diagnosis.summary;
+}
+
+/// Slow diffusion of a lithium cell, which in a lead-acid battery would be the acid's.
+TEST(Diagnose, ACellOfAnotherChemistryGetsNoNameOfLeadAcid) {
+  Recording recording = recordingOfDrive(900.0);
+  Series& series = recording.series;
+  double memory = 0.0;  // [A], of the last two minutes
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    memory += (series.current[k] - memory) * (series.time[k] - series.time[k - 1]) / 120.0;
+    series.voltage[k] += 0.002 * memory;
+  }
+  const Diagnosis twelve = diagnose(recording);
+  ASSERT_TRUE(twelve.mechanism && isOfLeadAcid(*twelve.mechanism)) << twelve.summary;
+  for (double& voltage : series.voltage) voltage -= 8.9;
+  const Diagnosis cell = diagnose(recording);
+  EXPECT_FALSE(cell.mechanism && isOfLeadAcid(*cell.mechanism)) << cell.summary;
+  EXPECT_EQ(std::string::npos, cell.summary.find("acid")) << cell.summary;
+  EXPECT_TRUE(hasNoEquation(cell.verdict)) << cell.summary;
+}
+
+TEST(Diagnose, AMinuteIsTooShort) {
+  const Diagnosis diagnosis = diagnose(recordingOfDrive(60.0));
+  EXPECT_EQ(Verdict::kInsufficientData, diagnosis.verdict);
+  EXPECT_NE(std::string::npos, diagnosis.summary.find("120")) << diagnosis.summary;
+  EXPECT_FALSE(diagnosis.next_experiment.empty());
+  EXPECT_FALSE(diagnosis.source.totals.empty());
+}
+
+TEST(Diagnose, ABatteryAtRestIsInsufficientData) {
+  Recording recording = recordingOfDrive(600.0);
+  for (double& current : recording.series.current) current = 0.0;
+  EXPECT_EQ(Verdict::kInsufficientData, diagnose(recording).verdict);
+}
+
+TEST(Diagnose, AnEmptyRecordingIsInsufficientData) { EXPECT_EQ(Verdict::kInsufficientData, diagnose(Recording()).verdict); }
+
+TEST(Diagnose, UnknownHypothesesAreRefusedByName) {
+  DiagnoseOptions options;
+  options.hypotheses = {"phlogiston"};
+  EXPECT_THROW(
+      {
+        try {
+          diagnose(recordingOfDrive(600.0), options);
+        } catch (const std::invalid_argument& error) {
+          EXPECT_NE(std::string::npos, std::string(error.what()).find("phlogiston"));
+          throw;
+        }
+      },
+      std::invalid_argument);
+}
+
+TEST(Diagnose, WhatPredictsTheHoldOutWorseThanTheBaseModelIsToldAndNotGiven) {
+  Recording recording = withSlope(0.1, 2.0);
+  const Series plain = recordingOfDrive(900.0).series;
+  for (std::size_t k = 3 * plain.size() / 4; k < plain.size(); ++k)  // from here on the slope is the other way round
+    recording.series.voltage[k] = 2.0 * plain.voltage[k] - recording.series.voltage[k];
+  const Diagnosis diagnosis = diagnose(recording);
+  ASSERT_TRUE(diagnosis.withheld_rmse) << diagnosis.summary;
+  EXPECT_GT(*diagnosis.withheld_rmse, diagnosis.fit.base_holdout.rmse);
+  EXPECT_EQ(diagnosis.fit.base_holdout.rmse, diagnosis.fit.extended_holdout.rmse);
+  EXPECT_TRUE(diagnosis.extended.fit.effects.empty());
+  EXPECT_EQ(diagnosis.base_voltage, diagnosis.extended_voltage);
+  EXPECT_NE(std::string::npos, diagnosis.summary.find("so the base model is given")) << diagnosis.summary;
+}
+
+/// A resistance that grows by 3 mOhm and then no more, a law that no effect has. What it came to is in the model that is given.
+TEST(Diagnose, WhatAgedStaysInTheExtendedModel) {
+  Recording recording = recordingOfDrive(900.0);
+  Series& series = recording.series;
+  for (std::size_t n = 0; n < series.size(); ++n)
+    series.voltage[n] += 0.0015 * (1.0 - std::cos(kPi * std::min(series.time[n] / 300.0, 1.0))) * series.current[n];
+  const Diagnosis diagnosis = diagnose(recording);
+  ASSERT_TRUE(diagnosis.discrepancy && diagnosis.discrepancy->is_used) << diagnosis.summary;
+  EXPECT_LT(diagnosis.fit.extended_holdout.rmse, 0.5 * diagnosis.fit.base_holdout.rmse) << diagnosis.summary;
+}
+
+TEST(Diagnose, AHoldoutOfEverythingIsRefused) {
+  DiagnoseOptions options;
+  options.holdout_share = 1.0;
+  EXPECT_THROW(diagnose(recordingOfDrive(600.0), options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace battery_sof

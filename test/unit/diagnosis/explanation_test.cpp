@@ -1,0 +1,134 @@
+#include "battery_sof/diagnosis/explanation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/composed.hpp"
+
+namespace battery_sof {
+namespace {
+
+using namespace test;
+
+const std::vector<std::string> kSome = {"charge_acceptance", "ocv_soc", "time_skew"};
+
+/// Four minutes at 10 Hz with a millivolt of white noise, of a composition.
+Series inputsOf(const std::vector<std::string>& effects, const std::string& parameter = "", double value = 0.0) {
+  const BatteryModel model(effects);
+  Eigen::VectorXd parameters = typicalPoint(model);
+  if (!parameter.empty()) parameters[*model.parameterRow(parameter)] = value;
+  Series series = test::answered(drivenBattery(), dataSetOneCurrent(240.0, 0.1, 8), 0.1, 0.0, 8);
+  series.voltage = voltages(model, pointOf(model, parameters), inputSequence(series, whole(series)));
+  addNoise(series, 0.0, 0.001, 8);
+  return series;
+}
+
+/// The base circuit with the square root of what ten seconds of charging leave [V]: of no equation.
+Series driveOfNoEquation() {
+  Series series = inputsOf({});
+  double memory = 0.0;
+  for (std::size_t n = 1; n < series.size(); ++n) {
+    memory += -std::expm1(-0.01) * (std::max(series.current[n], 0.0) - memory);
+    series.voltage[n] += 0.02 * std::sqrt(memory);
+  }
+  return series;
+}
+
+Explanation explained(const Series& series, const std::vector<std::string>& ids, const std::vector<std::string>& given = {}) {
+  const InputSequence inputs = inputSequence(series, whole(series));
+  const CompositionPoint base{typicalPoint(BatteryModel()), BatteryModel().restState()};
+  const Linearization response = linearizationOf(BatteryModel(), {base.parameters, base.state, 0.0, 0.0}, inputs, inputs.samples.size());
+  const DesignMatrix table = designMatrix(inputs, response, drivenBattery().beta);
+  return explain(inputs, inputs.samples.size(), table, base, ids, given, {});
+}
+
+TEST(Explain, TheBaseCircuitsOwnVoltageNeedsNoExplanation) {
+  const Explanation found = explained(baseDrive(3), kSome);
+  EXPECT_TRUE(found.terms.empty());
+  EXPECT_TRUE(found.model.effects().empty());
+  EXPECT_EQ(found.base_evidence, found.evidence);
+  EXPECT_NEAR(0.002 / std::sqrt(10.0), found.noise, 1e-4);
+  EXPECT_LT(found.unexplained_rms, 0.001);
+  EXPECT_FALSE(found.unexplained_mechanism.has_value());
+}
+
+TEST(Explain, AnOpenCircuitVoltageThatFollowsTheChargeIsExplainedByItself) {
+  const Explanation found = explained(inputsOf({"ocv_soc"}, "ocv_slope", 0.2), kSome);
+  ASSERT_EQ(1u, found.terms.size());
+  const SelectedTerm& one = found.terms.front();
+  EXPECT_EQ("ocv_soc", one.member);
+  EXPECT_EQ(Mechanism::kOpenCircuit, one.mechanism);
+  EXPECT_GT(one.gain, ExplanationRules().min_gain);
+  EXPECT_GT(one.probability, 0.9);
+  EXPECT_NEAR(0.2, found.point.parameters[*found.model.parameterRow("ocv_slope")], 0.02);
+  EXPECT_GT(found.evidence, found.base_evidence);
+}
+
+TEST(Explain, ALawOfNoEquationIsExplainedByItsFamily) {
+  const Explanation found = explained(driveOfNoEquation(), kSome);
+  ASSERT_FALSE(found.terms.empty());
+  EXPECT_EQ("acceptance", mechanismId(found.terms.front().mechanism));
+}
+
+TEST(Explain, WithoutEquationsAFamilysColumnsStandForThemselves) {
+  const Explanation found = explained(driveOfNoEquation(), {});
+  ASSERT_FALSE(found.terms.empty());
+  EXPECT_EQ("acceptance", mechanismId(found.terms.front().mechanism));
+  for (const SelectedTerm& one : found.terms) EXPECT_EQ("", one.member);
+  EXPECT_TRUE(found.model.effects().empty());
+  EXPECT_LT(found.noise, 0.2 * found.terms.front().rms);
+}
+
+TEST(Explain, WhatIsGivenIsTakenAndNothingElseIsLookedFor) {
+  const Explanation found = explained(inputsOf({"ocv_soc"}, "ocv_slope", 0.2), kSome, {"acid_transport"});
+  EXPECT_EQ((std::vector<std::string>{"acid_transport"}), found.model.effects());
+  ASSERT_EQ(1u, found.terms.size());
+  EXPECT_EQ("acid_transport", found.terms.front().member);
+}
+
+TEST(Explain, TheSameSetHasOneScoreByAnyPath) {
+  const BatteryModel model({"charge_acceptance", "ocv_soc"});
+  Eigen::VectorXd parameters = typicalPoint(model);
+  parameters[*model.parameterRow("ocv_slope")] = 0.2;
+  Series series = test::answered(drivenBattery(), dataSetOneCurrent(240.0, 0.1, 8), 0.1, 0.0, 8);
+  series.voltage = voltages(model, pointOf(model, parameters), inputSequence(series, whole(series)));
+  addNoise(series, 0.0, 0.001, 8);
+  const Explanation one = explained(series, kSome, {"charge_acceptance", "ocv_soc"}),
+                    other = explained(series, kSome, {"ocv_soc", "charge_acceptance"}), found = explained(series, kSome);
+  EXPECT_EQ(one.evidence, other.evidence);
+  ASSERT_EQ(2u, found.terms.size());
+  for (const std::string& id : one.model.effects())
+    EXPECT_TRUE(std::any_of(found.terms.begin(), found.terms.end(), [&](const SelectedTerm& part) { return part.member == id; }))
+        << id;
+  EXPECT_NEAR(one.evidence, found.evidence, 0.5);
+}
+
+TEST(Explain, LeastStrengthsAreToldOfWhatIsNotInIt) {
+  const Explanation found = explained(inputsOf({"ocv_soc"}, "ocv_slope", 0.2), {"ocv_soc", "current_offset"});
+  ASSERT_EQ(1u, found.least.size());
+  const LinearDetectionLimit& least = found.least.front();
+  EXPECT_EQ("current_offset", least.id);
+  EXPECT_EQ("A", least.unit);
+  EXPECT_GT(std::abs(least.typical), 0.0);
+}
+
+TEST(Explain, TheSameDataHaveOneExplanationBitForBit) {
+  const Series series = driveOfNoEquation();
+  const Explanation one = explained(series, {"ocv_soc"}), other = explained(series, {"ocv_soc"});
+  EXPECT_EQ(one.evidence, other.evidence);
+  EXPECT_EQ(one.effective_sample_fraction, other.effective_sample_fraction);
+  EXPECT_TRUE(one.point.parameters == other.point.parameters);
+  EXPECT_TRUE(one.point.state == other.point.state);
+  ASSERT_EQ(one.terms.size(), other.terms.size());
+  for (std::size_t k = 0; k < one.terms.size(); ++k) {
+    EXPECT_EQ(one.terms[k].member, other.terms[k].member);
+    EXPECT_EQ(one.terms[k].gain, other.terms[k].gain);
+    EXPECT_EQ(one.terms[k].rms, other.terms[k].rms);
+    EXPECT_EQ(one.terms[k].probability, other.terms[k].probability);
+  }
+}
+
+}  // namespace
+}  // namespace battery_sof

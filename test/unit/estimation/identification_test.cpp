@@ -1,0 +1,243 @@
+#include "battery_sof/estimation/identification.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "battery_sof/estimation/base_search.hpp"
+#include "support/base_drive.hpp"
+
+namespace battery_sof {
+namespace {
+
+IndexRange whole(const Series& series) { return {0, series.size()}; }
+
+const ParameterEstimate& estimate(const Fit& fit, const std::string& name) {
+  for (const auto& e : fit.estimates)
+    if (e.name == name) return e;
+  throw std::out_of_range(name);
+}
+
+TEST(Identify, RecoversTheParametersOfANoiselessDrive) {
+  const Series series = test::baseDrive(1, 240.0, 0.0);
+  const FittedModel model = identify(series, whole(series));
+  const BaseParameters truth = test::drivenBattery();
+  EXPECT_EQ(model.fit.status, FitStatus::kConverged);
+  EXPECT_NEAR(model.fit.parameters.r_discharge, truth.r_discharge, 1e-7);
+  EXPECT_NEAR(model.fit.parameters.r_charge, truth.r_charge, 1e-7);
+  EXPECT_NEAR(model.fit.parameters.c2, truth.c2, 1e-3 * truth.c2);
+  EXPECT_NEAR(model.fit.parameters.beta, truth.beta, 1e-3 * truth.beta);
+  EXPECT_NEAR(model.fit.parameters.u_dc, truth.u_dc, 1e-4);
+  EXPECT_GT(model.fit.scores.q_dyn_percent, 99.9);
+}
+
+TEST(Identify, EstimatesTheStateOfAWindowThatOpensFarFromRest) {
+  const BaseParameters truth = test::drivenBattery();
+  const Series series = test::answered(truth, test::dataSetOneCurrent(240.0, 0.01, 5), 0.01, 0.002, 5, -0.35);
+  const FittedModel model = identify(series, whole(series));
+  EXPECT_NEAR(model.fit.parameters.c2, truth.c2, 0.02 * truth.c2);
+  EXPECT_NEAR(model.fit.parameters.u_dc, truth.u_dc, 0.005);
+}
+
+TEST(Identify, LeavesTheStateAtTheWindowsLastSample) {
+  const BaseParameters truth = test::drivenBattery();
+  const Series series = test::baseDrive(3, 240.0, 0.0);
+  const FittedModel model = identify(series, whole(series));
+  EXPECT_DOUBLE_EQ(model.state.time, series.time.back());
+  EXPECT_DOUBLE_EQ(model.state.current, series.current.back());
+  const double ohmic = ohmicResistance(truth, series.current.back()) * series.current.back();
+  EXPECT_NEAR(model.state.u_c2, series.voltage.back() - truth.u_dc - ohmic, 1e-4);
+}
+
+TEST(Identify, ARobustStartSurvivesAWindowThatOpensOnACurrentEdgeThePapersDoesNot) {
+  // The first sample's voltage belongs to another current, as a sample inside an edge does.
+  Series series = test::baseDrive(7, 240.0, 0.002);
+  series.voltage[0] -= 0.4;
+  const double truth = test::drivenBattery().c2;
+  IdentifyOptions paper;
+  paper.start = FitStart::kPaper;
+  const double robust_error = std::abs(identify(series, whole(series)).fit.parameters.c2 / truth - 1.0);
+  const double paper_error = std::abs(identify(series, whole(series), paper).fit.parameters.c2 / truth - 1.0);
+  EXPECT_LT(robust_error, 0.005);
+  EXPECT_GT(paper_error, 0.02);
+}
+
+TEST(Identify, ThePapersStartFindsTheParametersOfACleanWindow) {
+  const Series series = test::baseDrive(2, 240.0, 0.0);
+  IdentifyOptions options;
+  options.start = FitStart::kPaper;
+  const FittedModel model = identify(series, whole(series), options);
+  const BaseParameters truth = test::drivenBattery();
+  EXPECT_EQ(model.fit.start, "paper");
+  EXPECT_LE(model.fit.iterations, 20);
+  EXPECT_NEAR(model.fit.parameters.r_discharge, truth.r_discharge, 1e-5);
+  EXPECT_NEAR(model.fit.parameters.c2, truth.c2, 0.01 * truth.c2);
+  EXPECT_NEAR(model.fit.parameters.beta, truth.beta, 0.01 * truth.beta);
+}
+
+TEST(Identify, ThePapersPenaltyKeepsParametersNearTableOne) {
+  BaseParameters outside = test::drivenBattery();
+  outside.r_charge = 0.0002;  // below the lower bound of 0.001
+  const Series series = test::answered(outside, test::dataSetOneCurrent(240.0, 0.01, 2), 0.01, 0.002, 2);
+  IdentifyOptions options;
+  options.start = FitStart::kPaper;
+  const FittedModel model = identify(series, whole(series), options);
+  EXPECT_TRUE(estimate(model.fit, "r_charge").at_bound);
+  EXPECT_GT(model.fit.parameters.r_charge, 0.0002);
+}
+
+TEST(Identify, ReportsAParameterThatEndsAtABoundWithoutAStandardError) {
+  BaseParameters outside = test::drivenBattery();
+  outside.r_charge = 0.0002;
+  const Series series = test::answered(outside, test::dataSetOneCurrent(240.0, 0.01, 2), 0.01, 0.002, 2);
+  const FittedModel model = identify(series, whole(series));
+  const auto& r_charge = estimate(model.fit, "r_charge");
+  EXPECT_TRUE(r_charge.at_bound);
+  EXPECT_FALSE(r_charge.determined);
+  EXPECT_FALSE(r_charge.std.has_value());
+  EXPECT_DOUBLE_EQ(r_charge.value, 0.001);
+  EXPECT_NE(model.fit.message.find("r_charge"), std::string::npos);
+}
+
+TEST(Identify, SaysThatADischargeOnlyWindowDoesNotDetermineTheChargeResistance) {
+  auto current = test::dataSetOneCurrent(240.0, 0.01, 4);
+  for (double& i : current) i = std::min(i, -1.0);
+  const Series series = test::answered(test::drivenBattery(), current, 0.01, 0.002, 4);
+  const FittedModel model = identify(series, whole(series));
+  EXPECT_TRUE(estimate(model.fit, "r_discharge").determined);
+  EXPECT_FALSE(estimate(model.fit, "r_charge").determined);
+  EXPECT_FALSE(estimate(model.fit, "r_charge").std.has_value());
+}
+
+TEST(Identify, RefusesAWindowTooShortToFit) {
+  const Series series = test::baseDrive(1, 0.2);
+  const FittedModel model = identify(series, whole(series));
+  EXPECT_EQ(model.fit.status, FitStatus::kWindowTooShort);
+  EXPECT_FALSE(isUsable(model.fit));
+  EXPECT_NE(model.fit.message.find("20 samples"), std::string::npos);
+}
+
+TEST(Identify, RefusesAWindowWhoseCurrentNeverChanges) {
+  const Series series = test::answered(test::drivenBattery(), std::vector<double>(1000, -5.0), 0.01, 0.002, 1);
+  const FittedModel model = identify(series, whole(series));
+  EXPECT_EQ(model.fit.status, FitStatus::kNotExcited);
+  EXPECT_FALSE(isUsable(model.fit));
+}
+
+TEST(Identify, TakesAGapInsideTheWindowForARest) {
+  Series series = test::baseDrive(6, 120.0, 0.0);
+  const std::size_t half = series.size() / 2;
+  const OverpotentialStep step(test::drivenBattery());
+  // The drive stops, the car stands for ten minutes, and goes on from the state it rested to.
+  double u = series.voltage[half - 1] - terminalVoltage(test::drivenBattery(), series.current[half - 1], 0.0);
+  u = step.advance(u, 0.0, 600.0);
+  for (std::size_t n = half; n < series.size(); ++n) {
+    series.time[n] += 600.0 - 0.01;
+    if (n > half) u = step.advance(u, 0.5 * (series.current[n - 1] + series.current[n]), 0.01);
+    series.voltage[n] = terminalVoltage(test::drivenBattery(), series.current[n], u);
+  }
+  const FittedModel model = identify(series, whole(series));
+  EXPECT_NEAR(model.fit.parameters.c2, test::drivenBattery().c2, 2.0);
+  EXPECT_LT(model.fit.scores.rmse, 1e-4);
+}
+
+TEST(Identify, RefusesOptionsOutsideTheirRangesByName) {
+  const Series series = test::baseDrive(1, 20.0);
+  const auto messageOf = [&](const IdentifyOptions& options) -> std::string {
+    try {
+      identify(series, whole(series), options);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  IdentifyOptions options;
+  options.crank_weight = 0.5;
+  EXPECT_NE(messageOf(options).find("crank_weight"), std::string::npos);
+  options = {};
+  options.crank_weight_current = 10.0;
+  EXPECT_NE(messageOf(options).find("crank_weight_current"), std::string::npos);
+  options = {};
+  options.max_iterations = 0;
+  EXPECT_NE(messageOf(options).find("max_iterations"), std::string::npos);
+  options = {};
+  options.initial[3] = 5000.0;
+  EXPECT_NE(messageOf(options).find("beta"), std::string::npos);
+  EXPECT_THROW(identify(series, {0, series.size() + 1}), std::invalid_argument);
+}
+
+TEST(CarryState, MovesTheStateAsTheModelWould) {
+  const Series series = test::baseDrive(8, 300.0, 0.0);
+  FittedModel model = identify(series, {0, 24000});
+  carryState(model, series, series.size() - 1);
+  EXPECT_DOUBLE_EQ(model.state.time, series.time.back());
+  const double ohmic = ohmicResistance(test::drivenBattery(), series.current.back()) * series.current.back();
+  EXPECT_NEAR(model.state.u_c2, series.voltage.back() - test::drivenBattery().u_dc - ohmic, 2e-4);
+  EXPECT_THROW(carryState(model, series, 10), std::invalid_argument);
+}
+
+TEST(BaseNormalEquations, ColumnsMatchCentralDifferences) {
+  const Series series = test::baseDrive(9, 20.0);
+  const BaseNormalEquations equations(fitSamples(series, whole(series), 10.0, -150.0), 1.0);
+  const OverpotentialSweep::Point point{900.0, 25.0, 0.03};
+  const auto columns = equations.columns(point);
+  const auto target = [&](double c2, double beta, double first) {
+    return Eigen::VectorXd(equations.columns({c2, beta, first}).col(kColumnTarget));
+  };
+  const double h = 1e-5;
+  const Eigen::VectorXd of_c2 = (target(900.0 * std::exp(-h), 25.0, 0.03) - target(900.0 * std::exp(h), 25.0, 0.03)) / (2 * h);
+  const Eigen::VectorXd of_beta = (target(900.0, 25.0 * std::exp(-h), 0.03) - target(900.0, 25.0 * std::exp(h), 0.03)) / (2 * h);
+  const Eigen::VectorXd of_first = (target(900.0, 25.0, 0.03 - h) - target(900.0, 25.0, 0.03 + h)) / (2 * h);
+  EXPECT_LT((columns.col(kColumnLogC2) - of_c2).cwiseAbs().maxCoeff(), 1e-7);
+  EXPECT_LT((columns.col(kColumnLogBeta) - of_beta).cwiseAbs().maxCoeff(), 1e-7);
+  EXPECT_LT((columns.col(kColumnInitial) - of_first).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(BaseNormalEquations, SumsAreThoseOfTheColumns) {
+  const Series series = test::baseDrive(9, 33.0);
+  const auto samples = fitSamples(series, whole(series), 10.0, -150.0);
+  const BaseNormalEquations equations(samples, 1.0);
+  const OverpotentialSweep::Point point{900.0, 25.0, 0.03};
+  const auto columns = equations.columns(point);
+  Eigen::VectorXd weight(static_cast<Eigen::Index>(samples.size()));
+  for (std::size_t n = 0; n < samples.size(); ++n) weight[static_cast<Eigen::Index>(n)] = samples[n].weight;
+  const Eigen::MatrixXd expected = columns.transpose() * weight.asDiagonal() * columns;
+  for (const auto set : {InstructionSet::kPlain, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
+    if (set > widestInstructionSet()) continue;
+    const Eigen::MatrixXd sums = equations.sums(point, set).weighted;
+    for (int j = 0; j < kBaseColumns; ++j)
+      for (int k = 0; k < kBaseColumns; ++k) EXPECT_NEAR(sums(j, k), expected(j, k), 1e-10 * std::sqrt(expected(j, j) * expected(k, k)));
+  }
+  EXPECT_TRUE(equations.means(point).isApprox(columns.colwise().mean().transpose(), 1e-10));
+}
+
+TEST(SearchWindow, ItsTrustedLastStepLandsOnTheOptimum) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    // 20 mV of noise: the averages' optimum lies as far from that of all samples as it can.
+    const Series series = test::baseDrive(seed, 240.0, 0.02);
+    const auto samples = fitSamples(series, whole(series), 10.0, -150.0);
+    const BaseNormalEquations equations(samples, 1.0);
+    const BaseFit quick = searchWindow(samples, equations, {});
+    const BaseFit exact = searchRobust(equations, {}, quick);
+    EXPECT_NEAR(quick.parameters.c2 / exact.parameters.c2, 1.0, 1e-5);
+    EXPECT_NEAR(quick.parameters.beta / exact.parameters.beta, 1.0, 1e-5);
+    EXPECT_NEAR(quick.parameters.r_discharge / exact.parameters.r_discharge, 1.0, 1e-5);
+    EXPECT_NEAR(quick.parameters.r_charge / exact.parameters.r_charge, 1.0, 1e-5);
+    EXPECT_NEAR(quick.cost / exact.cost, 1.0, 1e-7);
+  }
+}
+
+TEST(FitSamples, WeighsHighRateDischargeOnly) {
+  Series series;
+  series.time = {0.0, 0.01, 0.02, 0.03};
+  series.current = {-150.0, -150.1, 20.0, -10.0};
+  series.voltage = {12.0, 11.0, 13.0, 12.5};
+  const auto samples = fitSamples(series, whole(series), 10.0, -150.0);
+  EXPECT_DOUBLE_EQ(samples[0].weight, 1.0);
+  EXPECT_DOUBLE_EQ(samples[1].weight, 100.0);
+  EXPECT_DOUBLE_EQ(samples[2].weight, 1.0);
+}
+
+}  // namespace
+}  // namespace battery_sof

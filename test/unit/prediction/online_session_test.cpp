@@ -1,0 +1,490 @@
+#include "battery_sof/prediction/online_session.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "battery_sof/estimation/residual_filter.hpp"
+#include "battery_sof/estimation/window.hpp"
+#include "battery_sof/model/driving_current.hpp"
+
+namespace battery_sof {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+const CrankingQuery kQuery{-25.0, 20.0, -200.0, 0.5, 7.2};
+
+/// A start-stop drive of the base model itself: alternating charge and discharge, a crank every 30
+/// s.
+class InputSequence {
+ public:
+  explicit InputSequence(double interval, double start = 0.0, unsigned seed = 1)
+      : interval_(interval), start_(start), random_(seed), step_(truth()) {}
+
+  static BaseParameters truth() { return {0.006, 0.0085, 1100.0, 22.0, 12.7, 1.0, 0.5}; }
+
+  RawSample next() {
+    const double time = start_ + interval_ * static_cast<double>(count_++);
+    const double current = currentAt(time - start_);
+    if (count_ > 1) u_c2_ = step_.advance(u_c2_, 0.5 * (last_current_ + current), interval_);
+    last_current_ = current;
+    return {time, current, terminalVoltage(truth(), current, u_c2_) + noise_(random_), {}};
+  }
+
+ private:
+  double currentAt(double since) {
+    const double phase = std::fmod(since, 30.0);
+    if (phase >= 12.0 && phase < 12.0 + std::max(0.6, 1.5 * interval_)) return -230.0;
+    if (phase < 12.0) return -25.0;
+    if (since >= next_change_) {
+      level_ = std::uniform_real_distribution<double>(-30.0, 60.0)(random_);
+      next_change_ = since + std::uniform_real_distribution<double>(2.0, 8.0)(random_);
+    }
+    return level_;
+  }
+
+  double interval_, start_;
+  std::mt19937 random_;
+  std::normal_distribution<double> noise_{0.0, 0.005};
+  OverpotentialStep step_;
+  double u_c2_ = 0.0, last_current_ = 0.0, level_ = 20.0, next_change_ = 0.0;
+  long count_ = 0;
+};
+
+/// Feeds a session as a node would, with the identification run on the spot.
+class Feeder {
+ public:
+  explicit Feeder(OnlineSession& session) : session_(session) {}
+
+  void push(const RawSample& sample) {
+    const SessionEvents events = session_.push(sample);
+    cranks.insert(cranks.end(), events.cranks.begin(), events.cranks.end());
+    offered.push_back(sample);
+    if (const auto job = session_.takeDueJob()) {
+      outcomes.push_back(session_.finish(runIdentification(*job)));
+      times.push_back(sample.time);
+    }
+  }
+
+  void inputs(InputSequence& from, std::size_t samples) {
+    for (std::size_t n = 0; n < samples; ++n) push(from.next());
+  }
+
+  std::vector<RawSample> offered;
+  std::vector<CrankComparison> cranks;
+  std::vector<IdentificationOutcome> outcomes;
+  std::vector<double> times;  // [s], newest sample of each identification
+
+ private:
+  OnlineSession& session_;
+};
+
+TEST(OnlineSession, GivesTheSameAnswersAsTheOfflineFunctionsOnTheSameSamples) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 30050);
+  ASSERT_EQ(feeder.outcomes.size(), 1u);
+  ASSERT_TRUE(feeder.outcomes[0].accepted) << feeder.outcomes[0].message;
+
+  Recording recording;
+  Intake intake;
+  for (const RawSample& sample : feeder.offered) append(recording, intake, sample);
+  WindowSearch search;
+  search.to = feeder.times[0];
+  const WindowChoice choice = chooseWindow(recording.series, search);
+  ASSERT_TRUE(choice.range);
+  FittedModel model = identify(recording.series, *choice.range);
+  fitErrors(model, recording.series, *choice.range);
+  carryState(model, recording.series, recording.series.size() - 1);
+  model.intervals.crank_calibration = session.crankCalibration();  // learnt from the cranks that passed
+  const CrankingAnswer offline = predictCranking(model, kQuery);
+  const CrankingAnswer online = session.predictCranking(kQuery);
+
+  ASSERT_TRUE(offline.u_min && online.u_min);
+  EXPECT_NEAR(online.u_min->value, offline.u_min->value, 1e-9);
+  EXPECT_NEAR(online.u_min->lower, offline.u_min->lower, 1e-9);
+  EXPECT_NEAR(online.u_min->upper, offline.u_min->upper, 1e-9);
+  EXPECT_EQ(online.capable, offline.capable);
+  EXPECT_EQ(online.valid, offline.valid);
+  EXPECT_EQ(online.message, offline.message);
+}
+
+TEST(OnlineSession, ResultTakenBackLateGivesTheSameAnswersAsOneTakenBackAtOnce) {
+  OnlineSession prompt, late;
+  Feeder feeder(prompt);
+  InputSequence inputs(0.01);
+  std::optional<IdentificationResult> pending;
+  for (int n = 0; n < 32000; ++n) {
+    const RawSample sample = inputs.next();
+    feeder.push(sample);
+    late.push(sample);
+    if (const auto job = late.takeDueJob()) pending = runIdentification(*job);
+  }
+  ASSERT_TRUE(pending);
+  EXPECT_EQ(late.status().state, SessionState::kIdentifying);
+  ASSERT_TRUE(late.finish(*pending).accepted);
+  EXPECT_EQ(late.predictCranking(kQuery).u_min->value, prompt.predictCranking(kQuery).u_min->value);
+}
+
+TEST(OnlineSession, WhatHappensDuringAnIdentificationIsJudgedByTheModelItBrings) {
+  SessionOptions options;
+  options.identify_period = 60.0;
+  OnlineSession prompt(options), late(options);
+  Feeder feeder(prompt);
+  InputSequence inputs(0.01);
+  SessionEvents of_late;
+  std::optional<IdentificationResult> pending;
+  double due = 0.0;
+  for (int n = 0; n < 42000; ++n) {
+    const RawSample sample = inputs.next();
+    feeder.push(sample);
+    const SessionEvents events = late.push(sample);
+    of_late.cranks.insert(of_late.cranks.end(), events.cranks.begin(), events.cranks.end());
+    if (const auto job = late.takeDueJob()) {
+      pending = runIdentification(*job);
+      due = sample.time + 40.0;  // at least one crank later
+    }
+    if (pending && sample.time > due) {
+      late.finish(*pending);
+      pending.reset();
+    }
+  }
+  ASSERT_GT(feeder.cranks.size(), 3u);
+  ASSERT_EQ(of_late.cranks.size(), feeder.cranks.size());
+  for (std::size_t k = 0; k < of_late.cranks.size(); ++k) {
+    EXPECT_EQ(of_late.cranks[k].time, feeder.cranks[k].time);
+    EXPECT_EQ(of_late.cranks[k].expected_minimum.lower, feeder.cranks[k].expected_minimum.lower);
+  }
+  EXPECT_EQ(late.crankCalibration().factor, prompt.crankCalibration().factor);
+  EXPECT_EQ(late.chargeCalibration().events, prompt.chargeCalibration().events);
+  EXPECT_EQ(late.predictCranking(kQuery).message, prompt.predictCranking(kQuery).message);
+}
+
+TEST(OnlineSession, IdentifiesAsSoonAsAWindowIsFullAndThenEveryPeriodOfDriving) {
+  SessionOptions options;
+  options.identify_period = 120.0;
+  OnlineSession session(options);
+  Feeder feeder(session);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 55000);
+  ASSERT_EQ(feeder.times.size(), 3u);
+  EXPECT_NEAR(feeder.times[0], 245.0, 6.0);
+  EXPECT_NEAR(feeder.times[1] - feeder.times[0], 120.0, 0.1);
+  EXPECT_NEAR(feeder.times[2] - feeder.times[1], 120.0, 0.1);
+}
+
+TEST(OnlineSession, FindsTheTruthOfTheDriveAndAWorkingBacktest) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 40000);
+  const auto model = session.model();
+  ASSERT_TRUE(model);
+  EXPECT_NEAR(model->fit.parameters.r_discharge, 0.006, 0.0002);
+  EXPECT_NEAR(model->fit.parameters.u_dc, 12.7, 0.02);
+  const SessionStatus status = session.status();
+  EXPECT_EQ(status.state, SessionState::kReady);
+  EXPECT_GT(*status.backtest.q_dyn_percent, 95.0);
+  EXPECT_NEAR(status.backtest.duration, 399.99 - feeder.times.back(), 0.1);
+}
+
+TEST(OnlineSession, EachFinishedCrankIsComparedOnce) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 40000);
+  const double from = feeder.times.at(0);
+  std::vector<double> due;
+  for (double crank = 12.0; crank < 399.0; crank += 30.0) {
+    if (crank > from) due.push_back(crank);
+  }
+  ASSERT_EQ(feeder.cranks.size(), due.size());
+  for (std::size_t n = 0; n < due.size(); ++n) {
+    EXPECT_NEAR(feeder.cranks[n].time, due[n] + 0.3, 0.31);
+    EXPECT_EQ(feeder.cranks[n].current, -230.0);
+    EXPECT_NEAR(feeder.cranks[n].expected_minimum.value, feeder.cranks[n].measured_minimum, 0.05);
+    EXPECT_LT(feeder.cranks[n].expected_minimum.lower, feeder.cranks[n].expected_minimum.value);
+  }
+}
+
+TEST(OnlineSession, KnowsAtWhichVoltageTheBatteryWasChargedLately) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence inputs(0.01);
+  EXPECT_FALSE(session.chargeVoltage());
+  feeder.inputs(inputs, 26000);
+  ASSERT_TRUE(session.model());
+  double time = feeder.offered.back().time;
+  for (const double voltage : {13.1, 13.6, 13.3})
+    for (int n = 0; n < 1600; ++n) feeder.push({time += 0.01, n < 400 ? -20.0 : 20.0, n < 400 ? 12.3 : voltage, {}});
+  EXPECT_NEAR(session.chargeVoltage().value_or(0.0), 13.3, 1e-9);
+}
+
+TEST(OnlineSession, WorksAtOneHertzWithTheLongerWindow) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence inputs(1.0);
+  feeder.inputs(inputs, 1500);
+  ASSERT_FALSE(feeder.times.empty());
+  EXPECT_NEAR(feeder.times[0], 905.0, 10.0);
+  EXPECT_TRUE(feeder.outcomes[0].accepted) << feeder.outcomes[0].message;
+  EXPECT_FALSE(feeder.cranks.empty());
+}
+
+TEST(OnlineSession, BringsAThousandHertzDownToAHundredAndFindsTheSameBattery) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence inputs(0.001);
+  feeder.inputs(inputs, 260000);
+  ASSERT_TRUE(session.model());
+  EXPECT_NEAR(*session.inputRate(), 1000.0, 1.0);
+  EXPECT_NEAR(session.model()->fit.parameters.r_discharge, 0.006, 0.0003);
+  EXPECT_EQ(session.counts().accepted, 260000u);
+}
+
+TEST(OnlineSession, WithoutAModelQueriesSayWhyAndInvalidOnesAreStillCalledInvalid) {
+  OnlineSession session;
+  EXPECT_EQ(session.predictCranking(kQuery).code, AnswerCode::kNoModel);
+  EXPECT_THAT(session.predictCranking(kQuery).message, HasSubstr("nothing identified yet"));
+  EXPECT_EQ(session.simulateProfile({0.0, 1.0}, {0.0, 0.0}).code, AnswerCode::kNoModel);
+  CrankingQuery positive = kQuery;
+  positive.i_cranking = 200.0;
+  EXPECT_EQ(session.predictCranking(positive).code, AnswerCode::kInvalidQuery);
+  EXPECT_EQ(session.status().state, SessionState::kNoSample);
+  EXPECT_FALSE(session.takeJob());
+}
+
+TEST(OnlineSession, CollectingSaysWhatIsMissing) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 10000);
+  EXPECT_EQ(session.status().state, SessionState::kCollecting);
+  EXPECT_THAT(session.status().reason, HasSubstr("of 240 s without a gap are buffered"));
+  for (int n = 0; n < 40000; ++n) feeder.push({200.0 + n * 0.01, 5.0, 13.5, {}});
+  EXPECT_THAT(session.status().reason, HasSubstr("no charge or no discharge"));
+}
+
+TEST(OnlineSession, JobOnRequestRunsWithoutBeingDueAndOnlyOneIsOut) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 20000);
+  ASSERT_TRUE(feeder.outcomes.empty());
+  const auto job = session.takeJob();
+  ASSERT_TRUE(job);
+  EXPECT_FALSE(session.takeJob());
+  EXPECT_TRUE(session.finish(runIdentification(*job)).accepted);
+  EXPECT_EQ(session.status().state, SessionState::kReady);
+  EXPECT_TRUE(session.takeJob());
+}
+
+TEST(OnlineSession, JobOnSamplesThatSayNothingIsRefusedWithTheReason) {
+  OnlineSession session;
+  for (int n = 0; n < 30000; ++n) session.push({n * 0.01, 5.0, 13.5, {}});
+  const IdentificationOutcome outcome = session.finish(runIdentification(*session.takeJob()));
+  EXPECT_FALSE(outcome.accepted);
+  EXPECT_FALSE(outcome.message.empty());
+  EXPECT_EQ(session.predictCranking(kQuery).code, AnswerCode::kNoModel);
+}
+
+TEST(OnlineSession, LoopedBagKeepsTheModelWithItsAgeAndDropsAResultFromBefore) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence first(0.01);
+  feeder.inputs(first, 30000);
+  ASSERT_EQ(session.status().state, SessionState::kReady);
+  const double age = *session.status().model_age;
+  const auto job = session.takeJob();
+
+  InputSequence again(0.01);
+  feeder.inputs(again, 3000);
+  const IdentificationOutcome outcome = session.finish(runIdentification(*job));
+  EXPECT_FALSE(outcome.accepted);
+  EXPECT_THAT(outcome.message, HasSubstr("clock jumped back"));
+  EXPECT_EQ(session.status().state, SessionState::kReady);
+  EXPECT_NEAR(*session.status().model_age, age + 29.99, 0.02);
+  EXPECT_EQ(session.counts().clock_restarts, 1u);
+  EXPECT_GT(*session.status().backtest.q_dyn_percent, 90.0);
+  EXPECT_NEAR(*session.newestTime(), 29.99, 1e-9);
+}
+
+TEST(OnlineSession, ModelPastItsAgeAnswersNoModel) {
+  SessionOptions options;
+  options.model_max_age = 300.0;
+  OnlineSession session(options);
+  Feeder feeder(session);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 26000);
+  ASSERT_EQ(session.status().state, SessionState::kReady);
+  const RawSample later = feeder.offered.back();
+  for (int n = 0; n < 10; ++n) feeder.push({later.time + 400.0 + n, -1.0, 12.5, {}});
+  EXPECT_EQ(session.status().state, SessionState::kStale);
+  EXPECT_EQ(session.predictCranking(kQuery).code, AnswerCode::kNoModel);
+  EXPECT_THAT(session.predictCranking(kQuery).message, HasSubstr("allowed are 300 s"));
+}
+
+TEST(OnlineSession, AcrossAGapTheBatteryIsTakenToRest) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 26000);
+  const RawSample last = feeder.offered.back();
+  for (int n = 0; n < 3; ++n) feeder.push({last.time + 900.0 + 0.01 * n, 0.0, 12.7, {}});
+  EXPECT_NEAR(session.model()->state.u_c2, 0.0, 1e-3);
+}
+
+TEST(OnlineSession, RestoredModelAnswersFromTheFirstSampleOn) {
+  OnlineSession before;
+  Feeder feeder(before);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 26000);
+  OnlineSession session;
+  session.restore(*before.model());
+  EXPECT_EQ(session.predictCranking(kQuery).code, AnswerCode::kNoModel);
+  EXPECT_THAT(session.predictCranking(kQuery).message, HasSubstr("saved model waits for the first sample"));
+  EXPECT_THAT(session.status().reason, HasSubstr("saved model waits for the first sample"));
+  for (int n = 0; n < 200; ++n) session.push(inputs.next());
+  EXPECT_EQ(session.status().state, SessionState::kReady);
+  EXPECT_NEAR(session.predictCranking(kQuery).u_min->value, before.predictCranking(kQuery).u_min->value, 0.2);
+}
+
+TEST(OnlineSession, RestoredModelAnswersWhileTheRateIsStillMeasured) {
+  OnlineSession before;
+  Feeder feeder(before);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 26000);
+  OnlineSession session;
+  session.restore(*before.model());
+  for (int n = 0; n < 150; ++n) {
+    const RawSample next = inputs.next();
+    before.push(next);
+    session.push(next);
+    EXPECT_FALSE(session.takeDueJob()) << n;
+    EXPECT_FALSE(session.whyNoModel()) << n;
+    EXPECT_EQ(session.status().state, SessionState::kReady) << n;
+    EXPECT_THAT(session.status().reason, HasSubstr("the saved model is in use")) << n;
+    EXPECT_NEAR(session.predictCranking(kQuery).u_min->value, before.predictCranking(kQuery).u_min->value, 1e-6) << n;
+  }
+}
+
+TEST(OnlineSession, RestoredModelOfAnotherClockOrTooOldIsRefusedWithTheReason) {
+  OnlineSession before;
+  Feeder feeder(before);
+  InputSequence inputs(0.01, 1000.0);
+  feeder.inputs(inputs, 26000);
+  const auto refusal = [&](double start) {
+    OnlineSession session;
+    session.restore(*before.model());
+    InputSequence other(0.01, start);
+    session.push(other.next());
+    EXPECT_THAT(session.predictCranking(kQuery).message, HasSubstr("the saved model was refused"));
+    for (int n = 0; n < 200; ++n) session.push(other.next());
+    EXPECT_EQ(session.status().state, SessionState::kCollecting);
+    return session.predictCranking(kQuery).message;
+  };
+  EXPECT_THAT(refusal(0.0), HasSubstr("ahead of the first sample"));
+  EXPECT_THAT(refusal(50000.0), HasSubstr("allowed are 3600 s"));
+}
+
+TEST(OnlineSession, WorseModelIsRefusedAndTheOldOneKept) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 30000);
+  const double r_discharge = session.model()->fit.parameters.r_discharge;
+  const auto job = session.takeJob();
+  IdentificationResult worse = runIdentification(*job);
+  worse.model->fit.parameters.r_discharge = 0.02;
+  worse.recent_rmse = 1.2 * *worse.incumbent_rmse + 0.05;
+  const IdentificationOutcome outcome = session.finish(worse);
+  EXPECT_FALSE(outcome.accepted);
+  EXPECT_THAT(outcome.message, HasSubstr("RMSE"));
+  EXPECT_EQ(session.model()->fit.parameters.r_discharge, r_discharge);
+}
+
+TEST(OnlineSession, FitThatLeavesARequiredParameterOpenIsRefusedByItsName) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 10000);
+  auto job = session.takeJob();
+  job->window_length = 90.0;
+  IdentificationResult result = runIdentification(*job);
+  ASSERT_TRUE(result.model) << result.message;
+  for (ParameterEstimate& estimate : result.model->fit.estimates) {
+    if (estimate.name == "u_dc") estimate.determined = false;
+  }
+  EXPECT_THAT(session.finish(result).message, HasSubstr("does not determine u_dc"));
+}
+
+TEST(SampleStream, OneBadStampFarOffIsCountedAndChangesNothing) {
+  SampleStream stream(100.0);
+  for (int n = 0; n < 1000; ++n) {
+    stream.push({n * 0.01 + 500.0, 1.0, 12.0, {}});
+    if (n == 300) stream.push({1.0e6, 1.0, 12.0, {}});
+    if (n == 600) stream.push({3.0, 1.0, 12.0, {}});
+  }
+  EXPECT_EQ(stream.series().size(), 1000u);
+  EXPECT_EQ(stream.counts().stamp_ahead, 1u);
+  EXPECT_EQ(stream.counts().rejected.clock_step_back, 1u);
+  EXPECT_EQ(stream.counts().clock_restarts, 0u);
+}
+
+TEST(SampleStream, ConfirmedJumpsAreBelieved) {
+  SampleStream stream(1000.0);
+  for (int n = 0; n < 100; ++n) stream.push({500.0 + n, 1.0, 12.0, {}});
+  for (int n = 0; n < 100; ++n) stream.push({900.0 + n, 1.0, 12.0, {}});
+  EXPECT_EQ(stream.series().size(), 200u);
+  for (int n = 0; n < 50; ++n) stream.push({10.0 + n, 1.0, 12.0, {}});
+  EXPECT_EQ(stream.series().size(), 50u);
+  EXPECT_EQ(stream.counts().clock_restarts, 1u);
+  EXPECT_EQ(stream.counts().accepted, 250u);
+  EXPECT_EQ(stream.counts().rejectedTotal(), 0u);
+}
+
+TEST(SampleStream, KeepsAtLeastThePastAskedForAndNotMuchMore) {
+  SampleStream stream(100.0);
+  for (int n = 0; n < 10000; ++n) stream.push({n * 0.1, 1.0, 12.0, 300.0});
+  const Series& series = stream.series();
+  EXPECT_GE(series.time.back() - series.time.front(), 99.9);
+  EXPECT_LE(series.time.back() - series.time.front(), 125.0);
+  EXPECT_GE(series.temperature_time.front(), series.time.front());
+}
+
+TEST(SampleStream, BadValuesAreCountedByReason) {
+  SampleStream stream(100.0);
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (int n = 0; n < 20; ++n) stream.push({static_cast<double>(n), 1.0, 12.0, {}});
+  for (const RawSample& sample : {RawSample{20.0, kNan, 12.0, {}}, RawSample{20.0, infinite, 12.0, {}}, RawSample{19.0, 1.0, 12.0, {}},
+                                  RawSample{17.0, 1.0, 12.0, {}}, RawSample{20.0, 1.0, 500.0, {}}, RawSample{kNan, 1.0, 12.0, {}}}) {
+    stream.push(sample);
+  }
+  const RejectedCounts rejected = stream.counts().rejected;
+  EXPECT_EQ(rejected.missing_value + rejected.not_finite, 3u);
+  EXPECT_EQ(rejected.duplicate_stamp, 1u);
+  EXPECT_EQ(rejected.clock_step_back, 1u);
+  EXPECT_EQ(rejected.out_of_range, 1u);
+  EXPECT_EQ(stream.counts().accepted, 20u);
+}
+
+TEST(SetStateFromVoltage, ModelThenReadsTheMeasuredVoltage) {
+  FittedModel model;
+  model.fit.parameters = InputSequence::truth();
+  model.fit.covariance = Eigen::MatrixXd::Zero(kCovarianceRows, kCovarianceRows);
+  model.fit.covariance(kRowUDc, kRowUDc) = 0.01;
+  model.fit.scores.rmse = 0.02;
+  setStateFromVoltage(model, 5.0, -100.0, 11.8);
+  EXPECT_NEAR(terminalVoltage(model.fit.parameters, -100.0, model.state.u_c2), 11.8, 1e-12);
+  EXPECT_NEAR(model.fit.covariance(kRowState, kRowState), 0.01 + 0.0004, 1e-12);
+  EXPECT_NEAR(model.fit.covariance(kRowState, kRowUDc), -0.01, 1e-12);
+}
+
+}  // namespace
+}  // namespace battery_sof

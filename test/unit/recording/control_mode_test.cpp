@@ -1,0 +1,219 @@
+#include "battery_sof/recording/control_mode.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "support/synthetic_recording.hpp"
+
+namespace battery_sof {
+namespace {
+
+void add(Series& series, double interval, double current, double voltage) {
+  series.time.push_back(series.empty() ? 0.0 : series.time.back() + interval);
+  series.current.push_back(current);
+  series.voltage.push_back(voltage);
+}
+
+/// Wanted currents, a value for every interval, through a battery whose charging voltage ends
+/// at 14.4 V.
+Series played(const std::vector<double>& wanted, double interval) {
+  test::SyntheticBattery battery;
+  test::Random random(7);
+  Series series;
+  for (double current : wanted) {
+    const double voltage = battery.step(current, interval), shown = voltage + 0.001 * random.normal();
+    add(series, interval, current + 0.01 * random.normal(), shown);
+  }
+  return series;
+}
+
+struct Car {
+  Series series;
+  std::vector<char> engine_runs;
+};
+
+/// Stops of 20 s at -20 A, cranks, and drives of 100 s in which a source sets the voltage and the
+/// battery takes little.
+Car startStopCar(double interval, double current_noise = 0.1) {
+  test::Random random(3);
+  Car car;
+  double set_point = 13.8;
+  for (double t = 0.0; t < 1800.0; t += interval) {
+    const double phase = std::fmod(t, 120.0);
+    const bool runs = phase >= 21.0;
+    const double load = phase >= 20.0 ? -250.0 : -20.0 - 5.0 * std::sin(t / 3.0);
+    if (random.uniform(0.0, 1.0) < interval / 15.0) set_point = random.uniform(13.0, 14.4);
+    const double taken = 0.8 + 40.0 * std::exp(-(phase - 21.0) / 8.0);
+    add(car.series, interval, (runs ? taken : load) + current_noise * random.normal(),
+        (runs ? set_point : 12.4 + 0.008 * load) + 0.012 * random.normal());
+    car.engine_runs.push_back(runs ? 1 : 0);
+  }
+  return car;
+}
+
+double agreement(const std::vector<char>& one, const std::vector<char>& other) {
+  std::size_t equal = 0;
+  for (std::size_t k = 0; k < one.size(); ++k) equal += one[k] == other[k] ? 1 : 0;
+  return static_cast<double>(equal) / static_cast<double>(one.size());
+}
+
+std::vector<char> watched(const Series& series, const ControlModeRule& rule) {
+  ControlModeDetector watch(rule);
+  std::vector<char> imposes;
+  for (std::size_t k = 0; k < series.size(); ++k)
+    imposes.push_back(watch.add(series.time[k], series.current[k], series.voltage[k]) ? 1 : 0);
+  return imposes;
+}
+
+/// 30 A until 14.4 V, that voltage for 40 minutes, an hour's rest.
+Series benchCharge(double interval) {
+  const auto samples = [&](double hours) { return static_cast<std::size_t>(hours * 3600.0 / interval); };
+  std::vector<double> wanted(samples(0.2), -10.0);
+  wanted.insert(wanted.end(), samples(3.0), 30.0);
+  wanted.insert(wanted.end(), samples(1.0), 0.0);
+  return played(wanted, interval);
+}
+
+TEST(DetectControlMode, DischargesAndRestsAloneHaveNoSource) {
+  std::vector<double> wanted(200, 0.0);
+  for (int k = 0; k < 500; ++k) wanted.push_back(k % 20 < 8 ? -80.0 : -2.0);
+  const ControlModes source = detectControlMode(played(wanted, 0.1));
+  EXPECT_FALSE(source.seen);
+  EXPECT_EQ(source.share, 0.0);
+  EXPECT_EQ(std::count(source.voltage_controlled.begin(), source.voltage_controlled.end(), 0), 700);
+  EXPECT_FALSE(source.rule.present);
+}
+
+TEST(DetectControlMode, AnEmptySeriesHasNoSource) {
+  const ControlModes source = detectControlMode({});
+  EXPECT_FALSE(source.seen);
+  EXPECT_TRUE(source.stretches.empty());
+}
+
+TEST(DetectControlMode, InACarTheVoltageIsImposedWhileTheEngineRuns) {
+  for (const double interval : {1.0, 0.1, 0.01}) {
+    const Car car = startStopCar(interval);
+    const ControlModes source = detectControlMode(car.series);
+    EXPECT_TRUE(source.seen);
+    EXPECT_GT(agreement(source.voltage_controlled, car.engine_runs), 0.99) << interval << " s";
+    EXPECT_EQ(source.rule.charge_begins, ControlMode::kVoltage);
+  }
+}
+
+TEST(DetectControlMode, ANoisierCurrentSensorLowersTheLeastCurrent) {
+  const double fine = detectControlMode(startStopCar(1.0, 0.1).series).rule.min_current;
+  const double coarse = detectControlMode(startStopCar(1.0, 2.0).series).rule.min_current;
+  EXPECT_LT(coarse, fine - 1.0);
+  EXPECT_LT(fine, 0.0);
+  EXPECT_GT(coarse, -20.0);
+}
+
+TEST(DetectControlMode, AChargersConstantCurrentAndConstantVoltageAreToldApart) {
+  for (const double interval : {1.0, 5.0, 60.0}) {
+    const Series series = benchCharge(interval);
+    const ControlModes source = detectControlMode(series);
+    std::vector<char> truth(series.size(), 0);
+    for (std::size_t k = 0; k < series.size(); ++k)
+      truth[k] = series.voltage[k] > 14.39 && series.current[k] > 1.0 && series.current[k] < 29.5;
+    EXPECT_GT(agreement(source.voltage_controlled, truth), 0.95) << interval << " s";
+    EXPECT_GT(source.share, 0.1);
+  }
+}
+
+TEST(DetectControlMode, ARestAfterAChargerIsCurrentImposed) {
+  const Series series = benchCharge(5.0);
+  const ControlModes source = detectControlMode(series);
+  EXPECT_EQ(source.voltage_controlled.back(), 0);
+  EXPECT_EQ(source.stretches.back().reason, toString(ControlModeReason::kRestApart));
+}
+
+TEST(DetectControlMode, AProfilePlayedToABatteryIsCurrentImposedWhateverItsCurrents) {
+  test::Random random(5);
+  std::vector<double> wanted;
+  for (int k = 0; k < 400; ++k) wanted.insert(wanted.end(), 50, random.uniform(-50.0, 40.0));
+  const ControlModes source = detectControlMode(played(wanted, 0.01));
+  EXPECT_TRUE(source.seen);
+  EXPECT_EQ(source.share, 0.0);
+  EXPECT_EQ(source.rule.charge_begins, ControlMode::kCurrent);
+}
+
+TEST(DetectControlMode, AVoltageHeldInDischargeToo) {
+  Car car = startStopCar(1.0);
+  test::Random random(11);
+  for (std::size_t k = 0; k < car.series.size(); ++k) {
+    if (car.series.current[k] < -60.0 || car.series.current[k] > -3.0) continue;
+    car.series.current[k] = random.uniform(-45.0, -4.0);
+    car.series.voltage[k] = 12.45 + 0.012 * random.normal();
+  }
+  // Heavy loads that no source carries, to know the battery by.
+  for (std::size_t k = 5; k < car.series.size(); k += 60) {
+    car.series.current[k] = -120.0 - static_cast<double>(k % 7) * 10.0;
+    car.series.voltage[k] = 12.4 + 0.008 * car.series.current[k];
+  }
+  const ControlModes source = detectControlMode(car.series);
+  EXPECT_LT(source.rule.min_current, -50.0);
+  EXPECT_GT(source.share, 0.9);
+}
+
+TEST(DetectControlMode, EverySampleIsInOneStretchAndNoStretchSpansAGap) {
+  Car car = startStopCar(1.0);
+  for (std::size_t k = 700; k < car.series.size(); ++k) car.series.time[k] += 3600.0;
+  const ControlModes source = detectControlMode(car.series);
+  std::size_t next = 0;
+  for (const ControlModeStretch& stretch : source.stretches) {
+    EXPECT_EQ(stretch.range.first, next);
+    EXPECT_FALSE(stretch.reason.empty());
+    for (std::size_t k = stretch.range.first; k < stretch.range.last; ++k)
+      EXPECT_EQ(source.voltage_controlled[k] != 0, stretch.mode == ControlMode::kVoltage);
+    next = stretch.range.last;
+    EXPECT_TRUE(stretch.range.first >= 700 || stretch.range.last <= 700);
+  }
+  EXPECT_EQ(next, car.series.size());
+}
+
+TEST(ControlModeDetector, JudgesACarAsTheWholeRecordingDoes) {
+  const Car car = startStopCar(1.0);
+  const ControlModes source = detectControlMode(car.series);
+  EXPECT_EQ(watched(car.series, source.rule), source.voltage_controlled);
+}
+
+TEST(ControlModeDetector, LearnsOfAConstantVoltageOnlyAfterItHasSeenIt) {
+  const Series series = benchCharge(5.0);
+  const ControlModes source = detectControlMode(series);
+  const auto live = watched(series, source.rule);
+  EXPECT_GT(agreement(live, source.voltage_controlled), 0.9);
+  EXPECT_NE(live, source.voltage_controlled);
+}
+
+TEST(ControlModeDetector, WithoutASourceEveryCurrentIsImposed) {
+  ControlModeDetector watch{ControlModeRule{}};
+  EXPECT_FALSE(watch.add(0.0, 30.0, 14.4));
+  EXPECT_EQ(watch.reason(), ControlModeReason::kNoSource);
+}
+
+TEST(ControlModeDetector, ForgetsAConstantCurrentOverAGap) {
+  ControlModeRule rule;
+  rule.present = true;
+  rule.current_noise = 0.01;
+  rule.voltage_noise = 0.001;
+  ControlModeDetector watch(rule);
+  bool imposes = true;
+  for (int k = 0; k < 20; ++k) imposes = watch.add(k, 30.0, 13.0 + 0.01 * k);
+  EXPECT_FALSE(imposes);
+  EXPECT_TRUE(watch.add(1000.0, 30.0, 13.5));
+}
+
+TEST(ControlModeDetector, RefusesWhatIsNotANumber) {
+  ControlModeDetector watch{ControlModeRule{}};
+  EXPECT_THROW(watch.add(0.0, std::numeric_limits<double>::quiet_NaN(), 12.0), std::invalid_argument);
+  ControlModeRule rule;
+  rule.voltage_noise = -1.0;
+  EXPECT_THROW(ControlModeDetector{rule}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace battery_sof

@@ -1,0 +1,225 @@
+#include "simulator/simulation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "simulator/scenario_file.hpp"
+
+namespace battery_sof_reference {
+namespace {
+
+Scenario shipped(const std::string& name, std::uint64_t seed = 1) {
+  Scenario scenario = loadScenario(std::string(BATTERY_SOF_SOURCE_DIR) + "/config/scenarios/" + name + ".yaml");
+  scenario.seed = seed;
+  return scenario;
+}
+
+Simulation withTruth(const Scenario& scenario, int substeps = 1, std::optional<double> cut_after = std::nullopt) {
+  SimulationOptions options;
+  options.keep_truth = true;
+  options.substeps = substeps;
+  options.cut_after = cut_after;
+  return simulate(scenario, options);
+}
+
+/// Stretches below `current`, and their begins [s].
+std::vector<double> fallsBelow(const std::vector<double>& currents, double current) {
+  std::vector<double> begins;
+  bool below = false;
+  for (std::size_t n = 0; n < currents.size(); ++n) {
+    if (!below && currents[n] < current) begins.push_back(static_cast<double>(n) * FullBattery::kStep);
+    below = below ? currents[n] < 0.5 * current : currents[n] < current;
+  }
+  return begins;
+}
+
+double largestDifference(const std::vector<double>& a, const std::vector<double>& b) {
+  double worst = 0.0;
+  for (std::size_t n = 0; n < std::min(a.size(), b.size()); ++n) worst = std::max(worst, std::abs(a[n] - b[n]));
+  return worst;
+}
+
+/// Largest change of SOC since the start, up and down.
+double excursion(const Truth& truth) {
+  const auto [low, high] = std::minmax_element(truth.soc.begin(), truth.soc.end());
+  return std::max(*high - truth.soc.front(), truth.soc.front() - *low);
+}
+
+double longestAbove(const std::vector<double>& currents, double current) {
+  std::size_t run = 0, longest = 0;
+  for (double i : currents) longest = std::max(longest, run = i > current ? run + 1 : 0);
+  return static_cast<double>(longest) * FullBattery::kStep;
+}
+
+void expectBalanced(const Simulation& drive) {
+  const Balance& b = drive.balance;
+  const double taken = 3600.0 * 50.0 * (drive.soc_at_end - drive.soc_at_start);
+  EXPECT_NEAR(b.charge_in, taken + b.gas_charge, 1e-4);
+  EXPECT_NEAR(b.chargeError(), 0.0, 1e-6);
+  EXPECT_LT(std::abs(b.energyError()), 1e-7 * b.throughput);
+}
+
+TEST(DataSet1, HasFourteenPulsesAndStaysWithinOnePercentAndTheVoltageLimit) {
+  for (std::uint64_t seed : {1, 2}) {
+    const Scenario scenario = shipped("data_set_1", seed);
+    const Simulation drive = withTruth(scenario);
+    expectBalanced(drive);
+    EXPECT_EQ(drive.samples.size(), 360000u);
+    EXPECT_EQ(fallsBelow(drive.truth.current, -140.0).size(), 14u);
+    EXPECT_GT(*std::min_element(drive.truth.current.begin(), drive.truth.current.end()), -300.1);
+    EXPECT_LT(excursion(drive.truth), 0.01);
+    EXPECT_LE(*std::max_element(drive.truth.voltage.begin(), drive.truth.voltage.end()), scenario.voltage_limit + 1e-5);
+    EXPECT_LT(longestAbove(drive.truth.current, 0.0), 9.2);
+  }
+}
+
+TEST(DataSet2, HasLongChargesInItsSecondHalfAndEndsIn130AmpereDischarge) {
+  for (std::uint64_t seed : {1, 2}) {
+    const Scenario scenario = shipped("data_set_2", seed);
+    const Simulation drive = withTruth(scenario);
+    const auto& current = drive.truth.current;
+    expectBalanced(drive);
+    const std::vector<double> first(current.begin(), current.begin() + 1800000);
+    const std::vector<double> second(current.begin() + 1810000, current.begin() + 3530000);
+    EXPECT_LT(longestAbove(first, 0.0), 9.2);
+    EXPECT_GT(longestAbove(second, 20.0), 30.0);
+    EXPECT_NEAR(current[3595000], -130.0, 0.1);
+    EXPECT_NEAR(current[3560000], -45.0, 1e-9);
+    EXPECT_LT(longestAbove({current.begin() + 3540500, current.begin() + 3594000}, -44.0), 1e-9);
+    EXPECT_LT(excursion(drive.truth), 0.0101);
+    EXPECT_LE(*std::max_element(drive.truth.voltage.begin(), drive.truth.voltage.end()), scenario.voltage_limit + 1e-5);
+  }
+}
+
+TEST(DataSet3, HasFiveCranksInSixMinutesAndAboutOneAmpereHourUnder14Point2Volt) {
+  for (std::uint64_t seed : {1, 2}) {
+    const Simulation drive = withTruth(shipped("data_set_3", seed));
+    expectBalanced(drive);
+    const auto cranks = fallsBelow(drive.truth.current, -100.0);
+    EXPECT_EQ(std::count_if(cranks.begin(), cranks.end(), [](double t) { return t < 360.0; }), 5);
+    EXPECT_GT(cranks.size(), 8u);
+    EXPECT_NEAR(drive.balance.charge_in / 3600.0, 1.0, 0.5);
+    const double highest = *std::max_element(drive.truth.voltage.begin(), drive.truth.voltage.end());
+    EXPECT_LE(highest, 14.2 + 1e-5);
+    EXPECT_GT(highest, 14.1);
+  }
+}
+
+TEST(Simulation, SameSeedGivesTheSameRecordingAndAnotherSeedAnother) {
+  SimulationOptions minute;
+  minute.cut_after = 60.0;
+  const auto a = simulate(shipped("city_drive", 7), minute).samples;
+  const auto b = simulate(shipped("city_drive", 7), minute).samples;
+  const auto c = simulate(shipped("city_drive", 8), minute).samples;
+  ASSERT_EQ(a.size(), 6000u);
+  double other = 0.0;
+  for (std::size_t n = 0; n < a.size(); ++n) {
+    ASSERT_EQ(a[n].current, b[n].current);
+    ASSERT_EQ(a[n].voltage, b[n].voltage);
+    other = std::max(other, std::abs(a[n].current - c[n].current));
+  }
+  EXPECT_GT(other, 5.0);
+}
+
+TEST(Simulation, CutDriveIsTheBeginningOfTheWholeOne) {
+  SimulationOptions minutes;
+  minutes.cut_after = 240.0;
+  const auto cut = simulate(shipped("data_set_3"), minutes).samples;
+  const auto whole = simulate(shipped("data_set_3")).samples;
+  for (std::size_t n = 0; n < cut.size(); ++n) ASSERT_EQ(cut[n].voltage, whole[n].voltage) << n;
+}
+
+TEST(Simulation, HalvingTheStepChangesTheVoltageByLessThanHalfAMillivolt) {
+  // Data set 2 up to its first long charges; the others repeat themselves.
+  const std::pair<const char*, double> drives[] = {
+      {"data_set_1", 600.0}, {"data_set_2", 2100.0}, {"data_set_3", 1200.0}, {"city_drive", 300.0}};
+  for (const auto& [name, length] : drives) {
+    const Scenario scenario = shipped(name);
+    const Truth coarse = withTruth(scenario, 1, length).truth, fine = withTruth(scenario, 2, length).truth;
+    ASSERT_EQ(coarse.voltage.size(), fine.voltage.size());
+    EXPECT_LT(largestDifference(coarse.voltage, fine.voltage), 5e-4) << name;
+  }
+}
+
+TEST(Simulation, ReplayOfADrivesCurrentGivesItsVoltage) {
+  SimulationOptions options;
+  options.keep_truth = true;
+  options.cut_after = 120.0;
+  const Scenario scenario = shipped("data_set_3");
+  const Simulation drive = simulate(scenario, options);
+  const Simulation again = replay(scenario, drive.truth.current, options);
+  EXPECT_EQ(largestDifference(drive.truth.voltage, again.truth.voltage), 0.0);
+  ASSERT_EQ(drive.samples.size(), again.samples.size());
+  for (std::size_t n = 0; n + 10 < drive.samples.size(); ++n) ASSERT_EQ(drive.samples[n].voltage, again.samples[n].voltage) << n;
+}
+
+TEST(Simulation, ReplayChangesOneEffectAndNotTheCurrent) {
+  SimulationOptions options;
+  options.keep_truth = true;
+  options.cut_after = 120.0;
+  Scenario scenario = shipped("data_set_3");
+  const Simulation drive = simulate(scenario, options);
+  scenario.effects.cpe2_fractional = false;
+  const Simulation other = replay(scenario, drive.truth.current, options);
+  EXPECT_EQ(largestDifference(drive.truth.current, other.truth.current), 0.0);
+  EXPECT_GT(largestDifference(drive.truth.voltage, other.truth.voltage), 0.005);
+}
+
+TEST(Simulation, ListedPhasesHoldAVoltageAndThenRest) {
+  Scenario scenario = parseScenario(
+      "{duration_s: 400, soc: 0.8, effects: {gassing: tafel, charge_acceptance: true}, profile: "
+      "{kind: phases, phases: "
+      "[{duration_s: 20, current_a: -20, to_current_a: -40}, {duration_s: 300, current_a: 80, "
+      "voltage_limit_v: 14.4}, "
+      "{duration_s: 1, current_a: 0}]}}",
+      "test");
+  const Simulation drive = withTruth(scenario);
+  EXPECT_NEAR(drive.truth.current[10000], -30.0, 0.01);
+  EXPECT_NEAR(drive.truth.voltage[319000], 14.4, 1e-5);
+  EXPECT_LT(drive.truth.current[319000], 79.0);
+  EXPECT_EQ(drive.truth.current[400000], 0.0);
+  EXPECT_GT(drive.balance.gas_charge, 0.0);
+}
+
+TEST(Simulation, SelfHeatingWarmsTheBatteryByTenthsOfAKelvinInTwentyMinutes) {
+  Scenario scenario = shipped("data_set_3");
+  scenario.effects.self_heating = true;
+  const Simulation drive = simulate(scenario);
+  EXPECT_GT(drive.temperature.back(), 20.2);
+  EXPECT_LT(drive.temperature.back(), 21.5);
+  EXPECT_EQ(drive.temperature.size(), drive.samples.size());
+}
+
+TEST(Simulation, ReportsProgressOnceASimulatedMinute) {
+  SimulationOptions options;
+  options.cut_after = 180.5;
+  std::vector<double> times;
+  options.progress = [&](double time) { times.push_back(time); };
+  simulate(shipped("city_drive"), options);
+  ASSERT_EQ(times.size(), 3u);
+  EXPECT_NEAR(times[2], 180.0, 0.01);
+}
+
+TEST(Simulation, AnInsertPlaysItsPhasesAndTheProfileGoesOn) {
+  Scenario scenario = shipped("data_set_1");
+  scenario.duration = 120.0;
+  scenario.inserts = {{30.0, {{40.0, 0.0, 0.0}}}};
+  const auto currents = withTruth(scenario).truth.current;
+  const auto longest = [&](double from, double to) {
+    std::size_t run = 0, most = 0;
+    for (auto n = static_cast<std::size_t>(from * 1e3); n < static_cast<std::size_t>(to * 1e3); ++n)
+      most = std::max(most, run = currents[n] == 0.0 ? run + 1 : 0);
+    return static_cast<double>(most) * FullBattery::kStep;
+  };
+  EXPECT_LT(longest(0.0, 30.0), 10.0);
+  EXPECT_NEAR(longest(30.0, 90.0), 40.0, 4.5);
+  EXPECT_LT(longest(90.0, 120.0), 10.0);
+}
+
+}  // namespace
+}  // namespace battery_sof_reference
