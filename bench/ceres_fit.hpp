@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/estimation/base_normal_equations.hpp"
+#include "estimation/base_normal_equations.hpp"
 #include "fit.hpp"
 
 namespace ceres {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "battery_sof/estimation/composition_fit.hpp"
+#include "estimation/composition_fit.hpp"
 
 namespace battery_sof_bench {
 

@@ -10,9 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include "battery_sof/estimation/composition_fit.hpp"
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/prediction/state_tracker.hpp"
+#include "estimation/composition_fit.hpp"
+#include "estimation/identification.hpp"
+#include "prediction/state_tracker.hpp"
 #include "composed_record.hpp"
 #include "stopwatch.hpp"
 

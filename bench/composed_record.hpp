@@ -1,7 +1,7 @@
 #pragma once
 
-#include "battery_sof/estimation/composition_fit.hpp"
-#include "battery_sof/recording/series.hpp"
+#include "estimation/composition_fit.hpp"
+#include "battery_sof/series.hpp"
 
 namespace battery_sof_bench {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/estimation/window.hpp"
-#include "battery_sof/recording/events.hpp"
+#include "estimation/identification.hpp"
+#include "estimation/window.hpp"
+#include "recording/events.hpp"
 #include "simulator/city_drive.hpp"
 
 namespace battery_sof_bench {

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "battery_sof/estimation/base_normal_equations.hpp"
-#include "battery_sof/recording/series.hpp"
+#include "estimation/base_normal_equations.hpp"
+#include "battery_sof/series.hpp"
 
 namespace battery_sof_bench {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "battery_sof/model/base_model.hpp"
+#include "model/base_model.hpp"
 
 namespace battery_sof_bench {
 

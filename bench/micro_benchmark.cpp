@@ -5,8 +5,8 @@
 #include <cmath>
 #include <memory>
 
-#include "battery_sof/model/base_model.hpp"
-#include "battery_sof/model/closed_form_step.hpp"
+#include "model/base_model.hpp"
+#include "model/closed_form_step.hpp"
 #include "ceres_fit.hpp"
 #include "drive_window.hpp"
 

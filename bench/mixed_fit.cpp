@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/estimation/composition_fit.hpp"
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/composition_fit.hpp"
+#include "estimation/identification.hpp"
 #include "stopwatch.hpp"
 #include "support/start_stop.hpp"
 

@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "battery_sof/estimation/base_search.hpp"
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/base_search.hpp"
+#include "estimation/identification.hpp"
 
 namespace battery_sof_bench {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/prediction/charge_acceptance.hpp"
-#include "battery_sof/prediction/stop_time.hpp"
-#include "battery_sof/report/model_yaml.hpp"
+#include "prediction/charge_acceptance.hpp"
+#include "prediction/stop_time.hpp"
+#include "report/model_yaml.hpp"
 
 namespace {
 

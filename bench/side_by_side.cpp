@@ -8,7 +8,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/identification.hpp"
 #include "ceres_fit.hpp"
 #include "our_fit.hpp"
 

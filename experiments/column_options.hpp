@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "battery_sof/recording/csv.hpp"
+#include "battery_sof/csv.hpp"
 
 namespace battery_sof {
 

@@ -4,9 +4,9 @@
 #include <cstring>
 #include <map>
 
-#include "battery_sof/diagnosis/diagnose.hpp"
-#include "battery_sof/prediction/online_session.hpp"
-#include "battery_sof/recording/csv.hpp"
+#include "diagnosis/diagnose.hpp"
+#include "prediction/online_session.hpp"
+#include "battery_sof/csv.hpp"
 #include "column_options.hpp"
 
 namespace {

@@ -3,8 +3,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "battery_sof/prediction/online_session.hpp"
-#include "battery_sof/recording/csv.hpp"
+#include "prediction/online_session.hpp"
+#include "battery_sof/csv.hpp"
 #include "column_options.hpp"
 #include "energy_manager/decision.hpp"
 

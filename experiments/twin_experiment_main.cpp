@@ -11,9 +11,9 @@
 #include <map>
 #include <random>
 
-#include "battery_sof/estimation/follower.hpp"
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/baseline/charge_phases.hpp"
+#include "estimation/follower.hpp"
+#include "estimation/identification.hpp"
+#include "baseline/charge_phases.hpp"
 
 namespace {
 

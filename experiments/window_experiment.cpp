@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/prediction/profile.hpp"
+#include "estimation/identification.hpp"
+#include "prediction/profile.hpp"
 
 namespace battery_sof::experiments {
 namespace {

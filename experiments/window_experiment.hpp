@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/prediction/scores.hpp"
+#include "estimation/identification.hpp"
+#include "prediction/scores.hpp"
 
 /// Experiments on the paper's open question: why do look-alike windows predict so differently?
 namespace battery_sof::experiments {

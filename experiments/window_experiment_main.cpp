@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <numeric>
 
-#include "battery_sof/recording/csv.hpp"
+#include "battery_sof/csv.hpp"
 #include "window_experiment.hpp"
 
 namespace {

@@ -5,14 +5,14 @@
 #include <cstdio>
 #include <numeric>
 
-#include "battery_sof/estimation/residual_filter.hpp"
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/estimation/window.hpp"
-#include "battery_sof/prediction/prediction_interval.hpp"
-#include "battery_sof/prediction/profile.hpp"
-#include "battery_sof/prediction/query.hpp"
-#include "battery_sof/prediction/scores.hpp"
-#include "battery_sof/recording/csv.hpp"
+#include "estimation/residual_filter.hpp"
+#include "estimation/identification.hpp"
+#include "estimation/window.hpp"
+#include "prediction/prediction_interval.hpp"
+#include "prediction/profile.hpp"
+#include "prediction/query.hpp"
+#include "prediction/scores.hpp"
+#include "battery_sof/csv.hpp"
 #include "column_options.hpp"
 
 namespace {

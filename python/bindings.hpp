@@ -6,9 +6,9 @@
 
 #include <vector>
 
-#include "battery_sof/diagnosis/diagnosis.hpp"
-#include "battery_sof/estimation/fitted_model.hpp"
-#include "battery_sof/recording/series.hpp"
+#include "diagnosis/diagnosis.hpp"
+#include "estimation/fitted_model.hpp"
+#include "battery_sof/series.hpp"
 
 namespace battery_sof::python {
 

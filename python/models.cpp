@@ -3,17 +3,17 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "battery_sof/diagnosis/diagnose.hpp"
-#include "battery_sof/estimation/recording_fit.hpp"
-#include "battery_sof/prediction/range_prediction.hpp"
-#include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/series_blocks.hpp"
-#include "battery_sof/recording/printable.hpp"
-#include "battery_sof/report/answers.hpp"
-#include "battery_sof/report/diagnosis_page.hpp"
-#include "battery_sof/report/diagnosis_results.hpp"
-#include "battery_sof/report/model_yaml.hpp"
-#include "battery_sof/report/results.hpp"
+#include "diagnosis/diagnose.hpp"
+#include "estimation/recording_fit.hpp"
+#include "prediction/range_prediction.hpp"
+#include "util/atomic_file.hpp"
+#include "recording/series_blocks.hpp"
+#include "util/printable.hpp"
+#include "report/answers.hpp"
+#include "report/diagnosis_page.hpp"
+#include "report/diagnosis_results.hpp"
+#include "report/model_yaml.hpp"
+#include "report/results.hpp"
 #include "bindings.hpp"
 
 namespace battery_sof::python {

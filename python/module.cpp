@@ -1,9 +1,9 @@
 #include <stdexcept>
 
-#include "battery_sof/recording/printable.hpp"
-#include "battery_sof/recording/recording_error.hpp"
-#include "battery_sof/report/model_yaml.hpp"
-#include "battery_sof/report/version.hpp"
+#include "util/printable.hpp"
+#include "battery_sof/recording_error.hpp"
+#include "report/model_yaml.hpp"
+#include "battery_sof/version.hpp"
 #include "bindings.hpp"
 
 namespace battery_sof::python {

@@ -1,8 +1,8 @@
 #include <stdexcept>
 
-#include "battery_sof/recording/csv.hpp"
-#include "battery_sof/recording/resample.hpp"
-#include "battery_sof/recording/sample_list.hpp"
+#include "battery_sof/csv.hpp"
+#include "recording/resample.hpp"
+#include "battery_sof/sample_list.hpp"
 #include "bindings.hpp"
 
 namespace battery_sof::python {

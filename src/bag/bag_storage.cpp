@@ -1,4 +1,4 @@
-#include "battery_sof/bag/bag_storage.hpp"
+#include "bag/bag_storage.hpp"
 
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
@@ -10,11 +10,11 @@
 #include <system_error>
 #include <vector>
 
-#include "battery_sof/bag/bag_structure.hpp"
-#include "battery_sof/bag/battery_state_message.hpp"
-#include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/intake.hpp"
-#include "battery_sof/recording/printable.hpp"
+#include "bag/bag_structure.hpp"
+#include "bag/battery_state_message.hpp"
+#include "util/atomic_file.hpp"
+#include "battery_sof/intake.hpp"
+#include "util/printable.hpp"
 
 namespace battery_sof {
 

@@ -1,4 +1,4 @@
-#include "battery_sof/bag/bag_structure.hpp"
+#include "bag/bag_structure.hpp"
 
 #include <fcntl.h>
 #include <sys/mman.h>

@@ -1,4 +1,4 @@
-#include "battery_sof/bag/battery_state_message.hpp"
+#include "bag/battery_state_message.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "battery_sof/recording/number_text.hpp"
+#include "util/number_text.hpp"
 
 namespace battery_sof {
 

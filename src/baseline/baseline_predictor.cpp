@@ -1,4 +1,4 @@
-#include "battery_sof/baseline/baseline_predictor.hpp"
+#include "baseline/baseline_predictor.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -8,11 +8,11 @@
 #include <string>
 #include <utility>
 
-#include "battery_sof/baseline/charge_phases.hpp"
-#include "battery_sof/recording/channel_statistics.hpp"
-#include "battery_sof/recording/events.hpp"
-#include "battery_sof/recording/sampling.hpp"
-#include "battery_sof/recording/student.hpp"
+#include "baseline/charge_phases.hpp"
+#include "recording/channel_statistics.hpp"
+#include "recording/events.hpp"
+#include "recording/sampling.hpp"
+#include "util/student.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/baseline/charge_phases.hpp"
+#include "baseline/charge_phases.hpp"
 
 #include <stdexcept>
 #include <string>

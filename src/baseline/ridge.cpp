@@ -1,4 +1,4 @@
-#include "battery_sof/baseline/ridge.hpp"
+#include "baseline/ridge.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "battery_sof/baseline/ridge_fit.hpp"
+#include "baseline/ridge_fit.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,6 +1,6 @@
-#include "battery_sof/prediction/charge_acceptance.hpp"
+#include "prediction/charge_acceptance.hpp"
 
-#include "battery_sof/report/answers.hpp"
+#include "report/answers.hpp"
 #include "query_options.hpp"
 
 namespace battery_sof {

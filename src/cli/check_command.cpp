@@ -1,6 +1,6 @@
-#include "battery_sof/recording/series_blocks.hpp"
-#include "battery_sof/recording/checks.hpp"
-#include "battery_sof/report/check_report.hpp"
+#include "recording/series_blocks.hpp"
+#include "recording/checks.hpp"
+#include "report/check_report.hpp"
 #include "command.hpp"
 
 namespace battery_sof {

@@ -6,13 +6,13 @@
 #include <ostream>
 #include <system_error>
 
-#include "battery_sof/estimation/recording_fit.hpp"
-#include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/series_blocks.hpp"
-#include "battery_sof/recording/number_text.hpp"
-#include "battery_sof/recording/printable.hpp"
-#include "battery_sof/recording/text.hpp"
-#include "battery_sof/report/priors_yaml.hpp"
+#include "estimation/recording_fit.hpp"
+#include "util/atomic_file.hpp"
+#include "recording/series_blocks.hpp"
+#include "util/number_text.hpp"
+#include "util/printable.hpp"
+#include "util/text.hpp"
+#include "report/priors_yaml.hpp"
 
 namespace battery_sof {
 namespace {

@@ -13,11 +13,11 @@
 #include <string_view>
 #include <vector>
 
-#include "battery_sof/bag/bag_storage.hpp"
-#include "battery_sof/cli/sof.hpp"
-#include "battery_sof/estimation/known_parameter.hpp"
-#include "battery_sof/recording/csv.hpp"
-#include "battery_sof/recording/resample.hpp"
+#include "bag/bag_storage.hpp"
+#include "cli/sof.hpp"
+#include "estimation/known_parameter.hpp"
+#include "battery_sof/csv.hpp"
+#include "recording/resample.hpp"
 #include "progress.hpp"
 
 namespace battery_sof {

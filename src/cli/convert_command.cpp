@@ -1,7 +1,7 @@
 #include <filesystem>
 #include <ostream>
 
-#include "battery_sof/recording/printable.hpp"
+#include "util/printable.hpp"
 #include "command.hpp"
 
 namespace battery_sof {

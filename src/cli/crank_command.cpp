@@ -1,7 +1,7 @@
 #include <ostream>
 
-#include "battery_sof/prediction/cranking.hpp"
-#include "battery_sof/report/results.hpp"
+#include "prediction/cranking.hpp"
+#include "report/results.hpp"
 #include "query_options.hpp"
 
 namespace battery_sof {

@@ -2,12 +2,12 @@
 #include <ostream>
 #include <utility>
 
-#include "battery_sof/diagnosis/diagnose.hpp"
-#include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/series_blocks.hpp"
-#include "battery_sof/report/diagnosis_page.hpp"
-#include "battery_sof/report/diagnosis_results.hpp"
-#include "battery_sof/report/model_yaml.hpp"
+#include "diagnosis/diagnose.hpp"
+#include "util/atomic_file.hpp"
+#include "recording/series_blocks.hpp"
+#include "report/diagnosis_page.hpp"
+#include "report/diagnosis_results.hpp"
+#include "report/model_yaml.hpp"
 #include "command.hpp"
 #include "interruption.hpp"
 

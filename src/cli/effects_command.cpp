@@ -1,4 +1,4 @@
-#include "battery_sof/report/catalogue.hpp"
+#include "report/catalogue.hpp"
 #include "command.hpp"
 
 namespace battery_sof {

@@ -1,10 +1,10 @@
 #include <chrono>
 #include <ostream>
 
-#include "battery_sof/estimation/recording_fit.hpp"
-#include "battery_sof/recording/checks.hpp"
-#include "battery_sof/report/model_yaml.hpp"
-#include "battery_sof/report/results.hpp"
+#include "estimation/recording_fit.hpp"
+#include "recording/checks.hpp"
+#include "report/model_yaml.hpp"
+#include "report/results.hpp"
 #include "command.hpp"
 
 namespace battery_sof {

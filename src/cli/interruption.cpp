@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <ostream>
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 

@@ -1,6 +1,6 @@
-#include "battery_sof/prediction/maps.hpp"
+#include "prediction/maps.hpp"
 
-#include "battery_sof/report/answers.hpp"
+#include "report/answers.hpp"
 #include "query_options.hpp"
 
 namespace battery_sof {

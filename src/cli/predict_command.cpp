@@ -1,9 +1,9 @@
 
-#include "battery_sof/prediction/range_prediction.hpp"
-#include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/text.hpp"
-#include "battery_sof/report/model_yaml.hpp"
-#include "battery_sof/report/results.hpp"
+#include "prediction/range_prediction.hpp"
+#include "util/atomic_file.hpp"
+#include "util/text.hpp"
+#include "report/model_yaml.hpp"
+#include "report/results.hpp"
 #include "command.hpp"
 
 namespace battery_sof {

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <ostream>
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <sstream>
 
-#include "battery_sof/recording/number_text.hpp"
-#include "battery_sof/recording/printable.hpp"
-#include "battery_sof/recording/text_lines.hpp"
-#include "battery_sof/recording/text.hpp"
-#include "battery_sof/report/model_yaml.hpp"
+#include "util/number_text.hpp"
+#include "util/printable.hpp"
+#include "recording/text_lines.hpp"
+#include "util/text.hpp"
+#include "report/model_yaml.hpp"
 
 namespace battery_sof {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/prediction/query.hpp"
+#include "prediction/query.hpp"
 #include "command.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/cli/sof.hpp"
+#include "cli/sof.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -7,8 +7,8 @@
 #include <ostream>
 #include <system_error>
 
-#include "battery_sof/recording/separate_files.hpp"
-#include "battery_sof/report/version.hpp"
+#include "util/separate_files.hpp"
+#include "battery_sof/version.hpp"
 #include "command.hpp"
 
 namespace battery_sof {

@@ -1,7 +1,7 @@
 #include <iostream>
 
-#include "battery_sof/cli/sof.hpp"
-#include "battery_sof/recording/separate_files.hpp"
+#include "cli/sof.hpp"
+#include "util/separate_files.hpp"
 #include "simulator/simulate_command.hpp"
 
 int main(int argc, char** argv) {

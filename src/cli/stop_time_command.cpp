@@ -1,6 +1,6 @@
-#include "battery_sof/prediction/stop_time.hpp"
+#include "prediction/stop_time.hpp"
 
-#include "battery_sof/report/answers.hpp"
+#include "report/answers.hpp"
 #include "query_options.hpp"
 
 namespace battery_sof {

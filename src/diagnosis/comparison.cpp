@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/comparison.hpp"
+#include "diagnosis/comparison.hpp"
 
 #include <algorithm>
 #include <array>
@@ -6,11 +6,11 @@
 #include <map>
 #include <stdexcept>
 
-#include "battery_sof/diagnosis/random_bits.hpp"
-#include "battery_sof/diagnosis/regimes.hpp"
-#include "battery_sof/estimation/fit_quality.hpp"
-#include "battery_sof/recording/events.hpp"
-#include "battery_sof/recording/intake.hpp"
+#include "diagnosis/random_bits.hpp"
+#include "diagnosis/regimes.hpp"
+#include "estimation/fit_quality.hpp"
+#include "recording/events.hpp"
+#include "battery_sof/intake.hpp"
 
 namespace battery_sof {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "battery_sof/diagnosis/hypotheses.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "diagnosis/hypotheses.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,11 +1,11 @@
-#include "battery_sof/diagnosis/diagnose.hpp"
+#include "diagnosis/diagnose.hpp"
 
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
-#include "battery_sof/diagnosis/locate.hpp"
-#include "battery_sof/diagnosis/verdict.hpp"
+#include "diagnosis/locate.hpp"
+#include "diagnosis/verdict.hpp"
 #include "stage_compare.hpp"
 #include "stage_locate.hpp"
 

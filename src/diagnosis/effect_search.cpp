@@ -1,7 +1,7 @@
 #include "effect_search.hpp"
 
-#include "battery_sof/diagnosis/hypotheses.hpp"
-#include "battery_sof/model/base_model.hpp"
+#include "diagnosis/hypotheses.hpp"
+#include "model/base_model.hpp"
 
 namespace battery_sof {
 namespace {

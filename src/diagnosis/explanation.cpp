@@ -1,13 +1,13 @@
-#include "battery_sof/diagnosis/explanation.hpp"
+#include "diagnosis/explanation.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
 
-#include "battery_sof/diagnosis/hypotheses.hpp"
-#include "battery_sof/model/effect.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "diagnosis/hypotheses.hpp"
+#include "model/effect.hpp"
+#include "util/text.hpp"
 #include "effect_search.hpp"
 #include "explanation_fits.hpp"
 

@@ -2,9 +2,9 @@
 
 #include <stdexcept>
 
-#include "battery_sof/diagnosis/hypotheses.hpp"
-#include "battery_sof/diagnosis/noise_rows.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "diagnosis/hypotheses.hpp"
+#include "diagnosis/noise_rows.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

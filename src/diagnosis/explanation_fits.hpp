@@ -4,8 +4,8 @@
 #include <functional>
 #include <utility>
 
-#include "battery_sof/diagnosis/timing_jitter_noise.hpp"
-#include "battery_sof/diagnosis/explanation.hpp"
+#include "diagnosis/timing_jitter_noise.hpp"
+#include "diagnosis/explanation.hpp"
 #include "explanation_state.hpp"
 
 namespace battery_sof {

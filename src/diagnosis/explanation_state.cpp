@@ -1,7 +1,7 @@
 #include "explanation_state.hpp"
 
-#include "battery_sof/regression/discrepancy_fit.hpp"
-#include "battery_sof/model/base_model.hpp"
+#include "regression/discrepancy_fit.hpp"
+#include "model/base_model.hpp"
 
 namespace battery_sof {
 namespace {

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/diagnosis/row_simulation.hpp"
-#include "battery_sof/estimation/known_parameter.hpp"
-#include "battery_sof/regression/evidence.hpp"
-#include "battery_sof/model/battery_model.hpp"
-#include "battery_sof/model/effect.hpp"
-#include "battery_sof/model/mechanism.hpp"
+#include "diagnosis/row_simulation.hpp"
+#include "estimation/known_parameter.hpp"
+#include "regression/evidence.hpp"
+#include "model/battery_model.hpp"
+#include "model/effect.hpp"
+#include "model/mechanism.hpp"
 
 namespace battery_sof {
 

@@ -1,9 +1,9 @@
-#include "battery_sof/diagnosis/hypotheses.hpp"
+#include "diagnosis/hypotheses.hpp"
 
 #include <algorithm>
 
-#include "battery_sof/model/effect.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "model/effect.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 

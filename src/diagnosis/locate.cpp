@@ -1,13 +1,13 @@
-#include "battery_sof/diagnosis/locate.hpp"
+#include "diagnosis/locate.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
 
-#include "battery_sof/diagnosis/random_bits.hpp"
-#include "battery_sof/diagnosis/signatures.hpp"
-#include "battery_sof/recording/student.hpp"
+#include "diagnosis/random_bits.hpp"
+#include "diagnosis/signatures.hpp"
+#include "util/student.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/noise_rows.hpp"
+#include "diagnosis/noise_rows.hpp"
 
 #include <Eigen/Eigenvalues>
 

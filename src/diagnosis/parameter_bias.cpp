@@ -1,11 +1,11 @@
-#include "battery_sof/diagnosis/parameter_bias.hpp"
+#include "diagnosis/parameter_bias.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
 
-#include "battery_sof/diagnosis/signatures.hpp"
+#include "diagnosis/signatures.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/profile_interval.hpp"
+#include "diagnosis/profile_interval.hpp"
 
 #include <algorithm>
 #include <cmath>

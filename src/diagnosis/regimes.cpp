@@ -1,10 +1,10 @@
-#include "battery_sof/diagnosis/regimes.hpp"
+#include "diagnosis/regimes.hpp"
 
 #include <cmath>
 #include <deque>
 #include <stdexcept>
 
-#include "battery_sof/recording/events.hpp"
+#include "recording/events.hpp"
 
 namespace battery_sof {
 namespace {

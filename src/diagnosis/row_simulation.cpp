@@ -1,9 +1,9 @@
-#include "battery_sof/diagnosis/row_simulation.hpp"
+#include "diagnosis/row_simulation.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/model/effect.hpp"
+#include "model/effect.hpp"
 
 namespace battery_sof {
 namespace {

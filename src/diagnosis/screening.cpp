@@ -1,10 +1,10 @@
-#include "battery_sof/diagnosis/screening.hpp"
+#include "diagnosis/screening.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/recording/checks.hpp"
-#include "battery_sof/recording/clipped_current.hpp"
+#include "recording/checks.hpp"
+#include "recording/clipped_current.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/signatures.hpp"
+#include "diagnosis/signatures.hpp"
 
 #include <algorithm>
 

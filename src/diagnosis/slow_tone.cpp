@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/slow_tone.hpp"
+#include "diagnosis/slow_tone.hpp"
 
 #include <Eigen/QR>
 #include <algorithm>

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <utility>
 
-#include "battery_sof/diagnosis/comparison.hpp"
-#include "battery_sof/baseline/baseline_predictor.hpp"
-#include "battery_sof/baseline/ridge.hpp"
-#include "battery_sof/prediction/both_ways.hpp"
-#include "battery_sof/recording/clipped_current.hpp"
-#include "battery_sof/recording/fit_mask.hpp"
+#include "diagnosis/comparison.hpp"
+#include "baseline/baseline_predictor.hpp"
+#include "baseline/ridge.hpp"
+#include "prediction/both_ways.hpp"
+#include "recording/clipped_current.hpp"
+#include "recording/fit_mask.hpp"
 
 namespace battery_sof {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/recording/control_mode_overview.hpp"
+#include "recording/control_mode_overview.hpp"
 #include "stage_name.hpp"
 
 namespace battery_sof {

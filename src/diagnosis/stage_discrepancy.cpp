@@ -5,9 +5,9 @@
 #include <memory>
 #include <utility>
 
-#include "battery_sof/diagnosis/verdict.hpp"
-#include "battery_sof/recording/number_text.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "diagnosis/verdict.hpp"
+#include "util/number_text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

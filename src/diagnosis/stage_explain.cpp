@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "battery_sof/diagnosis/hypotheses.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "diagnosis/hypotheses.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/diagnosis/explanation.hpp"
-#include "battery_sof/estimation/identification.hpp"
+#include "diagnosis/explanation.hpp"
+#include "estimation/identification.hpp"
 #include "stage_prepare.hpp"
 
 namespace battery_sof {

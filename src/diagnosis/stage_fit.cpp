@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "battery_sof/diagnosis/timing_jitter_noise.hpp"
+#include "diagnosis/timing_jitter_noise.hpp"
 
 namespace battery_sof {
 

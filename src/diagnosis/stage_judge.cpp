@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
-#include "battery_sof/diagnosis/slow_tone.hpp"
-#include "battery_sof/diagnosis/verdict.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "diagnosis/slow_tone.hpp"
+#include "diagnosis/verdict.hpp"
+#include "util/text.hpp"
 #include "confirmation.hpp"
 
 namespace battery_sof {

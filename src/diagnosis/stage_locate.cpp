@@ -1,7 +1,7 @@
 #include "stage_locate.hpp"
 
-#include "battery_sof/diagnosis/parameter_bias.hpp"
-#include "battery_sof/diagnosis/locate.hpp"
+#include "diagnosis/parameter_bias.hpp"
+#include "diagnosis/locate.hpp"
 
 namespace battery_sof {
 

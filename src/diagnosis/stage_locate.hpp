@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "battery_sof/diagnosis/regimes.hpp"
+#include "diagnosis/regimes.hpp"
 #include "stage_prepare.hpp"
 
 namespace battery_sof {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <utility>
 
-#include "battery_sof/diagnosis/profile_interval.hpp"
-#include "battery_sof/estimation/composition_identification.hpp"
-#include "battery_sof/estimation/residual_filter.hpp"
-#include "battery_sof/estimation/identification.hpp"
+#include "diagnosis/profile_interval.hpp"
+#include "estimation/composition_identification.hpp"
+#include "estimation/residual_filter.hpp"
+#include "estimation/identification.hpp"
 
 namespace battery_sof {
 namespace {

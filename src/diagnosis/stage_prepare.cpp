@@ -5,8 +5,8 @@
 #include <limits>
 #include <utility>
 
-#include "battery_sof/diagnosis/parameter_bias.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "diagnosis/parameter_bias.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/diagnosis/diagnose.hpp"
-#include "battery_sof/diagnosis/screening.hpp"
-#include "battery_sof/diagnosis/whitened_fit.hpp"
-#include "battery_sof/model/input_sequence.hpp"
+#include "diagnosis/diagnose.hpp"
+#include "diagnosis/screening.hpp"
+#include "diagnosis/whitened_fit.hpp"
+#include "model/input_sequence.hpp"
 
 namespace battery_sof {
 

@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/timing_jitter_noise.hpp"
+#include "diagnosis/timing_jitter_noise.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/whitened_fit.hpp"
+#include "diagnosis/whitened_fit.hpp"
 
 #include <Eigen/QR>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/base_normal_equations.hpp"
+#include "estimation/base_normal_equations.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/base_residual.hpp"
+#include "estimation/base_residual.hpp"
 
 #include <utility>
 

@@ -1,12 +1,12 @@
-#include "battery_sof/estimation/base_search.hpp"
+#include "estimation/base_search.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/estimation/fit_description.hpp"
-#include "battery_sof/estimation/levenberg_marquardt.hpp"
+#include "estimation/fit_description.hpp"
+#include "estimation/levenberg_marquardt.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,12 +1,12 @@
-#include "battery_sof/estimation/composition_fit.hpp"
+#include "estimation/composition_fit.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/estimation/fit_description.hpp"
-#include "battery_sof/estimation/parallel.hpp"
+#include "estimation/fit_description.hpp"
+#include "estimation/parallel.hpp"
 #include "elimination.hpp"
 
 namespace battery_sof {

@@ -1,13 +1,13 @@
-#include "battery_sof/estimation/composition_identification.hpp"
+#include "estimation/composition_identification.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "battery_sof/estimation/covariance.hpp"
-#include "battery_sof/estimation/residual_filter.hpp"
-#include "battery_sof/estimation/fit_description.hpp"
-#include "battery_sof/estimation/window_history.hpp"
+#include "estimation/covariance.hpp"
+#include "estimation/residual_filter.hpp"
+#include "estimation/fit_description.hpp"
+#include "estimation/window_history.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,10 +1,10 @@
-#include "battery_sof/estimation/composition_fit.hpp"
+#include "estimation/composition_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

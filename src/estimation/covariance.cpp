@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/covariance.hpp"
+#include "estimation/covariance.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

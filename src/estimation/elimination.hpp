@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "battery_sof/estimation/composition_fit.hpp"
+#include "estimation/composition_fit.hpp"
 
 namespace battery_sof {
 

@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/event_history.hpp"
+#include "estimation/event_history.hpp"
 
 namespace battery_sof {
 namespace {

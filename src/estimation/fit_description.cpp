@@ -1,12 +1,12 @@
-#include "battery_sof/estimation/fit_description.hpp"
+#include "estimation/fit_description.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/estimation/fit_quality.hpp"
-#include "battery_sof/estimation/window.hpp"
-#include "battery_sof/recording/number_text.hpp"
-#include "battery_sof/recording/sampling.hpp"
+#include "estimation/fit_quality.hpp"
+#include "estimation/window.hpp"
+#include "util/number_text.hpp"
+#include "recording/sampling.hpp"
 
 namespace battery_sof {
 

@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/fit_quality.hpp"
+#include "estimation/fit_quality.hpp"
 
 #include <cmath>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/fitted_model.hpp"
+#include "estimation/fitted_model.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

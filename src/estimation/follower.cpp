@@ -1,8 +1,8 @@
-#include "battery_sof/estimation/follower.hpp"
+#include "estimation/follower.hpp"
 
 #include <algorithm>
 
-#include "battery_sof/recording/voltage_repair.hpp"
+#include "recording/voltage_repair.hpp"
 
 namespace battery_sof {
 namespace {

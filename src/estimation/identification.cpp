@@ -1,20 +1,20 @@
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/identification.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "battery_sof/estimation/base_search.hpp"
-#include "battery_sof/estimation/composition_identification.hpp"
-#include "battery_sof/estimation/covariance.hpp"
-#include "battery_sof/estimation/residual_filter.hpp"
-#include "battery_sof/estimation/fit_description.hpp"
-#include "battery_sof/estimation/follower.hpp"
-#include "battery_sof/estimation/window.hpp"
-#include "battery_sof/recording/series_blocks.hpp"
-#include "battery_sof/recording/events.hpp"
-#include "battery_sof/recording/number_text.hpp"
-#include "battery_sof/recording/sampling.hpp"
+#include "estimation/base_search.hpp"
+#include "estimation/composition_identification.hpp"
+#include "estimation/covariance.hpp"
+#include "estimation/residual_filter.hpp"
+#include "estimation/fit_description.hpp"
+#include "estimation/follower.hpp"
+#include "estimation/window.hpp"
+#include "recording/series_blocks.hpp"
+#include "recording/events.hpp"
+#include "util/number_text.hpp"
+#include "recording/sampling.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/known_parameter.hpp"
+#include "estimation/known_parameter.hpp"
 
 #include <algorithm>
 

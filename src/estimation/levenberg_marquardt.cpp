@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/levenberg_marquardt.hpp"
+#include "estimation/levenberg_marquardt.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

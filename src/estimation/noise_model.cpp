@@ -1,12 +1,12 @@
-#include "battery_sof/estimation/noise_model.hpp"
+#include "estimation/noise_model.hpp"
 
 #include <cmath>
 #include <stdexcept>
 #include <unsupported/Eigen/AutoDiff>
 
-#include "battery_sof/estimation/levenberg_marquardt.hpp"
-#include "battery_sof/estimation/noise_filter.hpp"
-#include "battery_sof/recording/number_text.hpp"
+#include "estimation/levenberg_marquardt.hpp"
+#include "estimation/noise_filter.hpp"
+#include "util/number_text.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/parallel.hpp"
+#include "estimation/parallel.hpp"
 
 #include <algorithm>
 #include <atomic>

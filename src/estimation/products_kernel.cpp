@@ -1,6 +1,6 @@
-#include "battery_sof/estimation/products_kernel.hpp"
+#include "estimation/products_kernel.hpp"
 
-#include "battery_sof/model/instruction_sets.hpp"
+#include "model/instruction_sets.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,11 +1,11 @@
-#include "battery_sof/estimation/recording_fit.hpp"
+#include "estimation/recording_fit.hpp"
 
 #include <cmath>
 #include <stdexcept>
 
-#include "battery_sof/estimation/residual_filter.hpp"
-#include "battery_sof/recording/fit_mask.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "estimation/residual_filter.hpp"
+#include "recording/fit_mask.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

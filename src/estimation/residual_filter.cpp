@@ -1,11 +1,11 @@
-#include "battery_sof/estimation/residual_filter.hpp"
+#include "estimation/residual_filter.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "battery_sof/estimation/follower.hpp"
-#include "battery_sof/model/input_sequence.hpp"
+#include "estimation/follower.hpp"
+#include "model/input_sequence.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/residual_regression.hpp"
+#include "estimation/residual_regression.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,12 @@
-#include "battery_sof/estimation/window.hpp"
+#include "estimation/window.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/estimation/base_normal_equations.hpp"
-#include "battery_sof/recording/number_text.hpp"
+#include "estimation/base_normal_equations.hpp"
+#include "util/number_text.hpp"
 
 namespace battery_sof {
 namespace {

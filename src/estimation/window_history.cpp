@@ -1,11 +1,11 @@
-#include "battery_sof/estimation/window_history.hpp"
+#include "estimation/window_history.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/estimation/follower.hpp"
-#include "battery_sof/baseline/charge_phases.hpp"
-#include "battery_sof/recording/events.hpp"
+#include "estimation/follower.hpp"
+#include "baseline/charge_phases.hpp"
+#include "recording/events.hpp"
 
 namespace battery_sof {
 namespace {

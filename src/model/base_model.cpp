@@ -1,11 +1,11 @@
-#include "battery_sof/model/base_model.hpp"
+#include "model/base_model.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "battery_sof/model/closed_form_step.hpp"
-#include "battery_sof/recording/number_text.hpp"
+#include "model/closed_form_step.hpp"
+#include "util/number_text.hpp"
 
 namespace battery_sof {
 namespace {

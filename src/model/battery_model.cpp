@@ -1,9 +1,9 @@
-#include "battery_sof/model/battery_model.hpp"
+#include "model/battery_model.hpp"
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

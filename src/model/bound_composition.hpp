@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "battery_sof/model/battery_model.hpp"
+#include "model/battery_model.hpp"
 #include "effects/effect_definition.hpp"
 
 namespace battery_sof {

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "battery_sof/recording/pi.hpp"
+#include "util/pi.hpp"
 #include "effects/effect_definition.hpp"
 
 namespace battery_sof {

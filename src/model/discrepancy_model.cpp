@@ -1,4 +1,4 @@
-#include "battery_sof/model/discrepancy_model.hpp"
+#include "model/discrepancy_model.hpp"
 
 #include <algorithm>
 #include <cmath>

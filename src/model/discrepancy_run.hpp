@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "battery_sof/model/discrepancy_model.hpp"
+#include "model/discrepancy_model.hpp"
 #include "regressor_kernel.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/model/driving_current.hpp"
+#include "model/driving_current.hpp"
 
 namespace battery_sof {
 

@@ -1,4 +1,4 @@
-#include "battery_sof/model/effect.hpp"
+#include "model/effect.hpp"
 
 #include <algorithm>
 #include <stdexcept>

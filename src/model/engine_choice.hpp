@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "battery_sof/model/simulation.hpp"
+#include "model/simulation.hpp"
 
 namespace battery_sof {
 

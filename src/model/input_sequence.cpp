@@ -1,10 +1,10 @@
-#include "battery_sof/model/input_sequence.hpp"
+#include "model/input_sequence.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/model/driving_current.hpp"
-#include "battery_sof/model/steps_taken.hpp"
+#include "model/driving_current.hpp"
+#include "model/steps_taken.hpp"
 
 namespace battery_sof {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "battery_sof/model/matched_flow.hpp"
+#include "model/matched_flow.hpp"
 #include "layer_parts.hpp"
 
 namespace battery_sof {

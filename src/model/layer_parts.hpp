@@ -4,8 +4,8 @@
 #include <cmath>
 #include <type_traits>
 
-#include "battery_sof/model/closed_form_slopes.hpp"
-#include "battery_sof/model/steps_taken.hpp"
+#include "model/closed_form_slopes.hpp"
+#include "model/steps_taken.hpp"
 #include "effects/effect_definition.hpp"
 
 namespace battery_sof {

@@ -1,10 +1,10 @@
-#include "battery_sof/model/mechanism.hpp"
+#include "model/mechanism.hpp"
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "battery_sof/model/effect.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "model/effect.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,9 +1,9 @@
-#include "battery_sof/model/overpotential_kernel.hpp"
+#include "model/overpotential_kernel.hpp"
 
 #include <math.h>
 
-#include "battery_sof/model/closed_form_step.hpp"
-#include "battery_sof/model/instruction_sets.hpp"
+#include "model/closed_form_step.hpp"
+#include "model/instruction_sets.hpp"
 
 // glibc's libmvec has exp and log for several values at once, but its header says so under
 // -ffast-math alone.

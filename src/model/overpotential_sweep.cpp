@@ -1,4 +1,4 @@
-#include "battery_sof/model/overpotential_sweep.hpp"
+#include "model/overpotential_sweep.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "battery_sof/model/regressors.hpp"
+#include "model/regressors.hpp"
 #include "effects/effect_definition.hpp"
 
 namespace battery_sof {

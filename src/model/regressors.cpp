@@ -1,4 +1,4 @@
-#include "battery_sof/model/regressors.hpp"
+#include "model/regressors.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 
 #include "regressor_kernel.hpp"
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,10 +1,10 @@
-#include "battery_sof/model/simulation.hpp"
+#include "model/simulation.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "battery_sof/recording/number_text.hpp"
+#include "util/number_text.hpp"
 #include "engine_choice.hpp"
 
 namespace battery_sof {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "battery_sof/model/simulation.hpp"
+#include "model/simulation.hpp"
 #include "cloned.hpp"
 #include "composed_effects.hpp"
 #include "discrepancy_run.hpp"

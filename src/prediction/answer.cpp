@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/answer.hpp"
+#include "prediction/answer.hpp"
 
 namespace battery_sof {
 

@@ -1,12 +1,12 @@
-#include "battery_sof/prediction/baseline_selector.hpp"
+#include "prediction/baseline_selector.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 #include <utility>
 
-#include "battery_sof/prediction/interval_calibration.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "prediction/interval_calibration.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

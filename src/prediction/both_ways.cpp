@@ -1,10 +1,10 @@
-#include "battery_sof/prediction/both_ways.hpp"
+#include "prediction/both_ways.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/baseline/baseline_predictor.hpp"
-#include "battery_sof/prediction/event_corrections.hpp"
+#include "baseline/baseline_predictor.hpp"
+#include "prediction/event_corrections.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,13 +1,13 @@
-#include "battery_sof/prediction/charge_acceptance.hpp"
+#include "prediction/charge_acceptance.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/estimation/follower.hpp"
-#include "battery_sof/prediction/event_corrections.hpp"
-#include "battery_sof/prediction/prediction_interval.hpp"
-#include "battery_sof/recording/intake.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "estimation/follower.hpp"
+#include "prediction/event_corrections.hpp"
+#include "prediction/prediction_interval.hpp"
+#include "battery_sof/intake.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

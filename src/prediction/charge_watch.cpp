@@ -1,9 +1,9 @@
-#include "battery_sof/prediction/charge_watch.hpp"
+#include "prediction/charge_watch.hpp"
 
 #include <utility>
 
-#include "battery_sof/baseline/charge_phases.hpp"
-#include "battery_sof/recording/voltage_repair.hpp"
+#include "baseline/charge_phases.hpp"
+#include "recording/voltage_repair.hpp"
 
 namespace battery_sof {
 namespace {

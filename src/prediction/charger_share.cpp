@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/charger_share.hpp"
+#include "prediction/charger_share.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,8 +1,8 @@
-#include "battery_sof/prediction/crank_watch.hpp"
+#include "prediction/crank_watch.hpp"
 
 #include <algorithm>
 
-#include "battery_sof/prediction/cranking.hpp"
+#include "prediction/cranking.hpp"
 
 namespace battery_sof {
 

@@ -1,12 +1,12 @@
-#include "battery_sof/prediction/cranking.hpp"
+#include "prediction/cranking.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/prediction/event_corrections.hpp"
-#include "battery_sof/prediction/prediction_interval.hpp"
-#include "battery_sof/recording/intake.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "prediction/event_corrections.hpp"
+#include "prediction/prediction_interval.hpp"
+#include "battery_sof/intake.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/event_corrections.hpp"
+#include "prediction/event_corrections.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "battery_sof/prediction/prediction_interval.hpp"
+#include "prediction/prediction_interval.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,14 +1,14 @@
-#include "battery_sof/prediction/identification_job.hpp"
+#include "prediction/identification_job.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/estimation/residual_filter.hpp"
-#include "battery_sof/estimation/window.hpp"
-#include "battery_sof/prediction/state_tracker.hpp"
-#include "battery_sof/recording/fit_mask.hpp"
-#include "battery_sof/recording/control_mode.hpp"
-#include "battery_sof/recording/voltage_repair.hpp"
+#include "estimation/residual_filter.hpp"
+#include "estimation/window.hpp"
+#include "prediction/state_tracker.hpp"
+#include "recording/fit_mask.hpp"
+#include "recording/control_mode.hpp"
+#include "recording/voltage_repair.hpp"
 
 namespace battery_sof {
 

@@ -1,6 +1,6 @@
-#include "battery_sof/prediction/maps.hpp"
+#include "prediction/maps.hpp"
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

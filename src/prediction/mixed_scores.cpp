@@ -1,10 +1,10 @@
-#include "battery_sof/prediction/mixed_scores.hpp"
+#include "prediction/mixed_scores.hpp"
 
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
-#include "battery_sof/baseline/charge_phases.hpp"
+#include "baseline/charge_phases.hpp"
 
 namespace battery_sof {
 namespace {

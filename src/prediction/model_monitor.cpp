@@ -1,7 +1,7 @@
-#include "battery_sof/prediction/model_monitor.hpp"
+#include "prediction/model_monitor.hpp"
 
-#include "battery_sof/estimation/fit_quality.hpp"
-#include "battery_sof/prediction/event_corrections.hpp"
+#include "estimation/fit_quality.hpp"
+#include "prediction/event_corrections.hpp"
 
 namespace battery_sof {
 

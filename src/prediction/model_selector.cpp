@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/model_selector.hpp"
+#include "prediction/model_selector.hpp"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/model_snapshot.hpp"
+#include "prediction/model_snapshot.hpp"
 
 namespace battery_sof {
 namespace {

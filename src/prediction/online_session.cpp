@@ -1,13 +1,13 @@
-#include "battery_sof/prediction/online_session.hpp"
+#include "prediction/online_session.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
-#include "battery_sof/estimation/window.hpp"
-#include "battery_sof/prediction/series_blocks.hpp"
-#include "battery_sof/recording/series_blocks.hpp"
+#include "estimation/window.hpp"
+#include "prediction/series_blocks.hpp"
+#include "recording/series_blocks.hpp"
 
 namespace battery_sof {
 

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <utility>
 
-#include "battery_sof/prediction/series_blocks.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "prediction/series_blocks.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

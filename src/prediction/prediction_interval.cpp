@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/prediction_interval.hpp"
+#include "prediction/prediction_interval.hpp"
 
 #include <cmath>
 

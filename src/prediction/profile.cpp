@@ -1,17 +1,17 @@
-#include "battery_sof/prediction/profile.hpp"
+#include "prediction/profile.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
-#include "battery_sof/estimation/follower.hpp"
-#include "battery_sof/model/steps_taken.hpp"
-#include "battery_sof/prediction/prediction_interval.hpp"
-#include "battery_sof/prediction/query.hpp"
-#include "battery_sof/prediction/state_tracker.hpp"
-#include "battery_sof/recording/intake.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "estimation/follower.hpp"
+#include "model/steps_taken.hpp"
+#include "prediction/prediction_interval.hpp"
+#include "prediction/query.hpp"
+#include "prediction/state_tracker.hpp"
+#include "battery_sof/intake.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

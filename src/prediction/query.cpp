@@ -1,14 +1,14 @@
-#include "battery_sof/prediction/query.hpp"
+#include "prediction/query.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/model/steps_taken.hpp"
-#include "battery_sof/prediction/prediction_interval.hpp"
-#include "battery_sof/recording/series_blocks.hpp"
-#include "battery_sof/recording/intake.hpp"
-#include "battery_sof/recording/number_text.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "model/steps_taken.hpp"
+#include "prediction/prediction_interval.hpp"
+#include "recording/series_blocks.hpp"
+#include "battery_sof/intake.hpp"
+#include "util/number_text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,9 +1,9 @@
-#include "battery_sof/prediction/range_prediction.hpp"
+#include "prediction/range_prediction.hpp"
 
 #include <utility>
 
-#include "battery_sof/prediction/series_blocks.hpp"
-#include "battery_sof/recording/series_blocks.hpp"
+#include "prediction/series_blocks.hpp"
+#include "recording/series_blocks.hpp"
 
 namespace battery_sof {
 namespace {

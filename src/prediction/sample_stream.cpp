@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/sample_stream.hpp"
+#include "prediction/sample_stream.hpp"
 
 #include <algorithm>
 #include <cmath>

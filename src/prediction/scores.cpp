@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/scores.hpp"
+#include "prediction/scores.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/series_blocks.hpp"
+#include "prediction/series_blocks.hpp"
 
 #include <initializer_list>
 

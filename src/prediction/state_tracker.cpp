@@ -1,11 +1,11 @@
-#include "battery_sof/prediction/state_tracker.hpp"
+#include "prediction/state_tracker.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
-#include "battery_sof/recording/voltage_repair.hpp"
+#include "recording/voltage_repair.hpp"
 
 namespace battery_sof {
 namespace {

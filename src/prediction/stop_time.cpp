@@ -1,10 +1,10 @@
-#include "battery_sof/prediction/stop_time.hpp"
+#include "prediction/stop_time.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

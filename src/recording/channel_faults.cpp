@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/recording/channel_statistics.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "recording/channel_statistics.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof::check_parts {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/recording/channel_statistics.hpp"
+#include "recording/channel_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <iterator>
 #include <optional>
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

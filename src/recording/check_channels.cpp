@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/recording/channel_statistics.hpp"
+#include "recording/channel_statistics.hpp"
 #include "channel_faults.hpp"
 #include "check_parts.hpp"
 

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/recording/channel_statistics.hpp"
-#include "battery_sof/recording/spectral_line.hpp"
+#include "recording/channel_statistics.hpp"
+#include "recording/spectral_line.hpp"
 #include "check_parts.hpp"
 
 /// Findings about current and voltage as a pair, and about what the pair can tell of a battery.

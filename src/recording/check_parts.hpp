@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/recording/checks.hpp"
-#include "battery_sof/recording/edges.hpp"
+#include "recording/checks.hpp"
+#include "recording/edges.hpp"
 
 /// The parts of checkRecording: each looks at one kind of fault and returns what it found, nothing
 /// when all is well.

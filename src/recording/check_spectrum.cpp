@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/recording/pi.hpp"
-#include "battery_sof/recording/spectral_line.hpp"
+#include "util/pi.hpp"
+#include "recording/spectral_line.hpp"
 #include "check_parts.hpp"
 
 /// Findings about tones in the voltage that the current does not explain.

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "battery_sof/recording/channel_statistics.hpp"
+#include "recording/channel_statistics.hpp"
 #include "check_parts.hpp"
 
 /// Findings about when samples were taken, and which were not.

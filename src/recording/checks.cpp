@@ -1,4 +1,4 @@
-#include "battery_sof/recording/checks.hpp"
+#include "recording/checks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "battery_sof/recording/channel_statistics.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "recording/channel_statistics.hpp"
+#include "util/text.hpp"
 #include "check_parts.hpp"
 
 namespace battery_sof {

@@ -1,9 +1,9 @@
-#include "battery_sof/recording/clipped_current.hpp"
+#include "recording/clipped_current.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

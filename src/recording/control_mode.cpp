@@ -1,14 +1,14 @@
-#include "battery_sof/recording/control_mode.hpp"
+#include "recording/control_mode.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
 
-#include "battery_sof/recording/channel_statistics.hpp"
-#include "battery_sof/recording/edges.hpp"
-#include "battery_sof/recording/events.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "recording/channel_statistics.hpp"
+#include "recording/edges.hpp"
+#include "recording/events.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/recording/control_mode_overview.hpp"
+#include "recording/control_mode_overview.hpp"
 
 #include <map>
 #include <stdexcept>

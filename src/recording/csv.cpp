@@ -1,4 +1,4 @@
-#include "battery_sof/recording/csv.hpp"
+#include "battery_sof/csv.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/intake.hpp"
-#include "battery_sof/recording/number_text.hpp"
-#include "battery_sof/recording/printable.hpp"
-#include "battery_sof/recording/sample_list.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "util/atomic_file.hpp"
+#include "battery_sof/intake.hpp"
+#include "util/number_text.hpp"
+#include "util/printable.hpp"
+#include "battery_sof/sample_list.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

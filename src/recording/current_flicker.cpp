@@ -1,4 +1,4 @@
-#include "battery_sof/recording/current_flicker.hpp"
+#include "recording/current_flicker.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>

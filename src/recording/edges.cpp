@@ -1,4 +1,4 @@
-#include "battery_sof/recording/edges.hpp"
+#include "recording/edges.hpp"
 
 #include <algorithm>
 #include <cmath>

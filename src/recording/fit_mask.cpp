@@ -1,4 +1,4 @@
-#include "battery_sof/recording/fit_mask.hpp"
+#include "recording/fit_mask.hpp"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/recording/intake.hpp"
+#include "battery_sof/intake.hpp"
 
 #include <algorithm>
 #include <cmath>

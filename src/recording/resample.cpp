@@ -1,4 +1,4 @@
-#include "battery_sof/recording/resample.hpp"
+#include "recording/resample.hpp"
 
 #include <unsupported/Eigen/Polynomials>
 
@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "battery_sof/recording/pi.hpp"
+#include "util/pi.hpp"
 
 namespace battery_sof {
 namespace {

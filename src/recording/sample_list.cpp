@@ -1,6 +1,6 @@
-#include "battery_sof/recording/sample_list.hpp"
+#include "battery_sof/sample_list.hpp"
 
-#include "battery_sof/recording/printable.hpp"
+#include "util/printable.hpp"
 
 namespace battery_sof {
 

@@ -1,9 +1,9 @@
-#include "battery_sof/recording/series.hpp"
+#include "battery_sof/series.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
 
-#include "battery_sof/recording/sampling.hpp"
+#include "recording/sampling.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/recording/spectral_line.hpp"
+#include "recording/spectral_line.hpp"
 
 #include <unsupported/Eigen/FFT>
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <complex>
 
-#include "battery_sof/recording/channel_statistics.hpp"
-#include "battery_sof/recording/pi.hpp"
+#include "recording/channel_statistics.hpp"
+#include "util/pi.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/recording/text_lines.hpp"
+#include "recording/text_lines.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "battery_sof/recording/recording_error.hpp"
+#include "battery_sof/recording_error.hpp"
 
 namespace battery_sof {
 namespace {

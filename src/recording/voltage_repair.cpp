@@ -1,4 +1,4 @@
-#include "battery_sof/recording/voltage_repair.hpp"
+#include "recording/voltage_repair.hpp"
 
 #include <algorithm>
 #include <array>

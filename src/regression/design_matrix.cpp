@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "battery_sof/regression/discrepancy_fit.hpp"
+#include "regression/discrepancy_fit.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/regression/discrepancy_fit.hpp"
+#include "regression/discrepancy_fit.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "battery_sof/regression/evidence.hpp"
+#include "regression/evidence.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

@@ -1,8 +1,8 @@
-#include "battery_sof/report/answers.hpp"
+#include "report/answers.hpp"
 
 #include <cmath>
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

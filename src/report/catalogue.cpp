@@ -1,14 +1,14 @@
-#include "battery_sof/report/catalogue.hpp"
+#include "report/catalogue.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <regex>
 #include <sstream>
 
-#include "battery_sof/model/mechanism.hpp"
+#include "model/mechanism.hpp"
 #include "wording.hpp"
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,12 +1,12 @@
-#include "battery_sof/report/check_report.hpp"
+#include "report/check_report.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "battery_sof/recording/events.hpp"
-#include "battery_sof/recording/control_mode_overview.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "recording/events.hpp"
+#include "recording/control_mode_overview.hpp"
+#include "util/text.hpp"
 #include "wording.hpp"
 
 namespace battery_sof {

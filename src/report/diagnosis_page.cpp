@@ -1,9 +1,9 @@
-#include "battery_sof/report/diagnosis_page.hpp"
+#include "report/diagnosis_page.hpp"
 
 #include <stdexcept>
 
-#include "battery_sof/recording/text.hpp"
-#include "battery_sof/report/version.hpp"
+#include "util/text.hpp"
+#include "battery_sof/version.hpp"
 #include "html.hpp"
 #include "page_assets.hpp"
 #include "page_sections.hpp"

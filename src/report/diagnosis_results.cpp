@@ -1,11 +1,11 @@
-#include "battery_sof/report/diagnosis_results.hpp"
+#include "report/diagnosis_results.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/recording/printable.hpp"
-#include "battery_sof/recording/text.hpp"
-#include "battery_sof/report/version.hpp"
+#include "util/printable.hpp"
+#include "util/text.hpp"
+#include "battery_sof/version.hpp"
 #include "wording.hpp"
 
 namespace battery_sof {

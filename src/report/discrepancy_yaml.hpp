@@ -1,6 +1,6 @@
 #pragma once
 
-#include "battery_sof/model/discrepancy_model.hpp"
+#include "model/discrepancy_model.hpp"
 #include "yaml_reader.hpp"
 
 namespace battery_sof {

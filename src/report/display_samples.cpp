@@ -1,4 +1,4 @@
-#include "battery_sof/report/display_samples.hpp"
+#include "report/display_samples.hpp"
 
 #include <algorithm>
 #include <numeric>

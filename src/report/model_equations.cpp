@@ -1,9 +1,9 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "battery_sof/estimation/residual_filter.hpp"
-#include "battery_sof/prediction/query.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "estimation/residual_filter.hpp"
+#include "prediction/query.hpp"
+#include "util/text.hpp"
 #include "discrepancy_yaml.hpp"
 #include "model_parts.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "battery_sof/estimation/fitted_model.hpp"
+#include "estimation/fitted_model.hpp"
 #include "yaml_reader.hpp"
 
 /// The parts of MODEL.yaml, read into a model one by one: each number is held against what it can be.

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "battery_sof/report/model_yaml.hpp"
-#include "battery_sof/report/version.hpp"
+#include "report/model_yaml.hpp"
+#include "battery_sof/version.hpp"
 #include "discrepancy_yaml.hpp"
 #include "yaml_reader.hpp"
 

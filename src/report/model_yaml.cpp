@@ -1,13 +1,13 @@
-#include "battery_sof/report/model_yaml.hpp"
+#include "report/model_yaml.hpp"
 
 #include <yaml-cpp/yaml.h>
 
 #include <string_view>
 
-#include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/series_blocks.hpp"
-#include "battery_sof/recording/regular_file.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "util/atomic_file.hpp"
+#include "recording/series_blocks.hpp"
+#include "util/regular_file.hpp"
+#include "util/text.hpp"
 #include "model_parts.hpp"
 
 namespace battery_sof {

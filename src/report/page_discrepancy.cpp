@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
 #include "wording.hpp"

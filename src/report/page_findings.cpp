@@ -2,8 +2,8 @@
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/recording/text.hpp"
-#include "battery_sof/report/diagnosis_results.hpp"
+#include "util/text.hpp"
+#include "report/diagnosis_results.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
 #include "wording.hpp"

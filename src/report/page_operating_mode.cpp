@@ -1,4 +1,4 @@
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
 #include "wording.hpp"

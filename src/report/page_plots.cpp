@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/recording/events.hpp"
-#include "battery_sof/recording/text.hpp"
-#include "battery_sof/report/display_samples.hpp"
+#include "recording/events.hpp"
+#include "util/text.hpp"
+#include "report/display_samples.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
 #include "wording.hpp"

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "battery_sof/diagnosis/diagnosis.hpp"
-#include "battery_sof/recording/series.hpp"
+#include "diagnosis/diagnosis.hpp"
+#include "battery_sof/series.hpp"
 
 /// The parts of the diagnosis page, as HTML; a part that has nothing to say is empty.
 namespace battery_sof {

@@ -1,9 +1,9 @@
-#include "battery_sof/report/priors_yaml.hpp"
+#include "report/priors_yaml.hpp"
 
 #include <algorithm>
 #include <map>
 
-#include "battery_sof/recording/regular_file.hpp"
+#include "util/regular_file.hpp"
 #include "yaml_reader.hpp"
 
 namespace battery_sof {

@@ -1,14 +1,14 @@
-#include "battery_sof/report/results.hpp"
+#include "report/results.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdarg>
 
-#include "battery_sof/prediction/query.hpp"
-#include "battery_sof/recording/series_blocks.hpp"
-#include "battery_sof/recording/printable.hpp"
-#include "battery_sof/recording/text.hpp"
-#include "battery_sof/report/version.hpp"
+#include "prediction/query.hpp"
+#include "recording/series_blocks.hpp"
+#include "util/printable.hpp"
+#include "util/text.hpp"
+#include "battery_sof/version.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/report/version.hpp"
+#include "battery_sof/version.hpp"
 
 namespace battery_sof {
 

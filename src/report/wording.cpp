@@ -1,6 +1,6 @@
 #include "wording.hpp"
 
-#include "battery_sof/recording/text.hpp"
+#include "util/text.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/diagnosis/diagnosis.hpp"
-#include "battery_sof/model/effect.hpp"
+#include "diagnosis/diagnosis.hpp"
+#include "model/effect.hpp"
 
 /// Words and numbers that several reports share.
 namespace battery_sof {

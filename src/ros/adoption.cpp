@@ -1,10 +1,10 @@
-#include "battery_sof/ros/adoption.hpp"
+#include "ros/adoption.hpp"
 
 #include <algorithm>
 
-#include "battery_sof/model/effect.hpp"
-#include "battery_sof/model/discrepancy_model.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "model/effect.hpp"
+#include "model/discrepancy_model.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

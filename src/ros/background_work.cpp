@@ -1,9 +1,9 @@
-#include "battery_sof/ros/background_work.hpp"
+#include "ros/background_work.hpp"
 
 #include <chrono>
 #include <stdexcept>
 
-#include "battery_sof/diagnosis/diagnose.hpp"
+#include "diagnosis/diagnose.hpp"
 
 namespace battery_sof {
 namespace {

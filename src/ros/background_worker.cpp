@@ -1,4 +1,4 @@
-#include "battery_sof/ros/background_worker.hpp"
+#include "ros/background_worker.hpp"
 
 #include <sys/resource.h>
 #include <sys/syscall.h>

@@ -1,4 +1,4 @@
-#include "battery_sof/ros/battery_sof_node.hpp"
+#include "ros/battery_sof_node.hpp"
 
 #include <atomic>
 #include <boost/make_shared.hpp>
@@ -9,10 +9,10 @@
 #include <memory>
 #include <utility>
 
-#include "battery_sof/bag/bag_storage.hpp"
-#include "battery_sof/bag/battery_state_message.hpp"
-#include "battery_sof/recording/printable.hpp"
-#include "battery_sof/ros/background_work.hpp"
+#include "bag/bag_storage.hpp"
+#include "bag/battery_state_message.hpp"
+#include "util/printable.hpp"
+#include "ros/background_work.hpp"
 
 namespace battery_sof {
 

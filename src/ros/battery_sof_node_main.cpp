@@ -3,10 +3,10 @@
 #include <cstdlib>
 #include <exception>
 
-#include "battery_sof/recording/printable.hpp"
-#include "battery_sof/ros/battery_sof_node.hpp"
-#include "battery_sof/ros/node_options.hpp"
-#include "battery_sof/ros/shutdown_limit.hpp"
+#include "util/printable.hpp"
+#include "ros/battery_sof_node.hpp"
+#include "ros/node_options.hpp"
+#include "ros/shutdown_limit.hpp"
 
 namespace {
 

@@ -2,8 +2,8 @@
 
 #include <chrono>
 
-#include "battery_sof/ros/background_work.hpp"
-#include "battery_sof/ros/battery_sof_node.hpp"
+#include "ros/background_work.hpp"
+#include "ros/battery_sof_node.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,5 +1,5 @@
-#include "battery_sof/bag/battery_state_message.hpp"
-#include "battery_sof/ros/message_conversion.hpp"
+#include "bag/battery_state_message.hpp"
+#include "ros/message_conversion.hpp"
 #include "message_parts.hpp"
 
 namespace battery_sof {

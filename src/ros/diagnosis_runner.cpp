@@ -1,9 +1,9 @@
-#include "battery_sof/ros/diagnosis_runner.hpp"
+#include "ros/diagnosis_runner.hpp"
 
 #include <utility>
 
-#include "battery_sof/recording/series_blocks.hpp"
-#include "battery_sof/recording/text.hpp"
+#include "recording/series_blocks.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

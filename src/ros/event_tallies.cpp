@@ -1,4 +1,4 @@
-#include "battery_sof/ros/event_tallies.hpp"
+#include "ros/event_tallies.hpp"
 
 #include <cmath>
 

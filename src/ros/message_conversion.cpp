@@ -1,9 +1,9 @@
-#include "battery_sof/ros/message_conversion.hpp"
+#include "ros/message_conversion.hpp"
 
 #include <utility>
 
-#include "battery_sof/bag/battery_state_message.hpp"
-#include "battery_sof/report/model_yaml.hpp"
+#include "bag/battery_state_message.hpp"
+#include "report/model_yaml.hpp"
 #include "message_parts.hpp"
 
 namespace battery_sof {

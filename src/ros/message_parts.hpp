@@ -4,8 +4,8 @@
 #include <limits>
 #include <optional>
 
-#include "battery_sof/prediction/charge_acceptance.hpp"
-#include "battery_sof/prediction/stop_time.hpp"
+#include "prediction/charge_acceptance.hpp"
+#include "prediction/stop_time.hpp"
 
 namespace battery_sof {
 

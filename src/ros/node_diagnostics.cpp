@@ -1,4 +1,4 @@
-#include "battery_sof/ros/node_diagnostics.hpp"
+#include "ros/node_diagnostics.hpp"
 
 #include <cmath>
 #include <utility>

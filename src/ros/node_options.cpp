@@ -1,13 +1,13 @@
-#include "battery_sof/ros/node_options.hpp"
+#include "ros/node_options.hpp"
 
 #include <functional>
 #include <map>
 #include <sstream>
 
-#include "battery_sof/recording/series_blocks.hpp"
-#include "battery_sof/recording/text.hpp"
-#include "battery_sof/report/model_yaml.hpp"
-#include "battery_sof/report/priors_yaml.hpp"
+#include "recording/series_blocks.hpp"
+#include "util/text.hpp"
+#include "report/model_yaml.hpp"
+#include "report/priors_yaml.hpp"
 
 namespace battery_sof {
 

@@ -1,4 +1,4 @@
-#include "battery_sof/ros/shutdown_limit.hpp"
+#include "ros/shutdown_limit.hpp"
 
 #include <ros/ros.h>
 

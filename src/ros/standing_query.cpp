@@ -1,4 +1,4 @@
-#include "battery_sof/ros/standing_query.hpp"
+#include "ros/standing_query.hpp"
 
 #include <cmath>
 #include <limits>

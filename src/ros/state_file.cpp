@@ -1,4 +1,4 @@
-#include "battery_sof/ros/state_file.hpp"
+#include "ros/state_file.hpp"
 
 #include <signal.h>
 
@@ -6,9 +6,9 @@
 #include <exception>
 #include <system_error>
 
-#include "battery_sof/recording/atomic_file.hpp"
-#include "battery_sof/recording/printable.hpp"
-#include "battery_sof/report/model_yaml.hpp"
+#include "util/atomic_file.hpp"
+#include "util/printable.hpp"
+#include "report/model_yaml.hpp"
 
 namespace battery_sof {
 namespace {

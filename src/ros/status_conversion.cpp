@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "battery_sof/ros/message_conversion.hpp"
+#include "ros/message_conversion.hpp"
 #include "message_parts.hpp"
 
 namespace battery_sof {

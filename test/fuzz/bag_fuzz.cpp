@@ -1,7 +1,7 @@
 #include <rosbag/bag.h>
 
-#include "battery_sof/bag/bag_storage.hpp"
-#include "battery_sof/bag/bag_structure.hpp"
+#include "bag/bag_storage.hpp"
+#include "bag/bag_structure.hpp"
 #include "fuzzed.hpp"
 
 /// A bag is refused with a sentence that names it, or read; what was read is in order.

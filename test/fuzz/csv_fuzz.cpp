@@ -1,5 +1,5 @@
-#include "battery_sof/recording/checks.hpp"
-#include "battery_sof/recording/csv.hpp"
+#include "recording/checks.hpp"
+#include "battery_sof/csv.hpp"
 #include "fuzzed.hpp"
 
 /// A CSV file is refused with a sentence that names it, or read; what was read is in order, can be looked over.

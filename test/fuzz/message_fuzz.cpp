@@ -1,4 +1,4 @@
-#include "battery_sof/bag/battery_state_message.hpp"
+#include "bag/battery_state_message.hpp"
 #include "fuzzed.hpp"
 
 /// The bytes of a message are refused, or read; what Intake believes of it can be written again at the same time.

@@ -1,4 +1,4 @@
-#include "battery_sof/report/model_yaml.hpp"
+#include "report/model_yaml.hpp"
 #include "fuzzed.hpp"
 #include "support/answer_laws.hpp"
 

@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/online_session.hpp"
+#include "prediction/online_session.hpp"
 #include "fuzzed.hpp"
 #include "fuzzed_model.hpp"
 

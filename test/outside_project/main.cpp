@@ -3,10 +3,10 @@
 #include <cstdlib>
 #include <exception>
 
-#include "battery_sof/estimation/recording_fit.hpp"
-#include "battery_sof/prediction/cranking.hpp"
-#include "battery_sof/recording/csv.hpp"
-#include "battery_sof/recording/resample.hpp"
+#include "estimation/recording_fit.hpp"
+#include "prediction/cranking.hpp"
+#include "battery_sof/csv.hpp"
+#include "recording/resample.hpp"
 
 int ask(const char* file, double from, double to) {
   const battery_sof::Recording recording = battery_sof::readCsv(file);

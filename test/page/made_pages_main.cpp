@@ -2,7 +2,7 @@
 #include <fstream>
 #include <string>
 
-#include "battery_sof/report/diagnosis_page.hpp"
+#include "report/diagnosis_page.hpp"
 #include "support/made_diagnosis.hpp"
 
 /// Writes the pages that the browser test opens into the folder of its first argument.

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/identification.hpp"
 #include "support/composed.hpp"
 
 namespace battery_sof {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "battery_sof/diagnosis/diagnose.hpp"
+#include "diagnosis/diagnose.hpp"
 #include "simulator/case_draft.hpp"
 #include "simulator/scenario_file.hpp"
 #include "simulator/simulation.hpp"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/identification.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "battery_sof/prediction/online_session.hpp"
+#include "prediction/online_session.hpp"
 
 namespace battery_sof {
 namespace {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <string>
 
-#include "battery_sof/prediction/charge_acceptance.hpp"
-#include "battery_sof/prediction/cranking.hpp"
-#include "battery_sof/prediction/profile.hpp"
-#include "battery_sof/prediction/stop_time.hpp"
+#include "prediction/charge_acceptance.hpp"
+#include "prediction/cranking.hpp"
+#include "prediction/profile.hpp"
+#include "prediction/stop_time.hpp"
 
 /// What holds of every answer, whatever the model, its state and the question. Each function returns the first law that an answer
 /// breaks, with its numbers; empty when it keeps them all.

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "battery_sof/model/base_model.hpp"
-#include "battery_sof/model/driving_current.hpp"
+#include "model/base_model.hpp"
+#include "model/driving_current.hpp"
 #include "support/synthetic_recording.hpp"
 
 /// Drives whose voltage is the base model's own, for tests that need to know the truth exactly.

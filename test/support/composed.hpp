@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/model/simulation.hpp"
+#include "model/simulation.hpp"
 #include "support/base_drive.hpp"
 
 /// Compositions of effects driven by a known current, for tests.

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/recording/csv.hpp"
+#include "battery_sof/csv.hpp"
 #include "support/base_drive.hpp"
 #include "support/sof_command.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <memory>
 
-#include "battery_sof/regression/discrepancy_fit.hpp"
+#include "regression/discrepancy_fit.hpp"
 #include "support/composed.hpp"
 
 /// A recording of a battery whose charging leaves a memory that no equation and no column has, and what is learnt of it.

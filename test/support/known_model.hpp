@@ -1,6 +1,6 @@
 #pragma once
 
-#include "battery_sof/estimation/fitted_model.hpp"
+#include "estimation/fitted_model.hpp"
 #include "support/composed.hpp"
 
 /// Models whose parameters are known exactly and whose window excited nearly everything, for tests of queries.

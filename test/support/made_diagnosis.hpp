@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/diagnosis/diagnosis.hpp"
+#include "diagnosis/diagnosis.hpp"
 #include "support/known_model.hpp"
 
 /// Diagnoses made by hand, with the drive they pretend to be of: for tests of what reports make of them.

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "battery_sof/model/battery_model.hpp"
+#include "model/battery_model.hpp"
 
 /// A learnt force of every timeless kind, made rather than learnt, for tests.
 namespace battery_sof::test {

@@ -3,7 +3,7 @@
 #include <Eigen/QR>
 #include <cmath>
 
-#include "battery_sof/diagnosis/whitened_fit.hpp"
+#include "diagnosis/whitened_fit.hpp"
 #include "support/base_drive.hpp"
 
 /// Fits of the base model to its own voltage plus any error, linear in the parameters: one simulation for all draws.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "battery_sof/cli/sof.hpp"
+#include "cli/sof.hpp"
 #include "support/commands.hpp"
 
 namespace battery_sof::test {

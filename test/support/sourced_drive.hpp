@@ -1,7 +1,7 @@
 #pragma once
 
-#include "battery_sof/estimation/follower.hpp"
-#include "battery_sof/recording/control_mode.hpp"
+#include "estimation/follower.hpp"
+#include "recording/control_mode.hpp"
 #include "support/known_model.hpp"
 #include "support/synthetic_recording.hpp"
 

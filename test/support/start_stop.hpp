@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/identification.hpp"
 #include "support/composed.hpp"
 
 /// Start-stop drives whose answers are a model's own, in the direction that is imposed.

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "battery_sof/recording/resample.hpp"
-#include "battery_sof/recording/series.hpp"
+#include "recording/resample.hpp"
+#include "battery_sof/series.hpp"
 
 /// Recordings with known properties, for tests of recording/ and report/. Seeded: the same on every
 /// machine.

@@ -30,8 +30,8 @@ class Tidy(unittest.TestCase):
 
     def test_a_header_is_looked_at_through_the_source_of_its_name_or_one_that_includes_it(self):
         sources = ["src/recording/csv.cpp", "src/recording/intake.cpp", "src/report/answers.cpp"]
-        self.assertEqual(tidy.sources_of(["include/battery_sof/recording/intake.hpp", "src/recording/intake.cpp"], sources), sources[1:2])
-        self.assertEqual(tidy.sources_of(["include/battery_sof/recording/sample_list.hpp"], sources), sources[:1])
+        self.assertEqual(tidy.sources_of(["include/battery_sof/intake.hpp", "src/recording/intake.cpp"], sources), sources[1:2])
+        self.assertEqual(tidy.sources_of(["include/battery_sof/sample_list.hpp"], sources), sources[:1])
         self.assertEqual(tidy.sources_of(["docs/model.md", "test/unit/recording/csv_test.cpp", "src/gone.cpp"], sources), [])
 
     def test_there_is_always_something_to_look_at(self):

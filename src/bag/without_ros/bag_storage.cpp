@@ -1,4 +1,4 @@
-#include "battery_sof/bag/bag_storage.hpp"
+#include "bag/bag_storage.hpp"
 
 namespace battery_sof {
 

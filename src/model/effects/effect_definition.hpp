@@ -9,9 +9,9 @@
 #include <unsupported/Eigen/AutoDiff>
 #include <vector>
 
-#include "battery_sof/model/closed_form_step.hpp"
-#include "battery_sof/model/input_sequence.hpp"
-#include "battery_sof/model/effect.hpp"
+#include "model/closed_form_step.hpp"
+#include "model/input_sequence.hpp"
+#include "model/effect.hpp"
 
 namespace battery_sof {
 

@@ -1,4 +1,4 @@
-#include "battery_sof/bag/bag_storage.hpp"
+#include "bag/bag_storage.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@
 #include <limits>
 #include <random>
 
-#include "battery_sof/bag/battery_state_message.hpp"
-#include "battery_sof/recording/csv.hpp"
+#include "bag/battery_state_message.hpp"
+#include "battery_sof/csv.hpp"
 
 namespace battery_sof {
 namespace {

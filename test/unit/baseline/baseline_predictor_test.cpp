@@ -1,12 +1,12 @@
-#include "battery_sof/baseline/baseline_predictor.hpp"
+#include "baseline/baseline_predictor.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 
-#include "battery_sof/baseline/charge_phases.hpp"
-#include "battery_sof/recording/events.hpp"
+#include "baseline/charge_phases.hpp"
+#include "recording/events.hpp"
 #include "support/synthetic_recording.hpp"
 
 namespace battery_sof {

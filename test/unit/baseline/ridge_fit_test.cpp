@@ -1,4 +1,4 @@
-#include "battery_sof/baseline/ridge_fit.hpp"
+#include "baseline/ridge_fit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/baseline/ridge.hpp"
+#include "baseline/ridge.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "battery_sof/recording/csv.hpp"
+#include "battery_sof/csv.hpp"
 #include "support/composed.hpp"
 #include "support/sof_command.hpp"
 

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "battery_sof/model/effect.hpp"
-#include "battery_sof/model/mechanism.hpp"
+#include "model/effect.hpp"
+#include "model/mechanism.hpp"
 #include "support/sof_command.hpp"
 
 namespace battery_sof {

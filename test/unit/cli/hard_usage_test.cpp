@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "battery_sof/recording/csv.hpp"
-#include "battery_sof/recording/separate_files.hpp"
+#include "battery_sof/csv.hpp"
+#include "util/separate_files.hpp"
 #include "simulator/simulate_command.hpp"
 #include "support/base_drive.hpp"
 #include "support/limited_process.hpp"

@@ -3,7 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "battery_sof/cli/sof.hpp"
+#include "cli/sof.hpp"
 #include "support/drive_in_folder.hpp"
 
 /// --series-blocks: a row of blocks is checked, identified and diagnosed as one block, and answered for in its own volts.

@@ -1,4 +1,4 @@
-#include "battery_sof/cli/sof.hpp"
+#include "cli/sof.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "battery_sof/recording/csv.hpp"
+#include "battery_sof/csv.hpp"
 #include "support/drive_in_folder.hpp"
 #include "support/start_stop.hpp"
 

@@ -1,12 +1,12 @@
-#include "battery_sof/diagnosis/comparison.hpp"
+#include "diagnosis/comparison.hpp"
 
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
-#include "battery_sof/diagnosis/regimes.hpp"
-#include "battery_sof/estimation/fit_quality.hpp"
-#include "battery_sof/prediction/scores.hpp"
+#include "diagnosis/regimes.hpp"
+#include "estimation/fit_quality.hpp"
+#include "prediction/scores.hpp"
 #include "support/known_model.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/diagnose.hpp"
+#include "diagnosis/diagnose.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <cmath>
 #include <random>
 
-#include "battery_sof/diagnosis/verdict.hpp"
-#include "battery_sof/model/mechanism.hpp"
-#include "battery_sof/recording/pi.hpp"
-#include "battery_sof/report/diagnosis_results.hpp"
+#include "diagnosis/verdict.hpp"
+#include "model/mechanism.hpp"
+#include "util/pi.hpp"
+#include "report/diagnosis_results.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {

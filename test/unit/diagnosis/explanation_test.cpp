@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/explanation.hpp"
+#include "diagnosis/explanation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "battery_sof/diagnosis/diagnose.hpp"
-#include "battery_sof/recording/series_blocks.hpp"
-#include "battery_sof/recording/csv.hpp"
-#include "battery_sof/report/diagnosis_results.hpp"
+#include "diagnosis/diagnose.hpp"
+#include "recording/series_blocks.hpp"
+#include "battery_sof/csv.hpp"
+#include "report/diagnosis_results.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/locate.hpp"
+#include "diagnosis/locate.hpp"
 
 #include <gtest/gtest.h>
 

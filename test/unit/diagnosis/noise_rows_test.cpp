@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/noise_rows.hpp"
+#include "diagnosis/noise_rows.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "battery_sof/estimation/composition_fit.hpp"
+#include "estimation/composition_fit.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/parameter_bias.hpp"
+#include "diagnosis/parameter_bias.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/regimes.hpp"
+#include "diagnosis/regimes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/row_simulation.hpp"
+#include "diagnosis/row_simulation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "battery_sof/diagnosis/diagnose.hpp"
+#include "diagnosis/diagnose.hpp"
 #include "support/base_drive.hpp"
 #include "support/synthetic_recording.hpp"
 

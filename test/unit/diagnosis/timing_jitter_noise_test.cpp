@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/timing_jitter_noise.hpp"
+#include "diagnosis/timing_jitter_noise.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "battery_sof/estimation/composition_fit.hpp"
+#include "estimation/composition_fit.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/diagnosis/verdict.hpp"
+#include "diagnosis/verdict.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
-#include "battery_sof/estimation/base_residual.hpp"
+#include "estimation/base_residual.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 
-#include "battery_sof/estimation/base_normal_equations.hpp"
-#include "battery_sof/estimation/base_search.hpp"
+#include "estimation/base_normal_equations.hpp"
+#include "estimation/base_search.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/estimation/composition_fit.hpp"
-#include "battery_sof/estimation/residual_filter.hpp"
-#include "battery_sof/estimation/follower.hpp"
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/composition_fit.hpp"
+#include "estimation/residual_filter.hpp"
+#include "estimation/follower.hpp"
+#include "estimation/identification.hpp"
 #include "support/start_stop.hpp"
 
 namespace battery_sof {

@@ -1,5 +1,5 @@
-#include "battery_sof/estimation/composition_fit.hpp"
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/composition_fit.hpp"
+#include "estimation/identification.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
-#include "battery_sof/estimation/fitted_model.hpp"
+#include "estimation/fitted_model.hpp"
 
 #include <gtest/gtest.h>
 
-#include "battery_sof/estimation/fit_description.hpp"
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/fit_description.hpp"
+#include "estimation/identification.hpp"
 #include "support/composed.hpp"
 
 namespace battery_sof {

@@ -1,11 +1,11 @@
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/identification.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/estimation/base_search.hpp"
+#include "estimation/base_search.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/levenberg_marquardt.hpp"
+#include "estimation/levenberg_marquardt.hpp"
 
 #include <gtest/gtest.h>
 

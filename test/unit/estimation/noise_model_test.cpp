@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/noise_model.hpp"
+#include "estimation/noise_model.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/recording_fit.hpp"
+#include "estimation/recording_fit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/estimation/window.hpp"
+#include "estimation/window.hpp"
 
 #include <gtest/gtest.h>
 

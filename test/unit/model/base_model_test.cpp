@@ -1,4 +1,4 @@
-#include "battery_sof/model/base_model.hpp"
+#include "model/base_model.hpp"
 
 #include <gtest/gtest.h>
 

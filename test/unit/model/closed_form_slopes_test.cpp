@@ -1,4 +1,4 @@
-#include "battery_sof/model/closed_form_slopes.hpp"
+#include "model/closed_form_slopes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "battery_sof/model/driving_current.hpp"
+#include "model/driving_current.hpp"
 #include "support/composed.hpp"
 
 using namespace battery_sof;

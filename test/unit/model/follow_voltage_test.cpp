@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/model/simulation.hpp"
+#include "model/simulation.hpp"
 #include "support/composed.hpp"
 
 using namespace battery_sof;

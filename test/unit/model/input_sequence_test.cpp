@@ -1,10 +1,10 @@
-#include "battery_sof/model/input_sequence.hpp"
+#include "model/input_sequence.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 
-#include "battery_sof/model/driving_current.hpp"
+#include "model/driving_current.hpp"
 #include "support/composed.hpp"
 
 using namespace battery_sof;

@@ -1,4 +1,4 @@
-#include "battery_sof/model/matched_flow.hpp"
+#include "model/matched_flow.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <functional>
 #include <unsupported/Eigen/AutoDiff>
 
-#include "battery_sof/model/closed_form_step.hpp"
+#include "model/closed_form_step.hpp"
 #include "support/composed.hpp"
 
 namespace battery_sof {

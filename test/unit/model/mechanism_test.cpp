@@ -1,4 +1,4 @@
-#include "battery_sof/model/mechanism.hpp"
+#include "model/mechanism.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "battery_sof/model/effect.hpp"
+#include "model/effect.hpp"
 
 namespace battery_sof {
 namespace {

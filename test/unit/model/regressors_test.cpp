@@ -1,4 +1,4 @@
-#include "battery_sof/model/regressors.hpp"
+#include "model/regressors.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/model/simulation.hpp"
+#include "model/simulation.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/model/driving_current.hpp"
+#include "model/driving_current.hpp"
 #include "support/composed.hpp"
 
 using namespace battery_sof;

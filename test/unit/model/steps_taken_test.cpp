@@ -1,4 +1,4 @@
-#include "battery_sof/model/steps_taken.hpp"
+#include "model/steps_taken.hpp"
 
 #include <gtest/gtest.h>
 

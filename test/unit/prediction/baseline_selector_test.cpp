@@ -1,11 +1,11 @@
-#include "battery_sof/prediction/baseline_selector.hpp"
+#include "prediction/baseline_selector.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "battery_sof/prediction/model_snapshot.hpp"
+#include "prediction/model_snapshot.hpp"
 #include "support/known_model.hpp"
 #include "support/synthetic_recording.hpp"
 

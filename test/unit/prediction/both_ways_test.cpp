@@ -1,12 +1,12 @@
-#include "battery_sof/prediction/both_ways.hpp"
+#include "prediction/both_ways.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/prediction/charge_watch.hpp"
-#include "battery_sof/prediction/state_tracker.hpp"
+#include "prediction/charge_watch.hpp"
+#include "prediction/state_tracker.hpp"
 #include "support/known_model.hpp"
 #include "support/start_stop.hpp"
 

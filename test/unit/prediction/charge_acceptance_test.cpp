@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/charge_acceptance.hpp"
+#include "prediction/charge_acceptance.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/charge_watch.hpp"
+#include "prediction/charge_watch.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "battery_sof/prediction/cranking.hpp"
+#include "prediction/cranking.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/identification.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {

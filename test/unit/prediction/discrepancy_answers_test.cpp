@@ -1,12 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/prediction/charge_acceptance.hpp"
-#include "battery_sof/prediction/cranking.hpp"
-#include "battery_sof/prediction/profile.hpp"
-#include "battery_sof/prediction/stop_time.hpp"
-#include "battery_sof/report/model_yaml.hpp"
+#include "estimation/identification.hpp"
+#include "prediction/charge_acceptance.hpp"
+#include "prediction/cranking.hpp"
+#include "prediction/profile.hpp"
+#include "prediction/stop_time.hpp"
+#include "report/model_yaml.hpp"
 #include "support/drive_with_discrepancy.hpp"
 
 namespace battery_sof {

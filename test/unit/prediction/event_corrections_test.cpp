@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/event_corrections.hpp"
+#include "prediction/event_corrections.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "battery_sof/prediction/online_session.hpp"
+#include "prediction/online_session.hpp"
 #include "support/composed.hpp"
 #include "support/drive_with_discrepancy.hpp"
 

@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/interval_calibration.hpp"
+#include "prediction/interval_calibration.hpp"
 
 #include <gtest/gtest.h>
 

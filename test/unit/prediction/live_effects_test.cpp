@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
 
-#include "battery_sof/estimation/residual_filter.hpp"
-#include "battery_sof/estimation/fit_description.hpp"
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/estimation/window.hpp"
-#include "battery_sof/prediction/online_session.hpp"
-#include "battery_sof/prediction/state_tracker.hpp"
+#include "estimation/residual_filter.hpp"
+#include "estimation/fit_description.hpp"
+#include "estimation/identification.hpp"
+#include "estimation/window.hpp"
+#include "prediction/online_session.hpp"
+#include "prediction/state_tracker.hpp"
 #include "support/composed.hpp"
 
 namespace battery_sof {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "battery_sof/prediction/online_session.hpp"
+#include "prediction/online_session.hpp"
 #include "support/known_model.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/maps.hpp"
+#include "prediction/maps.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/mixed_scores.hpp"
+#include "prediction/mixed_scores.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/online_session.hpp"
+#include "prediction/online_session.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,9 +7,9 @@
 #include <limits>
 #include <random>
 
-#include "battery_sof/estimation/residual_filter.hpp"
-#include "battery_sof/estimation/window.hpp"
-#include "battery_sof/model/driving_current.hpp"
+#include "estimation/residual_filter.hpp"
+#include "estimation/window.hpp"
+#include "model/driving_current.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,12 +1,12 @@
-#include "battery_sof/prediction/profile.hpp"
+#include "prediction/profile.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/prediction/scores.hpp"
-#include "battery_sof/prediction/state_tracker.hpp"
+#include "estimation/identification.hpp"
+#include "prediction/scores.hpp"
+#include "prediction/state_tracker.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {

@@ -1,13 +1,13 @@
-#include "battery_sof/prediction/query.hpp"
+#include "prediction/query.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "battery_sof/prediction/charge_acceptance.hpp"
-#include "battery_sof/prediction/cranking.hpp"
-#include "battery_sof/prediction/profile.hpp"
-#include "battery_sof/prediction/stop_time.hpp"
+#include "prediction/charge_acceptance.hpp"
+#include "prediction/cranking.hpp"
+#include "prediction/profile.hpp"
+#include "prediction/stop_time.hpp"
 #include "support/known_model.hpp"
 
 namespace battery_sof {

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/prediction/charge_acceptance.hpp"
-#include "battery_sof/prediction/cranking.hpp"
-#include "battery_sof/prediction/stop_time.hpp"
-#include "battery_sof/recording/series_blocks.hpp"
+#include "estimation/identification.hpp"
+#include "prediction/charge_acceptance.hpp"
+#include "prediction/cranking.hpp"
+#include "prediction/stop_time.hpp"
+#include "recording/series_blocks.hpp"
 #include "support/base_drive.hpp"
 
 /// Blocks in a row share the current: every voltage is as many times as large.

@@ -1,10 +1,10 @@
-#include "battery_sof/prediction/series_blocks.hpp"
+#include "prediction/series_blocks.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/recording/series_blocks.hpp"
+#include "estimation/identification.hpp"
+#include "recording/series_blocks.hpp"
 #include "support/base_drive.hpp"
 
 /// A battery that is said to be a row of blocks: what a row of n is asked is answered as of one, with n times the voltage.

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numeric>
 
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/baseline/charge_phases.hpp"
-#include "battery_sof/prediction/online_session.hpp"
-#include "battery_sof/prediction/profile.hpp"
-#include "battery_sof/prediction/state_tracker.hpp"
+#include "estimation/identification.hpp"
+#include "baseline/charge_phases.hpp"
+#include "prediction/online_session.hpp"
+#include "prediction/profile.hpp"
+#include "prediction/state_tracker.hpp"
 #include "support/sourced_drive.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/prediction/stop_time.hpp"
+#include "prediction/stop_time.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/recording/channel_statistics.hpp"
+#include "recording/channel_statistics.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/recording/checks.hpp"
+#include "recording/checks.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "battery_sof/recording/csv.hpp"
+#include "battery_sof/csv.hpp"
 #include "support/synthetic_recording.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/recording/clipped_current.hpp"
+#include "recording/clipped_current.hpp"
 
 #include <gtest/gtest.h>
 

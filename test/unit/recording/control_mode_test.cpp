@@ -1,4 +1,4 @@
-#include "battery_sof/recording/control_mode.hpp"
+#include "recording/control_mode.hpp"
 
 #include <gtest/gtest.h>
 

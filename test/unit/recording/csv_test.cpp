@@ -1,4 +1,4 @@
-#include "battery_sof/recording/csv.hpp"
+#include "battery_sof/csv.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -1,4 +1,4 @@
-#include "battery_sof/recording/events.hpp"
+#include "recording/events.hpp"
 
 #include <gtest/gtest.h>
 

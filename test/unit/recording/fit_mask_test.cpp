@@ -1,4 +1,4 @@
-#include "battery_sof/recording/fit_mask.hpp"
+#include "recording/fit_mask.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <numeric>
 
-#include "battery_sof/recording/csv.hpp"
+#include "battery_sof/csv.hpp"
 #include "support/synthetic_recording.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/recording/resample.hpp"
+#include "recording/resample.hpp"
 
 #include <gtest/gtest.h>
 

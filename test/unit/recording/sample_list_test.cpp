@@ -1,4 +1,4 @@
-#include "battery_sof/recording/sample_list.hpp"
+#include "battery_sof/sample_list.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "battery_sof/recording/series.hpp"
+#include "battery_sof/series.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "battery_sof/recording/sampling.hpp"
+#include "recording/sampling.hpp"
 #include "support/synthetic_recording.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/recording/spectral_line.hpp"
+#include "recording/spectral_line.hpp"
 
 #include <gtest/gtest.h>
 

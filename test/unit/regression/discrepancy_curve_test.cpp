@@ -1,4 +1,4 @@
-#include "battery_sof/regression/discrepancy_curve.hpp"
+#include "regression/discrepancy_curve.hpp"
 
 #include <gtest/gtest.h>
 

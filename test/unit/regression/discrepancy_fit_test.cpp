@@ -1,11 +1,11 @@
-#include "battery_sof/regression/discrepancy_fit.hpp"
+#include "regression/discrepancy_fit.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "battery_sof/recording/pi.hpp"
+#include "util/pi.hpp"
 #include "support/composed.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "battery_sof/regression/evidence.hpp"
+#include "regression/evidence.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/report/answers.hpp"
+#include "report/answers.hpp"
 
 #include <gtest/gtest.h>
 

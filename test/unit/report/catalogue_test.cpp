@@ -1,4 +1,4 @@
-#include "battery_sof/report/catalogue.hpp"
+#include "report/catalogue.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "battery_sof/diagnosis/diagnosis.hpp"
+#include "diagnosis/diagnosis.hpp"
 
 namespace battery_sof {
 namespace {

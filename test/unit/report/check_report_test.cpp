@@ -1,4 +1,4 @@
-#include "battery_sof/report/check_report.hpp"
+#include "report/check_report.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "battery_sof/prediction/cranking.hpp"
-#include "battery_sof/report/model_yaml.hpp"
+#include "prediction/cranking.hpp"
+#include "report/model_yaml.hpp"
 #include "support/commands.hpp"
 #include "support/known_model.hpp"
 

@@ -1,4 +1,4 @@
-#include "battery_sof/report/diagnosis_page.hpp"
+#include "report/diagnosis_page.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "battery_sof/report/diagnosis_results.hpp"
+#include "report/diagnosis_results.hpp"
 
 #include <gtest/gtest.h>
 

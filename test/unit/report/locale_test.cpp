@@ -5,11 +5,11 @@
 #include <fstream>
 #include <sstream>
 
-#include "battery_sof/prediction/cranking.hpp"
-#include "battery_sof/recording/csv.hpp"
-#include "battery_sof/report/check_report.hpp"
-#include "battery_sof/report/model_yaml.hpp"
-#include "battery_sof/report/results.hpp"
+#include "prediction/cranking.hpp"
+#include "battery_sof/csv.hpp"
+#include "report/check_report.hpp"
+#include "report/model_yaml.hpp"
+#include "report/results.hpp"
 #include "support/comma_locale.hpp"
 #include "support/known_model.hpp"
 

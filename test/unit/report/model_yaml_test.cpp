@@ -1,14 +1,14 @@
-#include "battery_sof/report/model_yaml.hpp"
+#include "report/model_yaml.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
 
-#include "battery_sof/estimation/residual_filter.hpp"
-#include "battery_sof/estimation/identification.hpp"
-#include "battery_sof/prediction/cranking.hpp"
-#include "battery_sof/prediction/profile.hpp"
+#include "estimation/residual_filter.hpp"
+#include "estimation/identification.hpp"
+#include "prediction/cranking.hpp"
+#include "prediction/profile.hpp"
 #include "support/start_stop.hpp"
 
 namespace battery_sof {

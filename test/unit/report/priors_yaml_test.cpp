@@ -1,8 +1,8 @@
-#include "battery_sof/report/priors_yaml.hpp"
+#include "report/priors_yaml.hpp"
 
 #include <gtest/gtest.h>
 
-#include "battery_sof/report/model_yaml.hpp"
+#include "report/model_yaml.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,8 +1,8 @@
-#include "battery_sof/report/results.hpp"
+#include "report/results.hpp"
 
 #include <gtest/gtest.h>
 
-#include "battery_sof/estimation/identification.hpp"
+#include "estimation/identification.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {

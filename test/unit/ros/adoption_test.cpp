@@ -1,4 +1,4 @@
-#include "battery_sof/ros/adoption.hpp"
+#include "ros/adoption.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

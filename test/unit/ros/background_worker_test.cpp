@@ -1,4 +1,4 @@
-#include "battery_sof/ros/background_worker.hpp"
+#include "ros/background_worker.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "battery_sof/prediction/online_session.hpp"
-#include "battery_sof/ros/response_times.hpp"
+#include "prediction/online_session.hpp"
+#include "ros/response_times.hpp"
 #include "support/composed.hpp"
 
 using namespace battery_sof;

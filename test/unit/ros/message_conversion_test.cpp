@@ -1,4 +1,4 @@
-#include "battery_sof/ros/message_conversion.hpp"
+#include "ros/message_conversion.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "battery_sof/report/model_yaml.hpp"
+#include "report/model_yaml.hpp"
 #include "support/known_model.hpp"
 
 namespace battery_sof {

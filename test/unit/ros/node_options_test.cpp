@@ -1,4 +1,4 @@
-#include "battery_sof/ros/node_options.hpp"
+#include "ros/node_options.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "battery_sof/ros/response_times.hpp"
+#include "ros/response_times.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "battery_sof/ros/message_conversion.hpp"
+#include "ros/message_conversion.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "battery_sof/ros/state_file.hpp"
+#include "ros/state_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <cmath>
 #include <thread>
 
-#include "battery_sof/report/model_yaml.hpp"
+#include "report/model_yaml.hpp"
 #include "support/commands.hpp"
 #include "support/known_model.hpp"
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "battery_sof/bag/bag_storage.hpp"
+#include "bag/bag_storage.hpp"
 #include "support/drive_in_folder.hpp"
 
 namespace battery_sof {

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "battery_sof/series.hpp"
+
+namespace battery_sof {
+
+/// One instant as a sensor, file or message delivers it, before anything is believed of it. NaN means not measured.
+struct RawSample {
+  double time = 0.0;                  ///< [s]
+  double current = 0.0;               ///< [A], positive into the battery
+  double voltage = 0.0;               ///< [V]
+  std::optional<double> temperature;  ///< [K]
+};
+
+/// What became of an offered sample.
+enum class SampleFate {
+  kAccepted,
+  kTemperatureOnly,  ///< no current and no voltage, but a temperature, which was kept
+  kMissingValue,
+  kNotFinite,
+  kDuplicateStamp,
+  kClockStepBack,
+  kOutOfRange,
+};
+
+/// Limits beyond which a value is not a measurement.
+struct IntakeLimits {
+  double max_abs_current = 5000.0;  ///< [A], above the short-circuit current of any 12 V starter battery
+  double max_abs_voltage = 100.0;   ///< [V], a 12 V sensor's full scale with ample room
+  double max_abs_time = 1e10;       ///< [s], the year 2286: milliseconds since 1970 are no seconds
+  double min_interval = 1e-7;     ///< [s], nearer stamps are one instant; the step of a stamp since 1970 is 2.4e-7 s
+};
+
+/// @return the fate in words a diagnostic can show, e.g. "clock step back".
+std::string toString(SampleFate fate);
+
+/// @return how many were refused and why, e.g. "12 rejected (10 duplicate stamp, 2 not finite)".
+std::string toString(const RejectedCounts& rejected);
+
+/**
+ * @brief The one gate through which samples enter, used by files, bags and the node alike.
+ *
+ * Refuses and counts; never repairs. A sample is refused when time, current or voltage is missing or not finite, when
+ * its stamp is not after the last accepted one by IntakeLimits::min_interval (nearer ones are duplicates), or when a
+ * stamp or value lies beyond IntakeLimits. A temperature without current and voltage has a clock of its own: only its
+ * stamp is judged, against the last such temperature.
+ */
+class Intake {
+ public:
+  /// @throws std::invalid_argument when a limit is not above zero.
+  explicit Intake(IntakeLimits limits = {});
+
+  /// Judges one sample against the last accepted one and remembers it when accepted.
+  SampleFate judge(const RawSample& sample);
+
+  /// Forgets the last accepted stamp (a bag was looped, the clock was set); the counts stay.
+  void forgetClock();
+
+  /// Puts the last accepted stamp back to an earlier one [s]; the counts stay.
+  void resumeAt(const std::optional<double>& time);
+
+  const RejectedCounts& rejected() const { return rejected_; }
+  double largestStepBack() const { return largest_step_back_; }  ///< [s]
+
+ private:
+  SampleFate judgeTime(double time) const;
+  SampleFate judgeValues(const RawSample& sample) const;
+  SampleFate judgeOrder(double time, const std::optional<double>& last);
+  void count(SampleFate fate);
+
+  IntakeLimits limits_;
+  std::optional<double> last_time_;
+  std::optional<double> last_temperature_time_;
+  RejectedCounts rejected_;
+  double largest_step_back_ = 0.0;
+};
+
+/**
+ * @brief Offers a sample to the intake, appends it to the recording when accepted, and keeps the recording's counts.
+ *
+ * A temperature that comes with an accepted sample is dropped when a later temperature is already there.
+ * @throws std::invalid_argument when the intake accepts a time that is not after the recording's last sample: intake and
+ *   recording do not belong together, or the clock was forgotten without starting a new recording.
+ */
+SampleFate append(Recording& recording, Intake& intake, const RawSample& sample);
+
+}  // namespace battery_sof

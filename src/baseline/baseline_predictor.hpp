@@ -1,0 +1,136 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "battery_sof/series.hpp"
+
+namespace battery_sof {
+
+struct Event;
+
+/// A number with the bounds in which nine in ten are expected, from the errors the fitted window
+/// itself shows.
+struct BaselineInterval {
+  double value = 0.0, lower = 0.0, upper = 0.0;
+};
+
+/// y = intercept + slope x by least squares, and the errors it leaves.
+struct BaselineLine {
+  double intercept = 0.0;
+  double slope = 0.0;
+  double std = 0.0;          ///< of the residuals
+  double lower_error = 0.0;  ///< 5 % quantile of measured - predicted
+  double upper_error = 0.0;  ///< 95 % quantile
+  double centre = 0.0;       ///< mean of x
+  double spread = 0.0;       ///< standard deviation of x; 0 of a level line
+  std::size_t samples = 0;
+  double at(double x) const { return intercept + slope * x; }
+
+  /// Bounds lower_error and upper_error, times sqrt(1 + (x - centre)^2 / (samples spread^2)): far
+  /// from the samples the slope's own error counts (as if errors were independent; they are not, so
+  /// these bounds are still narrow there).
+  BaselineInterval around(double x) const;
+};
+
+/// Median current over the time since a discharge ended, in steps of equal length.
+struct BaselinePhase {
+  double step = 1.0;                                       ///< [s]
+  std::vector<double> current;                             ///< [A]; of the ages from k - 1/2 to k + 1/2 steps; ends where
+                                                           ///< fewer than half of the charges go on
+  double std = 0.0, lower_error = 0.0, upper_error = 0.0;  ///< [A], as in BaselineLine
+  std::size_t charges = 0;
+};
+
+/// What a number was in past events.
+struct BaselineHistory {
+  double median = 0.0, last = 0.0;
+  double lower_error = 0.0,
+         upper_error = 0.0;  ///< 5 % and 95 % quantile of value - median; Student's t below twenty events
+  std::size_t events = 0;
+};
+
+/// A crank as the recording shows it.
+struct BaselineCrank {
+  double current = 0.0;  ///< [A], the lowest
+  double minimum = 0.0;  ///< [V], the lowest
+};
+
+/// Lowest voltage of a crank: v = intercept + slope i.
+struct BaselineCranks {
+  BaselineCrank last, median;
+  double intercept = 0.0;  ///< [V], moved to where recent cranks were: each weighs 0.8 of the next,
+                           ///< the line as much as the last one
+  double slope = 0.0;      ///< [Ohm], of voltage_from_current; 0 without it
+  double lower_error = 0.0,
+         upper_error = 0.0;  ///< [V], bounds of each crank's error when predicted from those before
+  std::size_t events = 0;
+};
+
+/**
+ * @brief What a window says without physics: straight lines, medians, last events. Every figure of
+ * a model is set beside these.
+ *
+ * Default-constructed it knows nothing. Each part is there only when the window held what it is
+ * made of.
+ */
+struct BaselinePredictor {
+  std::optional<BaselineLine> current_from_voltage;  ///< [A], over samples with imposed voltage
+  std::optional<BaselineLine> voltage_from_current;  ///< [V], over samples with imposed current
+  std::optional<BaselinePhase> phase;
+  std::optional<BaselineCranks> cranks;
+  std::optional<BaselineHistory> charge_10s,
+      charge_60s;  ///< [A], mean current of a charge's first 10 s and 60 s
+};
+
+/**
+ * @brief Takes the naive predictors from a window.
+ *
+ * Lines need five samples; a line over equal abscissae is level. Cranks are those of detectEvents.
+ * Bounds of fewer than twenty errors are Student's, of a single charge those of
+ * current_from_voltage.
+ *
+ * @param voltage_controlled one a sample of series.
+ * @throws std::invalid_argument when the mask's size differs from the series' or the window lies
+ * outside it.
+ */
+BaselinePredictor fitBaseline(const Series& series, IndexRange window, const std::vector<char>& voltage_controlled);
+
+/// @return fitBaseline() of a window in which no voltage is imposed: v(i) and cranks. @param cranks of
+/// the window, as detectCranks() finds them with the default limits.
+BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window, const std::vector<Event>& cranks);
+
+/// Per-sample prediction of a range in the mixed direction, with bounds for nine in ten.
+struct BaselineSeries {
+  std::vector<double> current, current_lower,
+      current_upper;                                          ///< [A], one a sample of the range; empty when no line is known
+  std::vector<double> voltage, voltage_lower, voltage_upper;  ///< [V], the same
+};
+
+/**
+ * @brief The current as if every voltage were imposed, the voltage as if every current were; the
+ * mask tells which one counts.
+ *
+ * From the beginning of a charge (chargeBeginnings) until the voltage is no longer imposed the
+ * current is that of the median phase as far as that goes, else the line's.
+ * @throws std::invalid_argument as fitBaseline.
+ */
+BaselineSeries predictBaseline(const BaselinePredictor& baseline, const Series& series, IndexRange range, const std::vector<char>& voltage_controlled);
+
+/// @param current lowest current of the crank [A], negative.   @return lowest voltage [V]; v(i)
+/// where no crank is known, none without a line.
+std::optional<BaselineInterval> baselineCrankMinimum(const BaselinePredictor& baseline, double current);
+
+/**
+ * @brief Mean current of a charge that follows a discharge: the median phase as far as it goes,
+ * i(v) beyond it or where there is none.
+ *
+ * Bounds are those of past charges over 10 s or 60 s, whichever is nearer in ln(duration).
+ * @param voltage held by the source [V].   @param duration [s], > 0.
+ * @return [A]; none when neither phase nor line is known.
+ * @throws std::invalid_argument for a duration that is not above 0.
+ */
+std::optional<BaselineInterval> baselineChargeCurrent(const BaselinePredictor& baseline, double voltage, double duration);
+
+}  // namespace battery_sof

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/diagnosis.hpp"
+#include "diagnosis/explanation.hpp"
+
+namespace battery_sof {
+
+/// What the instrument screen found, in the words of the catalogue.
+struct InstrumentScreen {
+  std::vector<std::string> faults;     ///< ids of tier I: clipping, dropouts, quantisation, aliasing
+  std::vector<std::string> sentences;  ///< all findings worth telling
+};
+
+/// What speaks for something that no component of an explanation stands for.
+struct Unexplained {
+  bool is_tone = false;     ///< slowTone() beside it
+  bool has_discrepancy = false;  ///< a learnt force predicts blocks that it was not fitted to
+  double rmse = 0.0;        ///< [V], of what is left, white noise and rounding taken out
+};
+
+/**
+ * @brief The verdict: the families that an explanation holds, and whether effects stand for them.
+ *
+ * - instruments alone: sensor_fault; effects: named or several, ambiguous where others would do as well;
+ * - the most evident component is a family's columns: unknown (the family is known, its form is not);
+ * - no component: sensor_fault for a fault of the instruments; unknown where a force is learnt, a tone stands out or more is
+ *   left than instruments leave; else no_mismatch.
+ */
+Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments, const Unexplained& rest);
+
+/// @return what no current and voltage can show (docs/physics.md#what-the-base-circuit-absorbs).
+std::vector<std::string> outsideWhatSignalsShow();
+
+/// @return what to record next, in one or two sentences.
+std::string nextExperiment(const Diagnosis& diagnosis);
+
+/// @return the verdict in one plain sentence with numbers.
+std::string summaryOf(const Diagnosis& diagnosis);
+
+}  // namespace battery_sof

@@ -1,0 +1,131 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <vector>
+
+#include "estimation/base_residual.hpp"
+#include "estimation/products_kernel.hpp"
+#include "model/overpotential_sweep.hpp"
+#include "battery_sof/series.hpp"
+
+namespace battery_sof {
+
+/// Columns of the base model's Jacobian beside the residual without ohmic drop and u_dc.
+enum BaseColumn {
+  kColumnDischarge,  ///< i where i < 0: d u / d r_discharge [A]
+  kColumnCharge,     ///< i where i >= 0: d u / d r_charge [A]
+  kColumnOne,        ///< 1: d u / d u_dc
+  kColumnLogC2,      ///< d u_c2 / d ln C_2 [V]
+  kColumnLogBeta,    ///< d u_c2 / d ln beta [V]
+  kColumnInitial,    ///< d u_c2 / d u_c2(first) [1]
+  kColumnTarget,     ///< u_b - offset - u_c2 [V]
+  kBaseColumns,
+};
+
+/// Everything a search needs of one pass over the window.
+struct BaseSums {
+  Eigen::Matrix<double, kBaseColumns, kBaseColumns> weighted;  ///< sum_n W(n)^2 column_j column_k
+};
+
+/**
+ * @brief Simulation, derivatives and normal equations of the base model in one pass, without storing the Jacobian.
+ *
+ * r_discharge, r_charge and u_dc enter linearly, so their columns do not depend on the search's point; the caller
+ * eliminates them (variable projection) or combines them (paper's start).
+ */
+class BaseNormalEquations {
+ public:
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, kBaseColumns>;
+
+  /// One sample as the pass sees it; coarse passes average several into one.
+  struct Sample {
+    HeldCurrent held;
+    double discharge, charge;  ///< [A], one of them zero unless averaged
+    double voltage;            ///< [V]
+    double weight;             ///< W^2; 0 leaves the sample out
+  };
+
+  /// @param samples not empty: a vector of Sample, or WindowSamples.
+  template <typename Samples>
+  BaseNormalEquations(const Samples& samples, double i0);
+
+  /// @param set at most widestInstructionSet(); results differ between the sets by rounding alone.
+  BaseSums sums(const OverpotentialSweep::Point& point, InstructionSet set = widestInstructionSet()) const;
+
+  /// @return what is left at a point; the equations are used up. @param linear r_discharge, r_charge [Ohm], u_dc [V] there.
+  BaseResidual residual(const OverpotentialSweep::Point& point, const Eigen::Vector3d& linear) &&;
+
+  /// @return mean of every column over the samples with a weight, unweighted (paper, eq. 4).
+  Eigen::Matrix<double, kBaseColumns, 1> means(const OverpotentialSweep::Point& point) const;
+
+  /// @return all columns, one row a sample.
+  Columns columns(const OverpotentialSweep::Point& point) const;
+
+  double offset() const { return offset_; }  ///< [V], taken off the voltage to keep sums well scaled
+  Eigen::Index size() const { return size_; }
+
+ private:
+  Eigen::Index size_;
+  double offset_ = 0.0;
+  OverpotentialSweep sweep_;
+  std::vector<MeasuredBlock> measured_;
+  Eigen::Matrix3d linear_ = Eigen::Matrix3d::Zero();  ///< sums of discharge, charge and 1, which no point of the search changes
+};
+
+/// Weights of eq. 3.
+struct CrankWeight {
+  double factor = 10.0;     ///< W [1]
+  double current = -150.0;  ///< [A], W applies below
+};
+
+/// What neighbouring samples add up to.
+struct SampleSums {
+  double discharge = 0.0, charge = 0.0, voltage = 0.0, weight = 0.0;
+  double duration = 0.0, carried = 0.0;  ///< [s], [As]
+
+  void add(const BaseNormalEquations::Sample& sample);
+  void add(const SampleSums& others);
+};
+
+/**
+ * @brief The samples of a range with weight^2 where current < weight_current, 1 elsewhere (paper, eq. 3), each made from the
+ * recording where it is asked for: passes over a window need no copy of it.
+ */
+class WindowSamples {
+ public:
+  /// @param series must outlive the samples.  @param max_gap [s], gapThreshold(series).
+  /// @param masked one a sample of the series, those that weigh nothing; must outlive the samples. Empty for none.
+  WindowSamples(const Series& series, IndexRange range, CrankWeight weight, double max_gap, const std::vector<char>& masked);
+
+  std::size_t size() const { return size_; }
+
+  std::vector<BaseNormalEquations::Sample> copied() const;         ///< all of them, side by side
+  const std::vector<SampleSums>& fives() const { return fives_; }  ///< sums of the samples 0 to 4, 5 to 9, ...
+
+  BaseNormalEquations::Sample operator[](std::size_t n) const {
+    const std::size_t before = n - (n > 0);
+    const double i = current_[n];
+    const double weight = i < weight_.current ? weight_.factor * weight_.factor : 1.0;
+    return {heldCurrent(time_[before], current_[before], time_[n], i, max_gap_), std::min(i, 0.0), std::max(i, 0.0), voltage_[n],
+            masked_ && masked_[n] ? 0.0 : weight};
+  }
+
+ private:
+  const double *time_, *current_, *voltage_;  // from the range's first sample on
+  const char* masked_;                        // likewise; none: null
+  std::size_t size_;
+  CrankWeight weight_;
+  double max_gap_;
+  std::vector<SampleSums> fives_;  // averages of ten and of twenty are made of them
+};
+
+/// @return a copy of the WindowSamples of a recording without masked samples.
+std::vector<BaseNormalEquations::Sample> fitSamples(const Series& series, IndexRange range, double weight, double weight_current);
+
+/// @return every `factor` neighbouring samples averaged into one, as a cheap first approach to the optimum.
+/// @param samples as of BaseNormalEquations.
+template <typename Samples>
+std::vector<BaseNormalEquations::Sample> coarsened(const Samples& samples, std::size_t factor);
+
+}  // namespace battery_sof

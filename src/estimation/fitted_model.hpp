@@ -1,0 +1,183 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimation/event_history.hpp"
+#include "estimation/residual_regression.hpp"
+#include "estimation/noise_model.hpp"
+#include "model/battery_model.hpp"
+#include "model/simulation.hpp"
+#include "baseline/baseline_predictor.hpp"
+#include "recording/control_mode.hpp"
+
+namespace battery_sof {
+
+/// How an identification ended.
+enum class FitStatus {
+  kConverged,       ///< the relative step or the relative gain fell below its tolerance
+  kIterationLimit,  ///< stopped by the iteration limit, still improving
+  kStalled,         ///< no step lowers the cost and the gradient is not small
+  kWindowTooShort,  ///< fewer samples than parameters need
+  kNotExcited,      ///< the current never changes, or none of the four tunables is determined
+};
+
+/// @return "converged", "iteration_limit", "stalled", "window_too_short", "not_excited".
+std::string toString(FitStatus status);
+
+/// One estimated parameter.
+struct ParameterEstimate {
+  std::string name;           ///< as in BatteryModel::parameters()
+  std::string unit;           ///< ohm, F, 1/V, V, ...
+  double value = 0.0;         ///< in unit
+  std::optional<double> std;  ///< standard error in unit; none when nothing is known: not excited, or held at a bound
+  bool at_bound = false;      ///< ended at (or in the penalty beyond) a bound
+  bool determined = true;     ///< standard error below half the value (below 0.5 V for u_dc), and not at a bound
+  bool held = false;          ///< not estimated: stays where EffectInfo or the caller put it
+};
+
+/// What the model was seen to miss when its state stands where it does; see ResidualFilter.
+struct ResidualState {
+  double drift = 0.0;                         ///< d [V], of the random walk
+  double colored = 0.0;                       ///< a [V], of the AR(1)
+  double p_dd = 0.0, p_da = 0.0, p_aa = 0.0;  ///< their covariance [V^2]
+};
+
+/// Where the model's state stands, and what it was seen to miss there; the event of a query begins here.
+struct LiveState {
+  double time = 0.0;                                 ///< [s], the recording's clock
+  double u_c2 = 0.0;                                 ///< [V]
+  double current = 0.0;                              ///< [A], current at that time
+  std::vector<double> further = {};                  ///< the effects' states, in the order of BatteryModel::states()
+  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery at that time, when known
+  InputMemory memory = {};                           ///< what drove it lately; begun only where something was learnt
+  std::vector<double> regressor_memory = {};             ///< of a learnt force, see Simulation::regressorMemory()
+  ResidualState residual_state = {};                      ///< at that time
+};
+
+/// The part of a recording that was fitted.
+struct FitWindow {
+  double from = 0.0;  ///< [s]
+  double to = 0.0;    ///< [s]
+  std::size_t samples = 0;
+};
+
+/// How well the fit follows its own window.
+struct FitScores {
+  double q_dyn_percent = 0.0;                         ///< paper, eq. 6
+  double rmse = 0.0;                                  ///< [V], unweighted; where the voltage drives nothing is counted
+  std::optional<double> current_rmse = std::nullopt;  ///< [A], where the voltage drives; none where it never does
+  /// Share of the variation explained in the direction that was imposed [%], both quantities together, what was learnt from
+  /// the window's other blocks alone; none where the voltage never drives.
+  std::optional<double> left_out_share_percent = std::nullopt;
+  double crank_error_std = 0.0;            ///< [V], RMS error of the cranks' minima; rmse when there was no crank
+  int cranks = 0;                          ///< cranks in the window
+  double residual_correlation_time = 0.0;  ///< [s], integral time scale of the residual
+};
+
+/// What the window drove the battery through; a query far outside is an extrapolation.
+struct ExcitedRange {
+  double min_current = 0.0;           ///< [A]
+  double max_current = 0.0;           ///< [A]
+  double min_voltage = 0.0;           ///< [V]
+  double max_voltage = 0.0;           ///< [V]
+  double discharge_time = 0.0;        ///< [s], total
+  double charge_time = 0.0;           ///< [s], total
+  double longest_charge = 0.0;        ///< [s]
+  double longest_discharge = 0.0;     ///< [s]
+  double charge_swing = 0.0;          ///< [Ah], between the highest and the lowest charge counted; gaps count as none
+  std::optional<double> temperature;  ///< [K], mean
+};
+
+/// Factor on the width of a kind of interval, as its own past asks for; see update().
+struct IntervalCalibration {
+  double factor = 1.0;  ///< [1]
+  int events = 0;       ///< intervals that were followed by the event
+  int inside = 0;       ///< of those the event fell into
+};
+
+/// What a window taught: the model, how well it is known, and what may be asked of it.
+struct Fit {
+  BaseParameters parameters;
+  std::vector<ParameterEstimate> estimates;  ///< in the order of BatteryModel::parameters()
+  /// Covariance of (parameters, states at LiveState::time) in the orders of BatteryModel [units squared]; zero rows where
+  /// nothing is known. 6 x 6 for the base model: r_discharge, r_charge, c2, beta, u_dc, u_c2.
+  Eigen::MatrixXd covariance;
+  std::vector<std::string> effects;           ///< ids of further physics; empty for the base model
+  std::shared_ptr<const DiscrepancyModel> discrepancy;  ///< what the effect "discrepancy" is; none without it
+  std::optional<ControlModeRule> source;           ///< where the voltage is imposed it drives; none: the current drives throughout
+  std::size_t voltage_lag = 0;                ///< [samples], by which the voltage channel is behind the current
+  std::vector<double> first_state;            ///< at the window's first sample; not stored in MODEL.yaml
+  FitWindow window;
+  ExcitedRange excited;
+  FitStatus status = FitStatus::kConverged;
+  std::string message;  ///< one sentence
+  std::string start;    ///< "robust" or "paper"
+  int iterations = 0;
+  FitScores scores;
+  /// [0, 1], of the window alone: windowQuality(); with a source FitScores::left_out_share_percent as a share, at least 0.
+  double window_quality = 0.0;
+  std::optional<NoiseModel> noise;  ///< of the residual over the window; none: fitErrors() was not called
+  BaselinePredictor baseline;             ///< what the same window says without physics
+  ResidualRegression residual_regression;          ///< what the equations miss in the well-posed direction; empty when nothing was learnt
+  /// 12 V blocks in a row: all else here is of one of them, queries and answers are of the row (recording/series_blocks.hpp).
+  double series_blocks = 1.0;
+};
+
+/// How the intervals of answers learn from what happens.
+struct IntervalLearning {
+  EventHistory event_history;  ///< cranks and charges of the window and since, beside what was expected of them
+  IntervalCalibration crank_calibration, charge_calibration;
+};
+
+/// Where a model comes from.
+struct Provenance {
+  std::string recording;       ///< file name or topic
+  std::string recording_hash;  ///< "sha256:..." of the file, empty when there is no file
+  double fit_ms = 0.0;         ///< [ms] wall time, filled in by the caller that holds a clock
+};
+
+/// Everything an identification found; what MODEL.yaml stores and every query reads. A function takes the part it needs.
+struct FittedModel {
+  Fit fit;                     ///< stays what it is until the next identification, but for the states' rows of its covariance
+  LiveState state;             ///< moves with every sample
+  IntervalLearning intervals;  ///< moves with every crank and charge
+  Provenance provenance;
+};
+
+/// Rows of a base model's covariance behind the parameters (BaseRow).
+enum BaseCovarianceRow { kRowState = kBaseRows, kCovarianceRows };
+
+/// @return true when the fit may be used for predictions: it converged, or stopped at the iteration limit.
+bool isUsable(const Fit& fit);
+
+/// @return the composition a model was fitted with.
+BatteryModel compositionOf(const Fit& fit);
+
+/// @return its parameters and its state; drifts count from the window's first sample.
+ModelPoint pointOf(const FittedModel& model);
+
+/**
+ * @brief Directions in the space of (parameters, states) whose squares add up to the covariance: L with L L' = V.
+ *
+ * Scaled eigenvectors, those of relative variance below 1e-10 left out; at most Simulation::kMaxTangents columns.
+ */
+Eigen::MatrixXd covarianceFactor(const Eigen::MatrixXd& covariance);
+
+/// @return a simulation that begins at the model's state, for values alone.
+Simulation simulationOf(const FittedModel& model);
+
+/// @return the same with covarianceFactor() as seeds: the squared derivatives of any output add up to its variance.
+Simulation uncertainSimulationOf(const FittedModel& model);
+
+/// @return the model after a rest so long that every state is known to be at rest.
+FittedModel rested(FittedModel model);
+
+/// Puts a simulation's state and its covariance into the model it was begun with. @param simulation from
+///   uncertainSimulationOf(), or without lanes: the covariance then stays.
+void takeState(FittedModel& model, const Simulation& simulation, double current);
+
+}  // namespace battery_sof

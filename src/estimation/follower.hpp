@@ -1,0 +1,49 @@
+#pragma once
+
+#include <optional>
+
+#include "estimation/fitted_model.hpp"
+#include "estimation/residual_regression.hpp"
+
+namespace battery_sof {
+
+/// One sample as a model followed it.
+struct FollowedSample {
+  bool voltage_controlled = false;
+  double voltage = 0.0;        ///< [V], modelled; imposed where the voltage drives
+  double current = 0.0;        ///< [A], modelled; measured where the current drives
+  double physics_error = 0.0;  ///< [A] or [V], measured less what the equations say
+  double regression_correction = 0.0;        ///< [A] or [V], what ResidualRegression adds to them
+  double variance = 0.0;       ///< [A^2] or [V^2], by the parameters and the state; 0 without lanes
+  Eigen::VectorXd columns;     ///< of ResidualRegression
+};
+
+/**
+ * @brief A model that goes along with a drive in the direction that is imposed: equations, what was learnt beside them, and
+ * the memory that needs.
+ */
+class Follower {
+ public:
+  /// From the model's saved state. @param uncertain carries the covariance's directions along.
+  explicit Follower(const FittedModel& model, bool uncertain = false);
+  /// From any simulation, with nothing learnt yet.
+  explicit Follower(Simulation simulation) : simulation_(std::move(simulation)) {}
+
+  FollowedSample follow(const InputSample& sample);
+
+  const Simulation& simulation() const { return simulation_; }
+  const InputMemory& memory() const { return memory_; }
+
+ private:
+  Simulation simulation_;
+  InputMemory memory_;
+  ResidualRegression residual_regression_;
+};
+
+/// @return a stretch of a recording as a model is driven through it: by the voltage where its source imposes that.
+InputSequence inputsOf(const Fit& fit, const Series& series, IndexRange range);
+
+/// Puts a follower's state, its covariance and its memory into the model it was begun with.
+void takeState(FittedModel& model, const Follower& follower, double current);
+
+}  // namespace battery_sof

@@ -1,0 +1,63 @@
+#pragma once
+
+#include "prediction/query.hpp"
+
+namespace battery_sof {
+
+/// How much charge will the battery accept? (paper, Fig. 2)
+struct ChargeAcceptanceQuery {
+  double u_boost = 0.0;                              ///< [V], terminal voltage held, above 0 to 100
+  double t_sof2 = 10.0;                              ///< [s], above 0 to 3600
+  double i_limit = 5000.0;                           ///< [A], what the source can give, above 0 to 5000
+  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
+};
+
+/// The question of a request, as asked() of a crank.
+ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request);
+
+/// SOF2. The numbers are present unless code is kInvalidQuery or kNoModel.
+struct ChargeAcceptanceAnswer {
+  std::optional<Interval> i_boost;  ///< [A], mean current over t_sof2; negative when u_boost discharges the battery
+  bool valid = false;
+  AnswerCode code = AnswerCode::kOk;
+  std::string message;
+};
+
+/**
+ * @brief Mean current at a held voltage with a current limit (paper, Fig. 2; docs/physics.md#sof2).
+ *
+ *     u_b(t) = u_boost  or  i(t) = i_limit,    i_boost = 1/t_sof2 int_0^t_sof2 i dt
+ *
+ * The current of every step is solved exactly (Simulation::advanceAtVoltage()); steps grow from 20 ms to a hundredth of
+ * t_sof2. What the model is expected to miss (ResidualFilter) is taken off the voltage. Interval: the current's own
+ * derivatives, and the voltage's error through the current it makes, widened as past charges ask for.
+ *
+ * @param model event begins at its saved state.  @param capacity [Ah], nominal, > 0.
+ */
+ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, double capacity = 50.0);
+
+/// Why an interval of such an answer says nothing: it is as wide as the largest charge of the window (1.25 times), of past charges like
+/// it and of the source; empty when it says something.
+std::string currentSaysNothing(const FittedModel& model, const ChargeAcceptanceQuery& query, const Interval& i_boost);
+
+/// A model's mean current at a measured voltage, and the measured one.
+struct MeanChargeCurrent {
+  Interval current;           ///< [A], with its 90 % interval
+  double modelled = 0.0;      ///< [A], of the model alone, without what past charges taught
+  double measured = 0.0;      ///< [A]
+  double mean_voltage = 0.0;  ///< [V]
+};
+
+/**
+ * @brief What a model expects to flow while the voltage is as measured, by the same means as predictChargeAcceptance().
+ *
+ * A model with a source follows the voltage sample by sample (Follower) and is set beside past charges (correctChargePrediction()).
+ *
+ * @param series samples after the model's state, not empty; without a source means over at least 0.1 s are taken for a step.
+ * @param missed of the discharge before the charge.
+ * @param driving [V], the voltage put right (VoltageRepair), one a sample; empty: as measured. Without a source it is not used.
+ */
+MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series, MissedCrank missed = {},
+                                   const std::vector<double>& driving = {});
+
+}  // namespace battery_sof

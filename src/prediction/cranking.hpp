@@ -1,0 +1,65 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "prediction/query.hpp"
+
+namespace battery_sof {
+
+/// Will the battery crank the engine after a stop? (paper, Fig. 1)
+struct CrankingQuery {
+  double i_load = 0.0;                               ///< [A], <= 0: consumers while the engine is off, held for t_stop
+  double t_stop = 0.0;                               ///< [s], 0 to 86400
+  double i_cranking = 0.0;                           ///< [A], < 0
+  double t_cranking = 1.0;                           ///< [s], > 0 to 60
+  std::optional<double> u_required = std::nullopt;   ///< [V], above 0 to 100: what the starter needs; the paper names 7.2 V
+  CurrentProfile load = {};                          ///< in place of i_load and t_stop when not empty
+  CurrentProfile crank = {};                         ///< in place of i_cranking and t_cranking when not empty
+  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
+};
+
+/// The question of a request: what it leaves out (askedFor()) is not asked, or its default.
+CrankingQuery asked(CrankingQuery request);
+
+/// SOF1. The numbers are present unless code is kInvalidQuery or kNoModel.
+struct CrankingAnswer {
+  std::optional<Interval> u_min;  ///< [V], lowest voltage during the crank, with its 90 % interval
+  std::optional<bool> capable;    ///< lower bound of u_min at or above u_required; none without u_required, and the message says so
+  bool valid = false;             ///< the model may be trusted here
+  AnswerCode code = AnswerCode::kOk;
+  std::string message;  ///< one sentence
+};
+
+/**
+ * @brief Lowest voltage during a crank after a stop phase (paper, Fig. 1; docs/physics.md#sof1).
+ *
+ *     u_SOF1 = min over (t_stop, t_stop + t_cranking] of u_b(t),   i = i_load, then i_cranking
+ *
+ * Under a held current the base model's state moves monotonically, so its minimum stands at one end of the crank: two
+ * exact steps. With effects the crank is looked at after 0, 5, 20, 50 and 100 % of its time, a profile at each point.
+ *
+ * The value is the model's plus what ResidualFilter expects it to miss; the interval holds parameters, state, that error
+ * and the window's own crank error, widened as the battery's past cranks ask for (voltageAnswer()).
+ * valid and the message follow extrapolationOf().
+ *
+ * @param model    event begins at its saved state.
+ * @param capacity [Ah], nominal, > 0.
+ */
+CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query, double capacity = 50.0);
+
+/// What an answer's message says: the interval, and whether it holds what is required or that nothing is.
+std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required);
+
+/// @return every fault of a query, as one sentence each; empty when there is none.
+std::string faultsOf(const CrankingQuery& query);
+
+/// Lowest voltage of a crank, of the model's row of blocks, that begins where a simulation stands, `ahead` [s] after the model's state.
+/// @param beyond_identified raised to Simulation::beyondIdentified() of any moment of the crank [V]; may be null.
+Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query, double ahead,
+                       double* beyond_identified = nullptr);
+
+/// What a crank misses by itself, beyond normal driving [V].
+double crankError(const Fit& fit, double current);
+
+}  // namespace battery_sof

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "prediction/charge_watch.hpp"
+#include "prediction/crank_watch.hpp"
+#include "prediction/interval_calibration.hpp"
+#include "prediction/baseline_selector.hpp"
+#include "prediction/sample_stream.hpp"
+#include "prediction/state_tracker.hpp"
+
+namespace battery_sof {
+
+/// How a model has done since it was accepted.
+struct BacktestScore {
+  std::optional<double> q_dyn_percent;  ///< paper, eq. 6, open loop; none until the voltage has varied
+  double duration = 0.0;                ///< [s], from the first to the last sample compared
+};
+
+/// What ended with a sample and was set beside the model's expectation.
+struct SessionEvents {
+  std::vector<CrankComparison> cranks;
+  std::vector<ChargeComparison> charges;
+};
+
+/**
+ * @brief A model that follows the samples: its state, its rolling back-test, and the cranks and
+ * charges that it was set beside.
+ *
+ * Watches, interval scales and the contests with the naive predictors outlive a model: they are the
+ * composition's past. Copyable; a copy goes on by itself.
+ */
+class ModelMonitor {
+ public:
+  static constexpr double kBacktestSpan = 900.0;  ///< [s] of the past that a back-test looks at
+
+  static constexpr std::size_t kChargesKept = 20;  ///< whose voltage is kept
+
+  static constexpr double kLongCharge = 60.0;  ///< [s], charges that a model with a source is compared over beside 10 s
+
+  explicit ModelMonitor(const EventLimits& limits);
+
+  /// Takes a model in the place of the one before; the back-test begins anew. @param max_gap [s],
+  /// longest interval joined.
+  void install(const FittedModel& model, double max_gap);
+  /// Takes a model that already followed samples in another one: its state, and events that are under way. Its scales, contests
+  /// and back-test stay behind. @param model the same with what its caller knows of it.
+  void goOnAs(const ModelMonitor& other, const FittedModel& model);
+  /// Shows the samples up to the model's state, right after install(): by them a source is judged, and a charge under way at the
+  /// state is not taken for one that begins behind it.
+  void lookBack(const Series& series);
+  bool holdsModel() const { return tracker_.has_value(); }
+
+  /// Moves on to a sample; nothing happens without a model, or at or before its state. @return what
+  /// ended with it.
+  SessionEvents follow(const StreamSample& sample, double max_gap);
+
+  /// Drops what is in progress and compared.
+  void forgetPast();
+  /// Puts the state onto the first sample of a clock that jumped back. @param moved [s], by how
+  /// much.
+  void moveTo(const StreamSample& first, double moved, double max_gap);
+
+  /// As the intervals of earlier models asked for.
+  void setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge);
+  const IntervalCalibration& crankCalibration() const { return crank_calibration_; }
+  const IntervalCalibration& chargeCalibration() const { return charge_calibration_; }
+
+  // These want a model.
+  const FittedModel& accepted() const { return *model_; }  ///< as it was installed
+  FittedModel now() const { return tracker_->modelNow(); }
+  const FollowedSample& last() const { return tracker_->last(); }
+  bool isVoltageControlled() const { return tracker_ && tracker_->isVoltageControlled(); }  ///< wants none
+  bool isCompared() const { return tracker_ && tracker_->hasSettled(); }        ///< error() says something; wants none
+  double error() const { return tracker_->error(); }                            ///< [V], see StateTracker::error()
+  double lastTime() const { return tracker_->lastTime(); }                      ///< [s], of last()
+  double stateTime() const { return tracker_->state().time; }                   ///< [s]
+  /// [s], end of the model's window on the present clock.
+  double fittedUntil() const { return fitted_until_; }
+
+  BacktestScore backtest() const;
+  /// @return [V] at which the battery was charged lately: median over the past charges that the model knows, else over those that
+  /// passed; none where none was seen.
+  std::optional<double> chargeVoltage() const;
+
+  const BaselineSelector& crankSelector() const { return crank_selector_; }
+  const BaselineSelector& chargeSelector() const { return charge_selector_; }
+  const BaselineSelector& longChargeSelector() const { return long_charge_selector_; }  ///< over kLongCharge
+  BaselineSelections selections() const { return {crank_selector_.selection(), charge_selector_.selection(), long_charge_selector_.selection()}; }
+
+ private:
+  /// One compared instant of the back-test.
+  struct Compared {
+    double time, measured, expected;
+  };
+
+  SessionEvents watch(const StreamSample& sample, double max_gap);
+  void compareWithBaseline(CrankComparison& crank);
+  void compareWithBaseline(ChargeComparison& charge, BaselineSelector& selector) const;
+  void updateFrom(const ChargeComparison& charge);
+
+  CrankWatch crank_watch_;
+  ChargeWatch charge_watch_, long_charge_watch_{kLongCharge};
+  IntervalCalibration crank_calibration_, charge_calibration_;
+  BaselineSelector crank_selector_, charge_selector_, long_charge_selector_;
+  std::optional<FittedModel> model_;
+  std::optional<StateTracker> tracker_;
+  double fitted_until_ = 0.0;
+  std::deque<Compared> compared_;
+  std::deque<double> charge_voltages_;  // [V], means of the last charges that passed
+};
+
+}  // namespace battery_sof

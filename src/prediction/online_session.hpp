@@ -1,0 +1,248 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "prediction/model_selector.hpp"
+#include "prediction/identification_job.hpp"
+#include "prediction/model_snapshot.hpp"
+#include "prediction/sample_stream.hpp"
+#include "prediction/model_monitor.hpp"
+
+namespace battery_sof {
+
+/// Settings of a session.
+struct SessionOptions {
+  double buffer = 1800.0;               ///< [s], past kept for identification
+  std::optional<double> window_length;  ///< [s]; else defaultWindowLength()
+  double min_window_quality = 0.2;         ///< [0, 1], a window below it is not fitted
+  double identify_period = 600.0;       ///< [s] of driving between identifications
+  double retry_period = 60.0;           ///< [s] of driving between tries while there is no model
+  double model_max_age = 3600.0;        ///< [s] from the window's end; the paper's predictions hold for minutes
+  double capacity = 50.0;               ///< [Ah], nominal
+  double series_blocks = 1.0;                  ///< 12 V blocks in a row that samples, questions and answers are of (recording/series_blocks.hpp)
+  EventLimits events;
+  IdentifyOptions identify;
+};
+
+/// What the session can do at present.
+enum class SessionState { kNoSample, kCollecting, kIdentifying, kReady, kStale };
+
+/// What the model that answers expects of the last sample it settled: of the quantity that was not imposed there.
+struct ExpectedSample {
+  double time = 0.0;              ///< [s]
+  std::optional<double> voltage;  ///< [V], where the current drives
+  std::optional<double> current;  ///< [A], where the voltage drives
+};
+
+/// A summary for a status message.
+struct SessionStatus {
+  SessionState state = SessionState::kNoSample;
+  std::string reason;                 ///< one sentence
+  std::optional<double> newest_time;  ///< [s]
+  std::optional<double> model_age;    ///< [s] from the window's end to the newest sample
+  std::optional<double> window_quality;  ///< [0, 1], of the model's window
+  BacktestScore backtest;
+  std::vector<std::string> effects;          ///< physics beyond the base model in the model that answers
+  std::string extension;                     ///< one sentence on the composition offered by extendWith(); empty when there is none
+  std::optional<ModelSelectorScore> selector;       ///< none while no extended model runs
+  bool charger_present = false;                  ///< something charges the battery: by the last identification's samples
+  std::optional<double> charger_share;        ///< [0, 1], of the buffered samples whose voltage is imposed; none before the first
+  std::optional<ExpectedSample> expected;    ///< none before the model followed a sample
+  bool voltage_controlled = false;               ///< the model that answers is driven by the voltage at the newest sample
+  BaselineScore crank_selector, charge_selector;  ///< [V], [A]; of the model that answers and its naive predictor
+};
+
+/// What came of a finished identification.
+struct IdentificationOutcome {
+  bool accepted = false;
+  std::string message;                  ///< one sentence
+  std::optional<FittedModel> model;     ///< accepted: state at the newest sample; refused: the candidate, if there was one
+  std::optional<FittedModel> extended;  ///< of the extended composition, when it is the one that answers from now on
+};
+
+/**
+ * @brief What a node does with samples: without threads, clocks or ROS. Time is the samples' own.
+ *
+ * Samples go in one by one; a StateTracker carries the model's state along. When an identification
+ * is due, the session hands out a self-contained job; the caller runs it wherever it likes and
+ * brings the result back. At most one job is out at a time.
+ *
+ * Due: without a model, once the newest stretch without a gap is a window long, holds charge and
+ * discharge and is suitable enough (looked at every 10 s of driving, tried at most every
+ * retry_period); with a model, every identify_period of driving. Driving is the sum of sampling
+ * intervals without the gaps.
+ *
+ * Accepted: a usable fit whose r_discharge and u_dc are determined (a crank's voltage is u_dc +
+ * r_discharge i + u_c2, and u_c2's share is the smallest), and whose error on the most recent
+ * window is at most 1.1 times that of the model in use, unless that is too old. A refused model
+ * leaves the old one in use.
+ *
+ * Periods count from when a job was taken, and what happened since is judged by the new model once it is accepted: how
+ * long an identification takes changes no answer after it.
+ *
+ * Clock jump back (SampleStream): the past and the state are begun anew, the model stays with its
+ * age, and the result of a job from before is dropped.
+ *
+ * A clock that jumps, is believed, and within a minute goes on where it had been was wrong meanwhile: the session goes on as it
+ * stood before the jump, and the samples between are lost.
+ *
+ * What the naive predictors of the model's window were better at, cranks or charges, they answer (BaselineSelector).
+ *
+ * extendWith() sets a second, extended composition beside the session's own: both are fitted to the same windows and follow
+ * every sample; which one answers is the ModelSelector's to say, and the base model answers whenever it says nothing.
+ */
+class OnlineSession {
+ public:
+  /// @throws std::invalid_argument for options that are not finite or outside their domain.
+  explicit OnlineSession(const SessionOptions& options = {});
+
+  /// Offers one sample. @return the cranks and charges that ended; while a job is out they wait for its result.
+  SessionEvents push(const RawSample& sample);
+
+  /// @return a job when an identification is due and none is out.
+  std::optional<IdentificationJob> takeDueJob();
+  /// @return a job now, due or not; none when nothing is buffered or a job is out.
+  std::optional<IdentificationJob> takeJob();
+  /// Takes the result of the job that is out.
+  IdentificationOutcome finish(IdentificationResult result);
+
+  /// Forgets samples and models, as after a fault; the counts stay, and the job that is out will be dropped.
+  void beginAnew();
+
+  /**
+   * @brief Offers a model from an earlier run. It is judged against the first sample that comes:
+   * refused when that is earlier than the model's state or too late after its window. Else it answers from that sample on.
+   * While nothing else is in use a refused one is judged again wherever the clock jumps: a first stamp may be wrong.
+   */
+  void restore(const FittedModel& model);
+
+  /**
+   * @brief Offers physics that the session's own composition may lack.
+   *
+   * The same composition again changes nothing. With another one an identification is due at once; its fit takes the place of
+   * the extended model before it under the same rule as any new fit, and the contest goes on.
+   * @param effects, force the whole composition, as in IdentifyOptions; a force that was learnt anew makes another composition.
+   * @param from_driving [s] of driving(), not before: what comes from a computation of unknown length takes effect at one
+   *   moment of the drive, however fast that is played.
+   * @throws std::invalid_argument for an empty composition, one that cannot be, or FitStart::kPaper.
+   */
+  void extendWith(const std::vector<std::string>& effects, double from_driving = 0.0, std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr);
+  /// @return true while questions are answered by the extended model.
+  bool doesExtendedAnswer() const { return &inUse() != &contenders_.base; }
+  /// [s], sum of sampling intervals without the gaps.
+  double driving() const { return driving_; }
+  /// The past that is kept, of one block.
+  const Series& series() const { return stream_.series(); }
+
+  /// What may be asked, state at the newest sample, as a copy that needs no lock.
+  ModelSnapshot live() const;
+  /// SOF1 from the live state; kNoModel with the reason when there is none or it is too old.
+  CrankingAnswer predictCranking(const CrankingQuery& query) const;
+  /// The longest stop and SOF2 from the live state; kNoModel likewise.
+  StopTimeAnswer predictStopTime(const StopTimeQuery& query) const;
+  ChargeAcceptanceAnswer predictChargeAcceptance(const ChargeAcceptanceQuery& query) const;
+  /// Why nothing is answered; none when queries are.
+  std::optional<std::string> whyNoModel() const;
+  double capacity() const { return options_.capacity; }  ///< [Ah]
+  /// @return [V] at which the battery was charged lately, see ModelMonitor::chargeVoltage(); none where none was seen.
+  std::optional<double> chargeVoltage() const;
+  /// How wide intervals are, as past events ask for.
+  IntervalCalibration crankCalibration() const { return inUse().crankCalibration(); }
+  IntervalCalibration chargeCalibration() const { return inUse().chargeCalibration(); }
+
+  /// A what-if profile from the live state; kNoModel likewise.
+  ProfileAnswer simulateProfile(const std::vector<double>& time, const std::vector<double>& current) const;
+
+  SessionStatus status() const;
+  StreamCounts counts() const { return stream_.counts(); }
+  std::optional<double> inputRate() const { return stream_.inputRate(); }
+
+  /// @return time of the newest sample on the session's clock [s]; none before the first.
+  std::optional<double> newestTime() const;
+  bool isJobOut() const { return job_is_out_; }
+
+  /// @return the model in use with its state at the newest sample; none before the first.
+  std::optional<FittedModel> model() const;
+
+ private:
+  /// push() of one block.
+  SessionEvents take(const RawSample& sample);
+  SessionStatus statusOfBlock() const;
+  /// A model as it leaves the session; inside all is of one block.
+  FittedModel ofRow(FittedModel model) const;
+
+  /// What follows the samples.
+  struct Contenders {
+    ModelMonitor base;
+    std::optional<ModelMonitor> extended;
+    ModelSelector selector;
+  };
+
+  /// A composition that was offered.
+  struct Extension {
+    std::vector<std::string> effects;
+    std::shared_ptr<const DiscrepancyModel> discrepancy;  // of "discrepancy" among them
+    double from_driving = 0.0;                  // [s]
+    std::string outcome;                        // of its last fit, one sentence
+  };
+
+  /// Keeps the session as it stands before a jump of the clock, or goes back to it where the clock does.
+  void watchForJumps(const RawSample& sample);
+  void goBackTo(const OnlineSession& before);
+  void restartClock(double old_newest, const StreamSample& first);
+  void advance(const StreamSample& sample);
+  void follow(const StreamSample& sample, double max_gap);
+  SessionEvents followBoth(const StreamSample& sample, double max_gap);
+  void followAgain(double after, double max_gap);
+  void judgeRestored(const StreamSample& first);
+  /// Where the clock jumped: a saved model that was refused by the clock before is judged once more.
+  void offerRefusedAgain();
+  void loseModel(const std::string& why);
+  std::string whyNoSample() const;
+  /// Why the saved model cannot be used from a first sample on; empty when it can.
+  std::string refusalOfRestored(double first_time) const;
+  /// Why the saved model, not judged for good yet, does not answer; empty when it does.
+  std::string whyRestoredWaits() const;
+  /// The saved model at the newest sample, while the stream still measures its rate.
+  FittedModel restoredNow() const;
+  void beginDueExtension();
+  bool isDue();
+  std::string missingForFirst() const;
+  IdentificationJob makeJob();
+  std::string refusalOf(const IdentificationResult& result) const;
+  std::string refusalOf(const IdentificationTrial& trial, bool may_compare) const;
+  bool acceptsExtended(const IdentificationResult& result, bool base_accepted);
+  void install(const IdentificationResult& result, bool base, bool extended);
+  static void install(ModelMonitor& monitor, const IdentificationTrial& trial, double max_gap);
+  void takeSource(const ChargerShare& source);
+  const ModelMonitor& inUse() const;
+  std::optional<double> ageOf(const ModelMonitor& model) const;
+  bool isTooOld(const ModelMonitor& model) const;
+  std::string extensionSentence() const;
+  std::string selectorSentence() const;
+  std::optional<ExpectedSample> expectedSample() const;
+
+  SessionOptions options_;
+  SampleStream stream_;
+  Contenders contenders_, at_job_;
+  SessionEvents events_;  // not handed out yet
+  std::optional<StreamSample> newest_;
+  double driving_ = 0.0;      // [s]
+  double next_look_ = 0.0;    // [s] of driving
+  double job_driving_ = 0.0;  // [s], when the job that is out was taken
+  int epoch_ = 0;
+  bool job_is_out_ = false;
+
+  ChargerShare source_;
+  std::optional<FittedModel> restored_;               // waits until the stream knows its rate
+  std::optional<FittedModel> refused_;                // was restored and refused
+  std::shared_ptr<const OnlineSession> before_jump_;  // none a minute after a jump
+  double jumped_to_ = 0.0;                            // [s], first stamp after it
+  std::optional<Extension> extension_, next_extension_;
+  std::string last_outcome_;
+};
+
+}  // namespace battery_sof

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "estimation/fitted_model.hpp"
+#include "prediction/answer.hpp"
+#include "prediction/mixed_scores.hpp"
+#include "prediction/query.hpp"
+#include "battery_sof/series.hpp"
+
+namespace battery_sof {
+
+/// Predicted voltages, one a sample of the profile, with 90 % intervals [V].
+struct PredictedVoltage {
+  std::vector<double> voltage, lower, upper;
+};
+
+/// The answer to a what-if profile. Vectors are empty unless code is kOk or kExtrapolation.
+struct ProfileAnswer {
+  PredictedVoltage predicted;
+  bool valid = false;
+  AnswerCode code = AnswerCode::kOk;
+  std::string message;
+};
+
+/// Longest profile accepted [samples]: an hour at 1 kHz.
+inline constexpr std::size_t kMaxProfileSamples = 3600000;
+
+/**
+ * @brief What the battery would answer to a current profile from the model's saved state on.
+ *
+ * @param time    [s] after the saved state, >= 0, each at least kShortestStep after the one before.
+ * @param current [A], same length; linear between the samples, and from the state's own current to the first sample.
+ * @param watch   asked before every sample; broken off, the answer is kInvalidQuery and says how far it came.
+ */
+ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time, const std::vector<double>& current,
+                              const WorkWatch& watch = nullptr);
+
+/**
+ * @brief Runs a model over the current of a recording and returns what it expects in a range of it.
+ *
+ * In the recording it was fitted to (same time and current at the end of its window), the model runs on from the state it ended
+ * with. Otherwise, or for a range before that, it runs from the first sample, whose state is taken from the first second's voltage (paper,
+ * eq. 5, median), so inside a later range only the current is used. Across gaps the battery is taken to rest.
+ *
+ * @return one voltage a sample of the range [V], with 90 % intervals.
+ */
+PredictedVoltage predictSeries(const FittedModel& model, const Series& series, IndexRange range);
+
+/// A prediction in the mixed direction with what a crank's correction starts from.
+struct FollowedPrediction : MixedPrediction {
+  std::vector<char> voltage_controlled;       ///< one a sample of the range; what drives is as measured and has no width
+  std::vector<double> equations_voltage;  ///< [V], without what was learnt beside the equations
+};
+
+/**
+ * @brief As predictSeries(), but driven by the voltage where the model's source imposes it: the current is predicted there.
+ *
+ * Of a range nothing is used but what drives in it. Without a source the current drives throughout.
+ */
+FollowedPrediction predictMixed(const FittedModel& model, const Series& series, IndexRange range);
+
+}  // namespace battery_sof

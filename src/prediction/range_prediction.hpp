@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <stdexcept>
+
+#include "prediction/both_ways.hpp"
+
+namespace battery_sof {
+
+/// What drives a model through a recording.
+enum class PredictionMode {
+  kAsFitted,  ///< both, where the model was fitted so; else the current
+  kMixed,     ///< the voltage where a source imposes it, else the current
+  kCurrent,   ///< the current throughout
+};
+
+/// PredictionMode::kMixed was asked where no source is seen.
+class NoSource : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// What a prediction comes to, in every direction and beside what needs no physics.
+struct PredictionReport {
+  PredictionScores from_current;            ///< as the paper has it; its cranks are those of both_ways where that is
+  std::optional<BothWaysScores> both_ways;  ///< none when the current drives throughout
+  BothWaysScores baseline;
+  std::optional<PredictionScores> baseline_from_current;  ///< of the naive line; none without one
+};
+
+/// A model's course through a range of a recording, and how well it did.
+struct RangePrediction {
+  FollowedPrediction course;  ///< one entry a sample of the range
+  PredictionReport report;
+};
+
+/**
+ * @brief Runs a model through a range of a recording and scores it.
+ *
+ * A model fitted without a source takes, for PredictionMode::kMixed, the one that is seen in the series.
+ * @param series at the rate to predict at, see atDesignRate().
+ * @throws NoSource; the message says why none is seen.
+ */
+RangePrediction predictRange(FittedModel model, const Series& series, IndexRange range, PredictionMode mode = PredictionMode::kAsFitted);
+
+}  // namespace battery_sof

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "battery_sof/intake.hpp"
+#include "recording/resample.hpp"
+#include "battery_sof/series.hpp"
+
+namespace battery_sof {
+
+/// One accepted instant, on the stream's own rate.
+struct StreamSample {
+  double time = 0.0;     ///< [s]
+  double current = 0.0;  ///< [A], positive into the battery
+  double voltage = 0.0;  ///< [V]
+};
+
+/// How many offered samples came to what.
+struct StreamCounts {
+  std::size_t accepted = 0;
+  RejectedCounts rejected;      ///< by Intake
+  std::size_t stamp_ahead = 0;  ///< a stamp more than kClockAhead ahead that the next sample did not confirm
+  std::size_t clock_restarts = 0;
+  std::size_t rejectedTotal() const { return rejected.total() + stamp_ahead; }
+};
+
+/**
+ * @brief Samples as they arrive, one by one: judged by Intake, brought to 100 Hz when they come
+ * faster than 200 Hz, and the last stretch of them kept.
+ *
+ * The rate is that of the first second (at least five intervals), so the first samples come out
+ * together.
+ *
+ * A stamp more than kClockBack before or kClockAhead after the newest is not believed alone: the
+ * sample waits until the next one either goes on from it (a bag was looped, the ignition was off)
+ * or does not (one bad stamp, counted and dropped). A confirmed jump back empties the stream and
+ * begins anew; the counts stay.
+ */
+class SampleStream {
+ public:
+  static constexpr double kClockBack = 10.0;   ///< [s]; real sensors' clocks step back by up to 3 s
+  static constexpr double kClockAhead = 60.0;  ///< [s]; beyond it a stamp wants a witness
+
+  /// What came of one offered sample.
+  struct Step {
+    std::vector<StreamSample> samples;  ///< new in the series, in order
+    bool clock_restarted = false;       ///< the stream was emptied first
+  };
+
+  /// @param kept [s], how much of the past is kept at least; > 0.
+  explicit SampleStream(double kept);
+
+  Step push(const RawSample& sample);
+
+  /// The first sample on the new clock, where this sample would confirm a jump of the clock; none else.
+  std::optional<RawSample> jumpConfirmedBy(const RawSample& sample) const;
+  /// Goes on where another stream stood, as if what came since had not: it was on a wrong clock. The counts stay.
+  void goOnFrom(const SampleStream& before);
+  /// [s], last accepted stamp; none before the first.
+  std::optional<double> newestStamp() const { return newest_; }
+
+  /// The past, at least `kept` and at most 1.25 times as long.
+  const Series& series() const { return series_; }
+  /// Accepted as they came, and waiting for the rate to be known; empty afterwards.
+  const Series& waiting() const { return probe_; }
+  StreamCounts counts() const;
+
+  /// Longest interval that is joined [s]: gapThreshold() of the measured rate; 5 s before it is
+  /// known.
+  double maxGap() const { return max_gap_; }
+  /// [Hz] of what arrives; none before it was measured.
+  std::optional<double> inputRate() const { return input_rate_; }
+
+ private:
+  bool isSuspicious(double time) const;
+  bool confirmsHeld(double time) const;
+  void dropHeld();
+  void restart(Step& step);
+  void enter(const RawSample& sample, Step& step);
+  void probe(const StreamSample& sample, Step& step);
+  void measureRate();
+  void emit(const StreamSample& sample, Step& step);
+  void forgetOld();
+
+  double kept_;
+  Intake intake_;
+  StreamCounts counts_;
+  std::optional<double> newest_;      // [s], last accepted stamp
+  std::optional<RawSample> held_;     // waits for a witness
+  Series probe_;                      // first samples, until the rate is known
+  std::optional<double> input_rate_;  // [Hz]
+  std::optional<Decimator> decimator_;
+  double max_gap_ = 5.0;
+  Series series_;
+};
+
+}  // namespace battery_sof

@@ -1,0 +1,112 @@
+#pragma once
+
+#include "estimation/residual_filter.hpp"
+#include "estimation/follower.hpp"
+
+namespace battery_sof {
+
+/**
+ * @brief Follows the model's state from sample to sample between identifications.
+ *
+ * One step a sample, with the derivatives of uncertainSimulationOf(); constant memory. Across a gap the battery is taken to rest
+ * (driving_current.hpp). Where the model's source imposes the voltage (ControlModeDetector), that drives, and the error is the current's.
+ *
+ * A slow voltage channel is put right as in the fit (VoltageRepair): a sample is settled once the sample after the one that shows
+ * its voltage is there, which is voltage_lag + 1 samples later. Until then the state goes on from the settled one to the newest
+ * sample with the last voltage there is, as carryState() does at the end of a recording, and is taken anew with every sample.
+ * Without a source every sample is settled at once.
+ */
+class StateTracker {
+ public:
+  /// Starts from the model's saved state. @param max_gap [s], longest interval that is joined.
+  StateTracker(const FittedModel& model, double max_gap);
+
+  /// Shows the samples up to the state's, right at the beginning: the past that a source is judged by, 300 s as in inputsOf().
+  void lookBack(const Series& series);
+
+  /// Moves on to a sample later than the last one, driven by what is imposed there, and takes the other quantity in: what the
+  /// model misses of a voltage is followed (ResidualFilter). @return whether a sample was settled. @throws std::invalid_argument
+  /// when time does not increase.
+  bool follow(double time, double current, double voltage);
+  /// Widths of intervals, as past events ask for.
+  void setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge);
+  /// What the caller knows of the model beside its numbers: recording and duration of the fit.
+  void setOrigin(const Provenance& origin);
+
+  // The last settled sample; meaningless before the first.
+  bool hasSettled() const { return has_settled_; }
+  const FollowedSample& last() const { return last_; }     ///< as the model followed it
+  double lastTime() const { return settled_.state.time; }  ///< [s]
+  double lastVoltage() const { return last_voltage_; }     ///< [V], measured, put right
+  /// @return measured less expected [V]; where the voltage drives, the current's error through 10 mOhm. 0 before the first.
+  double error() const { return error_; }
+
+  /// @return the model with state and covariance moved to the newest sample.
+  FittedModel modelNow() const { return modelAt(here()); }
+  /// @return the same moved to the last settled sample, and what was missed of a discharge there.
+  FittedModel modelSettled() const { return modelAt(settled_); }
+  const MissedCrank& missedSettled() const { return settled_.missed; }
+
+  /// At the newest sample; without discrepancy and memories, which modelNow() has.
+  const LiveState& state() const { return here().state; }
+  /// Whether a source may drive the model.
+  bool hasSource() const { return watch_.has_value(); }
+  /// Whether the newest sample's voltage is imposed and drives the model.
+  bool isVoltageControlled() const { return voltage_controlled_; }
+
+  /// What a slow sampling saw of the discharge under way.
+  const MissedCrank& missed() const { return here().missed; }
+  /// An event passed: what it teaches goes along with the model.
+  template <typename Event>
+  void updateFrom(const Event& event) {
+    model_.intervals.event_history.add(event);
+  }
+  const EventHistory& event_history() const { return model_.intervals.event_history; }
+
+  /// The running simulation, for a query to go on from.
+  const Simulation& simulation() const { return here().follower.simulation(); }
+
+ private:
+  /// What moves on with every sample.
+  struct SimulationPoint {
+    Follower follower;
+    MissedCrank missed;
+    LiveState state;
+    ResidualFilter errors;
+    double error_time;  // [s], of the last voltage taken in
+  };
+
+  const SimulationPoint& here() const { return ahead_ ? *ahead_ : settled_; }
+  FittedModel modelAt(const SimulationPoint& point) const;
+  FollowedSample step(SimulationPoint& point, const InputSample& sample) const;
+  InputSample sampleAfter(const SimulationPoint& point, std::size_t n) const;
+  void settleOldest();
+  void lookAhead();
+
+  FittedModel model_;
+  double max_gap_;
+  SimulationPoint settled_;
+  std::optional<SimulationPoint> ahead_;  // at the newest sample, where that is not settled
+  std::optional<ControlModeDetector> watch_;
+  bool voltage_controlled_ = false;
+  // As they came: the last settled sample, if there is one, and those that wait.
+  Series recent_;
+  std::vector<char> controlled_;
+  std::size_t settled_count_ = 0;  // at recent_'s beginning
+  bool has_settled_ = false;
+  FollowedSample last_;
+  double last_voltage_ = 0.0, error_ = 0.0;  // [V]
+  bool needs_trace_;                         // an effect may ask for the current a little earlier or later than the sample
+  CurrentTrace trace_;
+};
+
+/**
+ * @brief Where the state must stand for the model to read the measured voltage (paper, eq. 5).
+ *
+ *     u_c2 = u - u_dc - r(i) i - voltages of the effects
+ *
+ * The effects' states stay where they are. The state's covariance follows from the parameters' and the fit's own error.
+ */
+void setStateFromVoltage(FittedModel& model, double time, double current, double voltage);
+
+}  // namespace battery_sof

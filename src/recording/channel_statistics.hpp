@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "battery_sof/series.hpp"
+
+namespace battery_sof {
+
+/**
+ * @brief Step of a quantised channel: the greatest step of which nearly all sample-to-sample
+ * changes are multiples.
+ *
+ * "Nearly all" is 95 % within 8 % of a multiple (printed digits round a step of 0.0625 to 0.062 and
+ * 0.063); chance puts 16 % there. Candidates are the channel's own most frequent small changes.
+ *
+ * @param values any unit.
+ * @return the step in the unit of values; none with fewer than 30 changes, with fewer than 8 levels
+ * in use (a programmed current that steps between a few set points is not a quantised one), or when
+ * no step fits.
+ */
+std::optional<double> findStep(const std::vector<double>& values);
+
+/**
+ * @brief Standard deviation of the white noise on a channel, from the lower quartile of the
+ * sample-to-sample changes.
+ *
+ * The lower quartile is untouched by edges and transients in up to three quarters of the samples.
+ * @param step the channel's quantisation; the result is never below step / sqrt(12).
+ * @return in the unit of values; 0 for fewer than two samples and for exact data.
+ */
+double noiseLevel(const std::vector<double>& values, std::optional<double> step);
+
+/// @return ranges within bounds in which one exact value repeats at least min_samples times, in
+/// order.
+std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRange bounds, std::size_t min_samples);
+
+/**
+ * @brief How often a channel moves up and down by at least threshold.
+ *
+ * @param stride samples between the two values that are compared; shortened for ranges of less than
+ * three strides.
+ * @return changes of direction between such moves; 0 for a channel that only falls, only rises or
+ * stays.
+ */
+std::size_t countReversals(const std::vector<double>& values, IndexRange range, std::size_t stride, double threshold);
+
+/// @return the value below which the given share [0, 1] of values lies; 0 for no values.
+double quantile(std::vector<double> values, double share);
+
+/// Two ends of a range.
+struct Bounds {
+  double lower = 0.0, upper = 0.0;
+};
+
+/// @return quantile() of tail and of 1 - tail. @param tail [0, 0.5].
+Bounds centralRange(const std::vector<double>& values, double tail);
+
+}  // namespace battery_sof

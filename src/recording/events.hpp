@@ -1,0 +1,80 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "battery_sof/series.hpp"
+
+namespace battery_sof {
+
+enum class EventKind { kCrank, kDischarge, kCharge, kRest };
+
+/// @return "crank", "discharge", "charge" or "rest".
+std::string toString(EventKind kind);
+
+/// Limits that tell events apart.
+struct EventLimits {
+  double crank_current = -150.0;    ///< [A]; a crank falls to this or below (paper, section V: pulses and weighting)
+  double crank_max_duration = 5.0;  ///< [s]; longer stretches are discharges
+  double rest_current = 0.5;        ///< [A]; |current| below it is rest
+};
+
+/// A stretch of one kind of load. Ranges of neighbouring events do not overlap; every sample belongs to one event.
+struct Event {
+  EventKind kind = EventKind::kRest;
+  IndexRange range;
+  double from = 0.0;          ///< [s], time of the first sample
+  double to = 0.0;            ///< [s], time of the last sample
+  double mean_current = 0.0;  ///< [A], over time
+  double peak_current = 0.0;  ///< [A], the value of largest magnitude
+  double charge = 0.0;        ///< [As], trapezoidal; positive into the battery
+  double min_voltage = 0.0;   ///< [V]
+  double max_voltage = 0.0;   ///< [V]
+  double duration() const { return to - from; }
+};
+
+/**
+ * @brief Cuts a series into cranks, discharges, charges and rests.
+ *
+ * A crank is a run of samples at or below crank_current, widened on both sides while the current stays at or below
+ * half of it, and no longer than crank_max_duration. The rest of the samples is cut by the sign of the current with
+ * rest_current as dead band. Events never span a gap (gapThreshold).
+ *
+ * @throws std::invalid_argument when crank_current is not negative or a limit is not finite or below zero.
+ */
+std::vector<Event> detectEvents(const Series& series, const EventLimits& limits = {});
+
+/**
+ * @brief The cranks alone, as detectEvents() finds them in slice(series, range); for those who ask for nothing else.
+ *
+ * @param range of the series; the events' ranges are the series' too.
+ * @param max_gap [s], longest interval that is joined: gapThreshold() of the range.
+ * @throws as detectEvents().
+ */
+std::vector<Event> detectCranks(const Series& series, IndexRange range, const EventLimits& limits, double max_gap);
+
+/// How often one kind of event happened and how long in all.
+struct EventTotals {
+  std::size_t count = 0;
+  double duration = 0.0;  ///< [s]
+};
+
+/// What happened in a series, added up. An event lasts until the next one begins, or to its last sample before a gap.
+struct EventSummary {
+  std::array<EventTotals, 4> totals;                             ///< in the order of EventKind
+  double charge_in = 0.0;                                        ///< [As], what flowed into the battery; gaps count nothing
+  double charge_out = 0.0;                                       ///< [As], negative, what flowed out of it
+  double longest_charge = 0.0;                                   ///< [s]
+  std::size_t long_charges = 0;                                  ///< charges longer than 10 s
+  std::optional<double> min_charge_voltage, max_charge_voltage;  ///< [V], none without a charge
+  EventTotals& of(EventKind kind) { return totals[static_cast<std::size_t>(kind)]; }
+  const EventTotals& of(EventKind kind) const { return totals[static_cast<std::size_t>(kind)]; }
+};
+
+/// @return the totals of the events that detectEvents found in series.
+EventSummary summarise(const Series& series, const std::vector<Event>& events);
+
+}  // namespace battery_sof

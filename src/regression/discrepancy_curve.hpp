@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "regression/discrepancy_fit.hpp"
+
+namespace battery_sof {
+
+/// What a learnt force adds under a held current from rest on, less what it adds at rest.
+struct DiscrepancyAtCurrent {
+  double current = 0.0;                                                     ///< [A], positive into the battery
+  double early = 0.0;                                                       ///< [V], after a tenth of a second, or a sampling interval
+  double late = 0.0;                                                        ///< [V], after about a minute, or as long as its memory reaches
+  std::optional<double> early_std = std::nullopt, late_std = std::nullopt;  ///< [V], as of DiscrepancyAnswer
+};
+
+/**
+ * @brief A learnt force over the current: answersOf() at 1, 2, 5, 10, ... 500 A in both directions.
+ * @param least, most currents that it was learnt from [A], least <= most; none beyond them is asked for.
+ * @return ascending in the current; empty where the force was learnt from too short a time to answer.
+ */
+std::vector<DiscrepancyAtCurrent> curveOf(const DiscrepancyModel& discrepancy, double least, double most);
+
+}  // namespace battery_sof

@@ -1,0 +1,159 @@
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <sensor_msgs/BatteryState.h>
+
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "prediction/online_session.hpp"
+#include "ros/background_worker.hpp"
+#include "ros/diagnosis_runner.hpp"
+#include "ros/message_conversion.hpp"
+#include "ros/node_diagnostics.hpp"
+#include "ros/node_options.hpp"
+#include "ros/response_times.hpp"
+#include "ros/standing_query.hpp"
+#include "ros/state_file.hpp"
+
+namespace battery_sof {
+
+/**
+ * @brief The ROS face of an OnlineSession: topics, services, state file, diagnostics and log.
+ *
+ * Threads, so that nothing waits for what takes longer:
+ *   - samples: the global callback queue, nothing else;
+ *   - questions: the three predictions, ~set_standing_query, ~status and /diagnostics, one after the other;
+ *   - maps, profiles, identifications: one each for ~predict_map and ~simulate_profile, which may take up to kLongestWork, and for
+ *     ~identify, which waits for a fit;
+ *   - diagnoses: ~diagnose, which waits for one, and refuses a second request meanwhile;
+ *   - identifications and diagnoses themselves: a worker's each.
+ * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to copy what a question
+ * needs (OnlineSession::live()); never while a question is computed, a fit runs or a file is written, and never by a worker (ahead()).
+ *
+ * No exception ends the node: where a callback or a timer throws, the fault is logged and told in /diagnostics; where taking a
+ * sample does, the session begins anew, and the saved model it stood on is set aside.
+ *
+ * At a shutdown a map, a profile and whoever waits for a fit break off at once: roscpp ends no service before its callback has returned.
+ *
+ * ~status goes out once a second of the samples' time. A timer that no clock's jump touches stands in when no samples come.
+ */
+class BatterySofNode {
+ public:
+  /// Starts at once. @param private_node the node's own namespace, for ~status and the services.
+  BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, NodeOptions options);
+  ~BatterySofNode();
+
+ private:
+  using SampleEvent = ros::MessageEvent<const sensor_msgs::BatteryState>;
+
+  /// The last crank query that got numbers.
+  struct Answered {
+    double time = 0.0;  // [s], newest sample when it was asked
+    CrankingQuery query;
+    Interval u_min;
+  };
+
+  /// A status whose standing answers are still to be computed.
+  struct DueStatus {
+    StatusContents contents;
+    ModelSnapshot model;
+  };
+
+  void loadStateFile();
+  void saveStateFile(const FittedModel& model);
+  void advertise();
+  template <typename Service>
+  ros::ServiceServer serve(const char* name, ros::CallbackQueue& queue,
+                           bool (BatterySofNode::*callback)(typename Service::Request&, typename Service::Response&));
+
+  void onBatteryState(const SampleEvent& event);
+  void onSteadyTimer(const ros::SteadyTimerEvent& event);
+  IdentificationOutcome onIdentified(const IdentificationJob& job);
+  IdentificationOutcome identified(const IdentificationJob& job);
+  IdentificationOutcome takeBack(IdentificationResult result);
+  IdentificationOutcome takenBack(IdentificationResult result);
+  /// Does what needs mutex_ on the questions' thread and waits for it: a worker that gives way to other programs while it holds the mutex
+  /// keeps the samples waiting for as long as they run. What the work throws is thrown here.
+  void ahead(const std::function<void()>& work);
+
+  bool onPredictCranking(PredictCranking::Request& request, PredictCranking::Response& response);
+  bool onPredictStopTime(PredictStopTime::Request& request, PredictStopTime::Response& response);
+  bool onPredictChargeAcceptance(PredictChargeAcceptance::Request& request, PredictChargeAcceptance::Response& response);
+  bool onSetStandingQuery(SetStandingQuery::Request& request, SetStandingQuery::Response& response);
+  bool onPredictMap(PredictMap::Request& request, PredictMap::Response& response);
+  bool onSimulateProfile(SimulateProfile::Request& request, SimulateProfile::Response& response);
+  bool onIdentify(Identify::Request& request, Identify::Response& response);
+  std::optional<std::future<DiagnosisRunner::Outcome>> beginDiagnosis(Diagnose::Response& response);
+  bool onDiagnose(Diagnose::Request& request, Diagnose::Response& response);
+  bool onCancelDiagnosis(CancelDiagnosis::Request& request, CancelDiagnosis::Response& response);
+  void onAdopted(const Adoption& adoption, double from_driving);
+
+  // These want mutex_ held.
+  void take(const RawSample& sample);
+  void beginAnew(const char* why);
+  bool isStatusDue() const;
+  void demandStatus();
+  std::optional<double> noDataFor() const;
+  void logCrank(const CrankComparison& crank) const;
+  SessionStatus statusNow() const;
+  void announceWhoAnswers();
+
+  /// Does the work; an exception becomes a fault. @return true when there was none.
+  template <typename Work>
+  bool guarded(const char* what, Work work) {
+    try {
+      work();
+      return true;
+    } catch (const std::exception& error) {
+      noteFault(what, error.what());
+    }
+    return false;
+  }
+  void noteFault(const char* what, const char* why);
+  ModelSnapshot live();
+  static WorkWatch patience();
+  template <typename Answer, typename Response, typename Ask>
+  bool answer(const char* what, Response& response, Ask ask);
+  void identifyNow(Identify::Response& response);
+  void diagnoseNow(Diagnose::Response& response);
+  void publishDueStatus();
+  DiagnosticsSnapshot snapshot();
+  std::optional<std::future<IdentificationOutcome>> postRequested();
+
+  NodeOptions options_;
+  const StateFile state_file_;
+  ros::NodeHandle node_, private_node_;
+  ros::CallbackQueue question_queue_, map_queue_, profile_queue_, identify_queue_, diagnose_queue_;
+  ros::Publisher status_publisher_, model_publisher_;
+
+  std::mutex mutex_;
+  OnlineSession session_;
+  std::optional<double> last_status_time_;  // [s], newest sample at the last ~status
+  ros::SteadyTime last_status_steady_;
+  std::optional<DueStatus> due_status_;
+  std::optional<ros::Time> last_arrival_;
+  std::optional<Answered> last_answer_;
+  EventTallies events_;
+  std::optional<double> fit_ms_;
+  std::string state_file_fault_;
+  std::string internal_fault_;  // the last one
+  std::size_t internal_faults_ = 0;
+  bool stands_on_state_file_ = false;
+  bool extended_answered_ = false;  // when it was last announced
+
+  ResponseClock response_clock_;
+  BackgroundWorker<IdentificationJob, IdentificationOutcome> worker_;
+  DiagnosisRunner diagnoses_;
+  NodeDiagnostics diagnostics_;
+  ros::Subscriber subscriber_;
+  std::vector<ros::ServiceServer> services_;
+  ros::SteadyTimer steady_timer_;
+  ros::AsyncSpinner question_spinner_, map_spinner_, profile_spinner_, identify_spinner_, diagnose_spinner_;
+};
+
+}  // namespace battery_sof

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <ros/ros.h>
+
+#include <atomic>
+#include <functional>
+#include <future>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "ros/background_worker.hpp"
+#include "ros/message_conversion.hpp"
+
+namespace battery_sof {
+
+/// What the diagnostics say of diagnoses.
+struct DiagnosisLine {
+  bool runs = false;
+  std::size_t finished = 0;  ///< since the start
+  std::size_t skipped = 0;   ///< due while another one ran
+  std::string verdict;       ///< of the last one; empty before the first
+  std::string summary, adoption;
+  std::string fault;                  ///< of the last one, when it broke off
+  std::optional<double> duration_ms;  ///< [ms], of the last one
+};
+
+/**
+ * @brief Runs diagnoses beside everything else, one at a time, and publishes each on ~diagnosis
+ * (latched).
+ *
+ * One is begun by a request or, with a period, when a multiple of it has been driven: a bag played
+ * faster is diagnosed at the same samples. May be called from any thread. What is adopted of a
+ * periodic diagnosis takes effect `settle` [s] of driving after its last sample, or when it is
+ * finished, if that is later; of a requested one at once.
+ */
+class DiagnosisRunner {
+ public:
+  struct Options {
+    double period = 0.0;  ///< [s] of driving; 0: only on request
+    double settle = 600.0;
+    bool adopt = false;
+    double series_blocks = 1.0;                       ///< 12 V blocks in a row; what is diagnosed is one of them
+    std::vector<KnownPopulation> priors = {};  ///< see DiagnoseOptions
+  };
+  using Outcome = DiagnosisOutcome;
+  /// Called on the runner's thread with what goes on trial.
+  using Adopt = std::function<void(const Adoption& adoption, double from_driving)>;
+
+  DiagnosisRunner(ros::NodeHandle& private_node, const Options& options, Adopt adopt);
+  /// Breaks a running diagnosis off.
+  ~DiagnosisRunner() { stop(); }
+
+  /// @param series not empty. @return the outcome to come; none when another one runs.
+  std::optional<std::future<Outcome>> begin(const Series& series, const std::string& name);
+  /// Begins one when it is due: by one thread at a time, which waits for the worker only then. @param driving [s].
+  void beginIfDue(const Series& series, const std::string& name, double driving);
+
+  DiagnosisLine line();
+  /// Breaks a running diagnosis off. @return how long it had run and what it was at, one sentence; none when none runs.
+  std::optional<std::string> cancel();
+  void stop();
+
+ private:
+  struct Job {
+    Recording recording;
+    double from_driving = 0.0;  // [s]
+  };
+
+  std::optional<std::future<Outcome>> post(const Series& series, const std::string& name, double from_driving);
+  Outcome run(const Job& job);
+  Outcome diagnosed(const Job& job);
+  Adoption adopt(const Diagnosis& diagnosis, double from_driving);
+  void note(const DiagnosisReport& report, const Adoption& adoption);
+
+  Options options_;
+  Adopt adopt_;
+  ros::Publisher publisher_;
+  double next_due_;   // [s] of driving, of beginIfDue() alone
+  std::mutex mutex_;  // guards the next three
+  DiagnosisLine line_;
+  std::string stage_;  // of the running one
+  ros::SteadyTime begun_;
+  std::atomic<bool> cancelled_{false};  // the running one
+  std::atomic<bool> stopped_{false};
+  BackgroundWorker<Job, Outcome> worker_;
+};
+
+}  // namespace battery_sof

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <optional>
+
+#include "estimation/fitted_model.hpp"
+#include "prediction/online_session.hpp"
+#include "ros/adoption.hpp"
+#include "ros/background_work.hpp"
+#include "ros/event_tallies.hpp"
+#include "ros/messages.hpp"
+#include "ros/node_options.hpp"
+
+namespace battery_sof {
+
+// The queries of requests: what was left out (askedFor()) is not asked, or its default. Nothing is judged here: see faultsOf().
+CrankingQuery queryOf(const PredictCranking::Request& request);
+StopTimeQuery queryOf(const PredictStopTime::Request& request);
+ChargeAcceptanceQuery queryOf(const PredictChargeAcceptance::Request& request);
+
+// The responses; absent numbers are NaN.
+PredictCranking::Response responseOf(const CrankingAnswer& answer);
+PredictStopTime::Response responseOf(const StopTimeAnswer& answer);
+PredictChargeAcceptance::Response responseOf(const ChargeAcceptanceAnswer& answer);
+
+/// @return both maps of a request, those with lists, asked of a model. @param watch see mapCranking().
+PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Request& request, const WorkWatch& watch = nullptr);
+
+/// @return the response; absent arrays are empty.
+SimulateProfile::Response responseOf(const ProfileAnswer& answer);
+
+/// @return the message with header.stamp where the model's state stands; absent numbers are NaN.
+IdentifiedModel messageOf(const FittedModel& model);
+
+/// @return the response to ~identify; code REFUSED unless accepted.
+Identify::Response responseOf(const IdentificationOutcome& outcome);
+
+/// @return the message of a finished diagnosis with header.stamp at the recording's end; absent numbers are NaN.
+DiagnosisMessage messageOf(const DiagnosisReport& report, const Adoption& adoption);
+
+/// What came of a diagnosis.
+struct DiagnosisOutcome {
+  std::optional<DiagnosisMessage> message;  ///< none when it broke off
+  std::string fault;                        ///< why, one sentence
+};
+
+/// @return the response to ~diagnose; code OK or FAILED.
+Diagnose::Response responseOf(const DiagnosisOutcome& outcome);
+
+/// The standing answers.
+struct StandingAnswers {
+  CrankingAnswer cranking;
+  StopTimeAnswer stop_time;
+  ChargeAcceptanceAnswer charge;
+};
+
+/// @return a model's answers to the standing questions.
+StandingAnswers answersTo(const StandingQueries& standing, const ModelSnapshot& model);
+
+/// What a status message is made of.
+struct StatusContents {
+  SessionStatus session;
+  StreamCounts counts;
+  StandingQueries standing;  ///< as they are asked: charge.u_boost is the voltage of this answer
+  StandingAnswers answers;
+  EventTallies events;
+};
+
+/// @return the message without its header; absent numbers are NaN.
+SofStatus messageOf(const StatusContents& contents);
+
+}  // namespace battery_sof

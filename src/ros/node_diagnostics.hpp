@@ -1,0 +1,56 @@
+#pragma once
+
+#include <diagnostic_updater/diagnostic_updater.h>
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "ros/diagnosis_runner.hpp"
+#include "ros/event_tallies.hpp"
+#include "ros/response_times.hpp"
+
+namespace battery_sof {
+
+/// What the diagnostics are made of, taken at one moment.
+struct DiagnosticsSnapshot {
+  SessionStatus status;
+  StreamCounts counts;
+  std::optional<double> fit_ms;       ///< [ms], of the last identification
+  std::optional<double> no_data_for;  ///< [s] of ROS time, when samples have stopped
+  EventTallies events;
+  ResponseTimes response_times;
+  DiagnosisLine diagnosis;
+  std::string state_file;      ///< its path, or "off"
+  std::string internal_fault;  ///< what failed last inside the node; empty when nothing did
+  std::size_t internal_faults = 0;
+  std::string state_file_fault;  ///< empty when the last access went well
+};
+
+/// Publishes data rate, rejected samples by reason, identification, prediction error, response times and diagnosis on
+/// /diagnostics.
+class NodeDiagnostics {
+ public:
+  using TakeSnapshot = std::function<DiagnosticsSnapshot()>;
+
+  explicit NodeDiagnostics(TakeSnapshot take_snapshot);
+
+  /// Takes a snapshot and publishes.
+  void publish();
+
+ private:
+  using Status = diagnostic_updater::DiagnosticStatusWrapper;
+
+  void reportDataRate(Status& status);
+  void reportRejected(Status& status);
+  void reportIdentification(Status& status);
+  void reportPredictionError(Status& status);
+  void reportResponseTimes(Status& status);
+  void reportDiagnosis(Status& status);
+
+  TakeSnapshot take_snapshot_;
+  diagnostic_updater::Updater updater_;
+  DiagnosticsSnapshot before_, now_;
+};
+
+}  // namespace battery_sof

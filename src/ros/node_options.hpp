@@ -1,0 +1,51 @@
+#pragma once
+
+#include <XmlRpcValue.h>
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "prediction/online_session.hpp"
+
+namespace battery_sof {
+
+/// The questions asked anew with every status: SOF1, the longest stop before the same crank, and SOF2. Voltages are those of one block
+/// by default; parseNodeOptions() makes them those of the row.
+struct StandingQueries {
+  CrankingQuery cranking{-20.0, 30.0, -200.0, 1.0, 7.2};
+  ChargeAcceptanceQuery charge{14.2, 10.0, 5000.0};
+  bool u_boost_is_given = false;  ///< else it is asked at the voltage at which the battery was charged lately, see chargeAt()
+  /// @return without an u_required where that is not asked.
+  StopTimeQuery stopTime() const;
+  /// @param lately [V], OnlineSession::chargeVoltage().
+  ChargeAcceptanceQuery chargeAt(const std::optional<double>& lately) const;
+};
+
+/// Everything the node is told by its private parameters; config/battery_sof.yaml explains each.
+struct NodeOptions {
+  SessionOptions session;
+  StandingQueries standing;
+  double diagnose_period = 0.0;  ///< [s] of driving; 0: only on request
+  bool use_diagnosis = false;  ///< what is diagnosed goes on trial beside the base model
+  std::string state_file;        ///< empty: the model is not kept
+  std::string priors;            ///< PRIORS.yaml that session.identify.priors came from; empty: the catalogue's
+  std::string vehicle_type;      ///< of the priors; empty: those of all types
+};
+
+/// Parameters the node does not start with; the message has one line a fault.
+class NodeOptionsError : public std::runtime_error {
+ public:
+  explicit NodeOptionsError(const std::vector<std::string>& faults);
+};
+
+/**
+ * @brief Reads the node's private parameters; what is not given keeps its default.
+ * @param parameters the struct below the node's name; an invalid (empty) value stands for none
+ * given.
+ * @throws NodeOptionsError naming all faults at once: unknown keys, wrong types, values out of
+ * range, values that contradict each other, priors that cannot be read.
+ */
+NodeOptions parseNodeOptions(XmlRpc::XmlRpcValue parameters);
+
+}  // namespace battery_sof
