@@ -11,7 +11,6 @@ set(CONFIG_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/${PROJECT_NAME})
 set(PYTHON_DESTINATION
   lib/python${Python3_VERSION_MAJOR}.${Python3_VERSION_MINOR}/dist-packages/${PROJECT_NAME})
 set(PYTHON_BUILD_FOLDER ${CMAKE_BINARY_DIR}/python/${PROJECT_NAME})
-set(HEADERS_LEFT_OUT PATTERN ros EXCLUDE PATTERN bag EXCLUDE PATTERN cli EXCLUDE)
 
 set(package_files ${CMAKE_BINARY_DIR}/${PROJECT_NAME}Config.cmake ${CMAKE_BINARY_DIR}/${PROJECT_NAME}ConfigVersion.cmake)
 configure_package_config_file(cmake/${PROJECT_NAME}Config.cmake.in ${CMAKE_BINARY_DIR}/${PROJECT_NAME}Config.cmake

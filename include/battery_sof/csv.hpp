@@ -1,12 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "battery_sof/recording_error.hpp"
 #include "battery_sof/series.hpp"
-#include "recording/text_lines.hpp"
 
 namespace battery_sof {
 
@@ -19,6 +20,9 @@ struct CsvColumns {
   std::optional<std::string> temperature;
   bool discharge_positive = false;  ///< the file counts current out of the battery as positive
 };
+
+/// What is called with every block of bytes that was read, in order.
+using BytesSeen = std::function<void(std::string_view)>;
 
 /**
  * @brief Reads a recording from a comma-separated file, or a pipe, with a header line.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "battery_sof/parameter_estimate.hpp"
 #include "estimation/event_history.hpp"
 #include "estimation/residual_regression.hpp"
 #include "estimation/noise_model.hpp"
@@ -27,17 +28,6 @@ enum class FitStatus {
 
 /// @return "converged", "iteration_limit", "stalled", "window_too_short", "not_excited".
 std::string toString(FitStatus status);
-
-/// One estimated parameter.
-struct ParameterEstimate {
-  std::string name;           ///< as in BatteryModel::parameters()
-  std::string unit;           ///< ohm, F, 1/V, V, ...
-  double value = 0.0;         ///< in unit
-  std::optional<double> std;  ///< standard error in unit; none when nothing is known: not excited, or held at a bound
-  bool at_bound = false;      ///< ended at (or in the penalty beyond) a bound
-  bool determined = true;     ///< standard error below half the value (below 0.5 V for u_dc), and not at a bound
-  bool held = false;          ///< not estimated: stays where EffectInfo or the caller put it
-};
 
 /// What the model was seen to miss when its state stands where it does; see ResidualFilter.
 struct ResidualState {

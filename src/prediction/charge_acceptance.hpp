@@ -4,24 +4,8 @@
 
 namespace battery_sof {
 
-/// How much charge will the battery accept? (paper, Fig. 2)
-struct ChargeAcceptanceQuery {
-  double u_boost = 0.0;                              ///< [V], terminal voltage held, above 0 to 100
-  double t_sof2 = 10.0;                              ///< [s], above 0 to 3600
-  double i_limit = 5000.0;                           ///< [A], what the source can give, above 0 to 5000
-  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
-};
-
 /// The question of a request, as asked() of a crank.
 ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request);
-
-/// SOF2. The numbers are present unless code is kInvalidQuery or kNoModel.
-struct ChargeAcceptanceAnswer {
-  std::optional<Interval> i_boost;  ///< [A], mean current over t_sof2; negative when u_boost discharges the battery
-  bool valid = false;
-  AnswerCode code = AnswerCode::kOk;
-  std::string message;
-};
 
 /**
  * @brief Mean current at a held voltage with a current limit (paper, Fig. 2; docs/physics.md#sof2).

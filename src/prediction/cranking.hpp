@@ -7,29 +7,8 @@
 
 namespace battery_sof {
 
-/// Will the battery crank the engine after a stop? (paper, Fig. 1)
-struct CrankingQuery {
-  double i_load = 0.0;                               ///< [A], <= 0: consumers while the engine is off, held for t_stop
-  double t_stop = 0.0;                               ///< [s], 0 to 86400
-  double i_cranking = 0.0;                           ///< [A], < 0
-  double t_cranking = 1.0;                           ///< [s], > 0 to 60
-  std::optional<double> u_required = std::nullopt;   ///< [V], above 0 to 100: what the starter needs; the paper names 7.2 V
-  CurrentProfile load = {};                          ///< in place of i_load and t_stop when not empty
-  CurrentProfile crank = {};                         ///< in place of i_cranking and t_cranking when not empty
-  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
-};
-
 /// The question of a request: what it leaves out (askedFor()) is not asked, or its default.
 CrankingQuery asked(CrankingQuery request);
-
-/// SOF1. The numbers are present unless code is kInvalidQuery or kNoModel.
-struct CrankingAnswer {
-  std::optional<Interval> u_min;  ///< [V], lowest voltage during the crank, with its 90 % interval
-  std::optional<bool> capable;    ///< lower bound of u_min at or above u_required; none without u_required, and the message says so
-  bool valid = false;             ///< the model may be trusted here
-  AnswerCode code = AnswerCode::kOk;
-  std::string message;  ///< one sentence
-};
 
 /**
  * @brief Lowest voltage during a crank after a stop phase (paper, Fig. 1; docs/physics.md#sof1).

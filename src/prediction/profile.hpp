@@ -11,19 +11,6 @@
 
 namespace battery_sof {
 
-/// Predicted voltages, one a sample of the profile, with 90 % intervals [V].
-struct PredictedVoltage {
-  std::vector<double> voltage, lower, upper;
-};
-
-/// The answer to a what-if profile. Vectors are empty unless code is kOk or kExtrapolation.
-struct ProfileAnswer {
-  PredictedVoltage predicted;
-  bool valid = false;
-  AnswerCode code = AnswerCode::kOk;
-  std::string message;
-};
-
 /// Longest profile accepted [samples]: an hour at 1 kHz.
 inline constexpr std::size_t kMaxProfileSamples = 3600000;
 

@@ -17,17 +17,6 @@ namespace battery_sof {
 /// What a request asks for by a number whose zero has no meaning: 0 and NaN, as in a request that was never filled in, ask for nothing.
 std::optional<double> askedFor(std::optional<double> given);
 
-/// Told how much of an answer's work is done, 0 to 1. @return why the work is to be broken off; empty to go on.
-using WorkWatch = std::function<std::string(double share)>;
-
-/// A current over time, linear between its points; time counts from the phase's beginning.
-struct CurrentProfile {
-  std::vector<double> time;     ///< [s], >= 0, each at least kShortestStep after the one before
-  std::vector<double> current;  ///< [A], same length
-  bool empty() const { return time.empty(); }
-  double duration() const { return time.empty() ? 0.0 : time.back(); }
-};
-
 /// @return the first fault of a profile with what was expected; empty when sound. @param name for the sentence.
 std::string faultOf(const CurrentProfile& profile, const char* name);
 

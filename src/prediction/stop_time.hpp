@@ -4,41 +4,8 @@
 
 namespace battery_sof {
 
-/// How long may the engine stay off?
-struct StopTimeQuery {
-  double i_load = 0.0;                               ///< [A], <= 0
-  double i_cranking = 0.0;                           ///< [A], < 0
-  double t_cranking = 1.0;                           ///< [s], > 0 to 60
-  double u_required = 0.0;                           ///< [V], above 0 to 100: what the starter needs
-  CurrentProfile crank = {};                         ///< in place of i_cranking and t_cranking when not empty
-  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
-};
-
 /// The question of a request, as asked() of a crank. Without an u_required nothing is asked, and the answer says so.
 StopTimeQuery asked(StopTimeQuery request);
-
-/// What kind of stop time was found.
-enum class StopTimeOutcome {
-  kFinite,   ///< the crank fails after t_stop
-  kAtLeast,  ///< it holds after every stop up to t_stop, the longest that the model's equations hold for
-  kAlways,   ///< nothing is drawn (i_load = 0) and it holds after every stop up to a day
-  kNever,    ///< it fails even at once
-};
-
-/// @return "finite", "at_least", "always" or "never".
-std::string toString(StopTimeOutcome outcome);
-
-/// The longest stop. t_stop is present unless code is kInvalidQuery or kNoModel.
-struct StopTimeAnswer {
-  StopTimeOutcome outcome = StopTimeOutcome::kNever;
-  /// [s]; 0 for never, infinite for always. lower: after it the crank's lower bound no longer holds; upper: its upper bound.
-  /// None is infinite where something is drawn, and none of the stops draws more than the capacity.
-  std::optional<Interval> t_stop;
-  bool monotone = true;  ///< the crank's voltage falls with the length of the stop throughout
-  bool valid = false;
-  AnswerCode code = AnswerCode::kOk;
-  std::string message;
-};
 
 /**
  * @brief Longest stop after which the crank still holds u_required (docs/physics.md#stop-time).

@@ -6,10 +6,9 @@
 #include <string>
 #include <string_view>
 
-namespace battery_sof {
+#include "battery_sof/csv.hpp"
 
-/// What is told of every block of bytes that was read, in order.
-using BytesSeen = std::function<void(std::string_view)>;
+namespace battery_sof {
 
 /**
  * @brief The lines of a text file or a pipe, read once and from its beginning to its end; a byte-order mark is passed over.

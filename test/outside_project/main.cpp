@@ -3,25 +3,18 @@
 #include <cstdlib>
 #include <exception>
 
-#include "estimation/recording_fit.hpp"
-#include "prediction/cranking.hpp"
 #include "battery_sof/csv.hpp"
-#include "recording/resample.hpp"
+#include "battery_sof/model.hpp"
 
 int ask(const char* file, double from, double to) {
-  const battery_sof::Recording recording = battery_sof::readCsv(file);
-  const battery_sof::Series series = battery_sof::atDesignRate(recording.series);
-  battery_sof::FitRequest request;
+  battery_sof::IdentifyRequest request;
   request.from = from;
   request.to = to;
-  request.options.chooses_effects = true;
-  battery_sof::FittedModel model = fitPlanned(series, planFit(series, request));
-  if (!isUsable(model.fit)) {
-    std::fprintf(stderr, "no model: %s\n", model.fit.message.c_str());
+  const battery_sof::Model model = identify(battery_sof::readCsv(file), request);
+  if (!model.usable()) {
+    std::fprintf(stderr, "no model: %s\n", model.message().c_str());
     return 1;
   }
-  carryToEnd(model, series, request);
-
   battery_sof::CrankingQuery query;
   query.i_load = -15.0;       // [A], negative: out of the battery
   query.t_stop = 60.0;        // [s]

@@ -1,0 +1,129 @@
+#include "battery_sof/model.hpp"
+
+#include <stdexcept>
+
+#include "diagnosis/diagnose.hpp"
+#include "estimation/recording_fit.hpp"
+#include "prediction/charge_acceptance.hpp"
+#include "prediction/profile.hpp"
+#include "prediction/stop_time.hpp"
+#include "recording/series_blocks.hpp"
+#include "recording/resample.hpp"
+#include "report/diagnosis_page.hpp"
+#include "report/diagnosis_results.hpp"
+#include "report/model_yaml.hpp"
+#include "report/results.hpp"
+
+namespace battery_sof {
+namespace {
+
+void requireUsable(const Fit& fit) {
+  if (!isUsable(fit)) throw std::invalid_argument("no model: " + fit.message);
+}
+
+/// A recording as models are fitted to it: at the design rate, with the voltage of one block of the row.
+Series fittedSeries(const Recording& recording, double series_blocks) {
+  if (!areSeriesBlocks(series_blocks)) throw std::invalid_argument(format("series_blocks is %g, expected ", series_blocks) + kAllowedSeriesBlocks);
+  return perBlock(atDesignRate(recording.series), series_blocks);
+}
+
+void nameOrigin(FittedModel& model, const Recording& recording, double series_blocks) {
+  model.provenance.recording = recording.name;
+  model.fit.series_blocks = series_blocks;
+}
+
+}  // namespace
+
+Model::Model(FittedModel model) : fitted_(std::make_shared<const FittedModel>(std::move(model))) {}
+
+Model Model::read(const std::filesystem::path& file) { return Model(readModelFile(file)); }
+
+void Model::write(const std::filesystem::path& file) const {
+  requireUsable(fitted_->fit);
+  writeModelFile(file, *fitted_);
+}
+
+bool Model::usable() const { return isUsable(fitted_->fit); }
+
+std::string Model::message() const { return fitted_->fit.message; }
+
+std::vector<std::string> Model::effects() const { return fitted_->fit.effects; }
+
+std::vector<ParameterEstimate> Model::parameters() const { return fitted_->fit.estimates; }
+
+Model Model::rested() const {
+  requireUsable(fitted_->fit);
+  return Model(battery_sof::rested(*fitted_));
+}
+
+std::string Model::json() const { return identifyJson(*fitted_).dump(); }
+
+std::string Model::text() const { return identifyText(*fitted_); }
+
+Model identify(const Recording& recording, const IdentifyRequest& request) {
+  const Series series = fittedSeries(recording, request.series_blocks);
+  FitRequest fit{request.from, request.to, request.chooses_window, {}};
+  fit.options.chooses_effects = !request.effects.has_value();
+  if (request.effects) fit.options.effects = *request.effects;
+  fit.options.whiten = request.whiten;
+  fit.options.start = request.paper_start ? FitStart::kPaper : FitStart::kRobust;
+  fit.options.threads = request.threads;
+  FittedModel model = fitPlanned(series, planFit(series, fit));
+  if (isUsable(model.fit)) carryToEnd(model, series, fit);
+  nameOrigin(model, recording, request.series_blocks);
+  return Model(std::move(model));
+}
+
+CrankingAnswer predictCranking(const Model& model, const CrankingQuery& query, double capacity) {
+  return predictCranking(model.fitted(), query, capacity);
+}
+
+StopTimeAnswer predictStopTime(const Model& model, const StopTimeQuery& query, double capacity) {
+  return predictStopTime(model.fitted(), query, capacity);
+}
+
+ChargeAcceptanceAnswer predictChargeAcceptance(const Model& model, const ChargeAcceptanceQuery& query, double capacity) {
+  return predictChargeAcceptance(model.fitted(), query, capacity);
+}
+
+ProfileAnswer simulateProfile(const Model& model, const std::vector<double>& time, const std::vector<double>& current,
+                              const WorkWatch& watch) {
+  return simulateProfile(model.fitted(), time, current, watch);
+}
+
+DiagnosisReport::DiagnosisReport(Recording recording, Diagnosis diagnosis)
+    : recording_(std::make_shared<const Recording>(std::move(recording))),
+      diagnosis_(std::make_shared<const Diagnosis>(std::move(diagnosis))) {}
+
+std::string DiagnosisReport::verdict() const { return toString(diagnosis_->verdict); }
+
+std::string DiagnosisReport::summary() const { return diagnosis_->summary; }
+
+std::string DiagnosisReport::json() const { return diagnosisJson(*diagnosis_).dump(); }
+
+std::string DiagnosisReport::text() const { return diagnosisText(*diagnosis_); }
+
+std::string DiagnosisReport::page() const { return diagnosisPage(*recording_, *diagnosis_); }
+
+Model DiagnosisReport::base() const { return Model(diagnosis_->base); }
+
+Model DiagnosisReport::extended() const { return Model(diagnosis_->extended); }
+
+DiagnosisReport diagnose(const Recording& recording, const DiagnosisRequest& request) {
+  Recording stretch = recording;
+  const Series series = fittedSeries(recording, request.series_blocks);
+  stretch.series = slice(series, samplesBetween(series, request.from, request.to));
+  DiagnoseOptions options;
+  options.holdout_share = request.holdout_share;
+  options.hypotheses = request.hypotheses;
+  options.given = request.given;
+  options.threads = request.threads;
+  options.progress = request.progress;
+  Diagnosis diagnosis = diagnose(stretch, options);
+  nameOrigin(diagnosis.base, recording, request.series_blocks);
+  nameOrigin(diagnosis.extended, recording, request.series_blocks);
+  if (request.series_blocks != 1.0) diagnosis.instrument.insert(diagnosis.instrument.begin(), seriesBlocksSentence(request.series_blocks));
+  return {std::move(stretch), std::move(diagnosis)};
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,54 @@
+#include "battery_sof/session.hpp"
+
+#include "prediction/online_session.hpp"
+
+namespace battery_sof {
+namespace {
+
+SessionOptions optionsOf(const SessionSettings& settings) {
+  SessionOptions options;
+  options.capacity = settings.capacity;
+  options.series_blocks = settings.series_blocks;
+  options.buffer = settings.buffer;
+  options.window_length = settings.window_length;
+  return options;
+}
+
+}  // namespace
+
+class Session::Implementation : public OnlineSession {
+ public:
+  using OnlineSession::OnlineSession;
+};
+
+Session::Session(const SessionSettings& settings) : implementation_(std::make_unique<Implementation>(optionsOf(settings))) {}
+Session::~Session() = default;
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+
+void Session::restore(const Model& model) { implementation_->restore(model.fitted()); }
+
+void Session::push(const RawSample& sample) { implementation_->push(sample); }
+
+std::optional<std::string> Session::identifyWhenDue() {
+  const auto job = implementation_->takeDueJob();
+  if (!job) return std::nullopt;
+  return implementation_->finish(runIdentification(*job)).message;
+}
+
+CrankingAnswer Session::predictCranking(const CrankingQuery& query) const { return implementation_->predictCranking(query); }
+
+StopTimeAnswer Session::predictStopTime(const StopTimeQuery& query) const { return implementation_->predictStopTime(query); }
+
+ChargeAcceptanceAnswer Session::predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
+  return implementation_->predictChargeAcceptance(query);
+}
+
+std::optional<Model> Session::model() const {
+  auto model = implementation_->model();
+  return model ? std::optional<Model>(Model(*std::move(model))) : std::nullopt;
+}
+
+std::string Session::reason() const { return implementation_->status().reason; }
+
+}  // namespace battery_sof
