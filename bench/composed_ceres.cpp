@@ -20,7 +20,7 @@ double valueOf(const ceres::Jet<double, N>& x) {
   return x.a;
 }
 
-/// What the search coordinates stand for: logarithms, or shares of a magnitude.
+/// What the search coordinates represent: logarithms, or shares of a magnitude.
 struct Meaning {
   std::array<bool, kUnknowns> logarithmic{};
   std::array<double, kUnknowns> scale{};

@@ -34,7 +34,7 @@ double megabytes(const std::string& name) {
 template <typename Work>
 double extraMegabytes(const Work& work) {
   malloc_trim(0);
-  std::ofstream("/proc/self/clear_refs") << "5";  // the peak begins anew
+  std::ofstream("/proc/self/clear_refs") << "5";  // the peak begins again
   const double before = megabytes("VmRSS:");
   work();
   return megabytes("VmHWM:") - before;

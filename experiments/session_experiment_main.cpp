@@ -28,7 +28,7 @@ struct Trial {
   double diagnose_at = 0.0;  // [s] of driving; 0: never
 };
 
-/// Diagnoses what is buffered and offers the extended composition whatever its verdict; the node offers named physics and what was learnt.
+/// Diagnoses what is buffered and offers the extended composition whatever its verdict; the node offers named physics and what was estimated.
 void adoptDiagnosis(OnlineSession& session) {
   Recording buffered;
   buffered.series = session.series();
@@ -71,7 +71,7 @@ class StandingAnswers {
   }
   /// What speaks against an answer, alike for alike answers.
   static std::string withoutNumbersIn(const std::string& message) {
-    const std::size_t at = message.find("not to be relied on: ");
+    const std::size_t at = message.find("outside the identified range: ");
     std::string text;
     for (const char c : at == std::string::npos ? message : message.substr(at)) {
       const bool is_digit = std::strchr("0123456789.", c) != nullptr;

@@ -23,7 +23,7 @@ constexpr double kWindow = 900.0;                                               
 constexpr double kSourceLimit = 14.2;                                              // [V]
 constexpr double kVoltageStep = 0.025, kCurrentStep = 0.1, kVoltageNoise = 0.012;  // [V], [A], [V]
 
-/// What is imposed on the battery once a second.
+/// What is controlled on the battery once a second.
 struct Imposed1Hz {
   std::vector<char> voltage_controlled;
   std::vector<double> current, voltage;

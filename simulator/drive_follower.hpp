@@ -25,7 +25,7 @@ class DriveFollower {
   std::unique_ptr<DrivePlan> plan_, later_plan_;
   double later_voltage_limit_ = 0.0;
   long change_at_;                  // in steps; the largest number: never
-  Situation plan_began_{0.0, 0.0};  // what a plan is told counts from there
+  Situation plan_began_{0.0, 0.0};  // what a plan is reported counts from there
   std::deque<Insert> inserts_;
   std::deque<Phase> waiting_;
   double voltage_limit_;

@@ -17,7 +17,7 @@ struct OutOfModelState {
 };
 
 /**
- * @brief The base circuit with a stranger's force beside it.
+ * @brief The base circuit with an out-of-model case's force beside it.
  *
  *     u = u_base(i - s i_side) + [r(i) i - r(i - s i_side) (i - s i_side)] + s v
  *

@@ -76,7 +76,7 @@ void follow(const Grid& grid, const OutOfModelBattery& battery, const Look& look
   }
 }
 
-/// The base circuit's voltage at every sample, and what a law is told of the drive.
+/// The base circuit's voltage at every sample, and what a law is reported the drive.
 Circumstances circumstancesOf(const Grid& grid, const OutOfModelBattery& base, std::vector<double>& voltage) {
   const double rest = base.voltage(base.rested());
   std::vector<double> charging;

@@ -21,7 +21,7 @@ struct BesideOrder {
 constexpr double kLongestBeside = 10800.0;
 
 /**
- * @brief A measured recording with a stranger's law in it.
+ * @brief A measured recording with an out-of-model case's law in it.
  *
  *     forces:       u + u_s(i) - u_0(i)
  *     instruments:  i and u as the instrument shows them

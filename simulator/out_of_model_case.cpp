@@ -60,7 +60,7 @@ void requireSound(const OutOfModelOrder& order) {
     throw std::invalid_argument("rate is " + std::to_string(*order.rate) + " Hz, expected 1000 over a whole number, 1 to 1000");
 }
 
-/// What the order leaves open, chosen family first so that each family is as likely.
+/// What the order leaves open, chosen mechanism first so that each mechanism is as likely.
 OutOfModelOrder filledIn(OutOfModelOrder order, Dice& dice) {
   const double mechanism = dice.share(), rate = dice.share();
   const double duration = std::round(logBetween(dice, {600.0, 3600.0}));

@@ -68,7 +68,7 @@ constexpr double kMaxCrankImperfection = 8e-3;
  */
 OutOfModelCase drawOutOfModelCase(const OutOfModelOrder& order);
 
-/// All (kind, family, form) that can be ordered; nulls with "-" for both.
+/// All (kind, mechanism, form) that can be ordered; nulls with "-" for both.
 struct OutOfModelKind {
   std::string kind, mechanism, form;
 };

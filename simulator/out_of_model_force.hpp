@@ -12,7 +12,7 @@
 
 namespace battery_sof_reference {
 
-/// What a stranger's law may read at one instant; current positive into the battery.
+/// What an out-of-model case's law may read at one instant; current positive into the battery.
 struct OutOfModelInstant {
   double time = 0.0;     ///< since the start [s]
   double step = 1e-3;    ///< of the integration [s]
@@ -57,13 +57,13 @@ struct Circumstances {
   double throughput_as = 1e4;    ///< integral of |i| over the drive [As]
 };
 
-/// A family's form: what it is called, and how one of it is drawn.
+/// A mechanism's form: what it is called, and how one of it is drawn.
 struct OutOfModelForm {
   std::string mechanism, id;
   std::function<std::unique_ptr<OutOfModelVoltage>(Dice&, const Circumstances&)> draw;
 };
 
-/// Forms of one family each (docs/cases.md lists them).
+/// Forms of one mechanism each (docs/cases.md lists them).
 std::vector<OutOfModelForm> acceptanceForms();
 std::vector<OutOfModelForm> sideReactionForms();
 std::vector<OutOfModelForm> acidForms();

@@ -7,13 +7,13 @@
 namespace battery_sof_reference {
 
 /**
- * @brief What is true of a stranger's case, as JSON.
+ * @brief What is true of an out-of-model case's case, as JSON.
  *
  *     {"schema","kind","mechanism","form","drive","seed","duration_s","sample_rate_hz","attempt",
  *      "strength","scale","rms_v":{"training","holdout"},"visible_rms_v":{"training","holdout"},
  *      "crank_v","noise":{...},"base":{...},"voltage_limit_v","recorder":{...}}
  *
- * family and form are null of nulls, recorder of all but imperfect nulls.
+ * mechanism and form are null of nulls, recorder of all but imperfect nulls.
  */
 std::string labelOf(const OutOfModelCase& one);
 

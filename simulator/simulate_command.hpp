@@ -17,7 +17,7 @@ using FileCheck = std::function<void(const std::vector<std::string>& read, const
  * scenario's SOC and impedance_current_a, 1 mHz to 1 kHz, and needs no recording.
  *
  * @param arguments without `sof simulate`.  @param out, err standard output and error.
- * @param check is told the files that are read and those to be written before anything is done, and throws where that cannot be.
+ * @param check is reported the files that are read and those to be written before anything is done, and throws where that cannot be.
  * @return 0 done, 1 the battery's equations have no solution on this drive, 2 wrong usage or input.
  * Never throws.
  */

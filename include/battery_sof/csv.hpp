@@ -35,7 +35,7 @@ using BytesSeen = std::function<void(std::string_view)>;
  * Numbers have a decimal point, whatever the locale, here and in writeCsv. Where the header is separated by semicolons (it has one, and
  * no column of the time's name between commas), cells are too, and a number may have a decimal comma ("12,5"; not "1.012,5").
  *
- * @param seen is told of the bytes as they are read, all of them where nothing is thrown: a pipe cannot be read again.
+ * @param seen is reported the bytes as they are read, all of them where nothing is thrown: a pipe cannot be read again.
  * @throws RecordingError when the file cannot be read, is no regular file or pipe, has a line that is too long (TextLines), is empty, has a
  * header only, lacks a column or has it twice, has a row with more or fewer cells than the header (file and line are named), has text where
  * a number belongs (file, line, column and text are named), holds no usable sample, or when more than a tenth of its samples go back in

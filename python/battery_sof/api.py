@@ -147,7 +147,7 @@ def predict(model: Model, recording: Recording, *, from_s: Optional[float] = Non
             mode: Optional[str] = None) -> Prediction:
     """Runs a model through a recording from from_s to to_s [s] and scores it, as `sof predict` does.
 
-    drive: "mixed", by the voltage where a source imposes it; "current", throughout; None, as the model was fitted.
+    drive: "mixed", by the voltage where a source controls it; "current", throughout; None, as the model was fitted.
     A recording above 200 Hz is predicted at 100 Hz.
 
     Raises ValueError when the model is not usable, there is no such sample, or no source is seen for "mixed".
@@ -196,7 +196,7 @@ def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
     """Finds where the base model and a recording part and which physics is missing, as `sof diagnose` does; takes minutes.
 
     from_s, to_s [s]: the stretch; its last holdout_share is kept for the comparison alone. hypotheses: ids to weigh, none for
-    all. given: ids that are known to be there; nothing is searched for. series_blocks: of 12 V in a row, as identify(): volts and ohms told are
+    all. given: ids that are known to be there; nothing is searched for. series_blocks: of 12 V in a row, as identify(): volts and ohms reported are
     those of one block. threads: 0 for all; changes no result.
 
     Raises ValueError for a range without samples, unknown ids and options outside their ranges.

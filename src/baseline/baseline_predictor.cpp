@@ -80,7 +80,7 @@ std::optional<BaselineLine> lineThrough(const Values& x, const Values& y) {
 }
 
 /// Calls visit(sample, step) for every sample of the charge that begins at first, until the voltage
-/// is no longer imposed.
+/// is no longer controlled.
 template <typename Visit>
 void forEachAge(const Series& series, IndexRange range, std::size_t first, const std::vector<char>& voltage_controlled, double step,
                 Visit visit) {

@@ -70,14 +70,14 @@ struct BaselineCranks {
 
 /**
  * @brief What a window says without physics: straight lines, medians, last events. Every figure of
- * a model is set beside these.
+ * a model is compared with these.
  *
  * Default-constructed it knows nothing. Each part is there only when the window held what it is
  * made of.
  */
 struct BaselinePredictor {
-  std::optional<BaselineLine> current_from_voltage;  ///< [A], over samples with imposed voltage
-  std::optional<BaselineLine> voltage_from_current;  ///< [V], over samples with imposed current
+  std::optional<BaselineLine> current_from_voltage;  ///< [A], over samples with controlled voltage
+  std::optional<BaselineLine> voltage_from_current;  ///< [V], over samples with controlled current
   std::optional<BaselinePhase> phase;
   std::optional<BaselineCranks> cranks;
   std::optional<BaselineHistory> charge_10s,
@@ -85,7 +85,7 @@ struct BaselinePredictor {
 };
 
 /**
- * @brief Takes the naive predictors from a window.
+ * @brief Takes the baseline predictors from a window.
  *
  * Lines need five samples; a line over equal abscissae is level. Cranks are those of detectEvents.
  * Bounds of fewer than twenty errors are Student's, of a single charge those of
@@ -97,7 +97,7 @@ struct BaselinePredictor {
  */
 BaselinePredictor fitBaseline(const Series& series, IndexRange window, const std::vector<char>& voltage_controlled);
 
-/// @return fitBaseline() of a window in which no voltage is imposed: v(i) and cranks. @param cranks of
+/// @return fitBaseline() of a window in which no voltage is controlled: v(i) and cranks. @param cranks of
 /// the window, as detectCranks() finds them with the default limits.
 BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window, const std::vector<Event>& cranks);
 
@@ -109,10 +109,10 @@ struct BaselineSeries {
 };
 
 /**
- * @brief The current as if every voltage were imposed, the voltage as if every current were; the
- * mask tells which one counts.
+ * @brief The current as if every voltage were controlled, the voltage as if every current were; the
+ * mask reports which one counts.
  *
- * From the beginning of a charge (chargeBeginnings) until the voltage is no longer imposed the
+ * From the beginning of a charge (chargeBeginnings) until the voltage is no longer controlled the
  * current is that of the median phase as far as that goes, else the line's.
  * @throws std::invalid_argument as fitBaseline.
  */

@@ -11,7 +11,7 @@ namespace battery_sof {
 constexpr double kDischargeCurrent = -10.0;  ///< [A]; below it a discharge is under way that a charge may follow
 
 /**
- * @brief Where charges begin: the first sample above 0 A with an imposed voltage after the current
+ * @brief Where charges begin: the first sample above 0 A with a controlled voltage after the current
  * was below kDischargeCurrent.
  *
  * @param voltage_controlled one a sample of series (ControlModes::voltage_controlled).
@@ -24,9 +24,9 @@ std::vector<std::size_t> chargeBeginnings(const Series& series, IndexRange range
 /**
  * @brief The samples of the first duration [s] of a charge that begins at sample `first`.
  *
- * Sample k stands for the time from time[k] on, so that at 1 Hz ten seconds are ten samples.
+ * Sample k represents the time from time[k] on, so that at 1 Hz ten seconds are ten samples.
  * @return none when range ends earlier, when fewer than 90 % of the samples that belong there have
- * an imposed voltage, or when sampling is slower than three samples in duration.
+ * a controlled voltage, or when sampling is slower than three samples in duration.
  */
 std::optional<IndexRange> beginningOfCharge(const Series& series, IndexRange range, std::size_t first, double duration,
                                             const std::vector<char>& voltage_controlled);

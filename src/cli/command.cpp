@@ -70,7 +70,7 @@ void addRenamedOption(CLI::App& command, const std::string& old, const std::stri
 void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments) {
   command
       .add_option("--series-blocks", arguments.series_blocks,
-                  "blocks of 12 V in a row: 0.5 for a battery of 6 V, 2 for 24 V, 4 for 48 V; bounds and limits are those of one")
+                  "blocks of 12 V in series: 0.5 for a battery of 6 V, 2 for 24 V, 4 for 48 V; bounds and limits are those of one")
       ->capture_default_str();
   addRenamedOption(command, "--blocks", "--series-blocks");
 }

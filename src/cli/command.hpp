@@ -44,7 +44,7 @@ struct RecordingArguments {
   std::string path;
   CsvColumns columns;
   std::string topic = kDefaultTopic;
-  double series_blocks = 1.0;  ///< 12 V blocks in a row
+  double series_blocks = 1.0;  ///< 12 V blocks in series
 };
 
 /// The options --from and --to, as typed.

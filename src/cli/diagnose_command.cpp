@@ -106,17 +106,17 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   given->delimiter(',')->excludes(hypotheses);
   command
       ->add_option("--verify-detection-limits", arguments->options.confirm,
-                   "ids, comma-separated, of what could hide: diagnose the recording with each put in until it is named")
+                   "ids, comma-separated, of detection limits: diagnose the recording with each put in until it is named")
       ->delimiter(',')
       ->excludes(given);
   Relevance& relevance = arguments->options.relevance;
-  command->add_option("--min-rmse", relevance.rmse, "[V] RMS below which nothing is told; half the noise where that is more")
+  command->add_option("--min-rmse", relevance.rmse, "smallest RMS effect that is reported [V]; half the noise where that is more")
       ->capture_default_str();
-  command->add_option("--min-crank", relevance.crank, "[V], mean over cranks, that something must add to be told")
+  command->add_option("--min-crank", relevance.crank, "[V], mean over cranks, that something must add to be reported")
       ->capture_default_str();
   command
       ->add_option("--min-charge", relevance.charge_share,
-                   "share of the charging current below which nothing is told where a source draws it")
+                   "share of the charging current below which nothing is reported where a source draws it")
       ->capture_default_str();
   addRenamedOption(*command, "--confirm", "--verify-detection-limits");
   for (const std::string limit : {"rmse", "crank", "charge"}) addRenamedOption(*command, "--relevance-" + limit, "--min-" + limit);

@@ -112,7 +112,7 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   command
       ->add_option("--effects", arguments->options.effects,
                    "ids of further physics, comma-separated, or none; sof effects lists them. Default: none, but where a source "
-                   "imposes the voltage fresh_sulphate, the physics of charging")
+                   "controls the voltage fresh_sulphate, the physics of charging")
       ->delimiter(',');
   command->add_flag("--whiten", arguments->options.whiten,
                     "cost of residuals whitened by a fitted noise model in place of the paper's weights");

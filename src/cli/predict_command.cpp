@@ -67,7 +67,7 @@ void addPredictCommand(CLI::App& app, CommandLine& line) {
       ->type_name(kWrittenFile);
   command
       ->add_option("--mode", arguments->mode,
-                   "mixed: by the voltage where a source imposes it; current: throughout. Default: as the model was fitted")
+                   "mixed: by the voltage where a source controls it; current: throughout. Default: as the model was fitted")
       ->check(CLI::IsMember({"mixed", "current"}));
   addRenamedOption(*command, "--drive", "--mode");
   addJsonOption(*command, arguments->json);

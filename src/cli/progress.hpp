@@ -15,7 +15,7 @@ std::string pace(double elapsed, double in_stage, std::optional<double> share);
 
 /**
  * @brief Says on err what is being done, from two seconds of work on and only when standard error is a terminal: the stage, and below
- * it, anew every second, the time it has taken and will still take.
+ * it, again every second, the time it has taken and will still take.
  */
 class Progress {
  public:

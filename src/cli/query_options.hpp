@@ -8,7 +8,7 @@
 
 namespace battery_sof {
 
-/// What every question to a saved model is told.
+/// What every question to a saved model is reported.
 struct QueryArguments {
   std::string model;
   double capacity_ah = 50.0;

@@ -79,7 +79,7 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
   tell(options, "locating where model and measurement part");
   Located located = locateErrors(prepared);
   const Explained explained = explainErrors(prepared, options);
-  tell(options, "learning what no equation stands for");
+  tell(options, "learning what no equation represents");
   const FinalFit last = fitExplained(prepared, explained);
   pulse(options);
   const EstimatedDiscrepancy discrepancy = estimateDiscrepancy(prepared, explained, last, options);

@@ -12,7 +12,7 @@ namespace battery_sof {
 struct DiagnoseOptions {
   int threads = 1;                           ///< 0: as many as the machine has; the result is the same
   double holdout_share = 0.25;               ///< of the samples, the last ones: opened once, at the end
-  Relevance relevance;                       ///< what is smaller is not told
+  Relevance relevance;                       ///< what is smaller is not reported
   std::vector<std::string> hypotheses = {};  ///< ids to weigh; empty for all that need no request
   /// Ids that are known to be there: the extended model is the base model with these, and nothing is searched for.
   std::vector<std::string> given = {};
@@ -23,7 +23,7 @@ struct DiagnoseOptions {
   /// Ids whose strength in Diagnosis::detection_limits is one at which the recording with the effect put in was diagnosed and the
   /// effect named; up to six diagnoses each.
   std::vector<std::string> confirm = {};
-  /// Told what begins; called from the calling thread.
+  /// Reported what begins; called from the calling thread.
   std::function<void(const std::string& stage)> progress = nullptr;
   /// Called often while the search works, from the calling thread; what it or progress throws ends the diagnosis.
   std::function<void()> pulse = nullptr;
@@ -32,8 +32,8 @@ struct DiagnoseOptions {
 /**
  * @brief Locates where the base model and a recording part, names what is missing, models it and shows what that gains.
  *
- * Instrument screen; base fit; regimes and segments of mismatch, absorption map; what a learnt force would take; families by
- * evidence and the effects that stand for them (explain()); a learnt force where none does; hold-out (docs/diagnosis.md).
+ * Instrument screen; base fit; regimes and segments of mismatch, absorption map; what a discrepancy model would take; mechanisms by
+ * evidence and the effects that represent them (explain()); a discrepancy model where none does; hold-out (docs/diagnosis.md).
  *
  * @param recording any sampling; its last holdout_share is used for the comparison alone.
  * @return a verdict, also for poor data: insufficient_data and the reason. Same input, same answer, for any number of threads.

@@ -19,7 +19,7 @@ enum class Verdict {
   kNoMismatch,        ///< model and measurement agree as well as this recording can tell
   kEffect,            ///< one effect is missing from the base model
   kSeveral,           ///< more than one
-  kAmbiguous,         ///< one of a few that this recording cannot tell apart
+  kAmbiguous,         ///< one of a few that this recording cannot distinguish
   kMechanism,         ///< a known mechanism is missing, and no equation of the catalogue fits
   kUnexplained,       ///< something is missing whose mechanism is not known
   kSensorFault,       ///< the instruments explain it
@@ -42,7 +42,7 @@ struct DiagnosedParameter {
   bool at_bound = false;  ///< its value lies at the catalogue's bound: not plausible as it stands
 };
 
-/// An effect that the verdict names, or one of a class that cannot be told apart.
+/// An effect that the verdict names, or one of a class that cannot be distinguished.
 struct NamedEffect {
   std::string id;
   double confidence = 0.0;                 ///< [0, 1], share of the evidence among those tied with it
@@ -52,7 +52,7 @@ struct NamedEffect {
   double voltage_rms = 0.0;            ///< [V], RMS of what the effect adds to the voltage on the training part
   std::vector<std::string> indistinguishable_from;  ///< ids of its class
   std::string mechanism;                  ///< mechanismId()
-  double probability = 0.0;            ///< [0, 1], that its family is what is missing in its place
+  double probability = 0.0;            ///< [0, 1], that its mechanism is what is missing in its place
 };
 
 /// An effect that was fitted and weighed.
@@ -100,7 +100,7 @@ struct ErrorMetrics {
   std::optional<double> crank_mae;             ///< [V], of the cranks' minima
   std::optional<double> charge_bias;           ///< [V], mean of measured minus modelled over charges
   std::optional<double> charge_current_error;  ///< [A], mean magnitude at the measured voltage over charges
-  /// Shares of the variation explained in the direction that is imposed [%] (MixedScores), on the hold-out; none without a source that
+  /// Shares of the variation explained in the direction that is controlled [%] (MixedScores), on the hold-out; none without a source that
   /// drives.
   std::optional<double> share_percent = std::nullopt, current_share_percent = std::nullopt, voltage_share_percent = std::nullopt;
   std::size_t cranks = 0;  ///< of which crank_mae is the mean
@@ -123,7 +123,7 @@ struct Comparison {
   std::optional<ErrorMetrics> baseline_line, baseline_ridge;
 };
 
-/// What was learnt where no equation stands for it.
+/// What was estimated where no equation represents it.
 struct DiscrepancyFinding {
   DiscrepancyModel discrepancy;
   std::vector<MechanismWeight> mechanisms;  ///< strongest first
@@ -137,7 +137,7 @@ struct DiscrepancyFinding {
   std::string description;             ///< one sentence
 };
 
-/// What is left unexplained, and the limits below which nothing is told.
+/// What is left unexplained, and the limits below which nothing is reported.
 struct UnexplainedPart {
   double rmse = 0.0;          ///< [V]
   double crank = 0.0;         ///< [V]
@@ -145,7 +145,7 @@ struct UnexplainedPart {
   Relevance limits;           ///< rmse: as it was used, with the noise
   double noise = 0.0;         ///< [V], RMS of what is left of a row beside all that explains it
   /// Whether what is left is noise, as far as instruments make any, and too little else to matter. Where it is not, any effect may be in
-  /// it: no strength of one is told.
+  /// it: no strength of one is reported.
   bool isNoise() const { return noise <= kPlausible && rmse < limits.rmse; }
 };
 
@@ -167,8 +167,8 @@ struct Diagnosis {
   std::vector<RegimeFinding> regimes;
   std::vector<ParameterBias> parameter_bias;
   std::vector<std::string> instrument;  ///< what the instrument screen said, a sentence each
-  double charger_share = 0.0;            ///< of the samples whose voltage a source imposes [0, 1] (detectControlMode())
-  ControlModeOverview source;                ///< who imposes what over the whole recording
+  double charger_share = 0.0;            ///< of the samples whose voltage a source controls [0, 1] (detectControlMode())
+  ControlModeOverview source;                ///< operating mode over the whole recording
   std::optional<Mechanism> mechanism;         ///< of the verdict: what moves the voltage most; none when nothing is missing, or nothing fits
   double probability = 0.0;             ///< of it [0, 1]
   double evidence_base = 0.0, evidence_extended = 0.0;  ///< ln evidence, tempered

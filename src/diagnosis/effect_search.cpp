@@ -9,7 +9,7 @@ namespace {
 constexpr double kGridStep = 1.5;  // prior standard deviations between the shapes tried
 constexpr int kInstants = 9;       // instants tried over a recording
 constexpr int kFirstIterations = 4, kTasteIterations = 2;
-constexpr std::size_t kClosest = 5;     // effects that are tried in a step, and the first of every family
+constexpr std::size_t kClosest = 5;     // effects that are tried in a step, and the first of every mechanism
 constexpr std::size_t kFittedWell = 2;  // of them, that are fitted to the end
 constexpr double kClose = 0.8;          // of the best one's gain: fitted to the end, too
 constexpr double kWeak = 0.01;          // of a grid point's strengths, from where a search begins that went astray
@@ -32,7 +32,7 @@ struct LinearRest {
   Eigen::VectorXd left;
 };
 
-/// A state with a family's columns as strong as they may be: what these can take up of an effect is told of their family.
+/// A state with a mechanism's columns as strong as they may be: what these can take up of an effect is reported their mechanism.
 ExplanationState withFreeColumns(const ExplanationFits& fits, const ExplanationState& state, Mechanism mechanism) {
   ExplanationState next = fits.withColumns(state, mechanism);
   std::fill_n(next.fit.strength.begin(), kRegressorGroups, GroupPrior().most);

@@ -17,15 +17,15 @@ class EffectSearch {
   void takeGrid();
   /// A state with one effect more, fitted from where it promises most; none where it cannot be placed.
   std::optional<ExplanationState> with(const ExplanationState& state, const std::string& id);
-  /// Gain of ln evidence by each grid point beside a state, noise taken anew, any multiple of it allowed.
+  /// Gain of ln evidence by each grid point beside a state, noise taken again, any multiple of it allowed.
   std::vector<double> gridGains(const ExplanationState& state, const std::vector<EffectGridPoint>& grid) const;
   /// A state with one effect more, from a point of its grid; the first steps of its fit. @param gain that the grid promises.
   ExplanationState withMember(const ExplanationState& state, const EffectGridPoint& from, double gain) const;
-  /// The likeliest effects beside a state, each fitted; best first. @param only of one family, its grid taken anew beside the
+  /// The likeliest effects beside a state, each fitted; best first. @param only of one mechanism, its grid taken again beside the
   /// state: a side reaction shows where the circuit with its acceptance lets the voltage rise, and not where the circuit alone does.
   std::vector<ExplanationState> withMembers(const ExplanationState& state, std::optional<Mechanism> only);
-  /// Smallest strengths that would have come in, linearly: from what neither the state nor the columns of any other family can take up of
-  /// a typical strength's signature, and beyond what is left that looks like it. @param needed nats that a family must bring.
+  /// Smallest strengths that would have come in, linearly: from what neither the state nor the columns of any other mechanism can take up of
+  /// a typical strength's signature, and beyond what is left that looks like it. @param needed nats that a mechanism must bring.
   std::vector<LinearDetectionLimit> minStrengths(const ExplanationState& state, const std::function<double(Mechanism)>& needed) const;
 
   /// By what one explanation is taken before another: of two that are as good the one with fewer effects, an equation before columns.
@@ -36,7 +36,7 @@ class EffectSearch {
  private:
   /// The base circuit with an effect at its magnitudes.
   CompositionPoint magnitudesOf(const BatteryModel& model) const;
-  /// States that a model has beyond another begin as u_c2 where they stand for a part of it; the other's keep what was fitted.
+  /// States that a model has beyond another begin as u_c2 where they represent a part of it; the other's keep what was fitted.
   static void beginNewStates(const BatteryModel& model, CompositionPoint& point, const BatteryModel& nested);
   std::vector<CompositionPoint> gridOf(const BatteryModel& model) const;
   /// What an effect adds to a state at the points of its grid.

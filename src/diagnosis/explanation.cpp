@@ -49,11 +49,11 @@ class StepwiseSelection {
     fits_.optimize(start);
     tell("trying the catalogue's effects");
     search_.takeGrid();
-    tell("weighing families");
+    tell("weighing mechanisms");
     ExplanationState now = start;
     for (const std::string& id : given_) take(now, id);
     while (given_.empty() && static_cast<int>(now.members.size() + now.estimated.size()) < rules_.max_terms && extend(now)) {
-      tell("weighing families (taken in so far: " + takenIn(now) + ")");
+      tell("weighing mechanisms (taken in so far: " + takenIn(now) + ")");
       weighAgain(now);
       fits_.takeEffectiveSampleFraction(now);
       fits_.evaluateEvidence(now);
@@ -65,7 +65,7 @@ class StepwiseSelection {
  private:
   static std::string takenIn(const ExplanationState& state) {
     std::vector<std::string> names = state.members;
-    if (!state.estimated.empty()) names.push_back("what no equation stands for");
+    if (!state.estimated.empty()) names.push_back("what no equation represents");
     return join(names);
   }
 
@@ -79,15 +79,15 @@ class StepwiseSelection {
     fits_.evaluateEvidence(state);
   }
 
-  /// What the effects of a family that a state has explain [V].
+  /// What the effects of a mechanism that a state has explain [V].
   static double explainedBy(Mechanism mechanism, const ExplanationState& state) {
     const bool named =
         std::any_of(state.members.begin(), state.members.end(), [&](const std::string& id) { return mechanismOf(id) == mechanism; });
     return named && state.explained.count(mechanism) ? state.explained.at(mechanism) : 0.0;
   }
 
-  /// Whether effects stand for their family's columns: as evident, or these find nothing beside them that matters, or no more
-  /// than a battery's own law differs from the catalogue's. @param without the family.
+  /// Whether effects represent their mechanism's columns: as evident, or these find nothing beside them that matters, or no more
+  /// than a battery's own law differs from the catalogue's. @param without the mechanism.
   bool doesAsWell(const ExplanationState& member, const ExplanationState& columns, Mechanism mechanism, const ExplanationState& without) const {
     if (member.evidence > columns.evidence - rules_.tie) return true;
     const ExplanationState beside = fits_.withColumns(member, mechanism);
@@ -96,7 +96,7 @@ class StepwiseSelection {
     return ExplanationFits::beyond(beside, member) < std::max(fits_.relevantBeside(beside), kCatalogueTolerance * mechanism_brings);
   }
 
-  /// What stands for a family beside a state: the best of its effects where that does as well as its columns, else those.
+  /// What represents a mechanism beside a state: the best of its effects where that does as well as its columns, else those.
   ExplanationState standingFor(Mechanism mechanism, const ExplanationState& beside, const std::vector<ExplanationState>& members) const {
     ExplanationState estimated = fits_.withColumns(beside, mechanism);
     for (const ExplanationState& member : members)
@@ -104,7 +104,7 @@ class StepwiseSelection {
     return estimated;
   }
 
-  /// The same once a family is chosen: its effects one after the other, while each is worth it, until they do as well as its columns.
+  /// The same once a mechanism is chosen: its effects one after the other, while each is worth it, until they do as well as its columns.
   ExplanationState membersFor(Mechanism mechanism, const ExplanationState& beside, ExplanationState columns) {
     ExplanationState best = beside;
     for (int count = 0; count < rules_.max_terms; ++count) {
@@ -123,13 +123,13 @@ class StepwiseSelection {
            fits_.crankOf(part) >= std::max(rules_.relevance.crank, 0.5 * with.fit.noise);
   }
 
-  /// Nats that a family must bring. A battery's own structure is never quite the catalogue's: what is left of it is no physics.
+  /// Nats that a mechanism must bring. A battery's own structure is never quite the catalogue's: what is left of it is no physics.
   double needed(const ExplanationState& state, Mechanism mechanism) const {
     const bool physics = mechanism != Mechanism::kStructure && mechanism != Mechanism::kInstrument;
     return physics ? std::max(rules_.min_gain, kCatalogueTolerance * state.structure_gain) : rules_.min_gain;
   }
 
-  /// Whether columns are no more than what the effects named of their family may leave of it.
+  /// Whether columns are no more than what the effects named of their mechanism may leave of it.
   bool isRestOfNamed(const ExplanationState& columns, const ExplanationState& state, Mechanism mechanism) const {
     if (columns.estimated.size() == state.estimated.size()) return false;
     return ExplanationFits::beyond(columns, state) <
@@ -149,7 +149,7 @@ class StepwiseSelection {
     return parts;
   }
 
-  /// Takes in the family of greatest evidence. The same parts get the same family once: what was taken and let go does not come
+  /// Takes in the mechanism of greatest evidence. The same parts get the same mechanism once: what was taken and let go does not come
   /// again and again. @return whether one was worth it.
   bool extend(ExplanationState& state) {
     const std::vector<ExplanationState> members = search_.withMembers(state, std::nullopt);
@@ -309,7 +309,7 @@ class StepwiseSelection {
   std::vector<std::string> given_;
   ExplanationFits fits_;
   EffectSearch search_;
-  std::set<std::pair<std::set<std::string>, Mechanism>> tried_;  // families taken beside these parts
+  std::set<std::pair<std::set<std::string>, Mechanism>> tried_;  // mechanisms taken beside these parts
   std::optional<ExplanationState> better_;                    // than the state, by what could stand in a place
   Explanation found_;
 };

@@ -12,14 +12,14 @@
 
 namespace battery_sof {
 
-/// One piece of an explanation: an effect of the catalogue, or a family's columns where none of its effects does.
+/// One piece of an explanation: an effect of the catalogue, or a mechanism's columns where none of its effects does.
 struct SelectedTerm {
   Mechanism mechanism = Mechanism::kStructure;
-  std::string member;             ///< id; empty: the family's columns
+  std::string member;             ///< id; empty: the mechanism's columns
   double gain = 0.0;              ///< of ln evidence, by which the whole would be worse without it [1]
   double rms = 0.0;               ///< [V], what it adds over the training rows that the base circuit cannot
   std::vector<std::string> indistinguishable;  ///< ids that would do as well in its place
-  double probability = 1.0;       ///< of its family in this place, if it is one of the families that were weighed [0, 1]
+  double probability = 1.0;       ///< of its mechanism in this place, if it is one of the mechanisms that were weighed [0, 1]
 };
 
 /// An effect that was fitted in some step.
@@ -28,7 +28,7 @@ struct WeighedMember {
   double gain = 0.0;  ///< of ln evidence beside what had been accepted before [1]
 };
 
-/// A battery's own law is never quite the catalogue's: a smaller share of what something explains is not told of anything else [1].
+/// A battery's own law is never quite the catalogue's: a smaller share of what something explains is not reported of anything else [1].
 constexpr double kCatalogueTolerance = 0.1;
 
 constexpr double kPlausible = 0.01;  ///< [V], RMS that instruments may leave of a recording beside white noise and rounding
@@ -64,35 +64,35 @@ struct Explanation {
   CompositionPoint point;               ///< of it
   double evidence = 0.0;                ///< ln evidence, tempered
   double base_evidence = 0.0;           ///< of the base circuit alone
-  double effective_sample_fraction = 1.0;                  ///< share of rows that count as independent once all that can be learnt is taken out
+  double effective_sample_fraction = 1.0;                  ///< share of rows that count as independent once all that can be estimated is taken out
   double edge_jitter = 0.0;             ///< q of TimingJitterNoise [1/A^2]
   double noise = 0.0;                   ///< [V], RMS of what is left of a row; away from edges of the current where these are noisier
   double relevant = 0.0;                ///< [V], RMS below which nothing came into it
   double unexplained_rms = 0.0;                ///< [V], of what the library would still take beside it
   double unexplained_crank = 0.0;              ///< [V], mean magnitude of that while cranking
-  double unexplained_charge_share = 0.0;       ///< [1], of the charging current, that it stands for
+  double unexplained_charge_share = 0.0;       ///< [1], of the charging current, that it represents
   std::optional<Mechanism> unexplained_mechanism;    ///< that gains most beside it
   std::vector<WeighedMember> weighed;   ///< in the order in which they came
   std::vector<LinearDetectionLimit> least;     ///< of every effect that is not in it
 };
 
 /**
- * @brief Explains errors by families first: in each step the family of greatest evidence, by one of its effects or by its
+ * @brief Explains errors by mechanisms first: in each step the mechanism of greatest evidence, by one of its effects or by its
  * columns, whichever the data ask for; then what has come is weighed again beside the rest.
  *
  * Evidence is that of LinearProblem at one temper for all: a composition stands by its errors at its best parameters and the
  * directions these may move in (Laplace), columns by one strength a group. Every set is fitted whole, the base circuit with it.
  *
  * @param drive, table let go of as soon as the rows are made of them: hand them over where they are large.
- * @param training samples of the drive that are learnt from.  @param base the circuit fitted to them.
+ * @param training samples of the drive that are estimated from.  @param base the circuit fitted to them.
  * @param ids effects that may be named.  @param given effects that are known to be there: where there are any they are taken
- *   without a test, and nothing else is looked for.  @param progress told what is weighed; may be empty.
+ *   without a test, and nothing else is looked for.  @param progress reported what is weighed; may be empty.
  */
 Explanation explain(InputSequence inputs, std::size_t training, DesignMatrix table, const CompositionPoint& base, const std::vector<std::string>& ids,
                     const std::vector<std::string>& given, const ExplanationRules& rules,
                     const std::function<void(const std::string&)>& progress = nullptr);
 
-/// @return what is left of the rows once all that can be learnt beside the base circuit is taken out [V, RMS]; infinite where the circuit
+/// @return what is left of the rows once all that can be estimated beside the base circuit is taken out [V, RMS]; infinite where the circuit
 /// has no finite voltage.
 double minError(const InputSequence& inputs, std::size_t training, const DesignMatrix& table, const CompositionPoint& base,
                   const ExplanationRules& rules = {});

@@ -33,7 +33,7 @@ struct ExplanationSums {
 };
 
 /**
- * @brief Fits of compositions and of families' columns beside them to the rows of one drive, at one temper for all.
+ * @brief Fits of compositions and of mechanisms' columns beside them to the rows of one drive, at one temper for all.
  *
  * A set of parts has one fit: the best that any path has come to (optimize()).
  */
@@ -41,7 +41,7 @@ class ExplanationFits {
  public:
   static constexpr int kMaxIterations = 12;
 
-  /// @param training samples that are learnt from.  @param table its values are taken.  @param base circuit fitted to them.
+  /// @param training samples that are estimated from.  @param table its values are taken.  @param base circuit fitted to them.
   ExplanationFits(const InputSequence& inputs, std::size_t training, DesignMatrix& table, const CompositionPoint& base, const ExplanationRules& rules);
 
   /// The base circuit where it was fitted. @throws std::invalid_argument if it has no finite voltage there.
@@ -61,15 +61,15 @@ class ExplanationFits {
   /// Fits a state to the end, from where it stands or from the best that another path has come to with the same parts.
   void optimize(ExplanationState& state);
   /// Takes what edges of the current add to the rows' noise (TimingJitterNoise), and the temper: of greatest evidence beside all that can be
-  /// learnt beside a state.
+  /// estimated beside a state.
   void takeNoise(const ExplanationState& state);
-  /// Takes the share of rows that count as independent once all that can be learnt beside a state is taken out. @return that fit.
+  /// Takes the share of rows that count as independent once all that can be estimated beside a state is taken out. @return that fit.
   LinearFit takeEffectiveSampleFraction(const ExplanationState& state);
-  /// RMS of the counted rows once all that can be learnt beside the base circuit is taken out [V]; infinite without a finite voltage.
+  /// RMS of the counted rows once all that can be estimated beside the base circuit is taken out [V]; infinite without a finite voltage.
   double minError();
   /// Fits a state closely and takes the temper there: one score for one set, whichever way led to it.
   void refine(ExplanationState& state);
-  /// A state with a family's columns beside it; the circuit moves along once they are taken.
+  /// A state with a mechanism's columns beside it; the circuit moves along once they are taken.
   ExplanationState withColumns(const ExplanationState& state, Mechanism mechanism) const;
   ExplanationState withoutMember(const ExplanationState& state, const std::string& id);
   static bool isUsed(const std::string& id, const ExplanationState& state);
@@ -79,7 +79,7 @@ class ExplanationFits {
   Eigen::LDLT<Eigen::MatrixXd> penalised(const ExplanationSums& sums, const ExplanationState& state) const;
   /// What a state says of the counted rows, up to what is common to all [V].
   Eigen::VectorXd modelled(const ExplanationState& state) const;
-  /// What the library would take beside a state, of the families that it has not [V].
+  /// What the library would take beside a state, of the mechanisms that it has not [V].
   Eigen::VectorXd unexplainedPart(const ExplanationState& state) const;
   /// What of a part of the counted rows the base circuit's parameters cannot take up [V].
   Eigen::VectorXd besideBase(const Eigen::VectorXd& part) const;
@@ -94,7 +94,7 @@ class ExplanationFits {
 
   const CompositionPoint& base() const { return base_; }
   const Linearization& response() const { return response_; }
-  const std::vector<Eigen::Index>& counted() const { return counted_; }  ///< rows that are learnt from and have a measurement
+  const std::vector<Eigen::Index>& counted() const { return counted_; }  ///< rows that are estimated from and have a measurement
   double effective_sample_fraction() const { return effective_sample_fraction_; }
   const TimingJitterNoise& timingJitterNoise() const { return noise_; }
   bool isSpent() const { return spent_ > kBudget; }
@@ -105,7 +105,7 @@ class ExplanationFits {
   Eigen::VectorXd errorsOf(const BatteryModel& model, const CompositionPoint& point) const;
 
  private:
-  static constexpr double kBudget = 4e6;  // rows simulated with the derivatives of a usual composition; then what stands is told
+  static constexpr double kBudget = 4e6;  // rows simulated with the derivatives of a usual composition; then what stands is reported
 
   /// The counted rows of a table, with room for the wander.
   Eigen::MatrixXd countedOf(Eigen::MatrixXd values) const;

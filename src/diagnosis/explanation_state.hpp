@@ -38,7 +38,7 @@ FitCoordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, doub
 FitCoordinate baseCoordinate(const ParameterInfo& info, Eigen::Index row, double start);
 FitCoordinate stateCoordinate(const StateInfo& info, Eigen::Index row, double start);
 
-/// A composition somewhere, with what it leaves of the counted rows, and the families whose columns stand beside it.
+/// A composition somewhere, with what it leaves of the counted rows, and the mechanisms whose columns stand beside it.
 struct ExplanationState {
   BatteryModel model = BatteryModel();
   CompositionPoint point;
@@ -50,7 +50,7 @@ struct ExplanationState {
   LinearFit fit;
   double evidence = -std::numeric_limits<double>::infinity();
   double structure_gain = 0.0;         // of ln evidence, by the structure taken in
-  std::map<Mechanism, double> explained;  // [V], by the families taken in
+  std::map<Mechanism, double> explained;  // [V], by the mechanisms taken in
 };
 
 /// What an effect adds to the base circuit at one point of its grid.

@@ -305,7 +305,7 @@ class MovingSums {
       if (sums_[n + 1][0] - sums_[first][0] < kMinSamples) continue;
       for (std::size_t k = 0; k < kFactors; ++k) {
         const double square = sums_[n + 1][k] - sums_[first][k];
-        // Rounding of the sums must not stand for a window at rest.
+        // Rounding of the sums must not represent a window at rest.
         window.scale[k] = square > 1e-9 * sums_[n + 1][k] ? 1.0 / std::sqrt(square) : 0.0;
       }
       windows_.push_back(window);
@@ -337,7 +337,7 @@ struct Found {
 };
 
 /// Windows above the threshold, the shortest first and then the clearest, without those that overlap one before: a longer
-/// one tells nothing of where.
+/// one reports nothing of where.
 std::vector<Found> separateWindows(const MovingSums& sums, double threshold) {
   std::vector<Found> above, found;
   for (const MovingWindow& window : sums.windows()) {

@@ -21,7 +21,7 @@ struct RowErrors {
  *
  * Simulated under the rows' mean currents; what acts at edges at full rate in rows whose current moves. What that leaves of the
  * full rate is taken from the base circuit once and added: an effect is not worth more for being simulated more finely.
- * Where the voltage drives, an error of the current counts as the voltage that it stands for beside the base circuit.
+ * Where the voltage drives, an error of the current counts as the voltage that it represents beside the base circuit.
  */
 class RowSimulation {
  public:

@@ -65,7 +65,7 @@ void takeShares(const MixedScores& scores, ErrorMetrics& metrics) {
   metrics.voltage_share_percent = scores.voltage_share_percent;
 }
 
-/// In the direction that is imposed.
+/// In the direction that is controlled.
 MixedScores sharesOf(FittedModel model, const ChargerControl& driving, const Series& series, IndexRange holdout) {
   model.fit.source = driving.rule;
   model.fit.voltage_lag = driving.repair.lag;
@@ -100,7 +100,7 @@ void takeErrorsOfBase(const ErrorMetrics& base, ErrorMetrics& extended) {
   extended.voltage_share_percent = shares.voltage_share_percent;
 }
 
-/// What predicts the hold-out worse than the base model is told and not given. Where a source drives, the model that is handed on
+/// What predicts the hold-out worse than the base model is reported and not given. Where a source drives, the model that is handed on
 /// answers in the other direction and stays.
 void withhold(Compared& compared, const FittedModel& base, bool is_driven) {
   Comparison& fit = compared.fit;
@@ -116,7 +116,7 @@ void withhold(Compared& compared, const FittedModel& base, bool is_driven) {
   }
 }
 
-/// Where a source drives, what was learnt of the voltage from the current; the model that is handed on answers in the other direction.
+/// Where a source drives, what was estimated of the voltage from the current; the model that is handed on answers in the other direction.
 std::vector<double> extendedVoltage(const Opened& opened, const Compared& compared, bool is_driven, const EstimatedDiscrepancy& discrepancy) {
   if (!is_driven) return voltageOf(opened, compared.extended);
   return discrepancy.with_discrepancy ? voltageOf(opened, discrepancy.with_discrepancy->model, discrepancy.with_discrepancy->point) : compared.base_voltage;

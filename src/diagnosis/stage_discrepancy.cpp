@@ -15,7 +15,7 @@ namespace {
 constexpr int kLeftOutBlocks = 4;
 constexpr std::size_t kTermsTold = 4;
 
-/// A fit with a force beside it, as it was learnt.
+/// A fit with a force beside it, as it was estimated.
 WhitenedFit composedWith(const WhitenedFit& beside, std::shared_ptr<const DiscrepancyModel> discrepancy) {
   WhitenedFit fit = beside;
   fit.model = withDiscrepancy(beside.model, std::move(discrepancy));

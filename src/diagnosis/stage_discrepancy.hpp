@@ -12,7 +12,7 @@ struct EstimatedDiscrepancy {
   std::optional<DiscrepancyFinding> finding;  ///< none where it is neither used nor needed
   std::optional<WhitenedFit> with_discrepancy;  ///< where it is used: the model with it
   bool isUsed() const { return finding && finding->is_used; }
-  /// Whether it takes enough of the error on left-out blocks to be told of; a little less error is worth a place in the model alone.
+  /// Whether it takes enough of the error on left-out blocks to be reported; a little less error is worth a place in the model alone.
   bool holds() const { return isUsed() && finding->left_out.discrepancy < (1.0 - kCatalogueTolerance) * finding->left_out.base; }
 };
 

@@ -27,7 +27,7 @@ bool isLeadAcid(const Series& series) {
 std::vector<std::string> idsToWeigh(const Screening& screened, const std::vector<std::string>& wanted, bool is_driven, bool is_lead_acid,
                                     std::vector<std::string>& notes) {
   if (wanted.empty() && !is_lead_acid) {
-    notes.push_back("the voltage is not that of lead-acid blocks: what is missing is learnt and gets no lead-acid name");
+    notes.push_back("the voltage is not that of lead-acid blocks: what is missing is estimated and gets no lead-acid name");
     return {};
   }
   std::vector<std::string> ids = hypothesesOf(wanted, is_driven);
@@ -41,7 +41,7 @@ std::vector<std::string> idsToWeigh(const Screening& screened, const std::vector
   return ids;
 }
 
-/// The rows of the training part with who drives each, and what can be learnt of them.
+/// The rows of the training part with who drives each, and what can be estimated of them.
 struct Rows {
   Rows(const Prepared& prepared, const std::optional<ChargerControl>& driving) {
     std::vector<char> masked = prepared.screened.limits.masked;
@@ -65,8 +65,8 @@ struct Rows {
 
 }  // namespace
 
-/// A source is taken to impose the voltage where the rows are missed by a tenth less so, once all that can be learnt is taken out: a rest
-/// or a step that one channel shows late can look like a source, and a voltage that is imposed although it is not brings its noise into
+/// A source is taken to control the voltage where the rows are missed by a tenth less so, once all that can be estimated is taken out: a rest
+/// or a step that one channel shows late can look like a source, and a voltage that is controlled although it is not brings its noise into
 /// the battery's state.
 Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options) {
   Explained explained;

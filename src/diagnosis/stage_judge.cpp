@@ -12,7 +12,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kToldRight = 0.7;  // [1], of the families told of batteries of unknown law: docs/diagnosis.md
+constexpr double kToldRight = 0.7;  // [1], of the mechanisms reported of batteries of unknown law: docs/diagnosis.md
 
 /// RMS of what a fit leaves of its samples beside white noise and rounding [V]; samples weigh by their count, which edges of a slow
 /// sampling make less.
@@ -39,8 +39,8 @@ Unexplained restOf(const Prepared& prepared, const FinalFit& last, const Estimat
   return rest;
 }
 
-/// What is told of an explanation: effects by their evidence; a family that its columns alone stand for where what they learnt holds on
-/// blocks that were left out. Ageing is told by its evidence: how far it had come in a block the others do not say.
+/// What is reported an explanation: effects by their evidence; a mechanism that its columns alone represent where what they estimated holds on
+/// blocks that were left out. Ageing is reported by its evidence: how far it had come in a block the others do not say.
 Explanation confirmed(Explanation explanation, const EstimatedDiscrepancy& discrepancy) {
   const auto is_untold = [&](const SelectedTerm& one) { return one.member.empty() && !discrepancy.holds() && one.mechanism != Mechanism::kAgeing; };
   std::vector<SelectedTerm>& all = explanation.terms;
@@ -110,7 +110,7 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared, const
   Judged judged;
   judged.verdict = judge(explanation, {prepared.screened.faults, prepared.screened.sentences}, rest);
   judged.terms = explanation.terms;
-  // The evidence weighs families against each other and does not know that a battery's law may be none of them.
+  // The evidence weighs mechanisms against each other and does not know that a battery's law may be none of them.
   for (SelectedTerm& one : judged.terms) one.probability *= kToldRight;
   if (!judged.terms.empty()) {
     judged.mechanism = judged.terms.front().mechanism;

@@ -10,7 +10,7 @@ namespace battery_sof {
 /// What the findings come to.
 struct Judged {
   Verdict verdict = Verdict::kInsufficientData;
-  std::vector<SelectedTerm> terms;  ///< of the explanation; their probability as it is told
+  std::vector<SelectedTerm> terms;  ///< of the explanation; their probability as it is reported
   std::optional<Mechanism> mechanism;
   double probability = 0.0;           ///< of it [0, 1]
   std::vector<Candidate> candidates;  ///< best first

@@ -29,7 +29,7 @@ FittedModel completed(const WhitenedFit& fit, const Prepared& prepared, const st
   return model;
 }
 
-/// Where a source drives, both models are fitted in the direction that is imposed; the extended one with what its window teaches.
+/// Where a source drives, both models are fitted in the direction that is controlled; the extended one with what its window teaches.
 void takeBothWays(Named& named, const Prepared& prepared, const Explained& explained, const std::string& recording) {
   IdentifyOptions options;
   options.masked = prepared.screened.limits.masked;

@@ -51,7 +51,7 @@ InputSequence partOf(const InputSequence& inputs, std::size_t begin, std::size_t
 }
 
 /// Exchange test on the halves of the training part: a half that fits better with the other's parameters than with its own
-/// tells that a search stopped early, not of physics. The base model is then searched from more starts.
+/// reports that a search stopped early, not of physics. The base model is then searched from more starts.
 void exchangeHalves(Prepared& prepared) {
   const InputSequence& quiet = prepared.quiet;
   WhitenedFit& base = prepared.base;
@@ -63,7 +63,7 @@ void exchangeHalves(Prepared& prepared) {
   const auto fitOf = [&](const InputSequence& part) { return fitWhitened(model, part, {base.point, typicalStart(model, part)}, base.noise, once); };
   const WhitenedFit one = fitOf(first), other = fitOf(second);
   if (!optimiserFailed(exchangeOf({&first, &second}, {&one, &other}))) return;
-  prepared.notes.push_back("the base model's search stopped early in a half of the recording and was begun anew from more starts");
+  prepared.notes.push_back("the base model's search stopped early in a half of the recording and was begun again from more starts");
   WhitenedSearch wider = prepared.search;
   wider.more_starts = kMoreStarts;
   const WhitenedFit again = fitWhitened(model, quiet, {base.point, one.point, other.point}, base.noise, wider);

@@ -12,7 +12,7 @@ namespace battery_sof {
 
 // A diagnosis is made in stages, each a function from values to values in a file stage_*.cpp; diagnose() calls them in order.
 
-/// A recording in two: what is learnt from, and what is compared with at the end.
+/// A recording in two: what is estimated from, and what is compared with at the end.
 struct Parts {
   IndexRange train, holdout;
 };

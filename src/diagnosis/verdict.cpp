@@ -26,7 +26,7 @@ std::string capitalised(std::string sentence) {
   return sentence;
 }
 
-/// The families in words, then the effects that stand for them.
+/// The mechanisms in words, then the effects that represent them.
 std::string missing(const Diagnosis& diagnosis, const std::string& last) {
   std::vector<std::string> mechanisms, effects;
   for (const NamedEffect& effect : diagnosis.effects) {
@@ -45,7 +45,7 @@ std::string gainSentence(const Diagnosis& diagnosis) {
          format("%.1f mV", 1e3 * after) + " RMS" + (diagnosis.withheld_rmse ? ", so the base model is given" : "");
 }
 
-/// Effects beside a family that only its columns stand for.
+/// Effects beside a mechanism that only its columns represent.
 std::string partOfIt(const Diagnosis& diagnosis) {
   std::vector<std::string> ids;
   for (const Candidate& candidate : diagnosis.candidates)
@@ -54,8 +54,8 @@ std::string partOfIt(const Diagnosis& diagnosis) {
 }
 
 std::string discrepancySentence(const Diagnosis& diagnosis) {
-  if (!diagnosis.discrepancy || !diagnosis.discrepancy->is_used) return "; nothing that could be learnt from the currents predicts it";
-  return "; what was learnt of it is in the extended model" + gainSentence(diagnosis);
+  if (!diagnosis.discrepancy || !diagnosis.discrepancy->is_used) return "; nothing that could be estimated from the currents predicts it";
+  return "; what was estimated of it is in the extended model" + gainSentence(diagnosis);
 }
 
 /// The largest mean of the table of regimes whose 95 % interval excludes zero, marked there or not: few episodes are never marked.
@@ -143,12 +143,12 @@ std::string summaryOf(const Diagnosis& diagnosis) {
     case Verdict::kEffect:
     case Verdict::kSeveral: return missing(diagnosis, " and ") + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kAmbiguous:
-      return missing(diagnosis, " or ") + ", some of which this recording cannot tell apart" + gainSentence(diagnosis) +
+      return missing(diagnosis, " or ") + ", some of which this recording cannot distinguish" + gainSentence(diagnosis) +
              whereSentence(diagnosis) + ".";
     case Verdict::kMechanism:
     case Verdict::kUnexplained:
-      return (diagnosis.mechanism ? "Of what is missing the kind is known and the form is not: " + mechanismSentence(*diagnosis.mechanism)
-                               : std::string("Model and measurement part in a way that no family of effects explains")) +
+      return (diagnosis.mechanism ? "Missing mechanism, of which no equation of the catalogue fits: " + mechanismSentence(*diagnosis.mechanism)
+                               : std::string("Model and measurement part in a way that no mechanism explains")) +
              partOfIt(diagnosis) + discrepancySentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kSensorFault: return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";
     case Verdict::kInsufficientData: break;

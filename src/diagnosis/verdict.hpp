@@ -14,19 +14,19 @@ struct InstrumentScreen {
   std::vector<std::string> sentences;  ///< all findings worth telling
 };
 
-/// What speaks for something that no component of an explanation stands for.
+/// What speaks for something that no component of an explanation represents.
 struct Unexplained {
   bool is_tone = false;     ///< slowTone() beside it
-  bool has_discrepancy = false;  ///< a learnt force predicts blocks that it was not fitted to
+  bool has_discrepancy = false;  ///< a discrepancy model predicts blocks that it was not fitted to
   double rmse = 0.0;        ///< [V], of what is left, white noise and rounding taken out
 };
 
 /**
- * @brief The verdict: the families that an explanation holds, and whether effects stand for them.
+ * @brief The verdict: the mechanisms that an explanation holds, and whether effects represent them.
  *
  * - instruments alone: sensor_fault; effects: named or several, ambiguous where others would do as well;
- * - the most evident component is a family's columns: unknown (the family is known, its form is not);
- * - no component: sensor_fault for a fault of the instruments; unknown where a force is learnt, a tone stands out or more is
+ * - the most evident component is a mechanism's columns: unknown (the mechanism is known, its form is not);
+ * - no component: sensor_fault for a fault of the instruments; unknown where a force is estimated, a tone stands out or more is
  *   left than instruments leave; else no_mismatch.
  */
 Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments, const Unexplained& rest);

@@ -183,7 +183,7 @@ std::vector<BaseNormalEquations::Sample> coarsened(const Samples& samples, std::
   SampleSums before;
   for (std::size_t first = 0; first < samples.size(); first += factor) {
     const std::size_t last = std::min(first + factor, samples.size());
-    // The state in the middle stands for the mean of the state: from middle to middle the current
+    // The state in the middle represents the mean of the state: from middle to middle the current
     // is held.
     const std::size_t middle = first + (last - first + 1) / 2;
     const SampleSums one = sumOf(samples, first, middle), other = sumOf(samples, middle, last);

@@ -17,7 +17,7 @@ constexpr std::size_t kCompressFrom = 4000;
 // Standard errors come from the full rate up to here: 13 MB of Jacobian with sixteen unknowns.
 constexpr std::size_t kFullRateErrors = 100000;
 constexpr int kWhiteningRounds = 2;
-constexpr int kFirstIterations = 20;  // before weights are taken anew
+constexpr int kFirstIterations = 20;  // before weights are taken again
 // Share of the cost below which a step is not worth taking: a tenth of what half a standard error makes of it.
 constexpr double kEnough = 1e-4;
 constexpr int kLastIterations = 10;   // of the search at full rate; beyond it compression was no good start

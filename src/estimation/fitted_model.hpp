@@ -43,8 +43,8 @@ struct LiveState {
   double current = 0.0;                              ///< [A], current at that time
   std::vector<double> further = {};                  ///< the effects' states, in the order of BatteryModel::states()
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery at that time, when known
-  InputMemory memory = {};                           ///< what drove it lately; begun only where something was learnt
-  std::vector<double> regressor_memory = {};             ///< of a learnt force, see Simulation::regressorMemory()
+  InputMemory memory = {};                           ///< what drove it lately; begun only where something was estimated
+  std::vector<double> regressor_memory = {};             ///< of a discrepancy model, see Simulation::regressorMemory()
   ResidualState residual_state = {};                      ///< at that time
 };
 
@@ -60,7 +60,7 @@ struct FitScores {
   double q_dyn_percent = 0.0;                         ///< paper, eq. 6
   double rmse = 0.0;                                  ///< [V], unweighted; where the voltage drives nothing is counted
   std::optional<double> current_rmse = std::nullopt;  ///< [A], where the voltage drives; none where it never does
-  /// Share of the variation explained in the direction that was imposed [%], both quantities together, what was learnt from
+  /// Share of the variation explained in the direction that was controlled [%], both quantities together, what was estimated from
   /// the window's other blocks alone; none where the voltage never drives.
   std::optional<double> left_out_share_percent = std::nullopt;
   double crank_error_std = 0.0;            ///< [V], RMS error of the cranks' minima; rmse when there was no crank
@@ -98,7 +98,7 @@ struct Fit {
   Eigen::MatrixXd covariance;
   std::vector<std::string> effects;           ///< ids of further physics; empty for the base model
   std::shared_ptr<const DiscrepancyModel> discrepancy;  ///< what the effect "discrepancy" is; none without it
-  std::optional<ControlModeRule> source;           ///< where the voltage is imposed it drives; none: the current drives throughout
+  std::optional<ControlModeRule> source;           ///< where the voltage is controlled it drives; none: the current drives throughout
   std::size_t voltage_lag = 0;                ///< [samples], by which the voltage channel is behind the current
   std::vector<double> first_state;            ///< at the window's first sample; not stored in MODEL.yaml
   FitWindow window;
@@ -112,8 +112,8 @@ struct Fit {
   double window_quality = 0.0;
   std::optional<NoiseModel> noise;  ///< of the residual over the window; none: fitErrors() was not called
   BaselinePredictor baseline;             ///< what the same window says without physics
-  ResidualRegression residual_regression;          ///< what the equations miss in the well-posed direction; empty when nothing was learnt
-  /// 12 V blocks in a row: all else here is of one of them, queries and answers are of the row (recording/series_blocks.hpp).
+  ResidualRegression residual_regression;          ///< what the equations miss in the well-posed direction; empty when nothing was estimated
+  /// 12 V blocks in series: all else here is of one of them, queries and answers are of the row (recording/series_blocks.hpp).
   double series_blocks = 1.0;
 };
 

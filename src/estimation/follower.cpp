@@ -15,7 +15,7 @@ Follower::Follower(const FittedModel& model, bool uncertain)
     : simulation_(uncertain ? uncertainSimulationOf(model) : simulationOf(model)),
       memory_(model.state.memory),
       residual_regression_(model.fit.residual_regression) {
-  // A source's ramp begins at the voltage that the state stands for.
+  // A source's ramp begins at the voltage that the state represents.
   InputStep here;
   here.time = model.state.time;
   here.held = here.current = model.state.current;

@@ -10,7 +10,7 @@ namespace battery_sof {
 /// One sample as a model followed it.
 struct FollowedSample {
   bool voltage_controlled = false;
-  double voltage = 0.0;        ///< [V], modelled; imposed where the voltage drives
+  double voltage = 0.0;        ///< [V], modelled; controlled where the voltage drives
   double current = 0.0;        ///< [A], modelled; measured where the current drives
   double physics_error = 0.0;  ///< [A] or [V], measured less what the equations say
   double regression_correction = 0.0;        ///< [A] or [V], what ResidualRegression adds to them
@@ -19,14 +19,14 @@ struct FollowedSample {
 };
 
 /**
- * @brief A model that goes along with a drive in the direction that is imposed: equations, what was learnt beside them, and
+ * @brief A model that goes along with a drive in the direction that is controlled: equations, what was estimated beside them, and
  * the memory that needs.
  */
 class Follower {
  public:
   /// From the model's saved state. @param uncertain carries the covariance's directions along.
   explicit Follower(const FittedModel& model, bool uncertain = false);
-  /// From any simulation, with nothing learnt yet.
+  /// From any simulation, with nothing estimated yet.
   explicit Follower(Simulation simulation) : simulation_(std::move(simulation)) {}
 
   FollowedSample follow(const InputSample& sample);
@@ -40,7 +40,7 @@ class Follower {
   ResidualRegression residual_regression_;
 };
 
-/// @return a stretch of a recording as a model is driven through it: by the voltage where its source imposes that.
+/// @return a stretch of a recording as a model is driven through it: by the voltage where its source controls that.
 InputSequence inputsOf(const Fit& fit, const Series& series, IndexRange range);
 
 /// Puts a follower's state, its covariance and its memory into the model it was begun with.

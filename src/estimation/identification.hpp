@@ -37,15 +37,15 @@ struct IdentifyOptions {
   std::vector<char> masked = {};  ///< see InstrumentLimits
   double voltage_lsb_std = 0.0;   ///< [V], what rounding adds at least to the white noise
 
-  /// Who imposes what in the series. Set: where the voltage is imposed it drives, the fit has errors in both variables
-  /// (ChannelErrors), what the equations miss is learnt (ResidualRegression) and past events are kept (EventHistory). None: the
+  /// Operating mode in the series. Set: where the voltage is controlled it drives, the fit has errors in both variables
+  /// (ChannelErrors), what the equations miss is estimated (ResidualRegression) and past events are kept (EventHistory). None: the
   /// current drives throughout, as in the paper.
   std::optional<ChargerControl> source = std::nullopt;
 
-  /// Without `effects`, where a source imposes the voltage in the window: with the physics of charging (fresh_sulphate).
+  /// Without `effects`, where a source controls the voltage in the window: with the physics of charging (fresh_sulphate).
   bool chooses_effects = false;
   std::vector<std::string> effects = {};                ///< ids of further physics, see effectCatalogue(); "learned" with `force`
-  std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;  ///< learnt before (fitDiscrepancy()); its factors are fitted
+  std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;  ///< estimated before (fitDiscrepancy()); its factors are fitted
   /// What a fleet knows; the population with the fit's own effects serves. The base circuit driven by the current alone has no priors.
   std::vector<KnownPopulation> priors = {};
   bool whiten = false;  ///< cost of residuals whitened by a fitted noise model in place of eq. 3
@@ -76,7 +76,7 @@ struct IdentifyOptions {
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
 
 /**
- * @brief Who imposes what, where that is to drive a fit.
+ * @brief Operating mode, where that is to drive a fit.
  *
  * A source is seen, and samples are a quarter of a second or more apart: then the current between them is not known, and its
  * error grows in a blocked electrode (docs/decisions/0011-mixed-drive.md). Faster current is as good as exact and drives alone.

@@ -19,7 +19,7 @@ struct FitRequest {
 /// What is fitted, and how.
 struct FitPlan {
   WindowChoice window;      ///< without a range there is nothing to fit; its message says why
-  IdentifyOptions options;  ///< with what the recording says of its instrument and of who imposes what
+  IdentifyOptions options;  ///< with what the recording says of its instrument and of operating mode
 };
 
 /**

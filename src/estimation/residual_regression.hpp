@@ -11,7 +11,7 @@ namespace battery_sof {
 /**
  * @brief What drove the battery lately, as numbers that move on with every sample and never look ahead.
  *
- * Low passes of the imposed (else modelled) voltage, of the discharge current and of the modelled current, and the times
+ * Low passes of the controlled (else modelled) voltage, of the discharge current and of the modelled current, and the times
  * since a source last held the voltage and since it last did not.
  */
 struct InputMemory {
@@ -52,11 +52,11 @@ struct InputMemory {
 };
 
 /**
- * @brief What a model misses in the well-posed direction, learnt over its window: a ridge regression of the current's error
+ * @brief What a model misses in the well-posed direction, estimated over its window: a ridge regression of the current's error
  * where the voltage drives, and of the voltage's error where the current does, on InputMemory.
  *
  * Penalties are chosen by leaving six (five) blocks of the window out, predictions scaled by what those ask for, columns held
- * inside the range of the window. Where leaving out shows no gain nothing is learnt. Equations first: it is fitted to what
+ * inside the range of the window. Where leaving out shows no gain nothing is estimated. Equations first: it is fitted to what
  * they leave.
  */
 struct ResidualRegression {

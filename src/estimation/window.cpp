@@ -17,7 +17,7 @@ constexpr double kAssumedError = 0.010;      // [V], see windowExcitation()
 constexpr double kAssumedCorrelation = 5.0;  // [s]
 constexpr double kEnough = 0.05;             // relative standard error that halves a parameter's share
 constexpr double kNotExcited = 1e-3;         // share of a parameter that the window says nothing about
-constexpr double kNearlyBest = 0.95;         // of the best suitability: then the later window wins
+constexpr double kNearlyBest = 0.95;         // of the best window quality: then the later window wins
 constexpr int kHopsPerWindow = 8;
 
 /// Information that a window's current carries on (linear parameters, ln c2, ln beta, first state).
@@ -83,7 +83,7 @@ std::vector<IndexRange> candidates(const Series& series, IndexRange searched, do
 std::string describeChoice(const Series& series, IndexRange range, double window_quality) {
   ClassicStream text;
   text << "window " << series.time[range.first] << " to " << series.time[range.last - 1] << " s, " << range.size()
-       << " samples, suitability " << window_quality;
+       << " samples, window quality " << window_quality;
   return text.str();
 }
 

@@ -88,7 +88,7 @@ std::optional<double> leftOutShare(const ResidualSamples& samples, const std::ve
   return 100.0 * (1.0 - std::sqrt(relative / counted));
 }
 
-/// What is learnt takes no current further than the window's own.
+/// What is estimated takes no current further than the window's own.
 void holdInside(ResidualRegression& residual_regression, const Series& series, IndexRange range, const ControlModes& source) {
   if (residual_regression.current.empty()) return;
   residual_regression.min_current = HUGE_VAL;

@@ -17,9 +17,9 @@ void requireSound(const std::vector<std::string>& effects, bool has_discrepancy)
         throw std::invalid_argument(format("effect \"%s\" has no meaning without \"%s\"", id.c_str(), need.c_str()));
   }
   if (contains(effects, kDiscrepancyEffect) != has_discrepancy)
-    throw std::invalid_argument(has_discrepancy ? "a learnt force is given, and \"" + kDiscrepancyEffect + "\" is not among the effects"
+    throw std::invalid_argument(has_discrepancy ? "a discrepancy model is given, and \"" + kDiscrepancyEffect + "\" is not among the effects"
                                           : "effect \"" + kDiscrepancyEffect +
-                                                "\" has no meaning without the force that was learnt, as a model file holds it");
+                                                "\" has no meaning without the force that was estimated, as a model file holds it");
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ class BatteryModel {
   /// @return every state of a battery at rest.
   Eigen::VectorXd restState() const;
 
-  /// The learnt force; none without "learned".
+  /// The discrepancy model; none without "learned".
   const std::shared_ptr<const DiscrepancyModel>& discrepancy() const { return discrepancy_; }
 
   /// First row of an effect's parameters and of its states, by position in effects().

@@ -21,7 +21,7 @@ struct BoundComposition {
   BatteryModel model;
   std::vector<Member> members;                                         ///< in the order in which they are applied
   int activity_state = -1, ladder_state = -1;                          ///< first ones; -1: none
-  int discrepancy_parameter = -1;                                            ///< first factor of a learnt force; -1: none
+  int discrepancy_parameter = -1;                                            ///< first factor of a discrepancy model; -1: none
   bool steps_finely = false, adapts = false, limits_reaction = false;  ///< whether a member does
   double longest_piece = 0.0;                                          ///< [s], see EffectHooks
 

@@ -11,10 +11,10 @@ namespace {
 
 constexpr double kRest = 1e4;  // [s]
 constexpr double kMinFactor = -1.0, kMaxFactor = 3.0;
-constexpr double kMinStd = 0.01;  // [1], of a factor: nothing is learnt better
+constexpr double kMinStd = 0.01;  // [1], of a factor: nothing is estimated better
 
 void require(bool sound, const std::string& what) {
-  if (!sound) throw std::invalid_argument("a learnt force: " + what);
+  if (!sound) throw std::invalid_argument("a discrepancy model: " + what);
 }
 
 void requireSound(const DiscrepancyModel& discrepancy) {
@@ -50,7 +50,7 @@ EffectInfo discrepancyInfo(const DiscrepancyModel& discrepancy) {
   info.equations = "u = u_m + S d + sum of a_f w_k (x_k - centre_k) / scale_k";
   for (const DiscrepancyModel::Part& part : discrepancy.parts) {
     ParameterInfo factor =
-        linearStrength(kDiscrepancyEffect + "_" + mechanismId(part.mechanism), "a", "1", 1.0, kMinFactor, kMaxFactor, "learnt from a recording");
+        linearStrength(kDiscrepancyEffect + "_" + mechanismId(part.mechanism), "a", "1", 1.0, kMinFactor, kMaxFactor, "estimated from a recording");
     factor.prior_std = std::max(part.std, kMinStd);
     info.parameters.push_back(factor);
   }

@@ -13,7 +13,7 @@
 
 namespace battery_sof {
 
-/// Memory of a learnt force at a simulation's beginning, in arithmetic S: of the columns, those they share, then s [V].
+/// Memory of a discrepancy model at a simulation's beginning, in arithmetic S: of the columns, those they share, then s [V].
 /// @param memory as Simulation::regressorMemory(); empty: it begins with the simulation.
 template <typename S>
 std::vector<S> firstRegressorMemory(const DiscrepancyModel& discrepancy, std::vector<double> memory) {
@@ -22,12 +22,12 @@ std::vector<S> firstRegressorMemory(const DiscrepancyModel& discrepancy, std::ve
     memory.push_back(discrepancy.base_change[kBaseDirections - 1]);
   }
   if (memory.size() != discrepancy.memorySize())
-    throw std::invalid_argument("a learnt force's memory has " + std::to_string(memory.size()) + " numbers, expected " +
+    throw std::invalid_argument("a discrepancy model's memory has " + std::to_string(memory.size()) + " numbers, expected " +
                                 std::to_string(discrepancy.memorySize()));
   return std::vector<S>(memory.begin(), memory.end());
 }
 
-/// A learnt force along a simulation, in arithmetic S. Its memory is the caller's, see firstRegressorMemory().
+/// A discrepancy model along a simulation, in arithmetic S. Its memory is the caller's, see firstRegressorMemory().
 template <typename S>
 class DiscrepancyRun {
  public:

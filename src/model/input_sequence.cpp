@@ -181,7 +181,7 @@ class Stretches {
   double last_edge_ = 0.0;
 };
 
-/// Mean over a stretch. The state in its middle stands for the state's mean.
+/// Mean over a stretch. The state in its middle represents the state's mean.
 struct Stretch {
   std::size_t first, last;
   double middle = 0.0, current = 0.0, voltage = 0.0;

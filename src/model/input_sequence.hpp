@@ -87,7 +87,7 @@ struct InputSample {
   InputStep step;
   double voltage = 0.0;         ///< [V]
   double count = 1.0;           ///< samples averaged into this one; 0: not a measurement, drives the simulation only
-  bool voltage_controlled = false;  ///< a source imposed the voltage: it drives, the current is compared
+  bool voltage_controlled = false;  ///< a source controlled the voltage: it drives, the current is compared
 };
 
 /// A stretch of a recording as a simulation goes through it.
@@ -99,7 +99,7 @@ struct InputSequence {
 
 /// @return one InputSample a sample of the range, the first with duration 0.
 /// @param masked one a sample of the series, 1: not a measurement (InstrumentLimits::masked); empty for none.
-/// @param voltage_controlled likewise, 1: the voltage is imposed there.
+/// @param voltage_controlled likewise, 1: the voltage is controlled there.
 InputSequence inputSequence(const Series& series, IndexRange range, const std::vector<char>& masked = {}, const std::vector<char>& voltage_controlled = {});
 
 /// How much of a drive may be averaged.
@@ -112,7 +112,7 @@ struct Compression {
 /**
  * @brief A drive with stretches of nearly held current averaged into single samples; full rate at edges.
  *
- * A stretch's mean current drives the model from middle to middle, so its state stands for the mean of the state over the
+ * A stretch's mean current drives the model from middle to middle, so its state represents the mean of the state over the
  * stretch; the error is (length / time constant)^2 / 24 of the state's movement.
  */
 InputSequence compressedInputs(const Series& series, IndexRange range, const Compression& compression = {}, const std::vector<char>& masked = {});

@@ -62,7 +62,7 @@ struct LayerFlow {
     return std::isfinite(error) ? error : HUGE_VAL;
   }
 
-  /// What flows through the layer around u. @param k [1/V], of the exponentials that stand for it.
+  /// What flows through the layer around u. @param k [1/V], of the exponentials that represent it.
   MatchedCurrent<S> currentAt(const S& u, const S& k) const {
     using std::exp;
     const S risen = S(exp(bounded(S(charging_slope * u))));

@@ -57,7 +57,7 @@ bool isOfLeadAcid(Mechanism mechanism) { return mechanism == Mechanism::kAccepta
 Mechanism mechanismOf(const std::string& effect) {
   for (const MechanismInfo& info : table())
     if (contains(info.members, effect)) return info.mechanism;
-  throw std::invalid_argument("effect '" + effect + "' belongs to no family");
+  throw std::invalid_argument("effect '" + effect + "' belongs to no mechanism");
 }
 
 std::vector<std::string> membersOf(Mechanism mechanism) {

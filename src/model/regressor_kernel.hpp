@@ -1,6 +1,6 @@
 #pragma once
 
-// The columns of a learnt force in arithmetic S: one definition for values, derivatives and the solver for a current.
+// The columns of a discrepancy model in arithmetic S: one definition for values, derivatives and the solver for a current.
 
 #include <algorithm>
 #include <cmath>

@@ -212,7 +212,7 @@ RegressorMemory::RegressorMemory(std::vector<Regressor> columns, RegressorContex
 
 void RegressorMemory::setState(const std::vector<double>& state) {
   if (state.size() != state_.size())
-    throw std::invalid_argument("a learnt force's memory has " + std::to_string(state.size()) + " numbers, expected " +
+    throw std::invalid_argument("a discrepancy model's memory has " + std::to_string(state.size()) + " numbers, expected " +
                                 std::to_string(state_.size()));
   state_ = state;
 }

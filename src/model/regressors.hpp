@@ -62,7 +62,7 @@ enum class RegressorGroup { kCharge, kDischarge, kCurrent, kStatic, kChargeCount
 constexpr int kRegressorGroups = 9;
 RegressorGroup groupOf(RegressorKind kind);
 
-/// One column of a learnt force: a kind with its numbers. What they mean stands beside the kinds.
+/// One column of a discrepancy model: a kind with its numbers. What they mean stands beside the kinds.
 struct Regressor {
   RegressorKind kind;
   Mechanism mechanism;

@@ -15,7 +15,7 @@ struct ModelPoint {
   Eigen::VectorXd state;                  ///< in the order of BatteryModel::states()
   double time = 0.0;                      ///< [s], of the state
   double reference_time = 0.0;            ///< [s], where drifts and steps count their time from: the window's first sample
-  std::vector<double> regressor_memory = {};  ///< of a learnt force, see Simulation::regressorMemory(); empty: it begins with the simulation
+  std::vector<double> regressor_memory = {};  ///< of a discrepancy model, see Simulation::regressorMemory(); empty: it begins with the simulation
 };
 
 /**
@@ -86,7 +86,7 @@ class Simulation {
    */
   void followVoltage(const InputStep& step, double voltage);
 
-  /// Moves to a sample in the direction that is imposed there. @return measured less modelled current [A] where the
+  /// Moves to a sample in the direction that is controlled there. @return measured less modelled current [A] where the
   /// voltage drives, voltage [V] elsewhere.
   double follow(const InputSample& sample);
 
@@ -109,9 +109,9 @@ class Simulation {
   Eigen::VectorXd state() const;
   /// d state / d lane, states x lanes.
   Eigen::MatrixXd stateDerivatives() const;
-  /// What a learnt force remembers, DiscrepancyModel::memorySize() numbers; empty without one.
+  /// What a discrepancy model remembers, DiscrepancyModel::memorySize() numbers; empty without one.
   std::vector<double> regressorMemory() const;
-  /// By how much a learnt force would differ if it were not held inside what it was learnt on [V]; 0 without one.
+  /// By how much a discrepancy model would differ if it were not held inside what it was estimated on [V]; 0 without one.
   double beyondIdentified() const;
   Eigen::Index tangents() const;
 

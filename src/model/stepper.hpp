@@ -20,7 +20,7 @@ template <typename S>
 struct SimulationState {
   double time = 0.0;                      ///< [s]
   std::vector<S> x;                       ///< states, in the composition's order; first u_c2 [V]
-  std::vector<S> discrepancy;                   ///< memory of a learnt force, as firstRegressorMemory()
+  std::vector<S> discrepancy;                   ///< memory of a discrepancy model, as firstRegressorMemory()
   S terminal = S(0.0), voltage = S(0.0);  ///< [V], of the battery and as its channel shows it; 0 before the first interval
   double last_current = 0.0;              ///< [A], at the end of the last interval
   LayerPace pace;                         ///< of the double layer's steps
@@ -52,7 +52,7 @@ void standAs(SimulationState<S>& to, const SimulationState<T>& from, const Numbe
   to.intervals = from.intervals;
 }
 
-/// The current over an interval as a learnt force sees it: the measured one.
+/// The current over an interval as a discrepancy model sees it: the measured one.
 template <typename S>
 struct SeenCurrent {
   S held, end;
@@ -159,7 +159,7 @@ class Stepper {
     return discrepancy_ ? S(voltage + discrepancyAfter(i, duration, u, present)) : voltage;
   }
 
-  /// Slope of a learnt force after such a step to its end's u_c2 [1]; in arithmetic Slope.
+  /// Slope of a discrepancy model after such a step to its end's u_c2 [1]; in arithmetic Slope.
   double discrepancySlope(double i, double duration, double u, const Present<S>& present) {
     return derivativesOf(discrepancyAfter(S(i), duration, S(u, Eigen::Matrix<double, 1, 1>::Ones()), present))[0];
   }
@@ -231,7 +231,7 @@ class Stepper {
     return effects_.lessSideCurrents(is_stored ? S(held - effects_.present().c2 * moved * (1.0 / duration)) : held, mean);
   }
 
-  /// A learnt force, where there is one, over an interval in which u_c2 went from `before` to `end`. @param memory updated.
+  /// A discrepancy model, where there is one, over an interval in which u_c2 went from `before` to `end`. @param memory updated.
   void moveDiscrepancy(const S& before, const S& end, double duration, const SeenCurrent<S>& seen, const Present<S>& present,
                  std::vector<S>& memory) {
     if (!discrepancy_) return;
@@ -240,7 +240,7 @@ class Stepper {
     discrepancy_->advance({{duration, seen.end, seen.held, seen.gap, end, present.time}, before, conductanceOf(mean, present), present.c2},
                     first >= 0 ? effects_.parameters().data() + first : nullptr, memory);
   }
-  /// A learnt force after a step under a current [V]; moves nothing.
+  /// A discrepancy model after a step under a current [V]; moves nothing.
   const S& discrepancyAfter(const S& i, double duration, const S& u, const Present<S>& present) {
     work_->discrepancy = now.discrepancy;
     moveDiscrepancy(now.x[0], u, duration, {i, i, false}, present, work_->discrepancy);

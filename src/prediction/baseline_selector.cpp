@@ -14,7 +14,7 @@ namespace {
 constexpr double kCurrentReach = 1.25;  // as extrapolationOf()
 constexpr double kVoltageReach = 0.5;   // [V], as correctChargePrediction()
 constexpr double kLongerOrShorter = 2.0;
-constexpr const char* kWarning = "; not to be relied on: ";
+constexpr const char* kWarning = "; outside the identified range: ";
 
 Interval scaled(const Interval& baseline, const IntervalCalibration& scale) {
   return {baseline.value, baseline.value + scale.factor * (baseline.lower - baseline.value), baseline.value + scale.factor * (baseline.upper - baseline.value)};

@@ -35,7 +35,7 @@ struct MeanChargeCurrent {
 /**
  * @brief What a model expects to flow while the voltage is as measured, by the same means as predictChargeAcceptance().
  *
- * A model with a source follows the voltage sample by sample (Follower) and is set beside past charges (correctChargePrediction()).
+ * A model with a source follows the voltage sample by sample (Follower) and is compared with past charges (correctChargePrediction()).
  *
  * @param series samples after the model's state, not empty; without a source means over at least 0.1 s are taken for a step.
  * @param missed of the discharge before the charge.

@@ -65,7 +65,7 @@ bool ChargeWatch::begins(const StreamSample& sample, const StateTracker& before)
   return began;
 }
 
-/// The sample before this one was judged since: a charge that it began with the current imposed has not begun, and one with too
+/// The sample before this one was judged since: a charge that it began with the current controlled has not begun, and one with too
 /// much of that is over. The model stands where the voltage before the charge puts it, once that is known.
 void ChargeWatch::judgeLast(const StateTracker& before) {
   if (!running_ || !running_->model.fit.source) return;

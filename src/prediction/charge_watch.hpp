@@ -17,7 +17,7 @@ struct ChargeComparison {
   double measured_current = 0.0;                         ///< [A], mean
   Interval expected_current;                             ///< [A], mean
   double modelled_current = 0.0;                         ///< [A], mean, without what past charges taught
-  std::optional<Interval> baseline_current = std::nullopt;  ///< [A], by the window's naive predictor; see BaselineSelector
+  std::optional<Interval> baseline_current = std::nullopt;  ///< [A], by the window's baseline predictor; see BaselineSelector
   bool baseline_answered = false;                           ///< a question before it was answered by that one
 };
 
@@ -28,8 +28,8 @@ struct ChargeComparison {
  * A charge begins when the current rises above 2 A from below it and is compared after 10 s; a shorter one is dropped.
  * The model is frozen at the last sample before it.
  *
- * Of a model with a source it is what followWindow() takes from a window: it begins with the first imposed voltage and current
- * above 0 after a discharge (chargeBeginnings()), and nine in ten of its samples have an imposed voltage (beginningOfCharge()); one
+ * Of a model with a source it is what followWindow() takes from a window: it begins with the first controlled voltage and current
+ * above 0 after a discharge (chargeBeginnings()), and nine in ten of its samples have a controlled voltage (beginningOfCharge()); one
  * that begins inside another is left out. The comparison waits for the samples that show its last voltages (StateTracker).
  */
 class ChargeWatch {
@@ -49,7 +49,7 @@ class ChargeWatch {
     MissedCrank missed;       // of the discharge before it
     Series samples;           // from its first one on
     std::size_t own = 0;      // of the samples; 0 while it is not complete
-    std::size_t controlled = 0;  // of its own samples, those whose voltage is known to be imposed
+    std::size_t controlled = 0;  // of its own samples, those whose voltage is known to be controlled
   };
 
   static std::size_t waitsFor(const Fit& fit);

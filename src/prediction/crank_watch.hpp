@@ -18,7 +18,7 @@ struct CrankComparison {
   double measured_minimum = 0.0;                         ///< [V]
   Interval expected_minimum;                             ///< [V], each bound's own minimum over the crank
   double modelled_minimum = 0.0;                         ///< [V], without what past cranks taught
-  std::optional<Interval> baseline_minimum = std::nullopt;  ///< [V], by the window's naive predictor; see BaselineSelector
+  std::optional<Interval> baseline_minimum = std::nullopt;  ///< [V], by the window's baseline predictor; see BaselineSelector
   bool baseline_answered = false;                           ///< a question before it was answered by that one
 };
 

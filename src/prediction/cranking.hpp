@@ -33,7 +33,7 @@ std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>
 /// @return every fault of a query, as one sentence each; empty when there is none.
 std::string faultsOf(const CrankingQuery& query);
 
-/// Lowest voltage of a crank, of the model's row of blocks, that begins where a simulation stands, `ahead` [s] after the model's state.
+/// Lowest voltage of a crank, of the model's series string, that begins where a simulation stands, `ahead` [s] after the model's state.
 /// @param beyond_identified raised to Simulation::beyondIdentified() of any moment of the crank [V]; may be null.
 Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query, double ahead,
                        double* beyond_identified = nullptr);

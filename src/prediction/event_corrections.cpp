@@ -45,7 +45,7 @@ Eigen::Vector3d featuresOf(double current, const std::optional<double>& end) {
   return {1.0, clipped ? 1.0 : 0.0, clipped ? 0.0 : (current + 200.0) / 100.0};
 }
 
-/// Corrections of one base of cranks, learnt from all past ones or all but one.
+/// Corrections of one base of cranks, estimated from all past ones or all but one.
 class CrankCorrection {
  public:
   /// @param bases [V], one a past crank.

@@ -14,7 +14,7 @@ namespace battery_sof {
  *     u_1 = u_m + w_1' f(i),   u_2 = line(i) + w_2' f(i),   f = [1, clipped, (1 - clipped) (i + 200 A) / 100 A]
  *     u = (u_1 + u_2) / 2 with four past cranks or more, else u_1
  *
- * w by ridge regression (penalty 0.3) on what equations and the naive line missed of past cranks. clipped: the sensor's end of
+ * w by ridge regression (penalty 0.3) on what equations and the baseline line missed of past cranks. clipped: the sensor's end of
  * range, where several past cranks stand; what the terminals see below it is not known. The interval is that of leaving each
  * past crank out, at least three of them; the equations' own otherwise.
  *
@@ -47,7 +47,7 @@ Interval correctChargePrediction(const FittedModel& model, const ChargeBeginning
 
 /// What past charges say of a model's answer at a voltage and over a duration.
 struct ChargeEvidence {
-  static constexpr int kLeast = 3;  ///< charges that can vouch
+  static constexpr int kLeast = 3;  ///< charges that can support
 
   int charges = 0;            ///< that lasted alike, at a voltage within 0.3 V
   double median_error = 0.0;  ///< [A], of the model

@@ -91,7 +91,7 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
   result.message = choice.message;
   if (!choice.range) return result;
   if (choice.excitation < job.min_window_quality) {
-    result.message = "the best window's suitability of " + std::to_string(choice.excitation) + " is below the required " +
+    result.message = "the best window's window quality of " + std::to_string(choice.excitation) + " is below the required " +
                      std::to_string(job.min_window_quality);
     return result;
   }

@@ -62,7 +62,7 @@ std::optional<double> combined(const Errors& current, std::optional<double> curr
   return percent(relative, current.samples + voltage.samples);
 }
 
-/// Mean over samples; the measured current where the current is imposed.
+/// Mean over samples; the measured current where the current is controlled.
 double meanCurrent(const Series& series, IndexRange range, IndexRange samples, const std::vector<char>& voltage_controlled,
                    const std::vector<double>& predicted) {
   double sum = 0.0;

@@ -8,7 +8,7 @@
 
 namespace battery_sof {
 
-/// A prediction in the mixed direction, one value a sample of a range; the mask tells which of the
+/// A prediction in the mixed direction, one value a sample of a range; the mask reports which of the
 /// two quantities counts.
 struct MixedPrediction {
   std::vector<double> current, current_lower,
@@ -28,21 +28,21 @@ struct ChargeScore {
 /// How a prediction in the mixed direction compares with what was measured.
 struct MixedScores {
   std::optional<double> share_percent;          ///< both quantities together
-  std::optional<double> current_share_percent;  ///< where the voltage is imposed
-  std::optional<double> voltage_share_percent;  ///< where the current is imposed
-  std::optional<double> current_rmse;           ///< [A], where the voltage is imposed
+  std::optional<double> current_share_percent;  ///< where the voltage is controlled
+  std::optional<double> voltage_share_percent;  ///< where the current is controlled
+  std::optional<double> current_rmse;           ///< [A], where the voltage is controlled
   std::vector<ChargeScore> charges;             ///< in the order of time, 10 s before 60 s
 };
 
 /**
- * @brief Scores in the mixed direction: each sample by the quantity that is not imposed there.
+ * @brief Scores in the mixed direction: each sample by the quantity that is not controlled there.
  *
  *     share = 1 - RMS error / spread,     spread = standard deviation of the measured quantity over
  * its samples combined = 1 - sqrt((sum e_i^2 / spread_i^2 + sum e_v^2 / spread_v^2) / n)
  *
  * A quantity with fewer than six samples has no share and adds no error to the combined one.
  * Charges are those of chargeBeginnings and beginningOfCharge: nine in ten samples of the first 10
- * s (60 s) have an imposed voltage; the others count as predicted exactly.
+ * s (60 s) have a controlled voltage; the others count as predicted exactly.
  *
  * @param voltage_controlled one a sample of series (ControlModes::voltage_controlled).
  * @return numbers that a quantity without prediction, or without spread, would enter are none.

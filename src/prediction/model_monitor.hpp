@@ -19,7 +19,7 @@ struct BacktestScore {
   double duration = 0.0;                ///< [s], from the first to the last sample compared
 };
 
-/// What ended with a sample and was set beside the model's expectation.
+/// What ended with a sample and was compared with the model's expectation.
 struct SessionEvents {
   std::vector<CrankComparison> cranks;
   std::vector<ChargeComparison> charges;
@@ -27,9 +27,9 @@ struct SessionEvents {
 
 /**
  * @brief A model that follows the samples: its state, its rolling back-test, and the cranks and
- * charges that it was set beside.
+ * charges that it was compared with.
  *
- * Watches, interval scales and the contests with the naive predictors outlive a model: they are the
+ * Watches, interval scales and the contests with the baseline predictors outlive a model: they are the
  * composition's past. Copyable; a copy goes on by itself.
  */
 class ModelMonitor {
@@ -42,7 +42,7 @@ class ModelMonitor {
 
   explicit ModelMonitor(const EventLimits& limits);
 
-  /// Takes a model in the place of the one before; the back-test begins anew. @param max_gap [s],
+  /// Takes a model in the place of the one before; the back-test begins again. @param max_gap [s],
   /// longest interval joined.
   void install(const FittedModel& model, double max_gap);
   /// Takes a model that already followed samples in another one: its state, and events that are under way. Its scales, contests

@@ -22,7 +22,7 @@ struct ModelSelectorScore {
  * @brief Two models beside each other over the last 15 min: which one answers.
  *
  * Every sample is predicted by both before it is compared, and identifications do not begin the
- * contest anew, so the scores are those of predictions that were really made (prequential; Dawid
+ * contest again, so the scores are those of predictions that were really made (prequential; Dawid
  * 1984). Decided every 10 s, by their samples' stamps.
  *
  * The extended model answers from when it has been compared for 2 min, its RMSE is below 0.95 of
@@ -38,7 +38,7 @@ class ModelSelector {
   /// Takes in a sample and what ended with it. @param base, extended followed it both.
   void add(const StreamSample& sample, const ModelMonitor& base, const SessionEvents& base_events, const ModelMonitor& extended,
            const SessionEvents& extended_events);
-  /// Begins to compare anew; who answers stays until the new past decides.
+  /// Begins to compare again; who answers stays until the new past decides.
   void forgetPast() { blocks_.clear(); }
 
   bool doesExtendedAnswer() const { return extended_answers_; }

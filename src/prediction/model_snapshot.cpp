@@ -9,7 +9,7 @@ FittedModel unusable() {
   return none;
 }
 
-/// An answer that the naive predictor may have given. @param says_nothing of its interval.
+/// An answer that the baseline predictor may have given. @param says_nothing of its interval.
 template <typename Answer>
 Answer judged(Answer answer, const std::string& says_nothing) {
   if (answer.valid && !says_nothing.empty()) judge(answer, says_nothing);

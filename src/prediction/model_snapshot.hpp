@@ -17,13 +17,13 @@ namespace battery_sof {
  * @brief What a session would answer at one moment, to be asked without the session: a copy that shares nothing with it.
  *
  * Every question is that of the free function of its name; kNoModel with the session's reason when there is no model. Cranks and
- * charges, maps of them too, are answered by the naive predictor where that was better at them (betterOf()); a stop time is the
- * model's, as the naive predictor knows nothing of stops, and its message says so.
+ * charges, maps of them too, are answered by the baseline predictor where that was better at them (betterOf()); a stop time is the
+ * model's, as the baseline predictor knows nothing of stops, and its message says so.
  */
 class ModelSnapshot {
  public:
   /// @param why_no_model the reason when `model` is not to be asked.
-  /// @param naive where the naive predictors of the model's window are to answer in its place.
+  /// @param baseline where the baseline predictors of the model's window are to answer in its place.
   ModelSnapshot(FittedModel model, std::optional<std::string> why_no_model, double capacity, const BaselineSelections& baseline = {});
 
   CrankingAnswer predictCranking(const CrankingQuery& query) const;

@@ -178,7 +178,7 @@ SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_g
 void OnlineSession::loseModel(const std::string& why) {
   contenders_ = {ModelMonitor(options_.events), std::nullopt, {}};
   last_outcome_ = why;
-  next_look_ = driving_ + kLookInterval;  // until then it is told why
+  next_look_ = driving_ + kLookInterval;  // until then it is reported why
 }
 
 void OnlineSession::followAgain(double after, double max_gap) {
@@ -228,7 +228,7 @@ std::string OnlineSession::missingForFirst() const {
   if (!hasBothSigns(series, range)) return "the last window holds no charge or no discharge";
   const double window_quality = windowExcitation(series, range);
   if (window_quality >= options_.min_window_quality) return {};
-  return format("the last window's suitability is %.2f, below %.2f", window_quality, options_.min_window_quality);
+  return format("the last window's window quality is %.2f, below %.2f", window_quality, options_.min_window_quality);
 }
 
 IdentificationJob OnlineSession::makeJob() {

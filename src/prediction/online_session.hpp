@@ -22,7 +22,7 @@ struct SessionOptions {
   double retry_period = 60.0;           ///< [s] of driving between tries while there is no model
   double model_max_age = 3600.0;        ///< [s] from the window's end; the paper's predictions hold for minutes
   double capacity = 50.0;               ///< [Ah], nominal
-  double series_blocks = 1.0;                  ///< 12 V blocks in a row that samples, questions and answers are of (recording/series_blocks.hpp)
+  double series_blocks = 1.0;                  ///< 12 V blocks in series that samples, questions and answers are of (recording/series_blocks.hpp)
   EventLimits events;
   IdentifyOptions identify;
 };
@@ -30,7 +30,7 @@ struct SessionOptions {
 /// What the session can do at present.
 enum class SessionState { kNoSample, kCollecting, kIdentifying, kReady, kStale };
 
-/// What the model that answers expects of the last sample it settled: of the quantity that was not imposed there.
+/// What the model that answers expects of the last sample it settled: of the quantity that was not controlled there.
 struct ExpectedSample {
   double time = 0.0;              ///< [s]
   std::optional<double> voltage;  ///< [V], where the current drives
@@ -49,10 +49,10 @@ struct SessionStatus {
   std::string extension;                     ///< one sentence on the composition offered by extendWith(); empty when there is none
   std::optional<ModelSelectorScore> selector;       ///< none while no extended model runs
   bool charger_present = false;                  ///< something charges the battery: by the last identification's samples
-  std::optional<double> charger_share;        ///< [0, 1], of the buffered samples whose voltage is imposed; none before the first
+  std::optional<double> charger_share;        ///< [0, 1], of the buffered samples whose voltage is controlled; none before the first
   std::optional<ExpectedSample> expected;    ///< none before the model followed a sample
   bool voltage_controlled = false;               ///< the model that answers is driven by the voltage at the newest sample
-  BaselineScore crank_selector, charge_selector;  ///< [V], [A]; of the model that answers and its naive predictor
+  BaselineScore crank_selector, charge_selector;  ///< [V], [A]; of the model that answers and its baseline predictor
 };
 
 /// What came of a finished identification.
@@ -83,13 +83,13 @@ struct IdentificationOutcome {
  * Periods count from when a job was taken, and what happened since is judged by the new model once it is accepted: how
  * long an identification takes changes no answer after it.
  *
- * Clock jump back (SampleStream): the past and the state are begun anew, the model stays with its
+ * Clock jump back (SampleStream): the past and the state are begun again, the model stays with its
  * age, and the result of a job from before is dropped.
  *
  * A clock that jumps, is believed, and within a minute goes on where it had been was wrong meanwhile: the session goes on as it
  * stood before the jump, and the samples between are lost.
  *
- * What the naive predictors of the model's window were better at, cranks or charges, they answer (BaselineSelector).
+ * What the baseline predictors of the model's window were better at, cranks or charges, they answer (BaselineSelector).
  *
  * extendWith() sets a second, extended composition beside the session's own: both are fitted to the same windows and follow
  * every sample; which one answers is the ModelSelector's to say, and the base model answers whenever it says nothing.
@@ -124,7 +124,7 @@ class OnlineSession {
    *
    * The same composition again changes nothing. With another one an identification is due at once; its fit takes the place of
    * the extended model before it under the same rule as any new fit, and the contest goes on.
-   * @param effects, force the whole composition, as in IdentifyOptions; a force that was learnt anew makes another composition.
+   * @param effects, force the whole composition, as in IdentifyOptions; a force that was estimated again makes another composition.
    * @param from_driving [s] of driving(), not before: what comes from a computation of unknown length takes effect at one
    *   moment of the drive, however fast that is played.
    * @throws std::invalid_argument for an empty composition, one that cannot be, or FitStart::kPaper.

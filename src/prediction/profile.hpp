@@ -38,11 +38,11 @@ PredictedVoltage predictSeries(const FittedModel& model, const Series& series, I
 /// A prediction in the mixed direction with what a crank's correction starts from.
 struct FollowedPrediction : MixedPrediction {
   std::vector<char> voltage_controlled;       ///< one a sample of the range; what drives is as measured and has no width
-  std::vector<double> equations_voltage;  ///< [V], without what was learnt beside the equations
+  std::vector<double> equations_voltage;  ///< [V], without what was estimated beside the equations
 };
 
 /**
- * @brief As predictSeries(), but driven by the voltage where the model's source imposes it: the current is predicted there.
+ * @brief As predictSeries(), but driven by the voltage where the model's source controls it: the current is predicted there.
  *
  * Of a range nothing is used but what drives in it. Without a source the current drives throughout.
  */

@@ -17,7 +17,7 @@ constexpr double kMaxCurrent = IntakeLimits{}.max_abs_current;  // [A]
 constexpr double kLongestProfile = 86400.0;                      // [s], a day
 constexpr std::size_t kMaxPoints = 100000;
 constexpr double kVoltageReach = 0.3;       // [V] a block above the window's highest
-constexpr double kDiscrepancyReach = 0.010;     // [V], of a learnt force held at its range's end: relevant to a crank
+constexpr double kDiscrepancyReach = 0.010;     // [V], of a discrepancy model held at its range's end: relevant to a crank
 constexpr double kTemperatureReach = 10.0;  // [K]
 constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("within 1 %")
 constexpr double kMinSlope = 0.8;         // [V] of a block for a unit of state of charge (docs/physics.md#ocv_soc)
@@ -56,7 +56,7 @@ class Reasons {
   std::string text_;
 };
 
-/// Blocks in a row, those that were said and those that the voltage tells of.
+/// Blocks in series, those that were said and those that the voltage reports of.
 double blocksOf(const Fit& fit) { return fit.series_blocks * seriesBlocksAt(fit.parameters.u_dc); }
 
 /// The voltage above which no battery of as many blocks is [V].
@@ -73,7 +73,7 @@ void addCharging(Reasons& reasons, const Fit& fit, const QueryRange& range) {
   }
   if (fit.source) {
     reasons.add(true,
-                format("%d past charges were like it, at least %d are needed to vouch for it", evidence.charges, ChargeEvidence::kLeast));
+                format("%d past charges were like it, at least %d are needed to support it", evidence.charges, ChargeEvidence::kLeast));
     return;
   }
   if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;
@@ -148,7 +148,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   }
   reasons.add(!range.says_nothing.empty(), range.says_nothing);
   reasons.add(range.beyond_identified > kDiscrepancyReach,
-              format("what was learnt beside the equations is held at its range's end, %.0f mV from where it would be",
+              format("what was estimated beside the equations is held at its range's end, %.0f mV from where it would be",
                        1e3 * fit.series_blocks * range.beyond_identified));
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;
   if (temperature && seen.temperature)

@@ -35,7 +35,7 @@ struct QueryRange {
   ChargeEvidence evidence = {};              ///< what past charges say of a charge
   std::optional<Interval> answered_voltage;  ///< [V], what the model makes of it
   std::string says_nothing;                  ///< of an interval of another quantity: why, see widthSaysNothing()
-  double beyond_identified = 0.0;               ///< [V] of one block, most by which a learnt force was held inside what it was learnt on
+  double beyond_identified = 0.0;               ///< [V] of one block, most by which a discrepancy model was held inside what it was estimated on
 };
 
 /**
@@ -52,7 +52,7 @@ double supportedCharge(const Fit& fit, double capacity);
 /**
  * @brief Why a model should not be relied on for a query: what its window did not excite and its equations do not hold.
  *
- * A charge is vouched for by evidence: three past charges or more at its voltage and duration that were predicted well
+ * A charge is supported by evidence: three past charges or more at its voltage and duration that were predicted well
  * (ChargeEvidence). Then neither its current nor the lack of a law of charge acceptance speaks against it; past charges that
  * were missed do, and for a model with a source so does their absence.
  *
@@ -61,8 +61,8 @@ double supportedCharge(const Fit& fit, double capacity);
  * 10 s a limit of charge acceptance (charge_acceptance) and a charge as long as 10 s in the window (docs/physics.md#sof2).
  *
  * More than the capacity is never held, and no battery has a voltage below 0 or above 16 V a block of six cells: a model that
- * answers with one is beyond what its equations hold for. An interval that says nothing is no answer (voltageSaysNothing()). A learnt force
- * that would differ by more than 10 mV if it were not held inside its range is not to be relied on.
+ * answers with one is beyond what its equations hold for. An interval that says nothing is no answer (voltageSaysNothing()). A discrepancy model
+ * that would differ by more than 10 mV if it were not held inside its range is outside the identified range.
  *
  * @return reasons, joined by "; "; empty when there is none.
  */
@@ -73,19 +73,19 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
  *
  * It does where it stays inside 0 to 16 V a block of six cells and is narrower than 10 V, from 6 V (1 V a cell: empty under load) to 16 V.
  *
- * @param voltage [V], of the model's row of blocks.
+ * @param voltage [V], of the model's series string.
  */
 std::string voltageSaysNothing(const Fit& fit, const Interval& voltage);
 
 /// The same of a quantity whose values lie within a width. @param width in `unit`.  @param whose what has that width.
 std::string widthSaysNothing(const Interval& answer, double width, const char* unit, const std::string& whose);
 
-/// Makes of an answer with numbers one that is valid, or not to be relied on for these reasons. @param reasons empty for none.
+/// Makes of an answer with numbers one that is valid, or outside the identified range for these reasons. @param reasons empty for none.
 template <typename Answer>
 void judge(Answer& answer, const std::string& reasons) {
   answer.valid = reasons.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
-  if (!answer.valid) answer.message += "; not to be relied on: " + reasons;
+  if (!answer.valid) answer.message += "; outside the identified range: " + reasons;
 }
 
 /// Moves on under a held current. @param duration >= 0.

@@ -21,7 +21,7 @@ FollowedPrediction currentDriven(const FittedModel& model, const Series& series,
   return predicted;
 }
 
-/// Whether the voltage drives where a source imposes it; gives the fit a source when it was fitted without.
+/// Whether the voltage drives where a source controls it; gives the fit a source when it was fitted without.
 bool drivesBothWays(Fit& fit, const Series& series, PredictionMode mode) {
   if (mode == PredictionMode::kCurrent) return false;
   if (mode == PredictionMode::kAsFitted || fit.source) return fit.source.has_value();

@@ -10,7 +10,7 @@ namespace battery_sof {
 /// What drives a model through a recording.
 enum class PredictionMode {
   kAsFitted,  ///< both, where the model was fitted so; else the current
-  kMixed,     ///< the voltage where a source imposes it, else the current
+  kMixed,     ///< the voltage where a source controls it, else the current
   kCurrent,   ///< the current throughout
 };
 
@@ -25,7 +25,7 @@ struct PredictionReport {
   PredictionScores from_current;            ///< as the paper has it; its cranks are those of both_ways where that is
   std::optional<BothWaysScores> both_ways;  ///< none when the current drives throughout
   BothWaysScores baseline;
-  std::optional<PredictionScores> baseline_from_current;  ///< of the naive line; none without one
+  std::optional<PredictionScores> baseline_from_current;  ///< of the baseline line; none without one
 };
 
 /// A model's course through a range of a recording, and how well it did.

@@ -35,7 +35,7 @@ struct StreamCounts {
  * A stamp more than kClockBack before or kClockAhead after the newest is not believed alone: the
  * sample waits until the next one either goes on from it (a bag was looped, the ignition was off)
  * or does not (one bad stamp, counted and dropped). A confirmed jump back empties the stream and
- * begins anew; the counts stay.
+ * begins again; the counts stay.
  */
 class SampleStream {
  public:

@@ -9,11 +9,11 @@ namespace battery_sof {
  * @brief Follows the model's state from sample to sample between identifications.
  *
  * One step a sample, with the derivatives of uncertainSimulationOf(); constant memory. Across a gap the battery is taken to rest
- * (driving_current.hpp). Where the model's source imposes the voltage (ControlModeDetector), that drives, and the error is the current's.
+ * (driving_current.hpp). Where the model's source controls the voltage (ControlModeDetector), that drives, and the error is the current's.
  *
  * A slow voltage channel is put right as in the fit (VoltageRepair): a sample is settled once the sample after the one that shows
  * its voltage is there, which is voltage_lag + 1 samples later. Until then the state goes on from the settled one to the newest
- * sample with the last voltage there is, as carryState() does at the end of a recording, and is taken anew with every sample.
+ * sample with the last voltage there is, as carryState() does at the end of a recording, and is taken again with every sample.
  * Without a source every sample is settled at once.
  */
 class StateTracker {
@@ -24,7 +24,7 @@ class StateTracker {
   /// Shows the samples up to the state's, right at the beginning: the past that a source is judged by, 300 s as in inputsOf().
   void lookBack(const Series& series);
 
-  /// Moves on to a sample later than the last one, driven by what is imposed there, and takes the other quantity in: what the
+  /// Moves on to a sample later than the last one, driven by what is controlled there, and takes the other quantity in: what the
   /// model misses of a voltage is followed (ResidualFilter). @return whether a sample was settled. @throws std::invalid_argument
   /// when time does not increase.
   bool follow(double time, double current, double voltage);
@@ -51,7 +51,7 @@ class StateTracker {
   const LiveState& state() const { return here().state; }
   /// Whether a source may drive the model.
   bool hasSource() const { return watch_.has_value(); }
-  /// Whether the newest sample's voltage is imposed and drives the model.
+  /// Whether the newest sample's voltage is controlled and drives the model.
   bool isVoltageControlled() const { return voltage_controlled_; }
 
   /// What a slow sampling saw of the discharge under way.
@@ -101,7 +101,7 @@ class StateTracker {
 };
 
 /**
- * @brief Where the state must stand for the model to read the measured voltage (paper, eq. 5).
+ * @brief Where the state must represent the model to read the measured voltage (paper, eq. 5).
  *
  *     u_c2 = u - u_dc - r(i) i - voltages of the effects
  *

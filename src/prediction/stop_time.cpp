@@ -137,7 +137,7 @@ class StopScan {
   bool monotone_ = true, has_numbers_ = true;
 };
 
-/// By how much a learnt force is held at its range's end in a crank after a stop [V].
+/// By how much a discrepancy model is held at its range's end in a crank after a stop [V].
 double beyondIdentifiedAfter(const FittedModel& model, const CrankingQuery& crank, double t_stop) {
   Simulation simulation = simulationOf(model);
   hold(simulation, crank.i_load, t_stop);
@@ -148,10 +148,10 @@ double beyondIdentifiedAfter(const FittedModel& model, const CrankingQuery& cran
 
 std::string shown(double t_stop) { return std::isinf(t_stop) ? "no end" : format("%.1f s", t_stop); }
 
-/// What lies beyond the longest stop that is vouched for.
+/// What lies beyond the longest stop that is supported.
 std::string beyond(double crossing) {
-  if (crossing == kEver) return "; longer ones are not vouched for";
-  return format("; the model puts the end at %.1f s, which is not vouched for", crossing);
+  if (crossing == kEver) return "; longer ones are not supported";
+  return format("; the model puts the end at %.1f s, which is not supported", crossing);
 }
 
 std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query, const StopScan& scan) {

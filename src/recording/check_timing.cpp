@@ -173,7 +173,7 @@ Losses lossesOf(const Evidence& evidence) {
 }
 
 std::vector<Finding> findLost(const Evidence& evidence) {
-  constexpr std::size_t kFewestPlaces = 20;  // fewer are single events, told as gaps if they are long
+  constexpr std::size_t kFewestPlaces = 20;  // fewer are single events, reported as gaps if they are long
   constexpr double kManyPercent = 0.5;       // a loss in every crank and a few seconds of each drive
   const Losses losses = lossesOf(evidence);
   if (losses.from.size() < kFewestPlaces) return {};

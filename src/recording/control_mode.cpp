@@ -120,7 +120,7 @@ bool holdsVoltageInDischarge(const Series& series, const ControlModeRule& rule, 
   return std::abs(light.slope()) + 2.0 * error < kHeldShare * heavy.slope();
 }
 
-/// Where a source imposes the voltage the battery may help it out; how far grows with what the
+/// Where a source controls the voltage the battery may help it out; how far grows with what the
 /// battery carries.
 double helpedOutAbove(const Series& series, const ControlModeRule& rule) {
   const double half_crank = 0.5 * EventLimits{}.crank_current;
@@ -186,11 +186,11 @@ std::vector<ControlModeStretch> stretchesOf(const Series& series, const std::vec
 }
 
 std::string summaryOf(const ControlModes& source) {
-  if (!source.seen) return "Nothing charges the battery: the current is imposed throughout.";
-  if (source.share == 0.0) return "The battery is charged by a source that imposes the current; no voltage is held.";
+  if (!source.seen) return "Nothing charges the battery: the current is controlled throughout.";
+  if (source.share == 0.0) return "The battery is charged by a source that controls the current; no voltage is held.";
   return format("A source holds the voltage in %.3g %% of the samples, those above %.3g A%s.", 100.0 * source.share,
                   source.rule.min_current,
-                  source.rule.charge_begins == ControlMode::kCurrent ? "; charges begin with an imposed current" : "");
+                  source.rule.charge_begins == ControlMode::kCurrent ? "; charges begin with a controlled current" : "");
 }
 
 void requireValid(const ControlModeRule& rule) {
@@ -212,7 +212,7 @@ std::string toString(ControlModeReason reason) {
     case ControlModeReason::kLoad: return "a load: the current is below what a source lets through";
     case ControlModeReason::kConstantCurrent: return "the current is held within its noise while the voltage moves one way";
     case ControlModeReason::kRestApart: return "a rest apart from any source: the voltage relaxes";
-    case ControlModeReason::kChargeAsBefore: return "a charge that begins as this recording's charges do, with an imposed current";
+    case ControlModeReason::kChargeAsBefore: return "a charge that begins as this recording's charges do, with a controlled current";
     case ControlModeReason::kHeldVoltage: return "the voltage is held while the current moves";
     case ControlModeReason::kSource: return "a source is connected: the current is above what loads leave";
   }

@@ -22,10 +22,10 @@ enum class ControlModeReason {
   kConstantCurrent,  ///< the current stayed within its noise while the voltage moved one way
   kRestApart,        ///< no current to speak of, and the voltage relaxes smoothly
   kChargeAsBefore,   ///< a charge of which nothing is known yet, in a recording whose charges begin
-                     ///< with an imposed current
+                     ///< with a controlled current
   kHeldVoltage,      ///< the voltage stayed while the current moved by more than it could without a
                      ///< source
-  kSource,           ///< above the least current, and nothing speaks for an imposed current
+  kSource,           ///< above the least current, and nothing speaks for a controlled current
 };
 
 /// @return the reason in words a reader can check, e.g. "current held within its noise while the
@@ -35,11 +35,11 @@ std::string toString(ControlModeReason reason);
 /**
  * @brief What a recording says of its source, enough to judge later samples one by one.
  *
- * A default-constructed rule knows no source: every sample's current is imposed.
+ * A default-constructed rule knows no source: every sample's current is controlled.
  */
 struct ControlModeRule {
   bool present = false;                       ///< something charges the battery
-  double min_current = 0.0;                 ///< [A]; below it a load imposes the current. Negative, as a source
+  double min_current = 0.0;                 ///< [A]; below it a load controls the current. Negative, as a source
                                               ///< may let the battery help out
   ControlMode charge_begins = ControlMode::kVoltage;  ///< taken for a charge as long as nothing is known of it
   double current_noise = 0.0;                 ///< [A], standard deviation; at least what the channel's steps make
@@ -51,13 +51,13 @@ struct ControlModeRule {
 /**
  * @brief Judges a stream sample by sample, without looking ahead.
  *
- * At or below the least current a load imposes the current. Above it a source imposes the voltage,
+ * At or below the least current a load controls the current. Above it a source controls the voltage,
  * until the current stays in a band
  *
  *     max i - min i <= b_i = max(8 sigma_i, 0.5 % of i)   while the voltage moves one way by max(10
  * sigma_v, 10 r (max i - min i)),
  *
- * which no source of voltage does: the current is imposed, until
+ * which no source of voltage does: the current is controlled, until
  *
  *     max v - min v <= max(8 sigma_v, 0.1 % of v)
  *     while i falls by more than b_i and by 2 max(max v - min v, 4 sigma_v) / r
@@ -65,12 +65,12 @@ struct ControlModeRule {
  * Both look at the stretch since the quantity last left its band; no step makes more than half of
  * the move. The band must be no more than 5 % of the current (b_i = 160 sigma_i): an alternator
  * raises its voltage at a nearly constant current too, and a battery that takes nothing has a
- * constant current whoever imposes the voltage. Where charges begin with an imposed voltage, a
+ * constant current whoever controls the voltage. Where charges begin with a controlled voltage, a
  * constant current is over when the current leaves its band. At no current (3 sigma_i) a minute of
- * such a move is a rest apart from the source; where charges begin with an imposed current a fall
+ * such a move is a rest apart from the source; where charges begin with a controlled current a fall
  * of the voltage out of its band is one too.
  *
- * @note A current that a source is told from outside and that changes all the time (hardware in the
+ * @note A current that a source is reported from outside and that changes all the time (hardware in the
  * loop) is known by the rule's charge_begins alone, which needs a recording. A source's current
  * limit is known once the voltage has risen.
  */
@@ -80,10 +80,10 @@ class ControlModeDetector {
   explicit ControlModeDetector(const ControlModeRule& rule);
 
   /**
-   * @param time [s], after the sample before; an earlier one begins anew.  @param current [A],
+   * @param time [s], after the sample before; an earlier one begins again.  @param current [A],
    * positive into the battery.
    * @param voltage [V].
-   * @return whether the voltage is imposed.
+   * @return whether the voltage is controlled.
    * @throws std::invalid_argument for a value that is not finite.
    */
   bool add(double time, double current, double voltage);
@@ -133,18 +133,18 @@ struct ControlModeStretch {
   std::string reason;
 };
 
-/// Who imposes what in a recording.
+/// Operating mode in a recording.
 struct ControlModes {
-  std::vector<char> voltage_controlled;  ///< one a sample; 1 where the voltage is imposed
+  std::vector<char> voltage_controlled;  ///< one a sample; 1 where the voltage is controlled
   ControlModeRule rule;
-  double share = 0.0;                    ///< of the samples whose voltage is imposed [0, 1]
+  double share = 0.0;                    ///< of the samples whose voltage is controlled [0, 1]
   bool seen = false;                     ///< something charges the battery
   std::vector<ControlModeStretch> stretches;  ///< every sample in one, in order
   std::string summary;                   ///< one or two sentences
 };
 
 /**
- * @brief Who imposes what, from current and voltage alone, at any rate.
+ * @brief Operating mode, from current and voltage alone, at any rate.
  *
  * A source is there when what flows into the battery above its current's noise (3 sigma_i) is a
  * hundredth of all that flows. A driven current is well posed as long as the error it makes in the
@@ -154,13 +154,13 @@ struct ControlModes {
  *     min_current = -(3 sigma_i + sigma_i / (beta sigma_v)),   beta = 35 / V
  *
  * beta is that of start-stop cars' batteries (22 to 56 were seen). Where charges begin with an
- * imposed voltage the battery helps the source out at times: there it is at most -0.2 of the
+ * controlled voltage the battery helps the source out at times: there it is at most -0.2 of the
  * 95 % quantile of |current|: on three recordings of start-stop cars the engine runs in 99 to 99.9
  * % of the samples above it, and in some of those below. Where discharges answer to small changes
  * of current by less than half of what they answer to large ones, the voltage is held there too and
  * the least current moves down to half a crank's (EventLimits::crank_current).
  *
- * Charges begin with an imposed current when half of them show constant current, or when changes of
+ * Charges begin with a controlled current when half of them show constant current, or when changes of
  * voltage follow those of current in charges (r^2 of 0.9 and more), as in a profile that is played
  * to a battery. Each sample is then judged by ControlModeDetector; a judgement reaches back over the
  * stretch that proves it.

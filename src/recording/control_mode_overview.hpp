@@ -19,10 +19,10 @@ struct ControlledTime {
   double from = 0.0, to = 0.0;  ///< [s]
 };
 
-/// Who imposes what in a recording, as a reader needs it; times in place of indices.
+/// Operating mode in a recording, as a reader needs it; times in place of indices.
 struct ControlModeOverview {
   bool seen = false;                         ///< something charges the battery
-  double share = 0.0;                        ///< of the samples whose voltage is imposed [0, 1]
+  double share = 0.0;                        ///< of the samples whose voltage is controlled [0, 1]
   std::string summary;                       ///< one or two sentences
   std::vector<ControlModeTotals> totals;         ///< one a reason, in alphabetical order
   std::vector<ControlledTime> voltage_controlled;  ///< in order; see overviewOf()

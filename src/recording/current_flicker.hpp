@@ -19,7 +19,7 @@ namespace battery_sof {
 struct CurrentFlicker {
   std::vector<double> smooth;  ///< [A], one a sample
   double std = 0.0;            ///< [A], of the flicker
-  double share = 1.0;          ///< [0, 1]; 1 where it cannot be told
+  double share = 1.0;          ///< [0, 1]; 1 where it cannot be reported
 };
 
 /// @return the flicker of a series; smooth equal to the current and share 1 for fewer than ten samples a second.

@@ -15,7 +15,7 @@ enum class EventKind { kCrank, kDischarge, kCharge, kRest };
 /// @return "crank", "discharge", "charge" or "rest".
 std::string toString(EventKind kind);
 
-/// Limits that tell events apart.
+/// Limits that distinguish events.
 struct EventLimits {
   double crank_current = -150.0;    ///< [A]; a crank falls to this or below (paper, section V: pulses and weighting)
   double crank_max_duration = 5.0;  ///< [s]; longer stretches are discharges

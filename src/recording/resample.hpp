@@ -39,7 +39,7 @@ struct ResampleOptions {
  *
  * Both channels pass the same filter; the stamps of the result are moved back by its group delay, so edges stay where
  * they were. Input samples are put on a regular grid of the input rate by linear interpolation, which bridges up to ten
- * missing samples. A longer gap is not bridged: the filter starts anew in the steady state of the first sample behind it,
+ * missing samples. A longer gap is not bridged: the filter starts again in the steady state of the first sample behind it,
  * and the last group delay (25 ms at the defaults) before it is lost.
  */
 class Decimator {
@@ -55,7 +55,7 @@ class Decimator {
   /// @throws std::invalid_argument for a sample that is not finite or not after the one before.
   std::vector<Output> push(double time, double current, double voltage);
 
-  /// Forgets the past: the next sample starts anew.
+  /// Forgets the past: the next sample starts again.
   void reset();
 
  private:

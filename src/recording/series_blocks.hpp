@@ -10,11 +10,11 @@
 
 namespace battery_sof {
 
-// A battery of n blocks of 12 V in a row (0.5 for 6 V, 2 for 24 V, 4 for 48 V) is treated as one block, the mean of them: voltages are
+// A battery of n blocks of 12 V in series (0.5 for 6 V, 2 for 24 V, 4 for 48 V) is treated as one block, the mean of them: voltages are
 // divided by n where they come in and multiplied by n where they go out. What lies between, bounds and limits too, is of one block.
 
 /**
- * @brief How many 12 V blocks in a row a voltage is that of: 1 for 12 V, 2 for 24 V, 4 for 48 V; never below 1.
+ * @brief How many 12 V blocks in series a voltage is that of: 1 for 12 V, 2 for 24 V, 4 for 48 V; never below 1.
  *
  * For a battery that was not said to be a row: limits in volts are those of one block; errors and voltages of a row of n blocks are n
  * times as large.
@@ -37,7 +37,7 @@ inline constexpr char kAllowedSeriesBlocks[] = "0.5 (6 V), 1 (12 V), 2 (24 V), 4
 
 /// What results in volts and ohms are of, where they are not of the whole row. No full stop.
 inline std::string seriesBlocksSentence(double series_blocks) {
-  return format("%g blocks of 12 V in a row: volts and ohms told here are those of one block, the battery's are %g times as large",
+  return format("%g blocks of 12 V in series: volts and ohms reported here are those of one block, the battery's are %g times as large",
                   series_blocks, series_blocks);
 }
 

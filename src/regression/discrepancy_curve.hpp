@@ -6,7 +6,7 @@
 
 namespace battery_sof {
 
-/// What a learnt force adds under a held current from rest on, less what it adds at rest.
+/// What a discrepancy model adds under a held current from rest on, less what it adds at rest.
 struct DiscrepancyAtCurrent {
   double current = 0.0;                                                     ///< [A], positive into the battery
   double early = 0.0;                                                       ///< [V], after a tenth of a second, or a sampling interval
@@ -15,9 +15,9 @@ struct DiscrepancyAtCurrent {
 };
 
 /**
- * @brief A learnt force over the current: answersOf() at 1, 2, 5, 10, ... 500 A in both directions.
- * @param least, most currents that it was learnt from [A], least <= most; none beyond them is asked for.
- * @return ascending in the current; empty where the force was learnt from too short a time to answer.
+ * @brief A discrepancy model over the current: answersOf() at 1, 2, 5, 10, ... 500 A in both directions.
+ * @param least, most currents that it was estimated from [A], least <= most; none beyond them is asked for.
+ * @return ascending in the current; empty where the force was estimated from too short a time to answer.
  */
 std::vector<DiscrepancyAtCurrent> curveOf(const DiscrepancyModel& discrepancy, double least, double most);
 

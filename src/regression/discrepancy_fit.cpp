@@ -18,7 +18,7 @@ struct Rows {
   const Eigen::MatrixXd& directions;
   const Eigen::MatrixXd& table;
   std::vector<Eigen::Index> used;     // columns of the table
-  std::vector<Eigen::Index> counted;  // rows that are learnt from
+  std::vector<Eigen::Index> counted;  // rows that are estimated from
   Eigen::VectorXd targets;            // of these
   LinearProblem problem;
 
@@ -32,7 +32,7 @@ struct Rows {
     all(used) = weight;
     return table * all;
   }
-  /// @return what z leaves of the rows that are learnt from.
+  /// @return what z leaves of the rows that are estimated from.
   Eigen::VectorXd left(const Eigen::VectorXd& z) const { return targets - times(z)(counted); }
 };
 
@@ -87,7 +87,7 @@ double rmsBesideBase(const Rows& rows, const Eigen::VectorXd& z, Eigen::Index kn
   return std::sqrt((part - base * taken).squaredNorm() / rows.problem.rows);
 }
 
-/// Which of the free columns belong to a family, 1 each.
+/// Which of the free columns belong to a mechanism, 1 each.
 Eigen::VectorXd ofMechanism(const Rows& rows, const DesignMatrix& table, Mechanism mechanism) {
   Eigen::VectorXd own(static_cast<Eigen::Index>(rows.used.size()));
   for (Eigen::Index k = 0; k < own.size(); ++k)
@@ -95,7 +95,7 @@ Eigen::VectorXd ofMechanism(const Rows& rows, const DesignMatrix& table, Mechani
   return own;
 }
 
-/// One factor a family that moves anything: how well its part is known along itself.
+/// One factor a mechanism that moves anything: how well its part is known along itself.
 std::vector<DiscrepancyModel::Part> partsOf(const Rows& rows, const DesignMatrix& table, const LinearFit& grouped,
                                         const Eigen::VectorXd& weight) {
   std::vector<DiscrepancyModel::Part> parts;

@@ -42,15 +42,15 @@ struct Linearization {
 
 /**
  * @param model the base circuit, or a composition: its effects stay as they are, the circuit's directions are free.
- * @param start its parameters and first state.  @param training samples of the drive that may be learnt from.
+ * @param start its parameters and first state.  @param training samples of the drive that may be estimated from.
  */
 Linearization linearizationOf(const BatteryModel& model, const ModelPoint& start, const InputSequence& inputs, std::size_t training);
 
-/// Takes the directions of the double layer as a DiscrepancyModel carries them along, so that what is learnt is what is used.
+/// Takes the directions of the double layer as a DiscrepancyModel carries them along, so that what is estimated is what is used.
 /// @param response of the same model, start and drive, which the current drives throughout.
 void takeDiscrepancyDirections(Linearization& response, const BatteryModel& model, const ModelPoint& start, const InputSequence& inputs);
 
-/// @return the composition with a force beside it, and the point with every factor as learnt. @param at in the order of `model`.
+/// @return the composition with a force beside it, and the point with every factor as estimated. @param at in the order of `model`.
 BatteryModel withDiscrepancy(const BatteryModel& model, std::shared_ptr<const DiscrepancyModel> discrepancy);
 Eigen::VectorXd withFactors(const BatteryModel& with_discrepancy, const Eigen::VectorXd& parameters);
 
@@ -59,11 +59,11 @@ Eigen::VectorXd withFactors(const BatteryModel& with_discrepancy, const Eigen::V
  *
  *     e = p + A d,   d <- (1 - c) A d - c p,   c = yielding: 0 where the current drives
  *
- * Where the voltage is imposed a force moves the current, and that the double layer (d: change of u_c2).
+ * Where the voltage is controlled a force moves the current, and that the double layer (d: change of u_c2).
  */
 Eigen::VectorXd answered(const Linearization& response, const Eigen::VectorXd& discrepancy);
 
-/// Columns of a learnt force over the rows.
+/// Columns of a discrepancy model over the rows.
 struct DesignMatrix {
   std::vector<Regressor> columns;
   RegressorContext context;
@@ -75,7 +75,7 @@ struct DesignMatrix {
 /// @return the library's columns that move over the training part. Charge counted is not held inside its range.
 DesignMatrix designMatrix(const InputSequence& inputs, const Linearization& response, double beta);
 
-/// What is held against a family's columns.
+/// What is held against a mechanism's columns.
 struct MechanismWeight {
   Mechanism mechanism;
   double gain = 0.0;  ///< of ln evidence along the sparse path [1]
@@ -99,14 +99,14 @@ struct DiscrepancyFit {
  * @brief Learns a force beside a circuit: e = J d + X w.
  *
  * Mean of a fit with one strength a group and of a sparse one, both of greatest evidence, tempered by the share of rows
- * that count as independent (docs/diagnosis.md). The circuit stays linear in its six directions. A family's factor is as uncertain
+ * that count as independent (docs/diagnosis.md). The circuit stays linear in its six directions. A mechanism's factor is as uncertain
  * as the grouped fit's posterior says of its part along itself.
  *
  * @param wanted columns of the table that take part; none given: all.
  */
 DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix& table, const RegressorFilter& wanted = nullptr);
 
-/// Errors on blocks of the training part, each left out of what is learnt [V, RMS over the rows].
+/// Errors on blocks of the training part, each left out of what is estimated [V, RMS over the rows].
 struct LeftOutErrors {
   double base = 0.0;   ///< of the composition with its circuit's directions fitted
   double discrepancy = 0.0;  ///< with a force beside it
@@ -127,7 +127,7 @@ struct DiscrepancyAnswer {
 };
 
 /// @brief A force as an engineer reads it: what it adds under a held current from rest on, less what it adds at rest.
-/// @param current [A], > 0; charged and discharged with.  @param longest [s]; never more than a third of what was learnt from, nor half a
+/// @param current [A], > 0; charged and discharged with.  @param longest [s]; never more than a third of what was estimated from, nor half a
 /// day.
 std::vector<DiscrepancyAnswer> answersOf(const DiscrepancyModel& discrepancy, double current, double longest = 1e9);
 

@@ -283,7 +283,7 @@ class SparseSearch {
     return gains;
   }
 
-  /// Takes the chosen columns' strengths anew. @return whether one was dropped.
+  /// Takes the chosen columns' strengths again. @return whether one was dropped.
   bool update(const Gains& gains) {
     for (std::size_t j = 0; j < columns_.size(); ++j) {
       const double variance = gains.own[static_cast<Eigen::Index>(j)];

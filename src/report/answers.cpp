@@ -131,11 +131,11 @@ nlohmann::json mapJson(const MapResult& result) {
 std::string mapText(const MapResult& result) {
   std::string text;
   if (result.cranking) {
-    text += "lowest voltage of the crank [V], 90 % interval; * not to be relied on\n";
+    text += "lowest voltage of the crank [V], 90 % interval; * outside the identified range\n";
     text += table("i_load \\ t_stop", result.i_load, result.t_stop, *result.cranking, 2, lowestVoltage);
   }
   if (result.charge) {
-    text += "mean charge current [A], 90 % interval; * not to be relied on\n";
+    text += "mean charge current [A], 90 % interval; * outside the identified range\n";
     text += table("u_boost \\ t_sof2", result.u_boost, result.t_sof2, *result.charge, 1, meanCurrent);
   }
   return text + lastLine(verdictOf(result.cranking, result.charge));

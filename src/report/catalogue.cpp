@@ -147,7 +147,7 @@ std::string effectMarkdown(const EffectInfo& effect) {
   if (!effect.needs.empty()) text += "- Needs " + codes(effect.needs) + ".\n";
   if (!effect.is_nonlinear.empty()) text += "- With it the voltage is no longer linear in " + codes(effect.is_nonlinear) + ".\n";
   text += "- Often confused with " + codes(effect.look_alikes) + ".\n";
-  return text + "- Told apart by: " + effect.tells_apart + ".\n\n";
+  return text + "- Distinguished by: " + effect.tells_apart + ".\n\n";
 }
 
 int tierRank(char tier) { return tier == 'S' ? 0 : tier == 'P' ? 1 : 2; }
@@ -186,7 +186,7 @@ std::string effectText(const EffectInfo& effect) {
   if (!effect.states.empty()) text += "\nstates\n";
   for (const auto& [name, state] : namedStates(effect)) text += "    " + name + " [" + state.unit + "], " + beginningOf(state) + "\n";
   text += "\nconfused with  " + join(effect.look_alikes) + "\n";
-  text += "told apart by  " + effect.tells_apart + "\n";
+  text += "distinguish by " + effect.tells_apart + "\n";
   if (!effect.needs.empty()) text += "needs          " + join(effect.needs) + "\n";
   if (!effect.is_nonlinear.empty()) text += "bends          " + join(effect.is_nonlinear) + ": no longer linear beside it\n";
   return text;

@@ -179,7 +179,7 @@ std::string timesText(const FitWindow& window) { return format("%.1f to %.1f s",
 std::string verdictText(const Diagnosis& d) {
   std::string text = wrapped("verdict      ", toString(d.verdict) + ": " + d.summary);
   if (d.mechanism)
-    text += wrapped("family       ", mechanismId(*d.mechanism) + " (" + mechanismSentence(*d.mechanism) + ")" +
+    text += wrapped("mechanism    ", mechanismId(*d.mechanism) + " (" + mechanismSentence(*d.mechanism) + ")" +
                                          (d.probability > 0.0 ? format(", probability %.2f", d.probability) : ""));
   if (!d.base.provenance.recording.empty()) text += "recording    " + d.base.provenance.recording + "\n";
   if (d.fit.train.to > d.fit.train.from)
@@ -250,7 +250,7 @@ std::string effectsText(const Diagnosis& d) {
     text += "\n" + wrapped("effect       ", effect.id + ": " + titleOf(effect.id) + "; confidence " + confidenceText(effect.confidence) +
                                                 ", adds " + millivolts(effect.voltage_rms) + " mV RMS");
     if (!effect.biased_parameters.empty()) text += wrapped(kIndent, "hidden before in " + join(effect.biased_parameters));
-    if (!effect.indistinguishable_from.empty()) text += wrapped(kIndent, "not to be told apart here from " + join(effect.indistinguishable_from));
+    if (!effect.indistinguishable_from.empty()) text += wrapped(kIndent, "not distinguishable here from " + join(effect.indistinguishable_from));
     for (const DiagnosedParameter& p : effect.parameters) text += parameterText(p);
   }
   return text;
@@ -294,10 +294,10 @@ std::string detectionLimitsText(const Diagnosis& d) {
   const std::string tries = "--verify-detection-limits ID tries one";
   std::string text;
   if (!hidden.empty())
-    text += "\n" + wrapped("hidden       ", "could be here unseen: " + join(hidden, "; ") +
+    text += "\n" + wrapped("limits       ", "could be here unseen: " + join(hidden, "; ") +
                                                 (promises ? ". Strengths are estimates: " + tries : std::string()));
-  if (!d.detection_limits.empty() && !promises) text += "\n" + wrapped("hidden       ", whyNothingIsPromised(d.unexplained) + ": " + tries);
-  for (const std::string& what : d.outside) text += wrapped("outside      ", what);
+  if (!d.detection_limits.empty() && !promises) text += "\n" + wrapped("limits       ", whyNothingIsPromised(d.unexplained) + ": " + tries);
+  for (const std::string& what : d.outside) text += wrapped("unobservable ", what);
   return text;
 }
 
@@ -305,7 +305,7 @@ std::string restText(const Diagnosis& d) {
   std::string text;
   for (const std::string& what : d.instrument) text += wrapped("instrument   ", what);
   if (d.discrepancy) {
-    text += wrapped("learnt       ", d.discrepancy->description + " " + useOfDiscrepancy(d));
+    text += wrapped("discrepancy  ", d.discrepancy->description + " " + useOfDiscrepancy(d));
     if (d.discrepancy->is_used)
       for (const std::string& term : d.discrepancy->terms) text += wrapped(kIndent, term);
   }
@@ -313,8 +313,8 @@ std::string restText(const Diagnosis& d) {
     text +=
         d.unexplained.rmse < d.unexplained.limits.rmse
             ? wrapped("too small    ", millivolts(d.unexplained.rmse) + " mV RMS of structure is left; below " + millivolts(d.unexplained.limits.rmse) +
-                                           " mV nothing is told")
-            : wrapped("left         ", "columns of the currents would take up " + millivolts(d.unexplained.rmse) + " mV RMS beside the equations");
+                                           " mV nothing is reported")
+            : wrapped("unexplained  ", "columns of the currents would take up " + millivolts(d.unexplained.rmse) + " mV RMS beside the equations");
   if (!d.next_experiment.empty()) text += wrapped("next         ", d.next_experiment);
   return text.empty() ? text : "\n" + text;
 }
@@ -385,7 +385,7 @@ std::string diagnosisText(const Diagnosis& d) {
 std::string useOfDiscrepancy(const Diagnosis& diagnosis) {
   if (!diagnosis.discrepancy->is_used) return "It is not used.";
   if (diagnosis.extended.fit.discrepancy || diagnosis.charger_share == 0.0) return "It is in the extended model.";
-  return "It is in the extended model's voltage; a model file answers in the direction that the source imposes and has what was learnt "
+  return "It is in the extended model's voltage; a model file answers in the direction that the source controls and has what was estimated "
          "there.";
 }
 

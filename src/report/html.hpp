@@ -5,7 +5,7 @@
 
 namespace battery_sof {
 
-/// @return text that stands for itself between tags and inside quoted attributes.
+/// @return text that represents itself between tags and inside quoted attributes.
 std::string escaped(const std::string& text);
 
 /// @return <name attributes>content</name>; content and attributes are HTML already.

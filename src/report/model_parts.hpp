@@ -9,7 +9,7 @@ namespace battery_sof {
 /// Effects, parameters, state, covariance and errors. @throws ModelFileError.
 void readEquations(const Reader& root, FittedModel& model);
 
-/// What the window taught beside the equations: naive predictors, source, past events, regressions. After readEquations().
+/// What the window taught beside the equations: baseline predictors, source, past events, regressions. After readEquations().
 void readLessons(const Reader& root, FittedModel& model);
 
 /// Runs the model for a second of discharge and of charge. @throws ModelFileError when voltage or interval come out as no numbers.

@@ -82,7 +82,7 @@ double blocksOf(const Reader& root) {
 FittedModel modelOf(const Reader& root) {
   const std::string schema = root.text("schema");
   if (schema == "battery_sof/model/1")
-    root.fail("schema", "is of battery_sof 0.2, whose names are others; write the model anew: sof identify REC --out MODEL.yaml");
+    root.fail("schema", "is of battery_sof 0.2, whose names are others; write the model again: sof identify REC --out MODEL.yaml");
   if (schema != kModelSchema) root.fail("schema", "is \"" + schema + "\", expected \"" + kModelSchema + "\"");
   FittedModel model;
   readEquations(root, model);

@@ -22,7 +22,7 @@ struct Point {
 /// A line of a chart.
 struct Curve {
   std::string name, css_class;
-  bool is_round;  ///< dots and a solid line, else squares and a dashed one: told apart without colour
+  bool is_round;  ///< dots and a solid line, else squares and a dashed one: distinguished without colour
   std::vector<Point> points;
 };
 
@@ -164,7 +164,7 @@ std::string currentChart(const DiscrepancyFinding& discrepancy) {
 std::string bandNote(const DiscrepancyFinding& discrepancy) {
   const auto has_band = [](const DiscrepancyAnswer& one) { return one.charging_std.has_value(); };
   if (std::none_of(discrepancy.answers.begin(), discrepancy.answers.end(), has_band)) return "";
-  return element("p", "Bands: 95 % by the posterior of what was learnt; what no column can follow is not in them.", "class=\"note\"");
+  return element("p", "Bands: 95 % by the posterior of what was estimated; what no column can follow is not in them.", "class=\"note\"");
 }
 
 std::string answerTable(const DiscrepancyFinding& discrepancy) {
@@ -189,14 +189,14 @@ std::string currentTable(const DiscrepancyFinding& discrepancy) {
   return rows.empty() ? "" : table({"current", "at once [mV]", "after a minute [mV]"}, rows);
 }
 
-/// The catalogue's equation that speaks best for itself, of the family that the force follows most.
+/// The catalogue's equation that speaks best for itself, of the mechanism that the force follows most.
 std::string nearestHtml(const Diagnosis& d) {
   if (d.discrepancy->mechanisms.empty()) return "";
   const Mechanism mechanism = d.discrepancy->mechanisms.front().mechanism;
   const Candidate* nearest = nullptr;
   for (const Candidate& c : d.candidates)
     if (c.mechanism == mechanismId(mechanism) && (nearest == nullptr || c.evidence > nearest->evidence)) nearest = &c;
-  std::string text = "It follows most what the family " + element("strong", escaped(plainName(mechanismId(mechanism)))) + " does. ";
+  std::string text = "It follows most what the mechanism " + element("strong", escaped(plainName(mechanismId(mechanism)))) + " does. ";
   if (nearest == nullptr)
     text += "No equation of the catalogue in it was weighed.";
   else

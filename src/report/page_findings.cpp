@@ -375,17 +375,17 @@ std::string detectionLimitsSection(const Diagnosis& d) {
     html += element("details", element("summary", format("What would have shown (%zu)", visible.size())) + detectionLimitsTable(visible));
   if (!d.outside.empty()) html += element("h3", "Beyond any recording of current and voltage") + listHtml(d.outside);
   if (!d.instrument.empty()) html += element("h3", "The instruments") + listHtml(d.instrument);
-  return section("hidden", "What could hide here", html);
+  return section("hidden", "Detection limits here", html);
 }
 
 std::string unexplainedSection(const Diagnosis& d) {
   if (!d.discrepancy) return "";
   const DiscrepancyFinding& discrepancy = *d.discrepancy;
   std::string html = paragraph(escaped(discrepancy.description + " " + useOfDiscrepancy(d)));
-  if (!discrepancy.is_used) return section("unexplained", "What no equation stands for", html);
+  if (!discrepancy.is_used) return section("unexplained", "What no equation represents", html);
   if (d.mechanism) html += paragraph("Its kind: " + escaped(mechanismSentence(*d.mechanism)) + ".");
   html += element("h3", "What it follows most") + listHtml(discrepancy.terms);
-  return section("unexplained", "What no equation stands for", html + discrepancyHtml(d));
+  return section("unexplained", "What no equation represents", html + discrepancyHtml(d));
 }
 
 std::string nextSection(const Diagnosis& d) {
@@ -398,13 +398,13 @@ std::string readingSection() {
       {"Base model",
        "the small circuit of the paper: two resistances, a double layer with its charge transfer, a constant "
        "open-circuit voltage. It is fitted to the training part."},
-      {"Extended model", "the base model with the effects found here, everything fitted together, and what was learnt beside them."},
+      {"Extended model", "the base model with the effects found here, everything fitted together, and what was estimated beside them."},
       {"Evidence",
        "logarithm of how much better the data are foretold with an effect than without, errors that hang together "
        "counted once. Twelve is needed for a place in the model."},
-      {"Probability", "of the family in its place, against the other families\xe2\x80\x99 best."},
+      {"Probability", "of the mechanism in its place, against the other mechanisms\xe2\x80\x99 best."},
       {"Learnt",
-       "where no equation stands for what is missing, it is learnt from the currents and their memories; it is used "
+       "where no equation represents what is missing, it is estimated from the currents and their memories; it is used "
        "where it foretells stretches it was not fitted to."},
       {"Q_dyn", "share of the voltage\xe2\x80\x99s variation that the model reproduces (paper, eq. 6)."},
       {"Sign", "current is positive into the battery; errors are measured minus model."}};

@@ -118,7 +118,7 @@ std::string driveText(const Drawing& drawing) {
     text += ",\n\"extended\":" + columnText(
                                      drawing, [&](std::size_t n) { return d.extended_voltage[n]; }, 4);
   text += ",\n\"mismatch\":" + stretchesText(drawing, d.mismatch) + ",\n\"cranks\":" + stretchesText(drawing, drawing.cranks);
-  text += ",\n\"imposed\":" + stretchesText(drawing, d.source.voltage_controlled);
+  text += ",\n\"controlled\":" + stretchesText(drawing, d.source.voltage_controlled);
   if (d.fit.holdout.to > d.fit.holdout.from)
     text +=
         ",\n\"holdout\":[" + shortNumber(d.fit.holdout.from - drawing.t0, 3) + "," + shortNumber(d.fit.holdout.to - drawing.t0, 3) + "]";
@@ -128,9 +128,9 @@ std::string driveText(const Drawing& drawing) {
 std::string operatingModeKey(const Drawing& drawing) {
   const std::size_t stretches = drawing.diagnosis.source.voltage_controlled.size();
   std::string text =
-      element("span", "", "class=\"swatch imposed\"") + format(" hatched: a source imposes the voltage (%zu stretches", stretches);
+      element("span", "", "class=\"swatch controlled\"") + format(" hatched: a source controls the voltage (%zu stretches", stretches);
   if (stretches > kStretchesShown) text += format(", the first %zu drawn", kStretchesShown);
-  return text + "); elsewhere the current is imposed. ";
+  return text + "); elsewhere the current is controlled. ";
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -157,7 +157,7 @@ Scale scaleOf(const Drawing& drawing, const std::vector<Line>& lines) {
   return scale;
 }
 
-/// Upright hatching where a source imposes the voltage, with a solid foot, so that short stretches are seen.
+/// Upright hatching where a source controls the voltage, with a solid foot, so that short stretches are seen.
 std::string operatingModeBands(const Drawing& drawing) {
   const Series& series = drawing.recording.series;
   const std::vector<ControlledTime>& stretches = drawing.diagnosis.source.voltage_controlled;
@@ -169,7 +169,7 @@ std::string operatingModeBands(const Drawing& drawing) {
     feet += format("M%.1f 240H%.1fV245H%.1fz", left, right, left);
   }
   if (feet.empty()) return "";
-  return element("path", element("title", "a source imposes the voltage"), "class=\"imposed\" d=\"" + lines + "\"") +
+  return element("path", element("title", "a source controls the voltage"), "class=\"controlled\" d=\"" + lines + "\"") +
          element("path", "", "class=\"foot\" d=\"" + feet + "\"");
 }
 

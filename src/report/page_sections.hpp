@@ -12,7 +12,7 @@ namespace battery_sof {
 double clockOrigin(const Series& series);
 
 std::string plotsSection(const Recording& recording, const Diagnosis& diagnosis, bool zoomable);
-/// Who imposes the voltage and who the current: one bar with the shares, and the reasons. Not a section: it goes below the plots.
+/// Who controls the voltage and who the current: one bar with the shares, and the reasons. Not a section: it goes below the plots.
 std::string sourceHtml(const Diagnosis& diagnosis);
 std::string whereSection(const Diagnosis& diagnosis, double clock_origin);
 std::string evidenceSection(const Diagnosis& diagnosis);
@@ -20,7 +20,7 @@ std::string effectsSection(const Diagnosis& diagnosis);
 std::string comparisonSection(const Diagnosis& diagnosis);
 std::string detectionLimitsSection(const Diagnosis& diagnosis);
 std::string unexplainedSection(const Diagnosis& diagnosis);
-/// A learnt force as charts over time and current, the nearest equation, and the numbers. @param diagnosis with something learnt.
+/// A discrepancy model as charts over time and current, the nearest equation, and the numbers. @param diagnosis with something estimated.
 std::string discrepancyHtml(const Diagnosis& diagnosis);
 std::string nextSection(const Diagnosis& diagnosis);
 std::string readingSection();

@@ -88,7 +88,7 @@ std::string identifyText(const FittedModel& model) {
     appendLine(text, "cranks       %d in the window, minima missed by %.0f mV (RMS)", model.fit.scores.cranks,
                1e3 * model.fit.scores.crank_error_std);
   appendLine(text, "state        u_c2 = %.4f V at %.2f s", model.state.u_c2, model.state.time);
-  appendLine(text, "suitability  %.2f of the window for this model", model.fit.window_quality);
+  appendLine(text, "quality      %.2f of the window for this model", model.fit.window_quality);
   appendLine(text, "%s: %s (%.1f ms)", toString(model.fit.status).c_str(), model.fit.message.c_str(), model.provenance.fit_ms);
   return text;
 }
@@ -180,7 +180,7 @@ std::string predictionText(const PredictionReport& report) {
   std::string text;
   appendLine(text, "window    %.2f to %.2f s, %zu samples", scores.window.from, scores.window.to, scores.window.samples);
   if (report.both_ways) {
-    appendLine(text, "driven by the voltage where a source imposes it, by the current elsewhere:");
+    appendLine(text, "driven by the voltage where a source controls it, by the current elsewhere:");
     appendLine(text, "%-9s %9s %9s %9s %10s %10s %10s", "", "share", "current", "voltage", "10 s", "60 s", "cranks");
     appendBothWays(text, "model", *report.both_ways);
     appendBothWays(text, "baseline", report.baseline);

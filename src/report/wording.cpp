@@ -84,7 +84,7 @@ std::vector<MetricRow> metricRows(const Comparison& fit) {
       row("cranks' minima", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.crank_mae; }),
       row("bias in charges", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.charge_bias; }),
       row("charge current", "A", false, 1.0, [](const ErrorMetrics& m) { return m.charge_current_error; }),
-      row("share, as imposed", "%", true, 1.0, [](const ErrorMetrics& m) { return m.share_percent; }),
+      row("share, as controlled", "%", true, 1.0, [](const ErrorMetrics& m) { return m.share_percent; }),
       row("share of the current", "%", true, 1.0, [](const ErrorMetrics& m) { return m.current_share_percent; })};
   const auto is_empty = [](const MetricRow& r) { return !r.base_train && !r.extended_train && !r.base_holdout && !r.extended_holdout; };
   rows.erase(std::remove_if(rows.begin(), rows.end(), is_empty), rows.end());

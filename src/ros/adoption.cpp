@@ -29,7 +29,7 @@ Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
     return {{}, "nothing to adopt: what was found predicts the part that was held out worse than the base model"};
   if (std::all_of(effects.begin(), effects.end(), isInstrument))
     return {{}, "nothing to adopt: instruments are to be repaired, not modelled (" + told(effects) + ")"};
-  return {effects, "runs beside the base model and answers while it errs less: " + told(effects), diagnosis.extended.fit.discrepancy};
+  return {effects, "runs with the base model and answers while its error is smaller: " + told(effects), diagnosis.extended.fit.discrepancy};
 }
 
 }  // namespace battery_sof

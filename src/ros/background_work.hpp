@@ -25,7 +25,7 @@ struct DiagnosisReport {
 };
 
 /// diagnose() on one thread. @param priors see DiagnoseOptions. @param why_end asked often: what is not empty breaks it off. @param begins
-/// told of each stage.
+/// reported of each stage.
 DiagnosisReport timedDiagnosis(const Recording& recording, const std::vector<KnownPopulation>& priors,
                                const std::function<std::string()>& why_end, const std::function<void(const std::string& stage)>& begins);
 

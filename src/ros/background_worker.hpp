@@ -46,7 +46,7 @@ class BackgroundWorker {
   }
 
   /// Returns when no job is posted or running, at once when it is so already or the worker has been
-  /// told to end, and after `longest` in any case.
+  /// reported to end, and after `longest` in any case.
   void waitUntilIdle(std::chrono::milliseconds longest) {
     std::unique_lock<std::mutex> lock(mutex_);
     changed_.wait_for(lock, longest, [this] { return stopping_ || !busy_; });

@@ -35,8 +35,8 @@ namespace battery_sof {
  * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to copy what a question
  * needs (OnlineSession::live()); never while a question is computed, a fit runs or a file is written, and never by a worker (ahead()).
  *
- * No exception ends the node: where a callback or a timer throws, the fault is logged and told in /diagnostics; where taking a
- * sample does, the session begins anew, and the saved model it stood on is set aside.
+ * No exception ends the node: where a callback or a timer throws, the fault is logged and reported in /diagnostics; where taking a
+ * sample does, the session begins again, and the saved model it stood on is set aside.
  *
  * At a shutdown a map, a profile and whoever waits for a fit break off at once: roscpp ends no service before its callback has returned.
  *

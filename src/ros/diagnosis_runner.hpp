@@ -40,7 +40,7 @@ class DiagnosisRunner {
     double period = 0.0;  ///< [s] of driving; 0: only on request
     double settle = 600.0;
     bool adopt = false;
-    double series_blocks = 1.0;                       ///< 12 V blocks in a row; what is diagnosed is one of them
+    double series_blocks = 1.0;                       ///< 12 V blocks in series; what is diagnosed is one of them
     std::vector<KnownPopulation> priors = {};  ///< see DiagnoseOptions
   };
   using Outcome = DiagnosisOutcome;

@@ -21,7 +21,7 @@ struct EventTally {
 /// The cranks and charges of the running back-test.
 struct EventTallies {
   EventTally cranks, charges;                    ///< of the model
-  EventTally baseline_cranks, baseline_charges;        ///< of its window's naive predictors, where they expected something
+  EventTally baseline_cranks, baseline_charges;        ///< of its window's baseline predictors, where they expected something
   EventTally answered_cranks, answered_charges;  ///< of the one that answered questions then (BaselineSelector)
   std::optional<CrankComparison> last_crank;
   std::optional<ChargeComparison> last_charge;

@@ -31,16 +31,16 @@ void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string&
   status.add(events + "' interval factor", scale.factor);
 }
 
-/// The naive predictor beside it, over what the contest remembers.
+/// The baseline predictor beside it, over what the contest remembers.
 void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events, const char* unit, const EventTally& baseline,
          const EventTally& answered, const BaselineScore& selector) {
   const std::string in_unit = std::string(" [") + unit + "]";
-  status.add(events + "' mean absolute error, naive" + in_unit, shown(baseline.meanAbsError()));
+  status.add(events + "' mean absolute error, baseline" + in_unit, shown(baseline.meanAbsError()));
   status.add(events + "' mean absolute error, as answered" + in_unit, shown(answered.meanAbsError()));
   status.add(events + " answered by", selector.baseline_selected ? "baseline" : "model");
-  status.add(events + " compared with the naive predictor lately", selector.events);
+  status.add(events + " compared with the baseline predictor lately", selector.events);
   status.add(events + " lately, mean error of the model" + in_unit, selector.model_error);
-  status.add(events + " lately, mean error of the naive predictor" + in_unit, selector.baseline_error);
+  status.add(events + " lately, mean error of the baseline predictor" + in_unit, selector.baseline_error);
 }
 
 }  // namespace
@@ -107,7 +107,7 @@ void NodeDiagnostics::reportIdentification(Status& status) {
   status.add("window quality", shown(session.window_quality));
   status.add("last fit [ms]", shown(now_.fit_ms));
   status.add("source", session.charger_present ? "seen" : "not seen");
-  status.add("samples with an imposed voltage [%]", shown(session.charger_share, 100.0));
+  status.add("samples with a controlled voltage [%]", shown(session.charger_share, 100.0));
   status.add("driven by now", session.voltage_controlled ? "voltage" : "current");
   status.add("state file", now_.state_file);
   status.add("internal faults", now_.internal_faults);

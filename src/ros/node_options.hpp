@@ -10,7 +10,7 @@
 
 namespace battery_sof {
 
-/// The questions asked anew with every status: SOF1, the longest stop before the same crank, and SOF2. Voltages are those of one block
+/// The questions asked again with every status: SOF1, the longest stop before the same crank, and SOF2. Voltages are those of one block
 /// by default; parseNodeOptions() makes them those of the row.
 struct StandingQueries {
   CrankingQuery cranking{-20.0, 30.0, -200.0, 1.0, 7.2};
@@ -22,7 +22,7 @@ struct StandingQueries {
   ChargeAcceptanceQuery chargeAt(const std::optional<double>& lately) const;
 };
 
-/// Everything the node is told by its private parameters; config/battery_sof.yaml explains each.
+/// Everything the node is reported by its private parameters; config/battery_sof.yaml explains each.
 struct NodeOptions {
   SessionOptions session;
   StandingQueries standing;
@@ -41,7 +41,7 @@ class NodeOptionsError : public std::runtime_error {
 
 /**
  * @brief Reads the node's private parameters; what is not given keeps its default.
- * @param parameters the struct below the node's name; an invalid (empty) value stands for none
+ * @param parameters the struct below the node's name; an invalid (empty) value represents none
  * given.
  * @throws NodeOptionsError naming all faults at once: unknown keys, wrong types, values out of
  * range, values that contradict each other, priors that cannot be read.

@@ -22,7 +22,7 @@ class ResponseClock {
 
   void addQuery(double milliseconds);
   void addSample(double milliseconds);
-  /// The report, from which the next one's sample_longest_ms begins anew.
+  /// The report, from which the next one's sample_longest_ms begins again.
   ResponseTimes report();
 
  private:

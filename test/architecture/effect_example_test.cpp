@@ -19,7 +19,7 @@ std::string contentOf(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// The code block of docs/effects.md that a reader is told to save.
+/// The code block of docs/effects.md that a reader is reported to save.
 std::string example() {
   const std::string page = contentOf(kRoot / "docs" / "effects.md");
   const auto begin = page.find("```cpp\n");

@@ -97,7 +97,7 @@ class Outcomes(unittest.TestCase):
 
     def test_a_short_recording_is_neither_right_nor_missed(self):
         rows = score.mechanism_figures([case(answer("insufficient_data")), case(answer("named", mechanism="acid"))])
-        self.assertTrue(figure(rows, "family right").startswith("1 of 1"))
+        self.assertTrue(figure(rows, "mechanism right").startswith("1 of 1"))
         self.assertTrue(figure(rows, "insufficient data").startswith("1 of 2"))
 
 
@@ -222,7 +222,7 @@ json.dump({"verdict": "unexplained", "mechanism": "acid", "effects": [], "fit": 
         self.assertEqual((len(cases), failed), (3, []))
         text = score.as_markdown(cases, failed)
         self.assertIn("| alarms | 1 of 1", text)
-        self.assertIn("| family right | 2 of 2", text)
+        self.assertIn("| mechanism right | 2 of 2", text)
         self.assertEqual(len(json.loads(score.as_json(cases, failed))["cases"]), 3)
 
     def test_answers_of_another_build_are_not_mixed_in(self):

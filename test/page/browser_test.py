@@ -120,7 +120,7 @@ class DiagnosisPage(unittest.TestCase):
         self.assertEqual(self.run_js(alpha % (0, 110.0)), 0)
         self.assertEqual(self.run_js(alpha % (2, 50.0)), 0)
         self.assertIn('hatched', self.run_js('document.querySelector("#drive .note").textContent'))
-        self.assertRegex(self.run_js('document.querySelector("#imposed .strip").getAttribute("aria-label")'), r'voltage imposed \d')
+        self.assertRegex(self.run_js('document.querySelector("#controlled .strip").getAttribute("aria-label")'), r'voltage controlled \d')
 
     def test_a_drag_zooms_every_plot_and_a_double_click_shows_all_again(self):
         self.open('named.html')

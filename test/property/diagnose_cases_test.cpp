@@ -128,7 +128,7 @@ TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
   EXPECT_TRUE(namesBeyondStructure(diagnosis).empty()) << diagnosis.summary;
 }
 
-/// A family was taken, let go beside the others and taken again, without end.
+/// A mechanism was taken, let go beside the others and taken again, without end.
 TEST(DiagnoseCases, AFamilyThatComesAndGoesIsAnswered) {
   reference::OutOfModelOrder order;
   order.mechanism = "acceptance";

@@ -172,7 +172,7 @@ class DiagnosisWhileDriving(NodeTest):
         begun = time.monotonic()
         self.assertEqual(node.stop(), 0, node.text())
         self.assertLess(time.monotonic() - begun, CANCELLED_WITHIN, node.text())
-        wait_until(lambda: not request.is_alive(), 20, "the caller is told")
+        wait_until(lambda: not request.is_alive(), 20, "the caller is reported")
 
 
 if __name__ == "__main__":

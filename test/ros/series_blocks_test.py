@@ -18,7 +18,7 @@ QUESTION = dict(i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5)
 
 
 def in_row(csv_file, row_file, blocks):
-    """Writes the drive of a row of blocks, each like the one of the first file."""
+    """Writes the drive of a series string, each like the one of the first file."""
     with open(csv_file, newline="") as one, open(row_file, "w", newline="") as row:
         reader = csv.DictReader(one)
         writer = csv.DictWriter(row, reader.fieldnames)
@@ -90,7 +90,7 @@ class RowOfBlocks(NodeTest):
         found = [service(name, "diagnose", Diagnose)().diagnosis for name in ("one", "row")]
         self.assertNotEqual(found[0].verdict, Diagnosis.INSUFFICIENT_DATA)
         self.assert_the_same(found[1], found[0], "verdict", "summary")
-        self.assertIn("2 blocks of 12 V in a row", " ".join(found[1].instrument))
+        self.assertIn("2 blocks of 12 V in series", " ".join(found[1].instrument))
         for node in nodes:
             self.assertEqual(node.stop(), 0)
 

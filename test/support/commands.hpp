@@ -28,7 +28,7 @@ Outcome outcomeOf(Command&& command, const std::vector<std::string>& arguments) 
 /// A folder with a space in its name that goes away with the test.
 class InFolder : public testing::Test {
  protected:
-  /// @param name tells the tests of one program apart.
+  /// @param name reports the tests of one program apart.
   explicit InFolder(const std::string& name)
       : folder_(std::filesystem::temp_directory_path() / ("battery_sof " + name + " " + std::to_string(getpid()))) {
     std::filesystem::create_directories(folder_);

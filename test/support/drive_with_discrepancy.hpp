@@ -6,7 +6,7 @@
 #include "regression/discrepancy_fit.hpp"
 #include "support/composed.hpp"
 
-/// A recording of a battery whose charging leaves a memory that no equation and no column has, and what is learnt of it.
+/// A recording of a battery whose charging leaves a memory that no equation and no column has, and what is estimated of it.
 namespace battery_sof::test {
 
 /// The base circuit at 20 Hz with 1 mV of noise, and the square root of what ten seconds of charging leave.
@@ -20,7 +20,7 @@ inline Series withMemoryOfCharging(double duration, double strength = 0.02) {
   return series;
 }
 
-/// Learnt beside the true circuit from the samples before `last`.
+/// Estimated beside the true circuit from the samples before `last`.
 inline std::shared_ptr<const DiscrepancyModel> discrepancyLearntFrom(const Series& series, std::size_t last) {
   const InputSequence inputs = inputSequence(series, {0, last});
   const ModelPoint truth = pointOf(BatteryModel(), typicalPoint(BatteryModel()));

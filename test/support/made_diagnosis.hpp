@@ -37,7 +37,7 @@ inline Series madeDrive() {
   return series;
 }
 
-/// A source imposes the voltage while it charges after each crank.
+/// A source controls the voltage while it charges after each crank.
 inline ControlModeOverview madeSource(const Series& series) {
   ControlModeOverview source;
   source.seen = true;
@@ -156,12 +156,12 @@ inline MadeDiagnosis madeNamed() {
                    {"crank", 64, 0.036, 0.033, -0.003, -0.011, 0.006},
                    {"post_charge_rest", 480, 0.004, 0.0075, 0.0035, 0.0012, 0.0058}};
   d.next_experiment =
-      "After a drive, hold 14.4 V for ten minutes, then 13.6 V for ten: the current that stays tells gassing from a "
+      "After a drive, hold 14.4 V for ten minutes, then 13.6 V for ten: the current that stays reports gassing from a "
       "sensor's offset (12 mV apart at the end).";
   return made;
 }
 
-/// Nothing found: the table of what could hide is all there is to say.
+/// Nothing found: the table of detection limits is all there is to say.
 inline MadeDiagnosis madeNoMismatch() {
   MadeDiagnosis made = madeDrivenBy(0.0);
   Diagnosis& d = made.diagnosis;
@@ -179,7 +179,7 @@ inline MadeDiagnosis madeNoMismatch() {
   return made;
 }
 
-/// Something is missing that the catalogue does not hold: it is learnt. Metrics are absent, one is not a number.
+/// Something is missing that the catalogue does not hold: it is estimated. Metrics are absent, one is not a number.
 inline MadeDiagnosis madeUnknown() {
   MadeDiagnosis made = madeDrivenBy(0.006);
   Diagnosis& d = made.diagnosis;

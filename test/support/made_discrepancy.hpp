@@ -4,7 +4,7 @@
 
 #include "model/battery_model.hpp"
 
-/// A learnt force of every timeless kind, made rather than learnt, for tests.
+/// A discrepancy model of every timeless kind, made rather than estimated, for tests.
 namespace battery_sof::test {
 
 inline DiscrepancyModel madeDiscrepancyModel() {

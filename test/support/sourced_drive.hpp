@@ -5,7 +5,7 @@
 #include "support/known_model.hpp"
 #include "support/synthetic_recording.hpp"
 
-/// Drives of a car whose source imposes the voltage, at one sample a second, answered by a model that is known exactly.
+/// Drives of a car whose source controls the voltage, at one sample a second, answered by a model that is known exactly.
 namespace battery_sof::test {
 
 /// What is put wrong in the voltage channel.

@@ -8,7 +8,7 @@
 #include "estimation/identification.hpp"
 #include "support/composed.hpp"
 
-/// Start-stop drives whose answers are a model's own, in the direction that is imposed.
+/// Start-stop drives whose answers are a model's own, in the direction that is controlled.
 namespace battery_sof::test {
 
 /// A drive of a start-stop car at 1 Hz.

@@ -235,7 +235,7 @@ class Attack(unittest.TestCase):
                 self.load_and_report(out, name, f"{name}: {kind}", WRITERS)
 
     def load_and_report(self, out, name, about, calls):
-        """Whether the damage was told of: by a sentence that names a plan's file, by a row that names an answer's."""
+        """Whether the damage was reported: by a sentence that names a plan's file, by a row that names an answer's."""
         for what in calls:
             code, said = self.require_words(what, out, about, (0,) if "results" in name else (0, 2))
             if code:

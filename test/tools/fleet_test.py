@@ -223,7 +223,7 @@ class Made(Folder):
         self.assertEqual(start(cells[3]), ["other_form", "2", "2 of 2", "2 of 2", "1 of 2", "20.0; 20.0; 1"])
         self.assertEqual(start(cells[-1]), ["3", "1 of 3", "2 of 2"])
         os.remove(self.path("labels", "c1.json"))
-        with self.assertRaisesRegex(SystemExit, "c1.csv: no label .*c1.json; only recordings of strangers"):
+        with self.assertRaisesRegex(SystemExit, "c1.csv: no label .*c1.json; only recordings of out-of-model cases"):
             judge.judged(base)
 
     def test_p_values_of_nulls_hold_the_rate(self):

@@ -5,7 +5,7 @@ A block of commands has a mark before it that a reader does not see:
     <!-- run me, exit 1 -->          they end with 1
     <!-- run me with roscore -->     under a roscore of its own: launch files are started in the background, then the other lines are run
     <!-- not run: REASON -->
-Where a line begins with "$ ", what stands below it is what it prints; "..." stands for anything. Blocks of one page share a folder, in which
+Where a line begins with "$ ", what stands below it is what it prints; "..." represents anything. Blocks of one page share a folder, in which
 build/ is the build that is tested. Launch files serve the live page on a free port in place of the one that is shown.
 
 Usage: pages_test.py BUILD

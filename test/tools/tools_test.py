@@ -294,15 +294,15 @@ class RealScore(unittest.TestCase):
         rows = [put_in("acid", told("structure", "acid")), put_in("acid", told("structure")), put_in("acid", told("ageing")),
                 put_in("acid", told("acid", "ageing"), "b")]
         found = self.figures(rows)
-        self.assertTrue(found["put in: its family newly named"].startswith("2 of 4"))
+        self.assertTrue(found["put in: its mechanism newly named"].startswith("2 of 4"))
         self.assertTrue(found["of these with another beside it"].startswith("1 of 4"))
-        self.assertTrue(found["put in: only another family newly named"].startswith("1 of 4"))
+        self.assertTrue(found["put in: only another mechanism newly named"].startswith("1 of 4"))
         self.assertTrue(found["put in: nothing new named"].startswith("1 of 4"))
 
     def test_a_family_that_is_named_without_it_is_not_judged(self):
         found = self.figures([put_in("structure", told("structure")), put_in("structure", told("acid"))])
-        self.assertEqual(found["put in: its family newly named"], "no case")
-        self.assertEqual(found["not judged, its family is named without it too"], "2 of 2")
+        self.assertEqual(found["put in: its mechanism newly named"], "no case")
+        self.assertEqual(found["not judged, its mechanism is named without it too"], "2 of 2")
         self.assertTrue(found["of these still named"].startswith("1 of 2"))
 
     def test_at_zero_what_is_new_is_wrong(self):
@@ -313,7 +313,7 @@ class RealScore(unittest.TestCase):
 
     def test_a_new_part_of_what_is_unknown_is_told(self):
         rows = [put_in("acid", told("structure", verdict="unexplained", parts=["acid"])), put_in("ageing", told("structure", parts=["acid"]))]
-        self.assertTrue(self.figures(rows)["put in: its family newly named or a new part of what is unknown"].startswith("1 of 2"))
+        self.assertTrue(self.figures(rows)["put in: its mechanism newly named or a new part of what is unknown"].startswith("1 of 2"))
 
     def test_the_ridge_stands_beside(self):
         found = self.figures([put_in("acid", told()), put_in("acid", told(extended=0.1, ridge=0.02))])

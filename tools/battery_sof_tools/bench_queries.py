@@ -1,7 +1,7 @@
 """Times the node's answers under load. Usage: bench_queries BUILD_FOLDER [SECONDS]
 
 A simulated drive arrives at 100 Hz, 200 questions a second of the three kinds come in, and identifications run one after
-the other. Printed are the node's own times as it tells them in /diagnostics (work of a question from its callback's
+the other. Printed are the node's own times as it reports them in /diagnostics (work of a question from its callback's
 beginning to its end; delay of a sample from its arrival to the end of its callback) and what a client waits. Once with
 the base model, once with a model of four effects. Before that, the questions alone on the same models (query_bench).
 """
@@ -23,7 +23,7 @@ EFFECTS = "charge_acceptance,gassing,ocv_soc,current_dependent_resistance"
 
 
 def publish(path, first, duration, ready):
-    """The drive from `first` on: LEARNT as fast as it goes, then at its own pace."""
+    """The drive from `first` on: Estimated as fast as it goes, then at its own pace."""
     samples = Samples(node_of_this_process("publisher"))
     samples.until_connected()
     started, begin = None, first + LEARNT

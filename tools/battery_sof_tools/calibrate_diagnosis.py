@@ -28,7 +28,7 @@ def cases_of(draw, wanted, first_seed, only):
     for mechanism, count in wanted.items():
         ids = [words[1] if len(words) > 1 else "" for words in listed if words[0] == mechanism]
         if not ids:
-            sys.exit(f"no family {mechanism}; known: {', '.join(sorted({words[0] for words in listed}))}")
+            sys.exit(f"no mechanism {mechanism}; known: {', '.join(sorted({words[0] for words in listed}))}")
         for name in ids:
             if only and name not in only | {"", "-"}:
                 continue
@@ -120,7 +120,7 @@ def main():
     parser.add_argument("build")
     parser.add_argument("--out", default=None, help="folder of results.jsonl; default BUILD/calibration")
     parser.add_argument("--set", nargs="+", default=["null=200", "structural_null=60", "effect=10"], metavar="FAMILY=N")
-    parser.add_argument("--ids", default="", help="comma-separated; the only ones drawn of families that have ids")
+    parser.add_argument("--ids", default="", help="comma-separated; the only ones drawn of mechanisms that have ids")
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--keep", help="folder to leave the recordings in")

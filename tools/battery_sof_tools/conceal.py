@@ -2,7 +2,7 @@
 
     conceal REC --add acid_transport --strength 0.005 --tau 120 --out OUT.csv --label OUT.json
 
-Written are t_s, current_A (positive while charging) and voltage_V; the label tells what was added. tools/battery_sof_tools/concealment.py has the equations:
+Written are t_s, current_A (positive while charging) and voltage_V; the label reports what was added. tools/battery_sof_tools/concealment.py has the equations:
 current_offset [A]; discharge_missed, charge_missed: share of one direction that the current sensor misses [1]; time_skew: voltage late by [s];
 contact_resistance: step at --instant [ohm]; voltage_drift [V/h]; acid_transport: R LP_tau[i] [ohm]; ocv_soc: slope over charge [V/Ah];
 high_rate_depletion: 0.15 V ln(1 - LP_tau[(-i)+] / i_L), strength 1/i_L [1/A]; memory_resistance: i LP_tau|i| [ohm/A], in no catalogue;

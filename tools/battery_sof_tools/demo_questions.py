@@ -24,7 +24,7 @@ def identify():
 
 
 def reliance(answer):
-    return "" if answer.valid else ", but beyond what the drive can vouch for"
+    return "" if answer.valid else ", but beyond what the drive can support"
 
 
 def cranking():
@@ -77,7 +77,7 @@ def main():
     rospy.init_node("demo_questions", anonymous=True)
     status = rospy.wait_for_message(NODE + "/status", SofStatus, timeout=20.0)
     states = {getattr(SofStatus, name): name for name in ("NO_DATA", "COLLECTING", "IDENTIFYING", "READY", "STALE")}
-    print("~status: {}, model {:.0f} s old, Q_dyn of the running back-test {:.1f} %, suitability {:.2f}".format(
+    print("~status: {}, model {:.0f} s old, Q_dyn of the running back-test {:.1f} %, window quality {:.2f}".format(
         states[status.state], status.model_age, status.backtest_q_dyn_percent, status.window_quality))
     cranks, charges = status.past_cranks, status.past_charges
     print("    so far {} cranks missed by {:.3f} V, {} charges by {:.1f} A; inside their 90 % intervals: {:.0f} %, {:.0f} %".format(

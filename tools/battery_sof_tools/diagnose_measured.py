@@ -1,4 +1,4 @@
-"""Every measured recording, whole, diagnosed: verdict, family, hold-out errors beside a ridge regression, processor time."""
+"""Every measured recording, whole, diagnosed: verdict, mechanism, hold-out errors beside a ridge regression, processor time."""
 
 import argparse
 import os
@@ -10,7 +10,7 @@ from .files import write_json
 from .progress import followed
 from .tables import table
 
-HEAD = ("recording", "verdict; family; effects", "RMS error [mV]: base, extended, ridge regression, straight line",
+HEAD = ("recording", "verdict; mechanism; effects", "RMS error [mV]: base, extended, ridge regression, straight line",
         "share [%]: base, extended", "processor time [s]")
 
 
@@ -34,7 +34,7 @@ def figures(answer):
 
 
 def told_of(answer):
-    """Verdict, family with its probability, and what is named."""
+    """Verdict, mechanism with its probability, and what is named."""
     parts = [answer["verdict"]]
     if answer["mechanism"]:
         stated = "" if answer["probability"] is None else f" ({answer['probability']:.2f})"
@@ -51,7 +51,7 @@ def row(name, answer, seconds):
 
 
 def summary(found):
-    """Extended over base as a geometric mean, and where the naive predictors are ahead."""
+    """Extended over base as a geometric mean, and where the baseline predictors are ahead."""
     ratio = statistics.geometric_mean(one["extended"] / one["base"] for one in found.values())
     behind = [name for name, one in found.items() if one["ridge"] < one["extended"]]
     line = [name for name, one in found.items() if one["line"] < one["extended"]]

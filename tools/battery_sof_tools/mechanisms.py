@@ -1,22 +1,22 @@
-"""What an answer of `sof diagnose` says of families of physics, and whether it is so."""
+"""What an answer of `sof diagnose` says of mechanisms, and whether it is so."""
 
 import collections
 
 QUIET, SHORT = "no_mismatch", "insufficient_data"
 BINS = ((0.0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 1.0))  # of a stated probability
-# Of what has a family: right; right and another beside it; only others; an alarm without a family; silence; too little data.
+# Of what has a mechanism: right; right and another beside it; only others; an alarm without a mechanism; silence; too little data.
 OUTCOMES = ("right", "beside", "wrong", "none", "missed", "short")
 
 
 def named(mechanism):
-    """A family's id, or None where none is meant."""
+    """A mechanism's id, or None where none is meant."""
     return mechanism if isinstance(mechanism, str) and mechanism not in ("", "none", "unknown") else None
 
 
 def mechanisms_of(answer, catalogue):
-    """{family: probability or None} of the answer's own family and those of its effects; the first that is said of a family counts.
+    """{mechanism: probability or None} of the answer's own mechanism and those of its effects; the first that is said of a mechanism counts.
 
-    catalogue: gives the family of an effect whose answer has none; may be None.
+    catalogue: gives the mechanism of an effect whose answer has none; may be None.
     """
     said = {}
     own = named(answer.get("mechanism"))
@@ -30,13 +30,13 @@ def mechanisms_of(answer, catalogue):
 
 
 def number(value):
-    """A number, or the one of a family in an object; None for anything else."""
+    """A number, or the one of a mechanism in an object; None for anything else."""
     value = value.get("mechanism") if isinstance(value, dict) else value
     return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
 
 def outcome(verdict, said, truths):
-    """One of OUTCOMES.  said: families named.  truths: families that are there, at least one."""
+    """One of OUTCOMES.  said: mechanisms named.  truths: mechanisms that are there, at least one."""
     if verdict in (QUIET, SHORT):
         return "missed" if verdict == QUIET else "short"
     if set(said) & set(truths):
@@ -45,7 +45,7 @@ def outcome(verdict, said, truths):
 
 
 def claims(said, truths):
-    """(family, probability, whether it is there) of every family that was named with a probability."""
+    """(mechanism, probability, whether it is there) of every mechanism that was named with a probability."""
     return [(mechanism, p, mechanism in truths) for mechanism, p in said.items() if p is not None]
 
 

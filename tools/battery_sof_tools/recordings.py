@@ -11,7 +11,7 @@ import os
 
 import numpy as np
 
-COLUMNS = ("time_s", "current_a", "voltage_v")  # what `sof` reads without being told
+COLUMNS = ("time_s", "current_a", "voltage_v")  # what `sof` reads without being reported
 
 # path below the data folder, columns of time, current and voltage, sign, and the stretch that is taken [s]
 Measured = collections.namedtuple("Measured", "path columns discharge_positive start end")
@@ -79,7 +79,7 @@ def write(path, t, i, u, columns=COLUMNS):
 
 
 def column_options(columns, discharge_positive=False):
-    """What tells `sof` the columns of a file."""
+    """What reports `sof` the columns of a file."""
     options = []
     for name, column in zip(("time", "current", "voltage"), columns):
         options += [f"--{name}-column", column]

@@ -1,4 +1,4 @@
-"""Scores what a model of a window says of the next one, driven by what is imposed, beside what needs no physics.
+"""Scores what a model of a window says of the next one, driven by what is controlled, beside what needs no physics.
 
     score_next_window REC [REC ...] [--effects IDS] [--picture OUT.png] [--json OUT.json] [--sof SOF] COLUMNS
     score_next_window REC --split 0.75 COLUMNS
@@ -7,9 +7,9 @@ Windows of --window seconds begin at the first sample and every --window from th
 of the samples that the recording's median interval promises and no gap beyond 60 s, engine on or off. `sof identify` fits the window, `sof predict` runs
 the model on through the successor. With --split the first part of the recording is fitted and the rest predicted.
 
-share: of the variation explained, 1 - RMS error / spread; both quantities together, of the current where a source imposes the voltage, of the voltage elsewhere.
-10 s, 60 s: median error of the mean current after a discharge ends. cranks: mean error of the lowest voltage. naive: straight lines, median past charge, past
-cranks of the fitted window. "inside": share of events in their 90 % interval. "rank": Spearman's correlation of the window's suitability with the next window's
+share: of the variation explained, 1 - RMS error / spread; both quantities together, of the current where a source controls the voltage, of the voltage elsewhere.
+10 s, 60 s: median error of the mean current after a discharge ends. cranks: mean error of the lowest voltage. baseline: straight lines, median past charge, past
+cranks of the fitted window. "inside": share of events in their 90 % interval. "rank": Spearman's correlation of the window's window quality with the next window's
 share and crank error, inside the recording. Further options, such as --time-column, go to sof as they are.
 """
 
@@ -118,7 +118,7 @@ def intervals(all_events):
 
 
 def rank(found):
-    """Correlation of suitability with the next window's share, and with its cranks' mean error."""
+    """Correlation of window quality with the next window's share, and with its cranks' mean error."""
     from scipy.stats import spearmanr  # half a second, and not all that import this module rank
     with_share = [(f["window_quality"], f["model"]["share_percent"]) for f in found if f["model"]["share_percent"] is not None]
     with_cranks = [(f["window_quality"], f["model"]["crank_mae_v"]) for f in found if f["model"]["crank_mae_v"] is not None]
@@ -186,7 +186,7 @@ def main():
                 print("{} {:>7.0f} s  refused".format(name, ends[0]), flush=True)
         summary(name, mine)
         if len(mine) > 4:
-            print("  rank of suitability  with the next share {}, with its crank error {}".format(*rank(mine)))
+            print("  rank of window quality  with the next share {}, with its crank error {}".format(*rank(mine)))
         found += mine
     if len(args.recordings) > 1:
         summary("all", found)

@@ -58,7 +58,7 @@ def call(command, cwd=None, patience_s=None):
 
 
 def diagnose(sof, recording, *options, patience_s=None):
-    """The answer to a recording, alone in a folder of its own under a name that tells nothing. Failure where there is none."""
+    """The answer to a recording, alone in a folder of its own under a name that reports nothing. Failure where there is none."""
     with tempfile.TemporaryDirectory(prefix="sof_") as folder:
         os.symlink(os.path.abspath(recording), os.path.join(folder, RECORDING))
         call([os.path.abspath(sof), "diagnose", RECORDING, "--json", ANSWER, "--threads", "1", *options], folder, patience_s)
@@ -70,9 +70,9 @@ def diagnose(sof, recording, *options, patience_s=None):
 
 
 class Catalogue:
-    """Ids of effects and faults by tier (S structure, P physics, I instruments) and by family.
+    """Ids of effects and faults by tier (S structure, P physics, I instruments) and by mechanism.
 
-    told: what `sof effects --json` prints. Faults of the sampling that are no equations belong to tier I.
+    reported: what `sof effects --json` prints. Faults of the sampling that are no equations belong to tier I.
     """
 
     def __init__(self, told):
@@ -88,7 +88,7 @@ class Catalogue:
         return self.codes.get(name, "I")[0]
 
     def mechanism(self, name):
-        """A family's id, or None for a name that is in no family."""
+        """A mechanism's id, or None for a name that is in no mechanism."""
         return self.mechanism_of.get(name)
 
 

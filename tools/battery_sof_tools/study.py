@@ -1,4 +1,4 @@
-"""Suitability of windows and coverage of intervals, by experiment: writes docs/archive/study.md and its picture.
+"""Window quality of windows and coverage of intervals, by experiment: writes docs/archive/study.md and its picture.
 
     make study [DATA=folder with startstop_car/]
 
@@ -107,7 +107,7 @@ def choice_table(rows):
     """Crank error of the window an indicator chooses, over the mean of all windows of its recording."""
     lines = ["| choice | mean | median | worst |", "|---|---|---|---|"]
     for label, key in (("random window", None), ("best excited (the automatic choice)", "excitation"),
-                       ("highest suitability", "suitability"), ("best fit on itself", "q_window"), ("best in hindsight", "hindsight")):
+                       ("highest window quality", "suitability"), ("best fit on itself", "q_window"), ("best in hindsight", "hindsight")):
         shares = []
         for name in sorted({r["recording"] for r in rows}):
             mine = [r for r in rows if r["recording"] == name and number(r, "cranks") > 0]
@@ -210,7 +210,7 @@ def picture(rows, path):
             taken |= {id(r) for r in mine}
             if mine:
                 axis.plot([number(r, "suitability") for r in mine], [number(r, key) for r in mine], ".", color=color, label=label)
-        axis.set_xlabel("suitability of the window, before any prediction")
+        axis.set_xlabel("window quality of the window, before any prediction")
         axis.set_ylabel(name)
         axis.grid(alpha=0.3)
     axes[0].set_ylim(-60, 100)
@@ -229,7 +229,7 @@ simulates, fits, plays and writes this page: {windows} windows of {recordings} s
 stretch without a gap), each fitted with the base model and then run over its whole stretch. Data sets 1 to 3 of `sof simulate`, eight seeds each
 {real}. Half of it chose the score; the other half (seeds 4 to 8, drive_2, other_car_1) chose nothing and judges it.
 
-## Suitability, known beforehand
+## Window quality, known beforehand
 
 Spearman's rank correlation of what the window alone says with what its model then does, on the {held} held-out windows: over all of them, and the
 mean of the correlations inside each recording. `suitability` is the score in use (`predictionSuitability()`: the fit's error on its window and
@@ -239,7 +239,7 @@ the window's last third predicted from its first two.
 
 {indicators}
 
-The aim was 0.9: **{all_q:.2f} for Q_dyn and {all_crank:.2f} for the crank error over all windows; {in_q:.2f} and {in_crank:.2f} within a recording.** It tells recordings
+The aim was 0.9: **{all_q:.2f} for Q_dyn and {all_crank:.2f} for the crank error over all windows; {in_q:.2f} and {in_crank:.2f} within a recording.** It reports recordings
 and regimes apart in which the model holds or does not; which of two windows of the same drive is the better one it knows for cranks a little
 and for Q_dyn hardly: there Q_dyn differs by few per cent, and the difference is what the rest of the drive holds, which no window knows.
 
@@ -249,12 +249,12 @@ What choosing brings: crank error of the chosen window over that of the mean win
 
 {choices}
 
-The automatic choice takes the best excited window; the suitability of the fit is reported with the model.
+The automatic choice takes the best excited window; the window quality of the fit is reported with the model.
 
 ## Coverage of the 90 % intervals
 
 Every recording is played through a session as the node runs it; every crank and every charge of 10 s is predicted from the last sample before it (the crank's
-lowest voltage for the current that flowed, the charge's mean current for the voltage that stood) and set beside what came. The widths learn from
+lowest voltage for the current that flowed, the charge's mean current for the voltage that stood) and compared with what came. The widths learn from
 the battery's own past events (`interval_scale.hpp`), from a factor of 1 on at the start of every recording.
 
 <!-- results: coverage -->

@@ -17,7 +17,7 @@ Times are in seconds, currents in ampere and positive into the battery, voltages
 Every subcommand takes `--json FILE` (`-` for standard output) and exits with
 
 - 0: done;
-- 1: an honest negative outcome: the answer is no, or not vouched for, or the recording cannot tell; the message says which;
+- 1: an honest negative outcome: the answer is no, or not supported, or the recording cannot tell; the message says which;
 - 2: wrong usage or wrong input.
 
 An output file appears whole or not at all, and never over a file that is read.
@@ -26,7 +26,7 @@ An output file appears whole or not at all, and never over a file that is read.
 ENDING = """
 ## What the help does not say
 
-*Who imposes what.* `sof check` says in which samples a source (a generator, a converter, a charger) holds the voltage. Where it does, and samples come a quarter of a second or more apart, `sof identify` is driven by the
+*Operating mode.* `sof check` says in which samples a source (a generator, a converter, a charger) holds the voltage. Where it does, and samples come a quarter of a second or more apart, `sof identify` is driven by the
 voltage there and adds the physics of charging (`fresh_sulphate`); `--effects none` is the base circuit, `--effects IDS` what you name, `--start paper` the paper's own procedure. `sof predict` then goes the same way;
 `--mode current` runs the model on the current alone, as in the paper. Q_dyn is always that of the current alone.
 
@@ -38,10 +38,10 @@ what the equations leave (`learned`). [model.md](model.md#modelyaml) lists its n
 *Questions.* A model is asked from the state it was saved in (`--to` of identify), or `--rested`. `sof crank` also takes the stop and the crank as they happen: `--load-profile FILE.csv`, `--crank-profile FILE.csv` (columns
 `time_s,current_a`). JSON holds the fields of the node's services under the same names; JSON has no infinity, so `t_stop` of a stop without an end (`--i-load 0`) is null with `outcome` "always".
 
-*Diagnosis.* The page is one file that needs no network. `--given IDS` models what is known to be there; `--verify-detection-limits IDS` diagnoses the recording with each of these put in and tells the strength at which it is named. Ctrl-C
+*Diagnosis.* The page is one file that needs no network. `--given IDS` models what is known to be there; `--verify-detection-limits IDS` diagnoses the recording with each of these put in and reports the strength at which it is named. Ctrl-C
 says what was being done, ends at once, and leaves no file.
 
-*Rows of blocks.* `--series-blocks 2` reads a recording of 24 V as that of one of its two 12 V blocks; the model file remembers it, and `sof predict`, `crank`, `stop-time`, `charge` and `map` answer in the row's volts without being told.
+*Series string.* `--series-blocks 2` reads a recording of 24 V as that of one of its two 12 V blocks; the model file remembers it, and `sof predict`, `crank`, `stop-time`, `charge` and `map` answer in the row's volts without being reported.
 
 *Long work.* On a terminal a command says from two seconds on what it is at and for how long; `sof map` also how long it will still take. Nothing of it is written to a pipe or a file.
 

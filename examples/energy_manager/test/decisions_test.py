@@ -20,7 +20,7 @@ from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
 
 RATE, DURATION = 12, 900
-LIMIT = 7.2  # [V], what energy_manager asks for unless told otherwise
+LIMIT = 7.2  # [V], what energy_manager asks for unless reported otherwise
 PARAMETERS = ("_window_s:=120.0", "_buffer_s:=300.0", "_identify_period_s:=120.0")
 
 
@@ -67,7 +67,7 @@ class Manager:
 
 
 class Drive:
-    """Tells the managers when the engine of the recorded car was off."""
+    """Reports the managers when the engine of the recorded car was off."""
 
     def __init__(self, stops):
         self.stops, self.now, self.off = stops, 0.0, False

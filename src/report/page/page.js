@@ -32,18 +32,18 @@
     const tile = document.createElement('canvas');
     tile.width = tile.height = 8;
     const pen = tile.getContext('2d');
-    pen.strokeStyle = color('imposed');
+    pen.strokeStyle = color('controlled');
     pen.beginPath();
     [-4, 4, 12].forEach((x) => { pen.moveTo(x - 6, 10); pen.lineTo(x + 6, -2); });
     pen.stroke();
     const hatch = canvas.createPattern(tile, 'repeat');
-    drive.imposed.forEach((stretch) => {
+    drive.controlled.forEach((stretch) => {
       const left = Math.max(graph.toDomXCoord(stretch[0]), area.x);
       const width = Math.min(graph.toDomXCoord(stretch[1]), area.x + area.w) - left;
       if (width <= 0) return;
       canvas.fillStyle = hatch;
       canvas.fillRect(left, area.y, width, area.h);
-      canvas.fillStyle = color('imposed-foot');
+      canvas.fillStyle = color('controlled-foot');
       canvas.fillRect(left, area.y + area.h - 5, width, 5);
     });
   }

@@ -6,7 +6,7 @@
 #include "cli/sof.hpp"
 #include "support/drive_in_folder.hpp"
 
-/// --series-blocks: a row of blocks is checked, identified and diagnosed as one block, and answered for in its own volts.
+/// --series-blocks: a series string is checked, identified and diagnosed as one block, and answered for in its own volts.
 namespace battery_sof {
 namespace {
 
@@ -72,12 +72,12 @@ TEST_F(SeriesBlocksOption, IsCheckedAndDiagnosedWithoutAWarningOfItsVoltage) {
   EXPECT_NE(sof({"identify", row_inputs_, "--out", row_model_}).err.find("not a 12 V lead-acid block"), std::string::npos);
   const Outcome checked = sof({"check", row_inputs_, "--series-blocks", "2"});
   EXPECT_EQ(checked.out.find("not a 12 V lead-acid block"), std::string::npos) << checked.out;
-  EXPECT_EQ(checked.out.find("2 blocks of 12 V in a row: volts and ohms told here are those of one block"), 0u) << checked.out;
+  EXPECT_EQ(checked.out.find("2 blocks of 12 V in series: volts and ohms reported here are those of one block"), 0u) << checked.out;
   EXPECT_EQ(sof({"identify", row_inputs_, "--out", row_model_, "--series-blocks", "2"}).err, "");
   const Json one = told({"diagnose", inputs_}), row = told({"diagnose", row_inputs_, "--series-blocks", "2"});
   EXPECT_EQ(row["verdict"], one["verdict"]);
   EXPECT_EQ(row["summary"], one["summary"]);
-  EXPECT_NE(row["instrument"].dump().find("2 blocks of 12 V in a row"), std::string::npos);
+  EXPECT_NE(row["instrument"].dump().find("2 blocks of 12 V in series"), std::string::npos);
 }
 
 TEST_F(SeriesBlocksOption, RefusesWhatIsNoRow) {

@@ -162,7 +162,7 @@ TEST_F(Sof, PredictsInTheDirectionThatASourceImposesAndFromTheCurrentAlone) {
   EXPECT_EQ(column(path("out.csv"), "predicted_a").size(), by_current.size());
 
   const Outcome text = sof({"predict", model_, path("car.csv"), "--from", "900"});
-  EXPECT_NE(text.out.find("driven by the voltage where a source imposes it"), std::string::npos);
+  EXPECT_NE(text.out.find("driven by the voltage where a source controls it"), std::string::npos);
   EXPECT_NE(text.out.find("naive"), std::string::npos);
 }
 
@@ -301,7 +301,7 @@ TEST_F(Sof, AnswersACharge) {
   EXPECT_LT(json["lower"].get<double>(), json["upper"].get<double>());
   const Outcome beyond = sof({"charge", model_, "--u-boost", "16"});
   EXPECT_EQ(beyond.code, 1);
-  EXPECT_NE(beyond.err.find("not to be relied on"), std::string::npos) << beyond.err;
+  EXPECT_NE(beyond.err.find("outside the identified range"), std::string::npos) << beyond.err;
   const Outcome wrong = sof({"charge", model_, "--u-boost", "13", "--i-limit", "-3"});
   EXPECT_EQ(wrong.code, 2);
   EXPECT_NE(wrong.err.find("i_limit"), std::string::npos) << wrong.err;

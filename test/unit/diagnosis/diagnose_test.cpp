@@ -44,7 +44,7 @@ TEST(Diagnose, ADriveOfTheBaseModelShowsNoMismatch) {
   EXPECT_EQ(diagnosis.base_voltage, diagnosis.extended_voltage);
 }
 
-/// The rest of what is learnt from hardly knows where the first quarter begins: no reason to call anything unknown.
+/// The rest of what is estimated from hardly knows where the first quarter begins: no reason to call anything unknown.
 TEST(Diagnose, AnotherDriveOfTheBaseModelShowsNoMismatch) {
   Recording recording;
   recording.name = "drive";
@@ -95,7 +95,7 @@ TEST(Diagnose, OneThreadAndTwoGiveTheSameAnswerByteForByte) {
 /// What a diagnosis says before it opens the part that was held out.
 nlohmann::json beforeTheHoldOut(const Recording& recording) {
   nlohmann::json said = diagnosisJson(diagnose(recording));
-  // What the last step compares on the hold-out: the fits, what needs no physics, who imposes what there.
+  // What the last step compares on the hold-out: the fits, what needs no physics, operating mode there.
   for (const char* opened : {"fit", "summary", "naive", "naive_line", "source", "imposed"}) said.erase(opened);
   for (nlohmann::json& candidate : said["candidates"]) candidate.erase("holdout_gain_percent");
   return said;

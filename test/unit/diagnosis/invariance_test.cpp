@@ -100,7 +100,7 @@ TEST_F(Invariance, TheOrderOfTheHypothesesChangesNoByte) {
 }
 
 /// Times and their differences are exact in binary, so nothing but the clock may change. With steps that round (0.1 s) the same names and
-/// probabilities come out, but parameters that the recording hardly tells apart (two of one ridge) move by some of their standard error.
+/// probabilities come out, but parameters that the recording hardly distinguishes (two of one ridge) move by some of their standard error.
 TEST_F(Invariance, AnotherBeginningOfTheClockChangesNothingButTimes) {
   constexpr double kShift = 4096.0;
   Recording later = drive();

@@ -11,7 +11,7 @@ using namespace test;
 
 CompositionPoint pointAtRest(const BatteryModel& model) { return {typicalPoint(model), model.restState()}; }
 
-/// A drive at 100 Hz, or at one sample a second where a source imposes the voltage every other half minute.
+/// A drive at 100 Hz, or at one sample a second where a source controls the voltage every other half minute.
 struct Rows {
   explicit Rows(bool slow) {
     series = test::answered(drivenBattery(), dataSetOneCurrent(slow ? 240.0 : 60.0, slow ? 1.0 : 0.01, 6), slow ? 1.0 : 0.01, 0.001, 6);

@@ -88,15 +88,15 @@ TEST(Summary, SaysWhatIsPartOfSomethingUnknown) {
 TEST(Summary, OfSomethingUnknownSaysItsFamilyAndWhetherItIsLearnt) {
   Diagnosis diagnosis;
   diagnosis.verdict = Verdict::kUnexplained;
-  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("no family"));
-  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("nothing that could be learnt"));
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("no mechanism"));
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("nothing that could be estimated"));
   diagnosis.mechanism = Mechanism::kAcid;
   diagnosis.discrepancy.emplace();
   diagnosis.discrepancy->is_used = true;
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find(mechanismSentence(Mechanism::kAcid)));
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("is in the extended model"));
   diagnosis.discrepancy->is_used = false;
-  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("nothing that could be learnt"));
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("nothing that could be estimated"));
 }
 
 TEST(Summary, SaysWhetherTheErrorOnWhatWasHeldOutFalls) {

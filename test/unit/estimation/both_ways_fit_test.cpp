@@ -110,7 +110,7 @@ TEST(IdentifyBothWays, RecoversFreshSulphate) {
   const BatteryModel composition({"fresh_sulphate"});
   const Eigen::VectorXd truth = freshBattery(composition);
   EXPECT_TRUE(isUsable(model.fit)) << model.fit.message;
-  // Priors pull, as only a hundredth of the samples counts as independent: I_0, told from S_q and beta by little, stays near its
+  // Priors pull, as only a hundredth of the samples counts as independent: I_0, reported from S_q and beta by little, stays near its
   // magnitude of 2 A (truth 1.5 A), and the rest is found.
   const std::vector<std::pair<const char*, double>> bounds = {{"r_discharge", 0.03},
                                                               {"steady_supply", 0.02},
@@ -381,7 +381,7 @@ TEST(Follower, PredictsTheQuantityThatIsNotImposed) {
 TEST(Follower, AddsWhatWasLearntInsideTheWindowsCurrents) {
   const StartStopDrive inputs = freshTwin(0.1, 0.01);
   FittedModel model = fitted(inputs, {"fresh_sulphate"});
-  // A constant of 1000 A is learnt: the prediction stays inside the window's range.
+  // A constant of 1000 A is estimated: the prediction stays inside the window's range.
   model.fit.residual_regression.current = RidgeFit();
   model.fit.residual_regression.current.centre = model.fit.residual_regression.current.weight = Eigen::VectorXd::Zero(InputMemory::kCurrentColumns);
   model.fit.residual_regression.current.scale = Eigen::VectorXd::Ones(InputMemory::kCurrentColumns);

@@ -129,7 +129,7 @@ TEST(Identify, TakesAGapInsideTheWindowForARest) {
   Series series = test::baseDrive(6, 120.0, 0.0);
   const std::size_t half = series.size() / 2;
   const OverpotentialStep step(test::drivenBattery());
-  // The drive stops, the car stands for ten minutes, and goes on from the state it rested to.
+  // The drive stops, the car represents ten minutes, and goes on from the state it rested to.
   double u = series.voltage[half - 1] - terminalVoltage(test::drivenBattery(), series.current[half - 1], 0.0);
   u = step.advance(u, 0.0, 600.0);
   for (std::size_t n = half; n < series.size(); ++n) {

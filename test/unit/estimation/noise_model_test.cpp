@@ -79,7 +79,7 @@ TEST(Whitening, TellsTheVarianceOfEveryInnovationAndNoneOfASampleItDoesNotTakeIn
   const Whitening without(kTruth, samples);
   EXPECT_EQ(without.logVariance(0), 0.0);
   EXPECT_EQ(without.logVariance(30), 0.0);
-  EXPECT_GT(without.logVariance(31), whole.logVariance(31)) << "what the sample would have told is missing";
+  EXPECT_GT(without.logVariance(31), whole.logVariance(31)) << "what the sample would have reported is missing";
 }
 
 TEST(Whitening, TurnsItsNoiseIntoIndependentNumbersOfUnitVariance) {

@@ -130,7 +130,7 @@ TEST(FitResidualRegression, LearnsAnErrorThatItsColumnsHold) {
 }
 
 TEST(FitResidualRegression, LearnsNothingToSpeakOfFromNoise) {
-  // Of ten draws of noise: what is learnt takes out at most a fiftieth of its square (9 columns, 400 samples of a voltage), and
+  // Of ten draws of noise: what is estimated takes out at most a fiftieth of its square (9 columns, 400 samples of a voltage), and
   // in half of the cases or more nothing is.
   int empty = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kC2 = 400.0, kBeta = 25.0, kI0 = 1.5;  // [F], [1/V], [A]
 
-/// I_0 {exp(alpha beta u) - exp((alpha - 1) beta u)} as the two exponentials of the steeper side stand for it.
+/// I_0 {exp(alpha beta u) - exp((alpha - 1) beta u)} as the two exponentials of the steeper side represent it.
 MatchedCurrent<double> reactionAt(double u, double alpha) {
   const double a = alpha * kBeta, b = (1.0 - alpha) * kBeta, k = std::max(a, b);
   const double charging = kI0 * std::exp(a * u), discharging = kI0 * std::exp(-b * u);

@@ -50,7 +50,7 @@ TEST(Mechanism, FaultsThatTheInstrumentScreenFindsAreTheInstruments) {
 TEST(Mechanism, AnUnknownIdIsRefusedByName) {
   try {
     mechanismOf("phlogiston");
-    FAIL() << "phlogiston has a family";
+    FAIL() << "phlogiston has a mechanism";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string::npos, std::string(error.what()).find("phlogiston"));
   }

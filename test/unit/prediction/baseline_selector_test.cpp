@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Charges of 10 A, expected by a model and by a naive predictor that err by as much as they are told.
+/// Charges of 10 A, expected by a model and by a baseline predictor that err by as much as they are reported.
 class Charges {
  public:
   void pass(double model_error, double baseline_error) {

@@ -13,7 +13,7 @@ using namespace test;
 
 constexpr Interval kModelled = {10.0, 9.8, 10.3};
 
-/// Cranks of which the equations miss `bias` and noise; with a naive line that misses nothing of v = 12 + 0.01 i.
+/// Cranks of which the equations miss `bias` and noise; with a baseline line that misses nothing of v = 12 + 0.01 i.
 FittedModel cranked(std::size_t cranks, double bias, double noise = 0.0, bool line = false, std::uint64_t seed = 2) {
   Random random(seed);
   FittedModel model = knownModel();

@@ -102,7 +102,7 @@ TEST(OnlineSession, GivesTheSameAnswersAsTheOfflineFunctionsOnTheSameSamples) {
   FittedModel model = identify(recording.series, *choice.range);
   fitErrors(model, recording.series, *choice.range);
   carryState(model, recording.series, recording.series.size() - 1);
-  model.intervals.crank_calibration = session.crankCalibration();  // learnt from the cranks that passed
+  model.intervals.crank_calibration = session.crankCalibration();  // estimated from the cranks that passed
   const CrankingAnswer offline = predictCranking(model, kQuery);
   const CrankingAnswer online = session.predictCranking(kQuery);
 

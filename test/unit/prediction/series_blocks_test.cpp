@@ -7,7 +7,7 @@
 #include "recording/series_blocks.hpp"
 #include "support/base_drive.hpp"
 
-/// Blocks in a row share the current: every voltage is as many times as large.
+/// Blocks in series share the current: every voltage is as many times as large.
 namespace battery_sof {
 namespace {
 

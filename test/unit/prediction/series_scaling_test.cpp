@@ -7,7 +7,7 @@
 #include "recording/series_blocks.hpp"
 #include "support/base_drive.hpp"
 
-/// A battery that is said to be a row of blocks: what a row of n is asked is answered as of one, with n times the voltage.
+/// A battery that is said to be a series string: what a row of n is asked is answered as of one, with n times the voltage.
 namespace battery_sof {
 namespace {
 
@@ -167,7 +167,7 @@ TEST(SessionOfARow, IsRefusedForANumberThatIsNone) {
   EXPECT_THROW(OnlineSession(Session::optionsOf(0.0)), std::invalid_argument);
 }
 
-/// A naive predictor that answers in the model's place does so for the row.
+/// A baseline predictor that answers in the model's place does so for the row.
 TEST(RowOfBlocksBaseline, AnswersWithAsManyTimesTheVoltage) {
   BaselinePredictor baseline;
   BaselineLine line;

@@ -132,7 +132,7 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
   const std::size_t estimated = monitor.now().intervals.event_history.charges.size();
   EXPECT_LE(estimated, compared.size() + long_ones);
   EXPECT_GE(estimated + 1, compared.size() + long_ones);
-  EXPECT_EQ(static_cast<std::size_t>(monitor.longChargeSelector().score().events), 0u) << "no naive predictor";
+  EXPECT_EQ(static_cast<std::size_t>(monitor.longChargeSelector().score().events), 0u) << "no baseline predictor";
 }
 
 TEST(ModelMonitor, WhenTheClockJumpsPastEventsMoveWithIt) {

@@ -608,7 +608,7 @@ TEST(MissingCheck, GapsAndSlowerRatesAreNotLostSamples) {
 }
 
 // ---------------------------------------------------------------------------------------------
-// suitability
+// window quality
 
 TEST(VoltageLevelCheck, FindsACellAndSaysWhichRangeWasExpected) {
   Series series = cleanDrive();

@@ -21,7 +21,7 @@ Series twoParts() {
   return series;
 }
 
-/// Load, two reasons for an imposed voltage, load; behind the gap an imposed voltage up to the end.
+/// Load, two reasons for a controlled voltage, load; behind the gap a controlled voltage up to the end.
 ControlModes madeSource() {
   ControlModes source;
   source.voltage_controlled.assign(15, 0);

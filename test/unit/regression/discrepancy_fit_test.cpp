@@ -61,7 +61,7 @@ DiscrepancyModel discrepancyOf(const DesignMatrix& table, double weight) {
 double rms(const Eigen::VectorXd& x) { return std::sqrt(x.squaredNorm() / static_cast<double>(x.size())); }
 
 // ---------------------------------------------------------------------------------------------
-// the direction that is imposed
+// the direction that is controlled
 
 /// Half a minute of load, a minute of a source that holds and moves its voltage, at one sample a second. The battery is the base
 /// circuit with a force [V] at its terminals.
@@ -170,7 +170,7 @@ TEST(DesignMatrix, ColumnsStayInsideTheirTrainingRange) {
 }
 
 // ---------------------------------------------------------------------------------------------
-// what is learnt
+// what is estimated
 
 TEST(LeftOutErrors, OfTheBaseCircuitsOwnVoltageGainNothing) {
   const Learnt estimated(tenHertz(400.0, 4));
@@ -218,7 +218,7 @@ TEST(FitDiscrepancy, TakesOnlyTheColumnsThatAreWanted) {
   for (const Regressor& column : fit.discrepancy.columns) EXPECT_TRUE(isTimeless(column)) << toString(column);
 }
 
-/// A resistance that grew by 3 mOhm over the first half of what is learnt from, slowly at first and at last, and stays there.
+/// A resistance that grew by 3 mOhm over the first half of what is estimated from, slowly at first and at last, and stays there.
 TEST(FitDiscrepancy, HoldsWhatHasDriftedWhereTheTrainingPartLeftIt) {
   Series series = tenHertz(400.0, 4);
   for (std::size_t n = 0; n < series.size(); ++n)

@@ -46,7 +46,7 @@ std::string physicsOf(const std::string& id) {
 TEST(PhysicsPage, SaysOfEveryEffectItsFamilySignatureLookAlikesAndOtherForms) {
   for (const EffectInfo& effect : effectCatalogue()) {
     const std::string section = physicsOf(effect.id);
-    EXPECT_NE(section.find("Family `" + mechanismId(mechanismOf(effect.id)) + "`"), std::string::npos) << effect.id;
+    EXPECT_NE(section.find("Mechanism `" + mechanismId(mechanismOf(effect.id)) + "`"), std::string::npos) << effect.id;
     for (const char* said : {"Signature: ", "Look-alike", "Other forms: "})
       EXPECT_NE(section.find(said), std::string::npos) << effect.id << ": " << said;
     for (const std::string& other : effect.look_alikes)

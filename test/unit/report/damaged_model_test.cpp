@@ -14,7 +14,7 @@
 namespace battery_sof {
 namespace {
 
-/// A model with noise, source, past events and naive predictors.
+/// A model with noise, source, past events and baseline predictors.
 FittedModel fullModel() {
   FittedModel model = test::uncertainModel(0.02);
   model.fit.noise = NoiseModel{0.002, 0.003, 10.0, 1e-4};
@@ -82,7 +82,7 @@ const Damage kDamages[] = {
     {"state:", "time_s", "1e15", "state.time_s"},
     {"window:", "to_s", "-5", "window.to_s is before from_s"},
     {"window:", "min_voltage_v", "1e9", "window.min_voltage_v"},
-    {"fit:", "suitability", "7", "fit.suitability is 7"},
+    {"fit:", "suitability", "7", "fit.window quality is 7"},
     {"fit:", "rmse_v", "-1", "fit.rmse_v"},
     {"source:", "voltage_lag_samples", "1000000000", "source.voltage_lag_samples"},
     {"source:", "max_gap_s", "1e300", "source.max_gap_s"},
@@ -119,7 +119,7 @@ TEST(DamagedModel, AListOfAnyLengthHasNoDecimalCommas) {
   const std::string good = modelYaml(model);
   EXPECT_EQ(errorOf(good), "");
   const std::string said = errorOf(std::string(good).replace(good.find("20.5"), 4, "20,5"));
-  EXPECT_NE(said.find("naive.phase.current_a has some commas with a space behind them and some without"), std::string::npos) << said;
+  EXPECT_NE(said.find("baseline.phase.current_a has some commas with a space behind them and some without"), std::string::npos) << said;
 }
 
 TEST(DamagedModel, WholeNumbersAreWholeAndDecimal) {

@@ -80,7 +80,7 @@ TEST(DiagnosisPage, EscapesEverySentenceOfADiagnosis) {
   Diagnosis& d = made.diagnosis;
   const std::string evil = "<i>evil</i>";
   d.summary = d.next_experiment = d.discrepancy->description = d.source.summary = d.source.totals[0].reason = evil;
-  d.candidates.push_back({evil, 1.0, 0.0, evil, "acceptance"});  // the nearest to what was learnt
+  d.candidates.push_back({evil, 1.0, 0.0, evil, "acceptance"});  // the nearest to what was estimated
   d.discrepancy->terms = d.instrument = d.outside = {evil};
   d.mismatch[0].regime = d.candidates[0].id = d.candidates[0].rejected_because = d.candidates[0].mechanism = evil;
   d.regimes = {{evil, "mean", 5, 0.1, 0.0, 0.2, 0.01, true}};
@@ -188,15 +188,15 @@ std::string dataOf(const std::string& page, const std::string& name) {
 
 TEST_F(PlottedPage, DrawsWhereASourceImposesTheVoltage) {
   const test::MadeDiagnosis made = test::madeNamed();
-  EXPECT_EQ(dataOf(pageOf(made), "imposed").rfind("\"imposed\":[[25.8,75],[175.8,225]", 0), 0u) << dataOf(pageOf(made), "imposed");
-  EXPECT_NE(pageOf(made).find("hatched: a source imposes the voltage (8 stretches)"), std::string::npos);
+  EXPECT_EQ(dataOf(pageOf(made), "controlled").rfind("\"controlled\":[[25.8,75],[175.8,225]", 0), 0u) << dataOf(pageOf(made), "controlled");
+  EXPECT_NE(pageOf(made).find("hatched: a source controls the voltage (8 stretches)"), std::string::npos);
 }
 
 TEST(DiagnosisPage, TellsTheSharesOfWhatIsImposedInWords) {
   const test::MadeDiagnosis made = test::madeNamed();
   const double share = 100.0 * made.diagnosis.source.share;
   char words[120];
-  std::snprintf(words, sizeof words, "aria-label=\"voltage imposed %.1f %%, current imposed %.1f %% of the samples\"", share,
+  std::snprintf(words, sizeof words, "aria-label=\"voltage controlled %.1f %%, current controlled %.1f %% of the samples\"", share,
                 100.0 - share);
   for (const bool zoomable : {true, false}) {
     const std::string markup = markupOf(pageOf(made, zoomable));
@@ -210,14 +210,14 @@ TEST(DiagnosisPage, WithoutASourceDrawsNoShareAndNoStretch) {
   test::MadeDiagnosis made = test::madeNamed();
   made.diagnosis.source = {false,
                            0.0,
-                           "Nothing charges the battery: the current is imposed throughout.",
+                           "Nothing charges the battery: the current is controlled throughout.",
                            {{"nothing in the recording charges the battery", ControlMode::kCurrent, 1, 10}},
                            {}};
   for (const bool zoomable : {true, false}) {
     const std::string markup = markupOf(pageOf(made, zoomable));
     EXPECT_NE(markup.find("Nothing charges the battery"), std::string::npos);
     EXPECT_EQ(markup.find("class=\"strip\""), std::string::npos);
-    EXPECT_EQ(markup.find("swatch imposed"), std::string::npos);
+    EXPECT_EQ(markup.find("swatch controlled"), std::string::npos);
   }
 }
 

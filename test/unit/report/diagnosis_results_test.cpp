@@ -140,7 +140,7 @@ TEST(DiagnosisText, PromisesNoStrengthWhereTooMuchIsLeft) {
 
 TEST(DiagnosisText, TellsTheFamilyWhatWasLearntAndWhatIsTooSmallToMatter) {
   const std::string text = diagnosisText(test::madeUnknown().diagnosis);
-  for (const char* piece : {"family       acceptance", "0.94", "learnt       What the currents", "memory of charging over 10 s",
+  for (const char* piece : {"mechanism       acceptance", "0.94", "estimated       What the currents", "memory of charging over 10 s",
                             "too small    0.4 mV RMS of structure is left"})
     EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
 }

@@ -160,7 +160,7 @@ TEST(ModelYaml, OfACompositionAnswersQueriesAsTheModelItCameFrom) {
   EXPECT_NEAR(after.lower, before.lower, 1e-6);
 }
 
-/// A model with everything that a source brings: rule, lag, naive predictors, past events, what was learnt and its memory.
+/// A model with everything that a source brings: rule, lag, baseline predictors, past events, what was estimated and its memory.
 class ModelYamlBothWays : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -279,9 +279,9 @@ TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithASource) {
 }
 
 TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithNaivePredictors) {
-  expectError(withValue("  current_from_voltage:", "[1, 2]"), "naive.current_from_voltage has 2 numbers, expected 8");
-  expectError(withValue("  voltage_from_current:", "none"), "naive.voltage_from_current is \"none\", expected 8 numbers");
-  expectError(withValue("  charge_10s:", "[1, 2, 3, 4, .inf]"), "naive.charge_10s holds a number that is not finite");
+  expectError(withValue("  current_from_voltage:", "[1, 2]"), "baseline.current_from_voltage has 2 numbers, expected 8");
+  expectError(withValue("  voltage_from_current:", "none"), "baseline.voltage_from_current is \"none\", expected 8 numbers");
+  expectError(withValue("  charge_10s:", "[1, 2, 3, 4, .inf]"), "baseline.charge_10s holds a number that is not finite");
 }
 
 TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithPastEvents) {

@@ -2,13 +2,13 @@
 
     sof-fleet run RECORDINGS... --out FOLDER     check, convert, identify, predict, diagnose and score each; call again to go on
     sof-fleet report FOLDER                      FOLDER/report.html
-    sof-fleet load FOLDER                        FOLDER/fleet.sqlite anew from the results in it
+    sof-fleet load FOLDER                        FOLDER/fleet.sqlite again from the results in it
     sof-fleet export FOLDER --csv DIR            one CSV file a table
     sof-fleet rebuild FLEET.sqlite --out FOLDER  the folder that a database was loaded from
     sof-fleet priors FOLDER --out PRIORS.yaml    mean and covariance of parameters by type of vehicle
     sof-fleet leave-one-out FOLDER               what that is worth on batteries that it has not seen
     sof-fleet slurm start|stop DIR               a Slurm of this machine alone, to try run --slurm
-    sof-fleet judge FOLDER                       alarms and false discoveries of recordings that strangers --only-draw drew
+    sof-fleet judge FOLDER                       alarms and false discoveries of recordings that out-of-model cases --only-draw drew
     sof-fleet digest FOLDER                      SHA-256 of all rows but measured times
 
 Exit code 0 done; 1 jobs were lost, call again; 2 refused: the sentence names what is wrong, and what to do.
@@ -49,7 +49,7 @@ def parser():
     one = commands.add_parser("slurm", help="a Slurm of this machine alone, to try run --slurm")
     one.add_argument("what", choices=("start", "stop"))
     one.add_argument("folder", help="of its files")
-    one = commands.add_parser("load", help="make the database anew")
+    one = commands.add_parser("load", help="make the database again")
     one.add_argument("folder")
     one.add_argument("--without-pages", action="store_true", help="leave the pages out of the database")
     one = commands.add_parser("export", help="tables as CSV")

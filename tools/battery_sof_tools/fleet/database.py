@@ -12,7 +12,7 @@ from ..files import require_regular, utf8, write_json
 from . import plan, rows, schema, stored
 
 NAME = "fleet.sqlite"
-REMEDY = "sof-fleet load makes it anew from its folder"
+REMEDY = "sof-fleet load makes it again from its folder"
 MOST_BYTES = 1 << 28  # of one file in it
 
 
@@ -105,7 +105,7 @@ def insert(base, table, lines):
 
 
 def load(folder, with_pages=True):
-    """Makes a folder's database anew: written beside, then renamed. Rows are in the order of keys, whoever worked on them and when.
+    """Makes a folder's database again: written beside, then renamed. Rows are in the order of keys, whoever worked on them and when.
 
     @return recordings in it.
     """

@@ -1,7 +1,7 @@
 """Which batteries of a fleet lack something, with the share of false ones among them held (docs/fleet.md).
 
-A recording's statistic is the evidence that its extended model gains over the base circuit [nats], 0 where no family is told. With nulls, recordings of batteries that lack
-nothing, it has a p-value: the share of nulls that gain as much. Without, exp(gain) / TRIED is taken for an e-value, and 1 / e stands for p (Wang and Ramdas 2022): that holds the
+A recording's statistic is the evidence that its extended model gains over the base circuit [nats], 0 where no family is reported. With nulls, recordings of batteries that lack
+nothing, it has a p-value: the share of nulls that gain as much. Without, exp(gain) / TRIED is taken for an e-value, and 1 / e represents p (Wang and Ramdas 2022): that holds the
 rate where the evidence is what it says, and it is not in short recordings at 1 Hz (docs/fleet.md has figures).
 """
 
@@ -62,7 +62,7 @@ def batteries(base, nulls=None):
 
 
 def mechanisms(found):
-    """By family: batteries told, those that stand in the fleet, how many of them are expected to be of that family, and the median probability."""
+    """By family: batteries reported, those that stand in the fleet, how many of them are expected to be of that family, and the median probability."""
     counted = []
     for name in sorted({one.family for one in found if one.family}):
         told = [one for one in found if one.family == name]

@@ -22,8 +22,8 @@ def label_of(recording):
     folder, name = os.path.split(recording)
     label = path(os.path.dirname(folder), LABELS, os.path.splitext(name)[0], "json")
     if not os.path.exists(label):
-        raise SystemExit(f"{recording}: no label {label}; only recordings of strangers --only-draw can be judged")
-    return stored.read(label, stored.LABEL, "strangers --only-draw writes it")
+        raise SystemExit(f"{recording}: no label {label}; only recordings of out-of-model cases --only-draw can be judged")
+    return stored.read(label, stored.LABEL, "out-of-model cases --only-draw writes it")
 
 
 def left_on_training(base):

@@ -1,7 +1,7 @@
 """What a fleet's prior is worth on a battery that it has not seen: next-window scores with it and without.
 
 For every battery PRIORS.yaml is made without it, and its recordings are scored again. share: as in score_next_window. blow-ups: windows whose error (100 % - share) is above
-three times the median error without a prior. rank: Spearman's correlation of the window's suitability with the share of the next one, inside the battery.
+three times the median error without a prior. rank: Spearman's correlation of the window's window quality with the share of the next one, inside the battery.
 """
 
 import collections

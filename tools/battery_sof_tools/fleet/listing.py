@@ -110,7 +110,7 @@ def complete(row):
 
 
 def named(rows):
-    """A battery without a name is called as its file; where files of several folders are called alike, with as many of these in front as tell them apart."""
+    """A battery without a name is called as its file; where files of several folders are called alike, with as many of these in front as distinguish them."""
     stems = {row["path"]: os.path.splitext(row["path"])[0] for row in rows if "battery" not in row}
     parts = {stem: stem.split(os.sep) for stem in stems.values()}
     depth = dict.fromkeys(parts, 1)
@@ -130,7 +130,7 @@ def named(rows):
 
 
 def column_options(entry):
-    """What tells `sof` the columns of a recording."""
+    """What reports `sof` the columns of a recording."""
     options = [word for key in COLUMNS if key in entry for word in ("--" + key.replace("_", "-"), entry[key])]
     return options + (["--discharge-positive"] if entry["discharge_positive"] else [])
 

@@ -55,7 +55,7 @@ def headline(found, told, held):
     if not standing:
         return f"None of {sections.count(len(found), 'battery', 'batteries')} lacks a kind of physics that stands among so many."
     first = told[0]
-    lack = "lack" if held else "are told to lack"
+    lack = "lack" if held else "are reported to lack"
     return (f"{len(standing)} of {sections.count(len(found), 'battery', 'batteries')} {lack} a kind of physics that the base circuit does not have; the most frequent one is "
             f"{sections.words(first[0])} ({len(first[2])}).")
 

@@ -76,15 +76,15 @@ def battery_list(standing, rows):
 def mechanisms(base, told, judged, nulls):
     """How many batteries lack which family, and how sure that is."""
     if not told:
-        return section("families", "What is missing", "<p>No recording told of a family of physics that the base circuit lacks.</p>")
+        return section("families", "What is missing", "<p>No recording reported of a family of physics that the base circuit lacks.</p>")
     rows, most, lines = by_battery(base), max(max(len(row[2]) for row in told), 1), []
     for name, count_told, standing, expected, sure in told:
         bar = f'<span class="share"><i style="width:{100.0 * len(standing) / most:.1f}%"></i></span>'
-        lines.append((f"<b>{html.escape(words(name))}</b><small class=wrap>{html.escape(MEANT.get(name, ''))}</small>", f"{bar}{len(standing)}<small>of {count_told} told</small>",
+        lines.append((f"<b>{html.escape(words(name))}</b><small class=wrap>{html.escape(MEANT.get(name, ''))}</small>", f"{bar}{len(standing)}<small>of {count_told} reported</small>",
                       "" if sure is None else f"{expected:.1f}", number(sure, 2), battery_list(standing, rows) if standing else ""))
-    how = (f"Of the batteries counted here at most one in ten is expected to lack nothing at all: false discovery rate 10 %, Benjamini-Hochberg over {judged} batteries, each set beside "
+    how = (f"Of the batteries counted here at most one in ten is expected to lack nothing at all: false discovery rate 10 %, Benjamini-Hochberg over {judged} batteries, each compared with "
            f"{len(nulls)} recordings that lack nothing." if nulls is not None else
-           f"<strong>How many of the batteries counted here lack nothing is not known:</strong> no recordings that lack nothing were given (--nulls). The evidence that a diagnosis gains stands for an "
+           f"<strong>How many of the batteries counted here lack nothing is not known:</strong> no recordings that lack nothing were given (--nulls). The evidence that a diagnosis gains represents an "
            f"e-value in Benjamini-Hochberg over {judged} batteries; short recordings at 1 Hz gain evidence without lacking anything.")
     note = (f'<p class="note">{how} '
             "<em>Family right</em> is the sum of the stated probabilities: so many of them are expected to lack this family and not another one.</p>")

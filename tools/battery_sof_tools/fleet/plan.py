@@ -85,7 +85,7 @@ def recordings_in(path):
 def setting_of(folder, kept):
     """What a step has to know of the run."""
     path = os.path.join(folder, "setting.json")
-    return dict(kept["options"], steps=kept["steps"], **stored.read(path, stored.SETTING, "sof-fleet run writes it anew"))
+    return dict(kept["options"], steps=kept["steps"], **stored.read(path, stored.SETTING, "sof-fleet run writes it again"))
 
 
 def results(folder, key):

@@ -1,6 +1,6 @@
 """What a fleet teaches a single battery: parameters by type of vehicle, and by a battery's own past, as PRIORS.yaml.
 
-A fit w of battery b tells y_bw = m + c_b + d_bw + f_bw: the fleet's mean, what is the battery's own, c ~ N(0, C), what changes from window to window (charge,
+A fit w of battery b reports y_bw = m + c_b + d_bw + f_bw: the fleet's mean, what is the battery's own, c ~ N(0, C), what changes from window to window (charge,
 temperature), d ~ N(0, D), and the fit's error with its variance s_bw^2. By moments (DerSimonian and Laird 1986), in turns until they stay:
 
     D = mean of the variances inside batteries - mean s^2,     v_b = (D + mean_w s_bw^2) / n_b

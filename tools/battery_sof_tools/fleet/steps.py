@@ -89,7 +89,7 @@ def called(command, patience_s):
 
 
 def converted(recording, patience_s):
-    """sof convert tells nothing in JSON."""
+    """sof convert reports nothing in JSON."""
     if not recording.is_bag:
         return None, None, "not needed: the recording is CSV"
     told = called(recording.command("convert"), patience_s)

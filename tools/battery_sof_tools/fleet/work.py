@@ -28,7 +28,7 @@ def alone(folder, entry, setting):
 def main(folder, group, done):
     kept, recordings = plan.load(folder)
     setting = plan.setting_of(folder, kept)
-    mine = set(stored.read(group, [stored.KEY], "sof-fleet run writes it anew"))
+    mine = set(stored.read(group, [stored.KEY], "sof-fleet run writes it again"))
     taken = sum(alone(folder, one, setting) for one in recordings if one["key"] in mine)
     write_json(done, {"recordings": len(mine), "steps": taken})
     return 0

@@ -20,7 +20,7 @@ def seed_of(*parts):
 
 
 def forms_of(draw):
-    """{family: [form, ...]} of other forms, as `draw_out_of_model --list` names them."""
+    """{mechanism: [form, ...]} of other forms, as `draw_out_of_model --list` names them."""
     told = subprocess.run([draw, "--list"], capture_output=True, text=True, check=True)
     forms = collections.defaultdict(list)
     for line in told.stdout.splitlines():
@@ -31,9 +31,9 @@ def forms_of(draw):
 
 
 def plan(wanted, seed, forms, **given):
-    """Cases under opaque names, in an order of the seed. Families take turns, and within a family its forms.
+    """Cases under opaque names, in an order of the seed. Mechanisms take turns, and within a mechanism its forms.
 
-    wanted: number by kind.  forms: {family: [form, ...]}.  given: rate [Hz] or duration [s] of all, in place of the seeds' choice.
+    wanted: number by kind.  forms: {mechanism: [form, ...]}.  given: rate [Hz] or duration [s] of all, in place of the seeds' choice.
     """
     cases = []
     for kind in KINDS:

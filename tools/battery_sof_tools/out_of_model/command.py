@@ -1,10 +1,10 @@
-"""Judges `sof diagnose` on strangers: recordings of physics in forms that no catalogue has, and nulls (docs/cases.md).
+"""Judges `sof diagnose` on out-of-model cases: recordings of physics in forms that no catalogue has, and nulls (docs/cases.md).
 
-    strangers --build B --out DIR [--kinds null=50,imperfect_null=200,other_form=140] [--seed 1] [--jobs 2]
-    strangers --build B --out DIR --only-draw [--kinds ...] [--seed 1]
-    strangers --out DIR --only-score [--markdown FILE] [--json FILE]
+    out-of-model cases --build B --out DIR [--kinds null=50,imperfect_null=200,other_form=140] [--seed 1] [--jobs 2]
+    out-of-model cases --build B --out DIR --only-draw [--kinds ...] [--seed 1]
+    out-of-model cases --out DIR --only-score [--markdown FILE] [--json FILE]
 
-Draws the cases, shows every recording to `sof diagnose` under a name that tells nothing, keeps the answers (a second call goes on
+Draws the cases, shows every recording to `sof diagnose` under a name that reports nothing, keeps the answers (a second call goes on
 where the first was cut off), and only then opens the labels. Beside every hold-out a ridge regression on currents and their memories
 is set that the script fits itself.
 """

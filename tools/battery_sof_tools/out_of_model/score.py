@@ -1,4 +1,4 @@
-"""Counts alarms, families and held-out errors (docs/cases.md)."""
+"""Counts alarms, mechanisms and held-out errors (docs/cases.md)."""
 
 import collections
 import json
@@ -12,7 +12,7 @@ from .cases import ANSWERS, LABELS, RIDGES, path
 
 
 class Case:
-    """A label, the answer to it, the catalogue of effects (None: families as the answer has them), seconds and the ridge's hold-out RMSE [V]."""
+    """A label, the answer to it, the catalogue of effects (None: mechanisms as the answer has them), seconds and the ridge's hold-out RMSE [V]."""
 
     def __init__(self, label, answer, catalogue=None, seconds=None, ridge_v=None, name=""):
         self.label, self.answer, self.catalogue, self.seconds, self.ridge_v, self.name = label, answer, catalogue, seconds, ridge_v, name
@@ -30,11 +30,11 @@ class Case:
         return self.verdict not in (mechanisms.QUIET, mechanisms.SHORT)
 
     def said(self):
-        """{family: probability} of the answer's own family and those of its effects."""
+        """{mechanism: probability} of the answer's own mechanism and those of its effects."""
         return mechanisms.mechanisms_of(self.answer, self.catalogue)
 
     def outcome(self):
-        """Of another form: right, beside (right, and another family too), wrong, none (alarm, no family), missed, short."""
+        """Of another form: right, beside (right, and another mechanism too), wrong, none (alarm, no mechanism), missed, short."""
         return mechanisms.outcome(self.verdict, self.said(), {self.label["mechanism"]})
 
     def holdout(self, side):
@@ -47,7 +47,7 @@ class Case:
         return extended / base if base and extended is not None else None
 
     def claims(self):
-        """(family, probability, whether it is true) of every family that is named with a probability; each family once."""
+        """(mechanism, probability, whether it is true) of every mechanism that is named with a probability; each mechanism once."""
         return mechanisms.claims(self.said(), {self.label["mechanism"]})
 
 
@@ -76,17 +76,17 @@ def null_figures(cases, kind):
     ratios = [one.ratio() for one in some if one.ratio() is not None]
     return [("alarms", rate(sum(one.alarmed for one in judged), len(judged))),
             ("insufficient data", rate(len(some) - len(judged), len(some))),
-            ("a family named", rate(sum(bool(one.said()) for one in judged), len(judged))),
+            ("a mechanism named", rate(sum(bool(one.said()) for one in judged), len(judged))),
             ("extended worse than base by over 2 %", rate(sum(one > 1.02 for one in ratios), len(ratios)))]
 
 
 def mechanism_figures(some):
     counts = collections.Counter(one.outcome() for one in some)
     judged = len(some) - counts["short"]
-    return [("family right", rate(counts["right"] + counts["beside"], judged)),
-            ("right, another family beside it", rate(counts["beside"], judged)),
-            ("wrong family", rate(counts["wrong"], judged)),
-            ("alarm without a family", rate(counts["none"], judged)),
+    return [("mechanism right", rate(counts["right"] + counts["beside"], judged)),
+            ("right, another mechanism beside it", rate(counts["beside"], judged)),
+            ("wrong mechanism", rate(counts["wrong"], judged)),
+            ("alarm without a mechanism", rate(counts["none"], judged)),
             ("missed", rate(counts["missed"], judged)),
             ("insufficient data", rate(counts["short"], len(some)))]
 
@@ -103,7 +103,7 @@ def error_figures(some):
 
 
 def reliability(cases):
-    """(bin, claims that are right, claims) over all kinds; a family named of a null is wrong."""
+    """(bin, claims that are right, claims) over all kinds; a mechanism named of a null is wrong."""
     return mechanisms.reliability([claim for one in cases for claim in one.claims()])
 
 
@@ -129,21 +129,21 @@ def as_markdown(cases, failed):
         lines.extend(mechanism_table(others))
     claimed = reliability(cases)
     if any(n for _, _, n in claimed):
-        add("Probability of families, and how many were right", [(name, rate(k, n)) for name, k, n in claimed])
+        add("Probability of mechanisms, and how many were right", [(name, rate(k, n)) for name, k, n in claimed])
     else:
-        lines.extend(["", "No answer names a family with a probability."])
+        lines.extend(["", "No answer names a mechanism with a probability."])
     add("Time", [("seconds a case", seconds_row(cases))])
     return "\n".join(lines[1:] + ([""] + [f"Not judged: {one}" for one in failed] if failed else [])) + "\n"
 
 
 def mechanism_table(others):
-    """One row a family and one a form: outcomes, and what is left of the hold-out error."""
+    """One row a mechanism and one a form: outcomes, and what is left of the hold-out error."""
     groups = collections.defaultdict(list)
     for one in others:
         groups[(one.label["mechanism"], "")].append(one)
         groups[(one.label["mechanism"], one.label["form"])].append(one)
     rows = [mechanism_row(f"- {form}" if form else f"**{mechanism}**", groups[mechanism, form]) for mechanism, form in sorted(groups)]
-    return [""] + tables.table(["family, form", "cases", "right", "beside", "wrong", "none", "missed", "taken for", "extended / base",
+    return [""] + tables.table(["mechanism, form", "cases", "right", "beside", "wrong", "none", "missed", "taken for", "extended / base",
                                 "ridge / base"], rows)
 
 

@@ -3,7 +3,7 @@
     proof seal  --build B --seed-from HASH --out DIR [--share 1.0]     draws cases and strengths, publishes the labels' digest
     proof run   --build B --seal DIR --out RESULTS                     shows every recording to `sof diagnose`
     proof score --build B --seal DIR --out RESULTS [--markdown FILE] [--pictures FOLDER] [--json FILE]
-    proof quick --build B --seal DIR --out RESULTS [--json FILE]       run anew and score, with bounds: exit code 1 beyond them
+    proof quick --build B --seal DIR --out RESULTS [--json FILE]       run again and score, with bounds: exit code 1 beyond them
     proof sealed --build B --docs docs/proof --frozen docs/proof/frozen   all of it for the committed seal
 """
 
@@ -36,7 +36,7 @@ def do_score(a):
 
 
 def do_quick(a):
-    """Every time anew: answers that were kept would hide what has changed."""
+    """Every time again: answers that were kept would hide what has changed."""
     shutil.rmtree(a.out, ignore_errors=True)
     run.run(a.build, a.seal, a.out, a.jobs, with_truth=False)
     report = score.score(a.seal, a.out, catalogue(program(a.build, "sof")))

@@ -21,7 +21,7 @@ STRENGTHS = {
 
 @dataclasses.dataclass
 class Case:
-    """A label, the answers to it, what the model did that was told the truth (None without), and the catalogue of effects."""
+    """A label, the answers to it, what the model did that was reported the truth (None without), and the catalogue of effects."""
     label: dict
     answers: dict
     told: dict
@@ -96,7 +96,7 @@ def weak_names(case, below=20.0):
     """For every class that a name of tier P or I leads with little evidence, in every answer to the case: whether it holds a truth."""
     right = []
     for answer in case.answers.values():
-        classes = {frozenset(class_of(e)): e for e in reversed(answer["effects"])}  # its first name stands for a class
+        classes = {frozenset(class_of(e)): e for e in reversed(answer["effects"])}  # its first name represents a class
         right += [holds(class_of(e), case.truths) for e in classes.values()
                   if 0.0 < (e["evidence"] or 0.0) < below and case.catalogue.tier(e["id"]) in "PI"]
     return right

@@ -43,7 +43,7 @@ def before_after_lines(report):
             ("" if values[2] is None else f" ({scale * values[2]:.{digits}f})")
 
     lines = ["### Before and after", "",
-             "Medians on the part that was held out: base model -> extended model (the model that was told the truth).", "",
+             "Medians on the part that was held out: base model -> extended model (the model that was reported the truth).", "",
              "| level | truth | cases | RMS error [mV] | charge current error [A] | cranks' minima [mV] |", "|---|---|---|---|---|---|"]
     for (level, name), row in sorted(report["before_after"].items()):
         cells = (cell(row, "rmse_v", 1e3, 1), cell(row, "charge_current_error_a", 1.0, 2), cell(row, "crank_mae_v", 1e3, 1))

@@ -46,7 +46,7 @@ class Programs:
             return recording, json.load(f)
 
     def diagnose(self, recording, to_s=None, given=()):
-        """What is scored of the answer to a recording that lies alone in a folder of its own, under a name that tells nothing."""
+        """What is scored of the answer to a recording that lies alone in a folder of its own, under a name that reports nothing."""
         options = ["--to", f"{to_s:g}"] if to_s else []
         options += ["--given", ",".join(given)] if given else []
         return essentials(diagnose(self.sof, recording, *options, patience_s=PATIENCE_S))

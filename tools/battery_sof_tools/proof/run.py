@@ -1,7 +1,7 @@
 """Shows the recordings of a seal to `sof diagnose` and keeps what it answers.
 
 The diagnosing process is given one file of a neutral name in a folder of its own: no label, no family, no seed. All answers are
-written down and hashed before a scorer opens the labels; only then the models are fitted that are told the truth (--given).
+written down and hashed before a scorer opens the labels; only then the models are fitted that are reported the truth (--given).
 """
 
 import json
@@ -20,7 +20,7 @@ SAME = 1e-5  # relative: strengths are sealed with six digits
 
 
 def run(build, sealed, out, jobs=2, with_truth=True):
-    """Writes answers.jsonl, answers.sha256 and told.jsonl; goes on where it was cut off."""
+    """Writes answers.jsonl, answers.sha256 and reported.jsonl; goes on where it was cut off."""
     os.makedirs(out, exist_ok=True)
     said, labels = opened(sealed)
     labels = [label for label in labels if "failed" not in label]
@@ -33,10 +33,10 @@ def run(build, sealed, out, jobs=2, with_truth=True):
     if not with_truth:
         return
     if not Programs(build).knows_given():
-        print("sof diagnose has no --given: no models that are told the truth", file=sys.stderr)
+        print("sof diagnose has no --given: no models that are reported the truth", file=sys.stderr)
         return
     known = [label for label in labels if truths_to_tell(label)]
-    complete(build, known, out, TOLD, told, jobs, "fitted with the truth told")
+    complete(build, known, out, TOLD, told, jobs, "fitted with the truth reported")
 
 
 def require_same(out, asked):

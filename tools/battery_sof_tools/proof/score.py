@@ -144,7 +144,7 @@ def written(figure):
 
 
 def before_after(cases):
-    """By level and truth: cases, and medians of the held-out errors of base model, extended model and the model that was told the truth."""
+    """By level and truth: cases, and medians of the held-out errors of base model, extended model and the model that was reported the truth."""
     groups = collections.defaultdict(list)
     for case in cases:
         if case.whole["holdout"] and case.level in WITH_TRUTH:

@@ -1,1 +1,1 @@
-"""Laws that no catalogue has, put into recordings that were measured: is their family named, and nothing else?"""
+"""Laws that no catalogue has, put into recordings that were measured: is their mechanism named, and nothing else?"""

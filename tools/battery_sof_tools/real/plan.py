@@ -7,7 +7,7 @@ from ..out_of_model.cases import seed_of
 
 ZERO = "zero"
 ZEROS_A_ROUND = 2
-# The cell is none of lead and acid: no lead-acid family is promised of it.
+# The cell is none of lead and acid: no lead-acid mechanism is promised of it.
 NO_EFFECTS = ("leaf_cell",)
 # Effects of the catalogue that are put in at a promised strength, by equations of their own (concealment.py).
 PROMISED = ("acid_transport", "ocv_soc", "high_rate_depletion", "contact_resistance", "voltage_drift", "current_offset", "time_skew")
@@ -19,9 +19,9 @@ INSTRUMENT, LONGEST_INSTRUMENT_S = "instrument", 10800.0  # as draw_out_of_model
 
 
 def rounds(seed, forms, only=()):
-    """Cases without end, in rounds: every recording with every family once and ZEROS_A_ROUND times with none, in an order of the seed.
+    """Cases without end, in rounds: every recording with every mechanism once and ZEROS_A_ROUND times with none, in an order of the seed.
 
-    A case's name tells its place in the plan; the form of a family is another every round.
+    A case's name reports its place in the plan; the form of a mechanism is another every round.
     """
     recordings = [one for one in MEASURED if not only or one in only]
     number = 0
@@ -38,7 +38,7 @@ def rounds(seed, forms, only=()):
 
 
 def promised(seed, catalogue, only=(), recordings=MEASURED):
-    """Cases of one round: every recording with each of PROMISED, at the strength that its own answer calls the least to be told, and ZEROS_A_ROUND times with none."""
+    """Cases of one round: every recording with each of PROMISED, at the strength that its own answer calls the least to be reported, and ZEROS_A_ROUND times with none."""
     for recording in recordings:
         if only and recording not in only:
             continue
@@ -50,7 +50,7 @@ def promised(seed, catalogue, only=(), recordings=MEASURED):
 
 
 def forms_in_turn(case, forms):
-    """The forms of a case's family, beginning with the one whose turn it is on this recording."""
+    """The forms of a case's mechanism, beginning with the one whose turn it is on this recording."""
     mine = forms[case["kind"]]
     first = (case["turn"] + list(MEASURED).index(case["recording"])) % len(mine)
     return mine[first:] + mine[:first]

@@ -92,13 +92,13 @@ class Bench:
         """A row with an effect at the least strength that the answer to the unchanged recording calls enough."""
         strength, beside = self.before(case["recording"])["promised"].get(case["effect"]), self.recording(case["recording"])
         if strength is None:
-            return dict(case, not_drawn=[f"{case['effect']} would be told at no strength, or is told"])
+            return dict(case, not_drawn=[f"{case['effect']} would be reported at no strength, or is reported"])
         instant = concealment.instant_of_throughput(beside.t, beside.i, plan.INSTANT_SHARE)
         current, voltage = concealment.changed(case["effect"], beside.t, beside.i, beside.u, strength, case["tau_s"], instant)
         return dict(case, drawn={"form": case["effect"], "strength": strength}, answer=self.told(beside.t, current, voltage))
 
     def law(self, case, forms, wanted):
-        """The first form of the family that shows as it should."""
+        """The first form of the mechanism that shows as it should."""
         beside, why = self.recording(case["recording"]), []
         with tempfile.TemporaryDirectory(prefix="real_") as folder:
             path = os.path.join(folder, "measured.csv")

@@ -19,12 +19,12 @@ class Case:
 
     @property
     def new(self):
-        """Families named with it and not without it."""
+        """Mechanisms named with it and not without it."""
         return set(self.answer["mechanisms"]) - set(self.before["mechanisms"])
 
     @property
     def judged(self):
-        """Whether the family can be newly named: it was not before."""
+        """Whether the mechanism can be newly named: it was not before."""
         return self.truth is not None and self.truth not in self.before["mechanisms"]
 
     @property
@@ -63,12 +63,12 @@ def figures(cases):
     return [
         ("zero: nothing new named", counted(lambda one: not one.new, zero), ">= 95 %"),
         ("zero: the verdict is as without", counted(lambda one: one.answer["verdict"] == one.before["verdict"], zero), ""),
-        ("put in: its family newly named", counted(lambda one: one.truth in one.new, judged), ">= 90 %"),
+        ("put in: its mechanism newly named", counted(lambda one: one.truth in one.new, judged), ">= 90 %"),
         ("of these with another beside it", counted(lambda one: one.outcome == "beside", judged), ""),
-        ("put in: only another family newly named", counted(lambda one: one.outcome == "wrong", judged), ""),
+        ("put in: only another mechanism newly named", counted(lambda one: one.outcome == "wrong", judged), ""),
         ("put in: nothing new named", counted(lambda one: one.outcome == "missed", judged), ""),
-        ("put in: its family newly named or a new part of what is unknown", counted(lambda one: one.part, judged), ""),
-        ("not judged, its family is named without it too", f"{len(put_in) - len(judged)} of {len(put_in)}", ""),
+        ("put in: its mechanism newly named or a new part of what is unknown", counted(lambda one: one.part, judged), ""),
+        ("not judged, its mechanism is named without it too", f"{len(put_in) - len(judged)} of {len(put_in)}", ""),
         ("of these still named", counted(lambda one: one.truth in one.answer["mechanisms"], [one for one in put_in if not one.judged]), ""),
         ("hold-out error, extended over base, geometric mean", mean_of(ratios), ""),
         ("hold-out error, ridge regression over base, geometric mean", mean_of([one.over_base("ridge") for one in beside]), ""),
@@ -102,11 +102,11 @@ def as_markdown(rows, unchanged):
     drawn = [one.row["drawn"] for one in cases if one.truth]
     lines = [f"{len(cases)} cases: {len(drawn)} with a law in them, {len(cases) - len(drawn)} at zero; {len(not_drawn)} could not be drawn, {len(failed)} failed.", ""]
     lines += table(["figure", "measured (95 %, Wilson)", "aim"], figures(cases)) + [""]
-    lines += by_group([one for one in cases if one.truth], lambda one: one.truth, "family put in") + [""]
+    lines += by_group([one for one in cases if one.truth], lambda one: one.truth, "mechanism put in") + [""]
     lines += by_group(cases, lambda one: one.row["recording"], "recording") + [""]
     claimed = [claim for one in cases if one.truth for claim in
                mechanisms.claims({mechanism: p for mechanism, p in one.answer["mechanisms"].items() if mechanism in one.new}, {one.truth})]
-    lines += table(["stated probability of a newly named family", "share that is what was put in"],
+    lines += table(["stated probability of a newly named mechanism", "share that is what was put in"],
                    [(name, rate(k, n, wilson)) for name, k, n in mechanisms.reliability(claimed)]) + [""]
     lines += table(["recording as it is", "verdict", "mechanisms", "too small to tell, below [mV]"],
                    [(name, answer["verdict"], ", ".join(answer["mechanisms"]), f"{1e3 * answer['limit_v']:.1f}")

@@ -75,7 +75,7 @@ def diagnosis(results):
         one = results["diagnosis"][name]
         shares = [none_or(one[f"{side}_share_percent"], "{:.0f}") for side in ("base", "extended")]
         rows.append((label, one["told"], ", ".join(f"{one[f'{key}_mv']:.0f}" for key in ("base", "extended", "ridge", "line")), "" if shares == ["-", "-"] else ", ".join(shares), f"{one['seconds']:.0f}"))
-    return table(("recording", "verdict; family (probability); effects", "RMS [mV]: circuit, extended, ridge regression, straight line", "share [%]: circuit, extended", "time [s]"), rows)
+    return table(("recording", "verdict; mechanism (probability); effects", "RMS [mV]: circuit, extended, ridge regression, straight line", "share [%]: circuit, extended", "time [s]"), rows)
 
 
 def diagnosis_summary(results):
@@ -121,15 +121,15 @@ def out_of_model(results):
     seeds = [results[name] for name in ("strangers", "strangers_34", "strangers_24")]
     rows = [["alarms where there is nothing: plain; imperfect recorders", *map(alarms, seeds)],
             ["the same at one sample a second, 5 minutes", "seeds 41 and 43: " + alarms(results["nulls_1hz"]), "", "seeds 31 and 33: " + alarms(results["nulls_1hz_before"])],
-            ["family right (another beside it)", *("{right} ({beside}) of {others}: ".format(**one) + percent(one["right"], one["others"]) for one in seeds)],
-            ["wrong family; an alarm without one; missed", *("{wrong}; {no_family}; {missed} of {others}".format(**one) for one in seeds)],
+            ["mechanism right (another beside it)", *("{right} ({beside}) of {others}: ".format(**one) + percent(one["right"], one["others"]) for one in seeds)],
+            ["wrong mechanism; an alarm without one; missed", *("{wrong}; {no_family}; {missed} of {others}".format(**one) for one in seeds)],
             ["hold-out error, extended over circuit, geometric mean; at most half; worse than the circuit", *("{ratio:.2f}; {half} of {others}; {worse}".format(**one) for one in seeds)],
             ["hold-out error, ridge regression over circuit; extended ahead of it", *("{ridge_ratio:.2f}; {ahead_of_ridge} of {others}".format(**one) for one in seeds)]]
     return table(("", "today: seed 36", "the version before: seed 34", "seed 24"), rows)
 
 
 def mechanism_probability(results):
-    """Families right, by the probability that was stated and by seed."""
+    """Mechanisms right, by the probability that was stated and by seed."""
     seeds = {name: one for name, one in reversed(results["family_probability"].items()) if name != "all"}
     rows = []
     for stated, label in (("below_0_5", "below 0.5"), ("0_5_to_0_7", "0.5 to 0.7"), ("0_7", "0.7")):

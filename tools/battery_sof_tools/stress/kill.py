@@ -81,7 +81,7 @@ def one_life(processes, programs, state, drive, chance):
 
 
 def kills(programs, folder, count, seed):
-    """Rows of (samples until the saved model answered, drafts, whether the state file reads back, whether it was written anew)."""
+    """Rows of (samples until the saved model answered, drafts, whether the state file reads back, whether it was written again)."""
     import rospy
     recording, chance = os.path.join(folder, "drive.csv"), random.Random(seed)
     programs.drive(recording, 900.0, 100.0, seed)

@@ -14,7 +14,7 @@ KEYS = ("query work p99 [ms]", "query work longest [ms]", "sample delay p99 [ms]
 
 
 def publish(rows, rate, duration, ready):
-    """The drive up to LEARNT as fast as it goes, then what comes at `rate` [Hz], linear between the rows, at its own pace."""
+    """The drive up to Estimated as fast as it goes, then what comes at `rate` [Hz], linear between the rows, at its own pace."""
     samples = Samples(node_of_this_process("publisher"))
     samples.until_connected()
     learnt = [row for row in rows if row[0] <= LEARNT]

@@ -1,4 +1,4 @@
-"""A roscore, nodes and players of their own for one run, on loopback, each ended by its process id; samples, and what the node tells."""
+"""A roscore, nodes and players of their own for one run, on loopback, each ended by its process id; samples, and what the node reports."""
 
 import logging
 import math
@@ -24,7 +24,7 @@ class Processes:
         self.folder, self.started = folder, []
 
     def __enter__(self):
-        logging.getLogger("rosout").setLevel(logging.ERROR)  # rospy tells of every service it waits for
+        logging.getLogger("rosout").setLevel(logging.ERROR)  # rospy reports of every service it waits for
         port = free_port()
         os.environ.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1", ROS_HOME=self.folder, ROS_LOG_DIR=self.folder)
         self.start("roscore", "-p", str(port))
@@ -98,7 +98,7 @@ class Samples:
 
 
 class ResponseTimes:
-    """What the node tells of its own times, by key; the longest delay of a sample [ms] over all reports since begin()."""
+    """What the node reports of its own times, by key; the longest delay of a sample [ms] over all reports since begin()."""
 
     LONGEST = "sample delay longest since the last look [ms]"
 

@@ -22,7 +22,7 @@ struct Rule {
   double t_boost = 10.0;       ///< [s], a braking
 };
 
-/// One answer of battery_sof: its 5 % quantile, and whether the model vouches for it.
+/// One answer of battery_sof: its 5 % quantile, and whether the model supports it.
 struct Answer {
   bool valid = false;
   double lower = std::numeric_limits<double>::quiet_NaN();
@@ -46,12 +46,12 @@ struct Verdict {
 };
 
 /**
- * @brief Whether the engine may be off: a crank after look_ahead holds u_required by a margin, and the model vouches for it.
+ * @brief Whether the engine may be off: a crank after look_ahead holds u_required by a margin, and the model supports it.
  *
  *     may_stop = valid  and  lower >= u_required + margin  and  longest stop >= look_ahead
  *
  * Asked again and again during a stop, the same rule says when to start the engine: while there is still look_ahead left.
- * Whatever is missing, late or not vouched for lets the engine run. Braking counts on the lower bound of the charge.
+ * Whatever is missing, late or not supported lets the engine run. Braking counts on the lower bound of the charge.
  *
  * @param answers none when they are missing or late.  @param why the sentence for that.
  */
