@@ -31,8 +31,9 @@ std::vector<Term> termsOf(const Samples& samples, double i0) {
     const double R = std::sqrt(i * i + 4.0 * i0 * i0);
     const double larger = (R + std::abs(i)) / (2.0 * i0);
     const double smaller = 1.0 / larger;
-    terms.push_back({i < 0.0 ? smaller : larger, i < 0.0 ? larger : smaller, 0.5 * R * sample.held.duration,
-                     sample.discharge + sample.charge, sample.voltage, std::sqrt(sample.weight)});
+    terms.push_back({i < 0.0 ? smaller : larger, i < 0.0 ? larger : smaller,
+                     0.5 * R * sample.held.duration, sample.discharge + sample.charge,
+                     sample.voltage, std::sqrt(sample.weight)});
   }
   return terms;
 }
@@ -107,7 +108,8 @@ struct TunedResiduals {
 template <typename Residuals>
 ceres::CostFunction* autoDiff(std::vector<Term> terms) {
   const int size = static_cast<int>(terms.size());
-  return new ceres::AutoDiffCostFunction<Residuals, ceres::DYNAMIC, kUnknowns>(new Residuals{std::move(terms)}, size);
+  return new ceres::AutoDiffCostFunction<Residuals, ceres::DYNAMIC, kUnknowns>(
+      new Residuals{std::move(terms)}, size);
 }
 
 void setBounds(ceres::Problem& problem, double* x) {
@@ -146,7 +148,8 @@ Fit fitOf(const double* x, const ceres::Solver::Summary& summary) {
 }  // namespace
 
 std::string toString(const CeresSettings& settings) {
-  return std::string("Ceres autodiff, ") + (settings.form == CeresForm::kPlain ? "plain, " : "tuned, ") +
+  return std::string("Ceres autodiff, ") +
+         (settings.form == CeresForm::kPlain ? "plain, " : "tuned, ") +
          (settings.cholesky ? "Cholesky" : "QR") + (settings.bounds ? ", bounds" : "");
 }
 
@@ -160,7 +163,8 @@ std::vector<CeresSettings> allCeresSettings() {
 
 ceres::CostFunction* makeCostFunction(const Samples& samples, CeresForm form) {
   auto terms = termsOf(samples, battery_sof::BaseParameters{}.i0);
-  return form == CeresForm::kPlain ? autoDiff<PlainResiduals>(std::move(terms)) : autoDiff<TunedResiduals>(std::move(terms));
+  return form == CeresForm::kPlain ? autoDiff<PlainResiduals>(std::move(terms))
+                                   : autoDiff<TunedResiduals>(std::move(terms));
 }
 
 Fit fitWithCeres(const Samples& samples, const CeresSettings& settings) {

@@ -36,7 +36,8 @@ Meaning meaningOf(const BatteryModel& model) {
   }
   for (const StateInfo& info : model.states())
     if (info.initial_std) meaning.scale.at(k++) = *info.initial_std;
-  if (k != kUnknowns) throw std::runtime_error("Ceres: the composition is not the one written down");
+  if (k != kUnknowns)
+    throw std::runtime_error("Ceres: the composition is not the one written down");
   return meaning;
 }
 
@@ -67,7 +68,8 @@ struct Unknowns {
                                    &log_activity,
                                    &acid_1,
                                    &acid_2};
-    for (int k = 0; k < kUnknowns; ++k) *members[k] = meaning.logarithmic[k] ? exp(x[k]) : x[k] * meaning.scale[k];
+    for (int k = 0; k < kUnknowns; ++k)
+      *members[k] = meaning.logarithmic[k] ? exp(x[k]) : x[k] * meaning.scale[k];
   }
 };
 
@@ -102,12 +104,14 @@ class EulerStep {
 
  private:
   T activity(const T& rising, const T& falling) const {
-    return (before_ + refill_ * (1.0 + falling * inverse_limit_)) / (1.0 + refill_ * (1.0 + rising * inverse_limit_));
+    return (before_ + refill_ * (1.0 + falling * inverse_limit_)) /
+           (1.0 + refill_ * (1.0 + rising * inverse_limit_));
   }
   T balance(const T& u, T* slope) const {
     const T rising = exp(half_beta_ * u), falling = 1.0 / rising;
     const T p = activity(rising, falling);
-    const T fall = refill_ * inverse_limit_ * half_beta_ * (falling + p * rising) / (1.0 + refill_ * (1.0 + rising * inverse_limit_));
+    const T fall = refill_ * inverse_limit_ * half_beta_ * (falling + p * rising) /
+                   (1.0 + refill_ * (1.0 + rising * inverse_limit_));
     *slope = storage_ + half_beta_ * (p * rising + falling) - fall * rising;
     return storage_ * (u - from_.u) - current_ + p * rising - falling;
   }
@@ -144,7 +148,8 @@ class EulerStep {
 
 /// One interval, in as many extrapolated steps as the tolerance wants.
 template <typename T>
-void advanceLayer(const Unknowns<T>& p, double current, double duration, Layer<T>& layer, double& suggested) {
+void advanceLayer(const Unknowns<T>& p, double current, double duration, Layer<T>& layer,
+                  double& suggested) {
   double left = duration;
   while (left > 0.0) {
     const double h = suggested < 0.999 * left ? suggested : left;
@@ -152,7 +157,8 @@ void advanceLayer(const Unknowns<T>& p, double current, double duration, Layer<T
     const Layer<T> half = EulerStep<T>(p, layer, current, 0.5 * h).end();
     const Layer<T> halves = EulerStep<T>(p, half, current, 0.5 * h).end();
     const double error = std::abs(valueOf(whole.u) - valueOf(halves.u)) +
-                         2.0 / valueOf(p.beta) * std::abs(valueOf(whole.log_activity) - valueOf(halves.log_activity));
+                         2.0 / valueOf(p.beta) *
+                             std::abs(valueOf(whole.log_activity) - valueOf(halves.log_activity));
     const double factor = 0.9 * std::sqrt(kTolerance / std::max(error, 1e-12));
     const double wanted = h * std::max(0.2, std::min(4.0, factor));
     if (error > kTolerance) {
@@ -184,8 +190,10 @@ struct Residuals {
       acid_1 = step.held + (acid_1 - step.held) * exp(-step.duration / p.acid_time_1);
       acid_2 = step.held + (acid_2 - step.held) * exp(-step.duration / p.acid_time_2);
       const double i = step.current;
-      const T r = (i < 0.0 ? p.r_discharge : p.r_charge) + p.low_resistance / (1.0 + abs(i) / p.resistance_current);
-      const T u = p.u_dc + layer.u + r * i + p.acid_resistance_1 * acid_1 + p.acid_resistance_2 * acid_2;
+      const T r = (i < 0.0 ? p.r_discharge : p.r_charge) +
+                  p.low_resistance / (1.0 + abs(i) / p.resistance_current);
+      const T u =
+          p.u_dc + layer.u + r * i + p.acid_resistance_1 * acid_1 + p.acid_resistance_2 * acid_2;
       residuals[n] = root_weight[n] * (inputs.samples[n].voltage - u);
     }
     return true;
@@ -203,22 +211,28 @@ struct Priors {
   }
 };
 
-ceres::CostFunction* dataCost(const BatteryModel& model, const CompositionProblem& problem, const InputSequence& inputs) {
+ceres::CostFunction* dataCost(const BatteryModel& model, const CompositionProblem& problem,
+                              const InputSequence& inputs) {
   auto* residuals = new Residuals{inputs, {}, meaningOf(model)};
-  for (std::size_t k = 0; k < inputs.samples.size(); ++k) residuals->root_weight.push_back(std::sqrt(problem.weightOf(k)));
-  return new ceres::AutoDiffCostFunction<Residuals, ceres::DYNAMIC, kUnknowns>(residuals, static_cast<int>(inputs.samples.size()));
+  for (std::size_t k = 0; k < inputs.samples.size(); ++k)
+    residuals->root_weight.push_back(std::sqrt(problem.weightOf(k)));
+  return new ceres::AutoDiffCostFunction<Residuals, ceres::DYNAMIC, kUnknowns>(
+      residuals, static_cast<int>(inputs.samples.size()));
 }
 
 ceres::CostFunction* priorCost(const BatteryModel& model, const CompositionProblem& problem) {
-  const Eigen::VectorXd mean = problem.coordinatesOf({model.typicalParameters(), model.restState()});
+  const Eigen::VectorXd mean =
+      problem.coordinatesOf({model.typicalParameters(), model.restState()});
   const Eigen::VectorXd weight = problem.priorWeight() * problem.priorPrecision();
-  return new ceres::AutoDiffCostFunction<Priors, kUnknowns, kUnknowns>(new Priors{mean, weight.cwiseSqrt()});
+  return new ceres::AutoDiffCostFunction<Priors, kUnknowns, kUnknowns>(
+      new Priors{mean, weight.cwiseSqrt()});
 }
 
 }  // namespace
 
-CeresEnd fitComposedWithCeres(const BatteryModel& model, const CompositionProblem& problem, const InputSequence& inputs,
-                              const Eigen::VectorXd& start, CeresAlgebra algebra) {
+CeresEnd fitComposedWithCeres(const BatteryModel& model, const CompositionProblem& problem,
+                              const InputSequence& inputs, const Eigen::VectorXd& start,
+                              CeresAlgebra algebra) {
   CeresEnd end{start, 0, 0, ""};
   ceres::Problem ceres_problem;
   ceres_problem.AddResidualBlock(dataCost(model, problem, inputs), nullptr, end.x.data());
@@ -228,7 +242,8 @@ CeresEnd fitComposedWithCeres(const BatteryModel& model, const CompositionProble
     ceres_problem.SetParameterUpperBound(end.x.data(), k, problem.upper()[k]);
   }
   ceres::Solver::Options options;
-  options.linear_solver_type = algebra == CeresAlgebra::kQr ? ceres::DENSE_QR : ceres::DENSE_NORMAL_CHOLESKY;
+  options.linear_solver_type =
+      algebra == CeresAlgebra::kQr ? ceres::DENSE_QR : ceres::DENSE_NORMAL_CHOLESKY;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;

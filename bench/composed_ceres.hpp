@@ -29,7 +29,9 @@ enum class CeresAlgebra { kQr, kNormalCholesky };
  * coordinates.
  * @throws std::runtime_error when Ceres ends without a usable solution.
  */
-CeresEnd fitComposedWithCeres(const battery_sof::BatteryModel& model, const battery_sof::CompositionProblem& problem,
-                              const battery_sof::InputSequence& inputs, const Eigen::VectorXd& start, CeresAlgebra algebra);
+CeresEnd fitComposedWithCeres(const battery_sof::BatteryModel& model,
+                              const battery_sof::CompositionProblem& problem,
+                              const battery_sof::InputSequence& inputs,
+                              const Eigen::VectorXd& start, CeresAlgebra algebra);
 
 }  // namespace battery_sof_bench

@@ -66,8 +66,10 @@ End ourFullRate(const Task& task) {
 }
 
 End ceres(const Task& task, CeresAlgebra algebra) {
-  const CeresEnd end = fitComposedWithCeres(task.model, task.problem, task.full, task.problem.coordinatesOf(task.start), algebra);
-  return {end.x, std::to_string(end.residuals) + " values, " + std::to_string(end.jacobians) + " Jacobians"};
+  const CeresEnd end = fitComposedWithCeres(task.model, task.problem, task.full,
+                                            task.problem.coordinatesOf(task.start), algebra);
+  return {end.x, std::to_string(end.residuals) + " values, " + std::to_string(end.jacobians) +
+                     " Jacobians"};
 }
 
 std::vector<Contender> contendersFor(const Task& task) {
@@ -75,7 +77,8 @@ std::vector<Contender> contendersFor(const Task& task) {
           {"ours: of that on the compressed drive", [&task] { return ourCompressed(task); }, false},
           {"ours: full rate from the start", [&task] { return ourFullRate(task); }, true},
           {"Ceres autodiff, QR", [&task] { return ceres(task, CeresAlgebra::kQr); }, true},
-          {"Ceres autodiff, Cholesky", [&task] { return ceres(task, CeresAlgebra::kNormalCholesky); }, true}};
+          {"Ceres autodiff, Cholesky",
+           [&task] { return ceres(task, CeresAlgebra::kNormalCholesky); }, true}};
 }
 
 /// Standard errors of the coordinates, from the curvature at the optimum.
@@ -84,7 +87,8 @@ Eigen::VectorXd standardErrors(const Task& task, const Eigen::VectorXd& x) {
   task.problem.evaluate(x, at);
   const Eigen::Index n = x.size();
   const Eigen::MatrixXd inverse = at.hessian.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-  return (inverse.diagonal() * (at.cost / static_cast<double>(task.full.samples.size()))).cwiseSqrt();
+  return (inverse.diagonal() * (at.cost / static_cast<double>(task.full.samples.size())))
+      .cwiseSqrt();
 }
 
 double costAt(const Task& task, const Eigen::VectorXd& x) {
@@ -94,12 +98,16 @@ double costAt(const Task& task, const Eigen::VectorXd& x) {
 }
 
 void requireSame(const Contender& contender, double cost_share, double errors) {
-  if (!contender.must_agree || (std::abs(cost_share) <= kSameCost && errors <= kSameParameter)) return;
-  throw std::runtime_error(contender.name + " ended elsewhere: cost away by a share of " + std::to_string(cost_share) +
-                           ", a coordinate by " + std::to_string(errors) + " standard errors");
+  if (!contender.must_agree || (std::abs(cost_share) <= kSameCost && errors <= kSameParameter))
+    return;
+  throw std::runtime_error(contender.name + " ended elsewhere: cost away by a share of " +
+                           std::to_string(cost_share) + ", a coordinate by " +
+                           std::to_string(errors) + " standard errors");
 }
 
-nlohmann::json columnOf(const Eigen::VectorXd& values) { return std::vector<double>(values.data(), values.data() + values.size()); }
+nlohmann::json columnOf(const Eigen::VectorXd& values) {
+  return std::vector<double>(values.data(), values.data() + values.size());
+}
 
 /// Ends of all contenders against the first one's.
 nlohmann::json endsAsJson(const Task& task, const std::vector<Contender>& contenders) {
@@ -142,12 +150,15 @@ nlohmann::json compressedAsJson(const Task& task) {
   const InputSequence inputs = compressedInputs(task.series, all(task.series));
   const CompositionProblem problem(task.model, inputs, {}, task.start);
   const CompositionFit fit = fitComposition(problem, {task.start});
-  const Eigen::VectorXd mean = problem.coordinatesOf({task.model.typicalParameters(), task.model.restState()});
-  const Eigen::VectorXd unit = problem.seedsAt(Eigen::VectorXd::Zero(problem.size())).colwise().sum();
+  const Eigen::VectorXd mean =
+      problem.coordinatesOf({task.model.typicalParameters(), task.model.restState()});
+  const Eigen::VectorXd unit =
+      problem.seedsAt(Eigen::VectorXd::Zero(problem.size())).colwise().sum();
   nlohmann::json logarithmic;
   for (Eigen::Index k = 0; k < problem.size(); ++k) {
     const Eigen::Index row = problem.rowOf(k);
-    logarithmic.push_back(row < task.model.parameterCount() && task.model.parameters()[static_cast<std::size_t>(row)].logarithmic);
+    logarithmic.push_back(row < task.model.parameterCount() &&
+                          task.model.parameters()[static_cast<std::size_t>(row)].logarithmic);
   }
   return {{"drive", driveAsJson(problem, inputs)},
           {"start", columnOf(problem.coordinatesOf(task.start))},
@@ -168,11 +179,15 @@ void compare(int rounds, const std::string& out) {
     for (std::size_t k = 0; k < contenders.size(); ++k)
       ends[k]["milliseconds"].push_back(processorMilliseconds([&] { contenders[k].run(); }));
   nlohmann::json names;
-  for (const ParameterInfo& info : task.model.parameters()) names.push_back(info.name + " [" + info.unit + "]");
-  for (const StateInfo& info : task.model.states()) names.push_back(info.name + " [" + info.unit + "]");
+  for (const ParameterInfo& info : task.model.parameters())
+    names.push_back(info.name + " [" + info.unit + "]");
+  for (const StateInfo& info : task.model.states())
+    names.push_back(info.name + " [" + info.unit + "]");
   std::ofstream file(out);
-  file << nlohmann::json{
-      {"contenders", ends}, {"names", names}, {"samples", task.full.samples.size()}, {"compressed", compressedAsJson(task)}};
+  file << nlohmann::json{{"contenders", ends},
+                         {"names", names},
+                         {"samples", task.full.samples.size()},
+                         {"compressed", compressedAsJson(task)}};
   file.close();
   if (!file) throw std::runtime_error(out + ": cannot be written");
 }

@@ -63,7 +63,8 @@ nlohmann::json measured(double duration) {
   result["pass_mb"] = extraMegabytes([&] {
     const InputSequence full = inputSequence(series, all(series));
     const CompositionProblem problem(model, full, {}, fit.point);
-    for (int k = 0; k < kPasses; ++k) least = std::min(least, processorMilliseconds([&] { problem.evaluate(fit.x, at); }));
+    for (int k = 0; k < kPasses; ++k)
+      least = std::min(least, processorMilliseconds([&] { problem.evaluate(fit.x, at); }));
   });
   result["pass_ms"] = least;
   result["noise"] = std::sqrt(at.cost / static_cast<double>(series.size()));

@@ -10,10 +10,10 @@
 #include <thread>
 #include <vector>
 
+#include "composed_record.hpp"
 #include "estimation/composition_fit.hpp"
 #include "estimation/identification.hpp"
 #include "prediction/state_tracker.hpp"
-#include "composed_record.hpp"
 #include "stopwatch.hpp"
 
 namespace {
@@ -21,13 +21,14 @@ namespace {
 using namespace battery_sof;
 using namespace battery_sof_bench;
 
-constexpr double kWindow = 240.0;   // [s], fitted
+constexpr double kWindow = 240.0;     // [s], fitted
 constexpr double kMonitored = 900.0;  // [s], followed
-constexpr double kMaxGap = 0.1;     // [s]
+constexpr double kMaxGap = 0.1;       // [s]
 
 IdentifyOptions fourEffects() {
   IdentifyOptions options;
-  options.effects = {"charge_acceptance", "acid_transport", "current_dependent_resistance", "ocv_soc"};
+  options.effects = {"charge_acceptance", "acid_transport", "current_dependent_resistance",
+                     "ocv_soc"};
   return options;
 }
 
@@ -49,7 +50,8 @@ Pace track(const FittedModel& model, const Series& series) {
   const double begin = threadSeconds();
   const double wall = wallMilliseconds([&] {
     for (std::size_t n = 0; n < series.size(); ++n)
-      if (series.time[n] > model.state.time) tracker.follow(series.time[n], series.current[n], series.voltage[n]);
+      if (series.time[n] > model.state.time)
+        tracker.follow(series.time[n], series.current[n], series.voltage[n]);
   });
   const double samples = static_cast<double>(series.size()) - kWindow * 100.0;
   return {samples / (threadSeconds() - begin), samples / (1e-3 * wall), tracker.last().voltage};
@@ -57,7 +59,8 @@ Pace track(const FittedModel& model, const Series& series) {
 
 nlohmann::json monitor() {
   const BatteryModel composition = composedModel();
-  const Series series = composedRecord(composition, composedTruth(composition), kWindow + kMonitored);
+  const Series series =
+      composedRecord(composition, composedTruth(composition), kWindow + kMonitored);
   const IndexRange window{0, static_cast<std::size_t>(kWindow * 100.0)};
   const FittedModel model = identify(series, window, fourEffects());
   const Pace alone = track(model, series);
@@ -75,14 +78,18 @@ nlohmann::json monitor() {
   for (; identifications < 2 || runs < 3; ++runs) beside = track(model, series);
   stop = true;
   identifying.join();
-  return {{"lanes", uncertainSimulationOf(model).tangents()}, {"alone_processor", alone.processor},
-          {"beside_processor", beside.processor},          {"beside_wall", beside.wall},
-          {"identifications", identifications.load()},     {"same", alone.last_voltage == beside.last_voltage}};
+  return {{"lanes", uncertainSimulationOf(model).tangents()},
+          {"alone_processor", alone.processor},
+          {"beside_processor", beside.processor},
+          {"beside_wall", beside.wall},
+          {"identifications", identifications.load()},
+          {"same", alone.last_voltage == beside.last_voltage}};
 }
 
 constexpr int kStarts = 6;
 
-CompositionFit searched(const CompositionProblem& problem, const CompositionPoint& start, int threads, int starts = kStarts) {
+CompositionFit searched(const CompositionProblem& problem, const CompositionPoint& start,
+                        int threads, int starts = kStarts) {
   CompositionSearch search;
   search.more_starts = starts - 1;
   search.threads = threads;

@@ -20,17 +20,21 @@ std::vector<double> drivenCurrent(double duration) {
   options.seed = 1;
   options.duration = std::min(duration, kOneDrive);
   std::vector<double> current;
-  for (const auto& sample : battery_sof_reference::simulateCityDrive(options)) current.push_back(sample.current);
+  for (const auto& sample : battery_sof_reference::simulateCityDrive(options))
+    current.push_back(sample.current);
   return current;
 }
 
-void setParameter(const BatteryModel& model, CompositionPoint& point, const char* name, double value) {
+void setParameter(const BatteryModel& model, CompositionPoint& point, const char* name,
+                  double value) {
   if (const auto row = model.parameterRow(name)) point.parameters[*row] = value;
 }
 
 }  // namespace
 
-BatteryModel composedModel() { return BatteryModel({"charge_acceptance", "acid_transport", "current_dependent_resistance"}); }
+BatteryModel composedModel() {
+  return BatteryModel({"charge_acceptance", "acid_transport", "current_dependent_resistance"});
+}
 
 CompositionPoint composedTruth(const BatteryModel& model) {
   CompositionPoint truth{model.typicalParameters(), model.restState()};
@@ -64,7 +68,8 @@ Series composedRecord(const BatteryModel& model, const CompositionPoint& truth, 
   std::normal_distribution<double> noise(0.0, kVoltageNoise);
   for (std::size_t n = 0; n < count; ++n) {
     const std::size_t before = n > 0 ? n - 1 : 0;
-    simulation.advance(inputStep(series.time[before], series.current[before], series.time[n], series.current[n], 10.0 * kInterval));
+    simulation.advance(inputStep(series.time[before], series.current[before], series.time[n],
+                                 series.current[n], 10.0 * kInterval));
     series.voltage[n] = simulation.voltage() + noise(engine);
   }
   return series;

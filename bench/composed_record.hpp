@@ -1,7 +1,7 @@
 #pragma once
 
-#include "estimation/composition_fit.hpp"
 #include "battery_sof/series.hpp"
+#include "estimation/composition_fit.hpp"
 
 namespace battery_sof_bench {
 
@@ -19,7 +19,8 @@ battery_sof::CompositionPoint composedTruth(const battery_sof::BatteryModel& mod
  *
  * @param duration [s], > 0.
  */
-battery_sof::Series composedRecord(const battery_sof::BatteryModel& model, const battery_sof::CompositionPoint& truth, double duration);
+battery_sof::Series composedRecord(const battery_sof::BatteryModel& model,
+                                   const battery_sof::CompositionPoint& truth, double duration);
 
 /// @return the whole of a record as a range.
 battery_sof::IndexRange all(const battery_sof::Series& series);

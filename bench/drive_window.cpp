@@ -30,7 +30,8 @@ Series simulatedDrive() {
 
 bool holdsCrank(const Series& series) {
   const auto events = detectEvents(series);
-  return std::any_of(events.begin(), events.end(), [](const Event& event) { return event.kind == EventKind::kCrank; });
+  return std::any_of(events.begin(), events.end(),
+                     [](const Event& event) { return event.kind == EventKind::kCrank; });
 }
 
 }  // namespace
@@ -45,7 +46,8 @@ DriveWindow simulatedWindow() {
   if (window.series.size() < kFourMinutes || !holdsCrank(window.series))
     throw std::runtime_error("benchmark window: " + choice.message + ", but no crank or too short");
   const IdentifyOptions options;
-  window.samples = fitSamples(window.series, window.range(), options.crank_weight, options.crank_weight_current);
+  window.samples =
+      fitSamples(window.series, window.range(), options.crank_weight, options.crank_weight_current);
   return window;
 }
 

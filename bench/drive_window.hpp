@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "estimation/base_normal_equations.hpp"
 #include "battery_sof/series.hpp"
+#include "estimation/base_normal_equations.hpp"
 
 namespace battery_sof_bench {
 

@@ -7,12 +7,13 @@
 namespace battery_sof_bench {
 namespace {
 
-void requireClose(const std::string& contender, const std::string& name, double ours, double theirs, double tolerance) {
+void requireClose(const std::string& contender, const std::string& name, double ours, double theirs,
+                  double tolerance) {
   if (std::abs(theirs - ours) <= tolerance * std::abs(ours)) return;
   std::ostringstream message;
   message.precision(10);
-  message << contender << " ended elsewhere: " << name << " is " << theirs << ", ours is " << ours << ", allowed share " << tolerance
-          << "; times of different answers are not compared";
+  message << contender << " ended elsewhere: " << name << " is " << theirs << ", ours is " << ours
+          << ", allowed share " << tolerance << "; times of different answers are not compared";
   throw std::runtime_error(message.str());
 }
 

@@ -11,7 +11,8 @@ struct Fit {
   battery_sof::BaseParameters parameters;
   double u_c2_first = 0.0;  ///< [V]
   double cost = 0.0;        ///< eq. 3 [V^2]
-  int evaluations = 0;      ///< passes over the window, with or without derivatives; 0 when not counted
+  /// passes over the window, with or without derivatives; 0 when not counted
+  int evaluations = 0;
 };
 
 /// The demand: the four tunables agree to this share.

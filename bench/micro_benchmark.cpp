@@ -5,10 +5,10 @@
 #include <cmath>
 #include <memory>
 
-#include "model/base_model.hpp"
-#include "model/closed_form_step.hpp"
 #include "ceres_fit.hpp"
 #include "drive_window.hpp"
+#include "model/base_model.hpp"
+#include "model/closed_form_step.hpp"
 
 namespace {
 
@@ -20,14 +20,17 @@ const DriveWindow& window() {
   return shared;
 }
 
-void countSamples(benchmark::State& state) { state.SetItemsProcessed(static_cast<int64_t>(state.iterations() * window().samples.size())); }
+void countSamples(benchmark::State& state) {
+  state.SetItemsProcessed(static_cast<int64_t>(state.iterations() * window().samples.size()));
+}
 
 /// The yardstick: an exponential a sample, of the values that the pass takes it of.
 void bareExponentials(benchmark::State& state) {
   const BaseParameters p;
   std::vector<double> x;
   for (const auto& sample : window().samples)
-    x.push_back(-0.5 * p.beta / p.c2 * sharesOf(sample.held.current, p.i0).R * sample.held.duration);
+    x.push_back(-0.5 * p.beta / p.c2 * sharesOf(sample.held.current, p.i0).R *
+                sample.held.duration);
   for (auto _ : state) {
     double sum = 0.0;
     for (std::size_t n = 0; n < x.size(); ++n) sum += std::exp(x[n]);
@@ -44,19 +47,23 @@ void sweepAndNormalEquations(benchmark::State& state, InstructionSet set) {
   for (auto _ : state) benchmark::DoNotOptimize(equations.sums({}, set));
   countSamples(state);
 }
-BENCHMARK_CAPTURE(sweepAndNormalEquations, avx512, InstructionSet::kAvx512)->Name("ours: one pass, AVX-512");
-BENCHMARK_CAPTURE(sweepAndNormalEquations, avx2, InstructionSet::kAvx2)->Name("ours: one pass, AVX2");
-BENCHMARK_CAPTURE(sweepAndNormalEquations, plain, InstructionSet::kPlain)->Name("ours: one pass, neither of them");
+BENCHMARK_CAPTURE(sweepAndNormalEquations, avx512, InstructionSet::kAvx512)
+    ->Name("ours: one pass, AVX-512");
+BENCHMARK_CAPTURE(sweepAndNormalEquations, avx2, InstructionSet::kAvx2)
+    ->Name("ours: one pass, AVX2");
+BENCHMARK_CAPTURE(sweepAndNormalEquations, plain, InstructionSet::kPlain)
+    ->Name("ours: one pass, neither of them");
 
 void sweep(benchmark::State& state) {
   std::vector<HeldCurrent> held;
   for (const auto& sample : window().samples) held.push_back(sample.held);
   const OverpotentialSweep states(held, BaseParameters{}.i0);
   for (auto _ : state)
-    states.runInLanes({}, widestInstructionSet(), [](Eigen::Index, const OverpotentialStates& block) {
-      benchmark::DoNotOptimize(block.u_c2);
-      benchmark::ClobberMemory();
-    });
+    states.runInLanes({}, widestInstructionSet(),
+                      [](Eigen::Index, const OverpotentialStates& block) {
+                        benchmark::DoNotOptimize(block.u_c2);
+                        benchmark::ClobberMemory();
+                      });
   countSamples(state);
 }
 BENCHMARK(sweep)->Name("ours: of the widest's pass, the sweep alone");
@@ -66,7 +73,8 @@ void stepWithDerivatives(benchmark::State& state) {
   const Samples& samples = window().samples;
   for (auto _ : state) {
     Overpotential u;
-    for (const auto& sample : samples) u = step.advance(u, sample.held.current, sample.held.duration);
+    for (const auto& sample : samples)
+      u = step.advance(u, sample.held.current, sample.held.duration);
     benchmark::DoNotOptimize(u);
   }
   countSamples(state);

@@ -1,5 +1,6 @@
-// What a source's voltage costs: identify() of a quarter of an hour at 1 Hz and one pass with derivatives, driven where a source
-// controls the voltage by that and, beside it, by the current alone. Prints a table.
+// What a source's voltage costs: identify() of a quarter of an hour at 1 Hz and one pass with
+// derivatives, driven where a source controls the voltage by that and, beside it, by the current
+// alone. Prints a table.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -32,7 +33,8 @@ test::StartStopDrive recordOf(const BatteryModel& model) {
     options.lowest = 12.9;
     options.highest = 13.3;
   }
-  return test::startStopDrive(model, is_fresh ? test::freshBattery(model) : test::typicalPoint(model), options);
+  return test::startStopDrive(
+      model, is_fresh ? test::freshBattery(model) : test::typicalPoint(model), options);
 }
 
 /// Shortest of some turns [ms] of a call.
@@ -47,25 +49,30 @@ double shortest(int rounds, const Work& work) {
   return least;
 }
 
-double fitMilliseconds(const test::StartStopDrive& record, const std::vector<std::string>& effects, bool mixed, int rounds) {
+double fitMilliseconds(const test::StartStopDrive& record, const std::vector<std::string>& effects,
+                       bool mixed, int rounds) {
   IdentifyOptions options;
   options.effects = effects;
   if (mixed) options.source = test::knownSource(record);
   return shortest(rounds, [&] {
-    if (!isUsable(identify(record.series, {0, record.series.size()}, options).fit)) throw std::runtime_error("a fit found nothing");
+    if (!isUsable(identify(record.series, {0, record.series.size()}, options).fit))
+      throw std::runtime_error("a fit found nothing");
   });
 }
 
 /// [us] a sample.
-double passMicroseconds(const test::StartStopDrive& record, const BatteryModel& model, bool mixed, bool derivatives, int rounds) {
+double passMicroseconds(const test::StartStopDrive& record, const BatteryModel& model, bool mixed,
+                        bool derivatives, int rounds) {
   const IndexRange all{0, record.series.size()};
-  const InputSequence inputs = mixed ? inputSequence(record.series, all, {}, record.controlled) : inputSequence(record.series, all);
+  const InputSequence inputs = mixed ? inputSequence(record.series, all, {}, record.controlled)
+                                     : inputSequence(record.series, all);
   const CompositionPoint point = typicalStart(model, inputs);
   const CompositionProblem problem(model, inputs, {}, point);
   const Eigen::MatrixXd seeds = problem.seedsAt(problem.coordinatesOf(point));
   const ModelPoint start{point.parameters, point.state, inputs.first_time, inputs.first_time};
   const double milliseconds = shortest(rounds, [&] {
-    Simulation simulation = derivatives ? Simulation(model, start, seeds) : Simulation(model, start);
+    Simulation simulation =
+        derivatives ? Simulation(model, start, seeds) : Simulation(model, start);
     for (const InputSample& sample : inputs.samples) simulation.follow(sample);
   });
   return 1e3 * milliseconds / static_cast<double>(inputs.samples.size());
@@ -82,8 +89,9 @@ void printRow(const std::vector<std::string>& effects, int rounds) {
   }
   std::string name = "base";
   for (const std::string& id : effects) name += " + " + id;
-  std::printf("%-28s %9.3f %9.3f %7.2f   %8.2f %8.2f %6.1f   %8.2f %8.2f %6.1f\n", name.c_str(), fit[0], fit[1], fit[1] / fit[0], pass[0],
-              pass[1], pass[1] / pass[0], values[0], values[1], values[1] / values[0]);
+  std::printf("%-28s %9.3f %9.3f %7.2f   %8.2f %8.2f %6.1f   %8.2f %8.2f %6.1f\n", name.c_str(),
+              fit[0], fit[1], fit[1] / fit[0], pass[0], pass[1], pass[1] / pass[0], values[0],
+              values[1], values[1] / values[0]);
   std::fflush(stdout);
 }
 
@@ -96,12 +104,14 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    std::printf("%-28s %27s   %24s   %24s\n", "15 min at 1 Hz, by current", "identify() [ms]", "derivatives [us/sample]",
-                "values [us/sample]");
-    std::printf("%-28s %9s %9s %7s   %8s %8s %6s   %8s %8s %6s\n", "and where a source drives", "current", "mixed", "ratio", "current",
-                "mixed", "ratio", "current", "mixed", "ratio");
-    const std::vector<std::vector<std::string>> compositions = {{},          {"acid_transport"},    {"charge_transfer"},
-                                                                {"gassing"}, {"charge_acceptance"}, {"fresh_sulphate"}};
+    std::printf("%-28s %27s   %24s   %24s\n", "15 min at 1 Hz, by current", "identify() [ms]",
+                "derivatives [us/sample]", "values [us/sample]");
+    std::printf("%-28s %9s %9s %7s   %8s %8s %6s   %8s %8s %6s\n", "and where a source drives",
+                "current", "mixed", "ratio", "current", "mixed", "ratio", "current", "mixed",
+                "ratio");
+    const std::vector<std::vector<std::string>> compositions = {
+        {},          {"acid_transport"},    {"charge_transfer"},
+        {"gassing"}, {"charge_acceptance"}, {"fresh_sulphate"}};
     for (const auto& effects : compositions) printRow(effects, rounds);
   } catch (const std::exception& error) {
     std::cerr << "mixed_fit: " << error.what() << "\n";

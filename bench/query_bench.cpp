@@ -1,4 +1,5 @@
-// Times the questions on saved models: [ms] of one answer, without node and network. Usage: query_bench MODEL.yaml ...
+// Times the questions on saved models: [ms] of one answer, without node and network. Usage:
+// query_bench MODEL.yaml ...
 
 #include <algorithm>
 #include <chrono>
@@ -25,7 +26,8 @@ struct Question {
 double milliseconds(const std::function<void()>& work) {
   const auto begun = std::chrono::steady_clock::now();
   work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun)
+      .count();
 }
 
 StopTimeQuery stop(double i_load, double u_required) {
@@ -45,10 +47,12 @@ std::vector<Question> questions() {
                    return predictCranking(model, {-20.0, 3600.0, -200.0, 1.0, 7.2}).message;
                  }});
   for (const double u : {7.2, 9.5, 10.8})
-    all.push_back({"stop time for " + std::to_string(u).substr(0, 4) + " V",
-                   [u](const FittedModel& model) { return predictStopTime(model, stop(-20.0, u)).message; }});
+    all.push_back(
+        {"stop time for " + std::to_string(u).substr(0, 4) + " V",
+         [u](const FittedModel& model) { return predictStopTime(model, stop(-20.0, u)).message; }});
   for (const double t : {1.0, 10.0, 60.0})
-    all.push_back({"charge over " + std::to_string(static_cast<int>(t)) + " s", [t](const FittedModel& model) {
+    all.push_back({"charge over " + std::to_string(static_cast<int>(t)) + " s",
+                   [t](const FittedModel& model) {
                      return predictChargeAcceptance(model, {14.2, t, 5000.0}).message;
                    }});
   all.push_back({"charge limited to 60 A", [](const FittedModel& model) {
@@ -68,8 +72,8 @@ void time(const char* path) {
     while (times.size() < kRepetitions && (times.size() < 5 || times.back() < 50.0))
       times.push_back(milliseconds([&] { message = question.ask(model); }));
     std::sort(times.begin(), times.end());
-    std::printf("    %-22s median %8.3f ms, largest %8.3f ms: %s\n", question.name.c_str(), times[times.size() / 2], times.back(),
-                message.c_str());
+    std::printf("    %-22s median %8.3f ms, largest %8.3f ms: %s\n", question.name.c_str(),
+                times[times.size() / 2], times.back(), message.c_str());
   }
 }
 

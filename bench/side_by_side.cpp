@@ -8,8 +8,8 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "estimation/identification.hpp"
 #include "ceres_fit.hpp"
+#include "estimation/identification.hpp"
 #include "our_fit.hpp"
 
 namespace {
@@ -25,8 +25,9 @@ struct Contender {
 
 constexpr double kTurn = 10.0;  ///< [ms], a contender's turn takes at least so long
 
-/// Processor time of one run: every contender runs on one thread, and other programs' turns do not count. A first run is
-/// not counted: it takes back the memory that the contender before has returned to the system.
+/// Processor time of one run: every contender runs on one thread, and other programs' turns do not
+/// count. A first run is not counted: it takes back the memory that the contender before has
+/// returned to the system.
 double millisecondsOf(const std::function<void()>& run) {
   run();
   const std::clock_t begin = std::clock();
@@ -41,12 +42,16 @@ double millisecondsOf(const std::function<void()>& run) {
 std::vector<Contender> agreeingContenders(const DriveWindow& window, const Fit& ours) {
   requireSameAsIdentify(window, ours);
   std::vector<Contender> contenders;
-  contenders.push_back({"ours, identify()", [&window] { battery_sof::identify(window.series, window.range()); }, ours.evaluations});
+  contenders.push_back({"ours, identify()",
+                        [&window] { battery_sof::identify(window.series, window.range()); },
+                        ours.evaluations});
   contenders.push_back({"ours, search alone", [&window] { searchOnly(window); }, ours.evaluations});
   for (const CeresSettings& settings : allCeresSettings()) {
     const Fit theirs = fitWithCeres(window.samples, settings);
     requireSameOptimum(ours, theirs, toString(settings));
-    contenders.push_back({toString(settings), [&window, settings] { fitWithCeres(window.samples, settings); }, theirs.evaluations});
+    contenders.push_back({toString(settings),
+                          [&window, settings] { fitWithCeres(window.samples, settings); },
+                          theirs.evaluations});
   }
   return contenders;
 }
@@ -66,10 +71,13 @@ nlohmann::json windowAsJson(const Samples& samples) {
 nlohmann::json timesAsJson(const std::vector<Contender>& contenders, int rounds) {
   std::vector<std::vector<double>> times(contenders.size());
   for (int round = 0; round < rounds; ++round)
-    for (std::size_t k = 0; k < contenders.size(); ++k) times[k].push_back(millisecondsOf(contenders[k].run));
+    for (std::size_t k = 0; k < contenders.size(); ++k)
+      times[k].push_back(millisecondsOf(contenders[k].run));
   nlohmann::json all = nlohmann::json::array();
   for (std::size_t k = 0; k < contenders.size(); ++k)
-    all.push_back({{"name", contenders[k].name}, {"evaluations", contenders[k].evaluations}, {"milliseconds", times[k]}});
+    all.push_back({{"name", contenders[k].name},
+                   {"evaluations", contenders[k].evaluations},
+                   {"milliseconds", times[k]}});
   return all;
 }
 
@@ -78,12 +86,13 @@ void compare(int rounds, const std::string& out) {
   const Fit ours = searchOnly(window);
   const auto contenders = agreeingContenders(window, ours);
   const auto& p = ours.parameters;
-  const nlohmann::json result = {{"times", timesAsJson(contenders, rounds)},
-                                 {"optimum", {p.r_discharge, p.r_charge, p.c2, p.beta, p.u_dc, ours.u_c2_first}},
-                                 {"cost", ours.cost},
-                                 {"tolerance", {{"optimum", kSameOptimum}, {"cost", kSameCost}}},
-                                 {"i0", p.i0},
-                                 {"window", windowAsJson(window.samples)}};
+  const nlohmann::json result = {
+      {"times", timesAsJson(contenders, rounds)},
+      {"optimum", {p.r_discharge, p.r_charge, p.c2, p.beta, p.u_dc, ours.u_c2_first}},
+      {"cost", ours.cost},
+      {"tolerance", {{"optimum", kSameOptimum}, {"cost", kSameCost}}},
+      {"i0", p.i0},
+      {"window", windowAsJson(window.samples)}};
   std::ofstream file(out);
   file << result;
   file.close();

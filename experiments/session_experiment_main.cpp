@@ -4,31 +4,37 @@
 #include <cstring>
 #include <map>
 
-#include "diagnosis/diagnose.hpp"
-#include "prediction/online_session.hpp"
 #include "battery_sof/csv.hpp"
 #include "column_options.hpp"
+#include "diagnosis/diagnose.hpp"
+#include "prediction/online_session.hpp"
 
 namespace {
 
 using namespace battery_sof;
 
-void print(const std::string& recording, const SessionEvents& events, const OnlineSession& session) {
+void print(const std::string& recording, const SessionEvents& events,
+           const OnlineSession& session) {
   for (const CrankComparison& c : events.cranks)
-    std::printf("%s,crank,%.2f,%.2f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time, c.current, c.measured_minimum,
-                c.expected_minimum.value, c.expected_minimum.lower, c.expected_minimum.upper, session.crankCalibration().factor);
+    std::printf("%s,crank,%.2f,%.2f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time,
+                c.current, c.measured_minimum, c.expected_minimum.value, c.expected_minimum.lower,
+                c.expected_minimum.upper, session.crankCalibration().factor);
   for (const ChargeComparison& c : events.charges)
-    std::printf("%s,charge,%.2f,%.3f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time, c.mean_voltage, c.measured_current,
-                c.expected_current.value, c.expected_current.lower, c.expected_current.upper, session.chargeCalibration().factor);
+    std::printf("%s,charge,%.2f,%.3f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time,
+                c.mean_voltage, c.measured_current, c.expected_current.value,
+                c.expected_current.lower, c.expected_current.upper,
+                session.chargeCalibration().factor);
 }
 
-/// What is tried beside the base model: effects from the beginning on, or what a diagnosis of the buffer finds at a moment.
+/// What is tried beside the base model: effects from the beginning on, or what a diagnosis of the
+/// buffer finds at a moment.
 struct Trial {
   std::vector<std::string> effects;
   double diagnose_at = 0.0;  // [s] of driving; 0: never
 };
 
-/// Diagnoses what is buffered and offers the extended composition whatever its verdict; the node offers named physics and what was estimated.
+/// Diagnoses what is buffered and offers the extended composition whatever its verdict; the node
+/// offers named physics and what was estimated.
 void adoptDiagnosis(OnlineSession& session) {
   Recording buffered;
   buffered.series = session.series();
@@ -37,10 +43,12 @@ void adoptDiagnosis(OnlineSession& session) {
   options.lists_detection_limits = false;
   const Diagnosis found = diagnose(buffered, options);
   std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(), found.summary.c_str());
-  if (!found.extended.fit.effects.empty()) session.extendWith(found.extended.fit.effects, 0.0, found.extended.fit.discrepancy);
+  if (!found.extended.fit.effects.empty())
+    session.extendWith(found.extended.fit.effects, 0.0, found.extended.fit.discrepancy);
 }
 
-/// The node's standing questions with their default parameters, asked once a second of driving as ~status does.
+/// The node's standing questions with their default parameters, asked once a second of driving as
+/// ~status does.
 class StandingAnswers {
  public:
   void askOf(const OnlineSession& session) {
@@ -54,7 +62,8 @@ class StandingAnswers {
   }
   void print(const std::string& recording) const {
     for (int k = 0; k < 3; ++k) {
-      std::printf("%s,%s,%d asked,%d answered,%d valid\n", recording.c_str(), kNames[k], asked_[k], answered_[k], valid_[k]);
+      std::printf("%s,%s,%d asked,%d answered,%d valid\n", recording.c_str(), kNames[k], asked_[k],
+                  answered_[k], valid_[k]);
       for (const auto& [reason, times] : reasons_[k])
         std::printf("%s,%s,%d times: %s\n", recording.c_str(), kNames[k], times, reason.c_str());
     }
@@ -87,7 +96,8 @@ class StandingAnswers {
 };
 
 /// Plays a recording through a session; identifications and diagnosis end before the next sample.
-void play(const std::string& path, const CsvColumns& columns, const SessionOptions& options, const Trial& trial, bool asks) {
+void play(const std::string& path, const CsvColumns& columns, const SessionOptions& options,
+          const Trial& trial, bool asks) {
   const Recording recording = readCsv(path, columns);
   OnlineSession session(options);
   if (!trial.effects.empty()) session.extendWith(trial.effects);
@@ -95,7 +105,8 @@ void play(const std::string& path, const CsvColumns& columns, const SessionOptio
   StandingAnswers answers;
   for (std::size_t n = 0; n < recording.series.size(); ++n) {
     const SessionEvents events =
-        session.push({recording.series.time[n], recording.series.current[n], recording.series.voltage[n], std::nullopt});
+        session.push({recording.series.time[n], recording.series.current[n],
+                      recording.series.voltage[n], std::nullopt});
     if (asks)
       answers.askOf(session);
     else
@@ -107,7 +118,8 @@ void play(const std::string& path, const CsvColumns& columns, const SessionOptio
     if (auto job = session.takeDueJob()) {
       session.finish(runIdentification(*job));
       if (!session.status().extension.empty())
-        std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(), session.status().extension.c_str());
+        std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(),
+                     session.status().extension.c_str());
     }
   }
   if (asks) answers.print(recording.name);
@@ -116,22 +128,30 @@ void play(const std::string& path, const CsvColumns& columns, const SessionOptio
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Plays recordings (CSV) through a session and prints every crank and charge with what was expected.");
+  CLI::App app(
+      "Plays recordings (CSV) through a session and prints every crank and charge with what was "
+      "expected.");
   std::vector<std::string> recordings;
   Trial trial;
   SessionOptions options;
   CsvColumns columns;
   app.add_option("REC", recordings, "CSV recordings")->required();
   app.add_option("--effects", options.identify.effects, "ids of further physics")->delimiter(',');
-  app.add_option("--extend", trial.effects, "ids on trial beside the base model; standard error says who answers")->delimiter(',');
-  app.add_option("--diagnose-at", trial.diagnose_at,
-                 "[s] of driving, when the buffer is diagnosed and what is found goes on trial; 0: never");
+  app.add_option("--extend", trial.effects,
+                 "ids on trial beside the base model; standard error says who answers")
+      ->delimiter(',');
+  app.add_option(
+      "--diagnose-at", trial.diagnose_at,
+      "[s] of driving, when the buffer is diagnosed and what is found goes on trial; 0: never");
   app.add_option("--identify-period", options.identify_period, "[s]");
   bool asks = false;
-  app.add_flag("--questions", asks, "asks the standing questions of ~status each second instead, and prints how many answers were valid");
+  app.add_flag("--questions", asks,
+               "asks the standing questions of ~status each second instead, and prints how many "
+               "answers were valid");
   addColumnOptions(app, columns);
   CLI11_PARSE(app, argc, argv);
-  if (!asks) std::puts("recording,kind,time_s,current_a_or_voltage_v,measured,expected,lower,upper,scale");
+  if (!asks)
+    std::puts("recording,kind,time_s,current_a_or_voltage_v,measured,expected,lower,upper,scale");
   try {
     for (const auto& path : recordings) play(path, columns, options, trial, asks);
   } catch (const std::exception& error) {

@@ -3,10 +3,10 @@
 #include <fstream>
 #include <sstream>
 
-#include "prediction/online_session.hpp"
 #include "battery_sof/csv.hpp"
 #include "column_options.hpp"
 #include "energy_manager/decision.hpp"
+#include "prediction/online_session.hpp"
 
 namespace {
 
@@ -22,7 +22,8 @@ struct Stop {
   double begin, end;
 };
 
-/// "begin_s,end_s" a line, below a header. @throws std::runtime_error naming the file, and the line that cannot be read.
+/// "begin_s,end_s" a line, below a header. @throws std::runtime_error naming the file, and the line
+/// that cannot be read.
 std::vector<Stop> readStops(const std::string& path) {
   std::ifstream file(path);
   std::vector<Stop> stops;
@@ -40,27 +41,33 @@ std::vector<Stop> readStops(const std::string& path) {
 
 /// As the example's node asks the services.
 Answers ask(const OnlineSession& session, const Rule& rule, const Habits& habits) {
-  CrankingQuery crank{habits.load(), rule.look_ahead, habits.cranking(), rule.t_cranking, rule.u_required};
-  StopTimeQuery stop{habits.load(), habits.cranking(), rule.t_cranking, rule.u_required + rule.margin};
+  CrankingQuery crank{habits.load(), rule.look_ahead, habits.cranking(), rule.t_cranking,
+                      rule.u_required};
+  StopTimeQuery stop{habits.load(), habits.cranking(), rule.t_cranking,
+                     rule.u_required + rule.margin};
   ChargeAcceptanceQuery charge{rule.u_boost, rule.t_boost, rule.i_limit};
   const ModelSnapshot live = session.live();
   const auto held = live.predictCranking(crank);
   const auto length = live.predictStopTime(stop);
   const auto taken = live.predictChargeAcceptance(charge);
-  const auto lower = [](const std::optional<Interval>& of) { return of ? of->lower : std::numeric_limits<double>::quiet_NaN(); };
+  const auto lower = [](const std::optional<Interval>& of) {
+    return of ? of->lower : std::numeric_limits<double>::quiet_NaN();
+  };
   return {{held.valid, lower(held.u_min), held.message},
           {length.valid, lower(length.t_stop), length.message},
           {taken.valid, lower(taken.i_boost), taken.message}};
 }
 
-/// Plays a recording through a session and an energy manager; one row a decision, at the beginning of a stop and every `period` in it.
+/// Plays a recording through a session and an energy manager; one row a decision, at the beginning
+/// of a stop and every `period` in it.
 class Play {
  public:
   Play(const Rule& rule, const SessionOptions& options, std::vector<Stop> stops, double period)
       : rule_(rule), habits_(rule), session_(options), stops_(std::move(stops)), period_(period) {}
 
   void take(const RawSample& sample) {
-    for (const CrankComparison& crank : session_.push(sample).cranks) habits_.addCrank(crank.current);
+    for (const CrankComparison& crank : session_.push(sample).cranks)
+      habits_.addCrank(crank.current);
     if (auto job = session_.takeDueJob()) session_.finish(runIdentification(*job));
     if (next_ == stops_.size()) return;
     const Stop& stop = stops_[next_];
@@ -79,10 +86,11 @@ class Play {
   void decideAt(const RawSample& sample) {
     asked_ = sample.time;
     const bool is_ready = session_.status().state == SessionState::kReady;
-    const Verdict verdict =
-        energy_manager::decide(rule_, is_ready ? std::optional(ask(session_, rule_, habits_)) : std::nullopt, "no model");
-    std::printf("%zu,%.3f,%d,%.4f,%.2f,%.2f,\"%s\"\n", next_, sample.time, verdict.may_stop, verdict.reserve, verdict.longest_stop,
-                verdict.planned_charge, verdict.reason.c_str());
+    const Verdict verdict = energy_manager::decide(
+        rule_, is_ready ? std::optional(ask(session_, rule_, habits_)) : std::nullopt, "no model");
+    std::printf("%zu,%.3f,%d,%.4f,%.2f,%.2f,\"%s\"\n", next_, sample.time, verdict.may_stop,
+                verdict.reserve, verdict.longest_stop, verdict.planned_charge,
+                verdict.reason.c_str());
   }
 
   Rule rule_;
@@ -97,7 +105,9 @@ class Play {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Plays a recording (CSV) through the energy manager of examples/ and prints its decisions in the recorded stops.");
+  CLI::App app(
+      "Plays a recording (CSV) through the energy manager of examples/ and prints its decisions in "
+      "the recorded stops.");
   std::string recording, stops;
   double period = 1.0;
   Rule rule;
@@ -118,7 +128,8 @@ int main(int argc, char** argv) {
   try {
     Play play(rule, options, readStops(stops), period);
     const Series series = readCsv(recording, columns).series;
-    for (std::size_t k = 0; k < series.size(); ++k) play.take({series.time[k], series.current[k], series.voltage[k], std::nullopt});
+    for (std::size_t k = 0; k < series.size(); ++k)
+      play.take({series.time[k], series.current[k], series.voltage[k], std::nullopt});
   } catch (const std::exception& error) {
     std::fprintf(stderr, "stop_experiment: %s\n", error.what());
     return 2;

@@ -1,6 +1,7 @@
-// Twin test: recordings that a known model made on a drive's own voltage and current, sampled once a second, with the errors of a
-// vehicle's sensors put into them, are fitted again. Prints which share of the parameters lies within two standard errors of the truth
-// and how far the current of charges is off.
+// Twin test: recordings that a known model made on a drive's own voltage and current, sampled once
+// a second, with the errors of a vehicle's sensors put into them, are fitted again. Prints which
+// share of the parameters lies within two standard errors of the truth and how far the current of
+// charges is off.
 //
 //     twin_experiment --seeds 100 --offset 0.1
 
@@ -11,15 +12,16 @@
 #include <map>
 #include <random>
 
+#include "baseline/charge_phases.hpp"
 #include "estimation/follower.hpp"
 #include "estimation/identification.hpp"
-#include "baseline/charge_phases.hpp"
 
 namespace {
 
 using namespace battery_sof;
 
-constexpr double kWindow = 900.0;                                                  // [s] fitted, and predicted
+// [s] fitted, and predicted
+constexpr double kWindow = 900.0;
 constexpr double kSourceLimit = 14.2;                                              // [V]
 constexpr double kVoltageStep = 0.025, kCurrentStep = 0.1, kVoltageNoise = 0.012;  // [V], [A], [V]
 
@@ -29,7 +31,8 @@ struct Imposed1Hz {
   std::vector<double> current, voltage;
 };
 
-/// A start-stop drive: engine on with a source that changes its voltage, engine off with loads, cranks.
+/// A start-stop drive: engine on with a source that changes its voltage, engine off with loads,
+/// cranks.
 Imposed1Hz startStopDrive(std::mt19937& dice) {
   std::uniform_real_distribution<double> any(0.0, 1.0);
   Imposed1Hz inputs;
@@ -41,21 +44,26 @@ Imposed1Hz startStopDrive(std::mt19937& dice) {
   while (inputs.current.size() < 2.0 * kWindow + 1.0) {
     double voltage = 12.6 + 0.3 * any(dice);
     for (double rest = 20.0 + 60.0 * any(dice); rest > 0.0;) {
-      const double wanted = any(dice) < 0.5 ? kSourceLimit - 0.3 * any(dice) : 12.6 + 0.6 * any(dice);
-      for (double held = std::min(rest, 5.0 + 15.0 * any(dice)); held > 0.0; held -= 1.0, rest -= 1.0) {
+      const double wanted =
+          any(dice) < 0.5 ? kSourceLimit - 0.3 * any(dice) : 12.6 + 0.6 * any(dice);
+      for (double held = std::min(rest, 5.0 + 15.0 * any(dice)); held > 0.0;
+           held -= 1.0, rest -= 1.0) {
         voltage += 0.5 * (wanted - voltage);
         add(true, 0.0, voltage);
       }
     }
     const double load = -(12.0 + 15.0 * any(dice));
-    for (double stop = 5.0 + 35.0 * any(dice); stop > 0.0; stop -= 1.0) add(false, load * (0.9 + 0.2 * any(dice)), 0.0);
+    for (double stop = 5.0 + 35.0 * any(dice); stop > 0.0; stop -= 1.0)
+      add(false, load * (0.9 + 0.2 * any(dice)), 0.0);
     add(false, -(150.0 + 100.0 * any(dice)), 0.0);
     add(false, 0.5 * load, 0.0);
   }
   return inputs;
 }
 
-double normal(std::mt19937& dice, double std) { return std::normal_distribution<double>(0.0, std)(dice); }
+double normal(std::mt19937& dice, double std) {
+  return std::normal_distribution<double>(0.0, std)(dice);
+}
 
 /// A model whose parameters are drawn around their magnitudes.
 ModelPoint drawnTruth(const BatteryModel& model, std::mt19937& dice) {
@@ -69,10 +77,13 @@ ModelPoint drawnTruth(const BatteryModel& model, std::mt19937& dice) {
   return truth;
 }
 
-InputSequence inputsOf(const Series& series, const std::vector<char>& drives) { return inputSequence(series, {0, series.size()}, {}, drives); }
+InputSequence inputsOf(const Series& series, const std::vector<char>& drives) {
+  return inputSequence(series, {0, series.size()}, {}, drives);
+}
 
 /// The recording that the truth makes, without an error.
-Series recordingOf(const BatteryModel& model, const ModelPoint& truth, const Imposed1Hz& controlled) {
+Series recordingOf(const BatteryModel& model, const ModelPoint& truth,
+                   const Imposed1Hz& controlled) {
   Series series;
   for (std::size_t n = 0; n < controlled.current.size(); ++n) {
     series.time.push_back(static_cast<double>(n));
@@ -115,8 +126,8 @@ struct Outcome {
   int refused = 0;
 };
 
-void judge(const BatteryModel& model, const ModelPoint& truth, const Series& measured, const Series& exact, const std::vector<char>& drives,
-           Outcome& outcome) {
+void judge(const BatteryModel& model, const ModelPoint& truth, const Series& measured,
+           const Series& exact, const std::vector<char>& drives, Outcome& outcome) {
   ChargerControl source;
   source.voltage_controlled = drives;
   source.rule.present = true;
@@ -146,7 +157,8 @@ void judge(const BatteryModel& model, const ModelPoint& truth, const Series& mea
   Follower follower(plain);
   InputSequence inputs = inputSequence(measured, {window.last - 1, measured.size()}, {}, drives);
   std::vector<double> current(measured.size(), 0.0);
-  for (std::size_t k = 1; k < inputs.samples.size(); ++k) current[window.last - 1 + k] = follower.follow(inputs.samples[k]).current;
+  for (std::size_t k = 1; k < inputs.samples.size(); ++k)
+    current[window.last - 1 + k] = follower.follow(inputs.samples[k]).current;
   const IndexRange ahead{window.last, measured.size()};
   for (const std::size_t first : chargeBeginnings(exact, ahead, drives)) {
     const auto charge = beginningOfCharge(exact, ahead, first, 10.0, drives);
@@ -176,12 +188,14 @@ void print(const char* name, const Outcome& outcome) {
     asked += tally.asked;
   }
   std::printf(
-      "%s: %.1f %% of %d parameters within two standard errors; %.1f %% of %d charges within 15 %% (median error %.1f %%); %d refused\n",
-      name, 100.0 * inside / std::max(asked, 1), asked, 100.0 * outcome.near / std::max(outcome.charges, 1), outcome.charges,
+      "%s: %.1f %% of %d parameters within two standard errors; %.1f %% of %d charges within 15 %% "
+      "(median error %.1f %%); %d refused\n",
+      name, 100.0 * inside / std::max(asked, 1), asked,
+      100.0 * outcome.near / std::max(outcome.charges, 1), outcome.charges,
       100.0 * medianOf(outcome.charge_errors), outcome.refused);
   for (const auto& [parameter, tally] : outcome.parameters)
-    std::printf("  %-24s %5.1f %%   median of error / standard error %+.2f\n", parameter.c_str(), 100.0 * tally.inside / tally.asked,
-                medianOf(tally.ratios));
+    std::printf("  %-24s %5.1f %%   median of error / standard error %+.2f\n", parameter.c_str(),
+                100.0 * tally.inside / tally.asked, medianOf(tally.ratios));
 }
 
 }  // namespace
@@ -193,7 +207,8 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", seeds, "recordings a model")->capture_default_str();
   app.add_option("--offset", offset, "of the current sensor [A]")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  for (const std::vector<std::string>& effects : {std::vector<std::string>{"fresh_sulphate"}, std::vector<std::string>{}}) {
+  for (const std::vector<std::string>& effects :
+       {std::vector<std::string>{"fresh_sulphate"}, std::vector<std::string>{}}) {
     const BatteryModel model(effects);
     Outcome outcome;
     for (int seed = 1; seed <= seeds; ++seed) {
@@ -201,7 +216,8 @@ int main(int argc, char** argv) {
       const Imposed1Hz controlled = startStopDrive(dice);
       const ModelPoint truth = drawnTruth(model, dice);
       const Series exact = recordingOf(model, truth, controlled);
-      judge(model, truth, asMeasured(exact, offset, dice), exact, controlled.voltage_controlled, outcome);
+      judge(model, truth, asMeasured(exact, offset, dice), exact, controlled.voltage_controlled,
+            outcome);
     }
     print(effects.empty() ? "base circuit" : "physics of charging", outcome);
   }

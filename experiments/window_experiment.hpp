@@ -22,7 +22,8 @@ struct Setting {
   std::string what;
   IdentifyOptions options;
   StartRule start_rule = StartRule::kAsItFalls;
-  bool from_optimum = false;  ///< search starts at the default procedure's parameters: tells a local minimum
+  /// search starts at the default procedure's parameters: tells a local minimum
+  bool from_optimum = false;
 };
 
 std::vector<Setting> settings();

@@ -10,17 +10,20 @@ namespace {
 
 using namespace battery_sof;
 
-void printRow(const std::string& recording, const std::string& setting, int window, const experiments::WindowResult& r) {
+void printRow(const std::string& recording, const std::string& setting, int window,
+              const experiments::WindowResult& r) {
   const auto& errors = r.crank_errors;
   const double count = std::max<double>(static_cast<double>(errors.size()), 1.0);
   const double mean = std::accumulate(errors.begin(), errors.end(), 0.0) / count;
   double square = 0.0;
   for (double e : errors) square += (e - mean) * (e - mean) / count;
   const auto& p = r.model.fit.parameters;
-  std::printf("%s,\"%s\",%d,%.2f,%.3f,%.3f,%.5f,%.5f,%d,%d,%s,%.6f,%.6f,%.3f,%.4f,%.4f\n", recording.c_str(), setting.c_str(), window,
-              r.model.fit.window.from, r.model.fit.scores.q_dyn_percent, r.hour.q_dyn_percent.value_or(NAN), mean, std::sqrt(square),
-              r.model.fit.scores.cranks, r.model.fit.iterations, toString(r.model.fit.status).c_str(), p.r_discharge, p.r_charge, p.c2,
-              p.beta, p.u_dc);
+  std::printf("%s,\"%s\",%d,%.2f,%.3f,%.3f,%.5f,%.5f,%d,%d,%s,%.6f,%.6f,%.3f,%.4f,%.4f\n",
+              recording.c_str(), setting.c_str(), window, r.model.fit.window.from,
+              r.model.fit.scores.q_dyn_percent, r.hour.q_dyn_percent.value_or(NAN), mean,
+              std::sqrt(square), r.model.fit.scores.cranks, r.model.fit.iterations,
+              toString(r.model.fit.status).c_str(), p.r_discharge, p.r_charge, p.c2, p.beta,
+              p.u_dc);
 }
 
 void runRecording(const std::string& path) {
@@ -28,7 +31,8 @@ void runRecording(const std::string& path) {
   const auto starts = experiments::paperWindowStarts(recording.series);
   for (const auto& setting : experiments::settings())
     for (std::size_t k = 0; k < starts.size(); ++k)
-      printRow(recording.name, setting.name, static_cast<int>(k) + 1, experiments::runWindow(recording.series, starts[k], setting));
+      printRow(recording.name, setting.name, static_cast<int>(k) + 1,
+               experiments::runWindow(recording.series, starts[k], setting));
 }
 
 }  // namespace

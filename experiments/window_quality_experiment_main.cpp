@@ -5,22 +5,24 @@
 #include <cstdio>
 #include <numeric>
 
-#include "estimation/residual_filter.hpp"
+#include "battery_sof/csv.hpp"
+#include "column_options.hpp"
 #include "estimation/identification.hpp"
+#include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
 #include "prediction/prediction_interval.hpp"
 #include "prediction/profile.hpp"
 #include "prediction/query.hpp"
 #include "prediction/scores.hpp"
-#include "battery_sof/csv.hpp"
-#include "column_options.hpp"
 
 namespace {
 
 using namespace battery_sof;
 
-/// Standard deviation of a voltage that follows a held stop and a held event, from the fit's covariance alone [V].
-double eventDeviation(const FittedModel& model, double load, double stop, double current, double duration) {
+/// Standard deviation of a voltage that follows a held stop and a held event, from the fit's
+/// covariance alone [V].
+double eventDeviation(const FittedModel& model, double load, double stop, double current,
+                      double duration) {
   Simulation simulation = uncertainSimulationOf(model);
   hold(simulation, load, stop);
   hold(simulation, current, duration);
@@ -33,7 +35,8 @@ double logDeterminant(const Eigen::MatrixXd& covariance) {
   Eigen::MatrixXd scaled = covariance.topLeftCorner(rows, rows);
   const Eigen::VectorXd unit = (Eigen::VectorXd(5) << 0.008, 0.01, 1000.0, 20.0, 1.0).finished();
   scaled = unit.cwiseInverse().asDiagonal() * scaled * unit.cwiseInverse().asDiagonal();
-  const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues();
+  const Eigen::VectorXd values =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues();
   for (const double value : values) sum += std::log(std::max(value, 1e-20));
   return sum;
 }
@@ -83,16 +86,22 @@ void runWindow(const std::string& name, const Series& series, IndexRange window,
   const PredictionScores scores = scorePrediction(series, whole, predicted);
   double crank = 0.0;
   for (const auto& c : scores.cranks)
-    crank += std::abs(c.measured_minimum - c.predicted_minimum.value) / static_cast<double>(scores.cranks.size());
+    crank += std::abs(c.measured_minimum - c.predicted_minimum.value) /
+             static_cast<double>(scores.cranks.size());
   const Moments m = momentsOf(series, window);
   const NoiseModel noise = model.fit.noise.value_or(NoiseModel{});
   std::printf(
-      "%s,%.1f,%.3f,%.4f,%zu,%.4f,%.4f,%.5f,%.5f,%.5f,%.5f,%.3f,%.5f,%.3f,%.5f,%.2f,%.1f,%.1f,%d,%.6f,%.5f,%.3f,%.6f,%.1f,%.1f,%.3f,%.4f\n",
-      name.c_str(), model.fit.window.from, scores.q_dyn_percent.value_or(NAN), crank, scores.cranks.size(), scores.rmse,
-      windowExcitation(series, window), eventDeviation(model, -20.0, 30.0, -200.0, 1.0), eventDeviation(model, -20.0, 30.0, -20.0, 1.0),
-      eventDeviation(model, -10.0, 10.0, 30.0, 10.0), eventDeviation(model, 0.0, 0.0, -200.0, 1.0), logDeterminant(model.fit.covariance),
-      worstRelative(model.fit), model.fit.scores.q_dyn_percent, model.fit.scores.rmse, m.std, m.lowest, m.highest, model.fit.scores.cranks,
-      noise.white_std, noise.ar_std, noise.ar_time, noise.walk_std, model.fit.excited.charge_time, model.fit.excited.discharge_time,
+      "%s,%.1f,%.3f,%.4f,%zu,%.4f,%.4f,%.5f,%.5f,%.5f,%.5f,%.3f,%.5f,%.3f,%.5f,%.2f,%.1f,%.1f,%d,%."
+      "6f,%.5f,%.3f,%.6f,%.1f,%.1f,%.3f,%.4f\n",
+      name.c_str(), model.fit.window.from, scores.q_dyn_percent.value_or(NAN), crank,
+      scores.cranks.size(), scores.rmse, windowExcitation(series, window),
+      eventDeviation(model, -20.0, 30.0, -200.0, 1.0),
+      eventDeviation(model, -20.0, 30.0, -20.0, 1.0),
+      eventDeviation(model, -10.0, 10.0, 30.0, 10.0), eventDeviation(model, 0.0, 0.0, -200.0, 1.0),
+      logDeterminant(model.fit.covariance), worstRelative(model.fit),
+      model.fit.scores.q_dyn_percent, model.fit.scores.rmse, m.std, m.lowest, m.highest,
+      model.fit.scores.cranks, noise.white_std, noise.ar_std, noise.ar_time, noise.walk_std,
+      model.fit.excited.charge_time, model.fit.excited.discharge_time,
       insideValidation(series, window), model.fit.window_quality);
 }
 
@@ -106,7 +115,8 @@ void runRecording(const std::string& path, const CsvColumns& columns, int window
     for (int k = 0; k < windows; ++k) {
       const double start = from + (to - from - length) * k / (windows - 1.0);
       const IndexRange window = indexRange(series, start, start + length);
-      runWindow(recording.name + "@" + std::to_string(static_cast<long>(from)), series, window, part);
+      runWindow(recording.name + "@" + std::to_string(static_cast<long>(from)), series, window,
+                part);
     }
   }
 }
@@ -114,7 +124,9 @@ void runRecording(const std::string& path, const CsvColumns& columns, int window
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Fits windows of recordings (CSV), prints what the window alone says of them and how they predict the rest.");
+  CLI::App app(
+      "Fits windows of recordings (CSV), prints what the window alone says of them and how they "
+      "predict the rest.");
   std::vector<std::string> recordings;
   CsvColumns columns;
   int windows = 12;
@@ -123,8 +135,10 @@ int main(int argc, char** argv) {
   addColumnOptions(app, columns);
   CLI11_PARSE(app, argc, argv);
   std::puts(
-      "recording,from_s,q_whole,crank_mae,cranks,rmse_whole,excitation,sd_crank,sd_stop,sd_charge,sd_now,log_det,worst_rel,"
-      "q_window,rmse_window,std_i,min_i,max_i,pulses,white,ar,ar_time,walk,charge_s,discharge_s,q_inside,suitability");
+      "recording,from_s,q_whole,crank_mae,cranks,rmse_whole,excitation,sd_crank,sd_stop,sd_charge,"
+      "sd_now,log_det,worst_rel,"
+      "q_window,rmse_window,std_i,min_i,max_i,pulses,white,ar,ar_time,walk,charge_s,discharge_s,q_"
+      "inside,suitability");
   try {
     for (const auto& path : recordings) runRecording(path, columns, windows);
   } catch (const std::exception& error) {

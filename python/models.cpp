@@ -3,18 +3,18 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "bindings.hpp"
 #include "diagnosis/diagnose.hpp"
 #include "estimation/recording_fit.hpp"
 #include "prediction/range_prediction.hpp"
-#include "util/atomic_file.hpp"
 #include "recording/series_blocks.hpp"
-#include "util/printable.hpp"
 #include "report/answers.hpp"
 #include "report/diagnosis_page.hpp"
 #include "report/diagnosis_results.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
-#include "bindings.hpp"
+#include "util/atomic_file.hpp"
+#include "util/printable.hpp"
 
 namespace battery_sof::python {
 
@@ -36,7 +36,9 @@ void nameOrigin(FittedModel& model, const HeldRecording& held, double series_blo
 
 /// The recording with the voltage of one block of the row.
 Series seriesOfOne(const HeldRecording& held, double series_blocks) {
-  if (!areSeriesBlocks(series_blocks)) throw std::invalid_argument(format("series_blocks is %g, expected ", series_blocks) + kAllowedSeriesBlocks);
+  if (!areSeriesBlocks(series_blocks))
+    throw std::invalid_argument(format("series_blocks is %g, expected ", series_blocks) +
+                                kAllowedSeriesBlocks);
   return perBlock(held.fitted, series_blocks);
 }
 
@@ -54,8 +56,8 @@ PredictionMode modeOf(const std::optional<std::string>& name) {
 }
 
 FittedModel identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
-                         const std::optional<std::vector<std::string>>& effects, bool whiten, const std::string& start, double series_blocks,
-                         int threads) {
+                         const std::optional<std::vector<std::string>>& effects, bool whiten,
+                         const std::string& start, double series_blocks, int threads) {
   const py::gil_scoped_release released;
   const Series series = seriesOfOne(held, series_blocks);
   FitRequest request{from, to, chooses_window, {}};
@@ -67,14 +69,17 @@ FittedModel identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bo
   const FitPlan plan = planFit(series, request);
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = fitPlanned(series, plan);
-  model.provenance.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  model.provenance.fit_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   if (isUsable(model.fit)) carryToEnd(model, series, request);
   nameOrigin(model, held, series_blocks);
   return model;
 }
 
 /// JSON as text; what is not UTF-8 in it (names of files) is replaced, as the command does.
-std::string textOf(const nlohmann::json& json) { return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace); }
+std::string textOf(const nlohmann::json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
 
 py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
   py::dict arrays;
@@ -88,12 +93,14 @@ py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
   arrays["lower_a"] = numpyOf(course.current_lower);
   arrays["upper_a"] = numpyOf(course.current_upper);
   py::array_t<bool> driven(static_cast<py::ssize_t>(course.voltage_controlled.size()));
-  for (py::ssize_t n = 0; n < driven.size(); ++n) driven.mutable_at(n) = course.voltage_controlled[static_cast<std::size_t>(n)] != 0;
+  for (py::ssize_t n = 0; n < driven.size(); ++n)
+    driven.mutable_at(n) = course.voltage_controlled[static_cast<std::size_t>(n)] != 0;
   arrays["voltage_controlled"] = driven;
   return arrays;
 }
 
-std::pair<py::dict, std::string> predictHeld(const FittedModel& model, const HeldRecording& held, Seconds from, Seconds to,
+std::pair<py::dict, std::string> predictHeld(const FittedModel& model, const HeldRecording& held,
+                                             Seconds from, Seconds to,
                                              const std::optional<std::string>& mode) {
   RangePrediction prediction;
   Series part;
@@ -109,7 +116,8 @@ std::pair<py::dict, std::string> predictHeld(const FittedModel& model, const Hel
 
 double checkedCapacity(double capacity_ah) {
   if (capacity_ah > 0.0 && std::isfinite(capacity_ah)) return capacity_ah;
-  throw std::invalid_argument(format("capacity_ah is %g, expected above 0 and finite", capacity_ah));
+  throw std::invalid_argument(
+      format("capacity_ah is %g, expected above 0 and finite", capacity_ah));
 }
 
 /// An answer as JSON. @throws std::invalid_argument for a query that is none.
@@ -119,31 +127,37 @@ std::string told(const Answer& answer, const ToJson& json) {
   return textOf(json(answer));
 }
 
-std::string askCrank(const FittedModel& model, double i_load, double t_stop, double i_cranking, double t_cranking,
-                     std::optional<double> u_required, double capacity_ah) {
+std::string askCrank(const FittedModel& model, double i_load, double t_stop, double i_cranking,
+                     double t_cranking, std::optional<double> u_required, double capacity_ah) {
   const py::gil_scoped_release released;
-  const CrankingQuery query = asked(CrankingQuery{i_load, t_stop, i_cranking, t_cranking, u_required});
+  const CrankingQuery query =
+      asked(CrankingQuery{i_load, t_stop, i_cranking, t_cranking, u_required});
   return told(predictCranking(model, query, checkedCapacity(capacity_ah)), crankingJson);
 }
 
-std::string askStopTime(const FittedModel& model, double i_load, double i_cranking, double t_cranking, double u_required,
-                        double capacity_ah) {
+std::string askStopTime(const FittedModel& model, double i_load, double i_cranking,
+                        double t_cranking, double u_required, double capacity_ah) {
   const py::gil_scoped_release released;
   const StopTimeQuery query = asked(StopTimeQuery{i_load, i_cranking, t_cranking, u_required});
   return told(predictStopTime(model, query, checkedCapacity(capacity_ah)), stopTimeJson);
 }
 
-std::string askCharge(const FittedModel& model, double u_boost, double t_sof2, double i_limit, double capacity_ah) {
+std::string askCharge(const FittedModel& model, double u_boost, double t_sof2, double i_limit,
+                      double capacity_ah) {
   const py::gil_scoped_release released;
   const ChargeAcceptanceQuery query = asked(ChargeAcceptanceQuery{u_boost, t_sof2, i_limit});
-  return told(predictChargeAcceptance(model, query, checkedCapacity(capacity_ah)), chargeAcceptanceJson);
+  return told(predictChargeAcceptance(model, query, checkedCapacity(capacity_ah)),
+              chargeAcceptanceJson);
 }
 
-HeldDiagnosis diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to, double holdout_share,
-                           const std::vector<std::string>& hypotheses, const std::vector<std::string>& given, double series_blocks, int threads) {
+HeldDiagnosis diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to,
+                           double holdout_share, const std::vector<std::string>& hypotheses,
+                           const std::vector<std::string>& given, double series_blocks,
+                           int threads) {
   const py::gil_scoped_release released;
   HeldDiagnosis result{held.recording, {}};
-  result.stretch.series = slice(seriesOfOne(held, series_blocks), samplesBetween(held.fitted, from, to));
+  result.stretch.series =
+      slice(seriesOfOne(held, series_blocks), samplesBetween(held.fitted, from, to));
   DiagnoseOptions options;
   options.holdout_share = holdout_share;
   options.hypotheses = hypotheses;
@@ -152,14 +166,17 @@ HeldDiagnosis diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to, 
   result.diagnosis = diagnose(result.stretch, options);
   nameOrigin(result.diagnosis.base, held, series_blocks);
   nameOrigin(result.diagnosis.extended, held, series_blocks);
-  if (series_blocks != 1.0) result.diagnosis.instrument.insert(result.diagnosis.instrument.begin(), seriesBlocksSentence(series_blocks));
+  if (series_blocks != 1.0)
+    result.diagnosis.instrument.insert(result.diagnosis.instrument.begin(),
+                                       seriesBlocksSentence(series_blocks));
   return result;
 }
 
 Numbers covarianceOf(const FittedModel& model) {
   Numbers rows({model.fit.covariance.rows(), model.fit.covariance.cols()});
   for (Eigen::Index j = 0; j < model.fit.covariance.rows(); ++j)
-    for (Eigen::Index k = 0; k < model.fit.covariance.cols(); ++k) rows.mutable_at(j, k) = model.fit.covariance(j, k);
+    for (Eigen::Index k = 0; k < model.fit.covariance.cols(); ++k)
+      rows.mutable_at(j, k) = model.fit.covariance(j, k);
   return rows;
 }
 
@@ -172,7 +189,9 @@ void defineModel(py::module_& module) {
                   })
       .def_property_readonly("usable", [](const FittedModel& model) { return isUsable(model.fit); })
       .def_property_readonly("covariance", &covarianceOf)
-      .def_property_readonly("recording_hash", [](const FittedModel& model) { return model.provenance.recording_hash; })
+      .def_property_readonly(
+          "recording_hash",
+          [](const FittedModel& model) { return model.provenance.recording_hash; })
       .def("json", [](const FittedModel& model) { return textOf(identifyJson(model)); })
       .def("rested",
            [](const FittedModel& model) {
@@ -189,12 +208,17 @@ void defineModel(py::module_& module) {
 void defineDiagnosis(py::module_& module) {
   py::class_<HeldDiagnosis>(module, "Diagnosis")
       .def("json", [](const HeldDiagnosis& held) { return textOf(diagnosisJson(held.diagnosis)); })
-      .def("text", [](const HeldDiagnosis& held) { return printable(diagnosisText(held.diagnosis), LineBreaks::kKept); })
+      .def("text",
+           [](const HeldDiagnosis& held) {
+             return printable(diagnosisText(held.diagnosis), LineBreaks::kKept);
+           })
       .def("base", [](const HeldDiagnosis& held) { return held.diagnosis.base; })
       .def("extended", [](const HeldDiagnosis& held) { return held.diagnosis.extended; })
       .def("time_s", [](const HeldDiagnosis& held) { return numpyOf(held.stretch.series.time); })
-      .def("base_voltage", [](const HeldDiagnosis& held) { return numpyOf(held.diagnosis.base_voltage); })
-      .def("extended_voltage", [](const HeldDiagnosis& held) { return numpyOf(held.diagnosis.extended_voltage); })
+      .def("base_voltage",
+           [](const HeldDiagnosis& held) { return numpyOf(held.diagnosis.base_voltage); })
+      .def("extended_voltage",
+           [](const HeldDiagnosis& held) { return numpyOf(held.diagnosis.extended_voltage); })
       .def("write_page", [](const HeldDiagnosis& held, const std::string& path) {
         const py::gil_scoped_release released;
         writeFileAtomically(path, diagnosisPage(held.stretch, held.diagnosis));

@@ -1,10 +1,10 @@
 #include <stdexcept>
 
-#include "util/printable.hpp"
 #include "battery_sof/recording_error.hpp"
-#include "report/model_yaml.hpp"
 #include "battery_sof/version.hpp"
 #include "bindings.hpp"
+#include "report/model_yaml.hpp"
+#include "util/printable.hpp"
 
 namespace battery_sof::python {
 
@@ -12,8 +12,11 @@ namespace py = pybind11;
 
 namespace {
 
-/// The core's sentence as a Python exception; names of files in it need not be UTF-8, which Python wants.
-void raise(PyObject* kind, const std::exception& error) { PyErr_SetString(kind, printable(error.what(), LineBreaks::kKept).c_str()); }
+/// The core's sentence as a Python exception; names of files in it need not be UTF-8, which Python
+/// wants.
+void raise(PyObject* kind, const std::exception& error) {
+  PyErr_SetString(kind, printable(error.what(), LineBreaks::kKept).c_str());
+}
 
 void translate(std::exception_ptr pointer) {
   try {
@@ -33,11 +36,14 @@ void translate(std::exception_ptr pointer) {
 
 }  // namespace
 
-Numbers numpyOf(const std::vector<double>& values) { return Numbers(static_cast<py::ssize_t>(values.size()), values.data()); }
+Numbers numpyOf(const std::vector<double>& values) {
+  return Numbers(static_cast<py::ssize_t>(values.size()), values.data());
+}
 
 std::vector<double> vectorOf(const Numbers& numbers, const char* name) {
   if (numbers.ndim() != 1)
-    throw std::invalid_argument(std::string(name) + " has " + std::to_string(numbers.ndim()) + " dimensions, expected one");
+    throw std::invalid_argument(std::string(name) + " has " + std::to_string(numbers.ndim()) +
+                                " dimensions, expected one");
   return {numbers.data(), numbers.data() + numbers.size()};
 }
 

@@ -1,9 +1,9 @@
 #include <stdexcept>
 
 #include "battery_sof/csv.hpp"
-#include "recording/resample.hpp"
 #include "battery_sof/sample_list.hpp"
 #include "bindings.hpp"
+#include "recording/resample.hpp"
 
 namespace battery_sof::python {
 
@@ -15,8 +15,8 @@ constexpr double kZeroCelsius = 273.15;  // [K], definition of the degree Celsiu
 
 void requireLength(const std::vector<double>& values, std::size_t length, const char* name) {
   if (values.size() != length)
-    throw std::invalid_argument(std::string(name) + " has " + std::to_string(values.size()) + " values, expected " +
-                                std::to_string(length) + " as time_s");
+    throw std::invalid_argument(std::string(name) + " has " + std::to_string(values.size()) +
+                                " values, expected " + std::to_string(length) + " as time_s");
 }
 
 HeldRecording held(Recording recording, std::string hash) {
@@ -24,10 +24,12 @@ HeldRecording held(Recording recording, std::string hash) {
   return {std::move(recording), std::move(fitted), std::move(hash)};
 }
 
-HeldRecording fromArrays(const Numbers& time, const Numbers& current, const Numbers& voltage, const std::optional<Numbers>& temperature,
-                         const std::string& name) {
-  const auto t = vectorOf(time, "time_s"), i = vectorOf(current, "current_a"), u = vectorOf(voltage, "voltage_v");
-  const auto celsius = temperature ? vectorOf(*temperature, "temperature_c") : std::vector<double>();
+HeldRecording fromArrays(const Numbers& time, const Numbers& current, const Numbers& voltage,
+                         const std::optional<Numbers>& temperature, const std::string& name) {
+  const auto t = vectorOf(time, "time_s"), i = vectorOf(current, "current_a"),
+             u = vectorOf(voltage, "voltage_v");
+  const auto celsius =
+      temperature ? vectorOf(*temperature, "temperature_c") : std::vector<double>();
   requireLength(i, t.size(), "current_a");
   requireLength(u, t.size(), "voltage_v");
   if (temperature) requireLength(celsius, t.size(), "temperature_c");
@@ -36,7 +38,8 @@ HeldRecording fromArrays(const Numbers& time, const Numbers& current, const Numb
   samples.reserve(t.size());
   for (std::size_t n = 0; n < t.size(); ++n) {
     samples.push_back({t[n], i[n], u[n], std::nullopt});
-    if (temperature && celsius[n] == celsius[n]) samples.back().temperature = celsius[n] + kZeroCelsius;
+    if (temperature && celsius[n] == celsius[n])
+      samples.back().temperature = celsius[n] + kZeroCelsius;
   }
   return held(recordingOf(name, samples), "");
 }
@@ -62,16 +65,24 @@ py::dict rejectedOf(const HeldRecording& held) {
 void defineRecording(py::module_& module) {
   py::class_<HeldRecording>(module, "Recording")
       .def_static("from_arrays", &fromArrays)
-      .def_static("from_csv",
-                  [](const std::string& path, const std::string& time, const std::string& current, const std::string& voltage,
-                     const std::optional<std::string>& temperature, bool discharge_positive, const std::string& hash) {
-                    return fromCsv(path, {time, current, voltage, temperature, discharge_positive}, hash);
-                  })
+      .def_static(
+          "from_csv",
+          [](const std::string& path, const std::string& time, const std::string& current,
+             const std::string& voltage, const std::optional<std::string>& temperature,
+             bool discharge_positive, const std::string& hash) {
+            return fromCsv(path, {time, current, voltage, temperature, discharge_positive}, hash);
+          })
       .def_property_readonly("name", [](const HeldRecording& held) { return held.recording.name; })
-      .def_property_readonly("time_s", [](const HeldRecording& held) { return numpyOf(held.recording.series.time); })
-      .def_property_readonly("current_a", [](const HeldRecording& held) { return numpyOf(held.recording.series.current); })
-      .def_property_readonly("voltage_v", [](const HeldRecording& held) { return numpyOf(held.recording.series.voltage); })
-      .def_property_readonly("offered", [](const HeldRecording& held) { return held.recording.offered; })
+      .def_property_readonly(
+          "time_s", [](const HeldRecording& held) { return numpyOf(held.recording.series.time); })
+      .def_property_readonly(
+          "current_a",
+          [](const HeldRecording& held) { return numpyOf(held.recording.series.current); })
+      .def_property_readonly(
+          "voltage_v",
+          [](const HeldRecording& held) { return numpyOf(held.recording.series.voltage); })
+      .def_property_readonly("offered",
+                             [](const HeldRecording& held) { return held.recording.offered; })
       .def_property_readonly("rejected", &rejectedOf);
 }
 

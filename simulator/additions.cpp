@@ -39,12 +39,14 @@ double sulphateAfter(const Additions& a, double before, double charge, double st
 std::vector<std::string> faultsOf(const Additions& additions) { return fieldFaults(additions); }
 
 bool anyOn(const Additions& a) {
-  return a.second_electrode || a.fast_arc || a.acid_transport || a.ocv_hysteresis || a.high_rate_depletion || a.coup_de_fouet ||
-         a.sulphate_history || a.parameter_drift || a.parasitic_load_a != 0.0 || a.contact_step || a.memory_resistance || a.step_force ||
+  return a.second_electrode || a.fast_arc || a.acid_transport || a.ocv_hysteresis ||
+         a.high_rate_depletion || a.coup_de_fouet || a.sulphate_history || a.parameter_drift ||
+         a.parasitic_load_a != 0.0 || a.contact_step || a.memory_resistance || a.step_force ||
          a.gated_tone || a.capacitance_fall || a.dead_zone || a.hysteretic_r;
 }
 
-AddedVoltages::LowPass::LowPass(double tau, double step) : decay(std::exp(-step / tau)), delay(tau / step) {}
+AddedVoltages::LowPass::LowPass(double tau, double step)
+    : decay(std::exp(-step / tau)), delay(tau / step) {}
 
 double AddedVoltages::LowPass::advance(double before, double begin, double end) const {
   const double lag = delay * (end - begin);
@@ -82,13 +84,15 @@ AddedState AddedVoltages::advance(const AddedState& before, double begin, double
   }
   if (a.ocv_hysteresis) s.hysteresis = hysteresisAfter(a, s.hysteresis, charge);
   if (a.high_rate_depletion)
-    s.depletion = depletion_.advance(s.depletion, std::max(0.0, -begin) / a.depletion_limit_a, std::max(0.0, -end) / a.depletion_limit_a);
+    s.depletion = depletion_.advance(s.depletion, std::max(0.0, -begin) / a.depletion_limit_a,
+                                     std::max(0.0, -end) / a.depletion_limit_a);
   if (a.coup_de_fouet) {
     s.nuclei = builtByDischarge(s.nuclei, charge, a.coup_nuclei_ah, a.coup_erasing_ah);
     s.onset = builtByDischarge(s.onset, charge, a.coup_onset_ah, a.coup_onset_ah);
   }
   if (a.sulphate_history) s.sulphate = sulphateAfter(a, s.sulphate, charge, step_);
-  if (a.memory_resistance) s.remembered = memory_.advance(s.remembered, std::abs(begin), std::abs(end));
+  if (a.memory_resistance)
+    s.remembered = memory_.advance(s.remembered, std::abs(begin), std::abs(end));
   const double moving = std::abs(end) > kGateFrom ? 1.0 : 0.0;
   if (a.gated_tone) s.gate = gate_.advance(s.gate, moving, moving);
   if (a.hysteretic_r && std::abs(end) > a.hysteretic_from_a) s.last_large_sign = signOf(end);
@@ -99,11 +103,14 @@ double AddedVoltages::voltage(const AddedState& s, double time, double current) 
   const Additions& a = additions_;
   double sum = s.arc + s.acid_1 + s.acid_2;
   if (a.ocv_hysteresis) sum += a.hysteresis_v * s.hysteresis;
-  if (a.high_rate_depletion) sum += a.depletion_v * std::log1p(-std::min(s.depletion, kMaxDepletion));
+  if (a.high_rate_depletion)
+    sum += a.depletion_v * std::log1p(-std::min(s.depletion, kMaxDepletion));
   if (a.coup_de_fouet) sum -= a.coup_v * (1.0 - s.nuclei) * s.onset;
   if (a.memory_resistance) sum += a.memory_ohm_per_a * s.remembered * current;
-  if (a.step_force && std::abs(current) > a.step_force_above_a) sum += signOf(current) * a.step_force_v;
-  if (a.gated_tone) sum += a.gated_tone_v * s.gate * std::sin(kTwoPi * time / a.gated_tone_period_s);
+  if (a.step_force && std::abs(current) > a.step_force_above_a)
+    sum += signOf(current) * a.step_force_v;
+  if (a.gated_tone)
+    sum += a.gated_tone_v * s.gate * std::sin(kTwoPi * time / a.gated_tone_period_s);
   return sum;
 }
 

@@ -27,17 +27,20 @@ sensor_msgs::BatteryState messageOf(const RecordedSample& sample, float temperat
 
 }  // namespace
 
-void writeBag(const std::filesystem::path& path, const Simulation& simulation, bool with_temperature) {
+void writeBag(const std::filesystem::path& path, const Simulation& simulation,
+              bool with_temperature) {
   auto bag = std::make_unique<rosbag::Bag>(path.string(), rosbag::bagmode::Write);
   try {
     for (std::size_t n = 0; n < simulation.samples.size(); ++n) {
-      const float temperature = with_temperature ? static_cast<float>(simulation.temperature[n]) : kUnknown;
+      const float temperature =
+          with_temperature ? static_cast<float>(simulation.temperature[n]) : kUnknown;
       const auto message = messageOf(simulation.samples[n], temperature);
       bag->write(kTopic, std::max(message.header.stamp, ros::TIME_MIN), message);
     }
     bag->close();
   } catch (...) {
-    static_cast<void>(bag.release());  // its destructor would write once more, throw and so end the program
+    // its destructor would write once more, throw and so end the program
+    static_cast<void>(bag.release());
     throw;
   }
 }

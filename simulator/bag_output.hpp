@@ -8,8 +8,10 @@ namespace battery_sof_reference {
 
 /**
  * @brief Writes a simulated recording as a bag, as writeRecording() says.
- * @throws std::exception when it cannot be written; std::runtime_error of a build without ROS, which says so.
+ * @throws std::exception when it cannot be written; std::runtime_error of a build without ROS,
+ * which says so.
  */
-void writeBag(const std::filesystem::path& path, const Simulation& simulation, bool with_temperature);
+void writeBag(const std::filesystem::path& path, const Simulation& simulation,
+              bool with_temperature);
 
 }  // namespace battery_sof_reference

@@ -12,7 +12,8 @@ constexpr double kTafelVoltage = 14.4;   // [V], 2.4 V a cell
 constexpr double kReferenceSoc = 0.8;
 
 /// Share of the charging value in r_1 and its derivative to current.
-Linearised chargingShare(const BatteryParameters& p, const BatteryEffects& effects, double current) {
+Linearised chargingShare(const BatteryParameters& p, const BatteryEffects& effects,
+                         double current) {
   if (!effects.r1_asymmetry) return {0.5, 0.0};
   if (!effects.r1_smooth) return {current < 0.0 ? 0.0 : 1.0, 0.0};
   const double s = 1.0 / (1.0 + std::exp(-(current - p.r1_transition_at_a) / p.r1_transition_a));
@@ -24,9 +25,12 @@ Linearised chargingShare(const BatteryParameters& p, const BatteryEffects& effec
 Conditions atTemperature(const BatteryParameters& p, double temperature) {
   const double warmer = temperature - kReferenceCelsius;
   const double resistance = 1.0 + p.r_per_k * warmer;
-  const double inverse = 1.0 / (kReferenceCelsius + kZeroCelsius) - 1.0 / (temperature + kZeroCelsius);
-  return {p.r_ohmic_ohm * resistance, resistance, p.i0_a * std::exp(p.activation_j_per_mol / kGasConstant * inverse),
-          p.lead_ion_limit_a * std::exp2(warmer / p.lead_ion_halving_k), p.gas_current_a * std::exp(p.gas_slope_per_k * warmer)};
+  const double inverse =
+      1.0 / (kReferenceCelsius + kZeroCelsius) - 1.0 / (temperature + kZeroCelsius);
+  return {p.r_ohmic_ohm * resistance, resistance,
+          p.i0_a * std::exp(p.activation_j_per_mol / kGasConstant * inverse),
+          p.lead_ion_limit_a * std::exp2(warmer / p.lead_ion_halving_k),
+          p.gas_current_a * std::exp(p.gas_slope_per_k * warmer)};
 }
 
 Linearised r1Voltage(const BatteryParameters& p, const BatteryEffects& effects, double current) {
@@ -36,11 +40,13 @@ Linearised r1Voltage(const BatteryParameters& p, const BatteryEffects& effects, 
   const double falling = effects.r1_current_dependence ? p.r1_knee_share : 0.0;
   const double knee = 1.0 / (1.0 + std::abs(current) / p.r1_knee_current_a);
   const double factor = 1.0 - falling + falling * knee;
-  return {r * factor * current, step * share.slope * factor * current + r * (1.0 - falling + falling * knee * knee)};
+  return {r * factor * current,
+          step * share.slope * factor * current + r * (1.0 - falling + falling * knee * knee)};
 }
 
 ReactionRates reactionRates(const BatteryParameters& p, double i0, double u2) {
-  return {i0 * std::exp(p.alpha * p.beta_per_v * u2), i0 * std::exp((p.alpha - 1.0) * p.beta_per_v * u2)};
+  return {i0 * std::exp(p.alpha * p.beta_per_v * u2),
+          i0 * std::exp((p.alpha - 1.0) * p.beta_per_v * u2)};
 }
 
 Linearised chargeTransfer(const BatteryParameters& p, double i0, double u2, double lead_ion) {

@@ -40,7 +40,8 @@ Conditions atTemperature(const BatteryParameters& parameters, double temperature
  * @param current through r_1 [A].  @return [V], [Ohm] at 25 degC; the slope at a kink is that of
  * the charging side.
  */
-Linearised r1Voltage(const BatteryParameters& parameters, const BatteryEffects& effects, double current);
+Linearised r1Voltage(const BatteryParameters& parameters, const BatteryEffects& effects,
+                     double current);
 
 /// The two exponentials of eq. 1: forward I_0 exp(alpha beta u), backward I_0 exp((alpha - 1) beta
 /// u) [A].
@@ -50,17 +51,19 @@ struct ReactionRates {
 ReactionRates reactionRates(const BatteryParameters& parameters, double i0, double u2);
 
 /**
- * @brief Charge-transfer current (paper, eq. 1) at a relative Pb2+ concentration p (docs/physics.md#charge_acceptance; p =
- * 1 is eq. 1 itself).
+ * @brief Charge-transfer current (paper, eq. 1) at a relative Pb2+ concentration p
+ * (docs/physics.md#charge_acceptance; p = 1 is eq. 1 itself).
  *
  *     i_r2 = I_0 { p exp(alpha beta u) - exp((alpha - 1) beta u) }
  *
  * @return [A] and its derivative to u2 at constant p [1/Ohm].
  */
-Linearised chargeTransfer(const BatteryParameters& parameters, double i0, double u2, double lead_ion);
+Linearised chargeTransfer(const BatteryParameters& parameters, double i0, double u2,
+                          double lead_ion);
 
 /// Current of the gassing branch across U_x = u_0 + u_2 [V]: [A], [1/Ohm]; both >= 0.
-Linearised gassing(const BatteryParameters& parameters, GassingLaw law, const Conditions& at, double u_x);
+Linearised gassing(const BatteryParameters& parameters, GassingLaw law, const Conditions& at,
+                   double u_x);
 
 /// Open-circuit voltage u_0 = u0_v + u0_slope_v (SOC - 0.8) [V] and its slope [V per unit of SOC].
 Linearised openCircuitVoltage(const BatteryParameters& parameters, double soc);

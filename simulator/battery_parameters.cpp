@@ -37,7 +37,8 @@ Cpe cpe1Of(const BatteryParameters& parameters, const BatteryEffects& effects) {
 
 Cpe cpe2Of(const BatteryParameters& parameters, const BatteryEffects& effects) {
   const double p = effects.cpe2_fractional ? parameters.cpe2_exponent : 1.0;
-  return {parameters.cpe2_capacitance_f * std::pow(parameters.cpe2_reference_rad_per_s, 1.0 - p), p};
+  return {parameters.cpe2_capacitance_f * std::pow(parameters.cpe2_reference_rad_per_s, 1.0 - p),
+          p};
 }
 
 std::vector<std::string> faultsOf(const BatteryParameters& parameters) {

@@ -60,8 +60,9 @@ double halfPowerFrequency(const Polynomial& polynomial) {
 
 void requireValid(double cutoff, double rate) {
   if (cutoff > 0.0 && rate > 0.0 && cutoff < 0.5 * rate) return;
-  throw std::invalid_argument("Bessel filter: cut-off is " + std::to_string(cutoff) + " Hz, expected above 0 and below half of " +
-                              std::to_string(rate) + " Hz");
+  throw std::invalid_argument("Bessel filter: cut-off is " + std::to_string(cutoff) +
+                              " Hz, expected above 0 and below half of " + std::to_string(rate) +
+                              " Hz");
 }
 
 }  // namespace

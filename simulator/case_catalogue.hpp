@@ -37,7 +37,9 @@ CaseKind nestedKind(const CaseKind& kind, const std::vector<std::string>& effect
 struct Expectation {
   std::vector<std::string> verdicts;  ///< any of them
   std::vector<std::string> effects;   ///< those that are true
-  std::vector<std::string> ties;      ///< those that cannot be reported from them (docs/physics.md#effects-that-cannot-be-reported-apart)
+  /// those that cannot be reported from them
+  /// (docs/physics.md#effects-that-cannot-be-reported-apart)
+  std::vector<std::string> ties;
 };
 
 /// @param kind one of caseKinds().  @param effects true ones, ids of the catalogue.

@@ -8,34 +8,43 @@ namespace battery_sof_reference {
 namespace {
 
 constexpr std::uint32_t kBatteryStream = 10, kDriveStream = 11, kEffectStream = 12;
-constexpr double kReferenceSoc = 0.8;                   // of BatteryParameters::u0_v
-constexpr double kOhmicShare = 0.4;                     // of the smaller total resistance
-constexpr double kCutoffShare = 0.2;                    // of the sample rate; 20 Hz at 100 Hz (docs/physics.md#acquisition)
+constexpr double kReferenceSoc = 0.8;  // of BatteryParameters::u0_v
+constexpr double kOhmicShare = 0.4;    // of the smaller total resistance
+// of the sample rate; 20 Hz at 100 Hz (docs/physics.md#acquisition)
+constexpr double kCutoffShare = 0.2;
 constexpr double kShortest = 60.0, kLongest = 14400.0;  // [s]
 
 void requireKnown(const CaseKind& kind) {
   const auto& all = caseKinds();
-  const bool known =
-      std::any_of(all.begin(), all.end(), [&](const CaseKind& one) { return one.mechanism == kind.mechanism && one.id == kind.id; });
-  if (!known) throw std::invalid_argument("no kind of case is \"" + kind.mechanism + " " + kind.id + "\"; --list names them all");
+  const bool known = std::any_of(all.begin(), all.end(), [&](const CaseKind& one) {
+    return one.mechanism == kind.mechanism && one.id == kind.id;
+  });
+  if (!known)
+    throw std::invalid_argument("no kind of case is \"" + kind.mechanism + " " + kind.id +
+                                "\"; --list names them all");
 }
 
 std::vector<double> scalesOf(const CaseKind& kind, const std::vector<double>& asked) {
   const std::size_t additions = additionsOf(kind).size();
   for (double scale : asked)
-    if (!std::isfinite(scale) || scale < 0.0) throw std::invalid_argument("scale is " + std::to_string(scale) + ", expected 0 or more");
-  if (asked.size() == 1 && (additions > 0 || asked.front() == 1.0)) return std::vector<double>(additions, asked.front());
+    if (!std::isfinite(scale) || scale < 0.0)
+      throw std::invalid_argument("scale is " + std::to_string(scale) + ", expected 0 or more");
+  if (asked.size() == 1 && (additions > 0 || asked.front() == 1.0))
+    return std::vector<double>(additions, asked.front());
   if (asked.size() != additions)
-    throw std::invalid_argument("scale has " + std::to_string(asked.size()) + " numbers, but \"" + kind.mechanism + " " + kind.id +
-                                "\" adds " + std::to_string(additions));
+    throw std::invalid_argument("scale has " + std::to_string(asked.size()) + " numbers, but \"" +
+                                kind.mechanism + " " + kind.id + "\" adds " +
+                                std::to_string(additions));
   return asked;
 }
 
-double logBetween(Dice& dice, const Range& range) { return range.low * std::pow(range.high / range.low, dice.share()); }
+double logBetween(Dice& dice, const Range& range) {
+  return range.low * std::pow(range.high / range.low, dice.share());
+}
 
 void drawNoise(AcquisitionOptions& a, Dice& dice) {
-  a.voltage_noise = {dice.between({0.5e-3, 3e-3}), dice.between({0.5e-3, 4e-3}), logBetween(dice, {0.3, 30.0}),
-                     dice.between({0.1e-3, 1e-3})};
+  a.voltage_noise = {dice.between({0.5e-3, 3e-3}), dice.between({0.5e-3, 4e-3}),
+                     logBetween(dice, {0.3, 30.0}), dice.between({0.1e-3, 1e-3})};
   a.current_noise = {dice.between({0.02, 0.1}), 0.0, 2.0, 0.0};
   a.voltage_step_v = 1e-3;
   a.current_step_a = dice.between({0.01, 0.05});
@@ -117,11 +126,15 @@ void drawStructure(CaseDraft& draft, Dice& dice) {
     std::vector<std::string> effects;
   };
   const std::vector<Structure> all{
-      {"two_electrodes", makeTwoElectrodes, {"cpe2", "second_electrode", "charge_transfer"}},  // its alpha is another
-      {"full_circuit", makeFullCircuit, {"cpe2", "fast_arc", "current_dependent_resistance", "inductance"}},
+      // its alpha is another
+      {"two_electrodes", makeTwoElectrodes, {"cpe2", "second_electrode", "charge_transfer"}},
+      {"full_circuit",
+       makeFullCircuit,
+       {"cpe2", "fast_arc", "current_dependent_resistance", "inductance"}},
       {"porous_line", makePorousLine, {"cpe2", "fast_arc"}},
       {"kinetics", makeKinetics, {"charge_transfer"}}};
-  const Structure& one = all[static_cast<std::size_t>(dice.share() * static_cast<double>(all.size()))];
+  const Structure& one =
+      all[static_cast<std::size_t>(dice.share() * static_cast<double>(all.size()))];
   one.make(draft.scenario, dice);
   draft.structure = one.name;
   draft.effects.insert(draft.effects.end(), one.effects.begin(), one.effects.end());
@@ -142,7 +155,8 @@ void drawPorous(CaseDraft& draft, Dice& dice) {
   p.diffusion_factor = dice.between({0.8, 1.25});
   draft.porous = p;
   draft.structure = "porous";
-  draft.effects = {"fast_arc", "second_electrode", "charge_transfer", "cpe2", "acid_transport", "ocv_soc"};
+  draft.effects = {"fast_arc", "second_electrode", "charge_transfer",
+                   "cpe2",     "acid_transport",   "ocv_soc"};
 }
 
 Scenario recordedScenario(const CaseDraft& draft) {
@@ -154,10 +168,12 @@ Scenario recordedScenario(const CaseDraft& draft) {
   return scenario;
 }
 
-CaseDraft drawCase(const CaseKind& kind, std::uint64_t seed, double duration, double rate, const std::vector<double>& scale) {
+CaseDraft drawCase(const CaseKind& kind, std::uint64_t seed, double duration, double rate,
+                   const std::vector<double>& scale) {
   requireKnown(kind);
   if (!(duration >= kShortest && duration <= kLongest))
-    throw std::invalid_argument("duration is " + std::to_string(duration) + " s, expected 60 to 14400");
+    throw std::invalid_argument("duration is " + std::to_string(duration) +
+                                " s, expected 60 to 14400");
   Dice battery(seed, kBatteryStream), drive(seed, kDriveStream), effect(seed, kEffectStream);
   CaseDraft draft;
   draft.scenario.name = kind.mechanism + " " + kind.id;

@@ -23,7 +23,8 @@ struct CaseDraft {
   bool quiet = false;                      ///< recorded without noise and quantisation
 };
 
-/// The base circuit with its parameters, noise and quantisation drawn (docs/physics.md#cases-with-known-truth).
+/// The base circuit with its parameters, noise and quantisation drawn
+/// (docs/physics.md#cases-with-known-truth).
 void drawBase(CaseDraft& draft, Dice& dice);
 
 /// Another structure in place of the base circuit's, without any tier-P effect: two_electrodes,
@@ -83,7 +84,8 @@ void addAbsent(CaseDraft& draft, const std::string& id, Dice& dice, double scale
  * @param scale of each addition, finite and >= 0; one number is every addition's.
  * @throws std::invalid_argument for a kind that is not one of caseKinds(), or values outside.
  */
-CaseDraft drawCase(const CaseKind& kind, std::uint64_t seed, double duration, double rate, const std::vector<double>& scale = {1.0});
+CaseDraft drawCase(const CaseKind& kind, std::uint64_t seed, double duration, double rate,
+                   const std::vector<double>& scale = {1.0});
 
 /// @return a case's scenario as it is to be recorded: without noise and quantisation when quiet.
 Scenario recordedScenario(const CaseDraft& draft);

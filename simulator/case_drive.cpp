@@ -59,7 +59,8 @@ ProfileOptions drawCity(Dice& dice) {
 /// Plays phases at the given shares of the duration, the earliest first.
 void insertAt(Scenario& s, double share, std::vector<Phase> phases) {
   s.inserts.push_back({share * s.duration, std::move(phases)});
-  std::stable_sort(s.inserts.begin(), s.inserts.end(), [](const Insert& a, const Insert& b) { return a.at < b.at; });
+  std::stable_sort(s.inserts.begin(), s.inserts.end(),
+                   [](const Insert& a, const Insert& b) { return a.at < b.at; });
 }
 
 /// A charge [Ah] taken up, or given out when negative, at a current counted positive [A].
@@ -91,20 +92,26 @@ void exerciseCharging(Scenario& s, Dice& dice) {
 void exerciseHistory(Scenario& s, Dice& dice) {
   exerciseCharging(s, dice);
   const double current = dice.between({35.0, 45.0});
-  for (double share : {0.3, 0.6}) insertAt(s, share, {swing(-0.5, current), swing(0.45, current), rest(120.0), swing(0.3, current)});
+  for (double share : {0.3, 0.6})
+    insertAt(s, share,
+             {swing(-0.5, current), swing(0.45, current), rest(120.0), swing(0.3, current)});
 }
 
 void exerciseAcid(Scenario& s, Dice& dice) {
   for (double share : {0.15, 0.4, 0.65, 0.85}) {
     const double sign = dice.share() < 0.5 ? -1.0 : 1.0;
-    insertAt(s, share, {swing(sign * dice.between({0.4, 0.7}), dice.between({30.0, 50.0})), rest(dice.between({80.0, 120.0}))});
+    insertAt(s, share,
+             {swing(sign * dice.between({0.4, 0.7}), dice.between({30.0, 50.0})),
+              rest(dice.between({80.0, 120.0}))});
   }
 }
 
 void exerciseChargeSwings(Scenario& s, Dice& dice) {
   double sign = dice.share() < 0.5 ? -1.0 : 1.0;
   for (double share : {0.1, 0.35, 0.6, 0.85}) {
-    insertAt(s, share, {swing(sign * dice.between({1.0, 2.0}), dice.between({45.0, 65.0})), rest(dice.between({30.0, 60.0}))});
+    insertAt(s, share,
+             {swing(sign * dice.between({1.0, 2.0}), dice.between({45.0, 65.0})),
+              rest(dice.between({30.0, 60.0}))});
     sign = -sign;
   }
 }
@@ -124,7 +131,8 @@ void exerciseFullCharge(Scenario& s, Dice& dice) {
   insertAt(s, 0.0, {rest(20.0), steady(dice.between({60.0, 90.0}), -dice.between({15.0, 35.0}))});
   for (double share : {0.3, 0.6, 0.85})
     insertAt(s, share,
-             {swing(dice.between({1.0, 1.5}), 45.0), rest(30.0), steady(dice.between({60.0, 90.0}), -dice.between({15.0, 35.0}))});
+             {swing(dice.between({1.0, 1.5}), 45.0), rest(30.0),
+              steady(dice.between({60.0, 90.0}), -dice.between({15.0, 35.0}))});
 }
 
 void exerciseHeat(Scenario& s, Dice& dice) {
@@ -139,8 +147,8 @@ void exerciseHeat(Scenario& s, Dice& dice) {
 void exerciseThreshold(Scenario& s, Dice& dice) {
   for (double share : {0.1, 0.3, 0.5, 0.7, 0.9})
     insertAt(s, share,
-             {steady(4.0, -dice.between({45.0, 58.0})), steady(4.0, -dice.between({62.0, 80.0})), steady(4.0, -dice.between({90.0, 140.0})),
-              steady(8.0, dice.between({65.0, 90.0}))});
+             {steady(4.0, -dice.between({45.0, 58.0})), steady(4.0, -dice.between({62.0, 80.0})),
+              steady(4.0, -dice.between({90.0, 140.0})), steady(8.0, dice.between({65.0, 90.0}))});
 }
 
 /// Short turns at small current, so that nothing slow or limited shows; pulses show the resistance.
@@ -162,7 +170,8 @@ Scenario exercisedFromTheStart(Scenario s, const std::string& id, Dice& dice) {
   draft.scenario = std::move(s);
   draft.scenario.inserts.clear();
   exercise(draft, id, dice);
-  if (draft.scenario.inserts.empty()) insertAt(draft.scenario, 0.0, {steady(dice.between({40.0, 60.0}), dice.between({30.0, 50.0}))});
+  if (draft.scenario.inserts.empty())
+    insertAt(draft.scenario, 0.0, {steady(dice.between({40.0, 60.0}), dice.between({30.0, 50.0}))});
   draft.scenario.inserts.front().at = 0.0;
   return draft.scenario;
 }
@@ -198,7 +207,8 @@ void drawAbsentDrive(CaseDraft& draft, const std::string& id, Dice& dice) {
   s.inserts.clear();
   if (id != "acid_transport")
     for (double share : {0.15, 0.35}) insertAt(s, share, {rest(dice.between({30.0, 60.0}))});
-  for (const Insert& insert : second.inserts) s.inserts.push_back({half + insert.at, insert.phases});
+  for (const Insert& insert : second.inserts)
+    s.inserts.push_back({half + insert.at, insert.phases});
   s.later = LaterPart{half, second.voltage_limit, second.profile};
   draft.regime_from = half;
 }
@@ -212,7 +222,8 @@ void exerciseMask(CaseDraft& draft, const std::string& id, Dice& dice) {
   s.profile = city;
   for (Insert& insert : s.inserts)
     for (Phase& phase : insert.phases)
-      if (sign * phase.begin < 0.0 && phase.duration > kLongestCrank) phase.duration *= kSwingAgainstTrend;
+      if (sign * phase.begin < 0.0 && phase.duration > kLongestCrank)
+        phase.duration *= kSwingAgainstTrend;
 }
 
 void keepChargeNear(CaseDraft& draft) {
@@ -222,16 +233,17 @@ void keepChargeNear(CaseDraft& draft) {
 }
 
 void exercise(CaseDraft& draft, const std::string& id, Dice& dice) {
-  const std::map<std::string, void (*)(Scenario&, Dice&)> needs{{"gassing", exerciseGassing},
-                                                                {"charge_acceptance", exerciseCharging},
-                                                                {"sulphate_history", exerciseHistory},
-                                                                {"acid_transport", exerciseAcid},
-                                                                {"ocv_soc", exerciseChargeSwings},
-                                                                {"ocv_hysteresis", exerciseChargeSwings},
-                                                                {"high_rate_depletion", exerciseHeavyDischarge},
-                                                                {"coup_de_fouet", exerciseFullCharge},
-                                                                {"self_heating", exerciseHeat},
-                                                                {"step_force", exerciseThreshold}};
+  const std::map<std::string, void (*)(Scenario&, Dice&)> needs{
+      {"gassing", exerciseGassing},
+      {"charge_acceptance", exerciseCharging},
+      {"sulphate_history", exerciseHistory},
+      {"acid_transport", exerciseAcid},
+      {"ocv_soc", exerciseChargeSwings},
+      {"ocv_hysteresis", exerciseChargeSwings},
+      {"high_rate_depletion", exerciseHeavyDischarge},
+      {"coup_de_fouet", exerciseFullCharge},
+      {"self_heating", exerciseHeat},
+      {"step_force", exerciseThreshold}};
   const auto need = needs.find(id);
   if (need != needs.end()) need->second(draft.scenario, dice);
 }

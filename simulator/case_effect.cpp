@@ -9,14 +9,15 @@
 namespace battery_sof_reference {
 namespace {
 
-constexpr double kMinCapacitance = 300.0;  // [F] (docs/physics.md#second_electrode)
-constexpr double kDistinct = 4.0;            // ratio of time constants
-constexpr Range kLeadIonLimit{20.0, 70.0};   // [A]
-constexpr Range kLeadIonTime{3.0, 40.0};     // [s]
+constexpr double kMinCapacitance = 300.0;   // [F] (docs/physics.md#second_electrode)
+constexpr double kDistinct = 4.0;           // ratio of time constants
+constexpr Range kLeadIonLimit{20.0, 70.0};  // [A]
+constexpr Range kLeadIonTime{3.0, 40.0};    // [s]
 
 void addCpe2(Strength& s) {
   s.scenario().effects.cpe2_fractional = true;
-  s.set("cpe2_exponent", s.scenario().battery.cpe2_exponent, 1.0 - s.scale() * (1.0 - s.between({0.75, 0.88})));
+  s.set("cpe2_exponent", s.scenario().battery.cpe2_exponent,
+        1.0 - s.scale() * (1.0 - s.between({0.75, 0.88})));
 }
 
 void addFastArc(Strength& s) {
@@ -45,7 +46,8 @@ void addCurrentDependence(Strength& s) {
 void addChargeTransfer(Strength& s) {
   BatteryParameters& b = s.scenario().battery;
   if (s.share() < 0.5)
-    s.set("i0_a", b.i0_a, std::pow(s.share() < 0.5 ? s.between({0.2, 0.4}) : s.between({2.5, 5.0}), s.scale()));
+    s.set("i0_a", b.i0_a,
+          std::pow(s.share() < 0.5 ? s.between({0.2, 0.4}) : s.between({2.5, 5.0}), s.scale()));
   else
     s.set("alpha", b.alpha, 0.5 + s.scale() * (s.sign() * s.between({0.1, 0.2})));
 }
@@ -61,9 +63,11 @@ void addSecondElectrode(Strength& s) {
   s.setLimit("electrode3_beta_per_v", a.electrode3_beta_per_v, beta);
   const double alike = b.beta_per_v * b.cpe2_capacitance_f / beta;
   const bool faster = kDistinct * kMinCapacitance < alike;
-  s.drawLogLimit("electrode3_capacitance_f", a.electrode3_capacitance_f,
-                 faster ? Range{kMinCapacitance, alike / kDistinct} : Range{kDistinct * alike, 6000.0});
-  s.set("electrode3_exponent", a.electrode3_exponent, s.share() < 0.5 ? 1.0 : s.between({0.85, 1.0}));
+  s.drawLogLimit(
+      "electrode3_capacitance_f", a.electrode3_capacitance_f,
+      faster ? Range{kMinCapacitance, alike / kDistinct} : Range{kDistinct * alike, 6000.0});
+  s.set("electrode3_exponent", a.electrode3_exponent,
+        s.share() < 0.5 ? 1.0 : s.between({0.85, 1.0}));
 }
 
 void addInductance(Strength& s) {
@@ -165,26 +169,29 @@ void addParameterDrift(Strength& s) {
   s.set("drift_per_h", a.drift_per_h, s.scale() * (s.sign() * s.between(all[which].per_h)));
 }
 
-void addParasiticLoad(Strength& s) { s.drawAmplitude("parasitic_load_a", s.scenario().additions.parasitic_load_a, {0.2, 0.3}); }
+void addParasiticLoad(Strength& s) {
+  s.drawAmplitude("parasitic_load_a", s.scenario().additions.parasitic_load_a, {0.2, 0.3});
+}
 
 const std::map<std::string, void (*)(Strength&)>& effectsById() {
-  static const std::map<std::string, void (*)(Strength&)> all{{"cpe2", addCpe2},
-                                                              {"fast_arc", addFastArc},
-                                                              {"current_dependent_resistance", addCurrentDependence},
-                                                              {"charge_transfer", addChargeTransfer},
-                                                              {"second_electrode", addSecondElectrode},
-                                                              {"inductance", addInductance},
-                                                              {"gassing", addGassing},
-                                                              {"charge_acceptance", addChargeAcceptance},
-                                                              {"sulphate_history", addSulphateHistory},
-                                                              {"acid_transport", addAcidTransport},
-                                                              {"ocv_soc", addOcvSlope},
-                                                              {"ocv_hysteresis", addOcvHysteresis},
-                                                              {"high_rate_depletion", addHighRateDepletion},
-                                                              {"coup_de_fouet", addCoupDeFouet},
-                                                              {"self_heating", addSelfHeating},
-                                                              {"parameter_drift", addParameterDrift},
-                                                              {"parasitic_load", addParasiticLoad}};
+  static const std::map<std::string, void (*)(Strength&)> all{
+      {"cpe2", addCpe2},
+      {"fast_arc", addFastArc},
+      {"current_dependent_resistance", addCurrentDependence},
+      {"charge_transfer", addChargeTransfer},
+      {"second_electrode", addSecondElectrode},
+      {"inductance", addInductance},
+      {"gassing", addGassing},
+      {"charge_acceptance", addChargeAcceptance},
+      {"sulphate_history", addSulphateHistory},
+      {"acid_transport", addAcidTransport},
+      {"ocv_soc", addOcvSlope},
+      {"ocv_hysteresis", addOcvHysteresis},
+      {"high_rate_depletion", addHighRateDepletion},
+      {"coup_de_fouet", addCoupDeFouet},
+      {"self_heating", addSelfHeating},
+      {"parameter_drift", addParameterDrift},
+      {"parasitic_load", addParasiticLoad}};
   return all;
 }
 
@@ -208,7 +215,8 @@ void addEffect(CaseDraft& draft, const std::string& id, Dice& dice, double scale
   Strength strength(draft, dice, scale);
   if (isFault(id)) return addFault(strength, id);
   const auto found = effectsById().find(id);
-  if (found == effectsById().end()) throw std::invalid_argument("no effect is called \"" + id + "\"");
+  if (found == effectsById().end())
+    throw std::invalid_argument("no effect is called \"" + id + "\"");
   if (strength.present()) strength.alsoTrue(id);
   found->second(strength);
 }
@@ -223,7 +231,8 @@ void addPorousEffect(CaseDraft& draft, const std::string& id, Dice& dice, double
     s.set("diffusion_factor", p.diffusion_factor, own / (1.0 + scale * (own / slow - 1.0)));
     return;
   }
-  if (id != "charge_acceptance" && id != "gassing") throw std::invalid_argument("a porous block has no effect \"" + id + "\"");
+  if (id != "charge_acceptance" && id != "gassing")
+    throw std::invalid_argument("a porous block has no effect \"" + id + "\"");
   if (s.present() || id == "gassing") s.alsoTrue("charge_acceptance");
   p.lead_ion = s.present() || id == "gassing";
   if (id == "charge_acceptance") {

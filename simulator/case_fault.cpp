@@ -8,7 +8,8 @@ namespace battery_sof_reference {
 namespace {
 
 void addCurrentOffset(Strength& s) {
-  s.set("current_offset_a", s.scenario().acquisition.current_offset_a, s.scale() * (s.sign() * s.between({0.7, 2.0})));
+  s.set("current_offset_a", s.scenario().acquisition.current_offset_a,
+        s.scale() * (s.sign() * s.between({0.7, 2.0})));
 }
 
 void addCurrentGain(Strength& s) {
@@ -21,7 +22,8 @@ void addCurrentGain(Strength& s) {
 }
 
 void addTimeSkew(Strength& s) {
-  s.set("current_delay_s", s.scenario().acquisition.current_delay_s, s.scale() * (s.sign() * s.between({0.02, 0.05})));
+  s.set("current_delay_s", s.scenario().acquisition.current_delay_s,
+        s.scale() * (s.sign() * s.between({0.02, 0.05})));
 }
 
 void addSensorLag(Strength& s) {
@@ -35,8 +37,10 @@ void addSensorLag(Strength& s) {
 /// Not finer than without the fault.
 void addQuantisation(Strength& s) {
   AcquisitionOptions& a = s.scenario().acquisition;
-  s.set("voltage_step_v", a.voltage_step_v, std::max(a.voltage_step_v, s.scale() * s.between({0.01, 0.02})));
-  s.set("current_step_a", a.current_step_a, std::max(a.current_step_a, s.scale() * s.between({0.5, 1.0})));
+  s.set("voltage_step_v", a.voltage_step_v,
+        std::max(a.voltage_step_v, s.scale() * s.between({0.01, 0.02})));
+  s.set("current_step_a", a.current_step_a,
+        std::max(a.current_step_a, s.scale() * s.between({0.5, 1.0})));
 }
 
 void addContactStep(Strength& s) {
@@ -54,7 +58,8 @@ void addClipping(Strength& s) {
   const double which = s.share();
   if (which < 0.67) s.drawLimit("current_limit_a", a.current_limit_a, {80.0, 130.0});
   if (which > 0.33)
-    s.set("voltage_floor_v", a.voltage_floor_v, u0 - (0.2 + s.between({90.0, 130.0}) * (b.r_ohmic_ohm + b.r1_discharge_ohm)) / s.scale());
+    s.set("voltage_floor_v", a.voltage_floor_v,
+          u0 - (0.2 + s.between({90.0, 130.0}) * (b.r_ohmic_ohm + b.r1_discharge_ohm)) / s.scale());
 }
 
 void addDropouts(Strength& s) {
@@ -65,7 +70,8 @@ void addDropouts(Strength& s) {
 }
 
 void addVoltageDrift(Strength& s) {
-  s.set("voltage_drift_v_per_h", s.scenario().acquisition.voltage_drift_v_per_h, s.scale() * (s.sign() * s.between({0.02, 0.06})));
+  s.set("voltage_drift_v_per_h", s.scenario().acquisition.voltage_drift_v_per_h,
+        s.scale() * (s.sign() * s.between({0.02, 0.06})));
 }
 
 /// Not near a multiple of the sample rate, where the tone would be a constant.
@@ -99,7 +105,8 @@ void addGatedTone(Strength& s) {
 /// gamma: the rate, ln(1 / (1 - share)) an hour.
 void addCapacitanceFall(Strength& s) {
   s.scenario().additions.capacitance_fall = s.present();
-  s.set("capacitance_fall_share", s.scenario().additions.capacitance_fall_share, 1.0 - std::pow(1.0 - 0.6, s.scale()));
+  s.set("capacitance_fall_share", s.scenario().additions.capacitance_fall_share,
+        1.0 - std::pow(1.0 - 0.6, s.scale()));
 }
 
 void addDeadZone(Strength& s) {
@@ -115,28 +122,31 @@ void addHystereticR(Strength& s) {
 }
 
 const std::map<std::string, void (*)(Strength&)>& faultsById() {
-  static const std::map<std::string, void (*)(Strength&)> all{{"current_offset", addCurrentOffset},
-                                                              {"current_gain", addCurrentGain},
-                                                              {"time_skew", addTimeSkew},
-                                                              {"sensor_lag", addSensorLag},
-                                                              {"quantisation", addQuantisation},
-                                                              {"contact_resistance", addContactStep},
-                                                              {"clipping", addClipping},
-                                                              {"dropouts", addDropouts},
-                                                              {"voltage_drift", addVoltageDrift},
-                                                              {"aliasing", addAliasing},
-                                                              {"memory_resistance", addMemoryResistance},
-                                                              {"step_force", addStepForce},
-                                                              {"gated_tone", addGatedTone},
-                                                              {"capacitance_fall", addCapacitanceFall},
-                                                              {"dead_zone", addDeadZone},
-                                                              {"hysteretic_r", addHystereticR}};
+  static const std::map<std::string, void (*)(Strength&)> all{
+      {"current_offset", addCurrentOffset},
+      {"current_gain", addCurrentGain},
+      {"time_skew", addTimeSkew},
+      {"sensor_lag", addSensorLag},
+      {"quantisation", addQuantisation},
+      {"contact_resistance", addContactStep},
+      {"clipping", addClipping},
+      {"dropouts", addDropouts},
+      {"voltage_drift", addVoltageDrift},
+      {"aliasing", addAliasing},
+      {"memory_resistance", addMemoryResistance},
+      {"step_force", addStepForce},
+      {"gated_tone", addGatedTone},
+      {"capacitance_fall", addCapacitanceFall},
+      {"dead_zone", addDeadZone},
+      {"hysteretic_r", addHystereticR}};
   return all;
 }
 
 bool isUnlisted(const std::string& id) {
   const auto& kinds = caseKinds();
-  return std::any_of(kinds.begin(), kinds.end(), [&](const CaseKind& kind) { return kind.mechanism == "unknown" && kind.id == id; });
+  return std::any_of(kinds.begin(), kinds.end(), [&](const CaseKind& kind) {
+    return kind.mechanism == "unknown" && kind.id == id;
+  });
 }
 
 }  // namespace

@@ -16,7 +16,8 @@ double trendOf(const Scenario& scenario) {
 }
 
 void addChargeGain(Strength& s) {
-  s.set("current_gain_charge", s.scenario().acquisition.current_gain_charge, 1.0 + s.scale() * s.between({0.025, 0.05}));
+  s.set("current_gain_charge", s.scenario().acquisition.current_gain_charge,
+        1.0 + s.scale() * s.between({0.025, 0.05}));
 }
 
 void addOpposingDrift(Strength& s) {

@@ -16,7 +16,9 @@ class FieldWriter {
  public:
   void number(const std::string& key, double value, double, double) { json_[key] = value; }
   void count(const std::string& key, int value, int, int) { json_[key] = value; }
-  void range(const std::string& key, const Range& range, double, double) { json_[key] = {range.low, range.high}; }
+  void range(const std::string& key, const Range& range, double, double) {
+    json_[key] = {range.low, range.high};
+  }
   void flag(const std::string& key, bool value) { json_[key] = value; }
   template <typename Enum, std::size_t size>
   void choice(const std::string& key, Enum value, const std::array<Choice<Enum>, size>& choices) {
@@ -60,12 +62,18 @@ Json insertsOf(const std::vector<Insert>& inserts) {
 }
 
 Json drivingTruthOf(const Scenario& s, const Simulation& simulation) {
-  Json json = {{"acquisition", jsonOf(s.acquisition)},    {"profile", profileOf(s.profile)},
-               {"inserts", insertsOf(s.inserts)},         {"voltage_limit_v", s.voltage_limit},
-               {"temperature_degc", s.start.temperature}, {"soc_at_start", simulation.soc_at_start},
-               {"soc_at_end", simulation.soc_at_end},     {"gassing_ah", simulation.balance.gas_charge / kSecondsPerHour}};
+  Json json = {{"acquisition", jsonOf(s.acquisition)},
+               {"profile", profileOf(s.profile)},
+               {"inserts", insertsOf(s.inserts)},
+               {"voltage_limit_v", s.voltage_limit},
+               {"temperature_degc", s.start.temperature},
+               {"soc_at_start", simulation.soc_at_start},
+               {"soc_at_end", simulation.soc_at_end},
+               {"gassing_ah", simulation.balance.gas_charge / kSecondsPerHour}};
   if (s.later)
-    json["later"] = {{"from_s", s.later->from}, {"voltage_limit_v", s.later->voltage_limit}, {"profile", profileOf(s.later->profile)}};
+    json["later"] = {{"from_s", s.later->from},
+                     {"voltage_limit_v", s.later->voltage_limit},
+                     {"profile", profileOf(s.later->profile)}};
   return json;
 }
 
@@ -77,7 +85,8 @@ Json strengthOf(const CaseDraft& draft) {
 
 /// What may be said, also when nothing is left of what the kind adds.
 Expectation expectationOf(const CaseKind& kind, const CaseDraft& draft) {
-  const bool gone = !draft.scale.empty() && *std::max_element(draft.scale.begin(), draft.scale.end()) == 0.0;
+  const bool gone =
+      !draft.scale.empty() && *std::max_element(draft.scale.begin(), draft.scale.end()) == 0.0;
   return expectationOf(gone ? nestedKind(kind, draft.effects) : kind, draft.effects);
 }
 
@@ -97,17 +106,19 @@ Json truthOf(const CaseDraft& draft, const Simulation& simulation) {
 
 std::string labelOf(const CaseKind& kind, const CaseDraft& draft, const Simulation& simulation) {
   const Expectation expected = expectationOf(kind, draft);
-  Json label = {{"schema", "battery_sof/case/1"},
-                {"family", kind.mechanism},
-                {"id", kind.id},
-                {"seed", draft.scenario.seed},
-                {"duration_s", draft.scenario.duration},
-                {"sample_rate_hz", draft.scenario.acquisition.sample_rate_hz},
-                {"quiet", draft.quiet},
-                {"structure", draft.structure},
-                {"strength", strengthOf(draft)},
-                {"expected", {{"verdicts", expected.verdicts}, {"effects", expected.effects}, {"ties", expected.ties}}},
-                {"truth", truthOf(draft, simulation)}};
+  Json label = {
+      {"schema", "battery_sof/case/1"},
+      {"family", kind.mechanism},
+      {"id", kind.id},
+      {"seed", draft.scenario.seed},
+      {"duration_s", draft.scenario.duration},
+      {"sample_rate_hz", draft.scenario.acquisition.sample_rate_hz},
+      {"quiet", draft.quiet},
+      {"structure", draft.structure},
+      {"strength", strengthOf(draft)},
+      {"expected",
+       {{"verdicts", expected.verdicts}, {"effects", expected.effects}, {"ties", expected.ties}}},
+      {"truth", truthOf(draft, simulation)}};
   if (draft.regime_from) label["regime_from_s"] = *draft.regime_from;
   return label.dump(2) + "\n";
 }

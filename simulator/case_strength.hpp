@@ -17,7 +17,8 @@ namespace battery_sof_reference {
 class Strength {
  public:
   /// @param scale times which the addition is made, >= 0 and finite.
-  Strength(CaseDraft& draft, Dice& dice, double scale) : draft_(draft), dice_(dice), scale_(scale) {}
+  Strength(CaseDraft& draft, Dice& dice, double scale)
+      : draft_(draft), dice_(dice), scale_(scale) {}
 
   Scenario& scenario() { return draft_.scenario; }
   double scale() const { return scale_; }
@@ -25,12 +26,20 @@ class Strength {
   double share() { return dice_.share(); }
   double sign() { return dice_.share() < 0.5 ? -1.0 : 1.0; }
   double between(const Range& range) { return dice_.between(range); }
-  double logBetween(const Range& range) { return range.low * std::pow(range.high / range.low, dice_.share()); }
+  double logBetween(const Range& range) {
+    return range.low * std::pow(range.high / range.low, dice_.share());
+  }
 
-  void set(const std::string& key, double& place, double value) { place = draft_.strength[key] = value; }
+  void set(const std::string& key, double& place, double value) {
+    place = draft_.strength[key] = value;
+  }
   /// What has no part in the scale: times, places.
-  void draw(const std::string& key, double& place, const Range& range) { set(key, place, between(range)); }
-  void drawLog(const std::string& key, double& place, const Range& range) { set(key, place, logBetween(range)); }
+  void draw(const std::string& key, double& place, const Range& range) {
+    set(key, place, between(range));
+  }
+  void drawLog(const std::string& key, double& place, const Range& range) {
+    set(key, place, logBetween(range));
+  }
   /// gamma is the value itself. Without the addition the place keeps what it has.
   void drawAmplitude(const std::string& key, double& place, const Range& range) {
     const double value = draft_.strength[key] = scale_ * between(range);
@@ -41,8 +50,12 @@ class Strength {
     draft_.strength[key] = value / scale_;
     if (present()) place = value / scale_;
   }
-  void drawLimit(const std::string& key, double& place, const Range& range) { setLimit(key, place, between(range)); }
-  void drawLogLimit(const std::string& key, double& place, const Range& range) { setLimit(key, place, logBetween(range)); }
+  void drawLimit(const std::string& key, double& place, const Range& range) {
+    setLimit(key, place, between(range));
+  }
+  void drawLogLimit(const std::string& key, double& place, const Range& range) {
+    setLimit(key, place, logBetween(range));
+  }
 
   /// Says that an effect is there, whatever the scale.
   void alsoTrue(const std::string& id) { draft_.effects.push_back(id); }

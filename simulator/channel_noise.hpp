@@ -6,8 +6,8 @@
 
 namespace battery_sof_reference {
 
-/// Noise of one channel (docs/physics.md#noise-of-a-residual): white, first-order autoregressive and a random walk, added
-/// up.
+/// Noise of one channel (docs/physics.md#noise-of-a-residual): white, first-order autoregressive
+/// and a random walk, added up.
 struct NoiseOptions {
   double white = 0.0;              ///< standard deviation a sample [V or A]
   double correlated = 0.0;         ///< standard deviation of the autoregressive part [V or A]
@@ -28,7 +28,8 @@ class ChannelNoise {
 
   double next() {
     const double now = options_.white * dice_.normal() + correlated_ + walk_;
-    correlated_ = memory_ * correlated_ + options_.correlated * std::sqrt(1.0 - memory_ * memory_) * dice_.normal();
+    correlated_ = memory_ * correlated_ +
+                  options_.correlated * std::sqrt(1.0 - memory_ * memory_) * dice_.normal();
     walk_ += walk_step_ * dice_.normal();
     return now;
   }

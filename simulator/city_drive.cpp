@@ -20,7 +20,9 @@ struct Phase {
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : engine_(seed) {}
-  double between(double low, double high) { return low + (high - low) * std::generate_canonical<double, 53>(engine_); }
+  double between(double low, double high) {
+    return low + (high - low) * std::generate_canonical<double, 53>(engine_);
+  }
   double normal() { return normal_(engine_); }
 
  private:
@@ -69,13 +71,18 @@ double rungeKutta(const Circuit& c, double u, double current) {
   return u + kStep / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
 }
 
-double voltageAt(const Circuit& c, double u, double current) { return c.u_dc + u + (current < 0.0 ? c.r_discharge : c.r_charge) * current; }
+double voltageAt(const Circuit& c, double u, double current) {
+  return c.u_dc + u + (current < 0.0 ? c.r_discharge : c.r_charge) * current;
+}
 
-double quantised(double value, double step) { return step > 0.0 ? step * std::round(value / step) : value; }
+double quantised(double value, double step) {
+  return step > 0.0 ? step * std::round(value / step) : value;
+}
 
 void requireValid(const CityDriveOptions& o) {
   if (!(o.duration > 0.0) || !std::isfinite(o.duration))
-    throw std::invalid_argument("duration is " + std::to_string(o.duration) + " s, expected above 0");
+    throw std::invalid_argument("duration is " + std::to_string(o.duration) +
+                                " s, expected above 0");
   for (double value : {o.voltage_noise, o.current_noise, o.voltage_step, o.current_step})
     if (!(value >= 0.0)) throw std::invalid_argument("noise and quantisation must not be negative");
 }
@@ -83,7 +90,8 @@ void requireValid(const CityDriveOptions& o) {
 /// Steps battery, alternator and wiring through the planned phases.
 class Car {
  public:
-  Car(const CityDriveOptions& options, std::vector<Phase> phases) : options_(options), phases_(std::move(phases)) {}
+  Car(const CityDriveOptions& options, std::vector<Phase> phases)
+      : options_(options), phases_(std::move(phases)) {}
 
   void step() {
     const double wanted = std::min(plannedCurrent(), limitedCurrent());
@@ -135,9 +143,10 @@ std::vector<InputSample> simulateCityDrive(const CityDriveOptions& options) {
       current += car.current() / kStepsPerSample;
       voltage += car.voltage() / kStepsPerSample;
     }
-    samples.push_back({static_cast<double>(n) * kStep * kStepsPerSample,
-                       quantised(current + options.current_noise * dice.normal(), options.current_step),
-                       quantised(voltage + options.voltage_noise * dice.normal(), options.voltage_step)});
+    samples.push_back(
+        {static_cast<double>(n) * kStep * kStepsPerSample,
+         quantised(current + options.current_noise * dice.normal(), options.current_step),
+         quantised(voltage + options.voltage_noise * dice.normal(), options.voltage_step)});
   }
   return samples;
 }

@@ -5,7 +5,8 @@
 
 namespace battery_sof_reference {
 
-/// The battery of a simulated drive: the paper's Fig. 3 circuit, written here a second time and on purpose.
+/// The battery of a simulated drive: the paper's Fig. 3 circuit, written here a second time and on
+/// purpose.
 struct Circuit {
   double r_discharge = 0.006;     ///< [Ohm]
   double r_charge = 0.0085;       ///< [Ohm]
@@ -33,14 +34,17 @@ struct InputSample {
 };
 
 /**
- * @brief A city drive of a start-stop car, as the paper's data set 3 describes it (docs/physics.md#drives).
+ * @brief A city drive of a start-stop car, as the paper's data set 3 describes it
+ * (docs/physics.md#drives).
  *
- * Stops (-15 to -35 A, 8 to 40 s), cranks (-230 to -300 A for 0.12 s, then -120 to -180 A for 0.3 to 0.7 s), and between them
- * two to four rounds of acceleration, cruising and regenerative braking. While charging, the current is reduced so that
- * the voltage stays at the alternator's limit. Integrated at 1 kHz with the classical Runge-Kutta method, averaged to
- * 100 Hz, then noise and quantisation are added. The same seed gives the same drive.
+ * Stops (-15 to -35 A, 8 to 40 s), cranks (-230 to -300 A for 0.12 s, then -120 to -180 A for 0.3
+ * to 0.7 s), and between them two to four rounds of acceleration, cruising and regenerative
+ * braking. While charging, the current is reduced so that the voltage stays at the alternator's
+ * limit. Integrated at 1 kHz with the classical Runge-Kutta method, averaged to 100 Hz, then noise
+ * and quantisation are added. The same seed gives the same drive.
  *
- * @throws std::invalid_argument for a duration that is not positive and finite, or a negative noise or step.
+ * @throws std::invalid_argument for a duration that is not positive and finite, or a negative noise
+ * or step.
  */
 std::vector<InputSample> simulateCityDrive(const CityDriveOptions& options);
 

@@ -16,9 +16,11 @@ constexpr int kDecades = 10;
 
 void requireValid(const Cpe& cpe) {
   if (!(cpe.scale >= 0.0) || !std::isfinite(cpe.scale))
-    throw std::invalid_argument("CPE: scale is " + std::to_string(cpe.scale) + ", expected 0 or more");
+    throw std::invalid_argument("CPE: scale is " + std::to_string(cpe.scale) +
+                                ", expected 0 or more");
   if (!(cpe.exponent > 0.0 && cpe.exponent <= 1.0))
-    throw std::invalid_argument("CPE: exponent is " + std::to_string(cpe.exponent) + ", expected above 0 to 1");
+    throw std::invalid_argument("CPE: exponent is " + std::to_string(cpe.exponent) +
+                                ", expected above 0 to 1");
 }
 
 }  // namespace
@@ -50,7 +52,9 @@ CpeLadder::CpeLadder(const Cpe& cpe) {
 
 LadderState CpeLadder::rested() const { return {0.0, LadderState::Branches::Zero(rate_.size())}; }
 
-LadderState CpeLadder::settled(double voltage) const { return {voltage, LadderState::Branches::Constant(rate_.size(), voltage)}; }
+LadderState CpeLadder::settled(double voltage) const {
+  return {voltage, LadderState::Branches::Constant(rate_.size(), voltage)};
+}
 
 std::complex<double> CpeLadder::admittance(double omega) const {
   const std::complex<double> s(0.0, omega);
@@ -60,10 +64,13 @@ std::complex<double> CpeLadder::admittance(double omega) const {
 }
 
 double CpeLadder::storedEnergy(const LadderState& state) const {
-  return 0.5 * capacitance_ * state.voltage * state.voltage + 0.5 * (conductance_ / rate_ * state.branches.square()).sum();
+  return 0.5 * capacitance_ * state.voltage * state.voltage +
+         0.5 * (conductance_ / rate_ * state.branches.square()).sum();
 }
 
-double CpeLadder::dissipation(const LadderState& state) const { return (conductance_ * (state.voltage - state.branches).square()).sum(); }
+double CpeLadder::dissipation(const LadderState& state) const {
+  return (conductance_ * (state.voltage - state.branches).square()).sum();
+}
 
 LadderStep::LadderStep(const CpeLadder& ladder, double step)
     : capacitive_(ladder.capacitance_ / step),

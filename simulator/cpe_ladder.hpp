@@ -26,8 +26,8 @@ struct LadderState {
 };
 
 /**
- * @brief A CPE as a passive ladder: a capacitor beside series RC branches (docs/physics.md#constant-phase-element, Foster
- * form).
+ * @brief A CPE as a passive ladder: a capacitor beside series RC branches
+ * (docs/physics.md#constant-phase-element, Foster form).
  *
  *     s^p = (sin(p pi) / pi) int_0^inf w^(p-1) s / (s + w) dw,   0 < p < 1
  *     i = C du/dt + sum_k g_k (u - v_k),     dv_k/dt = w_k (u - v_k)

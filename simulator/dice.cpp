@@ -9,7 +9,8 @@ namespace {
 constexpr double kMaxLean = 4.0;
 
 std::mt19937_64 engineOf(std::uint64_t seed, std::uint32_t stream) {
-  std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), stream};
+  std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
+                         stream};
   return std::mt19937_64(sequence);
 }
 

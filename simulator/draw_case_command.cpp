@@ -26,12 +26,15 @@ void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_flag("--list", arguments.list, "print families and ids, one \"family id\" a line");
   app.add_option("--family", arguments.kind.mechanism, "family of the case");
   app.add_option("--id", arguments.kind.id, "what is added, in families that have ids");
-  app.add_option("--seed", arguments.seed, "the same seed gives the same case")->check(isSeed)->capture_default_str();
+  app.add_option("--seed", arguments.seed, "the same seed gives the same case")
+      ->check(isSeed)
+      ->capture_default_str();
   app.add_option("--out", arguments.out, "recording to write: .csv or .bag");
   app.add_option("--label", arguments.label, "what it was made from, and what may be said: .json");
   app.add_option("--duration", arguments.duration, "[s]; 1200, of absent 2400");
   app.add_option("--rate", arguments.rate, "of the recording [Hz]")->capture_default_str();
-  app.add_option("--scale", arguments.scale, "times the strength of what is added, 0: gone; of masked X,Y, one for each")
+  app.add_option("--scale", arguments.scale,
+                 "times the strength of what is added, 0: gone; of masked X,Y, one for each")
       ->delimiter(',')
       ->expected(1, 2)
       ->capture_default_str();
@@ -40,10 +43,12 @@ void addOptions(CLI::App& app, Arguments& arguments) {
 
 void writeCase(const Arguments& arguments) {
   const double duration = arguments.duration.value_or(usualDuration(arguments.kind));
-  CaseDraft draft = drawCase(arguments.kind, arguments.seed, duration, arguments.rate, arguments.scale);
+  CaseDraft draft =
+      drawCase(arguments.kind, arguments.seed, duration, arguments.rate, arguments.scale);
   draft.quiet = arguments.quiet;
   const Scenario scenario = recordedScenario(draft);
-  const Simulation simulation = draft.porous ? simulatePorous(scenario, *draft.porous) : simulate(scenario);
+  const Simulation simulation =
+      draft.porous ? simulatePorous(scenario, *draft.porous) : simulate(scenario);
   writeRecording(arguments.out, simulation, false, draft.quiet ? Digits::kMany : Digits::kSensor);
   writeText(arguments.label, labelOf(arguments.kind, draft, simulation));
 }
@@ -53,8 +58,10 @@ void run(const Arguments& arguments, std::ostream& out) {
     for (const CaseKind& kind : caseKinds()) out << kind.mechanism << " " << kind.id << "\n";
     return;
   }
-  if (arguments.out.empty() || arguments.label.empty()) throw std::invalid_argument("--out and --label are required");
-  if (!isRecordingName(arguments.out)) throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
+  if (arguments.out.empty() || arguments.label.empty())
+    throw std::invalid_argument("--out and --label are required");
+  if (!isRecordingName(arguments.out))
+    throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
   writeCase(arguments);
 }
 

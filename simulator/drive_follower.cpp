@@ -39,7 +39,8 @@ Demand DriveFollower::next(double charge_ah) {
   ++steps_;
   const double share = static_cast<double>(inside_) / static_cast<double>(length_);
   const bool own_limit = std::isfinite(phase_.voltage_limit);
-  return {phase_.begin + share * (phase_.end - phase_.begin), own_limit ? phase_.voltage_limit : voltage_limit_};
+  return {phase_.begin + share * (phase_.end - phase_.begin),
+          own_limit ? phase_.voltage_limit : voltage_limit_};
 }
 
 void DriveFollower::changePlan(double charge_ah) {

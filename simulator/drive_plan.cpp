@@ -11,14 +11,15 @@ namespace {
 
 constexpr std::uint32_t kPlanStream = 1, kPulseStream = 4;
 constexpr double kSecondsPerHour = 3600.0;
-constexpr double kPulseScatter = 0.28;     // of a pulse's share of the time
-constexpr double kTurnsLean = 10.0;        // per Ah: a factor of two for every 0.1 Ah
-constexpr double kCityLean = 3.0;          // per Ah
-constexpr double kDischargeLean = 3.0;     // towards long discharges between long charges
-constexpr double kBrakingFall = 0.6;       // current at the end of braking, of that at its beginning
+constexpr double kPulseScatter = 0.28;  // of a pulse's share of the time
+constexpr double kTurnsLean = 10.0;     // per Ah: a factor of two for every 0.1 Ah
+constexpr double kCityLean = 3.0;       // per Ah
+constexpr double kDischargeLean = 3.0;  // towards long discharges between long charges
+// current at the end of braking, of that at its beginning
+constexpr double kBrakingFall = 0.6;
 constexpr double kPulseFreeEnd = 240.0;    // [s] before data set 2's last minute
 constexpr double kFinalApproach = 150.0;   // [s], room for one long charge and its preparation
-constexpr double kMinAcceptance = 0.6;   // of a wanted charge when the voltage limit acts
+constexpr double kMinAcceptance = 0.6;     // of a wanted charge when the voltage limit acts
 constexpr double kChargeTolerance = 10.0;  // [As]
 
 Phase steady(double duration, double current) { return {duration, current, current}; }
@@ -26,9 +27,11 @@ Phase steady(double duration, double current) { return {duration, current, curre
 /// The pulses of a drive, in order of time.
 class Pulses {
  public:
-  Pulses(const PulseOptions& options, double duration, std::uint64_t seed) : options_(options), dice_(seed, kPulseStream) {
+  Pulses(const PulseOptions& options, double duration, std::uint64_t seed)
+      : options_(options), dice_(seed, kPulseStream) {
     const double share = duration / std::max(options.count, 1);
-    for (int k = 0; k < options.count; ++k) times_.push_back(share * (k + 0.5 + kPulseScatter * (dice_.share() - 0.5)));
+    for (int k = 0; k < options.count; ++k)
+      times_.push_back(share * (k + 0.5 + kPulseScatter * (dice_.share() - 0.5)));
   }
   bool due(double time) const { return !times_.empty() && time >= times_.front(); }
   Phase next() {
@@ -45,7 +48,8 @@ class Pulses {
 /// Charge and discharge in turn, with rests between.
 class Turns {
  public:
-  Turns(const AlternatingOptions& options, std::uint64_t seed) : options_(options), dice_(seed, kPlanStream) {}
+  Turns(const AlternatingOptions& options, std::uint64_t seed)
+      : options_(options), dice_(seed, kPlanStream) {}
 
   /// @param lean towards long discharges (positive) or long charges (negative).
   Phase next(double lean) {
@@ -55,10 +59,13 @@ class Turns {
     }
     rested_ = false;
     charging_ = !charging_;
-    if (charging_) return steady(dice_.leaning(options_.turn_s, lean), dice_.between(options_.charge_a));
+    if (charging_)
+      return steady(dice_.leaning(options_.turn_s, lean), dice_.between(options_.charge_a));
     return steady(dice_.leaning(options_.turn_s, -lean), -dice_.between(options_.discharge_a));
   }
-  Phase near(double charge_ah, double target_ah) { return next(kTurnsLean * (charge_ah - target_ah)); }
+  Phase near(double charge_ah, double target_ah) {
+    return next(kTurnsLean * (charge_ah - target_ah));
+  }
   Dice& dice() { return dice_; }
 
  private:
@@ -70,7 +77,8 @@ class Turns {
 
 std::vector<std::string> faultsOf(const LongChargesOptions& options) {
   auto faults = fieldFaults(options);
-  if (options.final_hold_s >= options.final_s) faults.push_back("final_hold_s is not below final_s, which counts hold and ramp together");
+  if (options.final_hold_s >= options.final_s)
+    faults.push_back("final_hold_s is not below final_s, which counts hold and ramp together");
   return faults;
 }
 
@@ -115,15 +123,20 @@ class LongChargesPlan : public DrivePlan {
     if (now.time >= final_start_) return finalPhase();
     if (pulses_.due(now.time)) return pulses_.next();
     if (discharge_next_) return dischargeAfter();
-    if (now.time < options_.from_s) return turns_.near(now.charge_ah, options_.turns.charge_target_ah);
+    if (now.time < options_.from_s)
+      return turns_.near(now.charge_ah, options_.turns.charge_target_ah);
     const double left = final_start_ - now.time;
-    if (left < kFinalApproach + long_charge_.duration + options_.after_s.high) return approachFinal(now, left);
-    if (now.charge_ah + chargeOf(long_charge_) <= options_.highest_charge_ah) return startLongCharge();
+    if (left < kFinalApproach + long_charge_.duration + options_.after_s.high)
+      return approachFinal(now, left);
+    if (now.charge_ah + chargeOf(long_charge_) <= options_.highest_charge_ah)
+      return startLongCharge();
     return turns_.next(kDischargeLean);
   }
 
  private:
-  static double chargeOf(const Phase& phase) { return phase.duration * phase.begin / kSecondsPerHour; }
+  static double chargeOf(const Phase& phase) {
+    return phase.duration * phase.begin / kSecondsPerHour;
+  }
 
   void drawLongCharge() {
     const double current = turns_.dice().between(options_.long_charge_a);
@@ -153,7 +166,9 @@ class LongChargesPlan : public DrivePlan {
   Phase finalPhase() {
     switch (final_phase_++) {
       case 0: return steady(options_.final_hold_s, -options_.final_hold_a);
-      case 1: return {options_.final_s - options_.final_hold_s, -options_.final_hold_a, -options_.final_peak_a};
+      case 1:
+        return {options_.final_s - options_.final_hold_s, -options_.final_hold_a,
+                -options_.final_peak_a};
       default: return steady(std::max(options_.final_rest_s, 1.0), 0.0);
     }
   }
@@ -183,7 +198,8 @@ class CityPlan : public DrivePlan {
  private:
   void planCycle(const Situation& now) {
     const bool early = cycles_++ < options_.early_cranks;
-    waiting_.push_back(steady(dice_.between(early ? earlyStop() : options_.stop_s), -dice_.between(options_.stop_a)));
+    waiting_.push_back(steady(dice_.between(early ? earlyStop() : options_.stop_s),
+                              -dice_.between(options_.stop_a)));
     waiting_.push_back(steady(options_.inrush_s, -dice_.between(options_.inrush_a)));
     waiting_.push_back(steady(dice_.between(options_.crank_s), -dice_.between(options_.crank_a)));
     const double wanted = options_.net_charge_ah * std::min(now.time / duration_, 1.0);
@@ -217,8 +233,10 @@ class CityPlan : public DrivePlan {
     }
   }
   void appendRound(double lean) {
-    waiting_.push_back(steady(dice_.between(options_.accelerate_s), -dice_.between(options_.accelerate_a)));
-    waiting_.push_back(steady(dice_.between(options_.cruise_s), dice_.leaning(options_.cruise_a, lean)));
+    waiting_.push_back(
+        steady(dice_.between(options_.accelerate_s), -dice_.between(options_.accelerate_a)));
+    waiting_.push_back(
+        steady(dice_.between(options_.cruise_s), dice_.leaning(options_.cruise_a, lean)));
     if (dice_.share() > options_.braking_share) return;
     const double current = dice_.leaning(options_.braking_a, lean);
     waiting_.push_back({dice_.leaning(options_.braking_s, lean), current, kBrakingFall * current});
@@ -254,10 +272,14 @@ class ListedPlan : public DrivePlan {
 
 }  // namespace
 
-std::unique_ptr<DrivePlan> planDrive(const ProfileOptions& profile, double duration, std::uint64_t seed) {
-  if (const auto* turns = std::get_if<AlternatingOptions>(&profile)) return std::make_unique<AlternatingPlan>(*turns, duration, seed);
-  if (const auto* charges = std::get_if<LongChargesOptions>(&profile)) return std::make_unique<LongChargesPlan>(*charges, duration, seed);
-  if (const auto* city = std::get_if<CityOptions>(&profile)) return std::make_unique<CityPlan>(*city, duration, seed);
+std::unique_ptr<DrivePlan> planDrive(const ProfileOptions& profile, double duration,
+                                     std::uint64_t seed) {
+  if (const auto* turns = std::get_if<AlternatingOptions>(&profile))
+    return std::make_unique<AlternatingPlan>(*turns, duration, seed);
+  if (const auto* charges = std::get_if<LongChargesOptions>(&profile))
+    return std::make_unique<LongChargesPlan>(*charges, duration, seed);
+  if (const auto* city = std::get_if<CityOptions>(&profile))
+    return std::make_unique<CityPlan>(*city, duration, seed);
   return std::make_unique<ListedPlan>(std::get<ListedPhases>(profile));
 }
 

@@ -42,8 +42,8 @@ struct PulseOptions {
 };
 
 /**
- * @brief Data set 1 (paper, V-A; docs/physics.md#drives): charge and discharge in quick turns, a share of
- * rests, pulses.
+ * @brief Data set 1 (paper, V-A; docs/physics.md#drives): charge and discharge in quick turns, a
+ * share of rests, pulses.
  *
  * The turns' lengths lean so that the charge stays near charge_target_ah, by a factor of two in the
  * exponent of Dice::leaning() for every 0.1 Ah.
@@ -59,8 +59,8 @@ struct AlternatingOptions {
 };
 
 /**
- * @brief Data set 2 (paper, V-B; docs/physics.md#drives): data set 1 with long charges in the second half and
- * a last discharge.
+ * @brief Data set 2 (paper, V-B; docs/physics.md#drives): data set 1 with long charges in the
+ * second half and a last discharge.
  *
  * From from_s on, each long charge begins when it will end at or below highest_charge_ah, is
  * followed by a discharge, and then by turns that lean to discharging until the next one fits. The
@@ -116,13 +116,15 @@ struct ListedPhases {
   std::vector<Phase> phases;
 };
 
-using ProfileOptions = std::variant<AlternatingOptions, LongChargesOptions, CityOptions, ListedPhases>;
+using ProfileOptions =
+    std::variant<AlternatingOptions, LongChargesOptions, CityOptions, ListedPhases>;
 
 /**
  * @brief A plan of the given profile.
  * @param duration of the scenario [s], > 0; the same drive is obtained when it is cut short later.
  */
-std::unique_ptr<DrivePlan> planDrive(const ProfileOptions& profile, double duration, std::uint64_t seed);
+std::unique_ptr<DrivePlan> planDrive(const ProfileOptions& profile, double duration,
+                                     std::uint64_t seed);
 
 /// @return one sentence for every fault of a profile; empty when all is well.
 std::vector<std::string> faultsOf(const ProfileOptions& profile);

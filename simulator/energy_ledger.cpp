@@ -40,7 +40,8 @@ void EnergyLedger::enter(const BatteryState& after) {
   balance_.charge_in += half * (last_current_ + current);
   balance_.main_charge = after.main_charge;
   balance_.gas_charge = after.gas_charge;
-  balance_.energy_in += half * (last_terminal_power_ + terminal_power) + stored.inductance - last_inductance_;
+  balance_.energy_in +=
+      half * (last_terminal_power_ + terminal_power) + stored.inductance - last_inductance_;
   balance_.throughput += half * (std::abs(last_terminal_power_) + std::abs(terminal_power));
   balance_.stored = stored.total() - stored_at_start_;
   addScaled(balance_.lost, last_power_, power, half);

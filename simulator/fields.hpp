@@ -20,12 +20,14 @@ struct Choice {
   const char* name;
   Enum value;
 };
-constexpr std::array<Choice<GassingLaw>, 3> kGassingLaws{
-    {{"none", GassingLaw::kNone}, {"threshold", GassingLaw::kThreshold}, {"tafel", GassingLaw::kTafel}}};
-constexpr std::array<Choice<DriftingParameter>, 4> kDriftingParameters{{{"r_ohmic", DriftingParameter::kROhmic},
-                                                                        {"r1", DriftingParameter::kR1},
-                                                                        {"cpe2_capacitance", DriftingParameter::kCpe2Capacitance},
-                                                                        {"u0", DriftingParameter::kU0}}};
+constexpr std::array<Choice<GassingLaw>, 3> kGassingLaws{{{"none", GassingLaw::kNone},
+                                                          {"threshold", GassingLaw::kThreshold},
+                                                          {"tafel", GassingLaw::kTafel}}};
+constexpr std::array<Choice<DriftingParameter>, 4> kDriftingParameters{
+    {{"r_ohmic", DriftingParameter::kROhmic},
+     {"r1", DriftingParameter::kR1},
+     {"cpe2_capacitance", DriftingParameter::kCpe2Capacitance},
+     {"u0", DriftingParameter::kU0}}};
 
 /**
  * Every option of a scenario with its key and its bounds, said once: the reader of scenario files
@@ -283,7 +285,9 @@ class FieldJudge {
     text << prefix_ << key << " is " << value << ", expected " << lowest << " to " << highest;
     faults_.push_back(text.str());
   }
-  void count(const std::string& key, int value, int lowest, int highest) { number(key, value, lowest, highest); }
+  void count(const std::string& key, int value, int lowest, int highest) {
+    number(key, value, lowest, highest);
+  }
   void range(const std::string& key, const Range& range, double lowest, double highest) {
     number(key, range.low, lowest, highest);
     number(key, range.high, lowest, highest);

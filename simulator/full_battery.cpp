@@ -18,7 +18,8 @@ constexpr double kSmallestLeadIon = 1e-300;
 double tolerance(double current) { return kCurrentTolerance * (1.0 + std::abs(current)); }
 
 LadderState between(const LadderState& a, const LadderState& b, double share) {
-  return {a.voltage + share * (b.voltage - a.voltage), a.branches + share * (b.branches - a.branches)};
+  return {a.voltage + share * (b.voltage - a.voltage),
+          a.branches + share * (b.branches - a.branches)};
 }
 
 /// a + share (b - a), for the states that are integrated.
@@ -34,11 +35,13 @@ BatteryState between(const BatteryState& a, const BatteryState& b, double share)
   return state;
 }
 
-void requireValid(const BatteryParameters& parameters, const Additions& additions, const FullBattery::Start& start, int substeps) {
+void requireValid(const BatteryParameters& parameters, const Additions& additions,
+                  const FullBattery::Start& start, int substeps) {
   std::string text;
   for (const auto& fault : faultsOf(parameters)) text += fault + "; ";
   for (const auto& fault : faultsOf(additions)) text += fault + "; ";
-  if (!(start.soc >= 0.0 && start.soc <= 1.0)) text += "soc is " + std::to_string(start.soc) + ", expected 0 to 1; ";
+  if (!(start.soc >= 0.0 && start.soc <= 1.0))
+    text += "soc is " + std::to_string(start.soc) + ", expected 0 to 1; ";
   if (!(start.temperature >= -40.0 && start.temperature <= 80.0))
     text += "temperature is " + std::to_string(start.temperature) + " degC, expected -40 to 80; ";
   if (substeps < 1) text += "substeps is " + std::to_string(substeps) + ", expected 1 or more; ";
@@ -48,17 +51,20 @@ void requireValid(const BatteryParameters& parameters, const Additions& addition
 Cpe cpe3Of(const BatteryParameters& parameters, const Additions& additions) {
   if (!additions.second_electrode) return {};
   const double p = additions.electrode3_exponent;
-  return {additions.electrode3_capacitance_f * std::pow(parameters.cpe2_reference_rad_per_s, 1.0 - p), p};
+  return {
+      additions.electrode3_capacitance_f * std::pow(parameters.cpe2_reference_rad_per_s, 1.0 - p),
+      p};
 }
 
 bool changesParameters(const Additions& a) {
-  return a.parameter_drift || a.contact_step || a.sulphate_history || a.capacitance_fall || a.hysteretic_r;
+  return a.parameter_drift || a.contact_step || a.sulphate_history || a.capacitance_fall ||
+         a.hysteretic_r;
 }
 
 }  // namespace
 
-FullBattery::FullBattery(const BatteryParameters& parameters, const BatteryEffects& effects, const Start& start, int substeps,
-                         const Additions& additions)
+FullBattery::FullBattery(const BatteryParameters& parameters, const BatteryEffects& effects,
+                         const Start& start, int substeps, const Additions& additions)
     : parameters_((requireValid(parameters, additions, start, substeps), parameters)),
       effects_(effects),
       start_(start),
@@ -97,9 +103,11 @@ void FullBattery::settleUnderParasiticLoad(BatteryState& state) const {
   const double u2 = increasingRoot(excess, 0.0, tolerance(current));
   state.r1_current = current;
   state.cpe1 = cpe1_.settled(at_start_.r1_factor * r1Voltage(parameters_, effects_, current).value);
-  state.cpe2 = cpe2_.settled(u2 + std::copysign(additions_.dead_zone ? additions_.dead_zone_v : 0.0, u2));
+  state.cpe2 =
+      cpe2_.settled(u2 + std::copysign(additions_.dead_zone ? additions_.dead_zone_v : 0.0, u2));
   if (additions_.second_electrode)
-    state.cpe3 = cpe3_.settled(2.0 / additions_.electrode3_beta_per_v * std::asinh(0.5 * current / additions_.electrode3_i0_a));
+    state.cpe3 = cpe3_.settled(2.0 / additions_.electrode3_beta_per_v *
+                               std::asinh(0.5 * current / additions_.electrode3_i0_a));
 }
 
 BatteryState FullBattery::advance(const BatteryState& before, double current_end) const {
@@ -116,7 +124,8 @@ BatteryState FullBattery::advance(const BatteryState& before, double current_end
   return state;
 }
 
-BatteryState FullBattery::substep(const BatteryState& before, double current_end, const Conditions& at) const {
+BatteryState FullBattery::substep(const BatteryState& before, double current_end,
+                                  const Conditions& at) const {
   const double current_inside = before.current + kGamma * (current_end - before.current);
   const BatteryState inside = eulerStage(before, current_inside, at);
   return eulerStage(between(before, inside, (1.0 - kGamma) / kGamma), current_end, at);
@@ -128,8 +137,8 @@ double FullBattery::voltage(const BatteryState& state) const {
 
 double FullBattery::voltageWithoutInductance(const BatteryState& state) const {
   const Conditions now = at(state);
-  return now.r_ohmic * batteryCurrent(state) + state.cpe1.voltage + openCircuit(soc(state), now).value + state.cpe2.voltage +
-         addedVoltage(state);
+  return now.r_ohmic * batteryCurrent(state) + state.cpe1.voltage +
+         openCircuit(soc(state), now).value + state.cpe2.voltage + addedVoltage(state);
 }
 
 double FullBattery::addedVoltage(const BatteryState& state) const {
@@ -137,7 +146,9 @@ double FullBattery::addedVoltage(const BatteryState& state) const {
   return state.cpe3.voltage + forces_.voltage(state.added, time, batteryCurrent(state));
 }
 
-double FullBattery::batteryCurrent(const BatteryState& state) const { return state.current - additions_.parasitic_load_a; }
+double FullBattery::batteryCurrent(const BatteryState& state) const {
+  return state.current - additions_.parasitic_load_a;
+}
 
 double FullBattery::soc(const BatteryState& state) const {
   return start_.soc + state.main_charge / (kSecondsPerHour * parameters_.capacity_ah);
@@ -152,8 +163,10 @@ double FullBattery::gasCurrent(const BatteryState& state) const {
 Losses FullBattery::losses(const BatteryState& state) const {
   const Conditions now = at(state);
   const double u2 = state.cpe2.voltage;
-  const double i_r2 = chargeTransfer(parameters_, now.i0, activating(u2).value, state.lead_ion).value;
-  const double nernst = std::log(std::max(state.lead_ion, kSmallestLeadIon)) / parameters_.beta_per_v;
+  const double i_r2 =
+      chargeTransfer(parameters_, now.i0, activating(u2).value, state.lead_ion).value;
+  const double nernst =
+      std::log(std::max(state.lead_ion, kSmallestLeadIon)) / parameters_.beta_per_v;
   const double u_x = openCircuit(soc(state), now).value + u2;
   const double current = batteryCurrent(state);
   Losses losses{};
@@ -161,7 +174,8 @@ Losses FullBattery::losses(const BatteryState& state) const {
   losses.r1 = state.cpe1.voltage * state.r1_current;
   losses.cpe1 = cpe1_.dissipation(state.cpe1);
   losses.charge_transfer = (u2 + nernst) * i_r2;
-  losses.lead_ion = effects_.charge_acceptance ? -nernst * now.lead_ion_limit * (1.0 - state.lead_ion) : 0.0;
+  losses.lead_ion =
+      effects_.charge_acceptance ? -nernst * now.lead_ion_limit * (1.0 - state.lead_ion) : 0.0;
   losses.cpe2 = cpe2_.dissipation(state.cpe2);
   losses.gassing = u_x * gassing(parameters_, effects_.gassing, now, u_x).value;
   losses.added = addedVoltage(state) * current;
@@ -170,8 +184,10 @@ Losses FullBattery::losses(const BatteryState& state) const {
 
 StoredEnergy FullBattery::stored(const BatteryState& state) const {
   const double p = std::max(state.lead_ion, kSmallestLeadIon);
-  const double ions = at(state).lead_ion_limit * parameters_.lead_ion_time_s / parameters_.beta_per_v;
-  const double u_middle = 0.5 * (openCircuit(soc(state), at(state)).value + openCircuit(start_.soc, at_start_).value);
+  const double ions =
+      at(state).lead_ion_limit * parameters_.lead_ion_time_s / parameters_.beta_per_v;
+  const double u_middle =
+      0.5 * (openCircuit(soc(state), at(state)).value + openCircuit(start_.soc, at_start_).value);
   StoredEnergy stored{};
   stored.inductance = 0.5 * parameters_.inductance_h * state.current * state.current;
   stored.cpe1 = cpe1_.storedEnergy(state.cpe1);
@@ -181,7 +197,8 @@ StoredEnergy FullBattery::stored(const BatteryState& state) const {
   return stored;
 }
 
-BatteryState FullBattery::eulerStage(const BatteryState& base, double current, const Conditions& at) const {
+BatteryState FullBattery::eulerStage(const BatteryState& base, double current,
+                                     const Conditions& at) const {
   BatteryState next = base;
   next.current = current;
   solveR1(next, base, at);
@@ -190,12 +207,14 @@ BatteryState FullBattery::eulerStage(const BatteryState& base, double current, c
   return next;
 }
 
-void FullBattery::solveR1(BatteryState& next, const BatteryState& base, const Conditions& at) const {
+void FullBattery::solveR1(BatteryState& next, const BatteryState& base,
+                          const Conditions& at) const {
   const double conductance = cpe1_stage_.conductance();
   const double wanted = batteryCurrent(next) + cpe1_stage_.sourceCurrent(base.cpe1);
   const auto excess = [&](double r1_current) {
     const Linearised v = r1Voltage(parameters_, effects_, r1_current);
-    return Linearised{r1_current + conductance * at.r1_factor * v.value - wanted, 1.0 + conductance * at.r1_factor * v.slope};
+    return Linearised{r1_current + conductance * at.r1_factor * v.value - wanted,
+                      1.0 + conductance * at.r1_factor * v.slope};
   };
   next.r1_current = increasingRoot(excess, base.r1_current, tolerance(next.current));
   const double v1 = at.r1_factor * r1Voltage(parameters_, effects_, next.r1_current).value;
@@ -203,14 +222,16 @@ void FullBattery::solveR1(BatteryState& next, const BatteryState& base, const Co
 }
 
 /// Pb2+ at the end of a stage, linear in its value before, and its derivative to u_2.
-Linearised FullBattery::leadIonAfter(double before, const ReactionRates& rates, const Conditions& at) const {
+Linearised FullBattery::leadIonAfter(double before, const ReactionRates& rates,
+                                     const Conditions& at) const {
   if (!effects_.charge_acceptance) return {1.0, 0.0};
   const double share = stage_step_ / parameters_.lead_ion_time_s;
   const double numerator = before + share * (1.0 + rates.backward / at.lead_ion_limit);
   const double denominator = 1.0 + share * (1.0 + rates.forward / at.lead_ion_limit);
   const double slope = share * parameters_.beta_per_v / at.lead_ion_limit / denominator;
   const double p = numerator / denominator;
-  return {p, -slope * ((1.0 - parameters_.alpha) * rates.backward + p * parameters_.alpha * rates.forward)};
+  return {p, -slope * ((1.0 - parameters_.alpha) * rates.backward +
+                       p * parameters_.alpha * rates.forward)};
 }
 
 /// The part of u_2 that drives the charge transfer.
@@ -221,16 +242,19 @@ Linearised FullBattery::activating(double u2) const {
 }
 
 /// i_r2 + i_CPE2 at the end of a stage against u_2.
-Linearised FullBattery::mainCurrent(double u2, double source, double lead_ion_before, const Conditions& at) const {
+Linearised FullBattery::mainCurrent(double u2, double source, double lead_ion_before,
+                                    const Conditions& at) const {
   const Linearised eta = activating(u2);
   const ReactionRates rates = reactionRates(parameters_, at.i0, eta.value);
   const Linearised p = leadIonAfter(lead_ion_before, rates, at);
   const Linearised transfer = chargeTransfer(parameters_, at.i0, eta.value, p.value);
   const double conductance = at.cpe2_factor * cpe2_stage_.conductance();
-  return {transfer.value + conductance * u2 - source, (transfer.slope + p.slope * rates.forward) * eta.slope + conductance};
+  return {transfer.value + conductance * u2 - source,
+          (transfer.slope + p.slope * rates.forward) * eta.slope + conductance};
 }
 
-void FullBattery::solveReaction(BatteryState& next, const BatteryState& base, const Conditions& at) const {
+void FullBattery::solveReaction(BatteryState& next, const BatteryState& base,
+                                const Conditions& at) const {
   const double source = at.cpe2_factor * cpe2_stage_.sourceCurrent(base.cpe2);
   const double current = batteryCurrent(next);
   const double per_charge = 1.0 / (kSecondsPerHour * parameters_.capacity_ah);
@@ -260,7 +284,8 @@ void FullBattery::solveSecondElectrode(BatteryState& next, const BatteryState& b
     const double forward = additions_.electrode3_i0_a * std::exp(0.5 * beta * u3);
     const double backward = additions_.electrode3_i0_a * std::exp(-0.5 * beta * u3);
     const double conductance = cpe3_stage_.conductance();
-    return Linearised{forward - backward + conductance * u3 - source - current, 0.5 * beta * (forward + backward) + conductance};
+    return Linearised{forward - backward + conductance * u3 - source - current,
+                      0.5 * beta * (forward + backward) + conductance};
   };
   const double u3 = increasingRoot(excess, base.cpe3.voltage, tolerance(current));
   next.cpe3 = cpe3_stage_.advance(base.cpe3, u3);
@@ -272,7 +297,8 @@ Linearised FullBattery::openCircuit(double soc, const Conditions& at) const {
 }
 
 Conditions FullBattery::at(const BatteryState& state) const {
-  Conditions now = effects_.self_heating ? atTemperature(parameters_, state.temperature) : at_start_;
+  Conditions now =
+      effects_.self_heating ? atTemperature(parameters_, state.temperature) : at_start_;
   if (!changesParameters(additions_)) return now;
   const double time = static_cast<double>(state.steps) * kStep;
   now.lead_ion_limit *= state.added.sulphate;
@@ -282,7 +308,8 @@ Conditions FullBattery::at(const BatteryState& state) const {
 }
 
 void FullBattery::drift(Conditions& now, double hours) const {
-  if (additions_.capacitance_fall) now.cpe2_factor *= std::pow(1.0 - additions_.capacitance_fall_share, hours);
+  if (additions_.capacitance_fall)
+    now.cpe2_factor *= std::pow(1.0 - additions_.capacitance_fall_share, hours);
   if (!additions_.parameter_drift) return;
   const double factor = 1.0 + additions_.drift_per_h * hours;
   switch (additions_.drifting) {
@@ -294,8 +321,10 @@ void FullBattery::drift(Conditions& now, double hours) const {
 }
 
 double FullBattery::warmed(const BatteryState& state) const {
-  const double outward = (state.temperature - start_.temperature) / parameters_.thermal_resistance_k_per_w;
-  return state.temperature + kStep * (losses(state).total() - outward) / parameters_.heat_capacity_j_per_k;
+  const double outward =
+      (state.temperature - start_.temperature) / parameters_.thermal_resistance_k_per_w;
+  return state.temperature +
+         kStep * (losses(state).total() - outward) / parameters_.heat_capacity_j_per_k;
 }
 
 }  // namespace battery_sof_reference

@@ -27,7 +27,9 @@ struct BatteryState {
 /// additions take up, lost or stored.
 struct Losses {
   double r_ohmic, r1, cpe1, charge_transfer, lead_ion, cpe2, gassing, added;
-  double total() const { return r_ohmic + r1 + cpe1 + charge_transfer + lead_ion + cpe2 + gassing + added; }
+  double total() const {
+    return r_ohmic + r1 + cpe1 + charge_transfer + lead_ion + cpe2 + gassing + added;
+  }
 };
 
 /// Energy kept in each element [J]; main_reaction counts from the start and may be negative.
@@ -80,8 +82,8 @@ class FullBattery {
   /// @param substeps integration steps within kStep, >= 1. With 1 the voltage is within 0.1 mV of
   ///                 that with 2 in the shipped scenarios (a test holds 0.5 mV).
   /// @throws std::invalid_argument naming every fault of parameters, additions, start and substeps.
-  FullBattery(const BatteryParameters& parameters, const BatteryEffects& effects, const Start& start, int substeps = 1,
-              const Additions& additions = {});
+  FullBattery(const BatteryParameters& parameters, const BatteryEffects& effects,
+              const Start& start, int substeps = 1, const Additions& additions = {});
 
   BatteryState rested() const;
 
@@ -103,7 +105,8 @@ class FullBattery {
   void solveR1(BatteryState& next, const BatteryState& base, const Conditions& at) const;
   void solveReaction(BatteryState& next, const BatteryState& base, const Conditions& at) const;
   Linearised leadIonAfter(double before, const ReactionRates& rates, const Conditions& at) const;
-  Linearised mainCurrent(double u2, double source, double lead_ion_before, const Conditions& at) const;
+  Linearised mainCurrent(double u2, double source, double lead_ion_before,
+                         const Conditions& at) const;
   void solveSecondElectrode(BatteryState& next, const BatteryState& base) const;
   Linearised activating(double u2) const;
   Linearised openCircuit(double soc, const Conditions& at) const;

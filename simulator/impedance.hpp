@@ -36,7 +36,8 @@ struct ImpedancePoint {
  * @throws std::invalid_argument for a frequency or parameters outside their range, or a current
  * that cannot last.
  */
-std::vector<ImpedancePoint> impedance(const BatteryParameters& parameters, const BatteryEffects& effects, const OperatingPoint& point,
+std::vector<ImpedancePoint> impedance(const BatteryParameters& parameters,
+                                      const BatteryEffects& effects, const OperatingPoint& point,
                                       const std::vector<double>& frequencies);
 
 /// @return frequencies from first to last [Hz], `per_decade` to a decade, both ends included.

@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "simulator/bessel_filter.hpp"
-#include "simulator/pi.hpp"
 #include "simulator/out_of_model_force.hpp"
+#include "simulator/pi.hpp"
 
 namespace battery_sof_reference {
 namespace {
@@ -60,8 +60,10 @@ Filtered filtered(const ImperfectChannel& channel, const std::vector<double>& in
   if (channel.poles < 1 || channel.poles > kBesselPoles)
     throw std::invalid_argument("poles is " + std::to_string(channel.poles) + ", expected 1 to 8");
   if (!(channel.corner_hz >= 0.1 && channel.corner_hz <= 400.0))
-    throw std::invalid_argument("corner_hz is " + std::to_string(channel.corner_hz) + ", expected 0.1 to 400");
-  if (channel.poles < kBesselPoles) return through(PoleCascade(channel.poles, channel.corner_hz, input.front()), input);
+    throw std::invalid_argument("corner_hz is " + std::to_string(channel.corner_hz) +
+                                ", expected 0.1 to 400");
+  if (channel.poles < kBesselPoles)
+    return through(PoleCascade(channel.poles, channel.corner_hz, input.front()), input);
   BesselFilter bessel(channel.corner_hz, 1.0 / kStep);
   bessel.settle(input.front());
   return through(bessel, input);
@@ -78,18 +80,20 @@ double at(const std::vector<double>& series, double position) {
 double converted(const ImperfectChannel& channel, double value) {
   if (channel.step <= 0.0) return value;
   const double turn = 2.0 * kPi * value / (channel.step * channel.bow_period_steps);
-  const double bowed = value + channel.step * channel.bow_steps * std::sin(turn + channel.bow_phase);
+  const double bowed =
+      value + channel.step * channel.bow_steps * std::sin(turn + channel.bow_phase);
   return channel.step * std::round(bowed / channel.step);
 }
 
 /// One channel's samples, unconverted and without noise.
-std::vector<double> looked(const ImperfectChannel& channel, const std::vector<double>& truth, const std::vector<double>& instants,
-                           std::size_t per_sample) {
+std::vector<double> looked(const ImperfectChannel& channel, const std::vector<double>& truth,
+                           const std::vector<double>& instants, std::size_t per_sample) {
   const Filtered seen = filtered(channel, truth);
   const double lead = seen.delay * (1.0 - channel.late_share) / kStep;
   std::vector<double> samples;
   samples.reserve(instants.size());
-  for (double instant : instants) samples.push_back(at(seen.series, instant * static_cast<double>(per_sample) + lead));
+  for (double instant : instants)
+    samples.push_back(at(seen.series, instant * static_cast<double>(per_sample) + lead));
   return samples;
 }
 
@@ -126,13 +130,14 @@ ImperfectRecorder drawRecorder(double rate, double duration, Dice& dice) {
   r.current = dice.share() < 0.5 ? drawChannel(near, dice) : r.voltage;
   r.voltage.step = logBetween(dice, {0.5e-3, 5e-3});
   r.current.step = logBetween(dice, {10e-3, 100e-3});
-  r.jitter_apart_share = logBetween(dice, {0.005, 0.05});  // a converter takes turns in milliseconds
+  // a converter takes turns in milliseconds
+  r.jitter_apart_share = logBetween(dice, {0.005, 0.05});
   r.voltage.ripple = dice.between({0.1e-3, 1e-3});
   r.current.ripple = dice.between({0.01, 0.1});
   r.ripple_hz = logBetween(dice, {20.0, 480.0});
   // docs/physics.md#imperfect-recorders: up to 2 mV over 2 s and 0.6 mV a root minute.
-  r.voltage.noise = {dice.between({0.3e-3, 1.5e-3}), dice.between({0.5e-3, 2e-3}), logBetween(dice, {1.0, 4.0}),
-                     dice.between({0.1e-3, 0.6e-3})};
+  r.voltage.noise = {dice.between({0.3e-3, 1.5e-3}), dice.between({0.5e-3, 2e-3}),
+                     logBetween(dice, {1.0, 4.0}), dice.between({0.1e-3, 0.6e-3})};
   r.current.noise = {dice.between({0.01, 0.06}), 0.0, 2.0, 0.0};
   const int terms = 3 + static_cast<int>(4.0 * dice.share());
   for (int k = 0; k < terms; ++k) r.smooth.push_back(drawTerm(duration, dice));
@@ -140,7 +145,8 @@ ImperfectRecorder drawRecorder(double rate, double duration, Dice& dice) {
   return r;
 }
 
-SampleInstants jitteredInstants(const ImperfectRecorder& recorder, std::size_t samples, std::uint64_t seed) {
+SampleInstants jitteredInstants(const ImperfectRecorder& recorder, std::size_t samples,
+                                std::uint64_t seed) {
   Dice dice(seed, kJitterStream);
   const double apart = recorder.jitter_share * std::sqrt(recorder.jitter_apart_share);
   const double shared = recorder.jitter_share * std::sqrt(1.0 - recorder.jitter_apart_share);
@@ -153,7 +159,8 @@ SampleInstants jitteredInstants(const ImperfectRecorder& recorder, std::size_t s
   return instants;
 }
 
-std::vector<double> smoothStructure(const ImperfectRecorder& recorder, const std::vector<double>& current) {
+std::vector<double> smoothStructure(const ImperfectRecorder& recorder,
+                                    const std::vector<double>& current) {
   std::vector<double> sum(current.size(), 0.0);
   for (const SmoothTerm& term : recorder.smooth) {
     double remembered = current.front();
@@ -161,19 +168,23 @@ std::vector<double> smoothStructure(const ImperfectRecorder& recorder, const std
       remembered += kStep / term.memory * (current[n] - remembered);
       const double x = remembered / term.scale;
       const double turn = 2.0 * kPi * static_cast<double>(n) * kStep / term.memory + term.phase;
-      sum[n] += term.weight * (term.kind == 0 ? std::sin(x) : term.kind == 1 ? std::tanh(x) : std::sin(turn));
+      sum[n] += term.weight * (term.kind == 0   ? std::sin(x)
+                               : term.kind == 1 ? std::tanh(x)
+                                                : std::sin(turn));
     }
   }
   double mean = 0.0, square = 0.0;
   for (double value : sum) mean += value / static_cast<double>(sum.size());
-  for (double value : sum) square += (value - mean) * (value - mean) / static_cast<double>(sum.size());
+  for (double value : sum)
+    square += (value - mean) * (value - mean) / static_cast<double>(sum.size());
   const double scale = square > 0.0 ? recorder.smooth_rms_v / std::sqrt(square) : 0.0;
   for (double& value : sum) value = scale * (value - mean);
   return sum;
 }
 
-std::vector<RecordedSample> recordedThrough(const ImperfectRecorder& recorder, const Course& truth, std::size_t per_sample,
-                                            std::uint64_t seed, const ActingParts& acting) {
+std::vector<RecordedSample> recordedThrough(const ImperfectRecorder& recorder, const Course& truth,
+                                            std::size_t per_sample, std::uint64_t seed,
+                                            const ActingParts& acting) {
   const std::size_t count = (truth.current.size() - 1) / per_sample + 1;
   const double interval = kStep * static_cast<double>(per_sample);
   const SampleInstants instants = jitteredInstants(recorder, count, seed);
@@ -192,8 +203,8 @@ std::vector<RecordedSample> recordedThrough(const ImperfectRecorder& recorder, c
       u += recorder.voltage.ripple * wave + voltage_noise.next();
       i += recorder.current.ripple * wave + current_noise.next();
     }
-    samples.push_back(
-        {static_cast<double>(n) * interval, converted(recorder.current, i), acting.steps ? converted(recorder.voltage, u) : u});
+    samples.push_back({static_cast<double>(n) * interval, converted(recorder.current, i),
+                       acting.steps ? converted(recorder.voltage, u) : u});
   }
   return samples;
 }

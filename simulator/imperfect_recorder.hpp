@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "simulator/channel_noise.hpp"
-#include "simulator/simulation.hpp"
 #include "simulator/out_of_model_battery.hpp"
+#include "simulator/simulation.hpp"
 
 namespace battery_sof_reference {
 
@@ -57,16 +57,19 @@ ImperfectRecorder drawRecorder(double rate, double duration, Dice& dice);
  *
  * @param per_sample simulation steps a sample, >= 1.
  */
-std::vector<RecordedSample> recordedThrough(const ImperfectRecorder& recorder, const Course& truth, std::size_t per_sample,
-                                            std::uint64_t seed, const ActingParts& acting = {});
+std::vector<RecordedSample> recordedThrough(const ImperfectRecorder& recorder, const Course& truth,
+                                            std::size_t per_sample, std::uint64_t seed,
+                                            const ActingParts& acting = {});
 
 /// The instants, in samples, at which the two channels look; n without jitter.
 struct SampleInstants {
   std::vector<double> voltage, current;
 };
-SampleInstants jitteredInstants(const ImperfectRecorder& recorder, std::size_t samples, std::uint64_t seed);
+SampleInstants jitteredInstants(const ImperfectRecorder& recorder, std::size_t samples,
+                                std::uint64_t seed);
 
 /// Smooth structure along a current, scaled to smooth_rms_v about its mean [V].
-std::vector<double> smoothStructure(const ImperfectRecorder& recorder, const std::vector<double>& current);
+std::vector<double> smoothStructure(const ImperfectRecorder& recorder,
+                                    const std::vector<double>& current);
 
 }  // namespace battery_sof_reference

@@ -35,7 +35,8 @@ double increasingRoot(const Function& function, double guess, double tolerance) 
     (at.value < 0.0 ? low : high) = x;
     const double newton = x - at.value / at.slope;
     const bool inside = newton > low && newton < high;
-    const double middle = std::isfinite(low + high) ? 0.5 * (low + high) : 0.5 * x + (low == x ? 1.0 : -1.0);
+    const double middle =
+        std::isfinite(low + high) ? 0.5 * (low + high) : 0.5 * x + (low == x ? 1.0 : -1.0);
     const double next = inside ? newton : middle;
     if (next == x) return x;
     x = next;

@@ -43,7 +43,9 @@ class CrystalPopulation : public OutOfModelVoltage {
 
  private:
   double fineSurface(const State& x) const { return std::cbrt(x[0] * x[0] / (stock_ * stock_)); }
-  double coarseSurface(const State& x) const { return 0.3 * std::cbrt(x[1] * x[1] / (stock_ * stock_)); }
+  double coarseSurface(const State& x) const {
+    return 0.3 * std::cbrt(x[1] * x[1] / (stock_ * stock_));
+  }
   double stock_, merging_, free_, power_;
 };
 
@@ -112,7 +114,8 @@ class FreshnessGate : public OutOfModelVoltage {
     return {std::max(0.0, x[0] + now.step * (now.discharging() - taken - lost))};
   }
   double voltage(const State& x, const OutOfModelInstant& now) const override {
-    return 2.0 * kShown * saturated(now.charging() / knee_) / (1.0 + std::pow(x[0] / half_, order_));
+    return 2.0 * kShown * saturated(now.charging() / knee_) /
+           (1.0 + std::pow(x[0] / half_, order_));
   }
 
  private:
@@ -130,7 +133,8 @@ class FreshnessGate : public OutOfModelVoltage {
  */
 class SpreadRefill : public OutOfModelVoltage {
  public:
-  SpreadRefill(Dice& dice, const Circumstances& drive) : undoing_(dice.between({2.0, 15.0})), shortest_(dice.between({1.0, 4.0})) {
+  SpreadRefill(Dice& dice, const Circumstances& drive)
+      : undoing_(dice.between({2.0, 15.0})), shortest_(dice.between({1.0, 4.0})) {
     const double power = dice.between({-0.3, 0.3});
     const double longest = std::min(1500.0, 0.4 * drive.duration);
     double sum = 0.0;
@@ -144,7 +148,8 @@ class SpreadRefill : public OutOfModelVoltage {
   State advance(const State& x, const OutOfModelInstant& now) const override {
     State next = x;
     for (std::size_t k = 0; k < kSites; ++k)
-      next[k] += now.step / time_[k] * (now.charging() - x[k] * (1.0 + now.discharging() / undoing_));
+      next[k] +=
+          now.step / time_[k] * (now.charging() - x[k] * (1.0 + now.discharging() / undoing_));
     return next;
   }
   double voltage(const State& x, const OutOfModelInstant&) const override {
@@ -163,8 +168,10 @@ class SpreadRefill : public OutOfModelVoltage {
 
 std::vector<OutOfModelForm> acceptanceForms() {
   const std::string mechanism = "acceptance";
-  return {formOf<CrystalPopulation>(mechanism, "crystal_population"), formOf<DiffusionLayer>(mechanism, "diffusion_layer"),
-          formOf<FreshnessGate>(mechanism, "freshness_gate"), formOf<SpreadRefill>(mechanism, "spread_refill")};
+  return {formOf<CrystalPopulation>(mechanism, "crystal_population"),
+          formOf<DiffusionLayer>(mechanism, "diffusion_layer"),
+          formOf<FreshnessGate>(mechanism, "freshness_gate"),
+          formOf<SpreadRefill>(mechanism, "spread_refill")};
 }
 
 }  // namespace battery_sof_reference

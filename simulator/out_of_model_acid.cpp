@@ -16,7 +16,8 @@ namespace {
 class PoreDiffusion : public OutOfModelVoltage {
  public:
   PoreDiffusion(Dice& dice, const Circumstances& drive)
-      : time_(logBetween(dice, {60.0, std::min(1200.0, 0.5 * drive.duration)})), faster_(dice.between({0.3, 1.0})) {}
+      : time_(logBetween(dice, {60.0, std::min(1200.0, 0.5 * drive.duration)})),
+        faster_(dice.between({0.3, 1.0})) {}
 
   State rested() const override {
     State state{};
@@ -56,7 +57,8 @@ class PoreDiffusion : public OutOfModelVoltage {
  */
 class AnomalousDiffusion : public OutOfModelVoltage {
  public:
-  AnomalousDiffusion(Dice& dice, const Circumstances& drive) : charging_share_(dice.between({0.6, 1.0})) {
+  AnomalousDiffusion(Dice& dice, const Circumstances& drive)
+      : charging_share_(dice.between({0.6, 1.0})) {
     const double power = dice.between({0.3, 0.6});
     const double longest = drive.duration * dice.between({0.15, 0.35});
     double sum = 0.0;
@@ -106,10 +108,12 @@ class PoreExhaustion : public OutOfModelVoltage {
   State advance(const State& x, const OutOfModelInstant& now) const override {
     const double exchange = std::pow(x[0], 1.5) * (x[1] - x[0]) / refilling_;
     const double made = (0.7 * now.charging() - now.discharging()) / charge_;
-    return {std::clamp(x[0] + now.step * (made + exchange), 0.04, 1.5), x[1] + now.step * ((1.0 - x[1]) / mixing_ - 0.2 * exchange)};
+    return {std::clamp(x[0] + now.step * (made + exchange), 0.04, 1.5),
+            x[1] + now.step * ((1.0 - x[1]) / mixing_ - 0.2 * exchange)};
   }
   double voltage(const State& x, const OutOfModelInstant& now) const override {
-    return -0.03 * saturated(now.discharging() / 40.0) * (1.0 / (x[0] + half_) - 1.0 / (1.0 + half_));
+    return -0.03 * saturated(now.discharging() / 40.0) *
+           (1.0 / (x[0] + half_) - 1.0 / (1.0 + half_));
   }
 
  private:
@@ -130,7 +134,8 @@ class SeparatorDelay : public OutOfModelVoltage {
 
   State advance(const State& x, const OutOfModelInstant& now) const override {
     State next = x;
-    for (std::size_t k = 0; k < kVessels; ++k) next[k] += now.step * kVessels / delay_ * ((k == 0 ? now.current : x[k - 1]) - x[k]);
+    for (std::size_t k = 0; k < kVessels; ++k)
+      next[k] += now.step * kVessels / delay_ * ((k == 0 ? now.current : x[k - 1]) - x[k]);
     return next;
   }
   double voltage(const State& x, const OutOfModelInstant&) const override {
@@ -147,8 +152,10 @@ class SeparatorDelay : public OutOfModelVoltage {
 
 std::vector<OutOfModelForm> acidForms() {
   const std::string mechanism = "acid";
-  return {formOf<PoreDiffusion>(mechanism, "pore_diffusion"), formOf<AnomalousDiffusion>(mechanism, "anomalous_diffusion"),
-          formOf<PoreExhaustion>(mechanism, "pore_exhaustion"), formOf<SeparatorDelay>(mechanism, "separator_delay")};
+  return {formOf<PoreDiffusion>(mechanism, "pore_diffusion"),
+          formOf<AnomalousDiffusion>(mechanism, "anomalous_diffusion"),
+          formOf<PoreExhaustion>(mechanism, "pore_exhaustion"),
+          formOf<SeparatorDelay>(mechanism, "separator_delay")};
 }
 
 }  // namespace battery_sof_reference

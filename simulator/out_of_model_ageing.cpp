@@ -14,7 +14,8 @@ namespace {
 class GrowingLayer : public OutOfModelVoltage {
  public:
   GrowingLayer(Dice& dice, const Circumstances& drive)
-      : length_(drive.duration), power_(dice.share() < 0.5 ? dice.between({0.4, 0.7}) : dice.between({1.7, 2.5})) {}
+      : length_(drive.duration),
+        power_(dice.share() < 0.5 ? dice.between({0.4, 0.7}) : dice.between({1.7, 2.5})) {}
 
   State advance(const State& x, const OutOfModelInstant&) const override { return x; }
   double voltage(const State&, const OutOfModelInstant& now) const override {
@@ -45,7 +46,8 @@ class WarmingInside : public OutOfModelVoltage {
 
   State advance(const State& x, const OutOfModelInstant& now) const override {
     const double heat = 8e-3 * now.current * now.current, flow = across_ * (x[0] - x[1]);
-    return {x[0] + now.step * (heat - flow) / inside_, x[1] + now.step * (flow - outwards_ * x[1]) / case_};
+    return {x[0] + now.step * (heat - flow) / inside_,
+            x[1] + now.step * (flow - outwards_ * x[1]) / case_};
   }
   double voltage(const State& x, const OutOfModelInstant& now) const override {
     return -5e-3 * now.current * (1.0 - std::pow(1.0 + std::max(0.0, x[0]) / 20.0, -power_));
@@ -71,7 +73,9 @@ class LooseningContacts : public OutOfModelVoltage {
     }
   }
 
-  State advance(const State& x, const OutOfModelInstant& now) const override { return {x[0] + now.step * std::abs(now.current)}; }
+  State advance(const State& x, const OutOfModelInstant& now) const override {
+    return {x[0] + now.step * std::abs(now.current)};
+  }
   double voltage(const State& x, const OutOfModelInstant& now) const override {
     double loose = 0.0;
     for (std::size_t k = 0; k < kContacts; ++k) loose += smoothStep((x[0] - from_[k]) / width_[k]);
@@ -108,14 +112,17 @@ class FadingSurface : public OutOfModelVoltage {
 
 std::vector<OutOfModelForm> ageingForms() {
   const std::string mechanism = "ageing";
-  return {formOf<GrowingLayer>(mechanism, "growing_layer"), formOf<WarmingInside>(mechanism, "warming_inside"),
-          formOf<LooseningContacts>(mechanism, "loosening_contacts"), formOf<FadingSurface>(mechanism, "fading_surface")};
+  return {formOf<GrowingLayer>(mechanism, "growing_layer"),
+          formOf<WarmingInside>(mechanism, "warming_inside"),
+          formOf<LooseningContacts>(mechanism, "loosening_contacts"),
+          formOf<FadingSurface>(mechanism, "fading_surface")};
 }
 
 const std::vector<OutOfModelForm>& outOfModelForms() {
   static const std::vector<OutOfModelForm> all = [] {
     std::vector<OutOfModelForm> forms;
-    for (const auto& mechanism : {acceptanceForms(), sideReactionForms(), acidForms(), openCircuitForms(), structureForms(), ageingForms()})
+    for (const auto& mechanism : {acceptanceForms(), sideReactionForms(), acidForms(),
+                                  openCircuitForms(), structureForms(), ageingForms()})
       forms.insert(forms.end(), mechanism.begin(), mechanism.end());
     return forms;
   }();

@@ -31,7 +31,8 @@ class Sensitivities {
     by_start_ = kept * by_start_ / all;
   }
   std::array<double, 6> row(double current) const {
-    return {1.0, std::max(current, 0.0), std::min(current, 0.0), by_capacitance_, by_beta_, by_start_};
+    return {1.0,      std::max(current, 0.0), std::min(current, 0.0), by_capacitance_, by_beta_,
+            by_start_};
   }
 
  private:
@@ -41,7 +42,8 @@ class Sensitivities {
 
 }  // namespace
 
-OutOfModelBattery::OutOfModelBattery(const Scenario& scenario, const OutOfModelVoltage* force, double strength)
+OutOfModelBattery::OutOfModelBattery(const Scenario& scenario, const OutOfModelVoltage* force,
+                                     double strength)
     : battery_(scenario.battery, scenario.effects, scenario.start),
       force_(force),
       strength_(strength),
@@ -49,7 +51,8 @@ OutOfModelBattery::OutOfModelBattery(const Scenario& scenario, const OutOfModelV
       r_charge_(scenario.battery.r_ohmic_ohm + scenario.battery.r1_charge_ohm),
       u0_(battery_.voltage(battery_.rested())) {
   requireValid(scenario);
-  if (!std::isfinite(strength)) throw std::invalid_argument("strength is " + std::to_string(strength) + ", expected finite");
+  if (!std::isfinite(strength))
+    throw std::invalid_argument("strength is " + std::to_string(strength) + ", expected finite");
 }
 
 OutOfModelState OutOfModelBattery::rested() const {
@@ -70,7 +73,8 @@ OutOfModelInstant OutOfModelBattery::instantOf(const OutOfModelState& state, dou
   return now;
 }
 
-OutOfModelState OutOfModelBattery::advance(const OutOfModelState& before, double current_end) const {
+OutOfModelState OutOfModelBattery::advance(const OutOfModelState& before,
+                                           double current_end) const {
   OutOfModelState next = before;
   next.current = current_end;
   const double mean = 0.5 * (before.current + current_end);
@@ -92,14 +96,18 @@ double OutOfModelBattery::voltage(const OutOfModelState& state) const {
   return base + ohmic(state.current) - ohmic(state.base.current) + strength_ * added;
 }
 
-double OutOfModelBattery::ohmic(double current) const { return (current < 0.0 ? r_discharge_ : r_charge_) * current; }
+double OutOfModelBattery::ohmic(double current) const {
+  return (current < 0.0 ? r_discharge_ : r_charge_) * current;
+}
 
-Course drivenCourse(const Scenario& scenario, const OutOfModelVoltage* force, double strength, double after) {
+Course drivenCourse(const Scenario& scenario, const OutOfModelVoltage* force, double strength,
+                    double after) {
   const OutOfModelBattery battery(scenario, force, strength);
   DriveFollower driver(scenario, scenario.duration);
   const PowerSource source(scenario.slew);
   OutOfModelState state = battery.rested();
-  const auto steps = static_cast<std::size_t>(std::lround((scenario.duration + after) / battery.kStep));
+  const auto steps =
+      static_cast<std::size_t>(std::lround((scenario.duration + after) / battery.kStep));
   Course course{{state.current}, {battery.voltage(state)}};
   course.current.reserve(steps + 1);
   course.voltage.reserve(steps + 1);
@@ -111,7 +119,8 @@ Course drivenCourse(const Scenario& scenario, const OutOfModelVoltage* force, do
   return course;
 }
 
-Course controlledCourse(const Scenario& scenario, const OutOfModelVoltage* force, double strength, const std::vector<double>& current) {
+Course controlledCourse(const Scenario& scenario, const OutOfModelVoltage* force, double strength,
+                        const std::vector<double>& current) {
   if (current.empty()) throw std::invalid_argument("controlledCourse: no current");
   const OutOfModelBattery battery(scenario, force, strength);
   OutOfModelState state = battery.rested();
@@ -124,7 +133,8 @@ Course controlledCourse(const Scenario& scenario, const OutOfModelVoltage* force
   return course;
 }
 
-std::vector<double> linearBetweenSamples(const std::vector<double>& current, std::size_t per_sample) {
+std::vector<double> linearBetweenSamples(const std::vector<double>& current,
+                                         std::size_t per_sample) {
   if (per_sample < 1) throw std::invalid_argument("per_sample is 0, expected 1 or more");
   const std::size_t samples = (current.size() - 1) / per_sample + 1, reach = per_sample / 2;
   std::vector<double> knots(samples, 0.0);
@@ -145,7 +155,8 @@ std::vector<double> linearBetweenSamples(const std::vector<double>& current, std
   return linear;
 }
 
-BaseAnswer baseAnswer(const Scenario& scenario, const std::vector<double>& current, std::size_t per_sample) {
+BaseAnswer baseAnswer(const Scenario& scenario, const std::vector<double>& current,
+                      std::size_t per_sample) {
   const OutOfModelBattery battery(scenario, nullptr, 0.0);
   OutOfModelState state = battery.rested();
   if (current.at(0) != 0.0) state = battery.advance(state, current[0]);
@@ -154,7 +165,8 @@ BaseAnswer baseAnswer(const Scenario& scenario, const std::vector<double>& curre
   for (std::size_t n = 0; n < current.size(); ++n) {
     if (n > 0) {
       state = battery.advance(state, current[n]);
-      sensitivities.advance(state.base.cpe2.voltage, 0.5 * (current[n] + current[n - 1]), battery.kStep);
+      sensitivities.advance(state.base.cpe2.voltage, 0.5 * (current[n] + current[n - 1]),
+                            battery.kStep);
     }
     if (n % per_sample != 0) continue;
     answer.voltage.push_back(battery.voltage(state));

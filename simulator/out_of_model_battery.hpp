@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "simulator/full_battery.hpp"
-#include "simulator/simulation.hpp"
 #include "simulator/out_of_model_force.hpp"
+#include "simulator/simulation.hpp"
 
 namespace battery_sof_reference {
 
@@ -54,11 +54,13 @@ struct Course {
 
 /// The scenario's drive, its voltage limit acting on battery and force together, and `after` more
 /// seconds of it.
-Course drivenCourse(const Scenario& scenario, const OutOfModelVoltage* force, double strength, double after = 0.0);
+Course drivenCourse(const Scenario& scenario, const OutOfModelVoltage* force, double strength,
+                    double after = 0.0);
 
 /// The same battery under given currents, which it comes to from rest within a step; the limit does
 /// not act.
-Course controlledCourse(const Scenario& scenario, const OutOfModelVoltage* force, double strength, const std::vector<double>& current);
+Course controlledCourse(const Scenario& scenario, const OutOfModelVoltage* force, double strength,
+                        const std::vector<double>& current);
 
 /**
  * @brief A current as a recording's samples know it: means around each sample, linear between.
@@ -67,7 +69,8 @@ Course controlledCourse(const Scenario& scenario, const OutOfModelVoltage* force
  *
  * @param per_sample entries of `current` a sample, >= 1.
  */
-std::vector<double> linearBetweenSamples(const std::vector<double>& current, std::size_t per_sample);
+std::vector<double> linearBetweenSamples(const std::vector<double>& current,
+                                         std::size_t per_sample);
 
 /**
  * @brief How the base circuit's voltage answers its parameters, along a course.
@@ -83,6 +86,7 @@ struct BaseAnswer {
   std::vector<double> u2;                      ///< [V]
   std::vector<std::array<double, 6>> columns;  ///< 1, (i)+, -(-i)+, s_C, s_beta, s_0
 };
-BaseAnswer baseAnswer(const Scenario& scenario, const std::vector<double>& current, std::size_t per_sample);
+BaseAnswer baseAnswer(const Scenario& scenario, const std::vector<double>& current,
+                      std::size_t per_sample);
 
 }  // namespace battery_sof_reference

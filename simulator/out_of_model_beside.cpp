@@ -40,11 +40,14 @@ struct Grid {
     interval = quantile(passed, 0.5);
   }
   double duration() const { return static_cast<double>(steps.back()) * kStep; }
-  bool isGap(std::size_t to) const { return static_cast<double>(steps[to] - steps[to - 1]) * kStep > kGap * interval; }
+  bool isGap(std::size_t to) const {
+    return static_cast<double>(steps[to] - steps[to - 1]) * kStep > kGap * interval;
+  }
   /// Value of a quantity at a step between sample `to` and the one before it.
   template <typename Quantity>
   double between(std::size_t to, long step, Quantity of) const {
-    const double share = static_cast<double>(step - steps[to - 1]) / static_cast<double>(std::max(1L, steps[to] - steps[to - 1]));
+    const double share = static_cast<double>(step - steps[to - 1]) /
+                         static_cast<double>(std::max(1L, steps[to] - steps[to - 1]));
     return of(samples[to - 1]) + share * (of(samples[to]) - of(samples[to - 1]));
   }
   double current(std::size_t to, long step) const {
@@ -71,13 +74,15 @@ void follow(const Grid& grid, const OutOfModelBattery& battery, const Look& look
   if (grid.samples[0].current != 0.0) state = battery.advance(state, grid.samples[0].current);
   look(0, state);
   for (std::size_t to = 1; to < grid.samples.size(); ++to) {
-    for (long step = grid.steps[to - 1] + 1; step <= grid.steps[to]; ++step) state = battery.advance(state, grid.current(to, step));
+    for (long step = grid.steps[to - 1] + 1; step <= grid.steps[to]; ++step)
+      state = battery.advance(state, grid.current(to, step));
     look(to, state);
   }
 }
 
 /// The base circuit's voltage at every sample, and what a law is reported the drive.
-Circumstances circumstancesOf(const Grid& grid, const OutOfModelBattery& base, std::vector<double>& voltage) {
+Circumstances circumstancesOf(const Grid& grid, const OutOfModelBattery& base,
+                              std::vector<double>& voltage) {
   const double rest = base.voltage(base.rested());
   std::vector<double> charging;
   Circumstances c;
@@ -89,7 +94,8 @@ Circumstances circumstancesOf(const Grid& grid, const OutOfModelBattery& base, s
     c.lowest_as = std::min(c.lowest_as, state.charge);
     c.highest_as = std::max(c.highest_as, state.charge);
     if (n > 0 && !grid.isGap(n))
-      c.throughput_as += std::abs(grid.samples[n].current) * kStep * static_cast<double>(grid.steps[n] - grid.steps[n - 1]);
+      c.throughput_as += std::abs(grid.samples[n].current) * kStep *
+                         static_cast<double>(grid.steps[n] - grid.steps[n - 1]);
     if (grid.samples[n].current > 1.0) charging.push_back(rest + state.base.cpe2.voltage);
   });
   c.onset_low_v = quantile(charging, 0.4);
@@ -99,18 +105,21 @@ Circumstances circumstancesOf(const Grid& grid, const OutOfModelBattery& base, s
 
 Course courseOf(const Grid& grid) {
   if (grid.duration() > kLongestBeside)
-    throw std::invalid_argument("recording is " + std::to_string(grid.duration()) + " s long, an instrument's law takes at most " +
+    throw std::invalid_argument("recording is " + std::to_string(grid.duration()) +
+                                " s long, an instrument's law takes at most " +
                                 std::to_string(kLongestBeside) + " s");
   Course course{{grid.samples[0].current}, {grid.samples[0].voltage}};
   for (std::size_t to = 1; to < grid.samples.size(); ++to)
     for (long step = grid.steps[to - 1] + 1; step <= grid.steps[to]; ++step) {
       course.current.push_back(grid.current(to, step));
-      course.voltage.push_back(grid.between(to, step, [](const RecordedSample& one) { return one.voltage; }));
+      course.voltage.push_back(
+          grid.between(to, step, [](const RecordedSample& one) { return one.voltage; }));
     }
   return course;
 }
 
-std::vector<RecordedSample> shownBy(const OutOfModelInstrument& instrument, const Grid& grid, double strength) {
+std::vector<RecordedSample> shownBy(const OutOfModelInstrument& instrument, const Grid& grid,
+                                    double strength) {
   const Course truth = courseOf(grid), shown = instrument.shown(truth, strength);
   std::vector<RecordedSample> samples = grid.samples;
   for (std::size_t n = 0; n < samples.size(); ++n) {
@@ -121,34 +130,45 @@ std::vector<RecordedSample> shownBy(const OutOfModelInstrument& instrument, cons
   return samples;
 }
 
-std::vector<RecordedSample> withForce(const OutOfModelVoltage& force, const Grid& grid, const Scenario& scenario, double strength,
+std::vector<RecordedSample> withForce(const OutOfModelVoltage& force, const Grid& grid,
+                                      const Scenario& scenario, double strength,
                                       const std::vector<double>& base) {
   const OutOfModelBattery battery(scenario, &force, strength);
   std::vector<RecordedSample> samples = grid.samples;
-  follow(grid, battery, [&](std::size_t n, const OutOfModelState& state) { samples[n].voltage += battery.voltage(state) - base[n]; });
+  follow(grid, battery, [&](std::size_t n, const OutOfModelState& state) {
+    samples[n].voltage += battery.voltage(state) - base[n];
+  });
   return samples;
 }
 
 void requireSound(const std::vector<RecordedSample>& measured, const BesideOrder& order) {
-  if (measured.size() < 3) throw std::invalid_argument("recording has " + std::to_string(measured.size()) + " samples, expected 3 or more");
-  if (!std::isfinite(order.strength)) throw std::invalid_argument("strength is " + std::to_string(order.strength) + ", expected finite");
+  if (measured.size() < 3)
+    throw std::invalid_argument("recording has " + std::to_string(measured.size()) +
+                                " samples, expected 3 or more");
+  if (!std::isfinite(order.strength))
+    throw std::invalid_argument("strength is " + std::to_string(order.strength) +
+                                ", expected finite");
 }
 
 }  // namespace
 
-std::vector<RecordedSample> besideRecording(const std::vector<RecordedSample>& measured, const BesideOrder& order) {
+std::vector<RecordedSample> besideRecording(const std::vector<RecordedSample>& measured,
+                                            const BesideOrder& order) {
   requireSound(measured, order);
   const Grid grid(measured);
   const Scenario scenario = scenarioOf(order, grid.duration());
   std::vector<double> base;
-  const Circumstances drive = circumstancesOf(grid, OutOfModelBattery(scenario, nullptr, 0.0), base);
+  const Circumstances drive =
+      circumstancesOf(grid, OutOfModelBattery(scenario, nullptr, 0.0), base);
   Dice dice(order.seed, kForceStream);
   for (const auto& form : outOfModelForms())
     if (form.mechanism == order.mechanism && form.id == order.form)
       return withForce(*form.draw(dice, drive), grid, scenario, order.strength, base);
   for (const auto& form : outOfModelInstrumentForms())
-    if (order.mechanism == "instrument" && form.id == order.form) return shownBy(*form.draw(dice, drive), grid, order.strength);
-  throw std::invalid_argument("no form is \"" + order.mechanism + " " + order.form + "\"; --list names what there is");
+    if (order.mechanism == "instrument" && form.id == order.form)
+      return shownBy(*form.draw(dice, drive), grid, order.strength);
+  throw std::invalid_argument("no form is \"" + order.mechanism + " " + order.form +
+                              "\"; --list names what there is");
 }
 
 std::vector<RecordedSample> readRecording(const std::filesystem::path& path) {
@@ -161,8 +181,10 @@ std::vector<RecordedSample> readRecording(const std::filesystem::path& path) {
     std::istringstream row(line);
     RecordedSample one{};
     char first = 0, second = 0;
-    if (!(row >> one.time >> first >> one.current >> second >> one.voltage) || first != ',' || second != ',')
-      throw std::invalid_argument(path.string() + ":" + std::to_string(number) + ": \"" + line + "\", expected three numbers");
+    if (!(row >> one.time >> first >> one.current >> second >> one.voltage) || first != ',' ||
+        second != ',')
+      throw std::invalid_argument(path.string() + ":" + std::to_string(number) + ": \"" + line +
+                                  "\", expected three numbers");
     samples.push_back(one);
   }
   return samples;

@@ -11,7 +11,7 @@ namespace battery_sof_reference {
 
 /// A law to put into a recording that was measured, and the base circuit that its law reads.
 struct BesideOrder {
-  std::string mechanism, form;                    ///< of outOfModelKinds()' other forms
+  std::string mechanism, form;                 ///< of outOfModelKinds()' other forms
   std::uint64_t seed = 1;                      ///< of the law's constants
   double strength = 1.0;                       ///< s, finite
   double r_discharge = 5e-3, r_charge = 7e-3;  ///< [Ohm], > 0
@@ -34,7 +34,8 @@ constexpr double kLongestBeside = 10800.0;
  * @throws std::invalid_argument for fewer than three samples, a form that does not exist, a
  * strength that is not finite, or an instrument beside a recording longer than kLongestBeside.
  */
-std::vector<RecordedSample> besideRecording(const std::vector<RecordedSample>& measured, const BesideOrder& order);
+std::vector<RecordedSample> besideRecording(const std::vector<RecordedSample>& measured,
+                                            const BesideOrder& order);
 
 /**
  * @brief Reads a recording under the header time_s,current_a,voltage_v; columns behind are left.

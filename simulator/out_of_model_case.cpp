@@ -11,14 +11,15 @@
 namespace battery_sof_reference {
 namespace {
 
-constexpr std::uint32_t kOrderStream = 20, kBaseStream = 21, kDriveStream = 22, kForceStream = 23, kRecorderStream = 24,
-                        kVoltageStream = 25, kCurrentStream = 26;
+constexpr std::uint32_t kOrderStream = 20, kBaseStream = 21, kDriveStream = 22, kForceStream = 23,
+                        kRecorderStream = 24, kVoltageStream = 25, kCurrentStream = 26;
 constexpr std::uint64_t kNextAttempt = 0x9E3779B97F4A7C15u;  // golden ratio: seeds far apart
 constexpr int kMaxAttempts = 20, kMaxSteps = 6, kMaxRecorders = 12;
 constexpr double kStep = OutOfModelBattery::kStep;
-constexpr double kNear = 0.2;                           // relative, of the visible RMS wanted
-constexpr Range kStrength{0.03, 4.0};                   // beyond, a form's constants would be absurd
-constexpr double kMaxVisible = 80e-3;                  // [V]
+constexpr double kNear = 0.2;  // relative, of the visible RMS wanted
+// beyond, a form's constants would be absurd
+constexpr Range kStrength{0.03, 4.0};
+constexpr double kMaxVisible = 80e-3;                   // [V]
 constexpr double kHoldoutShare = 0.4;                   // of the training part's visible RMS
 constexpr double kShortest = 120.0, kLongest = 7200.0;  // [s]
 constexpr double kReferenceSoc = 0.8;                   // of BatteryParameters::u0_v
@@ -33,7 +34,8 @@ auto chosen(const Choices& choices, Dice& dice) {
 std::vector<std::string> mechanismsOf(const std::vector<OutOfModelKind>& kinds) {
   std::vector<std::string> mechanisms;
   for (const OutOfModelKind& one : kinds)
-    if (one.kind == "other_form" && (mechanisms.empty() || mechanisms.back() != one.mechanism)) mechanisms.push_back(one.mechanism);
+    if (one.kind == "other_form" && (mechanisms.empty() || mechanisms.back() != one.mechanism))
+      mechanisms.push_back(one.mechanism);
   return mechanisms;
 }
 
@@ -49,15 +51,18 @@ std::vector<OutOfModelKind> fitting(const OutOfModelOrder& order) {
 
 void requireSound(const OutOfModelOrder& order) {
   if (fitting(order).empty())
-    throw std::invalid_argument("nothing is \"" + order.kind + " " + order.mechanism + " " + order.form + "\"; --list names what there is");
+    throw std::invalid_argument("nothing is \"" + order.kind + " " + order.mechanism + " " +
+                                order.form + "\"; --list names what there is");
   if (!std::isfinite(order.scale) || order.scale < 0.0)
     throw std::invalid_argument("scale is " + std::to_string(order.scale) + ", expected 0 or more");
   if (order.duration && !(*order.duration >= kShortest && *order.duration <= kLongest))
-    throw std::invalid_argument("duration is " + std::to_string(*order.duration) + " s, expected 120 to 7200");
+    throw std::invalid_argument("duration is " + std::to_string(*order.duration) +
+                                " s, expected 120 to 7200");
   if (!order.rate) return;
   const double ratio = 1.0 / (kStep * *order.rate);
   if (!(ratio >= 1.0 && ratio <= 1000.0) || std::abs(ratio - std::round(ratio)) > 1e-9)
-    throw std::invalid_argument("rate is " + std::to_string(*order.rate) + " Hz, expected 1000 over a whole number, 1 to 1000");
+    throw std::invalid_argument("rate is " + std::to_string(*order.rate) +
+                                " Hz, expected 1000 over a whole number, 1 to 1000");
 }
 
 /// What the order leaves open, chosen mechanism first so that each mechanism is as likely.
@@ -67,7 +72,8 @@ OutOfModelOrder filledIn(OutOfModelOrder order, Dice& dice) {
   const std::string drive = chosen(outOfModelDrives(), dice);
   if (order.mechanism.empty() && order.form.empty() && order.kind == "other_form") {
     const auto mechanisms = mechanismsOf(outOfModelKinds());
-    order.mechanism = mechanisms[static_cast<std::size_t>(mechanism * static_cast<double>(mechanisms.size()))];
+    order.mechanism =
+        mechanisms[static_cast<std::size_t>(mechanism * static_cast<double>(mechanisms.size()))];
   }
   const OutOfModelKind kind = chosen(fitting(order), dice);
   order.mechanism = kind.mechanism;
@@ -105,7 +111,8 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(at)];
 }
 
-Circumstances circumstancesOf(const Scenario& scenario, double rate, const std::vector<double>& current) {
+Circumstances circumstancesOf(const Scenario& scenario, double rate,
+                              const std::vector<double>& current) {
   const auto per_sample = static_cast<std::size_t>(std::lround(0.1 / kStep));
   const BaseAnswer base = baseAnswer(scenario, current, per_sample);
   std::vector<double> charging;
@@ -119,7 +126,8 @@ Circumstances circumstancesOf(const Scenario& scenario, double rate, const std::
     c.throughput_as += kStep * std::abs(current[n]);
     c.lowest_as = std::min(c.lowest_as, charge);
     c.highest_as = std::max(c.highest_as, charge);
-    if (n % per_sample == 0 && current[n] > 1.0) charging.push_back(scenario.battery.u0_v + base.u2[n / per_sample]);
+    if (n % per_sample == 0 && current[n] > 1.0)
+      charging.push_back(scenario.battery.u0_v + base.u2[n / per_sample]);
   }
   c.onset_low_v = quantile(charging, 0.4);
   c.onset_high_v = quantile(charging, 0.75);
@@ -144,7 +152,8 @@ OutOfModel drawOutOfModel(const OutOfModelOrder& order, const Circumstances& dri
     return out_of_model;
   }
   for (const auto& form : outOfModelForms())
-    if (form.mechanism == order.mechanism && form.id == order.form) out_of_model.force = form.draw(dice, drive);
+    if (form.mechanism == order.mechanism && form.id == order.form)
+      out_of_model.force = form.draw(dice, drive);
   return out_of_model;
 }
 
@@ -157,7 +166,8 @@ std::vector<RecordedSample> sampled(const Course& course, std::size_t per_sample
 }
 
 /// How far samples lie from the base circuit under the current they show.
-ErrorSize sizeOf(const Scenario& scenario, const std::vector<RecordedSample>& samples, std::size_t per_sample) {
+ErrorSize sizeOf(const Scenario& scenario, const std::vector<RecordedSample>& samples,
+                 std::size_t per_sample) {
   std::vector<double> current((samples.size() - 1) * per_sample + 1), error;
   for (std::size_t n = 0; n < current.size(); ++n) {
     const std::size_t k = n / per_sample, next = std::min(k + 1, samples.size() - 1);
@@ -165,7 +175,8 @@ ErrorSize sizeOf(const Scenario& scenario, const std::vector<RecordedSample>& sa
     current[n] = samples[k].current + share * (samples[next].current - samples[k].current);
   }
   const BaseAnswer base = baseAnswer(scenario, current, per_sample);
-  for (std::size_t k = 0; k < samples.size(); ++k) error.push_back(samples[k].voltage - base.voltage[k]);
+  for (std::size_t k = 0; k < samples.size(); ++k)
+    error.push_back(samples[k].voltage - base.voltage[k]);
   return errorSize(error, base);
 }
 
@@ -175,14 +186,18 @@ void setSize(OutOfModelCase& one, const ErrorSize& size) {
   one.crank_v = size.crank_v;
 }
 
-std::size_t perSample(const OutOfModelOrder& order) { return static_cast<std::size_t>(std::lround(1.0 / (kStep * *order.rate))); }
+std::size_t perSample(const OutOfModelOrder& order) {
+  return static_cast<std::size_t>(std::lround(1.0 / (kStep * *order.rate)));
+}
 
 /// Clean samples at a strength: source, limit and force together, then linear between samples.
-std::vector<RecordedSample> cleanSamples(const OutOfModelCase& one, const OutOfModel& out_of_model, double strength) {
+std::vector<RecordedSample> cleanSamples(const OutOfModelCase& one, const OutOfModel& out_of_model,
+                                         double strength) {
   const std::size_t per_sample = perSample(one.order);
   const OutOfModelVoltage* force = out_of_model.force.get();
   const Course driven = drivenCourse(one.scenario, force, strength);
-  Course course = controlledCourse(one.scenario, force, strength, linearBetweenSamples(driven.current, per_sample));
+  Course course = controlledCourse(one.scenario, force, strength,
+                                   linearBetweenSamples(driven.current, per_sample));
   if (out_of_model.instrument) course = out_of_model.instrument->shown(course, strength);
   std::vector<RecordedSample> samples = sampled(course, per_sample);
   while (samples.back().time > one.scenario.duration - 0.5 * kStep) samples.pop_back();
@@ -190,7 +205,8 @@ std::vector<RecordedSample> cleanSamples(const OutOfModelCase& one, const OutOfM
 }
 
 /// Searches the strength whose visible RMS is wanted; whether what it came to will do.
-bool findStrength(OutOfModelCase& one, const OutOfModel& out_of_model, double wanted, double least) {
+bool findStrength(OutOfModelCase& one, const OutOfModel& out_of_model, double wanted,
+                  double least) {
   double strength = 1.0;
   for (int step = 0; step < kMaxSteps; ++step) {
     one.samples = cleanSamples(one, out_of_model, strength);
@@ -198,7 +214,8 @@ bool findStrength(OutOfModelCase& one, const OutOfModel& out_of_model, double wa
     one.strength = strength;
     setSize(one, size);
     const double ratio = wanted / std::max(size.visible.training, 1e-9);
-    const double next = std::clamp(strength * std::clamp(ratio, 0.1, 10.0), kStrength.low, out_of_model.max_strength);
+    const double next = std::clamp(strength * std::clamp(ratio, 0.1, 10.0), kStrength.low,
+                                   out_of_model.max_strength);
     if (std::abs(ratio - 1.0) < kNear || next == strength) break;
     strength = next;
   }
@@ -206,7 +223,9 @@ bool findStrength(OutOfModelCase& one, const OutOfModel& out_of_model, double wa
          one.visible.holdout >= kHoldoutShare * one.visible.training;
 }
 
-double rounded(double value, double step) { return step > 0.0 ? step * std::round(value / step) : value; }
+double rounded(double value, double step) {
+  return step > 0.0 ? step * std::round(value / step) : value;
+}
 
 void addNoise(OutOfModelCase& one) {
   const double interval = 1.0 / *one.order.rate;
@@ -233,10 +252,12 @@ bool seenThrough(OutOfModelCase& one, const ImperfectRecorder& recorder, const C
     return samples;
   };
   const ErrorSize left = sizeOf(one.scenario, seen(false, false), per_sample);
-  if (left.visible.training > kMaxImperfection || left.crank_v > kMaxCrankImperfection) return false;
+  if (left.visible.training > kMaxImperfection || left.crank_v > kMaxCrankImperfection)
+    return false;
   const double all = sizeOf(one.scenario, seen(false, true), per_sample).visible.training;
   setSize(one, left);
-  one.steps_rms_v = std::sqrt(std::max(0.0, all * all - left.visible.training * left.visible.training));
+  one.steps_rms_v =
+      std::sqrt(std::max(0.0, all * all - left.visible.training * left.visible.training));
   one.samples = seen(true, true);
   one.voltage_noise = recorder.voltage.noise;
   one.current_noise = recorder.current.noise;
@@ -248,9 +269,11 @@ bool seenThrough(OutOfModelCase& one, const ImperfectRecorder& recorder, const C
 
 bool makeImperfectNull(OutOfModelCase& one, Dice& dice) {
   const Course driven = drivenCourse(one.scenario, nullptr, 0.0);
-  const Course truth = controlledCourse(one.scenario, nullptr, 0.0, linearBetweenSamples(driven.current, perSample(one.order)));
+  const Course truth = controlledCourse(one.scenario, nullptr, 0.0,
+                                        linearBetweenSamples(driven.current, perSample(one.order)));
   for (int draw = 0; draw < kMaxRecorders; ++draw)
-    if (seenThrough(one, drawRecorder(*one.order.rate, one.scenario.duration, dice), truth)) return true;
+    if (seenThrough(one, drawRecorder(*one.order.rate, one.scenario.duration, dice), truth))
+      return true;
   return false;
 }
 
@@ -262,7 +285,8 @@ bool makeOtherForm(OutOfModelCase& one, Dice& force, Dice& dice) {
   const double least = std::max(kVisible.low, kMinOverNoise * one.voltage_noise.white);
   const double wanted = logBetween(dice, {1.2 * least, kVisible.high});
   const Course driven = drivenCourse(one.scenario, nullptr, 0.0);
-  const OutOfModel out_of_model = drawOutOfModel(one.order, circumstancesOf(one.scenario, *one.order.rate, driven.current), force);
+  const OutOfModel out_of_model = drawOutOfModel(
+      one.order, circumstancesOf(one.scenario, *one.order.rate, driven.current), force);
   if (!findStrength(one, out_of_model, wanted, least)) return false;
   if (one.order.scale != 1.0) {
     one.strength *= one.order.scale;
@@ -275,7 +299,8 @@ bool makeOtherForm(OutOfModelCase& one, Dice& force, Dice& dice) {
 }
 
 bool make(OutOfModelCase& one, std::uint64_t seed) {
-  Dice base(seed, kBaseStream), drive(seed, kDriveStream), force(seed, kForceStream), recorder(seed, kRecorderStream);
+  Dice base(seed, kBaseStream), drive(seed, kDriveStream), force(seed, kForceStream),
+      recorder(seed, kRecorderStream);
   one.scenario = drawScenario(one.order, seed, base);
   drawOutOfModelDrive(one.scenario, one.order.drive, one.order.mechanism, drive);
   if (one.order.kind == "other_form") return makeOtherForm(one, force, recorder);
@@ -285,7 +310,8 @@ bool make(OutOfModelCase& one, std::uint64_t seed) {
 }
 
 double rms(const Eigen::VectorXd& values) {
-  return values.size() > 0 ? std::sqrt(values.squaredNorm() / static_cast<double>(values.size())) : 0.0;
+  return values.size() > 0 ? std::sqrt(values.squaredNorm() / static_cast<double>(values.size()))
+                           : 0.0;
 }
 
 SplitRms split(const Eigen::VectorXd& values, Eigen::Index training) {
@@ -318,16 +344,21 @@ ErrorSize errorSize(const std::vector<double>& error, const BaseAnswer& base) {
   const Eigen::VectorXd e = Eigen::Map<const Eigen::VectorXd>(error.data(), count);
   Eigen::MatrixXd columns(count, 6);
   for (Eigen::Index n = 0; n < count; ++n)
-    for (Eigen::Index k = 0; k < 6; ++k) columns(n, k) = base.columns[static_cast<std::size_t>(n)][static_cast<std::size_t>(k)];
-  const Eigen::VectorXd moved = columns.topRows(training).colPivHouseholderQr().solve(e.head(training));
+    for (Eigen::Index k = 0; k < 6; ++k)
+      columns(n, k) = base.columns[static_cast<std::size_t>(n)][static_cast<std::size_t>(k)];
+  const Eigen::VectorXd moved =
+      columns.topRows(training).colPivHouseholderQr().solve(e.head(training));
   const double mean = e.head(training).mean();
-  return {split(e.array() - mean, training), split(e - columns * moved, training), crankShift(error, base)};
+  return {split(e.array() - mean, training), split(e - columns * moved, training),
+          crankShift(error, base)};
 }
 
 std::vector<OutOfModelKind> outOfModelKinds() {
   std::vector<OutOfModelKind> kinds{{"null", "-", "-"}, {"imperfect_null", "-", "-"}};
-  for (const auto& form : outOfModelForms()) kinds.push_back({"other_form", form.mechanism, form.id});
-  for (const auto& form : outOfModelInstrumentForms()) kinds.push_back({"other_form", kInstrument, form.id});
+  for (const auto& form : outOfModelForms())
+    kinds.push_back({"other_form", form.mechanism, form.id});
+  for (const auto& form : outOfModelInstrumentForms())
+    kinds.push_back({"other_form", kInstrument, form.id});
   return kinds;
 }
 
@@ -340,7 +371,8 @@ OutOfModelCase drawOutOfModelCase(const OutOfModelOrder& order) {
     const auto times = static_cast<std::uint64_t>(one.attempt);
     if (make(one, order.seed + times * kNextAttempt)) return one;
   }
-  throw NoSolution("no draw of " + one.order.kind + " " + one.order.mechanism + " " + one.order.form + " could be used");
+  throw NoSolution("no draw of " + one.order.kind + " " + one.order.mechanism + " " +
+                   one.order.form + " could be used");
 }
 
 }  // namespace battery_sof_reference

@@ -14,7 +14,7 @@ namespace battery_sof_reference {
 /// What to draw. Empty or missing: the seed chooses.
 struct OutOfModelOrder {
   std::string kind = "other_form";  ///< null, imperfect_null, other_form
-  std::string mechanism, form;         ///< of other_form
+  std::string mechanism, form;      ///< of other_form
   std::string drive;                ///< of outOfModelDrives()
   std::optional<double> duration;   ///< [s], 120 to 7200; drawn: 600 to 3600
   std::optional<double> rate;       ///< [Hz], 1000 over a whole number; drawn: 1, 10 or 100
@@ -30,10 +30,11 @@ struct SplitRms {
 /// A recording and what is true of it.
 struct OutOfModelCase {
   OutOfModelOrder order;  ///< with everything filled in
-  Scenario scenario;    ///< base circuit, drive, limit
+  Scenario scenario;      ///< base circuit, drive, limit
   std::vector<RecordedSample> samples;
-  double strength = 0.0;     ///< of the form, scale included
-  SplitRms effect;           ///< recorded less base circuit under the recorded current, about its mean
+  double strength = 0.0;  ///< of the form, scale included
+  /// recorded less base circuit under the recorded current, about its mean
+  SplitRms effect;
   SplitRms visible;          ///< the same, less what other base parameters would follow
   double crank_v = 0.0;      ///< most that a crank's minimum is off the base circuit's [V]
   double steps_rms_v = 0.0;  ///< imperfect_null: the voltage's steps and converter nonlinearity
@@ -80,7 +81,8 @@ std::vector<OutOfModelKind> outOfModelKinds();
  */
 struct ErrorSize {
   SplitRms plain, visible;
-  double crank_v = 0.0;  ///< most that a crank's minimum moves (below -100 A), parameters as they are
+  /// most that a crank's minimum moves (below -100 A), parameters as they are
+  double crank_v = 0.0;
 };
 ErrorSize errorSize(const std::vector<double>& error, const BaseAnswer& base);
 

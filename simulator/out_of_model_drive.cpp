@@ -74,7 +74,9 @@ class Bookkeeper {
     phases_.push_back(phase);
   }
   /// @return 1 to charge, -1 to discharge: by chance, surely towards the start at the room's end.
-  double leaning(Dice& dice) const { return dice.share() < 0.5 + 0.5 * charge_ / room_ ? -1.0 : 1.0; }
+  double leaning(Dice& dice) const {
+    return dice.share() < 0.5 + 0.5 * charge_ / room_ ? -1.0 : 1.0;
+  }
   double charge() const { return charge_; }
   double roomAbove() const { return room_ - charge_; }  ///< [Ah]
   ListedPhases phases() const { return {phases_}; }
@@ -93,7 +95,8 @@ ProfileOptions benchOf(double duration, Dice& dice) {
     const double current = std::round(largest * dice.between({0.1, 1.0}));
     book.add(steady(logBetween(dice, {1.0, longest}), book.leaning(dice) * current));
     if (dice.share() < 0.7) book.add(rest(logBetween(dice, {2.0, 60.0})));
-    if (dice.share() < 0.1) book.add(steady(dice.between({0.5, 2.0}), -dice.between({120.0, 250.0})));
+    if (dice.share() < 0.1)
+      book.add(steady(dice.between({0.5, 2.0}), -dice.between({120.0, 250.0})));
   }
   return book.phases();
 }
@@ -107,21 +110,28 @@ ProfileOptions motorwayOf(double duration, Dice& dice) {
   while (book.open()) {
     const double begin = dice.between({0.3, 1.0}) * strong;
     const double room = std::max(8.0, book.roomAbove() * kSecondsPerHour / begin);
-    book.add({std::min(room, logBetween(dice, {15.0, 150.0})), begin, begin * dice.between({0.4, 1.0})});
-    book.add(steady(logBetween(dice, {8.0, 40.0}) * (book.charge() > 0.0 ? 1.5 : 0.5), -dice.between({10.0, 55.0})));
+    book.add(
+        {std::min(room, logBetween(dice, {15.0, 150.0})), begin, begin * dice.between({0.4, 1.0})});
+    book.add(steady(logBetween(dice, {8.0, 40.0}) * (book.charge() > 0.0 ? 1.5 : 0.5),
+                    -dice.between({10.0, 55.0})));
     if (dice.share() < 0.25) book.add(rest(dice.between({3.0, 30.0})));
   }
   return book.phases();
 }
 
 /// Plays phases at shares of the drive that are even but for some chance.
-void insertEvenly(Scenario& s, int count, Dice& dice, const std::function<std::vector<Phase>()>& phases) {
-  for (int k = 0; k < count; ++k) s.inserts.push_back({s.duration * (k + dice.between({0.2, 0.8})) / count, phases()});
-  std::stable_sort(s.inserts.begin(), s.inserts.end(), [](const Insert& a, const Insert& b) { return a.at < b.at; });
+void insertEvenly(Scenario& s, int count, Dice& dice,
+                  const std::function<std::vector<Phase>()>& phases) {
+  for (int k = 0; k < count; ++k)
+    s.inserts.push_back({s.duration * (k + dice.between({0.2, 0.8})) / count, phases()});
+  std::stable_sort(s.inserts.begin(), s.inserts.end(),
+                   [](const Insert& a, const Insert& b) { return a.at < b.at; });
 }
 
 /// How often something of a length [s] comes, all together at most a share of the drive.
-int timesIn(const Scenario& s, double length, double share) { return std::max(3, static_cast<int>(share * s.duration / length)); }
+int timesIn(const Scenario& s, double length, double share) {
+  return std::max(3, static_cast<int>(share * s.duration / length));
+}
 
 void exerciseAcceptance(Scenario& s, Dice& dice) {
   insertEvenly(s, timesIn(s, 120.0, 0.4), dice, [&]() -> std::vector<Phase> {
@@ -137,14 +147,17 @@ void exerciseSideReactions(Scenario& s, Dice& dice) {
   insertEvenly(s, timesIn(s, 160.0, 0.6), dice, [&]() -> std::vector<Phase> {
     const double length = dice.between({40.0, 110.0}), current = dice.between({15.0, 45.0});
     return {steady(length, current), rest(dice.between({2.0, 20.0})),
-            swing(-current * length / kSecondsPerHour * dice.between({0.8, 1.0}), dice.between({40.0, 80.0}))};
+            swing(-current * length / kSecondsPerHour * dice.between({0.8, 1.0}),
+                  dice.between({40.0, 80.0}))};
   });
 }
 
 void exerciseAcid(Scenario& s, Dice& dice) {
   insertEvenly(s, timesIn(s, 130.0, 0.5), dice, [&]() -> std::vector<Phase> {
-    std::vector<Phase> phases{swing(signOf(dice) * dice.between({0.3, 0.7}), dice.between({30.0, 60.0}))};
-    if (dice.share() < 0.5) phases.push_back(steady(dice.between({10.0, 30.0}), -dice.between({70.0, 120.0})));
+    std::vector<Phase> phases{
+        swing(signOf(dice) * dice.between({0.3, 0.7}), dice.between({30.0, 60.0}))};
+    if (dice.share() < 0.5)
+      phases.push_back(steady(dice.between({10.0, 30.0}), -dice.between({70.0, 120.0})));
     if (dice.share() < 0.5) appendCrank(phases, dice);
     phases.push_back(rest(dice.between({30.0, 90.0})));
     return phases;
@@ -156,14 +169,16 @@ void exerciseOpenCircuit(Scenario& s, Dice& dice) {
   double sign = signOf(dice);
   insertEvenly(s, timesIn(s, 130.0, 0.6), dice, [&]() -> std::vector<Phase> {
     sign = -sign;
-    return {swing(sign * dice.between({0.5, 1.2}), dice.between({35.0, 60.0})), rest(dice.between({5.0, 40.0}))};
+    return {swing(sign * dice.between({0.5, 1.2}), dice.between({35.0, 60.0})),
+            rest(dice.between({5.0, 40.0}))};
   });
 }
 
 void exerciseStructure(Scenario& s, Dice& dice) {
   insertEvenly(s, timesIn(s, 80.0, 0.3), dice, [&]() -> std::vector<Phase> {
     const double sign = signOf(dice);
-    return {steady(dice.between({3.0, 20.0}), sign * dice.between({30.0, 90.0})), rest(dice.between({5.0, 40.0})),
+    return {steady(dice.between({3.0, 20.0}), sign * dice.between({30.0, 90.0})),
+            rest(dice.between({5.0, 40.0})),
             steady(dice.between({3.0, 20.0}), -sign * dice.between({30.0, 90.0}))};
   });
 }
@@ -180,15 +195,20 @@ void exerciseAgeing(Scenario& s, Dice& dice) {
 /// Small currents, rests and steps.
 void exerciseInstrument(Scenario& s, Dice& dice) {
   insertEvenly(s, timesIn(s, 60.0, 0.4), dice, [&]() -> std::vector<Phase> {
-    return {steady(dice.between({5.0, 30.0}), signOf(dice) * logBetween(dice, {0.5, 5.0})), rest(dice.between({5.0, 30.0})),
+    return {steady(dice.between({5.0, 30.0}), signOf(dice) * logBetween(dice, {0.5, 5.0})),
+            rest(dice.between({5.0, 30.0})),
             steady(dice.between({2.0, 6.0}), signOf(dice) * dice.between({40.0, 90.0}))};
   });
 }
 
 void exerciseMechanism(Scenario& s, const std::string& mechanism, Dice& dice) {
   const std::map<std::string, void (*)(Scenario&, Dice&)> needs{
-      {"acceptance", exerciseAcceptance},    {"side_reactions", exerciseSideReactions}, {"acid", exerciseAcid},
-      {"open_circuit", exerciseOpenCircuit}, {"structure", exerciseStructure},          {"ageing", exerciseAgeing},
+      {"acceptance", exerciseAcceptance},
+      {"side_reactions", exerciseSideReactions},
+      {"acid", exerciseAcid},
+      {"open_circuit", exerciseOpenCircuit},
+      {"structure", exerciseStructure},
+      {"ageing", exerciseAgeing},
       {"instrument", exerciseInstrument}};
   const auto need = needs.find(mechanism);
   if (need != needs.end()) need->second(s, dice);
@@ -201,7 +221,8 @@ const std::vector<std::string>& outOfModelDrives() {
   return all;
 }
 
-void drawOutOfModelDrive(Scenario& s, const std::string& kind, const std::string& mechanism, Dice& dice) {
+void drawOutOfModelDrive(Scenario& s, const std::string& kind, const std::string& mechanism,
+                         Dice& dice) {
   s.voltage_limit = dice.between({13.8, 14.8});
   if (kind == "city")
     s.profile = cityOf(dice);

@@ -20,6 +20,7 @@ const std::vector<std::string>& outOfModelDrives();
  * @param scenario its duration is set.  @param mechanism a label's; "" adds nothing to the kind.
  * @throws std::invalid_argument for an unknown kind.
  */
-void drawOutOfModelDrive(Scenario& scenario, const std::string& kind, const std::string& mechanism, Dice& dice);
+void drawOutOfModelDrive(Scenario& scenario, const std::string& kind, const std::string& mechanism,
+                         Dice& dice);
 
 }  // namespace battery_sof_reference

@@ -75,7 +75,9 @@ std::vector<OutOfModelForm> ageingForms();
 const std::vector<OutOfModelForm>& outOfModelForms();
 
 /// A number of a range of positive ends, uniform in its logarithm.
-inline double logBetween(Dice& dice, const Range& range) { return range.low * std::pow(range.high / range.low, dice.share()); }
+inline double logBetween(Dice& dice, const Range& range) {
+  return range.low * std::pow(range.high / range.low, dice.share());
+}
 
 /// 0 below 0, 1 above 1, between them 3x^2 - 2x^3: a threshold without a kink.
 inline double smoothStep(double x) {
@@ -90,7 +92,9 @@ inline double saturated(double x) { return x / (1.0 + x); }
 template <typename Law>
 OutOfModelForm formOf(const std::string& mechanism, const std::string& id) {
   return {mechanism, id,
-          [](Dice& dice, const Circumstances& drive) -> std::unique_ptr<OutOfModelVoltage> { return std::make_unique<Law>(dice, drive); }};
+          [](Dice& dice, const Circumstances& drive) -> std::unique_ptr<OutOfModelVoltage> {
+            return std::make_unique<Law>(dice, drive);
+          }};
 }
 
 }  // namespace battery_sof_reference

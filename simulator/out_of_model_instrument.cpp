@@ -91,7 +91,8 @@ class ClockDrift : public OutOfModelInstrument {
     if (strength == 0.0) return course;
     for (std::size_t n = 0; n < truth.voltage.size(); ++n) {
       const double time = static_cast<double>(n) * kStep;
-      const double delay = reach_ * (time / length_ + 0.2 * std::sin(2.0 * kPi * time / random_walk_));
+      const double delay =
+          reach_ * (time / length_ + 0.2 * std::sin(2.0 * kPi * time / random_walk_));
       course.voltage[n] = at(truth.voltage, static_cast<double>(n) - strength * delay / kStep);
     }
     return course;
@@ -111,7 +112,8 @@ class ClockDrift : public OutOfModelInstrument {
 class RingingChannel : public OutOfModelInstrument {
  public:
   RingingChannel(Dice& dice, const Circumstances& drive)
-      : period_(std::max(0.06, dice.between({4.0, 10.0}) / drive.sample_rate_hz)), damping_(dice.between({0.15, 0.4})) {}
+      : period_(std::max(0.06, dice.between({4.0, 10.0}) / drive.sample_rate_hz)),
+        damping_(dice.between({0.15, 0.4})) {}
 
   Course shown(const Course& truth, double strength) const override {
     Course course = truth;
@@ -140,7 +142,9 @@ class RingingChannel : public OutOfModelInstrument {
 class ThermostatLoad : public OutOfModelInstrument {
  public:
   ThermostatLoad(Dice& dice, const Circumstances& drive)
-      : period_(std::min(dice.between({40.0, 200.0}), drive.duration / 8.0)), on_(dice.between({0.3, 0.7})), phase_(dice.share()) {}
+      : period_(std::min(dice.between({40.0, 200.0}), drive.duration / 8.0)),
+        on_(dice.between({0.3, 0.7})),
+        phase_(dice.share()) {}
 
   Course shown(const Course& truth, double strength) const override {
     Course course = truth;
@@ -160,15 +164,19 @@ class ThermostatLoad : public OutOfModelInstrument {
 template <typename Law>
 OutOfModelInstrumentForm instrumentOf(const std::string& id, double max_strength) {
   return {id, max_strength,
-          [](Dice& dice, const Circumstances& drive) -> std::unique_ptr<OutOfModelInstrument> { return std::make_unique<Law>(dice, drive); }};
+          [](Dice& dice, const Circumstances& drive) -> std::unique_ptr<OutOfModelInstrument> {
+            return std::make_unique<Law>(dice, drive);
+          }};
 }
 
 }  // namespace
 
 const std::vector<OutOfModelInstrumentForm>& outOfModelInstrumentForms() {
   static const std::vector<OutOfModelInstrumentForm> all{
-      instrumentOf<DeadBand>("dead_band", 2.0), instrumentOf<Remanence>("remanence", 4.0), instrumentOf<ClockDrift>("clock_drift", 4.0),
-      instrumentOf<RingingChannel>("ringing_channel", 1.0), instrumentOf<ThermostatLoad>("thermostat_load", 4.0)};
+      instrumentOf<DeadBand>("dead_band", 2.0), instrumentOf<Remanence>("remanence", 4.0),
+      instrumentOf<ClockDrift>("clock_drift", 4.0),
+      instrumentOf<RingingChannel>("ringing_channel", 1.0),
+      instrumentOf<ThermostatLoad>("thermostat_load", 4.0)};
   return all;
 }
 

@@ -37,8 +37,9 @@ Json channelOf(const ImperfectChannel& c) {
 Json recorderOf(const OutOfModelCase& one) {
   if (!one.recorder) return nullptr;
   const ImperfectRecorder& r = *one.recorder;
-  return {{"voltage", channelOf(r.voltage)}, {"current", channelOf(r.current)}, {"jitter_share", r.jitter_share},
-          {"ripple_hz", r.ripple_hz},        {"smooth_rms_v", r.smooth_rms_v},  {"steps_rms_v", one.steps_rms_v}};
+  return {{"voltage", channelOf(r.voltage)}, {"current", channelOf(r.current)},
+          {"jitter_share", r.jitter_share},  {"ripple_hz", r.ripple_hz},
+          {"smooth_rms_v", r.smooth_rms_v},  {"steps_rms_v", one.steps_rms_v}};
 }
 
 }  // namespace

@@ -6,7 +6,9 @@ namespace {
 constexpr double kSecondsPerHour = 3600.0;
 
 /// Of the charge over a drive [As], at least what an hour's 0.1 A gives.
-double spanOf(const Circumstances& drive) { return std::max(360.0, drive.highest_as - drive.lowest_as); }
+double spanOf(const Circumstances& drive) {
+  return std::max(360.0, drive.highest_as - drive.lowest_as);
+}
 
 /**
  * An open-circuit voltage of charge with a bend that no straight line or parabola follows.
@@ -24,7 +26,9 @@ class BentEmf : public OutOfModelVoltage {
         power_(dice.share() < 0.5 ? dice.between({0.45, 0.7}) : dice.between({1.6, 2.2})) {}
 
   State advance(const State& x, const OutOfModelInstant&) const override { return x; }
-  double voltage(const State&, const OutOfModelInstant& now) const override { return 0.06 * (bend(now.charge) - bend(0.0)); }
+  double voltage(const State&, const OutOfModelInstant& now) const override {
+    return 0.06 * (bend(now.charge) - bend(0.0));
+  }
 
  private:
   double bend(double charge) const {
@@ -46,12 +50,14 @@ class SumOfPlays : public OutOfModelVoltage {
  public:
   SumOfPlays(Dice& dice, const Circumstances& drive) : span_(spanOf(drive)) {
     const double widest = dice.between({0.25, 0.45}) * span_;
-    for (std::size_t k = 0; k < kPlays; ++k) width_[k] = widest * std::pow(0.02, 1.0 - k / (kPlays - 1.0));
+    for (std::size_t k = 0; k < kPlays; ++k)
+      width_[k] = widest * std::pow(0.02, 1.0 - k / (kPlays - 1.0));
   }
 
   State advance(const State& x, const OutOfModelInstant& now) const override {
     State next = x;
-    for (std::size_t k = 0; k < kPlays; ++k) next[k] = std::clamp(x[k], now.charge - width_[k], now.charge + width_[k]);
+    for (std::size_t k = 0; k < kPlays; ++k)
+      next[k] = std::clamp(x[k], now.charge - width_[k], now.charge + width_[k]);
     return next;
   }
   double voltage(const State& x, const OutOfModelInstant&) const override {
@@ -88,7 +94,8 @@ class PreisachParts : public OutOfModelVoltage {
 
   State rested() const override {
     State state{};
-    for (std::size_t k = 0; k < kParts; ++k) state[k] = 0.5 * (above_[k] + below_[k]) < 0.0 ? 1 : -1;
+    for (std::size_t k = 0; k < kParts; ++k)
+      state[k] = 0.5 * (above_[k] + below_[k]) < 0.0 ? 1 : -1;
     return state;
   }
   State advance(const State& x, const OutOfModelInstant& now) const override {
@@ -133,7 +140,8 @@ class NucleationDip : public OutOfModelVoltage {
   State advance(const State& x, const OutOfModelInstant& now) const override {
     const double open = 1.0 - x[1];
     const double out = now.discharging() - now.charging() * x[0] / rise_;
-    const double ready = now.charging() * open * open / building_ - now.discharging() * x[1] * x[1] / erasing_;
+    const double ready =
+        now.charging() * open * open / building_ - now.discharging() * x[1] * x[1] / erasing_;
     return {std::max(0.0, x[0] + now.step * out), std::clamp(x[1] + now.step * ready, 0.0, 1.0)};
   }
   double voltage(const State& x, const OutOfModelInstant&) const override {
@@ -149,7 +157,8 @@ class NucleationDip : public OutOfModelVoltage {
 
 std::vector<OutOfModelForm> openCircuitForms() {
   const std::string mechanism = "open_circuit";
-  return {formOf<BentEmf>(mechanism, "bent_emf"), formOf<SumOfPlays>(mechanism, "sum_of_plays"), formOf<PreisachParts>(mechanism, "preisach_parts"),
+  return {formOf<BentEmf>(mechanism, "bent_emf"), formOf<SumOfPlays>(mechanism, "sum_of_plays"),
+          formOf<PreisachParts>(mechanism, "preisach_parts"),
           formOf<NucleationDip>(mechanism, "nucleation_dip")};
 }
 

@@ -4,12 +4,17 @@ namespace battery_sof_reference {
 namespace {
 
 constexpr double kMaxSide = 15.0;  // [A] at strength 1
-constexpr double kWindow = 0.15;    // [V] above the onset, of the order of a Tafel slope of six cells
+// [V] above the onset, of the order of a Tafel slope of six cells
+constexpr double kWindow = 0.15;
 
 /// What all forms draw: the voltage u_0 + u2 at which the reaction sets in [V].
-double onsetOf(Dice& dice, const Circumstances& drive) { return dice.between({drive.onset_low_v, drive.onset_high_v}); }
+double onsetOf(Dice& dice, const Circumstances& drive) {
+  return dice.between({drive.onset_low_v, drive.onset_high_v});
+}
 
-double above(const OutOfModelInstant& now, double onset) { return std::max(0.0, (now.u_x - onset) / kWindow); }
+double above(const OutOfModelInstant& now, double onset) {
+  return std::max(0.0, (now.u_x - onset) / kWindow);
+}
 
 /**
  * Oxygen reaches the negative plate through a separator that overcharge dries.
@@ -23,7 +28,9 @@ double above(const OutOfModelInstant& now, double onset) { return std::max(0.0, 
 class DryingSeparator : public OutOfModelVoltage {
  public:
   DryingSeparator(Dice& dice, const Circumstances& drive)
-      : onset_(onsetOf(dice, drive)), power_(dice.between({1.3, 2.5})), time_(logBetween(dice, {30.0, 200.0})) {}
+      : onset_(onsetOf(dice, drive)),
+        power_(dice.between({1.3, 2.5})),
+        time_(logBetween(dice, {30.0, 200.0})) {}
 
   State advance(const State& x, const OutOfModelInstant& now) const override {
     const double opening = std::min(1.0, above(now, onset_)) * (1.0 - x[0]);
@@ -83,7 +90,9 @@ class BubbleCover : public OutOfModelVoltage {
 class PressureRecombination : public OutOfModelVoltage {
  public:
   PressureRecombination(Dice& dice, const Circumstances& drive)
-      : onset_(onsetOf(dice, drive)), time_(logBetween(dice, {15.0, 120.0})), depth_(dice.between({0.005, 0.02})) {}
+      : onset_(onsetOf(dice, drive)),
+        time_(logBetween(dice, {15.0, 120.0})),
+        depth_(dice.between({0.005, 0.02})) {}
 
   State advance(const State& x, const OutOfModelInstant& now) const override {
     State next = x;
@@ -93,8 +102,12 @@ class PressureRecombination : public OutOfModelVoltage {
     }
     return next;
   }
-  double voltage(const State& x, const OutOfModelInstant&) const override { return -depth_ * std::sqrt(std::max(0.0, x[kVessels - 1])); }
-  double sideCurrent(const State&, const OutOfModelInstant& now) const override { return 6.0 * smoothStep(above(now, onset_)); }
+  double voltage(const State& x, const OutOfModelInstant&) const override {
+    return -depth_ * std::sqrt(std::max(0.0, x[kVessels - 1]));
+  }
+  double sideCurrent(const State&, const OutOfModelInstant& now) const override {
+    return 6.0 * smoothStep(above(now, onset_));
+  }
 
  private:
   static constexpr std::size_t kVessels = 4;
@@ -113,7 +126,9 @@ class PressureRecombination : public OutOfModelVoltage {
 class ImpurityShuttle : public OutOfModelVoltage {
  public:
   ImpurityShuttle(Dice& dice, const Circumstances& drive)
-      : onset_(onsetOf(dice, drive)), charge_(logBetween(dice, {100.0, 600.0})), time_(logBetween(dice, {20.0, 90.0})) {}
+      : onset_(onsetOf(dice, drive)),
+        charge_(logBetween(dice, {100.0, 600.0})),
+        time_(logBetween(dice, {20.0, 90.0})) {}
 
   State rested() const override { return {1.0, 1.0}; }
   State advance(const State& x, const OutOfModelInstant& now) const override {
@@ -123,7 +138,9 @@ class ImpurityShuttle : public OutOfModelVoltage {
     return {std::max(0.0, plate), acid};
   }
   double voltage(const State&, const OutOfModelInstant&) const override { return 0.0; }
-  double sideCurrent(const State& x, const OutOfModelInstant& now) const override { return 12.0 * smoothStep(above(now, onset_)) * x[0]; }
+  double sideCurrent(const State& x, const OutOfModelInstant& now) const override {
+    return 12.0 * smoothStep(above(now, onset_)) * x[0];
+  }
 
  private:
   double onset_, charge_, time_;
@@ -133,8 +150,10 @@ class ImpurityShuttle : public OutOfModelVoltage {
 
 std::vector<OutOfModelForm> sideReactionForms() {
   const std::string mechanism = "side_reactions";
-  return {formOf<DryingSeparator>(mechanism, "drying_separator"), formOf<BubbleCover>(mechanism, "bubble_cover"),
-          formOf<PressureRecombination>(mechanism, "pressure_recombination"), formOf<ImpurityShuttle>(mechanism, "impurity_shuttle")};
+  return {formOf<DryingSeparator>(mechanism, "drying_separator"),
+          formOf<BubbleCover>(mechanism, "bubble_cover"),
+          formOf<PressureRecombination>(mechanism, "pressure_recombination"),
+          formOf<ImpurityShuttle>(mechanism, "impurity_shuttle")};
 }
 
 }  // namespace battery_sof_reference

@@ -6,7 +6,9 @@ namespace battery_sof_reference {
 namespace {
 
 /// Shortest time that a recording still shows [s]: two samples, at least a twentieth of a second.
-double shortestShown(const Circumstances& drive) { return std::max(0.05, 2.0 / drive.sample_rate_hz); }
+double shortestShown(const Circumstances& drive) {
+  return std::max(0.05, 2.0 / drive.sample_rate_hz);
+}
 
 /**
  * A depressed arc: resistance beside a constant phase element, by its spread of times.
@@ -57,7 +59,8 @@ class DepressedArc : public OutOfModelVoltage {
  */
 class ConductingFilm : public OutOfModelVoltage {
  public:
-  ConductingFilm(Dice& dice, const Circumstances&) : scale_(logBetween(dice, {8.0, 60.0})), power_(dice.between({0.35, 0.6})) {}
+  ConductingFilm(Dice& dice, const Circumstances&)
+      : scale_(logBetween(dice, {8.0, 60.0})), power_(dice.between({0.35, 0.6})) {}
 
   State advance(const State& x, const OutOfModelInstant&) const override { return x; }
   double voltage(const State&, const OutOfModelInstant& now) const override {
@@ -81,7 +84,8 @@ class ConductingFilm : public OutOfModelVoltage {
 class AdsorbedSites : public OutOfModelVoltage {
  public:
   AdsorbedSites(Dice& dice, const Circumstances& drive)
-      : charge_(logBetween(dice, {30.0, 300.0})), time_(std::max(logBetween(dice, {3.0, 60.0}), 4.0 * shortestShown(drive))) {}
+      : charge_(logBetween(dice, {30.0, 300.0})),
+        time_(std::max(logBetween(dice, {3.0, 60.0}), 4.0 * shortestShown(drive))) {}
 
   State advance(const State& x, const OutOfModelInstant& now) const override {
     const double open = 1.0 - (now.current > 0.0 ? x[0] : -x[0]);
@@ -104,7 +108,8 @@ class AdsorbedSites : public OutOfModelVoltage {
 class PowerElectrode : public OutOfModelVoltage {
  public:
   PowerElectrode(Dice& dice, const Circumstances& drive)
-      : charge_(std::max(logBetween(dice, {20.0, 500.0}), 40.0 * shortestShown(drive))), power_(dice.between({1.7, 3.0})) {}
+      : charge_(std::max(logBetween(dice, {20.0, 500.0}), 40.0 * shortestShown(drive))),
+        power_(dice.between({1.7, 3.0})) {}
 
   State advance(const State& x, const OutOfModelInstant& now) const override {
     const double back = 40.0 * x[0] * std::pow(std::abs(x[0]), power_ - 1.0);
@@ -120,8 +125,10 @@ class PowerElectrode : public OutOfModelVoltage {
 
 std::vector<OutOfModelForm> structureForms() {
   const std::string mechanism = "structure";
-  return {formOf<DepressedArc>(mechanism, "depressed_arc"), formOf<ConductingFilm>(mechanism, "conducting_film"),
-          formOf<AdsorbedSites>(mechanism, "adsorbed_sites"), formOf<PowerElectrode>(mechanism, "power_electrode")};
+  return {formOf<DepressedArc>(mechanism, "depressed_arc"),
+          formOf<ConductingFilm>(mechanism, "conducting_film"),
+          formOf<AdsorbedSites>(mechanism, "adsorbed_sites"),
+          formOf<PowerElectrode>(mechanism, "power_electrode")};
 }
 
 }  // namespace battery_sof_reference

@@ -26,7 +26,9 @@ constexpr double kPotentialTolerance = 1e-10;                    // [V]
 constexpr int kMaxIterations = 100;
 
 /// Decadic logarithm of the acid's molality [mol/kg].
-Field logMolality(const Field& acid) { return (acid * kWaterVolume / ((1.0 - acid * kAcidVolume) * kWaterMass)).log() / std::log(10.0); }
+Field logMolality(const Field& acid) {
+  return (acid * kWaterVolume / ((1.0 - acid * kAcidVolume) * kWaterMass)).log() / std::log(10.0);
+}
 
 /// Bode's equilibrium potentials against hydrogen [V] (Sulzer 2019).
 Field negativeEquilibrium(const Field& acid) {
@@ -39,9 +41,13 @@ Field positiveEquilibrium(const Field& acid) {
 }
 
 /// kappa [S/m], D [m2/s], and chi (RT/F) [V] of the acid (Sulzer 2019, Chapman 1968).
-Field conductivity(const Field& acid) { return 1e-4 * acid * (6.23 - acid * (1.34e-4 + acid * 1.61e-8)).exp(); }
+Field conductivity(const Field& acid) {
+  return 1e-4 * acid * (6.23 - acid * (1.34e-4 + acid * 1.61e-8)).exp();
+}
 Field diffusivity(const Field& acid) { return 1e-9 * (1.75 + 260e-6 * acid); }
-Field thermodynamicVoltage(const Field& acid) { return 2.0 * (1.0 - kCationShare) * kThermal * (0.49 + 4.1e-4 * acid); }
+Field thermodynamicVoltage(const Field& acid) {
+  return 2.0 * (1.0 - kCationShare) * kThermal * (0.49 + 4.1e-4 * acid);
+}
 
 /// Solution of a tridiagonal system with equal off-diagonals -link(k) between k and k + 1.
 Field solveTridiagonal(const Field& link, Field diagonal, Field right) {
@@ -59,9 +65,12 @@ Field solveTridiagonal(const Field& link, Field diagonal, Field right) {
 const PorousParameters& valid(const PorousParameters& parameters, double soc, double step) {
   std::string text;
   for (const auto& fault : faultsOf(parameters)) text += fault + "; ";
-  if (!(soc >= 0.3 && soc <= 1.0)) text += "soc is " + std::to_string(soc) + ", expected 0.3 to 1; ";
-  if (!(step > 0.0 && step <= 1.0)) text += "step is " + std::to_string(step) + " s, expected above 0 to 1; ";
-  if (!text.empty()) throw std::invalid_argument("porous block: " + text.substr(0, text.size() - 2));
+  if (!(soc >= 0.3 && soc <= 1.0))
+    text += "soc is " + std::to_string(soc) + ", expected 0.3 to 1; ";
+  if (!(step > 0.0 && step <= 1.0))
+    text += "step is " + std::to_string(step) + " s, expected above 0 to 1; ";
+  if (!text.empty())
+    throw std::invalid_argument("porous block: " + text.substr(0, text.size() - 2));
   return parameters;
 }
 
@@ -70,9 +79,11 @@ const PorousParameters& valid(const PorousParameters& parameters, double soc, do
 std::vector<std::string> faultsOf(const PorousParameters& p) {
   auto faults = fieldFaults(p);
   if (!faults.empty()) return faults;
-  const double pores = p.negative_porosity * p.negative_m + p.separator_porosity * p.separator_m + p.positive_porosity * p.positive_m;
+  const double pores = p.negative_porosity * p.negative_m + p.separator_porosity * p.separator_m +
+                       p.positive_porosity * p.positive_m;
   const double needed = p.capacity_ah * kSecondsPerHour / kFaraday;
-  if (pores * p.area_m2 * p.full_acid_mol_per_m3 < needed) faults.push_back("the pores hold less acid than capacity_ah needs");
+  if (pores * p.area_m2 * p.full_acid_mol_per_m3 < needed)
+    faults.push_back("the pores hold less acid than capacity_ah needs");
   return faults;
 }
 
@@ -100,7 +111,9 @@ PorousBlock::PorousBlock(const PorousParameters& parameters, double soc, double 
 
 double PorousBlock::width(Index cell) const {
   const PorousParameters& p = parameters_;
-  const double thickness = cell < per_region_ ? p.negative_m : cell < 2 * per_region_ ? p.separator_m : p.positive_m;
+  const double thickness = cell < per_region_       ? p.negative_m
+                           : cell < 2 * per_region_ ? p.separator_m
+                                                    : p.positive_m;
   return thickness / static_cast<double>(per_region_);
 }
 
@@ -112,11 +125,14 @@ PorousState PorousBlock::rested() const {
   };
   PorousState state;
   state.porosity.resize(3 * per_region_);
-  state.porosity << Field::Constant(per_region_, porosity_after(p.negative_porosity, kNegativeExpansion, p.negative_m)),
+  state.porosity << Field::Constant(
+      per_region_, porosity_after(p.negative_porosity, kNegativeExpansion, p.negative_m)),
       Field::Constant(per_region_, p.separator_porosity),
-      Field::Constant(per_region_, porosity_after(p.positive_porosity, kPositiveExpansion, p.positive_m));
+      Field::Constant(per_region_,
+                      porosity_after(p.positive_porosity, kPositiveExpansion, p.positive_m));
   const double full = p.full_acid_mol_per_m3 * p.area_m2 *
-                      (p.negative_porosity * p.negative_m + p.separator_porosity * p.separator_m + p.positive_porosity * p.positive_m);
+                      (p.negative_porosity * p.negative_m + p.separator_porosity * p.separator_m +
+                       p.positive_porosity * p.positive_m);
   state.acid = Field::Ones(3 * per_region_);
   state.acid *= (full - used) / acid(state);
   state.negative = negativeEquilibrium(state.acid.head(per_region_));
@@ -131,8 +147,10 @@ PorousState PorousBlock::advance(const PorousState& before, double current_end) 
   const Paths links = paths(before);
   PorousState next = before;
   next.current = current_end;
-  const Reaction n = solvePotentials(negative_, setting(negative_, before, links, current_end), before, next.negative);
-  const Reaction q = solvePotentials(positive_, setting(positive_, before, links, current_end), before, next.positive);
+  const Reaction n = solvePotentials(negative_, setting(negative_, before, links, current_end),
+                                     before, next.negative);
+  const Reaction q = solvePotentials(positive_, setting(positive_, before, links, current_end),
+                                     before, next.positive);
   const double n_area = p.area_m2 * width(0), p_area = p.area_m2 * width(positive_.first);
   next.oxygen_current = p_area * q.side.sum();
   next.gas_current = -n_area * n.side.sum();
@@ -149,7 +167,9 @@ PorousState PorousBlock::advance(const PorousState& before, double current_end) 
   return next;
 }
 
-double PorousBlock::voltage(const PorousState& state) const { return kCells * state.cell_voltage + parameters_.grid_ohm * state.current; }
+double PorousBlock::voltage(const PorousState& state) const {
+  return kCells * state.cell_voltage + parameters_.grid_ohm * state.current;
+}
 
 double PorousBlock::soc(const PorousState& state) const {
   return soc_at_start_ + state.main_charge / (kSecondsPerHour * parameters_.capacity_ah);
@@ -175,11 +195,13 @@ PorousBlock::Paths PorousBlock::paths(const PorousState& state) const {
   const Index faces = state.acid.size() - 1;
   Paths paths;
   paths.conductance = between(kappa);
-  paths.driven = paths.conductance * 0.5 * (voltage.head(faces) + voltage.tail(faces)) * (logarithm.tail(faces) - logarithm.head(faces));
+  paths.driven = paths.conductance * 0.5 * (voltage.head(faces) + voltage.tail(faces)) *
+                 (logarithm.tail(faces) - logarithm.head(faces));
   return paths;
 }
 
-PorousBlock::Setting PorousBlock::setting(const Electrode& e, const PorousState& before, const Paths& paths, double current_end) const {
+PorousBlock::Setting PorousBlock::setting(const Electrode& e, const PorousState& before,
+                                          const Paths& paths, double current_end) const {
   const Field acid = before.acid.segment(e.first, per_region_);
   const Field relative = acid / parameters_.full_acid_mol_per_m3;
   Setting s;
@@ -194,7 +216,9 @@ PorousBlock::Setting PorousBlock::setting(const Electrode& e, const PorousState&
   return s;
 }
 
-PorousBlock::Reaction PorousBlock::reaction(const Electrode& e, const Setting& s, const Field& potential, const PorousState& before) const {
+PorousBlock::Reaction PorousBlock::reaction(const Electrode& e, const Setting& s,
+                                            const Field& potential,
+                                            const PorousState& before) const {
   const PorousParameters& p = parameters_;
   const Field up = s.exchange * ((potential - s.equilibrium) / kThermal).exp();
   const Field down = s.exchange.square() / up;
@@ -215,13 +239,15 @@ PorousBlock::Reaction PorousBlock::reaction(const Electrode& e, const Setting& s
   if (!p.gassing) return r;
   const double direction = e.positive ? 1.0 : -1.0;
   const double potential_there = e.positive ? p.oxygen_potential_v : p.hydrogen_potential_v;
-  const Field gas = p.gas_current_a / (p.area_m2 * e.thickness) * (direction * p.gas_slope_per_v * (potential - potential_there)).exp();
+  const Field gas = p.gas_current_a / (p.area_m2 * e.thickness) *
+                    (direction * p.gas_slope_per_v * (potential - potential_there)).exp();
   r.side += direction * gas;
   r.slope += p.gas_slope_per_v * gas;
   return r;
 }
 
-PorousBlock::Reaction PorousBlock::solvePotentials(const Electrode& e, const Setting& s, const PorousState& before,
+PorousBlock::Reaction PorousBlock::solvePotentials(const Electrode& e, const Setting& s,
+                                                   const PorousState& before,
                                                    Field& potential) const {
   const Index n = per_region_;
   const double dx = width(e.first), layer = e.surface * e.layer / step_;
@@ -237,7 +263,9 @@ PorousBlock::Reaction PorousBlock::solvePotentials(const Electrode& e, const Set
     diagonal.tail(n - 1) += s.conductance;
     // At the interface the current leaves the negative's acid and enters the positive's.
     excess[e.positive ? 0 : n - 1] -= s.inflow;
-    const Field change = solveTridiagonal(s.conductance, diagonal, excess).max(-kLongestNewtonStep).min(kLongestNewtonStep);
+    const Field change = solveTridiagonal(s.conductance, diagonal, excess)
+                             .max(-kLongestNewtonStep)
+                             .min(kLongestNewtonStep);
     potential += change;
     if (change.abs().maxCoeff() < kPotentialTolerance) return r;
   }
@@ -247,21 +275,26 @@ PorousBlock::Reaction PorousBlock::solvePotentials(const Electrode& e, const Set
 double PorousBlock::cellVoltage(const PorousState& state, const Paths& paths) const {
   const Index first = per_region_ - 1, count = per_region_ + 1;
   const double separator_current = -state.current / parameters_.area_m2;
-  const double across = ((paths.driven.segment(first, count) - separator_current) / paths.conductance.segment(first, count)).sum();
+  const double across = ((paths.driven.segment(first, count) - separator_current) /
+                         paths.conductance.segment(first, count))
+                            .sum();
   return state.positive[0] - state.negative[per_region_ - 1] + across;
 }
 
-void PorousBlock::moveAcid(const PorousState& before, const Reaction& negative, const Reaction& positive, PorousState& next) const {
+void PorousBlock::moveAcid(const PorousState& before, const Reaction& negative,
+                           const Reaction& positive, PorousState& next) const {
   const Index n = per_region_;
   Field gained = Field::Zero(3 * n);
   const auto add = [&](const Electrode& e, const Reaction& r, const Field& change) {
     const Field layer = e.surface * e.layer / step_ * change;
-    gained.segment(e.first, n) = (e.per_electron * r.main + r.side - kCationShare * (r.main + r.side + layer)) / kFaraday;
+    gained.segment(e.first, n) =
+        (e.per_electron * r.main + r.side - kCationShare * (r.main + r.side + layer)) / kFaraday;
     next.porosity.segment(e.first, n) += step_ * e.expansion * r.main / kFaraday;
   };
   add(negative_, negative, next.negative - before.negative);
   add(positive_, positive, next.positive - before.positive);
-  const Field link = between(parameters_.diffusion_factor * diffusivity(before.acid) * before.porosity * before.porosity.sqrt());
+  const Field link = between(parameters_.diffusion_factor * diffusivity(before.acid) *
+                             before.porosity * before.porosity.sqrt());
   Field held(3 * n), diagonal(3 * n);
   for (Index k = 0; k < 3 * n; ++k) {
     diagonal[k] = width(k) / step_ * next.porosity[k];

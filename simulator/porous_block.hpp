@@ -40,8 +40,9 @@ struct PorousParameters {
   double gas_slope_per_v = 19.0;        ///< of each, 0.12 V a decade [1/V]
 
   bool lead_ion = false;
-  double lead_ion_limit_a = 60.0;  ///< largest lasting charging current (docs/physics.md#charge_acceptance) [A]
-  double lead_ion_time_s = 15.0;   ///< (docs/physics.md#charge_acceptance) [s]
+  /// largest lasting charging current (docs/physics.md#charge_acceptance) [A]
+  double lead_ion_limit_a = 60.0;
+  double lead_ion_time_s = 15.0;  ///< (docs/physics.md#charge_acceptance) [s]
 
   int cells_per_region = 15;  ///< of the grid
 };
@@ -62,7 +63,8 @@ struct PorousState {
 };
 
 /**
- * @brief Porous-electrode model of a lead-acid block in one dimension (docs/physics.md#porous-electrode).
+ * @brief Porous-electrode model of a lead-acid block in one dimension
+ * (docs/physics.md#porous-electrode).
  *
  *     d(eps c)/dt = d/dx(eps^1.5 D dc/dx) - t+ di_e/dx /F + s a j/F,    s_n = 1/2, s_p = 3/2
  *     i_e = kappa eps^1.5 (chi (RT/F) dlnc/dx - dphi_e/dx)
@@ -136,11 +138,15 @@ class PorousBlock {
   double width(Eigen::Index cell) const;
   Field between(const Field& conductivity) const;
   Paths paths(const PorousState& state) const;
-  Setting setting(const Electrode& electrode, const PorousState& before, const Paths& paths, double current_end) const;
-  Reaction reaction(const Electrode& electrode, const Setting& setting, const Field& potential, const PorousState& before) const;
+  Setting setting(const Electrode& electrode, const PorousState& before, const Paths& paths,
+                  double current_end) const;
+  Reaction reaction(const Electrode& electrode, const Setting& setting, const Field& potential,
+                    const PorousState& before) const;
   /// Moves an electrode's potentials to the step's end. @return what then reacts.
-  Reaction solvePotentials(const Electrode& electrode, const Setting& setting, const PorousState& before, Field& potential) const;
-  void moveAcid(const PorousState& before, const Reaction& negative, const Reaction& positive, PorousState& next) const;
+  Reaction solvePotentials(const Electrode& electrode, const Setting& setting,
+                           const PorousState& before, Field& potential) const;
+  void moveAcid(const PorousState& before, const Reaction& negative, const Reaction& positive,
+                PorousState& next) const;
   double cellVoltage(const PorousState& state, const Paths& paths) const;
 
   PorousParameters parameters_;

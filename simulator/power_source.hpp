@@ -7,7 +7,8 @@ namespace battery_sof_reference {
 
 /// What is asked of generator and consumers over one step.
 struct Demand {
-  double current = 0.0;         ///< wanted at the step's end [A]; while charging the generator's current limit
+  /// wanted at the step's end [A]; while charging the generator's current limit
+  double current = 0.0;
   double voltage_limit = 14.2;  ///< set point of the generator [V]
 };
 
@@ -30,11 +31,14 @@ class PowerSource {
 
   /// @return the battery one step later.
   template <typename Battery>
-  typename Battery::State step(const Battery& battery, const typename Battery::State& before, const Demand& demand) const;
+  typename Battery::State step(const Battery& battery, const typename Battery::State& before,
+                               const Demand& demand) const;
 
  private:
   template <typename Battery>
-  static typename Battery::State holdVoltage(const Battery& battery, const typename Battery::State& before, double set_point,
+  static typename Battery::State holdVoltage(const Battery& battery,
+                                             const typename Battery::State& before,
+                                             double set_point,
                                              const typename Battery::State& above);
 
   static constexpr double kVoltageTolerance = 1e-6;  // [V]
@@ -47,7 +51,9 @@ class PowerSource {
 /// The state whose voltage is the set point; the current lies between 0 and the one that exceeds
 /// it.
 template <typename Battery>
-typename Battery::State PowerSource::holdVoltage(const Battery& battery, const typename Battery::State& before, double set_point,
+typename Battery::State PowerSource::holdVoltage(const Battery& battery,
+                                                 const typename Battery::State& before,
+                                                 double set_point,
                                                  const typename Battery::State& above) {
   double low = 0.0, high = above.current;
   double x = high, excess = battery.voltage(above) - set_point;
@@ -67,14 +73,17 @@ typename Battery::State PowerSource::holdVoltage(const Battery& battery, const t
 }
 
 template <typename Battery>
-typename Battery::State PowerSource::step(const Battery& battery, const typename Battery::State& before, const Demand& demand) const {
+typename Battery::State PowerSource::step(const Battery& battery,
+                                          const typename Battery::State& before,
+                                          const Demand& demand) const {
   using State = typename Battery::State;
   const double reach = slew_ * Battery::kStep;
   const double lowest = before.current - reach, highest = before.current + reach;
   const State free = battery.advance(before, std::clamp(demand.current, lowest, highest));
   if (free.current <= 0.0 || battery.voltage(free) <= demand.voltage_limit) return free;
   State held = battery.advance(before, 0.0);
-  if (battery.voltage(held) < demand.voltage_limit) held = holdVoltage(battery, before, demand.voltage_limit, free);
+  if (battery.voltage(held) < demand.voltage_limit)
+    held = holdVoltage(battery, before, demand.voltage_limit, free);
   if (held.current >= lowest) return held;
   return battery.advance(before, lowest);
 }

@@ -14,9 +14,10 @@ std::string isSeed(const std::string& text) {
   return is_whole ? "" : "\"" + text + "\" is no seed, expected a whole number of 0 or more";
 }
 
-int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name, const std::function<void()>& work,
-               std::ostream& out, std::ostream& err) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file larger than the process may write fails as one on a full disk does
+int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name,
+               const std::function<void()>& work, std::ostream& out, std::ostream& err) {
+  // a file larger than the process may write fails as one on a full disk does
+  std::signal(SIGXFSZ, SIG_IGN);
   // CLI11 takes its arguments from the back.
   std::vector<std::string> backwards(arguments.rbegin(), arguments.rend());
   try {

@@ -16,7 +16,8 @@ constexpr int kDone = 0;      ///< done, or help was asked for
 constexpr int kNegative = 1;  ///< a battery's equations have no solution
 constexpr int kUsage = 2;     ///< wrong usage or input
 
-/// @return why a text is no seed, a whole number of 0 or more in decimal digits; empty when it is one.
+/// @return why a text is no seed, a whole number of 0 or more in decimal digits; empty when it is
+/// one.
 std::string isSeed(const std::string& text);
 
 /**
@@ -27,7 +28,7 @@ std::string isSeed(const std::string& text);
  * @return kDone; kNegative when work throws NoSolution; kUsage for arguments that app refuses and
  * for every other exception. Never throws. From then on the process ignores SIGXFSZ.
  */
-int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name, const std::function<void()>& work,
-               std::ostream& out, std::ostream& err);
+int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name,
+               const std::function<void()>& work, std::ostream& out, std::ostream& err);
 
 }  // namespace battery_sof_reference

@@ -29,7 +29,8 @@ std::string csvOf(const Simulation& simulation, bool with_temperature, Digits di
   for (std::size_t n = 0; n < simulation.samples.size(); ++n) {
     const RecordedSample& sample = simulation.samples[n];
     const int more = digits == Digits::kMany ? 3 : 0;
-    std::snprintf(cells, sizeof cells, "%.10g,%.*g,%.*g", sample.time, 7 + more, sample.current, 8 + more, sample.voltage);
+    std::snprintf(cells, sizeof cells, "%.10g,%.*g,%.*g", sample.time, 7 + more, sample.current,
+                  8 + more, sample.voltage);
     text += cells;
     if (with_temperature) {
       std::snprintf(cells, sizeof cells, ",%.6g", simulation.temperature[n]);
@@ -42,11 +43,16 @@ std::string csvOf(const Simulation& simulation, bool with_temperature, Digits di
 
 }  // namespace
 
-bool isRecordingName(const fs::path& path) { return path.extension() == ".csv" || path.extension() == ".bag"; }
+bool isRecordingName(const fs::path& path) {
+  return path.extension() == ".csv" || path.extension() == ".bag";
+}
 
-void writeRecording(const fs::path& path, const Simulation& simulation, bool with_temperature, Digits digits) {
-  if (!isRecordingName(path)) throw std::invalid_argument(path.string() + ": expected a name ending in .csv or .bag");
-  if (path.extension() == ".csv") return writeText(path, csvOf(simulation, with_temperature, digits));
+void writeRecording(const fs::path& path, const Simulation& simulation, bool with_temperature,
+                    Digits digits) {
+  if (!isRecordingName(path))
+    throw std::invalid_argument(path.string() + ": expected a name ending in .csv or .bag");
+  if (path.extension() == ".csv")
+    return writeText(path, csvOf(simulation, with_temperature, digits));
   writeWhole(path, [&](const fs::path& name) { writeBag(name, simulation, with_temperature); });
 }
 
@@ -54,8 +60,9 @@ void writeImpedance(const fs::path& path, const std::vector<ImpedancePoint>& spe
   std::string text = "frequency_hz,real_ohm,imag_ohm,analytic_real_ohm,analytic_imag_ohm\n";
   char row[160];
   for (const ImpedancePoint& point : spectrum) {
-    std::snprintf(row, sizeof row, "%.8g,%.8g,%.8g,%.8g,%.8g\n", point.frequency, point.simulated.real(), point.simulated.imag(),
-                  point.analytic.real(), point.analytic.imag());
+    std::snprintf(row, sizeof row, "%.8g,%.8g,%.8g,%.8g,%.8g\n", point.frequency,
+                  point.simulated.real(), point.simulated.imag(), point.analytic.real(),
+                  point.analytic.imag());
     text += row;
   }
   writeText(path, text);

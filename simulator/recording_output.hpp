@@ -24,8 +24,8 @@ enum class Digits { kSensor, kMany };
  * @throws std::invalid_argument for another extension; std::runtime_error when it cannot be
  * written.
  */
-void writeRecording(const std::filesystem::path& path, const Simulation& simulation, bool with_temperature,
-                    Digits digits = Digits::kSensor);
+void writeRecording(const std::filesystem::path& path, const Simulation& simulation,
+                    bool with_temperature, Digits digits = Digits::kSensor);
 
 /// Writes frequency_hz,real_ohm,imag_ohm,analytic_real_ohm,analytic_imag_ohm, whole or not at all.
 /// @throws std::runtime_error.

@@ -23,14 +23,18 @@ bool convert(const YAML::Node& node, Value& value) {
   }
 }
 
-std::string shown(const YAML::Node& node) { return node.IsScalar() ? "\"" + node.Scalar() + "\"" : "not a single value"; }
+std::string shown(const YAML::Node& node) {
+  return node.IsScalar() ? "\"" + node.Scalar() + "\"" : "not a single value";
+}
 
 /// A visitor of fields that takes their values out of one YAML map; bounds are checked by
 /// faultsOf().
 class MapReader {
  public:
-  MapReader(const YAML::Node& map, std::string prefix, Faults& faults) : map_(map), prefix_(std::move(prefix)), faults_(faults) {
-    if (map_.IsDefined() && !map_.IsMap() && !map_.IsNull()) faults_.push_back(prefix_ + " is " + shown(map_) + ", expected a map");
+  MapReader(const YAML::Node& map, std::string prefix, Faults& faults)
+      : map_(map), prefix_(std::move(prefix)), faults_(faults) {
+    if (map_.IsDefined() && !map_.IsMap() && !map_.IsNull())
+      faults_.push_back(prefix_ + " is " + shown(map_) + ", expected a map");
   }
   MapReader(const MapReader&) = delete;
   MapReader& operator=(const MapReader&) = delete;
@@ -40,13 +44,16 @@ class MapReader {
     const YAML::Node node = find(key);
     if (node.IsDefined() && !convert(node, value)) refuse(key, shown(node), expected);
   }
-  void number(const std::string& key, double& number, double, double) { value(key, number, "a number"); }
+  void number(const std::string& key, double& number, double, double) {
+    value(key, number, "a number");
+  }
   void count(const std::string& key, int& count, int, int) { value(key, count, "a whole number"); }
   void flag(const std::string& key, bool& flag) { value(key, flag, "true or false"); }
   void range(const std::string& key, Range& range, double, double) {
     const YAML::Node node = find(key);
     if (!node.IsDefined()) return;
-    if (!node.IsSequence() || node.size() != 2 || !convert(node[0], range.low) || !convert(node[1], range.high))
+    if (!node.IsSequence() || node.size() != 2 || !convert(node[0], range.low) ||
+        !convert(node[1], range.high))
       refuse(key, "something else", "two numbers [low, high]");
   }
   template <typename Enum, std::size_t size>
@@ -72,7 +79,9 @@ class MapReader {
   void refuse(const std::string& key, const std::string& is, const std::string& expected) {
     faults_.push_back(nameOf(key) + " is " + is + ", expected " + expected);
   }
-  std::string nameOf(const std::string& key) const { return prefix_.empty() ? key : prefix_ + "." + key; }
+  std::string nameOf(const std::string& key) const {
+    return prefix_.empty() ? key : prefix_ + "." + key;
+  }
 
   /// Called after all fields were visited.
   void refuseUnknownKeys() {
@@ -125,14 +134,16 @@ ListedPhases readListedPhases(MapReader& reader, Faults& faults) {
     return listed;
   }
   for (std::size_t k = 0; k < node.size(); ++k)
-    listed.phases.push_back(readPhase(node[k], reader.nameOf("phases[" + std::to_string(k) + "]"), faults));
+    listed.phases.push_back(
+        readPhase(node[k], reader.nameOf("phases[" + std::to_string(k) + "]"), faults));
   return listed;
 }
 
 ProfileOptions readProfile(const YAML::Node& node, Faults& faults) {
   MapReader reader(node, "profile", faults);
   const YAML::Node kind_node = reader.find("kind");
-  const std::string kind = kind_node.IsDefined() && kind_node.IsScalar() ? kind_node.Scalar() : "missing";
+  const std::string kind =
+      kind_node.IsDefined() && kind_node.IsScalar() ? kind_node.Scalar() : "missing";
   ProfileOptions profile;
   if (kind == "alternating") {
     profile = readProfileOf<AlternatingOptions>(reader);
@@ -210,7 +221,8 @@ Scenario parseScenario(const std::string& text, const std::string& source) {
 Scenario loadScenario(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::ostringstream text;
-  if (!std::filesystem::is_regular_file(path) || !(text << file.rdbuf())) throw ScenarioError(path.string() + ": cannot be read");
+  if (!std::filesystem::is_regular_file(path) || !(text << file.rdbuf()))
+    throw ScenarioError(path.string() + ": cannot be read");
   return parseScenario(text.str(), path.string());
 }
 

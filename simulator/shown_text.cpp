@@ -7,15 +7,24 @@ namespace {
 
 constexpr std::size_t kMost = 10000;  // [bytes], two paths
 
-unsigned byteOf(const std::string& text, std::size_t at) { return at < text.size() ? static_cast<unsigned char>(text[at]) : 0u; }
+unsigned byteOf(const std::string& text, std::size_t at) {
+  return at < text.size() ? static_cast<unsigned char>(text[at]) : 0u;
+}
 
-/// Bytes of the UTF-8 character that begins there, 0 where none does or one that a terminal obeys (below U+0020, U+007F to U+009F).
+/// Bytes of the UTF-8 character that begins there, 0 where none does or one that a terminal obeys
+/// (below U+0020, U+007F to U+009F).
 std::size_t charactersLength(const std::string& text, std::size_t at) {
   const unsigned first = byteOf(text, at), second = byteOf(text, at + 1);
   if (first < 0x80u) return first >= 0x20u && first != 0x7Fu ? 1 : 0;
-  const std::size_t length = first < 0xC2u ? 0 : first < 0xE0u ? 2 : first < 0xF0u ? 3 : first < 0xF5u ? 4 : 0;
-  const unsigned least = first == 0xE0u || first == 0xC2u ? 0xA0u : first == 0xF0u ? 0x90u : 0x80u;  // overlong forms, controls
-  const unsigned most = first == 0xEDu ? 0x9Fu : first == 0xF4u ? 0x8Fu : 0xBFu;                     // surrogates, beyond U+10FFFF
+  const std::size_t length = first < 0xC2u   ? 0
+                             : first < 0xE0u ? 2
+                             : first < 0xF0u ? 3
+                             : first < 0xF5u ? 4
+                                             : 0;
+  // overlong forms, controls
+  const unsigned least = first == 0xE0u || first == 0xC2u ? 0xA0u : first == 0xF0u ? 0x90u : 0x80u;
+  // surrogates, beyond U+10FFFF
+  const unsigned most = first == 0xEDu ? 0x9Fu : first == 0xF4u ? 0x8Fu : 0xBFu;
   if (length == 0 || second < least || second > most) return 0;
   for (std::size_t k = 2; k < length; ++k)
     if ((byteOf(text, at + k) & 0xC0u) != 0x80u) return 0;

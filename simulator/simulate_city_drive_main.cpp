@@ -8,7 +8,8 @@
 
 namespace {
 
-void writeCsv(const std::string& path, const std::vector<battery_sof_reference::InputSample>& drive) {
+void writeCsv(const std::string& path,
+              const std::vector<battery_sof_reference::InputSample>& drive) {
   std::string text = "time_s,current_a,voltage_v\n";
   char row[80];
   for (const auto& sample : drive) {
@@ -25,8 +26,10 @@ int main(int argc, char** argv) {
   battery_sof_reference::CityDriveOptions options;
   std::string out;
   app.add_option("OUT", out, "CSV file to write")->required();
-  app.add_option("--seed", options.seed, "the same seed gives the same drive")->capture_default_str();
+  app.add_option("--seed", options.seed, "the same seed gives the same drive")
+      ->capture_default_str();
   app.add_option("--duration", options.duration, "[s]")->capture_default_str();
   const auto work = [&] { writeCsv(out, battery_sof_reference::simulateCityDrive(options)); };
-  return battery_sof_reference::runProgram(app, {argv + 1, argv + argc}, "simulate_city_drive", work, std::cout, std::cerr);
+  return battery_sof_reference::runProgram(app, {argv + 1, argv + argc}, "simulate_city_drive",
+                                           work, std::cout, std::cerr);
 }

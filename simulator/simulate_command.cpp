@@ -28,9 +28,11 @@ constexpr int kPointsPerDecade = 20;
 
 // config/scenarios/city_drive.yaml, for a program that is far from its package.
 constexpr char kDemo[] =
-    "{name: city_drive, seed: 1, duration_s: 900.0, voltage_limit_v: 14.2, soc: 0.8, temperature_degc: 20.0, effects: {gassing: "
+    "{name: city_drive, seed: 1, duration_s: 900.0, voltage_limit_v: 14.2, soc: 0.8, "
+    "temperature_degc: 20.0, effects: {gassing: "
     "threshold}, "
-    "acquisition: {voltage_white_v: 0.002, current_white_a: 0.05}, profile: {kind: city_drive, net_charge_ah: 0.5}}";
+    "acquisition: {voltage_white_v: 0.002, current_white_a: 0.05}, profile: {kind: city_drive, "
+    "net_charge_ah: 0.5}}";
 
 struct Arguments {
   std::string scenario, out, json, impedance;
@@ -42,7 +44,8 @@ struct Arguments {
 /// seconds.
 class Progress {
  public:
-  Progress(std::ostream& err, double duration) : err_(err), duration_(duration), terminal_(isatty(STDERR_FILENO) != 0), began_(now()) {}
+  Progress(std::ostream& err, double duration)
+      : err_(err), duration_(duration), terminal_(isatty(STDERR_FILENO) != 0), began_(now()) {}
   ~Progress() {
     if (shown_) err_ << "\n";
   }
@@ -53,12 +56,16 @@ class Progress {
     if (!terminal_ || now() - began_ < kProgressAfter) return;
     shown_ = true;
     char text[80];
-    std::snprintf(text, sizeof text, "\rsimulated %.0f of %.0f min", time / kSecondsPerMinute, duration_ / kSecondsPerMinute);
+    std::snprintf(text, sizeof text, "\rsimulated %.0f of %.0f min", time / kSecondsPerMinute,
+                  duration_ / kSecondsPerMinute);
     err_ << text << std::flush;
   }
 
  private:
-  static double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+  static double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+  }
   std::ostream& err_;
   double duration_;
   bool terminal_;
@@ -69,13 +76,18 @@ class Progress {
 void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("SCENARIO", arguments.scenario, "scenario: .yaml")->required();
   app.add_option("OUT", arguments.out, "recording to write: .csv or .bag");
-  app.add_option("--seed", arguments.seed, "replaces the scenario's; the same seed gives the same drive")->check(isSeed);
-  app.add_option("--duration", arguments.duration, "[s], replaces the scenario's")->check(CLI::Range(0.01, 1e6));
+  app.add_option("--seed", arguments.seed,
+                 "replaces the scenario's; the same seed gives the same drive")
+      ->check(isSeed);
+  app.add_option("--duration", arguments.duration, "[s], replaces the scenario's")
+      ->check(CLI::Range(0.01, 1e6));
   app.add_option("--json", arguments.json, "write the result as JSON; - for standard output");
-  app.add_option("--impedance", arguments.impedance, "write the small-signal impedance, 1 mHz to 1 kHz, as CSV");
+  app.add_option("--impedance", arguments.impedance,
+                 "write the small-signal impedance, 1 mHz to 1 kHz, as CSV");
 }
 
-nlohmann::json jsonOf(const Scenario& scenario, const Simulation& simulation, const std::string& out) {
+nlohmann::json jsonOf(const Scenario& scenario, const Simulation& simulation,
+                      const std::string& out) {
   const Balance& b = simulation.balance;
   return {{"schema", "battery_sof/simulation/1"},
           {"scenario", shown(scenario.name)},
@@ -96,21 +108,26 @@ nlohmann::json jsonOf(const Scenario& scenario, const Simulation& simulation, co
 
 std::string textOf(const Simulation& simulation, const std::string& out) {
   char samples[80], charge[80];
-  std::snprintf(samples, sizeof samples, "%zu samples in %.2f s", simulation.samples.size(), simulation.duration);
-  std::snprintf(charge, sizeof charge, "SOC %.4f to %.4f, %.3f Ah charged", simulation.soc_at_start, simulation.soc_at_end,
-                simulation.balance.charge_in / kSecondsPerHour);
+  std::snprintf(samples, sizeof samples, "%zu samples in %.2f s", simulation.samples.size(),
+                simulation.duration);
+  std::snprintf(charge, sizeof charge, "SOC %.4f to %.4f, %.3f Ah charged", simulation.soc_at_start,
+                simulation.soc_at_end, simulation.balance.charge_in / kSecondsPerHour);
   return std::string(samples) + " written to " + shown(out) + "; " + charge + "\n";
 }
 
 void printSpectrum(const Scenario& scenario, const std::string& path, std::ostream& out) {
-  const OperatingPoint point{scenario.impedance_current, scenario.start.soc, scenario.start.temperature};
-  const auto frequencies = logarithmicFrequencies(kLowestFrequency, kHighestFrequency, kPointsPerDecade);
+  const OperatingPoint point{scenario.impedance_current, scenario.start.soc,
+                             scenario.start.temperature};
+  const auto frequencies =
+      logarithmicFrequencies(kLowestFrequency, kHighestFrequency, kPointsPerDecade);
   writeImpedance(path, impedance(scenario.battery, scenario.effects, point, frequencies));
-  out << "impedance at " << point.current << " A, SOC " << point.soc << " written to " << shown(path) << "\n";
+  out << "impedance at " << point.current << " A, SOC " << point.soc << " written to "
+      << shown(path) << "\n";
 }
 
 /// simulate(); what it says when there is no solution begins with the scenario's file.
-Simulation solved(const Scenario& scenario, const SimulationOptions& options, const std::string& file) {
+Simulation solved(const Scenario& scenario, const SimulationOptions& options,
+                  const std::string& file) {
   try {
     return simulate(scenario, options);
   } catch (const NoSolution& error) {
@@ -118,7 +135,8 @@ Simulation solved(const Scenario& scenario, const SimulationOptions& options, co
   }
 }
 
-void record(const Scenario& scenario, const Arguments& arguments, std::ostream& out, std::ostream& err) {
+void record(const Scenario& scenario, const Arguments& arguments, std::ostream& out,
+            std::ostream& err) {
   SimulationOptions options;
   options.cut_after = arguments.duration;
   Progress progress(err, arguments.duration.value_or(scenario.duration));
@@ -131,12 +149,16 @@ void record(const Scenario& scenario, const Arguments& arguments, std::ostream& 
 }
 
 void run(const Arguments& arguments, std::ostream& out, std::ostream& err) {
-  if (arguments.out.empty() && arguments.impedance.empty()) throw std::invalid_argument("OUT is missing, and no --impedance asked for");
+  if (arguments.out.empty() && arguments.impedance.empty())
+    throw std::invalid_argument("OUT is missing, and no --impedance asked for");
   if (!arguments.out.empty() && !isRecordingName(arguments.out))
     throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
-  Scenario scenario = arguments.scenario.empty() ? parseScenario(kDemo, "sof demo") : loadScenario(arguments.scenario);
+  Scenario scenario = arguments.scenario.empty() ? parseScenario(kDemo, "sof demo")
+                                                 : loadScenario(arguments.scenario);
   if (!arguments.impedance.empty() && anyOn(scenario.additions))
-    throw std::invalid_argument("--impedance: the spectrum is that of Fig. 4 without additions, but " + arguments.scenario + " has some");
+    throw std::invalid_argument(
+        "--impedance: the spectrum is that of Fig. 4 without additions, but " + arguments.scenario +
+        " has some");
   scenario.seed = arguments.seed.value_or(scenario.seed);
   // With --json - standard output holds nothing but the document.
   std::ostream silent(nullptr);
@@ -147,7 +169,8 @@ void run(const Arguments& arguments, std::ostream& out, std::ostream& err) {
 
 }  // namespace
 
-int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err, const FileCheck& check) {
+int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
+                const FileCheck& check) {
   CLI::App app(
       "Writes a simulated recording of a lead-acid battery (the paper's Fig. 4) at 100 Hz.\n"
       "Current is positive into the battery.",
@@ -163,13 +186,17 @@ int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, st
       out, err);
 }
 
-int runDemo(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err, const FileCheck& check) {
-  CLI::App app("Writes an example to try the other commands on: a start-stop car in town, simulated, current positive into the battery.",
-               "sof demo");
+int runDemo(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
+            const FileCheck& check) {
+  CLI::App app(
+      "Writes an example to try the other commands on: a start-stop car in town, simulated, "
+      "current positive into the battery.",
+      "sof demo");
   Arguments parsed;
   parsed.out = "drive.bag";
   app.add_option("OUT", parsed.out, "recording to write: .csv or .bag")->capture_default_str();
-  app.add_option("--duration", parsed.duration, "[s], at most 900; else 900")->check(CLI::Range(1.0, 900.0));
+  app.add_option("--duration", parsed.duration, "[s], at most 900; else 900")
+      ->check(CLI::Range(1.0, 900.0));
   app.add_option("--json", parsed.json, "write the result as JSON; - for standard output");
   const auto work = [&] {
     if (check) check({}, {parsed.out, parsed.json});

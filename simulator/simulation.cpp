@@ -18,7 +18,8 @@ class Bench {
  public:
   Bench(const Scenario& scenario, const SimulationOptions& options)
       : options_(options),
-        battery_(scenario.battery, scenario.effects, scenario.start, options.substeps, scenario.additions),
+        battery_(scenario.battery, scenario.effects, scenario.start, options.substeps,
+                 scenario.additions),
         state_(battery_.rested()),
         ledger_(battery_, state_),
         acquisition_(scenario.acquisition, 1.0 / kStep, scenario.seed),
@@ -65,7 +66,8 @@ class Bench {
     temperature.reserve(samples.size());
     for (const RecordedSample& sample : samples) {
       const auto n = static_cast<std::size_t>(std::lround(sample.time / temperature_interval_));
-      temperature.push_back(n < result_.temperature.size() ? result_.temperature[n] : state_.temperature);
+      temperature.push_back(n < result_.temperature.size() ? result_.temperature[n]
+                                                           : state_.temperature);
     }
     return temperature;
   }
@@ -112,7 +114,8 @@ Simulation run(Bench& bench, double duration, const NextState& next) {
   return bench.result(duration);
 }
 
-void append(std::vector<std::string>& faults, const std::string& where, const std::vector<std::string>& more) {
+void append(std::vector<std::string>& faults, const std::string& where,
+            const std::vector<std::string>& more) {
   for (const auto& fault : more) faults.push_back(where + fault);
 }
 
@@ -123,13 +126,15 @@ std::vector<std::string> faultsOf(const std::vector<Insert>& inserts) {
     append(faults, name, faultsOf(ProfileOptions{ListedPhases{inserts[k].phases}}));
     const double earliest = k == 0 ? 0.0 : inserts[k - 1].at;
     if (!(inserts[k].at >= earliest))
-      faults.push_back(name + "at_s is " + std::to_string(inserts[k].at) + ", expected " + std::to_string(earliest) + " or more");
+      faults.push_back(name + "at_s is " + std::to_string(inserts[k].at) + ", expected " +
+                       std::to_string(earliest) + " or more");
   }
   return faults;
 }
 
 void requirePositive(std::vector<std::string>& faults, const char* name, double value) {
-  if (!(value > 0.0) || !std::isfinite(value)) faults.push_back(std::string(name) + " is " + std::to_string(value) + ", expected above 0");
+  if (!(value > 0.0) || !std::isfinite(value))
+    faults.push_back(std::string(name) + " is " + std::to_string(value) + ", expected above 0");
 }
 
 std::vector<std::string> faultsOf(const LaterPart& later, double duration) {
@@ -142,7 +147,8 @@ std::vector<std::string> faultsOf(const LaterPart& later, double duration) {
 
 void requireValid(const Scenario& scenario, const SimulationOptions& options) {
   std::vector<std::string> faults = faultsOf(scenario);
-  if (options.substeps < 1) faults.push_back("substeps is " + std::to_string(options.substeps) + ", expected 1 or more");
+  if (options.substeps < 1)
+    faults.push_back("substeps is " + std::to_string(options.substeps) + ", expected 1 or more");
   if (options.cut_after) requirePositive(faults, "cut_after", *options.cut_after);
   std::string text;
   for (const auto& fault : faults) text += (text.empty() ? "" : "; ") + fault;
@@ -157,10 +163,13 @@ Simulation simulate(const Scenario& scenario, const SimulationOptions& options) 
   Bench bench(scenario, options);
   DriveFollower driver(scenario, duration);
   const PowerSource source(scenario.slew);
-  return run(bench, duration, [&](long) { return source.step(bench.battery(), bench.state(), driver.next(bench.chargeAh())); });
+  return run(bench, duration, [&](long) {
+    return source.step(bench.battery(), bench.state(), driver.next(bench.chargeAh()));
+  });
 }
 
-Simulation replay(const Scenario& scenario, const std::vector<double>& currents, const SimulationOptions& options) {
+Simulation replay(const Scenario& scenario, const std::vector<double>& currents,
+                  const SimulationOptions& options) {
   requireValid(scenario, options);
   if (currents.size() < 2) throw std::invalid_argument("replay: fewer than two currents");
   const double length = static_cast<double>(currents.size() - 1) * kStep;
@@ -185,7 +194,8 @@ std::vector<std::string> faultsOf(const Scenario& scenario) {
   if (!(scenario.start.soc >= 0.0 && scenario.start.soc <= 1.0))
     faults.push_back("soc is " + std::to_string(scenario.start.soc) + ", expected 0 to 1");
   if (!(scenario.start.temperature >= -40.0 && scenario.start.temperature <= 80.0))
-    faults.push_back("temperature_degc is " + std::to_string(scenario.start.temperature) + ", expected -40 to 80");
+    faults.push_back("temperature_degc is " + std::to_string(scenario.start.temperature) +
+                     ", expected -40 to 80");
   return faults;
 }
 

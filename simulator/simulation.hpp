@@ -59,10 +59,12 @@ struct Truth {
 };
 
 struct SimulationOptions {
-  int substeps = 1;                      ///< integration steps within FullBattery::kStep, >= 1
-  std::optional<double> cut_after;       ///< shorter or longer than planned [s]; a shorter drive is the same, cut
-  bool keep_truth = false;               ///< 64 bytes a step: 230 MB an hour
-  std::function<void(double)> progress;  ///< called with the simulated time [s] once a simulated minute
+  int substeps = 1;  ///< integration steps within FullBattery::kStep, >= 1
+  /// shorter or longer than planned [s]; a shorter drive is the same, cut
+  std::optional<double> cut_after;
+  bool keep_truth = false;  ///< 64 bytes a step: 230 MB an hour
+  /// called with the simulated time [s] once a simulated minute
+  std::function<void(double)> progress;
 };
 
 /// A recording and how it came about.
@@ -92,7 +94,8 @@ Simulation simulate(const Scenario& scenario, const SimulationOptions& options =
  *
  * @param currents every FullBattery::kStep [A], as Truth::current: entry 0 stands at the start.
  */
-Simulation replay(const Scenario& scenario, const std::vector<double>& currents, const SimulationOptions& options = {});
+Simulation replay(const Scenario& scenario, const std::vector<double>& currents,
+                  const SimulationOptions& options = {});
 
 /// @return one sentence for every fault of a scenario; empty when all is well.
 std::vector<std::string> faultsOf(const Scenario& scenario);

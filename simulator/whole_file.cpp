@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 class Nameless {
  public:
   explicit Nameless(const fs::path& folder)
-      : descriptor_(::open(folder.empty() ? "." : folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666)) {}
+      : descriptor_(
+            ::open(folder.empty() ? "." : folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666)) {}
   Nameless(const Nameless&) = delete;
   Nameless& operator=(const Nameless&) = delete;
   ~Nameless() {
@@ -24,17 +25,21 @@ class Nameless {
   }
   bool exists() const { return descriptor_ >= 0; }
   fs::path name() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
-  bool linkTo(const fs::path& path) const { return ::linkat(AT_FDCWD, name().c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW) == 0; }
+  bool linkTo(const fs::path& path) const {
+    return ::linkat(AT_FDCWD, name().c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW) == 0;
+  }
 
  private:
   int descriptor_;
 };
 
-void write(const fs::path& path, const fs::path& beside, const std::function<void(const fs::path&)>& fill) {
+void write(const fs::path& path, const fs::path& beside,
+           const std::function<void(const fs::path&)>& fill) {
   const Nameless draft(path.parent_path());
   fill(draft.exists() ? draft.name() : beside);
   if (draft.exists() && draft.linkTo(path)) return;
-  if (draft.exists() && !draft.linkTo(beside)) throw std::system_error(errno, std::generic_category());
+  if (draft.exists() && !draft.linkTo(beside))
+    throw std::system_error(errno, std::generic_category());
   fs::rename(beside, path);
 }
 

@@ -27,26 +27,33 @@ using BytesSeen = std::function<void(std::string_view)>;
 /**
  * @brief Reads a recording from a comma-separated file, or a pipe, with a header line.
  *
- * Empty cells and NaN are missing values: such rows are counted, not used. Rows may carry a temperature alone.
- * Time is kept as written; dates become seconds since 1970-01-01 UTC. Cells may be quoted and have spaces around them;
- * a line break inside quotes is not understood. Blank lines, a byte-order mark, CRLF and one trailing comma are allowed.
- * A last line with too few cells and no line break was cut off while it was written: it counts as a missing value.
- * The recording's name is the file's, printable().
- * Numbers have a decimal point, whatever the locale, here and in writeCsv. Where the header is separated by semicolons (it has one, and
- * no column of the time's name between commas), cells are too, and a number may have a decimal comma ("12,5"; not "1.012,5").
+ * Empty cells and NaN are missing values: such rows are counted, not used. Rows may carry a
+ * temperature alone. Time is kept as written; dates become seconds since 1970-01-01 UTC. Cells may
+ * be quoted and have spaces around them; a line break inside quotes is not understood. Blank lines,
+ * a byte-order mark, CRLF and one trailing comma are allowed. A last line with too few cells and no
+ * line break was cut off while it was written: it counts as a missing value. The recording's name
+ * is the file's, printable(). Numbers have a decimal point, whatever the locale, here and in
+ * writeCsv. Where the header is separated by semicolons (it has one, and no column of the time's
+ * name between commas), cells are too, and a number may have a decimal comma ("12,5"; not
+ * "1.012,5").
  *
- * @param seen is reported the bytes as they are read, all of them where nothing is thrown: a pipe cannot be read again.
- * @throws RecordingError when the file cannot be read, is no regular file or pipe, has a line that is too long (TextLines), is empty, has a
- * header only, lacks a column or has it twice, has a row with more or fewer cells than the header (file and line are named), has text where
- * a number belongs (file, line, column and text are named), holds no usable sample, or when more than a tenth of its samples go back in
- * time (the file is not sorted).
+ * @param seen is reported the bytes as they are read, all of them where nothing is thrown: a pipe
+ * cannot be read again.
+ * @throws RecordingError when the file cannot be read, is no regular file or pipe, has a line that
+ * is too long (TextLines), is empty, has a header only, lacks a column or has it twice, has a row
+ * with more or fewer cells than the header (file and line are named), has text where a number
+ * belongs (file, line, column and text are named), holds no usable sample, or when more than a
+ * tenth of its samples go back in time (the file is not sorted).
  */
-Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns = {}, BytesSeen seen = {});
+Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns = {},
+                  BytesSeen seen = {});
 
 /**
- * @brief Writes time_s,current_a,voltage_v and, when measured, temperature_c with the digits that read back exactly.
+ * @brief Writes time_s,current_a,voltage_v and, when measured, temperature_c with the digits that
+ * read back exactly.
  *
- * A temperature is written on the sample of the same time, or on a row of its own. The file appears whole or not at all.
+ * A temperature is written on the sample of the same time, or on a row of its own. The file appears
+ * whole or not at all.
  * @throws RecordingError when the file cannot be written.
  */
 void writeCsv(const std::filesystem::path& path, const Series& series);

@@ -7,7 +7,8 @@
 
 namespace battery_sof {
 
-/// One instant as a sensor, file or message delivers it, before anything is believed of it. NaN means not measured.
+/// One instant as a sensor, file or message delivers it, before anything is believed of it. NaN
+/// means not measured.
 struct RawSample {
   double time = 0.0;                  ///< [s]
   double current = 0.0;               ///< [A], positive into the battery
@@ -28,10 +29,12 @@ enum class SampleFate {
 
 /// Limits beyond which a value is not a measurement.
 struct IntakeLimits {
-  double max_abs_current = 5000.0;  ///< [A], above the short-circuit current of any 12 V starter battery
-  double max_abs_voltage = 100.0;   ///< [V], a 12 V sensor's full scale with ample room
-  double max_abs_time = 1e10;       ///< [s], the year 2286: milliseconds since 1970 are no seconds
-  double min_interval = 1e-7;     ///< [s], nearer stamps are one instant; the step of a stamp since 1970 is 2.4e-7 s
+  /// [A], above the short-circuit current of any 12 V starter battery
+  double max_abs_current = 5000.0;
+  double max_abs_voltage = 100.0;  ///< [V], a 12 V sensor's full scale with ample room
+  double max_abs_time = 1e10;      ///< [s], the year 2286: milliseconds since 1970 are no seconds
+  /// [s], nearer stamps are one instant; the step of a stamp since 1970 is 2.4e-7 s
+  double min_interval = 1e-7;
 };
 
 /// @return the fate in words a diagnostic can show, e.g. "clock step back".
@@ -43,10 +46,11 @@ std::string toString(const RejectedCounts& rejected);
 /**
  * @brief The one gate through which samples enter, used by files, bags and the node alike.
  *
- * Refuses and counts; never repairs. A sample is refused when time, current or voltage is missing or not finite, when
- * its stamp is not after the last accepted one by IntakeLimits::min_interval (nearer ones are duplicates), or when a
- * stamp or value lies beyond IntakeLimits. A temperature without current and voltage has a clock of its own: only its
- * stamp is judged, against the last such temperature.
+ * Refuses and counts; never repairs. A sample is refused when time, current or voltage is missing
+ * or not finite, when its stamp is not after the last accepted one by IntakeLimits::min_interval
+ * (nearer ones are duplicates), or when a stamp or value lies beyond IntakeLimits. A temperature
+ * without current and voltage has a clock of its own: only its stamp is judged, against the last
+ * such temperature.
  */
 class Intake {
  public:
@@ -79,10 +83,13 @@ class Intake {
 };
 
 /**
- * @brief Offers a sample to the intake, appends it to the recording when accepted, and keeps the recording's counts.
+ * @brief Offers a sample to the intake, appends it to the recording when accepted, and keeps the
+ * recording's counts.
  *
- * A temperature that comes with an accepted sample is dropped when a later temperature is already there.
- * @throws std::invalid_argument when the intake accepts a time that is not after the recording's last sample: intake and
+ * A temperature that comes with an accepted sample is dropped when a later temperature is already
+ * there.
+ * @throws std::invalid_argument when the intake accepts a time that is not after the recording's
+ * last sample: intake and
  *   recording do not belong together, or the clock was forgotten without starting a new recording.
  */
 SampleFate append(Recording& recording, Intake& intake, const RawSample& sample);

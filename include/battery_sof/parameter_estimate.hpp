@@ -7,13 +7,15 @@ namespace battery_sof {
 
 /// One estimated parameter.
 struct ParameterEstimate {
-  std::string name;           ///< as in BatteryModel::parameters()
-  std::string unit;           ///< ohm, F, 1/V, V, ...
-  double value = 0.0;         ///< in unit
-  std::optional<double> std;  ///< standard error in unit; none when nothing is known: not excited, or held at a bound
-  bool at_bound = false;      ///< ended at (or in the penalty beyond) a bound
-  bool determined = true;     ///< standard error below half the value (below 0.5 V for u_dc), and not at a bound
-  bool held = false;          ///< not estimated: stays where EffectInfo or the caller put it
+  std::string name;    ///< as in BatteryModel::parameters()
+  std::string unit;    ///< ohm, F, 1/V, V, ...
+  double value = 0.0;  ///< in unit
+  /// standard error in unit; none when nothing is known: not excited, or held at a bound
+  std::optional<double> std;
+  bool at_bound = false;  ///< ended at (or in the penalty beyond) a bound
+  /// standard error below half the value (below 0.5 V for u_dc), and not at a bound
+  bool determined = true;
+  bool held = false;  ///< not estimated: stays where EffectInfo or the caller put it
 };
 
 }  // namespace battery_sof

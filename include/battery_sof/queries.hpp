@@ -10,15 +10,19 @@ namespace battery_sof {
 /// What kind of answer a query got.
 enum class AnswerCode : int {
   kOk = 0,
-  kInvalidQuery = 1,   ///< an input is not finite or out of its range; no numbers
-  kNoModel = 2,        ///< nothing identified yet, the model is too old, or it makes no finite numbers of the query; no numbers
-  kExtrapolation = 3,  ///< numbers are given, but the window did not excite what they need: valid is false
+  kInvalidQuery = 1,  ///< an input is not finite or out of its range; no numbers
+  /// nothing identified yet, the model is too old, or it makes no finite numbers of the query; no
+  /// numbers
+  kNoModel = 2,
+  /// numbers are given, but the window did not excite what they need: valid is false
+  kExtrapolation = 3,
 };
 
 /// @return "ok", "invalid_query", "no_model", "extrapolation".
 std::string toString(AnswerCode code);
 
-/// A number with its 90 % interval; NaN-free: absent numbers are optional in the structs that hold this.
+/// A number with its 90 % interval; NaN-free: absent numbers are optional in the structs that hold
+/// this.
 struct Interval {
   double value = 0.0;
   double lower = 0.0;  ///< 5 % quantile
@@ -33,46 +37,55 @@ struct CurrentProfile {
   double duration() const { return time.empty() ? 0.0 : time.back(); }
 };
 
-/// Reported how much of an answer's work is done, 0 to 1. @return why the work is to be broken off; empty to go on.
+/// Reported how much of an answer's work is done, 0 to 1. @return why the work is to be broken off;
+/// empty to go on.
 using WorkWatch = std::function<std::string(double share)>;
 
 /// Will the battery crank the engine after a stop? (paper, Fig. 1)
 struct CrankingQuery {
-  double i_load = 0.0;                               ///< [A], <= 0: consumers while the engine is off, held for t_stop
-  double t_stop = 0.0;                               ///< [s], 0 to 86400
-  double i_cranking = 0.0;                           ///< [A], < 0
-  double t_cranking = 1.0;                           ///< [s], > 0 to 60
-  std::optional<double> u_required = std::nullopt;   ///< [V], above 0 to 100: what the starter needs; the paper names 7.2 V
-  CurrentProfile load = {};                          ///< in place of i_load and t_stop when not empty
-  CurrentProfile crank = {};                         ///< in place of i_cranking and t_cranking when not empty
+  /// [A], <= 0: consumers while the engine is off, held for t_stop
+  double i_load = 0.0;
+  double t_stop = 0.0;      ///< [s], 0 to 86400
+  double i_cranking = 0.0;  ///< [A], < 0
+  double t_cranking = 1.0;  ///< [s], > 0 to 60
+  /// [V], above 0 to 100: what the starter needs; the paper names 7.2 V
+  std::optional<double> u_required = std::nullopt;
+  /// in place of i_load and t_stop when not empty
+  CurrentProfile load = {};
+  /// in place of i_cranking and t_cranking when not empty
+  CurrentProfile crank = {};
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
 };
 
 /// SOF1. The numbers are present unless code is kInvalidQuery or kNoModel.
 struct CrankingAnswer {
   std::optional<Interval> u_min;  ///< [V], lowest voltage during the crank, with its 90 % interval
-  std::optional<bool> capable;    ///< lower bound of u_min at or above u_required; none without u_required, and the message says so
-  bool valid = false;             ///< the model may be trusted here
+  /// lower bound of u_min at or above u_required; none without u_required, and the message says so
+  std::optional<bool> capable;
+  bool valid = false;  ///< the model may be trusted here
   AnswerCode code = AnswerCode::kOk;
   std::string message;  ///< one sentence
 };
 
 /// How long may the engine stay off?
 struct StopTimeQuery {
-  double i_load = 0.0;                               ///< [A], <= 0
-  double i_cranking = 0.0;                           ///< [A], < 0
-  double t_cranking = 1.0;                           ///< [s], > 0 to 60
-  double u_required = 0.0;                           ///< [V], above 0 to 100: what the starter needs
-  CurrentProfile crank = {};                         ///< in place of i_cranking and t_cranking when not empty
+  double i_load = 0.0;      ///< [A], <= 0
+  double i_cranking = 0.0;  ///< [A], < 0
+  double t_cranking = 1.0;  ///< [s], > 0 to 60
+  /// [V], above 0 to 100: what the starter needs
+  double u_required = 0.0;
+  /// in place of i_cranking and t_cranking when not empty
+  CurrentProfile crank = {};
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
 };
 
 /// What kind of stop time was found.
 enum class StopTimeOutcome {
-  kFinite,   ///< the crank fails after t_stop
-  kAtLeast,  ///< it holds after every stop up to t_stop, the longest that the model's equations hold for
-  kAlways,   ///< nothing is drawn (i_load = 0) and it holds after every stop up to a day
-  kNever,    ///< it fails even at once
+  kFinite,  ///< the crank fails after t_stop
+  /// it holds after every stop up to t_stop, the longest that the model's equations hold for
+  kAtLeast,
+  kAlways,  ///< nothing is drawn (i_load = 0) and it holds after every stop up to a day
+  kNever,   ///< it fails even at once
 };
 
 /// @return "finite", "at_least", "always" or "never".
@@ -81,8 +94,9 @@ std::string toString(StopTimeOutcome outcome);
 /// The longest stop. t_stop is present unless code is kInvalidQuery or kNoModel.
 struct StopTimeAnswer {
   StopTimeOutcome outcome = StopTimeOutcome::kNever;
-  /// [s]; 0 for never, infinite for always. lower: after it the crank's lower bound no longer holds; upper: its upper bound.
-  /// None is infinite where something is drawn, and none of the stops draws more than the capacity.
+  /// [s]; 0 for never, infinite for always. lower: after it the crank's lower bound no longer
+  /// holds; upper: its upper bound. None is infinite where something is drawn, and none of the
+  /// stops draws more than the capacity.
   std::optional<Interval> t_stop;
   bool monotone = true;  ///< the crank's voltage falls with the length of the stop throughout
   bool valid = false;
@@ -92,15 +106,17 @@ struct StopTimeAnswer {
 
 /// How much charge will the battery accept? (paper, Fig. 2)
 struct ChargeAcceptanceQuery {
-  double u_boost = 0.0;                              ///< [V], terminal voltage held, above 0 to 100
-  double t_sof2 = 10.0;                              ///< [s], above 0 to 3600
-  double i_limit = 5000.0;                           ///< [A], what the source can give, above 0 to 5000
+  double u_boost = 0.0;  ///< [V], terminal voltage held, above 0 to 100
+  double t_sof2 = 10.0;  ///< [s], above 0 to 3600
+  /// [A], what the source can give, above 0 to 5000
+  double i_limit = 5000.0;
   std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
 };
 
 /// SOF2. The numbers are present unless code is kInvalidQuery or kNoModel.
 struct ChargeAcceptanceAnswer {
-  std::optional<Interval> i_boost;  ///< [A], mean current over t_sof2; negative when u_boost discharges the battery
+  /// [A], mean current over t_sof2; negative when u_boost discharges the battery
+  std::optional<Interval> i_boost;
   bool valid = false;
   AnswerCode code = AnswerCode::kOk;
   std::string message;

@@ -4,7 +4,8 @@
 
 namespace battery_sof {
 
-/// A recording that cannot be used as a whole; the message names the file, the place, what was found and what was expected.
+/// A recording that cannot be used as a whole; the message names the file, the place, what was
+/// found and what was expected.
 class RecordingError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -15,7 +15,8 @@ namespace battery_sof {
  */
 Recording recordingOf(const std::string& name, const std::vector<RawSample>& samples);
 
-/// @throws RecordingError when more than a tenth of the samples go back in time (they are not sorted) or none is usable.
+/// @throws RecordingError when more than a tenth of the samples go back in time (they are not
+/// sorted) or none is usable.
 void requireUsable(const std::string& name, const Recording& recording);
 
 }  // namespace battery_sof

@@ -40,8 +40,11 @@ struct RejectedCounts {
   std::size_t not_finite = 0;       ///< infinite time, current or voltage
   std::size_t duplicate_stamp = 0;  ///< same time as the sample before
   std::size_t clock_step_back = 0;  ///< earlier than a sample already accepted
-  std::size_t out_of_range = 0;     ///< |current| or |voltage| beyond anything a battery sensor shows
-  std::size_t total() const { return missing_value + not_finite + duplicate_stamp + clock_step_back + out_of_range; }
+  /// |current| or |voltage| beyond anything a battery sensor shows
+  std::size_t out_of_range = 0;
+  std::size_t total() const {
+    return missing_value + not_finite + duplicate_stamp + clock_step_back + out_of_range;
+  }
 };
 
 /// A series with where it came from and what was refused on the way in.
@@ -57,14 +60,16 @@ struct Recording {
 double medianInterval(const Series& series);
 
 /**
- * @brief The interval above which two neighbouring samples are not joined: max(10 * median interval, 5 s).
+ * @brief The interval above which two neighbouring samples are not joined: max(10 * median
+ * interval, 5 s).
  *
- * Ten intervals are more than a lost message; below 5 s the battery's slow state moves less than a tenth of its
- * rest time constant (50 s, docs/physics.md#base-circuit).
+ * Ten intervals are more than a lost message; below 5 s the battery's slow state moves less than a
+ * tenth of its rest time constant (50 s, docs/physics.md#base-circuit).
  */
 double gapThreshold(const Series& series);
 
-/// @return ranges of samples without an interval above max_gap [s], in order; none for an empty series.
+/// @return ranges of samples without an interval above max_gap [s], in order; none for an empty
+/// series.
 std::vector<IndexRange> contiguousRanges(const Series& series, double max_gap);
 
 /// @return indices of the samples with from <= time <= to; empty range when there are none.
@@ -73,7 +78,8 @@ IndexRange indexRange(const Series& series, double from, double to);
 /// @return copy of the samples in range, and of the temperatures between its first and last time.
 Series slice(const Series& series, IndexRange range);
 
-/// @return temperature [K] by linear interpolation, held constant beyond the ends; none when not measured.
+/// @return temperature [K] by linear interpolation, held constant beyond the ends; none when not
+/// measured.
 std::optional<double> temperatureAt(const Series& series, double time);
 
 }  // namespace battery_sof

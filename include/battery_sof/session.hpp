@@ -4,24 +4,27 @@
 #include <optional>
 #include <string>
 
+#include "battery_sof/intake.hpp"
 #include "battery_sof/model.hpp"
 #include "battery_sof/queries.hpp"
-#include "battery_sof/intake.hpp"
 
 namespace battery_sof {
 
 /// What a session has to know of its battery.
 struct SessionSettings {
-  double capacity = 50.0;               ///< [Ah], nominal
-  double series_blocks = 1.0;           ///< of 12 V in series that samples, questions and answers are of
+  double capacity = 50.0;  ///< [Ah], nominal
+  /// of 12 V in series that samples, questions and answers are of
+  double series_blocks = 1.0;
   double buffer = 1800.0;               ///< [s], past kept for identification
   std::optional<double> window_length;  ///< [s], of an identification; none: by the sampling rate
 };
 
 /**
- * @brief What the node does with samples, without ROS: follows a battery and answers questions of the newest sample's moment.
+ * @brief What the node does with samples, without ROS: follows a battery and answers questions of
+ * the newest sample's moment.
  *
- * No threads and no clock: time is the samples' own; an identification runs where identifyWhenDue() is called.
+ * No threads and no clock: time is the samples' own; an identification runs where identifyWhenDue()
+ * is called.
  */
 class Session {
  public:
@@ -35,7 +38,8 @@ class Session {
   void restore(const Model& model);
   /// Takes a sample; one that cannot be is refused and counted.
   void push(const RawSample& sample);
-  /// Identifies when an identification is due; may take seconds. @return how it ended, one sentence; none when none was due.
+  /// Identifies when an identification is due; may take seconds. @return how it ended, one
+  /// sentence; none when none was due.
   std::optional<std::string> identifyWhenDue();
 
   CrankingAnswer predictCranking(const CrankingQuery& query) const;

@@ -5,7 +5,8 @@
 namespace battery_sof_reference {
 
 void writeBag(const std::filesystem::path&, const Simulation&, bool) {
-  throw std::runtime_error("this build has no ROS and writes no bags; expected a name ending in .csv");
+  throw std::runtime_error(
+      "this build has no ROS and writes no bags; expected a name ending in .csv");
 }
 
 }  // namespace battery_sof_reference

@@ -7,8 +7,8 @@
 #include "prediction/charge_acceptance.hpp"
 #include "prediction/profile.hpp"
 #include "prediction/stop_time.hpp"
-#include "recording/series_blocks.hpp"
 #include "recording/resample.hpp"
+#include "recording/series_blocks.hpp"
 #include "report/diagnosis_page.hpp"
 #include "report/diagnosis_results.hpp"
 #include "report/model_yaml.hpp"
@@ -21,9 +21,12 @@ void requireUsable(const Fit& fit) {
   if (!isUsable(fit)) throw std::invalid_argument("no model: " + fit.message);
 }
 
-/// A recording as models are fitted to it: at the design rate, with the voltage of one block of the row.
+/// A recording as models are fitted to it: at the design rate, with the voltage of one block of the
+/// row.
 Series fittedSeries(const Recording& recording, double series_blocks) {
-  if (!areSeriesBlocks(series_blocks)) throw std::invalid_argument(format("series_blocks is %g, expected ", series_blocks) + kAllowedSeriesBlocks);
+  if (!areSeriesBlocks(series_blocks))
+    throw std::invalid_argument(format("series_blocks is %g, expected ", series_blocks) +
+                                kAllowedSeriesBlocks);
   return perBlock(atDesignRate(recording.series), series_blocks);
 }
 
@@ -82,12 +85,14 @@ StopTimeAnswer predictStopTime(const Model& model, const StopTimeQuery& query, d
   return predictStopTime(model.fitted(), query, capacity);
 }
 
-ChargeAcceptanceAnswer predictChargeAcceptance(const Model& model, const ChargeAcceptanceQuery& query, double capacity) {
+ChargeAcceptanceAnswer predictChargeAcceptance(const Model& model,
+                                               const ChargeAcceptanceQuery& query,
+                                               double capacity) {
   return predictChargeAcceptance(model.fitted(), query, capacity);
 }
 
-ProfileAnswer simulateProfile(const Model& model, const std::vector<double>& time, const std::vector<double>& current,
-                              const WorkWatch& watch) {
+ProfileAnswer simulateProfile(const Model& model, const std::vector<double>& time,
+                              const std::vector<double>& current, const WorkWatch& watch) {
   return simulateProfile(model.fitted(), time, current, watch);
 }
 
@@ -122,7 +127,9 @@ DiagnosisReport diagnose(const Recording& recording, const DiagnosisRequest& req
   Diagnosis diagnosis = diagnose(stretch, options);
   nameOrigin(diagnosis.base, recording, request.series_blocks);
   nameOrigin(diagnosis.extended, recording, request.series_blocks);
-  if (request.series_blocks != 1.0) diagnosis.instrument.insert(diagnosis.instrument.begin(), seriesBlocksSentence(request.series_blocks));
+  if (request.series_blocks != 1.0)
+    diagnosis.instrument.insert(diagnosis.instrument.begin(),
+                                seriesBlocksSentence(request.series_blocks));
   return {std::move(stretch), std::move(diagnosis)};
 }
 

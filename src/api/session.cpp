@@ -21,7 +21,8 @@ class Session::Implementation : public OnlineSession {
   using OnlineSession::OnlineSession;
 };
 
-Session::Session(const SessionSettings& settings) : implementation_(std::make_unique<Implementation>(optionsOf(settings))) {}
+Session::Session(const SessionSettings& settings)
+    : implementation_(std::make_unique<Implementation>(optionsOf(settings))) {}
 Session::~Session() = default;
 Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
@@ -36,9 +37,13 @@ std::optional<std::string> Session::identifyWhenDue() {
   return implementation_->finish(runIdentification(*job)).message;
 }
 
-CrankingAnswer Session::predictCranking(const CrankingQuery& query) const { return implementation_->predictCranking(query); }
+CrankingAnswer Session::predictCranking(const CrankingQuery& query) const {
+  return implementation_->predictCranking(query);
+}
 
-StopTimeAnswer Session::predictStopTime(const StopTimeQuery& query) const { return implementation_->predictStopTime(query); }
+StopTimeAnswer Session::predictStopTime(const StopTimeQuery& query) const {
+  return implementation_->predictStopTime(query);
+}
 
 ChargeAcceptanceAnswer Session::predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
   return implementation_->predictChargeAcceptance(query);

@@ -12,8 +12,8 @@
 
 #include "bag/bag_structure.hpp"
 #include "bag/battery_state_message.hpp"
-#include "util/atomic_file.hpp"
 #include "battery_sof/intake.hpp"
+#include "util/atomic_file.hpp"
 #include "util/printable.hpp"
 
 namespace battery_sof {
@@ -22,13 +22,17 @@ namespace {
 
 constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
-std::string absoluteTopic(const std::string& topic) { return !topic.empty() && topic.front() == '/' ? topic : "/" + topic; }
+std::string absoluteTopic(const std::string& topic) {
+  return !topic.empty() && topic.front() == '/' ? topic : "/" + topic;
+}
 
 void openForReading(rosbag::Bag& bag, const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
-    throw RecordingError(path.string() + (std::filesystem::exists(path, error) ? ": no regular file" : ": no such file") +
-                         ", expected a bag");
+    throw RecordingError(
+        path.string() +
+        (std::filesystem::exists(path, error) ? ": no regular file" : ": no such file") +
+        ", expected a bag");
   }
   requireSoundBag(path);
   try {
@@ -39,7 +43,9 @@ void openForReading(rosbag::Bag& bag, const std::filesystem::path& path) {
 }
 
 /// The connections of a topic, or the reason why there are none that can be used.
-std::vector<const rosbag::ConnectionInfo*> connectionsOf(rosbag::View& all, const std::string& topic, const std::filesystem::path& path) {
+std::vector<const rosbag::ConnectionInfo*> connectionsOf(rosbag::View& all,
+                                                         const std::string& topic,
+                                                         const std::filesystem::path& path) {
   std::vector<const rosbag::ConnectionInfo*> found;
   std::set<std::string> topics;
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
@@ -51,22 +57,27 @@ std::vector<const rosbag::ConnectionInfo*> connectionsOf(rosbag::View& all, cons
                        (topics.empty() ? "no topics at all" : someOf(topics)));
 }
 
-void requireBatteryState(const std::vector<const rosbag::ConnectionInfo*>& connections, const std::filesystem::path& path) {
+void requireBatteryState(const std::vector<const rosbag::ConnectionInfo*>& connections,
+                         const std::filesystem::path& path) {
   using Traits = ros::message_traits::DataType<sensor_msgs::BatteryState>;
   using Checksum = ros::message_traits::MD5Sum<sensor_msgs::BatteryState>;
   for (const rosbag::ConnectionInfo* connection : connections) {
     if (connection->datatype != Traits::value()) {
-      throw RecordingError(path.string() + ": topic '" + shortened(connection->topic) + "' carries " + shortened(connection->datatype) +
-                           ", expected " + Traits::value());
+      throw RecordingError(path.string() + ": topic '" + shortened(connection->topic) +
+                           "' carries " + shortened(connection->datatype) + ", expected " +
+                           Traits::value());
     }
     if (connection->md5sum != Checksum::value()) {
-      throw RecordingError(path.string() + ": topic '" + shortened(connection->topic) + "' carries another version of " + Traits::value() +
-                           " (md5 " + shortened(connection->md5sum) + ", expected " + Checksum::value() + "); `rosbag fix` migrates it");
+      throw RecordingError(path.string() + ": topic '" + shortened(connection->topic) +
+                           "' carries another version of " + Traits::value() + " (md5 " +
+                           shortened(connection->md5sum) + ", expected " + Checksum::value() +
+                           "); `rosbag fix` migrates it");
     }
   }
 }
 
-void readMessages(Recording& recording, const rosbag::Bag& bag, const std::vector<const rosbag::ConnectionInfo*>& connections) {
+void readMessages(Recording& recording, const rosbag::Bag& bag,
+                  const std::vector<const rosbag::ConnectionInfo*>& connections) {
   std::vector<std::string> topics;
   for (const rosbag::ConnectionInfo* connection : connections) topics.push_back(connection->topic);
   rosbag::View view(bag, rosbag::TopicQuery(topics));
@@ -88,7 +99,8 @@ std::vector<sensor_msgs::BatteryState> messagesOf(const Series& series) {
   std::size_t next = 0;
   const auto temperatures_before = [&](double time) {
     for (; next < series.temperature.size() && series.temperature_time[next] < time; ++next) {
-      messages.push_back(batteryStateOf(series.temperature_time[next], kNotMeasured, kNotMeasured, series.temperature[next]));
+      messages.push_back(batteryStateOf(series.temperature_time[next], kNotMeasured, kNotMeasured,
+                                        series.temperature[next]));
     }
   };
   for (std::size_t n = 0; n < series.size(); ++n) {
@@ -97,21 +109,25 @@ std::vector<sensor_msgs::BatteryState> messagesOf(const Series& series) {
     if (next < series.temperature.size() && series.temperature_time[next] == series.time[n]) {
       temperature = series.temperature[next++];
     }
-    messages.push_back(batteryStateOf(series.time[n], series.current[n], series.voltage[n], temperature));
+    messages.push_back(
+        batteryStateOf(series.time[n], series.current[n], series.voltage[n], temperature));
   }
   temperatures_before(std::numeric_limits<double>::infinity());
   return messages;
 }
 
-void writeMessages(const std::filesystem::path& path, const Series& series, const std::string& topic) {
+void writeMessages(const std::filesystem::path& path, const Series& series,
+                   const std::string& topic) {
   const std::vector<sensor_msgs::BatteryState> messages = messagesOf(series);
   auto bag = std::make_unique<rosbag::Bag>(path.string(), rosbag::bagmode::Write);
   try {
     // rosbag refuses record times below TIME_MIN; the header stamp, which is the clock, may be 0.
-    for (const sensor_msgs::BatteryState& message : messages) bag->write(topic, std::max(message.header.stamp, ros::TIME_MIN), message);
+    for (const sensor_msgs::BatteryState& message : messages)
+      bag->write(topic, std::max(message.header.stamp, ros::TIME_MIN), message);
     bag->close();
   } catch (...) {
-    static_cast<void>(bag.release());  // its destructor would write once more, throw and so end the program
+    // its destructor would write once more, throw and so end the program
+    static_cast<void>(bag.release());
     throw;
   }
 }
@@ -131,11 +147,12 @@ Recording readBag(const std::filesystem::path& path, const std::string& topic) {
   } catch (const RecordingError&) {
     throw;
   } catch (const std::exception&) {
-    throw RecordingError(path.string() + ": damaged bag: a chunk or a message in it cannot be read");
+    throw RecordingError(path.string() +
+                         ": damaged bag: a chunk or a message in it cannot be read");
   }
   if (recording.series.empty()) {
-    throw RecordingError(path.string() + ": topic '" + topic + "' holds no usable sample (" + std::to_string(recording.rejected.total()) +
-                         " rejected)");
+    throw RecordingError(path.string() + ": topic '" + topic + "' holds no usable sample (" +
+                         std::to_string(recording.rejected.total()) + " rejected)");
   }
   return recording;
 }
@@ -145,7 +162,9 @@ void writeBag(const std::filesystem::path& path, const Series& series, const std
     return RecordingError(path.string() + ": cannot write the bag: " + why);
   };
   try {
-    writeFileAtomically(path, [&](const std::filesystem::path& name) { writeMessages(name, series, absoluteTopic(topic)); });
+    writeFileAtomically(path, [&](const std::filesystem::path& name) {
+      writeMessages(name, series, absoluteTopic(topic));
+    });
   } catch (const rosbag::BagException&) {
     throw refuse("no permission or no space");
   } catch (const std::exception& error) {

@@ -18,10 +18,19 @@ namespace battery_sof {
 namespace {
 
 constexpr std::string_view kVersionLine = "#ROSBAG V2.0\n";
-enum Operation : char { kMessage = 2, kBagHeader = 3, kIndex = 4, kChunk = 5, kChunkInfo = 6, kConnection = 7 };
-constexpr std::size_t kIndexEntrySize = 12;   // seconds, nanoseconds, offset
-constexpr std::size_t kMaxRatio = 1000;      // of compression: messages with stamps of their own reach some ten
-constexpr std::size_t kSmallChunk = 4 << 20;  // [bytes], five times rosbag's usual chunk: allowed whatever the ratio
+enum Operation : char {
+  kMessage = 2,
+  kBagHeader = 3,
+  kIndex = 4,
+  kChunk = 5,
+  kChunkInfo = 6,
+  kConnection = 7
+};
+constexpr std::size_t kIndexEntrySize = 12;  // seconds, nanoseconds, offset
+// of compression: messages with stamps of their own reach some ten
+constexpr std::size_t kMaxRatio = 1000;
+// [bytes], five times rosbag's usual chunk: allowed whatever the ratio
+constexpr std::size_t kSmallChunk = 4 << 20;
 
 /// One record: its header's fields and its data, both views into the file.
 struct Record {
@@ -64,7 +73,8 @@ class MappedFile {
 
   /// Empty when the file could not be mapped.
   std::string_view bytes() const {
-    return data_ == MAP_FAILED ? std::string_view() : std::string_view(static_cast<const char*>(data_), size_);
+    return data_ == MAP_FAILED ? std::string_view()
+                               : std::string_view(static_cast<const char*>(data_), size_);
   }
 
  private:
@@ -81,7 +91,8 @@ std::uint32_t numberAt(std::string_view bytes, std::size_t at) {
 /// Takes records off the front of a stretch of bytes.
 class RecordReader {
  public:
-  RecordReader(std::string_view bytes, std::size_t file_offset) : bytes_(bytes), file_offset_(file_offset) {}
+  RecordReader(std::string_view bytes, std::size_t file_offset)
+      : bytes_(bytes), file_offset_(file_offset) {}
 
   bool atEnd() const { return at_ == bytes_.size(); }
   std::size_t offset() const { return at_; }
@@ -132,8 +143,11 @@ class ChunkContents {
     size_ = chunk.number<std::uint32_t>("size").value_or(0);
     messages_.clear();
     RecordReader reader(chunk.data, file_offset);
-    const std::size_t most = compressed_ ? std::max(kSmallChunk, kMaxRatio * chunk.data.size()) : chunk.data.size();
-    if (size_ > most) reader.fail("a chunk claims to hold " + std::to_string(size_) + " bytes, expected at most " + std::to_string(most));
+    const std::size_t most =
+        compressed_ ? std::max(kSmallChunk, kMaxRatio * chunk.data.size()) : chunk.data.size();
+    if (size_ > most)
+      reader.fail("a chunk claims to hold " + std::to_string(size_) + " bytes, expected at most " +
+                  std::to_string(most));
     if (compressed_) return;
     while (!reader.atEnd()) {
       const std::size_t offset = reader.offset();
@@ -141,7 +155,9 @@ class ChunkContents {
     }
   }
 
-  bool hasMessageAt(std::size_t offset) const { return compressed_ ? offset < size_ : messages_.count(offset) > 0; }
+  bool hasMessageAt(std::size_t offset) const {
+    return compressed_ ? offset < size_ : messages_.count(offset) > 0;
+  }
 
  private:
   bool compressed_ = false;
@@ -168,21 +184,28 @@ class Contents {
     const auto index = header.number<std::uint64_t>("index_pos");
     if (header.operation() != kBagHeader || !index) reader.fail("the bag's header is damaged");
     if (*index == 0)
-      throw RecordingError("the bag has no index, so it was cut off while it was recorded or copied; `rosbag reindex` may recover it");
-    if (!header.field("encryptor").empty()) reader.fail("the bag is encrypted, expected a plain one");
+      throw RecordingError(
+          "the bag has no index, so it was cut off while it was recorded or copied; `rosbag "
+          "reindex` may recover it");
+    if (!header.field("encryptor").empty())
+      reader.fail("the bag is encrypted, expected a plain one");
     index_ = *index;
   }
   void add(const Record& record, std::size_t offset) {
     records_.insert(offset);
     if (record.operation() == kChunk) chunks_.insert(offset);
   }
-  /// Each chunk may be listed once: listing one a thousand times makes its messages a thousand times as many.
+  /// Each chunk may be listed once: listing one a thousand times makes its messages a thousand
+  /// times as many.
   void checkInfo(const Record& info, const RecordReader& reader) {
     const auto position = info.number<std::uint64_t>("chunk_pos");
-    if (!position || chunks_.erase(*position) == 0) reader.fail("a chunk is listed where none is, or twice");
+    if (!position || chunks_.erase(*position) == 0)
+      reader.fail("a chunk is listed where none is, or twice");
   }
   void checkIndex(const RecordReader& reader) const {
-    if (records_.count(index_) == 0) reader.fail("the bag's header points to byte " + std::to_string(index_) + ", where no record begins");
+    if (records_.count(index_) == 0)
+      reader.fail("the bag's header points to byte " + std::to_string(index_) +
+                  ", where no record begins");
   }
 
  private:
@@ -217,8 +240,10 @@ void requireSoundBag(const std::filesystem::path& path) {
   const std::string_view line = file.bytes().substr(0, kVersionLine.size());
   if (line != kVersionLine) {
     const bool is_bag = line.substr(0, 7) == "#ROSBAG";
-    throw RecordingError(path.string() + (is_bag ? ": a bag of another format, expected #ROSBAG V2.0; `rosbag fix` migrates it"
-                                                 : ": not a readable bag, or truncated"));
+    throw RecordingError(
+        path.string() +
+        (is_bag ? ": a bag of another format, expected #ROSBAG V2.0; `rosbag fix` migrates it"
+                : ": not a readable bag, or truncated"));
   }
   try {
     walk(file.bytes());

@@ -17,8 +17,10 @@ namespace {
 
 constexpr double kZeroCelsius = 273.15;  // [K], by definition
 constexpr double kNanosecondsPerSecond = 1e9;
-constexpr double kLastTime = 4294967296.0;                      // [s], the double nearest to ros::TIME_MAX
-constexpr double kNoTime = std::numeric_limits<double>::max();  // [s], the intake counts it as out of range
+// [s], the double nearest to ros::TIME_MAX
+constexpr double kLastTime = 4294967296.0;
+// [s], the intake counts it as out of range
+constexpr double kNoTime = std::numeric_limits<double>::max();
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 
 double shortestDecimal(float value) {
@@ -56,7 +58,8 @@ class MessageBytes {
 
  private:
   [[noreturn]] void refuse() const {
-    throw std::invalid_argument("a BatteryState of " + std::to_string(bytes_.size()) + " bytes has lengths in it that do not fit");
+    throw std::invalid_argument("a BatteryState of " + std::to_string(bytes_.size()) +
+                                " bytes has lengths in it that do not fit");
   }
   const std::vector<std::uint8_t>& bytes_;
   std::size_t at_ = 0;
@@ -79,11 +82,12 @@ sensor_msgs::BatteryState batteryStateIn(std::vector<std::uint8_t>& bytes) {
   MessageBytes walk(bytes);
   walk.skip(3 * sizeof(std::uint32_t));  // header: seq, stamp
   walk.skipList(1);                      // frame_id
-  walk.skip(7 * sizeof(float) + 4);      // voltage to percentage; status, health, technology, present
-  walk.skipList(sizeof(float));          // cell_voltage
-  walk.skipList(sizeof(float));          // cell_temperature
-  walk.skipList(1);                      // location
-  walk.skipList(1);                      // serial_number
+  // voltage to percentage; status, health, technology, present
+  walk.skip(7 * sizeof(float) + 4);
+  walk.skipList(sizeof(float));  // cell_voltage
+  walk.skipList(sizeof(float));  // cell_temperature
+  walk.skipList(1);              // location
+  walk.skipList(1);              // serial_number
   walk.requireEnd();
   sensor_msgs::BatteryState message;
   ros::serialization::IStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
@@ -91,7 +95,8 @@ sensor_msgs::BatteryState batteryStateIn(std::vector<std::uint8_t>& bytes) {
   return message;
 }
 
-sensor_msgs::BatteryState batteryStateOf(double time, double current, double voltage, std::optional<double> temperature) {
+sensor_msgs::BatteryState batteryStateOf(double time, double current, double voltage,
+                                         std::optional<double> temperature) {
   sensor_msgs::BatteryState message;
   message.header.stamp = rosTime(time);
   message.current = static_cast<float>(current);
@@ -108,11 +113,13 @@ sensor_msgs::BatteryState batteryStateOf(double time, double current, double vol
 ros::Time rosTime(double time) {
   const double whole = std::floor(time);
   if (!(time >= 0.0 && time <= kLastTime)) {
-    throw std::invalid_argument("time " + std::to_string(time) + " s is outside what a ROS stamp holds, 0 to 4294967296 s");
+    throw std::invalid_argument("time " + std::to_string(time) +
+                                " s is outside what a ROS stamp holds, 0 to 4294967296 s");
   }
   const auto nanoseconds = std::llround((time - whole) * kNanosecondsPerSecond);
   ros::Time stamp;
-  const std::uint64_t sum = static_cast<std::uint64_t>(whole) * 1000000000ULL + static_cast<std::uint64_t>(nanoseconds);
+  const std::uint64_t sum =
+      static_cast<std::uint64_t>(whole) * 1000000000ULL + static_cast<std::uint64_t>(nanoseconds);
   return stamp.fromNSec(std::min(sum, ros::TIME_MAX.toNSec()));
 }
 

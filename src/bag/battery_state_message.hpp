@@ -20,13 +20,14 @@ namespace battery_sof {
  * seven digits.
  *
  * @return current [A], voltage [V], temperature [K] (message: degC), none when NaN. Nothing is
- * judged here: see Intake. A stamp whose nanoseconds make a second or more is no time; it becomes one that
- * Intake counts as out of range.
+ * judged here: see Intake. A stamp whose nanoseconds make a second or more is no time; it becomes
+ * one that Intake counts as out of range.
  */
 RawSample rawSampleOf(const sensor_msgs::BatteryState& message);
 
 /**
- * @brief A serialized message, its lengths checked against its bytes first: roscpp allocates what a list's length says.
+ * @brief A serialized message, its lengths checked against its bytes first: roscpp allocates what a
+ * list's length says.
  * @throws std::invalid_argument when they do not fit.
  */
 sensor_msgs::BatteryState batteryStateIn(std::vector<std::uint8_t>& bytes);
@@ -36,7 +37,8 @@ sensor_msgs::BatteryState batteryStateIn(std::vector<std::uint8_t>& bytes);
  * @param temperature [K]; NaN in the message when none.
  * @throws std::invalid_argument for a time rosTime() refuses.
  */
-sensor_msgs::BatteryState batteryStateOf(double time, double current, double voltage, std::optional<double> temperature);
+sensor_msgs::BatteryState batteryStateOf(double time, double current, double voltage,
+                                         std::optional<double> temperature);
 
 /**
  * @return stamp rounded to the nanosecond.

@@ -26,13 +26,17 @@ constexpr double kShort = 10.0, kLong = 60.0;  // [s]
 /// Several values or samples, where they lie.
 using Values = Eigen::Map<const Eigen::ArrayXd>;
 
-Values allOf(const std::vector<double>& values) { return {values.data(), static_cast<Eigen::Index>(values.size())}; }
+Values allOf(const std::vector<double>& values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
 
 Values valuesIn(const std::vector<double>& values, IndexRange range) {
   return {values.data() + range.first, static_cast<Eigen::Index>(range.size())};
 }
 
-double standardDeviation(const std::vector<double>& errors) { return errors.empty() ? 0.0 : std::sqrt(allOf(errors).square().mean()); }
+double standardDeviation(const std::vector<double>& errors) {
+  return errors.empty() ? 0.0 : std::sqrt(allOf(errors).square().mean());
+}
 
 /// Bounds that nine in ten further errors keep: quantiles of many, Student's t for few; otherwise's
 /// for a single one.
@@ -41,7 +45,8 @@ Bounds ninetyPercent(const std::vector<double>& errors, Bounds otherwise) {
   if (count >= kFewestForTails) return centralRange(errors, 0.05);
   if (count < 2) return otherwise;
   const double n = static_cast<double>(count);
-  const double width = studentQuantile(0.95, n - 1.0) * standardDeviation(errors) * std::sqrt(n / (n - 1.0) * (1.0 + 1.0 / n));
+  const double width = studentQuantile(0.95, n - 1.0) * standardDeviation(errors) *
+                       std::sqrt(n / (n - 1.0) * (1.0 + 1.0 / n));
   return {-width, width};
 }
 
@@ -49,7 +54,8 @@ struct Points {
   std::vector<double> x, y;
 };
 
-Points pointsWhere(const Series& series, IndexRange window, const std::vector<char>& voltage_controlled, bool voltage_is_controlled) {
+Points pointsWhere(const Series& series, IndexRange window,
+                   const std::vector<char>& voltage_controlled, bool voltage_is_controlled) {
   Points points;
   for (std::size_t k = window.first; k < window.last; ++k) {
     if ((voltage_controlled[k] != 0) != voltage_is_controlled) continue;
@@ -82,14 +88,16 @@ std::optional<BaselineLine> lineThrough(const Values& x, const Values& y) {
 /// Calls visit(sample, step) for every sample of the charge that begins at first, until the voltage
 /// is no longer controlled.
 template <typename Visit>
-void forEachAge(const Series& series, IndexRange range, std::size_t first, const std::vector<char>& voltage_controlled, double step,
-                Visit visit) {
+void forEachAge(const Series& series, IndexRange range, std::size_t first,
+                const std::vector<char>& voltage_controlled, double step, Visit visit) {
   for (std::size_t k = first; k < range.last && voltage_controlled[k]; ++k)
     visit(k, static_cast<std::size_t>(std::lround((series.time[k] - series.time[first]) / step)));
 }
 
-std::optional<BaselinePhase> medianPhase(const Series& series, IndexRange window, const std::vector<char>& voltage_controlled,
-                                      const std::vector<std::size_t>& beginnings, Bounds otherwise) {
+std::optional<BaselinePhase> medianPhase(const Series& series, IndexRange window,
+                                         const std::vector<char>& voltage_controlled,
+                                         const std::vector<std::size_t>& beginnings,
+                                         Bounds otherwise) {
   if (beginnings.empty()) return std::nullopt;
   BaselinePhase phase;
   phase.step = std::max(1.0, medianInterval(series));
@@ -98,11 +106,12 @@ std::optional<BaselinePhase> medianPhase(const Series& series, IndexRange window
   std::map<std::size_t, std::size_t> charges_at;
   for (const std::size_t first : beginnings) {
     std::optional<std::size_t> before;
-    forEachAge(series, window, first, voltage_controlled, phase.step, [&](std::size_t k, std::size_t age) {
-      by_age[age].push_back(series.current[k]);
-      if (before != age) ++charges_at[age];
-      before = age;
-    });
+    forEachAge(series, window, first, voltage_controlled, phase.step,
+               [&](std::size_t k, std::size_t age) {
+                 by_age[age].push_back(series.current[k]);
+                 if (before != age) ++charges_at[age];
+                 before = age;
+               });
   }
   std::vector<double> errors;
   for (std::size_t age = 0; 2 * charges_at[age] >= beginnings.size(); ++age) {
@@ -130,8 +139,10 @@ std::optional<BaselineHistory> historyOf(const std::vector<double>& values, Boun
   return history;
 }
 
-std::optional<BaselineHistory> chargesOver(const Series& series, IndexRange window, const std::vector<char>& voltage_controlled,
-                                        const std::vector<std::size_t>& beginnings, double duration, Bounds otherwise) {
+std::optional<BaselineHistory> chargesOver(const Series& series, IndexRange window,
+                                           const std::vector<char>& voltage_controlled,
+                                           const std::vector<std::size_t>& beginnings,
+                                           double duration, Bounds otherwise) {
   std::vector<double> means;
   for (const std::size_t first : beginnings) {
     const auto samples = beginningOfCharge(series, window, first, duration, voltage_controlled);
@@ -143,7 +154,8 @@ std::optional<BaselineHistory> chargesOver(const Series& series, IndexRange wind
 
 /// What a crank's minimum has beyond the line, from the first `count` cranks; recent ones weigh
 /// more, the line itself as one.
-double beyondLine(const std::vector<BaselineCrank>& cranks, std::size_t count, const BaselineLine& line) {
+double beyondLine(const std::vector<BaselineCrank>& cranks, std::size_t count,
+                  const BaselineLine& line) {
   double weights = 0.0, weight = 1.0, sum = 0.0;
   for (std::size_t k = count; k-- > 0; weight *= kForgetting) {
     weights += weight;
@@ -152,7 +164,8 @@ double beyondLine(const std::vector<BaselineCrank>& cranks, std::size_t count, c
   return sum / (weights + kLineWeight);
 }
 
-std::optional<BaselineCranks> baselineCranks(const std::vector<Event>& events, const std::optional<BaselineLine>& line) {
+std::optional<BaselineCranks> baselineCranks(const std::vector<Event>& events,
+                                             const std::optional<BaselineLine>& line) {
   if (events.empty()) return std::nullopt;
   std::vector<BaselineCrank> cranks;
   for (const Event& event : events) cranks.push_back({event.peak_current, event.min_voltage});
@@ -172,7 +185,8 @@ std::optional<BaselineCranks> baselineCranks(const std::vector<Event>& events, c
   baseline.intercept = known.intercept + beyondLine(cranks, cranks.size(), known);
   std::vector<double> errors;  // of each crank, predicted from those before
   for (std::size_t k = 0; k < cranks.size(); ++k)
-    errors.push_back(cranks[k].minimum - known.at(cranks[k].current) - beyondLine(cranks, k, known));
+    errors.push_back(cranks[k].minimum - known.at(cranks[k].current) -
+                     beyondLine(cranks, k, known));
   const double single = std::abs(errors.front());
   const Bounds bounds = ninetyPercent(errors, {-single, single});
   baseline.lower_error = bounds.lower;
@@ -180,22 +194,24 @@ std::optional<BaselineCranks> baselineCranks(const std::vector<Event>& events, c
   return baseline;
 }
 
-void push(const BaselineInterval& interval, std::vector<double>& value, std::vector<double>& lower, std::vector<double>& upper) {
+void push(const BaselineInterval& interval, std::vector<double>& value, std::vector<double>& lower,
+          std::vector<double>& upper) {
   value.push_back(interval.value);
   lower.push_back(interval.lower);
   upper.push_back(interval.upper);
 }
 
-void usePhase(const BaselinePhase& phase, const Series& series, IndexRange range, const std::vector<char>& voltage_controlled,
-              BaselineSeries& predicted) {
+void usePhase(const BaselinePhase& phase, const Series& series, IndexRange range,
+              const std::vector<char>& voltage_controlled, BaselineSeries& predicted) {
   for (const std::size_t first : chargeBeginnings(series, range, voltage_controlled))
-    forEachAge(series, range, first, voltage_controlled, phase.step, [&](std::size_t k, std::size_t age) {
-      if (age >= phase.current.size()) return;
-      const std::size_t n = k - range.first;
-      predicted.current[n] = phase.current[age];
-      predicted.current_lower[n] = phase.current[age] + phase.lower_error;
-      predicted.current_upper[n] = phase.current[age] + phase.upper_error;
-    });
+    forEachAge(series, range, first, voltage_controlled, phase.step,
+               [&](std::size_t k, std::size_t age) {
+                 if (age >= phase.current.size()) return;
+                 const std::size_t n = k - range.first;
+                 predicted.current[n] = phase.current[age];
+                 predicted.current_lower[n] = phase.current[age] + phase.lower_error;
+                 predicted.current_upper[n] = phase.current[age] + phase.upper_error;
+               });
 }
 
 /// Mean over duration of the phase as far as it goes and of the line beyond it.
@@ -211,11 +227,13 @@ double meanOverPhase(const BaselinePhase& phase, double duration, double beyond)
 
 BaselineInterval BaselineLine::around(double x) const {
   const double distance = spread > 0.0 ? (x - centre) / spread : 0.0;
-  const double wider = std::sqrt(1.0 + distance * distance / static_cast<double>(std::max<std::size_t>(samples, 1)));
+  const double wider =
+      std::sqrt(1.0 + distance * distance / static_cast<double>(std::max<std::size_t>(samples, 1)));
   return {at(x), at(x) + wider * lower_error, at(x) + wider * upper_error};
 }
 
-BaselinePredictor fitBaseline(const Series& series, IndexRange window, const std::vector<char>& voltage_controlled) {
+BaselinePredictor fitBaseline(const Series& series, IndexRange window,
+                              const std::vector<char>& voltage_controlled) {
   const auto beginnings = chargeBeginnings(series, window, voltage_controlled);
   const Points controlled = pointsWhere(series, window, voltage_controlled, true);
   const Points free = pointsWhere(series, window, voltage_controlled, false);
@@ -223,57 +241,74 @@ BaselinePredictor fitBaseline(const Series& series, IndexRange window, const std
   baseline.current_from_voltage = lineThrough(allOf(controlled.x), allOf(controlled.y));
   baseline.voltage_from_current = lineThrough(allOf(free.x), allOf(free.y));
   Bounds of_line;
-  if (baseline.current_from_voltage) of_line = {baseline.current_from_voltage->lower_error, baseline.current_from_voltage->upper_error};
+  if (baseline.current_from_voltage)
+    of_line = {baseline.current_from_voltage->lower_error,
+               baseline.current_from_voltage->upper_error};
   baseline.phase = medianPhase(series, window, voltage_controlled, beginnings, of_line);
-  baseline.charge_10s = chargesOver(series, window, voltage_controlled, beginnings, kShort, of_line);
+  baseline.charge_10s =
+      chargesOver(series, window, voltage_controlled, beginnings, kShort, of_line);
   baseline.charge_60s = chargesOver(series, window, voltage_controlled, beginnings, kLong, of_line);
   const double max_gap = gapThreshold(medianInterval(series.time, window));
-  baseline.cranks = baselineCranks(detectCranks(series, window, {}, max_gap), baseline.voltage_from_current);
+  baseline.cranks =
+      baselineCranks(detectCranks(series, window, {}, max_gap), baseline.voltage_from_current);
   return baseline;
 }
 
-BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window, const std::vector<Event>& cranks) {
+BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window,
+                                             const std::vector<Event>& cranks) {
   BaselinePredictor baseline;
-  baseline.voltage_from_current = lineThrough(valuesIn(series.current, window), valuesIn(series.voltage, window));
+  baseline.voltage_from_current =
+      lineThrough(valuesIn(series.current, window), valuesIn(series.voltage, window));
   baseline.cranks = baselineCranks(cranks, baseline.voltage_from_current);
   return baseline;
 }
 
-BaselineSeries predictBaseline(const BaselinePredictor& baseline, const Series& series, IndexRange range, const std::vector<char>& voltage_controlled) {
+BaselineSeries predictBaseline(const BaselinePredictor& baseline, const Series& series,
+                               IndexRange range, const std::vector<char>& voltage_controlled) {
   BaselineSeries predicted;
   for (std::size_t k = range.first; k < range.last; ++k) {
     if (baseline.current_from_voltage)
-      push(baseline.current_from_voltage->around(series.voltage.at(k)), predicted.current, predicted.current_lower, predicted.current_upper);
+      push(baseline.current_from_voltage->around(series.voltage.at(k)), predicted.current,
+           predicted.current_lower, predicted.current_upper);
     if (baseline.voltage_from_current)
-      push(baseline.voltage_from_current->around(series.current.at(k)), predicted.voltage, predicted.voltage_lower, predicted.voltage_upper);
+      push(baseline.voltage_from_current->around(series.current.at(k)), predicted.voltage,
+           predicted.voltage_lower, predicted.voltage_upper);
   }
-  if (baseline.phase && baseline.current_from_voltage) usePhase(*baseline.phase, series, range, voltage_controlled, predicted);
+  if (baseline.phase && baseline.current_from_voltage)
+    usePhase(*baseline.phase, series, range, voltage_controlled, predicted);
   return predicted;
 }
 
-std::optional<BaselineInterval> baselineCrankMinimum(const BaselinePredictor& baseline, double current) {
+std::optional<BaselineInterval> baselineCrankMinimum(const BaselinePredictor& baseline,
+                                                     double current) {
   if (baseline.cranks) {
     const double minimum = baseline.cranks->intercept + baseline.cranks->slope * current;
-    return BaselineInterval{minimum, minimum + baseline.cranks->lower_error, minimum + baseline.cranks->upper_error};
+    return BaselineInterval{minimum, minimum + baseline.cranks->lower_error,
+                            minimum + baseline.cranks->upper_error};
   }
   if (baseline.voltage_from_current) return baseline.voltage_from_current->around(current);
   return std::nullopt;
 }
 
-std::optional<BaselineInterval> baselineChargeCurrent(const BaselinePredictor& baseline, double voltage, double duration) {
+std::optional<BaselineInterval> baselineChargeCurrent(const BaselinePredictor& baseline,
+                                                      double voltage, double duration) {
   if (!(duration > 0.0))
-    throw std::invalid_argument("baselineChargeCurrent: duration is " + std::to_string(duration) + " s; expected above 0");
+    throw std::invalid_argument("baselineChargeCurrent: duration is " + std::to_string(duration) +
+                                " s; expected above 0");
   if (!baseline.phase) {
     if (!baseline.current_from_voltage) return std::nullopt;
     return baseline.current_from_voltage->around(voltage);
   }
   const double last = baseline.phase->current.back();
-  const double beyond = baseline.current_from_voltage ? baseline.current_from_voltage->at(voltage) : last;
+  const double beyond =
+      baseline.current_from_voltage ? baseline.current_from_voltage->at(voltage) : last;
   const double mean = meanOverPhase(*baseline.phase, duration, beyond);
   const bool is_short = duration * duration <= kShort * kLong;
   const auto& history = is_short && baseline.charge_10s ? baseline.charge_10s : baseline.charge_60s;
-  if (history) return BaselineInterval{mean, mean + history->lower_error, mean + history->upper_error};
-  return BaselineInterval{mean, mean + baseline.phase->lower_error, mean + baseline.phase->upper_error};
+  if (history)
+    return BaselineInterval{mean, mean + history->lower_error, mean + history->upper_error};
+  return BaselineInterval{mean, mean + baseline.phase->lower_error,
+                          mean + baseline.phase->upper_error};
 }
 
 }  // namespace battery_sof

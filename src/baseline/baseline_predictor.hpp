@@ -36,9 +36,10 @@ struct BaselineLine {
 
 /// Median current over the time since a discharge ended, in steps of equal length.
 struct BaselinePhase {
-  double step = 1.0;                                       ///< [s]
-  std::vector<double> current;                             ///< [A]; of the ages from k - 1/2 to k + 1/2 steps; ends where
-                                                           ///< fewer than half of the charges go on
+  double step = 1.0;  ///< [s]
+  /// [A]; of the ages from k - 1/2 to k + 1/2 steps; ends where
+  std::vector<double> current;
+  ///< fewer than half of the charges go on
   double std = 0.0, lower_error = 0.0, upper_error = 0.0;  ///< [A], as in BaselineLine
   std::size_t charges = 0;
 };
@@ -47,7 +48,8 @@ struct BaselinePhase {
 struct BaselineHistory {
   double median = 0.0, last = 0.0;
   double lower_error = 0.0,
-         upper_error = 0.0;  ///< 5 % and 95 % quantile of value - median; Student's t below twenty events
+         /// 5 % and 95 % quantile of value - median; Student's t below twenty events
+      upper_error = 0.0;
   std::size_t events = 0;
 };
 
@@ -95,16 +97,19 @@ struct BaselinePredictor {
  * @throws std::invalid_argument when the mask's size differs from the series' or the window lies
  * outside it.
  */
-BaselinePredictor fitBaseline(const Series& series, IndexRange window, const std::vector<char>& voltage_controlled);
+BaselinePredictor fitBaseline(const Series& series, IndexRange window,
+                              const std::vector<char>& voltage_controlled);
 
-/// @return fitBaseline() of a window in which no voltage is controlled: v(i) and cranks. @param cranks of
-/// the window, as detectCranks() finds them with the default limits.
-BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window, const std::vector<Event>& cranks);
+/// @return fitBaseline() of a window in which no voltage is controlled: v(i) and cranks. @param
+/// cranks of the window, as detectCranks() finds them with the default limits.
+BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window,
+                                             const std::vector<Event>& cranks);
 
 /// Per-sample prediction of a range in the mixed direction, with bounds for nine in ten.
 struct BaselineSeries {
   std::vector<double> current, current_lower,
-      current_upper;                                          ///< [A], one a sample of the range; empty when no line is known
+      /// [A], one a sample of the range; empty when no line is known
+      current_upper;
   std::vector<double> voltage, voltage_lower, voltage_upper;  ///< [V], the same
 };
 
@@ -116,11 +121,13 @@ struct BaselineSeries {
  * current is that of the median phase as far as that goes, else the line's.
  * @throws std::invalid_argument as fitBaseline.
  */
-BaselineSeries predictBaseline(const BaselinePredictor& baseline, const Series& series, IndexRange range, const std::vector<char>& voltage_controlled);
+BaselineSeries predictBaseline(const BaselinePredictor& baseline, const Series& series,
+                               IndexRange range, const std::vector<char>& voltage_controlled);
 
 /// @param current lowest current of the crank [A], negative.   @return lowest voltage [V]; v(i)
 /// where no crank is known, none without a line.
-std::optional<BaselineInterval> baselineCrankMinimum(const BaselinePredictor& baseline, double current);
+std::optional<BaselineInterval> baselineCrankMinimum(const BaselinePredictor& baseline,
+                                                     double current);
 
 /**
  * @brief Mean current of a charge that follows a discharge: the median phase as far as it goes,
@@ -131,6 +138,7 @@ std::optional<BaselineInterval> baselineCrankMinimum(const BaselinePredictor& ba
  * @return [A]; none when neither phase nor line is known.
  * @throws std::invalid_argument for a duration that is not above 0.
  */
-std::optional<BaselineInterval> baselineChargeCurrent(const BaselinePredictor& baseline, double voltage, double duration);
+std::optional<BaselineInterval> baselineChargeCurrent(const BaselinePredictor& baseline,
+                                                      double voltage, double duration);
 
 }  // namespace battery_sof

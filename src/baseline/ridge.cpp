@@ -16,8 +16,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::array kTimeConstants = {0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0};  // [s]
-constexpr std::array kRecentDischarges = {5.0, 50.0, 500.0};                                           // [As]
+// [s]
+constexpr std::array kTimeConstants = {0.1,  0.3,   1.0,   3.0,    10.0,
+                                       30.0, 100.0, 300.0, 1000.0, 3000.0};
+// [As]
+constexpr std::array kRecentDischarges = {5.0, 50.0, 500.0};
 constexpr std::size_t kFewestRows = 60;
 constexpr std::size_t kMaxRows = 20000;
 constexpr int kBlocks = 6;
@@ -25,18 +28,22 @@ constexpr double kPenaltyUnit = 1e-2;
 constexpr int kWeakestPenalty = -3, kStrongestPenalty = 4;  // powers of ten
 
 void requireRanges(const Series& series, IndexRange train, IndexRange test) {
-  const bool valid = train.first < train.last && train.last <= series.size() && test.first < test.last && test.last <= series.size() &&
+  const bool valid = train.first < train.last && train.last <= series.size() &&
+                     test.first < test.last && test.last <= series.size() &&
                      train.size() >= kFewestRows;
   if (valid) return;
-  throw std::invalid_argument("ridgeVoltage: trained on samples " + std::to_string(train.first) + " to " + std::to_string(train.last) +
-                              ", tested on " + std::to_string(test.first) + " to " + std::to_string(test.last) + " of " +
-                              std::to_string(series.size()) + "; expected ranges that are not empty, and 60 samples to train on");
+  throw std::invalid_argument("ridgeVoltage: trained on samples " + std::to_string(train.first) +
+                              " to " + std::to_string(train.last) + ", tested on " +
+                              std::to_string(test.first) + " to " + std::to_string(test.last) +
+                              " of " + std::to_string(series.size()) +
+                              "; expected ranges that are not empty, and 60 samples to train on");
 }
 
 VectorXd lowPass(const VectorXd& x, const VectorXd& time, double time_constant) {
   VectorXd y(x.size());
   y[0] = x[0];
-  for (Index k = 1; k < x.size(); ++k) y[k] = y[k - 1] - std::expm1(-(time[k] - time[k - 1]) / time_constant) * (x[k] - y[k - 1]);
+  for (Index k = 1; k < x.size(); ++k)
+    y[k] = y[k - 1] - std::expm1(-(time[k] - time[k - 1]) / time_constant) * (x[k] - y[k - 1]);
   return y;
 }
 
@@ -50,11 +57,13 @@ std::vector<double> usableTimeConstants(const VectorXd& time, double interval) {
 
 VectorXd chargeOver(const VectorXd& time, const VectorXd& current) {
   VectorXd charge = VectorXd::Zero(time.size());
-  for (Index k = 1; k < time.size(); ++k) charge[k] = charge[k - 1] + current[k] * (time[k] - time[k - 1]);
+  for (Index k = 1; k < time.size(); ++k)
+    charge[k] = charge[k - 1] + current[k] * (time[k] - time[k - 1]);
   return charge;
 }
 
-/// Hands out the columns one by one, so that a long recording needs room for one of them. @param take void(const VectorXd&).
+/// Hands out the columns one by one, so that a long recording needs room for one of them. @param
+/// take void(const VectorXd&).
 template <typename Take>
 void forEachColumn(const VectorXd& time, const VectorXd& current, double interval, Take take) {
   const VectorXd charging = current.cwiseMax(0.0);
@@ -83,8 +92,10 @@ struct Rows {
   VectorXd y;
 };
 
-/// The columns of a range of the samples, every k-th of very many. @param first sample of time and current.
-Rows trainingRows(const VectorXd& time, const VectorXd& current, const Series& series, IndexRange train, std::size_t first) {
+/// The columns of a range of the samples, every k-th of very many. @param first sample of time and
+/// current.
+Rows trainingRows(const VectorXd& time, const VectorXd& current, const Series& series,
+                  IndexRange train, std::size_t first) {
   const std::size_t stride = 1 + (train.size() - 1) / kMaxRows;
   const auto count = static_cast<Index>(1 + (train.size() - 1) / stride);
   const auto sample = [&](Index n) { return train.first + static_cast<std::size_t>(n) * stride; };
@@ -100,10 +111,13 @@ Rows trainingRows(const VectorXd& time, const VectorXd& current, const Series& s
 }
 
 /// What a fit says of `count` samples from `begin` of time and current on.
-VectorXd predicted(const RidgeFit& fit, const VectorXd& time, const VectorXd& current, double interval, Index begin, Index count) {
+VectorXd predicted(const RidgeFit& fit, const VectorXd& time, const VectorXd& current,
+                   double interval, Index begin, Index count) {
   VectorXd voltage = VectorXd::Constant(count, fit.constant);
   Index at = 0;
-  forEachColumn(time, current, interval, [&](const VectorXd& column) { voltage += fit.ofColumn(at++, column.segment(begin, count)); });
+  forEachColumn(time, current, interval, [&](const VectorXd& column) {
+    voltage += fit.ofColumn(at++, column.segment(begin, count));
+  });
   return voltage;
 }
 
@@ -111,7 +125,8 @@ RidgeOptions options() {
   RidgeOptions options;
   options.blocks = kBlocks;
   options.of_mean = true;
-  for (int power = kWeakestPenalty; power <= kStrongestPenalty; ++power) options.penalties.push_back(kPenaltyUnit * std::pow(10.0, power));
+  for (int power = kWeakestPenalty; power <= kStrongestPenalty; ++power)
+    options.penalties.push_back(kPenaltyUnit * std::pow(10.0, power));
   return options;
 }
 
@@ -127,13 +142,15 @@ RidgePrediction ridgeVoltage(const Series& series, IndexRange train, IndexRange 
   VectorXd left_out;
   const RidgeFit fit = fitRidge(rows.x, rows.y, options(), &left_out);
   const VectorXd voltage =
-      predicted(fit, time, current, medianInterval(series), static_cast<Index>(test.first - first), static_cast<Index>(test.size()));
+      predicted(fit, time, current, medianInterval(series), static_cast<Index>(test.first - first),
+                static_cast<Index>(test.size()));
 
   RidgePrediction prediction;
   prediction.columns = static_cast<std::size_t>(rows.x.cols()) + 1;
   prediction.rows = static_cast<std::size_t>(rows.x.rows());
   prediction.penalty = fit.penalty / kPenaltyUnit;
-  prediction.held_out_rmse = std::sqrt((rows.y - left_out).squaredNorm() / static_cast<double>(rows.y.size()));
+  prediction.held_out_rmse =
+      std::sqrt((rows.y - left_out).squaredNorm() / static_cast<double>(rows.y.size()));
   prediction.voltage.assign(voltage.data(), voltage.data() + voltage.size());
   return prediction;
 }

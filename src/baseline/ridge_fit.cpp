@@ -23,14 +23,15 @@ std::vector<Block> blocksOf(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, 
   for (int b = 0; b < count; ++b) {
     const Eigen::Index first = Z.rows() * b / count, last = Z.rows() * (b + 1) / count;
     const auto rows = Z.middleRows(first, last - first);
-    blocks.push_back({first, last - first, rows.transpose() * rows, rows.transpose() * y.segment(first, last - first)});
+    blocks.push_back({first, last - first, rows.transpose() * rows,
+                      rows.transpose() * y.segment(first, last - first)});
   }
   return blocks;
 }
 
 /// @param rows that the products are summed over.
-Eigen::VectorXd solved(Eigen::MatrixXd products, const Eigen::VectorXd& targets, double penalty, Eigen::Index rows,
-                       const RidgeOptions& options) {
+Eigen::VectorXd solved(Eigen::MatrixXd products, const Eigen::VectorXd& targets, double penalty,
+                       Eigen::Index rows, const RidgeOptions& options) {
   if (options.of_mean) penalty *= static_cast<double>(rows);
   products.diagonal().array() += penalty;
   products(0, 0) += penalty * (options.constant_penalty - 1.0);
@@ -39,10 +40,11 @@ Eigen::VectorXd solved(Eigen::MatrixXd products, const Eigen::VectorXd& targets,
 
 void requireSound(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options) {
   if (X.rows() != y.size())
-    throw std::invalid_argument("fitRidge: " + std::to_string(X.rows()) + " rows for " + std::to_string(y.size()) + " values");
+    throw std::invalid_argument("fitRidge: " + std::to_string(X.rows()) + " rows for " +
+                                std::to_string(y.size()) + " values");
   if (X.rows() < 2L * options.blocks || options.blocks < 2)
-    throw std::invalid_argument("fitRidge: " + std::to_string(X.rows()) + " rows for " + std::to_string(options.blocks) +
-                                " blocks, expected two a block");
+    throw std::invalid_argument("fitRidge: " + std::to_string(X.rows()) + " rows for " +
+                                std::to_string(options.blocks) + " blocks, expected two a block");
   if (options.penalties.empty()) throw std::invalid_argument("fitRidge: no penalty is given");
 }
 
@@ -55,7 +57,8 @@ double RidgeFit::at(const Eigen::Ref<const Eigen::VectorXd>& columns) const {
   return constant + (weight.array() * (x - centre.array()) / scale.array()).sum();
 }
 
-Eigen::VectorXd RidgeFit::ofColumn(Eigen::Index j, const Eigen::Ref<const Eigen::VectorXd>& values) const {
+Eigen::VectorXd RidgeFit::ofColumn(Eigen::Index j,
+                                   const Eigen::Ref<const Eigen::VectorXd>& values) const {
   Eigen::ArrayXd x = values.array();
   if (lower.size() > 0) x = x.max(lower[j]).min(upper[j]);
   return weight[j] / scale[j] * (x - centre[j]);
@@ -63,7 +66,8 @@ Eigen::VectorXd RidgeFit::ofColumn(Eigen::Index j, const Eigen::Ref<const Eigen:
 
 namespace {
 
-/// Columns of mean 0 and deviation 1 behind one of ones; 0 where a column never moves. @param fit takes centre and scale.
+/// Columns of mean 0 and deviation 1 behind one of ones; 0 where a column never moves. @param fit
+/// takes centre and scale.
 Eigen::MatrixXd standardised(const Eigen::MatrixXd& X, RidgeFit& fit) {
   fit.centre = X.colwise().mean();
   fit.scale = ((X.rowwise() - fit.centre.transpose()).array().square().colwise().mean()).sqrt();
@@ -82,8 +86,10 @@ struct Sums {
   Eigen::VectorXd targets;
 };
 
-/// Every block as the others predict it, under the penalty that does so best. @param fit takes the penalty.
-Eigen::VectorXd leftOut(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, const Sums& sums, const RidgeOptions& options, RidgeFit& fit) {
+/// Every block as the others predict it, under the penalty that does so best. @param fit takes the
+/// penalty.
+Eigen::VectorXd leftOut(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, const Sums& sums,
+                        const RidgeOptions& options, RidgeFit& fit) {
   const std::vector<Block> blocks = blocksOf(Z, y, options.blocks);
   double least = std::numeric_limits<double>::infinity();
   Eigen::VectorXd best;
@@ -91,8 +97,9 @@ Eigen::VectorXd leftOut(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, cons
     Eigen::VectorXd without(y.size());
     for (const Block& block : blocks)
       without.segment(block.first, block.count) =
-          Z.middleRows(block.first, block.count) *
-          solved(sums.products - block.products, sums.targets - block.targets, penalty, y.size() - block.count, options);
+          Z.middleRows(block.first, block.count) * solved(sums.products - block.products,
+                                                          sums.targets - block.targets, penalty,
+                                                          y.size() - block.count, options);
     const double error = (y - without).squaredNorm();
     if (!(error < least)) continue;
     least = error;
@@ -104,21 +111,24 @@ Eigen::VectorXd leftOut(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, cons
 
 }  // namespace
 
-RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options, Eigen::VectorXd* left_out) {
+RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options,
+                  Eigen::VectorXd* left_out) {
   requireSound(X, y, options);
   RidgeFit fit;
   const Eigen::MatrixXd Z = standardised(X, fit);
   const Sums sums{Z.transpose() * Z, Z.transpose() * y};
   const Eigen::VectorXd best = leftOut(Z, y, sums, options, fit);
   double share = 1.0;
-  if (options.shrunk) share = std::clamp(y.dot(best) / std::max(best.squaredNorm(), 1e-12), 0.0, 1.0);
+  if (options.shrunk)
+    share = std::clamp(y.dot(best) / std::max(best.squaredNorm(), 1e-12), 0.0, 1.0);
   fit.gain = 1.0 - (y - share * best).squaredNorm() / std::max(y.squaredNorm(), 1e-300);
   if (left_out) *left_out = share * best;
   if (options.shrunk && !(fit.gain > 0.0)) {
     if (left_out) left_out->setZero();
     return RidgeFit();
   }
-  const Eigen::VectorXd w = share * solved(sums.products, sums.targets, fit.penalty, y.size(), options);
+  const Eigen::VectorXd w =
+      share * solved(sums.products, sums.targets, fit.penalty, y.size(), options);
   fit.constant = w[0];
   fit.weight = w.tail(X.cols());
   if (options.clipped) {

@@ -7,16 +7,20 @@ namespace battery_sof {
 
 /// How a ridge regression is chosen.
 struct RidgeOptions {
-  std::vector<double> penalties;  ///< [1], tried one by one; those of the normal equations of scaled columns
+  /// [1], tried one by one; those of the normal equations of scaled columns
+  std::vector<double> penalties;
   int blocks = 6;                 ///< consecutive blocks of the cross-validation
   double constant_penalty = 0.0;  ///< share of the penalty that the constant bears [1]
-  bool of_mean = false;           ///< penalties are those of the mean over the rows that are fitted, not of their sum
-  bool clipped = false;           ///< columns are held inside what the fit saw
-  bool shrunk = false;            ///< the prediction is scaled by what the left-out blocks ask for, in [0, 1]
+  /// penalties are those of the mean over the rows that are fitted, not of their sum
+  bool of_mean = false;
+  bool clipped = false;  ///< columns are held inside what the fit saw
+  /// the prediction is scaled by what the left-out blocks ask for, in [0, 1]
+  bool shrunk = false;
 };
 
 /**
- * @brief A linear prediction of one number from columns: y = constant + sum_j weight_j (x_j - centre_j) / scale_j.
+ * @brief A linear prediction of one number from columns: y = constant + sum_j weight_j (x_j -
+ * centre_j) / scale_j.
  *
  * Default-constructed it predicts zero.
  */
@@ -25,10 +29,12 @@ struct RidgeFit {
   Eigen::VectorXd lower, upper;           ///< columns are held inside these; empty: they are not
   double constant = 0.0;
   double penalty = 0.0;  ///< the one chosen, as given
-  double gain = 0.0;     ///< 1 - squared error of the left-out blocks over that of predicting zero [1]
+  /// 1 - squared error of the left-out blocks over that of predicting zero [1]
+  double gain = 0.0;
   bool empty() const { return weight.size() == 0; }
   double at(const Eigen::Ref<const Eigen::VectorXd>& columns) const;
-  /// What column j adds to the constant in every row; all columns together make at(). @param values of that column.
+  /// What column j adds to the constant in every row; all columns together make at(). @param values
+  /// of that column.
   Eigen::VectorXd ofColumn(Eigen::Index j, const Eigen::Ref<const Eigen::VectorXd>& values) const;
 };
 
@@ -40,10 +46,13 @@ struct RidgeFit {
  * lambda is a penalty, or the number of rows times it (of_mean).
  *
  * @param X    one row a sample.  @param y as many.
- * @param left_out set to the prediction of every sample by a fit without its block, scaled like the fit's own; may be null.
+ * @param left_out set to the prediction of every sample by a fit without its block, scaled like the
+ * fit's own; may be null.
  * @return a fit that predicts zero when leaving out shows no gain and `shrunk` is asked for.
- * @throws std::invalid_argument when sizes differ, there are fewer rows than twice the blocks, or no penalty is given.
+ * @throws std::invalid_argument when sizes differ, there are fewer rows than twice the blocks, or
+ * no penalty is given.
  */
-RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options, Eigen::VectorXd* left_out = nullptr);
+RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options,
+                  Eigen::VectorXd* left_out = nullptr);
 
 }  // namespace battery_sof

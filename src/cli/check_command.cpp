@@ -1,7 +1,7 @@
-#include "recording/series_blocks.hpp"
-#include "recording/checks.hpp"
-#include "report/check_report.hpp"
 #include "command.hpp"
+#include "recording/checks.hpp"
+#include "recording/series_blocks.hpp"
+#include "report/check_report.hpp"
 
 namespace battery_sof {
 namespace {
@@ -28,12 +28,15 @@ int runCheck(const CommandLine& line, const CheckArguments& arguments) {
 }  // namespace
 
 void addCheckCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand("check", "lint a recording: rate, gaps, clipping, quantisation, sign, offset, skew, stuck values");
+  CLI::App* command = app.add_subcommand(
+      "check",
+      "lint a recording: rate, gaps, clipping, quantisation, sign, offset, skew, stuck values");
   auto arguments = std::make_shared<CheckArguments>();
   addRecordingOptions(*command, arguments->recording);
   addSeriesBlocksOption(*command, arguments->recording);
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] { line.run = [&line, arguments] { return runCheck(line, *arguments); }; });
+  command->callback(
+      [&line, arguments] { line.run = [&line, arguments] { return runCheck(line, *arguments); }; });
 }
 
 }  // namespace battery_sof

@@ -7,12 +7,12 @@
 #include <system_error>
 
 #include "estimation/recording_fit.hpp"
-#include "util/atomic_file.hpp"
 #include "recording/series_blocks.hpp"
+#include "report/priors_yaml.hpp"
+#include "util/atomic_file.hpp"
 #include "util/number_text.hpp"
 #include "util/printable.hpp"
 #include "util/text.hpp"
-#include "report/priors_yaml.hpp"
 
 namespace battery_sof {
 namespace {
@@ -33,7 +33,8 @@ bool isBag(const std::string& path) {
 void addFile(const std::string& path, Digest& digest) {
   std::ifstream file(path, std::ios::binary);
   std::array<char, 65536> buffer{};
-  while (file.read(buffer.data(), buffer.size()) || file.gcount() > 0) digest.add({buffer.data(), static_cast<std::size_t>(file.gcount())});
+  while (file.read(buffer.data(), buffer.size()) || file.gcount() > 0)
+    digest.add({buffer.data(), static_cast<std::size_t>(file.gcount())});
 }
 
 Recording readRecording(const RecordingArguments& arguments, Digest* digest) {
@@ -49,20 +50,31 @@ Recording readRecording(const RecordingArguments& arguments, Digest* digest) {
 }  // namespace
 
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path) {
-  if (with_path) command.add_option("REC", arguments.path, "recording: .bag, .csv, or CSV from a pipe")->required()->type_name(kReadFile);
+  if (with_path)
+    command.add_option("REC", arguments.path, "recording: .bag, .csv, or CSV from a pipe")
+        ->required()
+        ->type_name(kReadFile);
   auto& columns = arguments.columns;
-  command.add_option("--time-column", columns.time, "CSV column of time [s, or UTC date]")->capture_default_str();
-  command.add_option("--current-column", columns.current, "CSV column of current [A]")->capture_default_str();
-  command.add_option("--voltage-column", columns.voltage, "CSV column of voltage [V]")->capture_default_str();
-  command.add_option("--temperature-column", columns.temperature, "CSV column of temperature [degC]");
-  command.add_flag("--discharge-positive", columns.discharge_positive, "the CSV counts current out of the battery as positive");
+  command.add_option("--time-column", columns.time, "CSV column of time [s, or UTC date]")
+      ->capture_default_str();
+  command.add_option("--current-column", columns.current, "CSV column of current [A]")
+      ->capture_default_str();
+  command.add_option("--voltage-column", columns.voltage, "CSV column of voltage [V]")
+      ->capture_default_str();
+  command.add_option("--temperature-column", columns.temperature,
+                     "CSV column of temperature [degC]");
+  command.add_flag("--discharge-positive", columns.discharge_positive,
+                   "the CSV counts current out of the battery as positive");
   command.add_option("--topic", arguments.topic, "bag topic")->capture_default_str();
 }
 
 void addRenamedOption(CLI::App& command, const std::string& old, const std::string& now) {
   command
-      .add_option_function<std::vector<std::string>>(
-          old, [old, now](const std::vector<std::string>&) { throw CLI::ValidationError(old, "is " + now + " since 0.3"); })
+      .add_option_function<std::vector<std::string>>(old,
+                                                     [old, now](const std::vector<std::string>&) {
+                                                       throw CLI::ValidationError(
+                                                           old, "is " + now + " since 0.3");
+                                                     })
       ->expected(0, CLI::detail::expected_max_vector_size)
       ->group("");
 }
@@ -70,34 +82,44 @@ void addRenamedOption(CLI::App& command, const std::string& old, const std::stri
 void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments) {
   command
       .add_option("--series-blocks", arguments.series_blocks,
-                  "blocks of 12 V in series: 0.5 for a battery of 6 V, 2 for 24 V, 4 for 48 V; bounds and limits are those of one")
+                  "blocks of 12 V in series: 0.5 for a battery of 6 V, 2 for 24 V, 4 for 48 V; "
+                  "bounds and limits are those of one")
       ->capture_default_str();
   addRenamedOption(command, "--blocks", "--series-blocks");
 }
 
 void addWindowOptions(CLI::App& command, WindowArguments& arguments) {
-  command.add_option("--from", arguments.from, "start [s] on the recording's clock; +T counts from its first sample");
+  command.add_option("--from", arguments.from,
+                     "start [s] on the recording's clock; +T counts from its first sample");
   command.add_option("--to", arguments.to, "end [s], as --from");
 }
 
 void addPriorsOptions(CLI::App& command, PriorsArguments& arguments) {
-  command.add_option("--priors", arguments.file, "PRIORS.yaml of a fleet, in place of the catalogue's priors")->type_name(kReadFile);
-  command.add_option("--vehicle-type", arguments.vehicle_type, "type of the priors; of all types without it");
+  command
+      .add_option("--priors", arguments.file,
+                  "PRIORS.yaml of a fleet, in place of the catalogue's priors")
+      ->type_name(kReadFile);
+  command.add_option("--vehicle-type", arguments.vehicle_type,
+                     "type of the priors; of all types without it");
 }
 
 void addJsonOption(CLI::App& command, std::string& json) {
-  command.add_option("--json", json, "write the result as JSON; - for standard output")->type_name(kWrittenFile);
+  command.add_option("--json", json, "write the result as JSON; - for standard output")
+      ->type_name(kWrittenFile);
 }
 
 std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments) {
   if (!arguments.file.empty()) return readPriorsFile(arguments.file, arguments.vehicle_type);
   if (!arguments.vehicle_type.empty())
-    throw UsageError("--vehicle-type is " + arguments.vehicle_type + ", expected with --priors, whose types it is one of");
+    throw UsageError("--vehicle-type is " + arguments.vehicle_type +
+                     ", expected with --priors, whose types it is one of");
   return {};
 }
 
 Recording loadRecording(const RecordingArguments& arguments, Digest* digest) {
-  if (!areSeriesBlocks(arguments.series_blocks)) throw UsageError(format("--series-blocks is %g, expected ", arguments.series_blocks) + kAllowedSeriesBlocks);
+  if (!areSeriesBlocks(arguments.series_blocks))
+    throw UsageError(format("--series-blocks is %g, expected ", arguments.series_blocks) +
+                     kAllowedSeriesBlocks);
   Recording recording = readRecording(arguments, digest);
   recording.series = perBlock(std::move(recording.series), arguments.series_blocks);
   return recording;
@@ -106,19 +128,25 @@ Recording loadRecording(const RecordingArguments& arguments, Digest* digest) {
 std::optional<double> parseTime(const std::string& text, const Series& series, const char* option) {
   if (text.empty()) return std::nullopt;
   const std::optional<double> value = numberOf(text);
-  if (!value || !std::isfinite(*value)) throw UsageError(std::string(option) + " is \"" + text + "\", expected seconds, e.g. 60 or +60");
+  if (!value || !std::isfinite(*value))
+    throw UsageError(std::string(option) + " is \"" + text +
+                     "\", expected seconds, e.g. 60 or +60");
   if (series.empty()) return value;
-  const bool relative = text[0] == '+' || (series.time.front() > kEpochClock && *value < kEpochClock);
+  const bool relative =
+      text[0] == '+' || (series.time.front() > kEpochClock && *value < kEpochClock);
   return relative ? series.time.front() + *value : *value;
 }
 
 IndexRange rangeOf(const WindowArguments& arguments, const Series& series) {
   if (series.empty()) throw UsageError(kTooShortForDesignRate);
-  return samplesBetween(series, parseTime(arguments.from, series, "--from"), parseTime(arguments.to, series, "--to"));
+  return samplesBetween(series, parseTime(arguments.from, series, "--from"),
+                        parseTime(arguments.to, series, "--to"));
 }
 
-void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json, const std::string& json_target) {
-  const std::string document = json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json,
+          const std::string& json_target) {
+  const std::string document =
+      json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (json_target == "-") {
     line.out << document;
     return;
@@ -132,9 +160,13 @@ void complain(std::ostream& err, const std::string& what) {
   err << "sof: " << printable(shortened(what, kMost)) << "\n";
 }
 
-Digest::Digest() : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) { EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr); }
+Digest::Digest() : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
+  EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr);
+}
 
-void Digest::add(std::string_view bytes) { EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()); }
+void Digest::add(std::string_view bytes) {
+  EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size());
+}
 
 std::string Digest::text() {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};

@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "bag/bag_storage.hpp"
+#include "battery_sof/csv.hpp"
 #include "cli/sof.hpp"
 #include "estimation/known_parameter.hpp"
-#include "battery_sof/csv.hpp"
-#include "recording/resample.hpp"
 #include "progress.hpp"
+#include "recording/resample.hpp"
 
 namespace battery_sof {
 
@@ -35,7 +35,8 @@ struct CommandLine {
   std::function<int()> run;
 };
 
-/// Type names, shown by --help, of options that name files: runSof() refuses a file that is both read and written.
+/// Type names, shown by --help, of options that name files: runSof() refuses a file that is both
+/// read and written.
 inline constexpr char kReadFile[] = "INPUT";
 inline constexpr char kWrittenFile[] = "OUTPUT";
 
@@ -78,7 +79,8 @@ class Digest {
   std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context_;
 };
 
-/// Reads a bag or CSV file, with the voltage of one of its blocks. @throws RecordingError, UsageError.
+/// Reads a bag or CSV file, with the voltage of one of its blocks. @throws RecordingError,
+/// UsageError.
 /// @param digest takes in the bytes that were read. A pipe is read once, as CSV.
 Recording loadRecording(const RecordingArguments& arguments, Digest* digest = nullptr);
 
@@ -87,7 +89,8 @@ std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments);
 
 /// Why there is nothing left to work with after atDesignRate().
 inline constexpr char kTooShortForDesignRate[] =
-    "the recording is too short: brought down to 100 Hz nothing is left of it, at least 0.1 s are needed";
+    "the recording is too short: brought down to 100 Hz nothing is left of it, at least 0.1 s are "
+    "needed";
 
 /**
  * @brief A time of the command line on the recording's clock [s].
@@ -101,12 +104,14 @@ std::optional<double> parseTime(const std::string& text, const Series& series, c
 /// @return samples between --from and --to. @throws std::invalid_argument when there are none.
 IndexRange rangeOf(const WindowArguments& arguments, const Series& series);
 
-/// Prints text, or JSON instead when json is "-"; writes JSON to a file when json names one. Line breaks of the text are the writer's own:
-/// a name of outside in it is made printable() before.
-void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json, const std::string& json_target);
+/// Prints text, or JSON instead when json is "-"; writes JSON to a file when json names one. Line
+/// breaks of the text are the writer's own: a name of outside in it is made printable() before.
+void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json,
+          const std::string& json_target);
 
-/// One line on standard error, beginning with "sof: ", whatever the sentence holds of files and command lines: control characters are
-/// shown as their codes, and what is longer than two paths is cut off.
+/// One line on standard error, beginning with "sof: ", whatever the sentence holds of files and
+/// command lines: control characters are shown as their codes, and what is longer than two paths is
+/// cut off.
 void complain(std::ostream& err, const std::string& what);
 
 void addCheckCommand(CLI::App& app, CommandLine& line);

@@ -1,8 +1,8 @@
 #include <filesystem>
 #include <ostream>
 
-#include "util/printable.hpp"
 #include "command.hpp"
+#include "util/printable.hpp"
 
 namespace battery_sof {
 namespace {
@@ -15,7 +15,8 @@ struct ConvertArguments {
 
 int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
   const std::string extension = std::filesystem::path(arguments.out).extension();
-  if (extension != ".bag" && extension != ".csv") throw UsageError(arguments.out + ": expected a name ending in .bag or .csv");
+  if (extension != ".bag" && extension != ".csv")
+    throw UsageError(arguments.out + ": expected a name ending in .bag or .csv");
   Progress progress(line.err);
   const Recording recording = loadRecording(arguments.recording);
   progress.stage("writing");
@@ -27,9 +28,12 @@ int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
   const std::size_t samples = recording.series.size();
   const std::size_t rejected = recording.rejected.total();
   emit(line,
-       std::to_string(samples) + " samples written to " + printable(arguments.out) + ", " + std::to_string(rejected) +
-           " rejected (sof check says why)\n",
-       {{"schema", "battery_sof/conversion/1"}, {"out", printable(arguments.out)}, {"samples", samples}, {"rejected", rejected}},
+       std::to_string(samples) + " samples written to " + printable(arguments.out) + ", " +
+           std::to_string(rejected) + " rejected (sof check says why)\n",
+       {{"schema", "battery_sof/conversion/1"},
+        {"out", printable(arguments.out)},
+        {"samples", samples},
+        {"rejected", rejected}},
        arguments.json);
   return kExitDone;
 }
@@ -39,11 +43,17 @@ int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
 void addConvertCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("convert", "convert a recording between CSV and bag");
   auto arguments = std::make_shared<ConvertArguments>();
-  command->add_option("IN", arguments->recording.path, "recording: .bag, .csv, or CSV from a pipe")->required()->type_name(kReadFile);
-  command->add_option("OUT", arguments->out, "file to write: .bag or .csv")->required()->type_name(kWrittenFile);
+  command->add_option("IN", arguments->recording.path, "recording: .bag, .csv, or CSV from a pipe")
+      ->required()
+      ->type_name(kReadFile);
+  command->add_option("OUT", arguments->out, "file to write: .bag or .csv")
+      ->required()
+      ->type_name(kWrittenFile);
   addRecordingOptions(*command, arguments->recording, false);
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] { line.run = [&line, arguments] { return runConvert(line, *arguments); }; });
+  command->callback([&line, arguments] {
+    line.run = [&line, arguments] { return runConvert(line, *arguments); };
+  });
 }
 
 }  // namespace battery_sof

@@ -1,8 +1,8 @@
 #include <ostream>
 
 #include "prediction/cranking.hpp"
-#include "report/results.hpp"
 #include "query_options.hpp"
+#include "report/results.hpp"
 
 namespace battery_sof {
 namespace {
@@ -40,7 +40,8 @@ int runCrank(const CommandLine& line, const CrankArguments& arguments) {
   const FittedModel model = modelOf(arguments.general);
   const CrankingQuery query = queryOf(arguments);
   const CrankingAnswer answer = predictCranking(model, query, arguments.general.capacity_ah);
-  return finish(line, answer, crankingText(query, answer), crankingJson(answer), arguments.general.json);
+  return finish(line, answer, crankingText(query, answer), crankingJson(answer),
+                arguments.general.json);
 }
 
 }  // namespace
@@ -49,12 +50,19 @@ void addCrankCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("crank", "lowest voltage of a crank after a stop (SOF1)");
   auto arguments = std::make_shared<CrankArguments>();
   addQueryOptions(*command, arguments->general);
-  auto* i_load = command->add_option("--i-load", arguments->i_load, "current while stopped [A], <= 0");
+  auto* i_load =
+      command->add_option("--i-load", arguments->i_load, "current while stopped [A], <= 0");
   auto* t_stop = command->add_option("--t-stop", arguments->t_stop, "duration of the stop [s]");
-  auto* i_cranking = command->add_option("--i-cranking", arguments->i_cranking, "current of the crank [A], < 0");
-  auto* t_cranking = command->add_option("--t-cranking", arguments->t_cranking, "duration of the crank [s]")->capture_default_str();
-  command->add_option("--u-required", arguments->u_required, "lowest voltage that still cranks [V]");
-  command->add_option("--load-profile", arguments->load_profile, "CSV time_s,current_a of the stop, in place of --i-load and --t-stop")
+  auto* i_cranking =
+      command->add_option("--i-cranking", arguments->i_cranking, "current of the crank [A], < 0");
+  auto* t_cranking =
+      command->add_option("--t-cranking", arguments->t_cranking, "duration of the crank [s]")
+          ->capture_default_str();
+  command->add_option("--u-required", arguments->u_required,
+                      "lowest voltage that still cranks [V]");
+  command
+      ->add_option("--load-profile", arguments->load_profile,
+                   "CSV time_s,current_a of the stop, in place of --i-load and --t-stop")
       ->type_name(kReadFile)
       ->excludes(i_load, t_stop);
   command
@@ -62,7 +70,8 @@ void addCrankCommand(CLI::App& app, CommandLine& line) {
                    "CSV time_s,current_a of the crank, in place of --i-cranking and --t-cranking")
       ->type_name(kReadFile)
       ->excludes(i_cranking, t_cranking);
-  command->callback([&line, arguments] { line.run = [&line, arguments] { return runCrank(line, *arguments); }; });
+  command->callback(
+      [&line, arguments] { line.run = [&line, arguments] { return runCrank(line, *arguments); }; });
 }
 
 }  // namespace battery_sof

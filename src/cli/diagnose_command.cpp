@@ -2,14 +2,14 @@
 #include <ostream>
 #include <utility>
 
+#include "command.hpp"
 #include "diagnosis/diagnose.hpp"
-#include "util/atomic_file.hpp"
+#include "interruption.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/diagnosis_page.hpp"
 #include "report/diagnosis_results.hpp"
 #include "report/model_yaml.hpp"
-#include "command.hpp"
-#include "interruption.hpp"
+#include "util/atomic_file.hpp"
 
 namespace battery_sof {
 namespace {
@@ -26,36 +26,44 @@ struct DiagnoseArguments {
 Recording stretchOf(const DiagnoseArguments& arguments, Digest& digest) {
   Recording recording = loadRecording(arguments.recording, &digest);
   recording.series = atDesignRate(recording.series);
-  if (!recording.series.empty()) recording.series = slice(recording.series, rangeOf(arguments.window, recording.series));
+  if (!recording.series.empty())
+    recording.series = slice(recording.series, rangeOf(arguments.window, recording.series));
   return recording;
 }
 
 /// A page that could not be written is found out before the minutes of work, not after.
 void requireFolders(const DiagnoseArguments& arguments) {
-  for (const std::string& file : {arguments.report, arguments.out, arguments.base_out, arguments.json}) {
+  for (const std::string& file :
+       {arguments.report, arguments.out, arguments.base_out, arguments.json}) {
     if (file.empty() || file == "-") continue;
     const auto folder = std::filesystem::absolute(file).parent_path();
-    if (!std::filesystem::is_directory(folder)) throw UsageError("cannot write " + file + ": there is no folder " + folder.string());
+    if (!std::filesystem::is_directory(folder))
+      throw UsageError("cannot write " + file + ": there is no folder " + folder.string());
   }
 }
 
-void nameOrigin(Diagnosis& diagnosis, const Recording& recording, const std::string& hash, double series_blocks) {
+void nameOrigin(Diagnosis& diagnosis, const Recording& recording, const std::string& hash,
+                double series_blocks) {
   for (FittedModel* model : {&diagnosis.base, &diagnosis.extended}) {
     model->provenance.recording = recording.name;
     model->provenance.recording_hash = hash;
     model->fit.series_blocks = series_blocks;
   }
-  if (series_blocks != 1.0) diagnosis.instrument.insert(diagnosis.instrument.begin(), seriesBlocksSentence(series_blocks));
+  if (series_blocks != 1.0)
+    diagnosis.instrument.insert(diagnosis.instrument.begin(), seriesBlocksSentence(series_blocks));
 }
 
-void writeFiles(const DiagnoseArguments& arguments, const Recording& recording, const Diagnosis& diagnosis) {
-  if (!arguments.report.empty()) writeFileAtomically(arguments.report, diagnosisPage(recording, diagnosis));
+void writeFiles(const DiagnoseArguments& arguments, const Recording& recording,
+                const Diagnosis& diagnosis) {
+  if (!arguments.report.empty())
+    writeFileAtomically(arguments.report, diagnosisPage(recording, diagnosis));
   if (diagnosis.verdict == Verdict::kInsufficientData) return;
   if (!arguments.out.empty()) writeModelFile(arguments.out, diagnosis.extended);
   if (!arguments.base_out.empty()) writeModelFile(arguments.base_out, diagnosis.base);
 }
 
-Diagnosis interruptible(const Recording& recording, DiagnoseOptions options, Progress& progress, std::ostream& err) {
+Diagnosis interruptible(const Recording& recording, DiagnoseOptions options, Progress& progress,
+                        std::ostream& err) {
   Interruption interruption(err);
   options.progress = [&](const std::string& stage) {
     interruption.stage(stage);
@@ -85,45 +93,66 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
 }  // namespace
 
 void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand("diagnose", "find where the base model and a recording part, and which physics is missing");
+  CLI::App* command = app.add_subcommand(
+      "diagnose", "find where the base model and a recording part, and which physics is missing");
   auto arguments = std::make_shared<DiagnoseArguments>();
   addRecordingOptions(*command, arguments->recording);
   addSeriesBlocksOption(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
-  command->add_option("--report", arguments->report, "page to write: one HTML file that needs no network")->type_name(kWrittenFile);
-  command->add_option("--out", arguments->out, "model file to write: the base model with what was found")->type_name(kWrittenFile);
-  command->add_option("--base-out", arguments->base_out, "model file to write: the base model alone")->type_name(kWrittenFile);
-  command->add_option("--holdout", arguments->options.holdout_share, "share of the samples, the last ones, kept for the comparison alone")
+  command
+      ->add_option("--report", arguments->report,
+                   "page to write: one HTML file that needs no network")
+      ->type_name(kWrittenFile);
+  command
+      ->add_option("--out", arguments->out,
+                   "model file to write: the base model with what was found")
+      ->type_name(kWrittenFile);
+  command
+      ->add_option("--base-out", arguments->base_out, "model file to write: the base model alone")
+      ->type_name(kWrittenFile);
+  command
+      ->add_option("--holdout", arguments->options.holdout_share,
+                   "share of the samples, the last ones, kept for the comparison alone")
       ->capture_default_str();
-  CLI::Option* hypotheses =
-      command
-          ->add_option("--hypotheses", arguments->options.hypotheses,
-                       "ids to weigh, comma-separated; by default all of sof effects, fresh_sulphate where a source drives")
-          ->delimiter(',');
-  CLI::Option* given =
-      command->add_option("--given", arguments->options.given,
-                          "ids that are known to be there, comma-separated: they are modelled and nothing is searched for");
+  CLI::Option* hypotheses = command
+                                ->add_option("--hypotheses", arguments->options.hypotheses,
+                                             "ids to weigh, comma-separated; by default all of sof "
+                                             "effects, fresh_sulphate where a source drives")
+                                ->delimiter(',');
+  CLI::Option* given = command->add_option("--given", arguments->options.given,
+                                           "ids that are known to be there, comma-separated: they "
+                                           "are modelled and nothing is searched for");
   given->delimiter(',')->excludes(hypotheses);
   command
       ->add_option("--verify-detection-limits", arguments->options.confirm,
-                   "ids, comma-separated, of detection limits: diagnose the recording with each put in until it is named")
+                   "ids, comma-separated, of detection limits: diagnose the recording with each "
+                   "put in until it is named")
       ->delimiter(',')
       ->excludes(given);
   Relevance& relevance = arguments->options.relevance;
-  command->add_option("--min-rmse", relevance.rmse, "smallest RMS effect that is reported [V]; half the noise where that is more")
-      ->capture_default_str();
-  command->add_option("--min-crank", relevance.crank, "[V], mean over cranks, that something must add to be reported")
+  command
+      ->add_option("--min-rmse", relevance.rmse,
+                   "smallest RMS effect that is reported [V]; half the noise where that is more")
       ->capture_default_str();
   command
-      ->add_option("--min-charge", relevance.charge_share,
-                   "share of the charging current below which nothing is reported where a source draws it")
+      ->add_option("--min-crank", relevance.crank,
+                   "[V], mean over cranks, that something must add to be reported")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--min-charge", relevance.charge_share,
+          "share of the charging current below which nothing is reported where a source draws it")
       ->capture_default_str();
   addRenamedOption(*command, "--confirm", "--verify-detection-limits");
-  for (const std::string limit : {"rmse", "crank", "charge"}) addRenamedOption(*command, "--relevance-" + limit, "--min-" + limit);
+  for (const std::string limit : {"rmse", "crank", "charge"})
+    addRenamedOption(*command, "--relevance-" + limit, "--min-" + limit);
   addPriorsOptions(*command, arguments->priors);
-  command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")->capture_default_str();
+  command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")
+      ->capture_default_str();
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] { line.run = [&line, arguments] { return runDiagnose(line, *arguments); }; });
+  command->callback([&line, arguments] {
+    line.run = [&line, arguments] { return runDiagnose(line, *arguments); };
+  });
 }
 
 }  // namespace battery_sof

@@ -1,5 +1,5 @@
-#include "report/catalogue.hpp"
 #include "command.hpp"
+#include "report/catalogue.hpp"
 
 namespace battery_sof {
 namespace {
@@ -12,7 +12,8 @@ struct EffectsArguments {
 
 int runEffects(const CommandLine& line, const EffectsArguments& arguments) {
   const bool all = arguments.id.empty();
-  const std::vector<EffectInfo> effects = all ? effectsByTier() : std::vector<EffectInfo>{effectInfo(arguments.id)};
+  const std::vector<EffectInfo> effects =
+      all ? effectsByTier() : std::vector<EffectInfo>{effectInfo(arguments.id)};
   std::string text = all ? catalogueText(effects) : effectText(effects.front());
   if (arguments.markdown) text = catalogueMarkdown(effects);
   emit(line, text, catalogueJson(effects), arguments.json);
@@ -22,12 +23,15 @@ int runEffects(const CommandLine& line, const EffectsArguments& arguments) {
 }  // namespace
 
 void addEffectsCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand("effects", "the physics that sof identify --effects can add: all of it, or one in full");
+  CLI::App* command = app.add_subcommand(
+      "effects", "the physics that sof identify --effects can add: all of it, or one in full");
   auto arguments = std::make_shared<EffectsArguments>();
   command->add_option("ID", arguments->id, "an effect; without it a table of all");
   command->add_flag("--markdown", arguments->markdown, "print as docs/effects.md holds it");
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] { line.run = [&line, arguments] { return runEffects(line, *arguments); }; });
+  command->callback([&line, arguments] {
+    line.run = [&line, arguments] { return runEffects(line, *arguments); };
+  });
 }
 
 }  // namespace battery_sof

@@ -1,11 +1,11 @@
 #include <chrono>
 #include <ostream>
 
+#include "command.hpp"
 #include "estimation/recording_fit.hpp"
 #include "recording/checks.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
-#include "command.hpp"
 
 namespace battery_sof {
 namespace {
@@ -25,7 +25,8 @@ void warn(const CommandLine& line, Progress& progress, const Recording& recordin
   const CheckReport report = checkRecording(recording);
   progress.hide();
   for (const Finding& finding : report.findings)
-    if (finding.severity != Severity::kNote) line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
+    if (finding.severity != Severity::kNote)
+      line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
 }
 
 FittedModel withoutSamples() {
@@ -52,7 +53,8 @@ FittedModel fit(const Series& series, const FitRequest& request) {
   const FitPlan plan = planFit(series, request);
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = fitPlanned(series, plan);
-  model.provenance.fit_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  model.provenance.fit_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return model;
 }
 
@@ -107,28 +109,42 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   addRecordingOptions(*command, arguments->recording);
   addSeriesBlocksOption(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
-  command->add_flag("--auto", arguments->automatic, "choose the window inside --from and --to even when both are given");
-  command->add_option("--out", arguments->out, "model file to write")->required()->type_name(kWrittenFile);
+  command->add_flag("--auto", arguments->automatic,
+                    "choose the window inside --from and --to even when both are given");
+  command->add_option("--out", arguments->out, "model file to write")
+      ->required()
+      ->type_name(kWrittenFile);
   command
       ->add_option("--effects", arguments->options.effects,
-                   "ids of further physics, comma-separated, or none; sof effects lists them. Default: none, but where a source "
+                   "ids of further physics, comma-separated, or none; sof effects lists them. "
+                   "Default: none, but where a source "
                    "controls the voltage fresh_sulphate, the physics of charging")
       ->delimiter(',');
-  command->add_flag("--whiten", arguments->options.whiten,
-                    "cost of residuals whitened by a fitted noise model in place of the paper's weights");
-  command->add_option("--threads", arguments->options.threads, "threads for the starts of a fit with effects, 0: all; changes no result")
+  command->add_flag(
+      "--whiten", arguments->options.whiten,
+      "cost of residuals whitened by a fitted noise model in place of the paper's weights");
+  command
+      ->add_option("--threads", arguments->options.threads,
+                   "threads for the starts of a fit with effects, 0: all; changes no result")
       ->capture_default_str();
   command->add_option("--start", arguments->start, "initial state: estimated, or as in the paper")
       ->check(CLI::IsMember({"robust", "paper"}))
       ->capture_default_str();
-  command->add_option("--crank-weight", arguments->options.crank_weight, "weight W of high-rate discharge [1], at least 1")
+  command
+      ->add_option("--crank-weight", arguments->options.crank_weight,
+                   "weight W of high-rate discharge [1], at least 1")
       ->capture_default_str();
-  command->add_option("--crank-weight-current", arguments->options.crank_weight_current, "the weight applies below this current [A]")
+  command
+      ->add_option("--crank-weight-current", arguments->options.crank_weight_current,
+                   "the weight applies below this current [A]")
       ->capture_default_str();
-  command->add_option("--max-iterations", arguments->options.max_iterations, "iterations at most")->capture_default_str();
+  command->add_option("--max-iterations", arguments->options.max_iterations, "iterations at most")
+      ->capture_default_str();
   addPriorsOptions(*command, arguments->priors);
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] { line.run = [&line, arguments] { return runIdentify(line, *arguments); }; });
+  command->callback([&line, arguments] {
+    line.run = [&line, arguments] { return runIdentify(line, *arguments); };
+  });
 }
 
 }  // namespace battery_sof

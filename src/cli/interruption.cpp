@@ -15,7 +15,9 @@ namespace {
 
 constexpr long kLook = 20L * 1000 * 1000;  // [ns], how often it is asked whether the work is over
 
-double steadySeconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double steadySeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 sigset_t interrupts() {
   sigset_t set;
@@ -57,7 +59,9 @@ void Interruption::wait() {
 void Interruption::end(int signal) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (isatty(STDERR_FILENO)) err_ << "\r\033[K";  // over the line of Progress
-  err_ << format("sof: stopped after %.0f s while ", steadySeconds() - started_) << stage_ << "; no file was written\n" << std::flush;
+  err_ << format("sof: stopped after %.0f s while ", steadySeconds() - started_) << stage_
+       << "; no file was written\n"
+       << std::flush;
   ::signal(signal, SIG_DFL);
   raise(signal);  // waits until this thread lets the signal through
   const sigset_t set = interrupts();

@@ -9,10 +9,12 @@
 namespace battery_sof {
 
 /**
- * @brief While it lives, an interrupt (Ctrl-C) or a request to end says what was done by then, and ends the program at once.
+ * @brief While it lives, an interrupt (Ctrl-C) or a request to end says what was done by then, and
+ * ends the program at once.
  *
- * The program still ends by that signal, so that a shell or a script sees it. Nothing that is being written appears: files are
- * written whole or not at all. Threads that are started while it lives leave the signals to it.
+ * The program still ends by that signal, so that a shell or a script sees it. Nothing that is being
+ * written appears: files are written whole or not at all. Threads that are started while it lives
+ * leave the signals to it.
  */
 class Interruption {
  public:

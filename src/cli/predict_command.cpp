@@ -1,10 +1,10 @@
 
+#include "command.hpp"
 #include "prediction/range_prediction.hpp"
-#include "util/atomic_file.hpp"
-#include "util/text.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
-#include "command.hpp"
+#include "util/atomic_file.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -16,14 +16,18 @@ struct PredictArguments {
   std::string csv, json, mode;
 };
 
-std::string predictionCsv(const Series& series, IndexRange range, const FollowedPrediction& predicted) {
-  std::string text = "time_s,current_a,voltage_v,predicted_v,lower_v,upper_v,driven_by,predicted_a,lower_a,upper_a\n";
+std::string predictionCsv(const Series& series, IndexRange range,
+                          const FollowedPrediction& predicted) {
+  std::string text =
+      "time_s,current_a,voltage_v,predicted_v,lower_v,upper_v,driven_by,predicted_a,lower_a,upper_"
+      "a\n";
   for (std::size_t n = range.first; n < range.last; ++n) {
     const std::size_t k = n - range.first;
-    text += format("%.15g,%.10g,%.10g,%.6f,%.6f,%.6f,%s,%.6f,%.6f,%.6f\n", series.time[n], series.current[n], series.voltage[n],
-                     predicted.voltage[k], predicted.voltage_lower[k], predicted.voltage_upper[k],
-                     predicted.voltage_controlled[k] ? "voltage" : "current", predicted.current[k], predicted.current_lower[k],
-                     predicted.current_upper[k]);
+    text += format("%.15g,%.10g,%.10g,%.6f,%.6f,%.6f,%s,%.6f,%.6f,%.6f\n", series.time[n],
+                   series.current[n], series.voltage[n], predicted.voltage[k],
+                   predicted.voltage_lower[k], predicted.voltage_upper[k],
+                   predicted.voltage_controlled[k] ? "voltage" : "current", predicted.current[k],
+                   predicted.current_lower[k], predicted.current_upper[k]);
   }
   return text;
 }
@@ -38,7 +42,8 @@ RangePrediction predict(const PredictArguments& arguments, const Series& series,
   try {
     return predictRange(model, series, range, modeOf(arguments.mode));
   } catch (const NoSource& none) {
-    throw UsageError(std::string("--mode mixed: ") + none.what() + " (" + arguments.recording.path + ")");
+    throw UsageError(std::string("--mode mixed: ") + none.what() + " (" + arguments.recording.path +
+                     ")");
   }
 }
 
@@ -49,7 +54,8 @@ int runPredict(const CommandLine& line, const PredictArguments& arguments) {
   const Series series = atDesignRate(recording.series);
   const IndexRange range = rangeOf(arguments.window, series);
   const RangePrediction predicted = predict(arguments, series, range);
-  if (!arguments.csv.empty()) writeFileAtomically(arguments.csv, predictionCsv(series, range, predicted.course));
+  if (!arguments.csv.empty())
+    writeFileAtomically(arguments.csv, predictionCsv(series, range, predicted.course));
   progress.end();
   emit(line, predictionText(predicted.report), predictionJson(predicted.report), arguments.json);
   return kExitDone;
@@ -58,20 +64,28 @@ int runPredict(const CommandLine& line, const PredictArguments& arguments) {
 }  // namespace
 
 void addPredictCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand("predict", "run a model on a recording's current and score it");
+  CLI::App* command =
+      app.add_subcommand("predict", "run a model on a recording's current and score it");
   auto arguments = std::make_shared<PredictArguments>();
-  command->add_option("MODEL", arguments->model, "model file of sof identify")->required()->type_name(kReadFile);
+  command->add_option("MODEL", arguments->model, "model file of sof identify")
+      ->required()
+      ->type_name(kReadFile);
   addRecordingOptions(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
-  command->add_option("--csv", arguments->csv, "write measured and predicted voltage and current sample by sample")
+  command
+      ->add_option("--csv", arguments->csv,
+                   "write measured and predicted voltage and current sample by sample")
       ->type_name(kWrittenFile);
   command
       ->add_option("--mode", arguments->mode,
-                   "mixed: by the voltage where a source controls it; current: throughout. Default: as the model was fitted")
+                   "mixed: by the voltage where a source controls it; current: throughout. "
+                   "Default: as the model was fitted")
       ->check(CLI::IsMember({"mixed", "current"}));
   addRenamedOption(*command, "--drive", "--mode");
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] { line.run = [&line, arguments] { return runPredict(line, *arguments); }; });
+  command->callback([&line, arguments] {
+    line.run = [&line, arguments] { return runPredict(line, *arguments); };
+  });
 }
 
 }  // namespace battery_sof

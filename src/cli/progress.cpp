@@ -12,11 +12,13 @@ namespace battery_sof {
 namespace {
 
 constexpr double kProgressAfter = 2.0;      // [s]
-constexpr double kMinShare = 0.02;        // below it the pace is not known
+constexpr double kMinShare = 0.02;          // below it the pace is not known
 constexpr char kEmptied[] = "\r\033[K";     // the line under the cursor
 constexpr std::chrono::seconds kPeriod{1};  // of the line below the stage
 
-double steadySeconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double steadySeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 /// A thread that leaves all signals to the others.
 template <typename Work>
@@ -37,7 +39,8 @@ std::string pace(double elapsed, double in_stage, std::optional<double> share) {
   return passed + format(", about %.0f s left", in_stage * (1.0 - *share) / *share);
 }
 
-Progress::Progress(std::ostream& err) : err_(err), started_(steadySeconds()), stage_("reading"), stage_began_(started_) {
+Progress::Progress(std::ostream& err)
+    : err_(err), started_(steadySeconds()), stage_("reading"), stage_began_(started_) {
   if (isatty(STDERR_FILENO)) ticker_ = unsignalled([this] { tick(); });
 }
 
@@ -77,7 +80,8 @@ void Progress::done(double share) {
 
 void Progress::tick() {
   std::unique_lock<std::mutex> lock(mutex_);
-  changed_.wait_for(lock, std::chrono::duration<double>(kProgressAfter), [this] { return is_over_; });
+  changed_.wait_for(lock, std::chrono::duration<double>(kProgressAfter),
+                    [this] { return is_over_; });
   while (!is_over_) {
     show();
     changed_.wait_for(lock, kPeriod, [this] { return is_over_; });

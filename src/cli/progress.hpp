@@ -9,13 +9,15 @@
 
 namespace battery_sof {
 
-/// @return what is said of a stage under way: how long it all has taken and, where a share of the stage is known to be done, how long
-/// the rest of it will take at that pace. @param elapsed [s]. @param in_stage [s].
+/// @return what is said of a stage under way: how long it all has taken and, where a share of the
+/// stage is known to be done, how long the rest of it will take at that pace. @param elapsed [s].
+/// @param in_stage [s].
 std::string pace(double elapsed, double in_stage, std::optional<double> share);
 
 /**
- * @brief Says on err what is being done, from two seconds of work on and only when standard error is a terminal: the stage, and below
- * it, again every second, the time it has taken and will still take.
+ * @brief Says on err what is being done, from two seconds of work on and only when standard error
+ * is a terminal: the stage, and below it, again every second, the time it has taken and will still
+ * take.
  */
 class Progress {
  public:

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <sstream>
 
+#include "recording/text_lines.hpp"
+#include "report/model_yaml.hpp"
 #include "util/number_text.hpp"
 #include "util/printable.hpp"
-#include "recording/text_lines.hpp"
 #include "util/text.hpp"
-#include "report/model_yaml.hpp"
 
 namespace battery_sof {
 namespace {
@@ -18,7 +18,8 @@ std::vector<std::string> cellsOf(const std::string& line) {
   std::vector<std::string> cells;
   std::istringstream text(line);
   for (std::string cell; std::getline(text, cell, ',');) {
-    const std::size_t first = cell.find_first_not_of(" \t\r\""), last = cell.find_last_not_of(" \t\r\"");
+    const std::size_t first = cell.find_first_not_of(" \t\r\""),
+                      last = cell.find_last_not_of(" \t\r\"");
     cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
   }
   return cells;
@@ -45,12 +46,14 @@ class ProfileFile {
     if (column >= cells_.size()) refuse(format("has no %s, expected a finite number", name));
     const std::string& cell = cells_[column];
     const std::optional<double> value = numberOf(cell);
-    if (!value || !std::isfinite(*value)) refuse(format("%s is \"%s\", expected a finite number", name, shortened(cell).c_str()));
+    if (!value || !std::isfinite(*value))
+      refuse(format("%s is \"%s\", expected a finite number", name, shortened(cell).c_str()));
     return *value;
   }
 
   [[noreturn]] void refuse(const std::string& fault) const {
-    const std::string place = lines_.number() > 0 ? ", line " + std::to_string(lines_.number()) : "";
+    const std::string place =
+        lines_.number() > 0 ? ", line " + std::to_string(lines_.number()) : "";
     throw UsageError(path_ + place + ": " + fault);
   }
 
@@ -63,14 +66,19 @@ class ProfileFile {
 }  // namespace
 
 void addQueryOptions(CLI::App& command, QueryArguments& arguments) {
-  command.add_option("MODEL", arguments.model, "model file of sof identify")->required()->type_name(kReadFile);
-  command.add_option("--capacity-ah", arguments.capacity_ah, "nominal capacity [Ah]")->capture_default_str();
-  command.add_flag("--rested", arguments.rested, "begin from a rested battery, not from the saved state");
+  command.add_option("MODEL", arguments.model, "model file of sof identify")
+      ->required()
+      ->type_name(kReadFile);
+  command.add_option("--capacity-ah", arguments.capacity_ah, "nominal capacity [Ah]")
+      ->capture_default_str();
+  command.add_flag("--rested", arguments.rested,
+                   "begin from a rested battery, not from the saved state");
   addJsonOption(command, arguments.json);
 }
 
 FittedModel modelOf(const QueryArguments& arguments) {
-  if (!(arguments.capacity_ah > 0.0)) throw UsageError(format("--capacity-ah is %g, expected above 0", arguments.capacity_ah));
+  if (!(arguments.capacity_ah > 0.0))
+    throw UsageError(format("--capacity-ah is %g, expected above 0", arguments.capacity_ah));
   const FittedModel saved = readModelFile(arguments.model);
   return arguments.rested ? rested(saved) : saved;
 }
@@ -84,7 +92,8 @@ CurrentProfile readProfile(const std::string& path) {
     const double t = file.number(time, kColumns[0]);
     if (t < 0.0) file.refuse(format("time_s is %g, expected 0 or more", t));
     if (!profile.empty() && t <= profile.time.back())
-      file.refuse(format("time_s is %g, expected more than the %g before it", t, profile.time.back()));
+      file.refuse(
+          format("time_s is %g, expected more than the %g before it", t, profile.time.back()));
     profile.time.push_back(t);
     profile.current.push_back(file.number(current, kColumns[1]));
   }

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "prediction/query.hpp"
 #include "command.hpp"
+#include "prediction/query.hpp"
 
 namespace battery_sof {
 
@@ -18,19 +18,21 @@ struct QueryArguments {
 
 void addQueryOptions(CLI::App& command, QueryArguments& arguments);
 
-/// Reads the model, rested when that was asked. @throws UsageError for a capacity that is not above 0.
+/// Reads the model, rested when that was asked. @throws UsageError for a capacity that is not above
+/// 0.
 FittedModel modelOf(const QueryArguments& arguments);
 
 /**
- * @brief Reads a current profile from a CSV file with the columns time_s and current_a; other columns are passed over.
+ * @brief Reads a current profile from a CSV file with the columns time_s and current_a; other
+ * columns are passed over.
  * @throws UsageError naming file, line, what stands there and what was expected.
  */
 CurrentProfile readProfile(const std::string& path);
 
 /// @return the exit code to an answer, after printing it. @throws UsageError for an invalid query.
 template <typename Answer>
-int finish(const CommandLine& line, const Answer& answer, const std::string& text, const nlohmann::json& json,
-           const std::string& json_target) {
+int finish(const CommandLine& line, const Answer& answer, const std::string& text,
+           const nlohmann::json& json, const std::string& json_target) {
   if (answer.code == AnswerCode::kInvalidQuery) throw UsageError(answer.message);
   emit(line, text, json, json_target);
   if (answer.code != AnswerCode::kOk) complain(line.err, answer.message);

@@ -7,9 +7,9 @@
 #include <ostream>
 #include <system_error>
 
-#include "util/separate_files.hpp"
 #include "battery_sof/version.hpp"
 #include "command.hpp"
+#include "util/separate_files.hpp"
 
 namespace battery_sof {
 namespace {
@@ -22,21 +22,24 @@ std::vector<std::string> filesOf(CLI::App& command, const std::string& type) {
   return files;
 }
 
-/// CLI11 takes hexadecimal numbers too, and turns negative ones round where none below 0 are expected. What is not finite is
-/// refused by whoever the number is for.
+/// CLI11 takes hexadecimal numbers too, and turns negative ones round where none below 0 are
+/// expected. What is not finite is refused by whoever the number is for.
 void requireDecimals(CLI::App& command) {
   for (const CLI::Option* option : command.get_options()) {
-    const std::string type = option->get_type_name().substr(0, option->get_type_name().find_first_of(": "));
+    const std::string type =
+        option->get_type_name().substr(0, option->get_type_name().find_first_of(": "));
     const bool is_unsigned = type == "UINT";
     if (!is_unsigned && type != "INT" && type != "FLOAT") continue;
     for (const std::string& text : option->results())
-      if (text != "nan" && text.find_first_not_of(is_unsigned ? "0123456789" : "0123456789+-.eE") != std::string::npos)
+      if (text != "nan" && text.find_first_not_of(is_unsigned ? "0123456789" : "0123456789+-.eE") !=
+                               std::string::npos)
         throw UsageError(option->get_name() + " is \"" + text + "\", expected a " +
                          (is_unsigned ? "whole number of 0 or more" : "decimal number"));
   }
 }
 
-/// Help that was asked for, or what is wrong with the usage, which holds pieces of the command line.
+/// Help that was asked for, or what is wrong with the usage, which holds pieces of the command
+/// line.
 int refusalOf(CLI::App& app, const CLI::ParseError& error, CommandLine& line) {
   if (error.get_exit_code() == 0) {
     app.exit(error, line.out, line.err);
@@ -50,7 +53,8 @@ int refusalOf(CLI::App& app, const CLI::ParseError& error, CommandLine& line) {
 /// What was said must have arrived: standard output may be a file on a full disk.
 int arrived(std::ostream& out, std::ostream& err, int code) {
   if (out.flush()) return code;
-  complain(err, "standard output cannot be written: " + std::generic_category().message(errno != 0 ? errno : EIO));
+  complain(err, "standard output cannot be written: " +
+                    std::generic_category().message(errno != 0 ? errno : EIO));
   return kExitUsage;
 }
 
@@ -69,7 +73,8 @@ int parseAndRun(CLI::App& app, CommandLine& line, std::vector<std::string> argum
   return line.run();
 }
 
-int runCommand(CommandLine& line, const std::vector<std::string>& arguments, const std::vector<ExternalCommand>& external) {
+int runCommand(CommandLine& line, const std::vector<std::string>& arguments,
+               const std::vector<ExternalCommand>& external) {
   for (const auto& command : external)
     if (!arguments.empty() && arguments[0] == command.name)
       return command.run({arguments.begin() + 1, arguments.end()}, line.out, line.err);
@@ -96,8 +101,10 @@ int runCommand(CommandLine& line, const std::vector<std::string>& arguments, con
 
 }  // namespace
 
-int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err, const std::vector<ExternalCommand>& external) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file larger than the process may write fails as one on a full disk does
+int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
+           const std::vector<ExternalCommand>& external) {
+  // a file larger than the process may write fails as one on a full disk does
+  std::signal(SIGXFSZ, SIG_IGN);
   CommandLine line{out, err, nullptr};
   try {
     return arrived(out, err, runCommand(line, arguments, external));

@@ -14,7 +14,8 @@ enum ExitCode : int {
   kExitUsage = 2,     ///< wrong usage or unusable input
 };
 
-/// A subcommand that lives outside the product and is only started from here (the reference simulator).
+/// A subcommand that lives outside the product and is only started from here (the reference
+/// simulator).
 struct ExternalCommand {
   std::string name, description;
   /// Takes the arguments after the name; returns an ExitCode.
@@ -24,8 +25,8 @@ struct ExternalCommand {
 /**
  * @brief The command `sof`, without the process around it.
  * @param arguments without the program's name.  @param out, err standard output and error.
- * @return an ExitCode. Never throws; every error is one line on err. From then on the process ignores SIGXFSZ: writing beyond its
- * limit on a file's size is such an error, not its end.
+ * @return an ExitCode. Never throws; every error is one line on err. From then on the process
+ * ignores SIGXFSZ: writing beyond its limit on a file's size is such an error, not its end.
  */
 int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
            const std::vector<ExternalCommand>& external = {});

@@ -6,11 +6,11 @@
 #include <map>
 #include <stdexcept>
 
+#include "battery_sof/intake.hpp"
 #include "diagnosis/random_bits.hpp"
 #include "diagnosis/regimes.hpp"
 #include "estimation/fit_quality.hpp"
 #include "recording/events.hpp"
-#include "battery_sof/intake.hpp"
 
 namespace battery_sof {
 namespace {
@@ -18,20 +18,24 @@ namespace {
 constexpr int kDraws = 999;
 constexpr double kBlocks = 30.0, kShortestBlock = 10.0, kLongestBlock = 60.0;  // [1], [s], [s]
 constexpr double kWindow = 10.0, kShortestWindow = 1.0;                        // [s]
-constexpr double kStep = 0.1;                                                  // [s], as currentAtVoltage()
-constexpr double kMaxCurrent = IntakeLimits{}.max_abs_current;                // [A]
+// [s], as currentAtVoltage()
+constexpr double kStep = 0.1;
+constexpr double kMaxCurrent = IntakeLimits{}.max_abs_current;  // [A]
 
-void requireOneSize(const char* function, const Series& series, IndexRange range, const std::vector<double>& modelled,
-                    const std::vector<char>& masked) {
-  if (modelled.size() == series.size() && (masked.empty() || masked.size() == series.size()) && range.first <= range.last &&
-      range.last <= series.size())
+void requireOneSize(const char* function, const Series& series, IndexRange range,
+                    const std::vector<double>& modelled, const std::vector<char>& masked) {
+  if (modelled.size() == series.size() && (masked.empty() || masked.size() == series.size()) &&
+      range.first <= range.last && range.last <= series.size())
     return;
-  throw std::invalid_argument(std::string(function) + ": " + std::to_string(modelled.size()) + " voltages and " +
-                              std::to_string(masked.size()) + " masks for " + std::to_string(series.size()) + " samples, range " +
+  throw std::invalid_argument(std::string(function) + ": " + std::to_string(modelled.size()) +
+                              " voltages and " + std::to_string(masked.size()) + " masks for " +
+                              std::to_string(series.size()) + " samples, range " +
                               std::to_string(range.first) + " to " + std::to_string(range.last));
 }
 
-bool counts(const std::vector<char>& masked, std::size_t n) { return masked.empty() || masked[n] == 0; }
+bool counts(const std::vector<char>& masked, std::size_t n) {
+  return masked.empty() || masked[n] == 0;
+}
 
 struct Minima {
   double measured = HUGE_VAL, modelled = HUGE_VAL;  // [V]
@@ -77,7 +81,8 @@ std::optional<Simulation> simulationBefore(const FittedModel& model, double time
   if (model.state.time <= time) return simulationOf(model);
   if (model.fit.first_state.empty() || model.fit.window.from > time) return std::nullopt;
   ModelPoint point = pointOf(model);
-  point.state = Eigen::Map<const Eigen::VectorXd>(model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
+  point.state = Eigen::Map<const Eigen::VectorXd>(
+      model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
   point.time = point.reference_time = model.fit.window.from;
   return Simulation(compositionOf(model.fit), point);
 }
@@ -98,7 +103,9 @@ class CurrentErrors {
     }
     begin();
   }
-  std::optional<double> mean() const { return time_ > 0.0 ? std::optional<double>(total_ / time_) : std::nullopt; }
+  std::optional<double> mean() const {
+    return time_ > 0.0 ? std::optional<double>(total_ / time_) : std::nullopt;
+  }
 
  private:
   double duration_ = 0.0, charge_ = 0.0;  // [s], [As] of the window
@@ -106,7 +113,8 @@ class CurrentErrors {
 };
 
 /// @param simulation at the charge's first sample.
-void addCharge(Simulation simulation, const Series& series, IndexRange charge, const std::vector<char>& masked, CurrentErrors& errors) {
+void addCharge(Simulation simulation, const Series& series, IndexRange charge,
+               const std::vector<char>& masked, CurrentErrors& errors) {
   errors.begin();
   double duration = 0.0, measured = 0.0, volts = 0.0, weight = 0.0;
   for (std::size_t n = charge.first + 1; n < charge.last; ++n) {
@@ -127,8 +135,10 @@ void addCharge(Simulation simulation, const Series& series, IndexRange charge, c
 
 }  // namespace
 
-ErrorMetrics errorMetrics(const Series& series, IndexRange range, const std::vector<double>& modelled,
-                          std::optional<double> charge_current_error, const std::vector<char>& masked) {
+ErrorMetrics errorMetrics(const Series& series, IndexRange range,
+                          const std::vector<double>& modelled,
+                          std::optional<double> charge_current_error,
+                          const std::vector<char>& masked) {
   requireOneSize("errorMetrics", series, range, modelled, masked);
   std::vector<double> measured, predicted;
   ErrorMetrics metrics;
@@ -138,7 +148,8 @@ ErrorMetrics errorMetrics(const Series& series, IndexRange range, const std::vec
     predicted.push_back(modelled[n]);
     metrics.max_abs = std::max(metrics.max_abs, std::abs(series.voltage[n] - modelled[n]));
   }
-  if (measured.empty()) throw std::invalid_argument("errorMetrics: no measured sample in the range");
+  if (measured.empty())
+    throw std::invalid_argument("errorMetrics: no measured sample in the range");
   metrics.q_dyn_percent = qDyn(measured, predicted).value_or(0.0);
   metrics.rmse = rootMeanSquareError(measured, predicted);
   metrics.charge_current_error = charge_current_error;
@@ -163,8 +174,10 @@ ErrorMetrics errorMetrics(const Series& series, IndexRange range, const std::vec
   return metrics;
 }
 
-std::vector<RegimeComparison> compareRegimes(const Series& series, IndexRange range, const std::vector<double>& base,
-                                             const std::vector<double>& extended, const std::vector<char>& masked) {
+std::vector<RegimeComparison> compareRegimes(const Series& series, IndexRange range,
+                                             const std::vector<double>& base,
+                                             const std::vector<double>& extended,
+                                             const std::vector<char>& masked) {
   requireOneSize("compareRegimes", series, range, base, masked);
   requireOneSize("compareRegimes", series, range, extended, masked);
   if (range.empty()) return {};
@@ -176,7 +189,8 @@ std::vector<RegimeComparison> compareRegimes(const Series& series, IndexRange ra
     if (!counts(masked, n)) continue;
     const auto block = static_cast<std::size_t>((series.time[n] - first) / length);
     const double before = series.voltage[n] - base[n], after = series.voltage[n] - extended[n];
-    sums[static_cast<std::size_t>(regimes[n - range.first])][block].add({before * before, after * after, 1.0});
+    sums[static_cast<std::size_t>(regimes[n - range.first])][block].add(
+        {before * before, after * after, 1.0});
   }
   std::vector<RegimeComparison> comparisons;
   for (std::size_t g = 0; g < kRegimes; ++g) {
@@ -197,12 +211,13 @@ std::vector<RegimeComparison> compareRegimes(const Series& series, IndexRange ra
   return comparisons;
 }
 
-std::optional<double> chargeCurrentError(const FittedModel& model, const Series& series, IndexRange range,
-                                         const std::vector<char>& masked) {
+std::optional<double> chargeCurrentError(const FittedModel& model, const Series& series,
+                                         IndexRange range, const std::vector<char>& masked) {
   if (range.empty()) return std::nullopt;
   std::optional<Simulation> simulation = simulationBefore(model, series.time[range.first]);
   if (!simulation) return std::nullopt;
-  const IndexRange whole{indexRange(series, simulation->time(), series.time[range.last - 1]).first, range.last};
+  const IndexRange whole{indexRange(series, simulation->time(), series.time[range.last - 1]).first,
+                         range.last};
   const InputSequence inputs = inputSequence(series, whole);
   const double max_gap = gapThreshold(series);
   std::size_t next = whole.first;

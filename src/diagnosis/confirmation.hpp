@@ -19,6 +19,7 @@ struct Confirmation {
  * @param one its strength is where to begin.
  * @return the strength; none where no diagnosis names it.
  */
-std::optional<double> confirmedStrength(const Confirmation& confirmation, const DetectionLimit& one, const DiagnoseOptions& options);
+std::optional<double> confirmedStrength(const Confirmation& confirmation, const DetectionLimit& one,
+                                        const DiagnoseOptions& options);
 
 }  // namespace battery_sof

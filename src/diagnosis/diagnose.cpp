@@ -14,14 +14,20 @@ namespace {
 
 void requireValid(const DiagnoseOptions& options) {
   if (!(options.holdout_share > 0.0) || !(options.holdout_share <= 0.5))
-    throw std::invalid_argument("holdout_share is " + std::to_string(options.holdout_share) + ", expected above 0 and at most 0.5");
-  if (options.threads < 0) throw std::invalid_argument("threads is " + std::to_string(options.threads) + ", expected at least 0");
+    throw std::invalid_argument("holdout_share is " + std::to_string(options.holdout_share) +
+                                ", expected above 0 and at most 0.5");
+  if (options.threads < 0)
+    throw std::invalid_argument("threads is " + std::to_string(options.threads) +
+                                ", expected at least 0");
   const Relevance& relevance = options.relevance;
-  for (const auto& [name, value] :
-       {std::pair<const char*, double>{"rmse", relevance.rmse}, {"crank", relevance.crank}, {"charge_share", relevance.charge_share}})
+  for (const auto& [name, value] : {std::pair<const char*, double>{"rmse", relevance.rmse},
+                                    {"crank", relevance.crank},
+                                    {"charge_share", relevance.charge_share}})
     if (!(value >= 0.0) || !std::isfinite(value))
-      throw std::invalid_argument("relevance." + std::string(name) + " is " + std::to_string(value) + ", expected finite and at least 0");
-  for (const std::vector<std::string>* list : {&options.hypotheses, &options.given, &options.confirm})
+      throw std::invalid_argument("relevance." + std::string(name) + " is " +
+                                  std::to_string(value) + ", expected finite and at least 0");
+  for (const std::vector<std::string>* list :
+       {&options.hypotheses, &options.given, &options.confirm})
     for (const std::string& id : *list) effectInfo(id);
 }
 
@@ -40,7 +46,8 @@ Diagnosis insufficient(const Series& series, const std::string& lack) {
   return found;
 }
 
-void take(Diagnosis& found, const Explained& explained, EstimatedDiscrepancy discrepancy, Judged judged) {
+void take(Diagnosis& found, const Explained& explained, EstimatedDiscrepancy discrepancy,
+          Judged judged) {
   found.evidence_base = explained.explanation.base_evidence;
   found.evidence_extended = explained.explanation.evidence;
   found.effective_sample_fraction = explained.explanation.effective_sample_fraction;
@@ -65,7 +72,8 @@ void take(Diagnosis& found, Named named, Compared compared) {
   found.withheld_rmse = compared.withheld_rmse;
   if (found.withheld_rmse && found.discrepancy) found.discrepancy->is_used = false;
   for (Candidate& candidate : found.candidates)
-    if (candidate.rejected_because.empty()) candidate.holdout_gain_percent = compared.holdout_gain_percent;
+    if (candidate.rejected_because.empty())
+      candidate.holdout_gain_percent = compared.holdout_gain_percent;
 }
 
 }  // namespace
@@ -88,12 +96,15 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
   pulse(options);
   const Named named = nameEffects(recording, prepared, explained, last, discrepancy, judged);
   tell(options, "opening the part that was held out");
-  const Compared compared = compareOnHoldOut(recording, prepared, explained, discrepancy, named, options);
+  const Compared compared =
+      compareOnHoldOut(recording, prepared, explained, discrepancy, named, options);
 
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();
-  for (const std::vector<std::string>* notes : {&prepared.notes, &explained.notes, &compared.notes}) append(found.instrument, *notes);
-  found.mismatch = mismatchSegments(prepared.base, last.quiet, located.regimes, last.at_edges ? prepared.base.noise : last.fit.noise);
+  for (const std::vector<std::string>* notes : {&prepared.notes, &explained.notes, &compared.notes})
+    append(found.instrument, *notes);
+  found.mismatch = mismatchSegments(prepared.base, last.quiet, located.regimes,
+                                    last.at_edges ? prepared.base.noise : last.fit.noise);
   found.regimes = std::move(located.findings);
   found.parameter_bias = std::move(located.parameter_bias);
   take(found, explained, discrepancy, judged);

@@ -3,40 +3,47 @@
 #include <functional>
 #include <string>
 
+#include "battery_sof/series.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "estimation/known_parameter.hpp"
-#include "battery_sof/series.hpp"
 
 namespace battery_sof {
 
 struct DiagnoseOptions {
-  int threads = 1;                           ///< 0: as many as the machine has; the result is the same
-  double holdout_share = 0.25;               ///< of the samples, the last ones: opened once, at the end
+  /// 0: as many as the machine has; the result is the same
+  int threads = 1;
+  /// of the samples, the last ones: opened once, at the end
+  double holdout_share = 0.25;
   Relevance relevance;                       ///< what is smaller is not reported
   std::vector<std::string> hypotheses = {};  ///< ids to weigh; empty for all that need no request
-  /// Ids that are known to be there: the extended model is the base model with these, and nothing is searched for.
+  /// Ids that are known to be there: the extended model is the base model with these, and nothing
+  /// is searched for.
   std::vector<std::string> given = {};
-  /// What a fleet knows of parameters, in place of the catalogue's priors: for the base circuit and for every set of effects of which it
-  /// has a population.
+  /// What a fleet knows of parameters, in place of the catalogue's priors: for the base circuit and
+  /// for every set of effects of which it has a population.
   std::vector<KnownPopulation> priors = {};
   bool lists_detection_limits = true;  ///< false: Diagnosis::detection_limits stays empty
-  /// Ids whose strength in Diagnosis::detection_limits is one at which the recording with the effect put in was diagnosed and the
-  /// effect named; up to six diagnoses each.
+  /// Ids whose strength in Diagnosis::detection_limits is one at which the recording with the
+  /// effect put in was diagnosed and the effect named; up to six diagnoses each.
   std::vector<std::string> confirm = {};
   /// Reported what begins; called from the calling thread.
   std::function<void(const std::string& stage)> progress = nullptr;
-  /// Called often while the search works, from the calling thread; what it or progress throws ends the diagnosis.
+  /// Called often while the search works, from the calling thread; what it or progress throws ends
+  /// the diagnosis.
   std::function<void()> pulse = nullptr;
 };
 
 /**
- * @brief Locates where the base model and a recording part, names what is missing, models it and shows what that gains.
+ * @brief Locates where the base model and a recording part, names what is missing, models it and
+ * shows what that gains.
  *
- * Instrument screen; base fit; regimes and segments of mismatch, absorption map; what a discrepancy model would take; mechanisms by
- * evidence and the effects that represent them (explain()); a discrepancy model where none does; hold-out (docs/diagnosis.md).
+ * Instrument screen; base fit; regimes and segments of mismatch, absorption map; what a discrepancy
+ * model would take; mechanisms by evidence and the effects that represent them (explain()); a
+ * discrepancy model where none does; hold-out (docs/diagnosis.md).
  *
  * @param recording any sampling; its last holdout_share is used for the comparison alone.
- * @return a verdict, also for poor data: insufficient_data and the reason. Same input, same answer, for any number of threads.
+ * @return a verdict, also for poor data: insufficient_data and the reason. Same input, same answer,
+ * for any number of threads.
  * @throws std::invalid_argument for options outside their ranges and unknown ids.
  */
 Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options = {});

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "battery_sof/series.hpp"
 #include "diagnosis/explanation.hpp"
 #include "estimation/fitted_model.hpp"
+#include "recording/control_mode_overview.hpp"
 #include "regression/discrepancy_curve.hpp"
 #include "regression/discrepancy_fit.hpp"
-#include "battery_sof/series.hpp"
-#include "recording/control_mode_overview.hpp"
 
 namespace battery_sof {
 
@@ -26,18 +26,22 @@ enum class Verdict {
   kInsufficientData,  ///< the recording cannot answer
 };
 
-/// @return "no_mismatch", "effect", "several", "ambiguous", "mechanism", "unexplained", "sensor_fault", "insufficient_data".
+/// @return "no_mismatch", "effect", "several", "ambiguous", "mechanism", "unexplained",
+/// "sensor_fault", "insufficient_data".
 std::string toString(Verdict verdict);
 
 /// Whether something is missing that no equation of the catalogue fits.
-inline bool hasNoEquation(Verdict verdict) { return verdict == Verdict::kMechanism || verdict == Verdict::kUnexplained; }
+inline bool hasNoEquation(Verdict verdict) {
+  return verdict == Verdict::kMechanism || verdict == Verdict::kUnexplained;
+}
 
 /// A parameter of an effect that was found.
 struct DiagnosedParameter {
   std::string name, unit;
   double value = 0.0;         ///< in unit
   std::optional<double> std;  ///< standard error in unit
-  /// 95 % interval from the profile likelihood; none on a side that stays open: only a bound is known.
+  /// 95 % interval from the profile likelihood; none on a side that stays open: only a bound is
+  /// known.
   std::optional<double> lower, upper;
   bool at_bound = false;  ///< its value lies at the catalogue's bound: not plausible as it stands
 };
@@ -45,24 +49,30 @@ struct DiagnosedParameter {
 /// An effect that the verdict names, or one of a class that cannot be distinguished.
 struct NamedEffect {
   std::string id;
-  double confidence = 0.0;                 ///< [0, 1], share of the evidence among those tied with it
-  std::vector<std::string> biased_parameters;  ///< base parameters that had taken it up, most moved first
+  /// [0, 1], share of the evidence among those tied with it
+  double confidence = 0.0;
+  /// base parameters that had taken it up, most moved first
+  std::vector<std::string> biased_parameters;
   std::vector<DiagnosedParameter> parameters;
-  double evidence = 0.0;               ///< gain of ln evidence (explain())
-  double voltage_rms = 0.0;            ///< [V], RMS of what the effect adds to the voltage on the training part
+  double evidence = 0.0;  ///< gain of ln evidence (explain())
+  /// [V], RMS of what the effect adds to the voltage on the training part
+  double voltage_rms = 0.0;
   std::vector<std::string> indistinguishable_from;  ///< ids of its class
-  std::string mechanism;                  ///< mechanismId()
-  double probability = 0.0;            ///< [0, 1], that its mechanism is what is missing in its place
+  std::string mechanism;                            ///< mechanismId()
+  /// [0, 1], that its mechanism is what is missing in its place
+  double probability = 0.0;
 };
 
 /// An effect that was fitted and weighed.
 struct Candidate {
   std::string id;
-  double evidence = 0.0;                                      ///< gain of ln evidence by it alone, or where it came in
-  double confidence = 0.0;                                    ///< [0, 1]
-  std::string rejected_because;                               ///< empty when accepted
-  std::string mechanism;                                         ///< mechanismId()
-  std::optional<double> holdout_gain_percent = std::nullopt;  ///< fall of the error on the hold-out, of what was accepted
+  /// gain of ln evidence by it alone, or where it came in
+  double evidence = 0.0;
+  double confidence = 0.0;       ///< [0, 1]
+  std::string rejected_because;  ///< empty when accepted
+  std::string mechanism;         ///< mechanismId()
+  /// fall of the error on the hold-out, of what was accepted
+  std::optional<double> holdout_gain_percent = std::nullopt;
 };
 
 /// A stretch where model and measurement part.
@@ -79,12 +89,14 @@ struct RegimeFinding {
   std::string regime;
   std::string statistic;  ///< "mean" [V], "slope" [V/s], "end" [V]
   std::size_t episodes = 0;
-  double value = 0.0, lower = 0.0, upper = 0.0;  ///< measured minus base model, with a 95 % interval
+  /// measured minus base model, with a 95 % interval
+  double value = 0.0, lower = 0.0, upper = 0.0;
   double p_value = 1.0;
   bool alarm = false;  ///< after correction for the number of statistics
 };
 
-/// How much better a parameter would fit with another value in one regime than it does with one value for all.
+/// How much better a parameter would fit with another value in one regime than it does with one
+/// value for all.
 struct ParameterBias {
   std::string parameter;
   std::string regime;
@@ -95,14 +107,17 @@ struct ParameterBias {
 /// Errors of a model over a stretch.
 struct ErrorMetrics {
   double q_dyn_percent = 0.0;
-  double rmse = 0.0;                           ///< [V]
-  double max_abs = 0.0;                        ///< [V]
-  std::optional<double> crank_mae;             ///< [V], of the cranks' minima
-  std::optional<double> charge_bias;           ///< [V], mean of measured minus modelled over charges
-  std::optional<double> charge_current_error;  ///< [A], mean magnitude at the measured voltage over charges
-  /// Shares of the variation explained in the direction that is controlled [%] (MixedScores), on the hold-out; none without a source that
-  /// drives.
-  std::optional<double> share_percent = std::nullopt, current_share_percent = std::nullopt, voltage_share_percent = std::nullopt;
+  double rmse = 0.0;                ///< [V]
+  double max_abs = 0.0;             ///< [V]
+  std::optional<double> crank_mae;  ///< [V], of the cranks' minima
+  /// [V], mean of measured minus modelled over charges
+  std::optional<double> charge_bias;
+  /// [A], mean magnitude at the measured voltage over charges
+  std::optional<double> charge_current_error;
+  /// Shares of the variation explained in the direction that is controlled [%] (MixedScores), on
+  /// the hold-out; none without a source that drives.
+  std::optional<double> share_percent = std::nullopt, current_share_percent = std::nullopt,
+                        voltage_share_percent = std::nullopt;
   std::size_t cranks = 0;  ///< of which crank_mae is the mean
 };
 
@@ -110,16 +125,18 @@ struct ErrorMetrics {
 struct RegimeComparison {
   std::string regime;
   std::size_t samples = 0;
-  double base_rmse = 0.0, extended_rmse = 0.0;                  ///< [V]
-  double change = 0.0, change_lower = 0.0, change_upper = 0.0;  ///< [V], extended minus base, 95 % interval over blocks
+  double base_rmse = 0.0, extended_rmse = 0.0;  ///< [V]
+  /// [V], extended minus base, 95 % interval over blocks
+  double change = 0.0, change_lower = 0.0, change_upper = 0.0;
 };
 
 struct Comparison {
   FitWindow train, holdout;
   ErrorMetrics base_train, base_holdout, extended_train, extended_holdout;
   std::vector<RegimeComparison> regimes;
-  /// What needs no physics, fitted to the training part, on the hold-out: a straight line through voltage and current (and, where a source
-  /// drives, through current and voltage), and a ridge regression on currents and their memories.
+  /// What needs no physics, fitted to the training part, on the hold-out: a straight line through
+  /// voltage and current (and, where a source drives, through current and voltage), and a ridge
+  /// regression on currents and their memories.
   std::optional<ErrorMetrics> baseline_line, baseline_ridge;
 };
 
@@ -127,14 +144,17 @@ struct Comparison {
 struct DiscrepancyFinding {
   DiscrepancyModel discrepancy;
   std::vector<MechanismWeight> mechanisms;  ///< strongest first
-  double rms = 0.0;                    ///< of the force over the training part, the circuit's share taken out [V]
-  LeftOutErrors left_out;              ///< on blocks of the training part: whether it is worth using
-  bool is_used = false;                ///< in the extended model's voltage
-  std::vector<std::string> terms;      ///< what it follows most, in words
-  double answer_current = 20.0;        ///< [A], of answers
-  std::vector<DiscrepancyAnswer> answers;    ///< what it adds under that current
-  std::vector<DiscrepancyAtCurrent> curve;   ///< the same over the currents of the training part, ascending
-  std::string description;             ///< one sentence
+  /// of the force over the training part, the circuit's share taken out [V]
+  double rms = 0.0;
+  /// on blocks of the training part: whether it is worth using
+  LeftOutErrors left_out;
+  bool is_used = false;                    ///< in the extended model's voltage
+  std::vector<std::string> terms;          ///< what it follows most, in words
+  double answer_current = 20.0;            ///< [A], of answers
+  std::vector<DiscrepancyAnswer> answers;  ///< what it adds under that current
+  /// the same over the currents of the training part, ascending
+  std::vector<DiscrepancyAtCurrent> curve;
+  std::string description;  ///< one sentence
 };
 
 /// What is left unexplained, and the limits below which nothing is reported.
@@ -144,17 +164,18 @@ struct UnexplainedPart {
   double charge_share = 0.0;  ///< [1], of the charging current
   Relevance limits;           ///< rmse: as it was used, with the noise
   double noise = 0.0;         ///< [V], RMS of what is left of a row beside all that explains it
-  /// Whether what is left is noise, as far as instruments make any, and too little else to matter. Where it is not, any effect may be in
-  /// it: no strength of one is reported.
+  /// Whether what is left is noise, as far as instruments make any, and too little else to matter.
+  /// Where it is not, any effect may be in it: no strength of one is reported.
   bool isNoise() const { return noise <= kPlausible && rmse < limits.rmse; }
 };
 
 /// The smallest strength at which this recording would have led to an effect's name (explain()).
 struct DetectionLimit {
   std::string id, parameter, unit;
-  std::optional<double> strength;  ///< in unit; none: at no strength within the catalogue's range, or what is left is not noise alone
-  double typical = 0.0;            ///< the catalogue's order of magnitude, in unit
-  bool visible = false;            ///< strength <= typical
+  /// in unit; none: at no strength within the catalogue's range, or what is left is not noise alone
+  std::optional<double> strength;
+  double typical = 0.0;  ///< the catalogue's order of magnitude, in unit
+  bool visible = false;  ///< strength <= typical
 };
 
 /// Everything a diagnosis found.
@@ -167,23 +188,30 @@ struct Diagnosis {
   std::vector<RegimeFinding> regimes;
   std::vector<ParameterBias> parameter_bias;
   std::vector<std::string> instrument;  ///< what the instrument screen said, a sentence each
-  double charger_share = 0.0;            ///< of the samples whose voltage a source controls [0, 1] (detectControlMode())
-  ControlModeOverview source;                ///< operating mode over the whole recording
-  std::optional<Mechanism> mechanism;         ///< of the verdict: what moves the voltage most; none when nothing is missing, or nothing fits
-  double probability = 0.0;             ///< of it [0, 1]
+  /// of the samples whose voltage a source controls [0, 1] (detectControlMode())
+  double charger_share = 0.0;
+  ControlModeOverview source;  ///< operating mode over the whole recording
+  /// of the verdict: what moves the voltage most; none when nothing is missing, or nothing fits
+  std::optional<Mechanism> mechanism;
+  double probability = 0.0;                             ///< of it [0, 1]
   double evidence_base = 0.0, evidence_extended = 0.0;  ///< ln evidence, tempered
-  double effective_sample_fraction = 1.0;                                  ///< share of the rows that count as independent
+  /// share of the rows that count as independent
+  double effective_sample_fraction = 1.0;
   UnexplainedPart unexplained;
   std::optional<DiscrepancyFinding> discrepancy;
   std::vector<DetectionLimit> detection_limits;
   std::vector<std::string> outside;  ///< what no recording of current and voltage can show
   Comparison fit;
-  /// [V], RMS on the hold-out of an extended model that predicts it worse than the base model: it is not given, extended is the base model.
+  /// [V], RMS on the hold-out of an extended model that predicts it worse than the base model: it
+  /// is not given, extended is the base model.
   std::optional<double> withheld_rmse;
   std::string next_experiment;
 
-  FittedModel base, extended;  ///< fitted to the training part; state at its last sample; extended equals base when nothing was added
-  /// Modelled terminal voltage of every sample of the series that was diagnosed [V]; empty with insufficient data.
+  /// fitted to the training part; state at its last sample; extended equals base when nothing was
+  /// added
+  FittedModel base, extended;
+  /// Modelled terminal voltage of every sample of the series that was diagnosed [V]; empty with
+  /// insufficient data.
   std::vector<double> base_voltage, extended_voltage;
 };
 

@@ -9,17 +9,22 @@ namespace {
 constexpr double kGridStep = 1.5;  // prior standard deviations between the shapes tried
 constexpr int kInstants = 9;       // instants tried over a recording
 constexpr int kFirstIterations = 4, kTasteIterations = 2;
-constexpr std::size_t kClosest = 5;     // effects that are tried in a step, and the first of every mechanism
+// effects that are tried in a step, and the first of every mechanism
+constexpr std::size_t kClosest = 5;
 constexpr std::size_t kFittedWell = 2;  // of them, that are fitted to the end
 constexpr double kClose = 0.8;          // of the best one's gain: fitted to the end, too
-constexpr double kWeak = 0.01;          // of a grid point's strengths, from where a search begins that went astray
-constexpr double kPromised = 0.5;       // of the grid's gain, that a search has to reach to be on its way
-constexpr double kWorthATry = 0.1;      // of the best one's gain on the grid
+// of a grid point's strengths, from where a search begins that went astray
+constexpr double kWeak = 0.01;
+// of the grid's gain, that a search has to reach to be on its way
+constexpr double kPromised = 0.5;
+constexpr double kWorthATry = 0.1;  // of the best one's gain on the grid
 
 /// What the linear fit of a state leaves.
 struct LinearRest {
   LinearRest(const ExplanationFits& fits, const ExplanationState& state)
-      : sums(fits.sumsOf(state, false)), factor(fits.penalised(sums, state)), left(sums.targets - sums.columns.times(state.fit.z)) {}
+      : sums(fits.sumsOf(state, false)),
+        factor(fits.penalised(sums, state)),
+        left(sums.targets - sums.columns.times(state.fit.z)) {}
 
   /// Square of what it cannot take up of something added to the rows [V^2].
   double lengthOf(const Eigen::VectorXd& added) const {
@@ -32,8 +37,10 @@ struct LinearRest {
   Eigen::VectorXd left;
 };
 
-/// A state with a mechanism's columns as strong as they may be: what these can take up of an effect is reported their mechanism.
-ExplanationState withFreeColumns(const ExplanationFits& fits, const ExplanationState& state, Mechanism mechanism) {
+/// A state with a mechanism's columns as strong as they may be: what these can take up of an effect
+/// is reported their mechanism.
+ExplanationState withFreeColumns(const ExplanationFits& fits, const ExplanationState& state,
+                                 Mechanism mechanism) {
   ExplanationState next = fits.withColumns(state, mechanism);
   std::fill_n(next.fit.strength.begin(), kRegressorGroups, GroupPrior().most);
   return next;
@@ -41,7 +48,8 @@ ExplanationState withFreeColumns(const ExplanationFits& fits, const ExplanationS
 
 }  // namespace
 
-EffectSearch::EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids, const ExplanationRules& rules)
+EffectSearch::EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids,
+                           const ExplanationRules& rules)
     : fits_(fits), ids_(ids), rules_(rules) {}
 
 void EffectSearch::takeGrid() {
@@ -52,7 +60,8 @@ void EffectSearch::takeGrid() {
     for (EffectGridPoint& point : gridBeside(circuit, id)) grid_.push_back(std::move(point));
 }
 
-std::optional<ExplanationState> EffectSearch::with(const ExplanationState& state, const std::string& id) {
+std::optional<ExplanationState> EffectSearch::with(const ExplanationState& state,
+                                                   const std::string& id) {
   const std::vector<double> gains = gridGains(state, grid_);
   std::optional<std::size_t> best;
   for (std::size_t g = 0; g < grid_.size(); ++g)
@@ -65,9 +74,11 @@ std::optional<ExplanationState> EffectSearch::with(const ExplanationState& state
   return next;
 }
 
-std::vector<double> EffectSearch::gridGains(const ExplanationState& state, const std::vector<EffectGridPoint>& grid) const {
+std::vector<double> EffectSearch::gridGains(const ExplanationState& state,
+                                            const std::vector<EffectGridPoint>& grid) const {
   const LinearRest rest(fits_, state);
-  const double rss = rest.left.squaredNorm(), rows = fits_.effective_sample_fraction() * rest.sums.problem.rows;
+  const double rss = rest.left.squaredNorm(),
+               rows = fits_.effective_sample_fraction() * rest.sums.problem.rows;
   std::vector<double> gains;
   for (const EffectGridPoint& point : grid) {
     const Eigen::VectorXd added = fits_.whitened(point.added);
@@ -76,12 +87,14 @@ std::vector<double> EffectSearch::gridGains(const ExplanationState& state, const
     if (!(length > 1e-8 * added.squaredNorm()) || (point.one_sided && along < 0.0)) continue;
     const double share = std::min(along * along / length / rss, 1.0 - 1e-9);
     gains.back() =
-        -0.5 * rows * std::log1p(-share) - 0.5 * std::log1p(kWideStrength * kWideStrength * rows * length / (rss * (1.0 - share)));
+        -0.5 * rows * std::log1p(-share) -
+        0.5 * std::log1p(kWideStrength * kWideStrength * rows * length / (rss * (1.0 - share)));
   }
   return gains;
 }
 
-ExplanationState EffectSearch::withMember(const ExplanationState& state, const EffectGridPoint& from, double gain) const {
+ExplanationState EffectSearch::withMember(const ExplanationState& state,
+                                          const EffectGridPoint& from, double gain) const {
   const double share = from.added.squaredNorm() > 0.0 ? strengthOf(state, from) : 1.0;
   ExplanationState next = enlargedBy(state, from, share);
   fits_.begin(next, kTasteIterations);
@@ -89,7 +102,8 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state, const E
   if (!keepsPromise() || isDistorted(state)) {
     // A circuit that has taken the effect up is far from where it belongs: once more from Table I.
     ExplanationState typical = next;
-    for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
+    for (Eigen::Index j = 0; j < kRowUDc; ++j)
+      typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
     fits_.begin(typical, kTasteIterations);
     if (typical.evidence > next.evidence) next = std::move(typical);
   }
@@ -103,7 +117,8 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state, const E
   return next;
 }
 
-std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& state, std::optional<Mechanism> only) {
+std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& state,
+                                                        std::optional<Mechanism> only) {
   if (fits_.isSpent()) return {};
   std::vector<EffectGridPoint> anew;
   if (only)
@@ -120,31 +135,39 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
   }
   std::vector<std::size_t> order;
   for (const auto& one : best) order.push_back(one.second);
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a] > gains[b]; });
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return gains[a] > gains[b]; });
   std::set<Mechanism> seen;
   std::vector<ExplanationState> fitted;
   for (std::size_t k = 0; k < order.size(); ++k) {
     const bool first_of_mechanism = seen.insert(mechanismOf(grid[order[k]].id)).second;
-    if (k >= kClosest && !(first_of_mechanism && gains[order[k]] > kWorthATry * gains[order.front()])) continue;
+    if (k >= kClosest &&
+        !(first_of_mechanism && gains[order[k]] > kWorthATry * gains[order.front()]))
+      continue;
     fitted.push_back(withMember(state, grid[order[k]], gains[order[k]]));
   }
-  const auto best_first = [this](const ExplanationState& a, const ExplanationState& b) { return rankOf(a) > rankOf(b); };
+  const auto best_first = [this](const ExplanationState& a, const ExplanationState& b) {
+    return rankOf(a) > rankOf(b);
+  };
   std::stable_sort(fitted.begin(), fitted.end(), best_first);
   const double best_gain = fitted.empty() ? 0.0 : fitted.front().evidence - state.evidence;
   for (std::size_t k = 0; k < fitted.size(); ++k)
     if (k < kFittedWell || fitted[k].evidence - state.evidence > kClose * best_gain)
       if (std::isfinite(fitted[k].evidence)) fits_.optimize(fitted[k]);
   std::stable_sort(fitted.begin(), fitted.end(), best_first);
-  for (const ExplanationState& one : fitted) weighed_.push_back({one.members.back(), one.evidence - state.evidence});
+  for (const ExplanationState& one : fitted)
+    weighed_.push_back({one.members.back(), one.evidence - state.evidence});
   return fitted;
 }
 
-std::vector<LinearDetectionLimit> EffectSearch::minStrengths(const ExplanationState& state, const std::function<double(Mechanism)>& needed) const {
+std::vector<LinearDetectionLimit> EffectSearch::minStrengths(
+    const ExplanationState& state, const std::function<double(Mechanism)>& needed) const {
   std::vector<LinearDetectionLimit> least;
   const LinearRest rest(fits_, state);
   std::map<Mechanism, LinearRest> beside;
   for (const Mechanism mechanism : kAllMechanisms)
-    if (!state.estimated.count(mechanism)) beside.emplace(mechanism, LinearRest(fits_, withFreeColumns(fits_, state, mechanism)));
+    if (!state.estimated.count(mechanism))
+      beside.emplace(mechanism, LinearRest(fits_, withFreeColumns(fits_, state, mechanism)));
   std::set<std::string> done;
   for (const EffectGridPoint& point : grid_) {
     if (ExplanationFits::isUsed(point.id, state) || !done.insert(point.id).second) continue;
@@ -154,16 +177,22 @@ std::vector<LinearDetectionLimit> EffectSearch::minStrengths(const ExplanationSt
     double min_length = length;
     for (const auto& other : beside)
       if (other.first != own) min_length = std::min(min_length, other.second.lengthOf(added));
-    const double information = fits_.effective_sample_fraction() * min_length / (state.fit.noise * state.fit.noise);
-    const double evident = std::sqrt(2.0 * (needed(own) + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) / information);
-    const double matters = fits_.relevantBeside(state) / std::sqrt(length / static_cast<double>(fits_.counted().size()));
-    least.push_back(minStrength(point, std::max(evident + std::abs(added.dot(rest.left)) / length, matters)));
+    const double information =
+        fits_.effective_sample_fraction() * min_length / (state.fit.noise * state.fit.noise);
+    const double evident = std::sqrt(
+        2.0 * (needed(own) + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) /
+        information);
+    const double matters = fits_.relevantBeside(state) /
+                           std::sqrt(length / static_cast<double>(fits_.counted().size()));
+    least.push_back(
+        minStrength(point, std::max(evident + std::abs(added.dot(rest.left)) / length, matters)));
   }
   return least;
 }
 
 double EffectSearch::rankOf(const ExplanationState& state) const {
-  const double parts = static_cast<double>(state.estimated.size()) + 0.5 * static_cast<double>(state.model.effects().size());
+  const double parts = static_cast<double>(state.estimated.size()) +
+                       0.5 * static_cast<double>(state.model.effects().size());
   return state.evidence - rules_.tie * parts;
 }
 
@@ -173,7 +202,8 @@ CompositionPoint EffectSearch::magnitudesOf(const BatteryModel& model) const {
     if (c.row < kBaseRows || c.row >= model.parameterCount()) continue;
     const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(c.row)];
     double value = info.magnitude;
-    if (c.strength && std::abs(value - *info.vanishes_at) < 1e-9 * (std::abs(info.upper) + std::abs(*info.vanishes_at)))
+    if (c.strength && std::abs(value - *info.vanishes_at) <
+                          1e-9 * (std::abs(info.upper) + std::abs(*info.vanishes_at)))
       value = c.logarithmic ? 2.0 * *info.vanishes_at : c.value(1.0);
     point.parameters[c.row] = std::clamp(value, info.lower, info.upper);
   }
@@ -182,9 +212,11 @@ CompositionPoint EffectSearch::magnitudesOf(const BatteryModel& model) const {
   return point;
 }
 
-void EffectSearch::beginNewStates(const BatteryModel& model, CompositionPoint& point, const BatteryModel& nested) {
+void EffectSearch::beginNewStates(const BatteryModel& model, CompositionPoint& point,
+                                  const BatteryModel& nested) {
   const auto isNew = [&](const StateInfo& info) {
-    return std::none_of(nested.states().begin(), nested.states().end(), [&](const StateInfo& old) { return old.name == info.name; });
+    return std::none_of(nested.states().begin(), nested.states().end(),
+                        [&](const StateInfo& old) { return old.name == info.name; });
   };
   for (Eigen::Index k = 1; k < model.stateCount(); ++k) {
     const StateInfo& info = model.states()[static_cast<std::size_t>(k)];
@@ -213,7 +245,8 @@ std::vector<CompositionPoint> EffectSearch::gridOf(const BatteryModel& model) co
   return points;
 }
 
-std::vector<EffectGridPoint> EffectSearch::gridBeside(const ExplanationState& state, const std::string& id) const {
+std::vector<EffectGridPoint> EffectSearch::gridBeside(const ExplanationState& state,
+                                                      const std::string& id) const {
   const BatteryModel alone = enlarged(BatteryModel(), id), model = enlarged(state.model, id);
   bool one_sided = true;
   for (const FitCoordinate& c : fits_.coordinatesOf(alone))
@@ -223,7 +256,8 @@ std::vector<EffectGridPoint> EffectSearch::gridBeside(const ExplanationState& st
     CompositionPoint there = embedded(state.model, state.point, model);
     for (const ParameterInfo& info : alone.parameters())
       if (!state.model.parameterRow(info.name))
-        there.parameters[*model.parameterRow(info.name)] = point.parameters[*alone.parameterRow(info.name)];
+        there.parameters[*model.parameterRow(info.name)] =
+            point.parameters[*alone.parameterRow(info.name)];
     beginNewStates(model, there, state.model);
     const Eigen::VectorXd error = fits_.errorsOf(model, there);
     if (error.size() == 0) continue;
@@ -233,7 +267,8 @@ std::vector<EffectGridPoint> EffectSearch::gridBeside(const ExplanationState& st
   return grid;
 }
 
-ExplanationState EffectSearch::enlargedBy(const ExplanationState& state, const EffectGridPoint& from, double share) const {
+ExplanationState EffectSearch::enlargedBy(const ExplanationState& state,
+                                          const EffectGridPoint& from, double share) const {
   ExplanationState next = state;
   next.model = enlarged(state.model, from.id);
   next.members.push_back(from.id);
@@ -245,15 +280,20 @@ ExplanationState EffectSearch::enlargedBy(const ExplanationState& state, const E
     const ParameterInfo& info = next.model.parameters()[static_cast<std::size_t>(c.row)];
     if (state.model.parameterRow(info.name)) continue;
     const double there = from.point.parameters[*alone.parameterRow(info.name)];
-    next.point.parameters[c.row] = c.strength && !c.logarithmic ? c.value(std::clamp(share, -most(c), most(c)) * c.of(there)) : there;
+    next.point.parameters[c.row] = c.strength && !c.logarithmic
+                                       ? c.value(std::clamp(share, -most(c), most(c)) * c.of(there))
+                                       : there;
   }
   beginNewStates(next.model, next.point, state.model);
   return next;
 }
 
 bool EffectSearch::isDistorted(const ExplanationState& state) {
-  for (const Eigen::Index row : {static_cast<Eigen::Index>(kRowC2), static_cast<Eigen::Index>(kRowBeta)})
-    if (std::abs(std::log(state.point.parameters[row] / tableOne()[static_cast<std::size_t>(row)].magnitude)) > baseDirectionStd(row))
+  for (const Eigen::Index row :
+       {static_cast<Eigen::Index>(kRowC2), static_cast<Eigen::Index>(kRowBeta)})
+    if (std::abs(std::log(state.point.parameters[row] /
+                          tableOne()[static_cast<std::size_t>(row)].magnitude)) >
+        baseDirectionStd(row))
       return true;
   return false;
 }
@@ -269,11 +309,14 @@ LinearDetectionLimit EffectSearch::minStrength(const EffectGridPoint& point, dou
   const BatteryModel model = enlarged(BatteryModel(), point.id);
   for (const ParameterInfo& own : effectInfo(point.id).parameters)
     for (const FitCoordinate& c : fits_.coordinatesOf(model)) {
-      if (c.row >= model.parameterCount() || !c.strength || model.parameters()[static_cast<std::size_t>(c.row)].name != own.name) continue;
+      if (c.row >= model.parameterCount() || !c.strength ||
+          model.parameters()[static_cast<std::size_t>(c.row)].name != own.name)
+        continue;
       const double typical = point.point.parameters[c.row];
       LinearDetectionLimit least{point.id, own.name, own.unit, std::nullopt, typical};
       const double wanted = c.centre + times * (c.of(typical) - c.centre);
-      const double value = c.logarithmic ? std::exp(std::min(wanted, 300.0)) : c.zero + c.unit * wanted;
+      const double value =
+          c.logarithmic ? std::exp(std::min(wanted, 300.0)) : c.zero + c.unit * wanted;
       if (value >= c.lower && value <= c.upper) least.strength = value;
       return least;
     }

@@ -7,45 +7,63 @@
 
 namespace battery_sof {
 
-/// Tries effects of the catalogue beside a state: each on a grid of its shapes and instants, the promising ones fitted.
+/// Tries effects of the catalogue beside a state: each on a grid of its shapes and instants, the
+/// promising ones fitted.
 class EffectSearch {
  public:
   /// @param ids effects that may be tried.
-  EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids, const ExplanationRules& rules);
+  EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids,
+               const ExplanationRules& rules);
 
   /// Takes what every effect adds to the base circuit; before anything else.
   void takeGrid();
-  /// A state with one effect more, fitted from where it promises most; none where it cannot be placed.
+  /// A state with one effect more, fitted from where it promises most; none where it cannot be
+  /// placed.
   std::optional<ExplanationState> with(const ExplanationState& state, const std::string& id);
-  /// Gain of ln evidence by each grid point beside a state, noise taken again, any multiple of it allowed.
-  std::vector<double> gridGains(const ExplanationState& state, const std::vector<EffectGridPoint>& grid) const;
-  /// A state with one effect more, from a point of its grid; the first steps of its fit. @param gain that the grid promises.
-  ExplanationState withMember(const ExplanationState& state, const EffectGridPoint& from, double gain) const;
-  /// The likeliest effects beside a state, each fitted; best first. @param only of one mechanism, its grid taken again beside the
-  /// state: a side reaction shows where the circuit with its acceptance lets the voltage rise, and not where the circuit alone does.
-  std::vector<ExplanationState> withMembers(const ExplanationState& state, std::optional<Mechanism> only);
-  /// Smallest strengths that would have come in, linearly: from what neither the state nor the columns of any other mechanism can take up of
-  /// a typical strength's signature, and beyond what is left that looks like it. @param needed nats that a mechanism must bring.
-  std::vector<LinearDetectionLimit> minStrengths(const ExplanationState& state, const std::function<double(Mechanism)>& needed) const;
+  /// Gain of ln evidence by each grid point beside a state, noise taken again, any multiple of it
+  /// allowed.
+  std::vector<double> gridGains(const ExplanationState& state,
+                                const std::vector<EffectGridPoint>& grid) const;
+  /// A state with one effect more, from a point of its grid; the first steps of its fit. @param
+  /// gain that the grid promises.
+  ExplanationState withMember(const ExplanationState& state, const EffectGridPoint& from,
+                              double gain) const;
+  /// The likeliest effects beside a state, each fitted; best first. @param only of one mechanism,
+  /// its grid taken again beside the state: a side reaction shows where the circuit with its
+  /// acceptance lets the voltage rise, and not where the circuit alone does.
+  std::vector<ExplanationState> withMembers(const ExplanationState& state,
+                                            std::optional<Mechanism> only);
+  /// Smallest strengths that would have come in, linearly: from what neither the state nor the
+  /// columns of any other mechanism can take up of a typical strength's signature, and beyond what
+  /// is left that looks like it. @param needed nats that a mechanism must bring.
+  std::vector<LinearDetectionLimit> minStrengths(
+      const ExplanationState& state, const std::function<double(Mechanism)>& needed) const;
 
-  /// By what one explanation is taken before another: of two that are as good the one with fewer effects, an equation before columns.
+  /// By what one explanation is taken before another: of two that are as good the one with fewer
+  /// effects, an equation before columns.
   double rankOf(const ExplanationState& state) const;
 
-  const std::vector<WeighedMember>& weighed() const { return weighed_; }  ///< what was fitted, in the order in which it came
+  /// what was fitted, in the order in which it came
+  const std::vector<WeighedMember>& weighed() const { return weighed_; }
 
  private:
   /// The base circuit with an effect at its magnitudes.
   CompositionPoint magnitudesOf(const BatteryModel& model) const;
-  /// States that a model has beyond another begin as u_c2 where they represent a part of it; the other's keep what was fitted.
-  static void beginNewStates(const BatteryModel& model, CompositionPoint& point, const BatteryModel& nested);
+  /// States that a model has beyond another begin as u_c2 where they represent a part of it; the
+  /// other's keep what was fitted.
+  static void beginNewStates(const BatteryModel& model, CompositionPoint& point,
+                             const BatteryModel& nested);
   std::vector<CompositionPoint> gridOf(const BatteryModel& model) const;
   /// What an effect adds to a state at the points of its grid.
-  std::vector<EffectGridPoint> gridBeside(const ExplanationState& state, const std::string& id) const;
+  std::vector<EffectGridPoint> gridBeside(const ExplanationState& state,
+                                          const std::string& id) const;
   /// A state with one effect more at a multiple of a grid point's strengths; not placed.
-  ExplanationState enlargedBy(const ExplanationState& state, const EffectGridPoint& from, double share) const;
+  ExplanationState enlargedBy(const ExplanationState& state, const EffectGridPoint& from,
+                              double share) const;
   /// Whether double layer or kinetics stand far from where any battery's do.
   static bool isDistorted(const ExplanationState& state);
-  /// Multiple of its magnitude at which a strength's search may begin: nearby, but for strengths of wide bounds.
+  /// Multiple of its magnitude at which a strength's search may begin: nearby, but for strengths of
+  /// wide bounds.
   static double most(const FitCoordinate& c) { return std::max(3.0, c.std); }
   /// Multiple of a grid point that a state's errors ask for; at least a tenth.
   double strengthOf(const ExplanationState& state, const EffectGridPoint& from) const;

@@ -6,10 +6,10 @@
 #include <set>
 
 #include "diagnosis/hypotheses.hpp"
-#include "model/effect.hpp"
-#include "util/text.hpp"
 #include "effect_search.hpp"
 #include "explanation_fits.hpp"
+#include "model/effect.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -28,8 +28,9 @@ std::vector<std::string> inOrder(const std::vector<std::string>& given) {
 
 class StepwiseSelection {
  public:
-  StepwiseSelection(const InputSequence& inputs, std::size_t training, DesignMatrix& table, const CompositionPoint& base, const std::vector<std::string>& ids,
-            const std::vector<std::string>& given, const ExplanationRules& rules)
+  StepwiseSelection(const InputSequence& inputs, std::size_t training, DesignMatrix& table,
+                    const CompositionPoint& base, const std::vector<std::string>& ids,
+                    const std::vector<std::string>& given, const ExplanationRules& rules)
       : rules_(rules),
         given_(inOrder(given)),
         fits_(inputs, training, table, base, rules),
@@ -42,7 +43,8 @@ class StepwiseSelection {
     ExplanationState start = fits_.baseState();
     fits_.takeNoise(start);
     ExplanationState typical = start;
-    for (Eigen::Index j = 0; j < kRowUDc; ++j) typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
+    for (Eigen::Index j = 0; j < kRowUDc; ++j)
+      typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
     fits_.begin(start, kFirstIterations);
     fits_.begin(typical, kFirstIterations);
     if (typical.evidence > start.evidence) start = std::move(typical);
@@ -52,7 +54,9 @@ class StepwiseSelection {
     tell("weighing mechanisms");
     ExplanationState now = start;
     for (const std::string& id : given_) take(now, id);
-    while (given_.empty() && static_cast<int>(now.members.size() + now.estimated.size()) < rules_.max_terms && extend(now)) {
+    while (given_.empty() &&
+           static_cast<int>(now.members.size() + now.estimated.size()) < rules_.max_terms &&
+           extend(now)) {
       tell("weighing mechanisms (taken in so far: " + takenIn(now) + ")");
       weighAgain(now);
       fits_.takeEffectiveSampleFraction(now);
@@ -82,34 +86,46 @@ class StepwiseSelection {
   /// What the effects of a mechanism that a state has explain [V].
   static double explainedBy(Mechanism mechanism, const ExplanationState& state) {
     const bool named =
-        std::any_of(state.members.begin(), state.members.end(), [&](const std::string& id) { return mechanismOf(id) == mechanism; });
+        std::any_of(state.members.begin(), state.members.end(),
+                    [&](const std::string& id) { return mechanismOf(id) == mechanism; });
     return named && state.explained.count(mechanism) ? state.explained.at(mechanism) : 0.0;
   }
 
-  /// Whether effects represent their mechanism's columns: as evident, or these find nothing beside them that matters, or no more
-  /// than a battery's own law differs from the catalogue's. @param without the mechanism.
-  bool doesAsWell(const ExplanationState& member, const ExplanationState& columns, Mechanism mechanism, const ExplanationState& without) const {
+  /// Whether effects represent their mechanism's columns: as evident, or these find nothing beside
+  /// them that matters, or no more than a battery's own law differs from the catalogue's. @param
+  /// without the mechanism.
+  bool doesAsWell(const ExplanationState& member, const ExplanationState& columns,
+                  Mechanism mechanism, const ExplanationState& without) const {
     if (member.evidence > columns.evidence - rules_.tie) return true;
     const ExplanationState beside = fits_.withColumns(member, mechanism);
     if (beside.evidence - member.evidence < rules_.min_gain) return true;
-    const double mechanism_brings = std::hypot(ExplanationFits::beyond(beside, without), explainedBy(mechanism, without));
-    return ExplanationFits::beyond(beside, member) < std::max(fits_.relevantBeside(beside), kCatalogueTolerance * mechanism_brings);
+    const double mechanism_brings =
+        std::hypot(ExplanationFits::beyond(beside, without), explainedBy(mechanism, without));
+    return ExplanationFits::beyond(beside, member) <
+           std::max(fits_.relevantBeside(beside), kCatalogueTolerance * mechanism_brings);
   }
 
-  /// What represents a mechanism beside a state: the best of its effects where that does as well as its columns, else those.
-  ExplanationState standingFor(Mechanism mechanism, const ExplanationState& beside, const std::vector<ExplanationState>& members) const {
+  /// What represents a mechanism beside a state: the best of its effects where that does as well as
+  /// its columns, else those.
+  ExplanationState standingFor(Mechanism mechanism, const ExplanationState& beside,
+                               const std::vector<ExplanationState>& members) const {
     ExplanationState estimated = fits_.withColumns(beside, mechanism);
     for (const ExplanationState& member : members)
-      if (mechanismOf(member.members.back()) == mechanism) return doesAsWell(member, estimated, mechanism, beside) ? member : estimated;
+      if (mechanismOf(member.members.back()) == mechanism)
+        return doesAsWell(member, estimated, mechanism, beside) ? member : estimated;
     return estimated;
   }
 
-  /// The same once a mechanism is chosen: its effects one after the other, while each is worth it, until they do as well as its columns.
-  ExplanationState membersFor(Mechanism mechanism, const ExplanationState& beside, ExplanationState columns) {
+  /// The same once a mechanism is chosen: its effects one after the other, while each is worth it,
+  /// until they do as well as its columns.
+  ExplanationState membersFor(Mechanism mechanism, const ExplanationState& beside,
+                              ExplanationState columns) {
     ExplanationState best = beside;
     for (int count = 0; count < rules_.max_terms; ++count) {
       const std::vector<ExplanationState> members = search_.withMembers(best, mechanism);
-      if (members.empty() || members.front().evidence - best.evidence < rules_.min_gain || !matters(members.front(), best)) break;
+      if (members.empty() || members.front().evidence - best.evidence < rules_.min_gain ||
+          !matters(members.front(), best))
+        break;
       best = members.front();
       if (doesAsWell(best, columns, mechanism, beside)) return best;
     }
@@ -123,23 +139,32 @@ class StepwiseSelection {
            fits_.crankOf(part) >= std::max(rules_.relevance.crank, 0.5 * with.fit.noise);
   }
 
-  /// Nats that a mechanism must bring. A battery's own structure is never quite the catalogue's: what is left of it is no physics.
+  /// Nats that a mechanism must bring. A battery's own structure is never quite the catalogue's:
+  /// what is left of it is no physics.
   double needed(const ExplanationState& state, Mechanism mechanism) const {
     const bool physics = mechanism != Mechanism::kStructure && mechanism != Mechanism::kInstrument;
-    return physics ? std::max(rules_.min_gain, kCatalogueTolerance * state.structure_gain) : rules_.min_gain;
+    return physics ? std::max(rules_.min_gain, kCatalogueTolerance * state.structure_gain)
+                   : rules_.min_gain;
   }
 
   /// Whether columns are no more than what the effects named of their mechanism may leave of it.
-  bool isRestOfNamed(const ExplanationState& columns, const ExplanationState& state, Mechanism mechanism) const {
+  bool isRestOfNamed(const ExplanationState& columns, const ExplanationState& state,
+                     Mechanism mechanism) const {
     if (columns.estimated.size() == state.estimated.size()) return false;
     return ExplanationFits::beyond(columns, state) <
-           kCatalogueTolerance * std::hypot(ExplanationFits::beyond(columns, state), explainedBy(mechanism, state));
+           kCatalogueTolerance *
+               std::hypot(ExplanationFits::beyond(columns, state), explainedBy(mechanism, state));
   }
 
-  /// Whether physics beside an effect of structure is no more than the structure's columns hold: another circuit than the catalogue's.
-  bool isHeldByStructure(const ExplanationState& with, const ExplanationState& without, Mechanism mechanism) const {
-    if (mechanism == Mechanism::kStructure || mechanism == Mechanism::kInstrument || !(explainedBy(Mechanism::kStructure, without) > 0.0)) return false;
-    return fits_.withColumns(with, Mechanism::kStructure).evidence - fits_.withColumns(without, Mechanism::kStructure).evidence <
+  /// Whether physics beside an effect of structure is no more than the structure's columns hold:
+  /// another circuit than the catalogue's.
+  bool isHeldByStructure(const ExplanationState& with, const ExplanationState& without,
+                         Mechanism mechanism) const {
+    if (mechanism == Mechanism::kStructure || mechanism == Mechanism::kInstrument ||
+        !(explainedBy(Mechanism::kStructure, without) > 0.0))
+      return false;
+    return fits_.withColumns(with, Mechanism::kStructure).evidence -
+               fits_.withColumns(without, Mechanism::kStructure).evidence <
            rules_.min_gain;
   }
 
@@ -149,8 +174,8 @@ class StepwiseSelection {
     return parts;
   }
 
-  /// Takes in the mechanism of greatest evidence. The same parts get the same mechanism once: what was taken and let go does not come
-  /// again and again. @return whether one was worth it.
+  /// Takes in the mechanism of greatest evidence. The same parts get the same mechanism once: what
+  /// was taken and let go does not come again and again. @return whether one was worth it.
   bool extend(ExplanationState& state) {
     const std::vector<ExplanationState> members = search_.withMembers(state, std::nullopt);
     ExplanationState best = state;
@@ -159,8 +184,11 @@ class StepwiseSelection {
     for (const Mechanism mechanism : kAllMechanisms) {
       if (state.estimated.count(mechanism) || tried_.count({parts, mechanism})) continue;
       const ExplanationState of_mechanism = standingFor(mechanism, state, members);
-      if (of_mechanism.evidence - state.evidence < needed(state, mechanism) || isHeldByStructure(of_mechanism, state, mechanism)) continue;
-      if (!(search_.rankOf(of_mechanism) > search_.rankOf(best)) || !matters(of_mechanism, state) || isRestOfNamed(of_mechanism, state, mechanism))
+      if (of_mechanism.evidence - state.evidence < needed(state, mechanism) ||
+          isHeldByStructure(of_mechanism, state, mechanism))
+        continue;
+      if (!(search_.rankOf(of_mechanism) > search_.rankOf(best)) || !matters(of_mechanism, state) ||
+          isRestOfNamed(of_mechanism, state, mechanism))
         continue;
       best = of_mechanism;
       chosen = mechanism;
@@ -168,14 +196,17 @@ class StepwiseSelection {
     if (!chosen) return false;
     tried_.insert({parts, *chosen});
     if (best.estimated.size() > state.estimated.size()) best = membersFor(*chosen, state, best);
-    best.explained[*chosen] = std::hypot(explainedBy(*chosen, state), ExplanationFits::beyond(best, state));
-    if (*chosen == Mechanism::kStructure) best.structure_gain = std::max(state.structure_gain, best.evidence - state.evidence);
+    best.explained[*chosen] =
+        std::hypot(explainedBy(*chosen, state), ExplanationFits::beyond(best, state));
+    if (*chosen == Mechanism::kStructure)
+      best.structure_gain = std::max(state.structure_gain, best.evidence - state.evidence);
     state = std::move(best);
     fits_.optimize(state);
     return true;
   }
 
-  /// Each part once more beside the others: columns give way to an effect that does as well, what is not worth its place goes.
+  /// Each part once more beside the others: columns give way to an effect that does as well, what
+  /// is not worth its place goes.
   void weighAgain(ExplanationState& state) {
     if (state.members.size() + state.estimated.size() < 2) return;
     for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
@@ -187,16 +218,18 @@ class StepwiseSelection {
         continue;
       }
       const std::vector<ExplanationState> members = search_.withMembers(without, mechanism);
-      if (!members.empty() && doesAsWell(members.front(), state, mechanism, without)) state = members.front();
+      if (!members.empty() && doesAsWell(members.front(), state, mechanism, without))
+        state = members.front();
     }
     for (const std::string& id : state.members)
       if (mechanismOf(id) == Mechanism::kStructure)
-        state.structure_gain = std::max(state.structure_gain, state.evidence - fits_.withoutMember(state, id).evidence);
+        state.structure_gain = std::max(state.structure_gain,
+                                        state.evidence - fits_.withoutMember(state, id).evidence);
     for (const std::string& id : std::vector<std::string>(state.members)) {
       if (state.members.size() + state.estimated.size() < 2) return;
       ExplanationState without = fits_.withoutMember(state, id);
-      if (state.evidence - without.evidence < needed(state, mechanismOf(id)) || !matters(state, without) ||
-          isHeldByStructure(state, without, mechanismOf(id)))
+      if (state.evidence - without.evidence < needed(state, mechanismOf(id)) ||
+          !matters(state, without) || isHeldByStructure(state, without, mechanismOf(id)))
         state = std::move(without);
     }
   }
@@ -214,12 +247,14 @@ class StepwiseSelection {
     takeRest(state);
   }
 
-  /// Every part's place. Where another does better in one, it is taken and the places are weighed once more.
+  /// Every part's place. Where another does better in one, it is taken and the places are weighed
+  /// once more.
   void takePlaces(ExplanationState& state) {
     for (int round = 0; round < kSwaps; ++round) {
       found_.terms.clear();
       better_.reset();
-      for (const std::string& id : state.members) takePlace(state, fits_.withoutMember(state, id), mechanismOf(id), id);
+      for (const std::string& id : state.members)
+        takePlace(state, fits_.withoutMember(state, id), mechanismOf(id), id);
       for (const Mechanism mechanism : state.estimated) {
         ExplanationState without = state;
         without.estimated.erase(mechanism);
@@ -242,31 +277,38 @@ class StepwiseSelection {
   }
 
   void weighRival(const ExplanationState& rival, const ExplanationState& state) {
-    if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_) : search_.rankOf(state)) + kSettled)
+    if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_)
+                                                                        : search_.rankOf(state)) +
+                                    kSettled)
       better_ = rival;
   }
 
   /// What a part is worth, what it adds, and what could stand in its place.
-  void takePlace(const ExplanationState& state, const ExplanationState& without, Mechanism mechanism, const std::string& id) {
+  void takePlace(const ExplanationState& state, const ExplanationState& without,
+                 Mechanism mechanism, const std::string& id) {
     SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 1.0};
-    one.rms = ExplanationFits::rms(fits_.besideBase(fits_.modelled(state) - fits_.modelled(without)));
+    one.rms =
+        ExplanationFits::rms(fits_.besideBase(fits_.modelled(state) - fits_.modelled(without)));
     std::map<Mechanism, double> rivals = {{mechanism, one.gain}};
     const std::vector<ExplanationState> members = search_.withMembers(without, std::nullopt);
     for (const ExplanationState& member : members) {
       if (!std::isfinite(member.evidence)) continue;
       const double gain = member.evidence - without.evidence;
       const Mechanism of = mechanismOf(member.members.back());
-      if (!id.empty() && member.members.back() != id && gain > one.gain - rules_.tie && !needs(member.members.back(), id))
+      if (!id.empty() && member.members.back() != id && gain > one.gain - rules_.tie &&
+          !needs(member.members.back(), id))
         one.indistinguishable.push_back(member.members.back());
       if (of == mechanism) weighRival(member, state);
       if (!rivals.count(of) || gain > rivals[of]) rivals[of] = gain;
     }
     if (!id.empty())
       for (const std::string& alike : effectInfo(id).same_as)
-        if (!ExplanationFits::isUsed(alike, state) && !contains(one.indistinguishable, alike)) one.indistinguishable.push_back(alike);
+        if (!ExplanationFits::isUsed(alike, state) && !contains(one.indistinguishable, alike))
+          one.indistinguishable.push_back(alike);
     if (id.empty() && !better_)
       for (const ExplanationState& member : members)
-        if (mechanismOf(member.members.back()) == mechanism && doesAsWell(member, state, mechanism, without)) {
+        if (mechanismOf(member.members.back()) == mechanism &&
+            doesAsWell(member, state, mechanism, without)) {
           better_ = member;
           break;
         }
@@ -294,7 +336,8 @@ class StepwiseSelection {
     found_.effective_sample_fraction = fits_.effective_sample_fraction();
     found_.edge_jitter = fits_.timingJitterNoise().jitter();
     found_.weighed = search_.weighed();
-    found_.least = search_.minStrengths(state, [&](Mechanism mechanism) { return needed(state, mechanism); });
+    found_.least =
+        search_.minStrengths(state, [&](Mechanism mechanism) { return needed(state, mechanism); });
     double most = rules_.min_gain;
     for (const Mechanism mechanism : kAllMechanisms) {
       if (state.estimated.count(mechanism)) continue;
@@ -309,20 +352,23 @@ class StepwiseSelection {
   std::vector<std::string> given_;
   ExplanationFits fits_;
   EffectSearch search_;
-  std::set<std::pair<std::set<std::string>, Mechanism>> tried_;  // mechanisms taken beside these parts
-  std::optional<ExplanationState> better_;                    // than the state, by what could stand in a place
+  // mechanisms taken beside these parts
+  std::set<std::pair<std::set<std::string>, Mechanism>> tried_;
+  // than the state, by what could stand in a place
+  std::optional<ExplanationState> better_;
   Explanation found_;
 };
 
 }  // namespace
 
-double minError(const InputSequence& inputs, std::size_t training, const DesignMatrix& table, const CompositionPoint& base,
-                  const ExplanationRules& rules) {
+double minError(const InputSequence& inputs, std::size_t training, const DesignMatrix& table,
+                const CompositionPoint& base, const ExplanationRules& rules) {
   DesignMatrix taken = table;
   return ExplanationFits(inputs, training, taken, base, rules).minError();
 }
 
-Explanation explain(InputSequence inputs, std::size_t training, DesignMatrix table, const CompositionPoint& base, const std::vector<std::string>& ids,
+Explanation explain(InputSequence inputs, std::size_t training, DesignMatrix table,
+                    const CompositionPoint& base, const std::vector<std::string>& ids,
                     const std::vector<std::string>& given, const ExplanationRules& rules,
                     const std::function<void(const std::string&)>& progress) {
   StepwiseSelection selection(inputs, training, table, base, ids, given, rules);

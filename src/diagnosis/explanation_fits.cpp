@@ -9,13 +9,16 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kMinSampleFraction = 0.02;                         // instruments' errors hang together for seconds, what lasts longer is physics
-constexpr double kFirstSampleFraction = 0.05, kSettledSampleFraction = 1e-4;  // the same from any state before
+// instruments' errors hang together for seconds, what lasts longer is physics
+constexpr double kMinSampleFraction = 0.02;
+// the same from any state before
+constexpr double kFirstSampleFraction = 0.05, kSettledSampleFraction = 1e-4;
 constexpr int kSampleFractionPasses = 8, kPolishes = 2;
 constexpr double kPolished = 1e-3;                                                     // nats
 constexpr double kCrankCurrent = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
-constexpr int kRandomWalk = 24;                // steps of a voltage channel's random walk over the training part
-constexpr double kMaxRandomWalk = 0.0012;     // [V] a root minute, of a voltage channel
+// steps of a voltage channel's random walk over the training part
+constexpr int kRandomWalk = 24;
+constexpr double kMaxRandomWalk = 0.0012;  // [V] a root minute, of a voltage channel
 constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 
 }  // namespace
@@ -26,30 +29,36 @@ Eigen::MatrixXd ExplanationColumns::times(const Eigen::MatrixXd& z) const {
   if (usesAll())
     sum.noalias() += *free * of_free;
   else
-    for (std::size_t j = 0; j < used.size(); ++j) sum.noalias() += free->col(used[j]) * of_free.row(static_cast<Eigen::Index>(j));
+    for (std::size_t j = 0; j < used.size(); ++j)
+      sum.noalias() += free->col(used[j]) * of_free.row(static_cast<Eigen::Index>(j));
   return sum;
 }
 
 Eigen::VectorXd ExplanationColumns::along(const Eigen::VectorXd& v) const {
   Eigen::VectorXd products(own.cols() + static_cast<Eigen::Index>(used.size()));
   products.head(own.cols()) = own.transpose() * v;
-  for (std::size_t j = 0; j < used.size(); ++j) products[own.cols() + static_cast<Eigen::Index>(j)] = free->col(used[j]).dot(v);
+  for (std::size_t j = 0; j < used.size(); ++j)
+    products[own.cols() + static_cast<Eigen::Index>(j)] = free->col(used[j]).dot(v);
   return products;
 }
 
 Eigen::MatrixXd ExplanationColumns::across() const {
   if (usesAll()) return free->transpose() * own;
   Eigen::MatrixXd products(static_cast<Eigen::Index>(used.size()), own.cols());
-  for (std::size_t j = 0; j < used.size(); ++j) products.row(static_cast<Eigen::Index>(j)) = free->col(used[j]).transpose() * own;
+  for (std::size_t j = 0; j < used.size(); ++j)
+    products.row(static_cast<Eigen::Index>(j)) = free->col(used[j]).transpose() * own;
   return products;
 }
 
-ExplanationFits::ExplanationFits(const InputSequence& inputs, std::size_t training, DesignMatrix& table, const CompositionPoint& base,
+ExplanationFits::ExplanationFits(const InputSequence& inputs, std::size_t training,
+                                 DesignMatrix& table, const CompositionPoint& base,
                                  const ExplanationRules& rules)
     : inputs_(inputs),
       table_(table),
       base_(base),
-      response_(linearizationOf(BatteryModel(), {base.parameters, base.state, inputs.first_time, inputs.first_time}, inputs, training)),
+      response_(linearizationOf(BatteryModel(),
+                                {base.parameters, base.state, inputs.first_time, inputs.first_time},
+                                inputs, training)),
       rows_(inputs, response_, base),
       priors_(rules.priors),
       pulse_(rules.pulse) {
@@ -71,11 +80,13 @@ std::optional<ExplanationState> ExplanationFits::placedBase() const {
 
 ExplanationState ExplanationFits::baseState() const {
   std::optional<ExplanationState> state = placedBase();
-  if (!state) throw std::invalid_argument("explain: the base circuit has no finite voltage where it begins");
+  if (!state)
+    throw std::invalid_argument("explain: the base circuit has no finite voltage where it begins");
   return std::move(*state);
 }
 
-Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model, const CompositionPoint& point) const {
+Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model,
+                                          const CompositionPoint& point) const {
   if (pulse_) pulse_();
   const RowErrors errors = rows_.errors(model, point);
   return errors.error.size() > 0 ? Eigen::VectorXd(errors.error(counted_)) : Eigen::VectorXd();
@@ -87,7 +98,8 @@ std::vector<FitCoordinate> ExplanationFits::coordinatesOf(const BatteryModel& mo
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
     const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
     if (info.held) continue;
-    all.push_back(j < kBaseRows ? baseCoordinate(info, j, base_.parameters[kRowUDc]) : effectCoordinate(info, j, table_.context.span));
+    all.push_back(j < kBaseRows ? baseCoordinate(info, j, base_.parameters[kRowUDc])
+                                : effectCoordinate(info, j, table_.context.span));
     if (const KnownParameter* one = find(known, info.name)) all.back().take(*one);
   }
   for (Eigen::Index k = 0; k < model.stateCount(); ++k) {
@@ -106,14 +118,17 @@ std::vector<FitCoordinate> ExplanationFits::coordinatesOf(const BatteryModel& mo
 }
 
 double& ExplanationFits::at(CompositionPoint& point, Eigen::Index row) {
-  return row < point.parameters.size() ? point.parameters[row] : point.state[row - point.parameters.size()];
+  return row < point.parameters.size() ? point.parameters[row]
+                                       : point.state[row - point.parameters.size()];
 }
 
 bool ExplanationFits::linearize(ExplanationState& state) const {
   if (pulse_) pulse_();
-  spent_ += static_cast<double>(counted_.size()) * static_cast<double>(state.coordinates.size()) / kUsualCoordinates;
+  spent_ += static_cast<double>(counted_.size()) * static_cast<double>(state.coordinates.size()) /
+            kUsualCoordinates;
   Eigen::MatrixXd seeds =
-      Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(), static_cast<Eigen::Index>(state.coordinates.size()));
+      Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(),
+                            static_cast<Eigen::Index>(state.coordinates.size()));
   for (std::size_t j = 0; j < state.coordinates.size(); ++j) {
     const FitCoordinate& c = state.coordinates[j];
     seeds(c.row, static_cast<Eigen::Index>(j)) = c.slope(at(state.point, c.row));
@@ -153,7 +168,8 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
   problem.groups = kRegressorGroups + 1;
   problem.most.assign(kRegressorGroups + 1, GroupPrior().most);
   problem.most.back() = max_random_walk_;
-  for (int k = 0; k < kRandomWalk; ++k) used.push_back(static_cast<Eigen::Index>(table_.columns.size()) + k);
+  for (int k = 0; k < kRandomWalk; ++k)
+    used.push_back(static_cast<Eigen::Index>(table_.columns.size()) + k);
   const auto free = static_cast<Eigen::Index>(used.size());
   Eigen::MatrixXd& own = sums.columns.own;
   own.resize(state.error.size(), known);
@@ -163,7 +179,8 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
   problem.products.resize(known + free, known + free);
   problem.products.topLeftCorner(known, known) = own.transpose() * own;
   problem.products.bottomLeftCorner(free, known) = sums.columns.across();
-  problem.products.topRightCorner(known, free) = problem.products.bottomLeftCorner(free, known).transpose();
+  problem.products.topRightCorner(known, free) =
+      problem.products.bottomLeftCorner(free, known).transpose();
   problem.products.bottomRightCorner(free, free) = free_products_(used, used);
   problem.targets = sums.columns.along(sums.targets);
   problem.square = sums.targets.squaredNorm();
@@ -209,7 +226,8 @@ void ExplanationFits::begin(ExplanationState& state, int iterations) const {
 
 void ExplanationFits::optimize(ExplanationState& state) {
   evaluateEvidence(state);
-  const auto key = std::make_pair(std::set<std::string>(state.members.begin(), state.members.end()), state.estimated);
+  const auto key = std::make_pair(std::set<std::string>(state.members.begin(), state.members.end()),
+                                  state.estimated);
   const auto known = known_.find(key);
   if (known != known_.end()) {
     ExplanationState other = state;
@@ -218,7 +236,8 @@ void ExplanationFits::optimize(ExplanationState& state) {
     if (other.evidence > state.evidence) state = std::move(other);
   }
   improve(state);
-  if (std::isfinite(state.evidence)) known_.insert_or_assign(key, std::make_pair(state.model, state.point));
+  if (std::isfinite(state.evidence))
+    known_.insert_or_assign(key, std::make_pair(state.model, state.point));
 }
 
 void ExplanationFits::refine(ExplanationState& state) {
@@ -236,7 +255,9 @@ void ExplanationFits::takeNoise(const ExplanationState& state) {
   const LinearFit all = takeEffectiveSampleFraction(state);
   if (!noise_.applies()) return;
   ExplanationSums sums = sumsOf(state, true);
-  const NoiseRows rows(sums.columns.times(NoiseRows::directions(sums.problem, all, effective_sample_fraction_)), std::move(sums.targets), effective_sample_fraction_, all.noise);
+  const NoiseRows rows(
+      sums.columns.times(NoiseRows::directions(sums.problem, all, effective_sample_fraction_)),
+      std::move(sums.targets), effective_sample_fraction_, all.noise);
   takeWhitening(noise_.best([&](const TimingJitterNoise& noise) { return rows.evidence(noise); }));
   takeEffectiveSampleFraction(state);
 }
@@ -247,7 +268,8 @@ double ExplanationFits::minError() {
   takeNoise(*base);
   const Eigen::VectorXd z = fitOf(sumsOf(*base, true)).z;
   Eigen::VectorXd std;
-  const Eigen::VectorXd moved = expectedFrom(*base, std) + z.head(static_cast<Eigen::Index>(base->coordinates.size()));
+  const Eigen::VectorXd moved =
+      expectedFrom(*base, std) + z.head(static_cast<Eigen::Index>(base->coordinates.size()));
   return rms(base->error - base->sensitivity * moved - free_ * z.tail(free_.cols()));
 }
 
@@ -256,7 +278,8 @@ void ExplanationFits::takeWhitening(const TimingJitterNoise& noise) {
   whitened_.resize(0, 0);
   if (!noise_.isWhite()) {
     whitened_.resize(free_.rows(), free_.cols());
-    for (Eigen::Index k = 0; k < free_.cols(); ++k) whitened_.col(k) = noise_.whitened(free_.col(k));
+    for (Eigen::Index k = 0; k < free_.cols(); ++k)
+      whitened_.col(k) = noise_.whitened(free_.col(k));
   }
   free_products_.setZero(free_.cols(), free_.cols());
   free_products_.selfadjointView<Eigen::Lower>().rankUpdate(whitenedFree().transpose());
@@ -268,21 +291,26 @@ LinearFit ExplanationFits::takeEffectiveSampleFraction(const ExplanationState& s
   const ExplanationSums sums = sumsOf(state, true);
   LinearFit fit;
   for (int pass = 0; pass < kSampleFractionPasses; ++pass) {
-    fit = pass == 0 ? fitGroups(sums.problem, effective_sample_fraction_) : fitGroupsFrom(sums.problem, effective_sample_fraction_, fit);
-    const double before = std::exchange(effective_sample_fraction_, std::max(kMinSampleFraction, independentShare(sums.targets - sums.columns.times(fit.z))));
+    fit = pass == 0 ? fitGroups(sums.problem, effective_sample_fraction_)
+                    : fitGroupsFrom(sums.problem, effective_sample_fraction_, fit);
+    const double before = std::exchange(
+        effective_sample_fraction_,
+        std::max(kMinSampleFraction, independentShare(sums.targets - sums.columns.times(fit.z))));
     if (std::abs(effective_sample_fraction_ - before) < kSettledSampleFraction * before) break;
   }
   return fit;
 }
 
-ExplanationState ExplanationFits::withColumns(const ExplanationState& state, Mechanism mechanism) const {
+ExplanationState ExplanationFits::withColumns(const ExplanationState& state,
+                                              Mechanism mechanism) const {
   ExplanationState next = state;
   next.estimated.insert(mechanism);
   evaluateEvidence(next);
   return next;
 }
 
-ExplanationState ExplanationFits::withoutMember(const ExplanationState& state, const std::string& id) {
+ExplanationState ExplanationFits::withoutMember(const ExplanationState& state,
+                                                const std::string& id) {
   ExplanationState next = state;
   next.members.erase(std::find(next.members.begin(), next.members.end(), id));
   next.model = BatteryModel();
@@ -299,13 +327,15 @@ bool ExplanationFits::isUsed(const std::string& id, const ExplanationState& stat
   return contains(there, id);
 }
 
-Eigen::LDLT<Eigen::MatrixXd> ExplanationFits::penalised(const ExplanationSums& sums, const ExplanationState& state) const {
+Eigen::LDLT<Eigen::MatrixXd> ExplanationFits::penalised(const ExplanationSums& sums,
+                                                        const ExplanationState& state) const {
   Eigen::MatrixXd H = sums.problem.products;
   for (Eigen::Index k = 0; k < H.rows(); ++k) {
     const double s =
         k < sums.problem.known()
             ? sums.problem.known_std[k]
-            : std::max(state.fit.strength[static_cast<std::size_t>(sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])],
+            : std::max(state.fit.strength[static_cast<std::size_t>(
+                           sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])],
                        1e-6);
     H(k, k) += state.fit.noise * state.fit.noise / (effective_sample_fraction_ * s * s);
   }
@@ -317,7 +347,8 @@ Eigen::VectorXd ExplanationFits::modelled(const ExplanationState& state) const {
   Eigen::VectorXd said = -state.error;
   Eigen::Index j = known;
   for (std::size_t k = 0; k < table_.columns.size(); ++k)
-    if (state.estimated.count(table_.columns[k].mechanism)) said += free_.col(static_cast<Eigen::Index>(k)) * state.fit.z[j++];
+    if (state.estimated.count(table_.columns[k].mechanism))
+      said += free_.col(static_cast<Eigen::Index>(k)) * state.fit.z[j++];
   return said;
 }
 
@@ -326,7 +357,8 @@ Eigen::VectorXd ExplanationFits::unexplainedPart(const ExplanationState& state) 
   Eigen::VectorXd part = Eigen::VectorXd::Zero(free_.rows());
   for (std::size_t k = 0; k < table_.columns.size(); ++k)
     if (!state.estimated.count(table_.columns[k].mechanism))
-      part += free_.col(static_cast<Eigen::Index>(k)) * all.z[static_cast<Eigen::Index>(state.coordinates.size() + k)];
+      part += free_.col(static_cast<Eigen::Index>(k)) *
+              all.z[static_cast<Eigen::Index>(state.coordinates.size() + k)];
   return part;
 }
 
@@ -355,7 +387,8 @@ double ExplanationFits::chargeShareOf(const Eigen::VectorXd& part) const {
     charge += std::abs(part[static_cast<Eigen::Index>(n)]);
     currents += current;
   }
-  const double resistance = base_.parameters[kRowRCharge] + 2.0 / base_.parameters[kRowBeta] / kTypicalCharge;
+  const double resistance =
+      base_.parameters[kRowRCharge] + 2.0 / base_.parameters[kRowBeta] / kTypicalCharge;
   return currents > 0.0 ? charge / resistance / currents : 0.0;
 }
 
@@ -377,11 +410,13 @@ Eigen::MatrixXd ExplanationFits::countedOf(Eigen::MatrixXd values) const {
 }
 
 Eigen::MatrixXd ExplanationFits::random_walk() {
-  const double from = response_.time[counted_.front()], length = (response_.time[counted_.back()] - from) / kRandomWalk;
+  const double from = response_.time[counted_.front()],
+               length = (response_.time[counted_.back()] - from) / kRandomWalk;
   Eigen::MatrixXd ramps(static_cast<Eigen::Index>(counted_.size()), kRandomWalk);
   for (std::size_t n = 0; n < counted_.size(); ++n)
     for (int k = 0; k < kRandomWalk; ++k)
-      ramps(static_cast<Eigen::Index>(n), k) = std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
+      ramps(static_cast<Eigen::Index>(n), k) =
+          std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
   max_random_walk_ = kMaxRandomWalk * std::sqrt(length / 60.0);
   return ramps;
 }
@@ -395,16 +430,20 @@ void ExplanationFits::takeRelevance(const Relevance& relevance) {
   }
   if (controlled > 0.0) currents = relevance.charge_share * std::sqrt(square / controlled);
   const double share = controlled / static_cast<double>(counted_.size()), rmse = relevance.rmse;
-  relevant_ = std::sqrt((1.0 - share) * rmse * rmse + share * std::pow(std::max(rmse, currents), 2));
+  relevant_ =
+      std::sqrt((1.0 - share) * rmse * rmse + share * std::pow(std::max(rmse, currents), 2));
 }
 
-CompositionPoint ExplanationFits::movedTo(const BatteryModel& model, const BatteryModel& from, const CompositionPoint& there) const {
+CompositionPoint ExplanationFits::movedTo(const BatteryModel& model, const BatteryModel& from,
+                                          const CompositionPoint& there) const {
   CompositionPoint point = embedded(BatteryModel(), base_, model);
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j)
-    point.parameters[j] = there.parameters[*from.parameterRow(model.parameters()[static_cast<std::size_t>(j)].name)];
+    point.parameters[j] =
+        there.parameters[*from.parameterRow(model.parameters()[static_cast<std::size_t>(j)].name)];
   for (Eigen::Index k = 0; k < model.stateCount(); ++k)
     for (Eigen::Index m = 0; m < from.stateCount(); ++m)
-      if (model.states()[static_cast<std::size_t>(k)].name == from.states()[static_cast<std::size_t>(m)].name)
+      if (model.states()[static_cast<std::size_t>(k)].name ==
+          from.states()[static_cast<std::size_t>(m)].name)
         point.state[k] = there.state[m];
   return point;
 }

@@ -4,13 +4,14 @@
 #include <functional>
 #include <utility>
 
-#include "diagnosis/timing_jitter_noise.hpp"
 #include "diagnosis/explanation.hpp"
+#include "diagnosis/timing_jitter_noise.hpp"
 #include "explanation_state.hpp"
 
 namespace battery_sof {
 
-/// What a state's linear fit stands on: its own columns, and some of the free ones, which are many and are not copied.
+/// What a state's linear fit stands on: its own columns, and some of the free ones, which are many
+/// and are not copied.
 struct ExplanationColumns {
   Eigen::MatrixXd own;             // rows x known
   const Eigen::MatrixXd* free;     // rows x all free columns
@@ -22,18 +23,21 @@ struct ExplanationColumns {
   Eigen::VectorXd along(const Eigen::VectorXd& v) const;
   /// @return those of the free columns with its own.
   Eigen::MatrixXd across() const;
-  bool usesAll() const { return static_cast<Eigen::Index>(used.size()) == free->cols(); }  ///< in their order
+  /// in their order
+  bool usesAll() const { return static_cast<Eigen::Index>(used.size()) == free->cols(); }
 };
 
 /// ExplanationSums over the counted rows for a state's linear fit.
 struct ExplanationSums {
   LinearProblem problem;
-  ExplanationColumns columns;  // innovations of TimingJitterNoise, as long as the fits keep their noise
-  Eigen::VectorXd targets;     // likewise
+  // innovations of TimingJitterNoise, as long as the fits keep their noise
+  ExplanationColumns columns;
+  Eigen::VectorXd targets;  // likewise
 };
 
 /**
- * @brief Fits of compositions and of mechanisms' columns beside them to the rows of one drive, at one temper for all.
+ * @brief Fits of compositions and of mechanisms' columns beside them to the rows of one drive, at
+ * one temper for all.
  *
  * A set of parts has one fit: the best that any path has come to (optimize()).
  */
@@ -41,10 +45,13 @@ class ExplanationFits {
  public:
   static constexpr int kMaxIterations = 12;
 
-  /// @param training samples that are estimated from.  @param table its values are taken.  @param base circuit fitted to them.
-  ExplanationFits(const InputSequence& inputs, std::size_t training, DesignMatrix& table, const CompositionPoint& base, const ExplanationRules& rules);
+  /// @param training samples that are estimated from.  @param table its values are taken.  @param
+  /// base circuit fitted to them.
+  ExplanationFits(const InputSequence& inputs, std::size_t training, DesignMatrix& table,
+                  const CompositionPoint& base, const ExplanationRules& rules);
 
-  /// The base circuit where it was fitted. @throws std::invalid_argument if it has no finite voltage there.
+  /// The base circuit where it was fitted. @throws std::invalid_argument if it has no finite
+  /// voltage there.
   ExplanationState baseState() const;
   std::vector<FitCoordinate> coordinatesOf(const BatteryModel& model) const;
   static double& at(CompositionPoint& point, Eigen::Index row);
@@ -54,20 +61,26 @@ class ExplanationFits {
   bool linearize(ExplanationState& state) const;
   ExplanationSums sumsOf(const ExplanationState& state, bool all) const;
   void evaluateEvidence(ExplanationState& state) const;
-  /// Gauss-Newton steps in all coordinates, the columns solved along, while ln evidence grows. @param settled nats.
-  void improve(ExplanationState& state, int iterations = kMaxIterations, double settled = 0.1) const;
+  /// Gauss-Newton steps in all coordinates, the columns solved along, while ln evidence grows.
+  /// @param settled nats.
+  void improve(ExplanationState& state, int iterations = kMaxIterations,
+               double settled = 0.1) const;
   /// The first steps of a search.
   void begin(ExplanationState& state, int iterations) const;
-  /// Fits a state to the end, from where it stands or from the best that another path has come to with the same parts.
+  /// Fits a state to the end, from where it stands or from the best that another path has come to
+  /// with the same parts.
   void optimize(ExplanationState& state);
-  /// Takes what edges of the current add to the rows' noise (TimingJitterNoise), and the temper: of greatest evidence beside all that can be
-  /// estimated beside a state.
+  /// Takes what edges of the current add to the rows' noise (TimingJitterNoise), and the temper: of
+  /// greatest evidence beside all that can be estimated beside a state.
   void takeNoise(const ExplanationState& state);
-  /// Takes the share of rows that count as independent once all that can be estimated beside a state is taken out. @return that fit.
+  /// Takes the share of rows that count as independent once all that can be estimated beside a
+  /// state is taken out. @return that fit.
   LinearFit takeEffectiveSampleFraction(const ExplanationState& state);
-  /// RMS of the counted rows once all that can be estimated beside the base circuit is taken out [V]; infinite without a finite voltage.
+  /// RMS of the counted rows once all that can be estimated beside the base circuit is taken out
+  /// [V]; infinite without a finite voltage.
   double minError();
-  /// Fits a state closely and takes the temper there: one score for one set, whichever way led to it.
+  /// Fits a state closely and takes the temper there: one score for one set, whichever way led to
+  /// it.
   void refine(ExplanationState& state);
   /// A state with a mechanism's columns beside it; the circuit moves along once they are taken.
   ExplanationState withColumns(const ExplanationState& state, Mechanism mechanism) const;
@@ -76,14 +89,17 @@ class ExplanationFits {
   /// A column of the counted rows as innovations of TimingJitterNoise.
   Eigen::VectorXd whitened(const Eigen::VectorXd& column) const { return noise_.whitened(column); }
   /// Factors of the columns' products with their priors, in units of the tempered noise.
-  Eigen::LDLT<Eigen::MatrixXd> penalised(const ExplanationSums& sums, const ExplanationState& state) const;
+  Eigen::LDLT<Eigen::MatrixXd> penalised(const ExplanationSums& sums,
+                                         const ExplanationState& state) const;
   /// What a state says of the counted rows, up to what is common to all [V].
   Eigen::VectorXd modelled(const ExplanationState& state) const;
   /// What the library would take beside a state, of the mechanisms that it has not [V].
   Eigen::VectorXd unexplainedPart(const ExplanationState& state) const;
   /// What of a part of the counted rows the base circuit's parameters cannot take up [V].
   Eigen::VectorXd besideBase(const Eigen::VectorXd& part) const;
-  static double rms(const Eigen::VectorXd& part) { return std::sqrt(part.squaredNorm() / static_cast<double>(part.size())); }
+  static double rms(const Eigen::VectorXd& part) {
+    return std::sqrt(part.squaredNorm() / static_cast<double>(part.size()));
+  }
   /// Mean magnitude of a part of the counted rows while cranking [V]; 0 without a crank.
   double crankOf(const Eigen::VectorXd& part) const;
   /// A part of the counted rows as a share of the charging current [1].
@@ -94,30 +110,37 @@ class ExplanationFits {
 
   const CompositionPoint& base() const { return base_; }
   const Linearization& response() const { return response_; }
-  const std::vector<Eigen::Index>& counted() const { return counted_; }  ///< rows that are estimated from and have a measurement
+  /// rows that are estimated from and have a measurement
+  const std::vector<Eigen::Index>& counted() const { return counted_; }
   double effective_sample_fraction() const { return effective_sample_fraction_; }
   const TimingJitterNoise& timingJitterNoise() const { return noise_; }
   bool isSpent() const { return spent_ > kBudget; }
   /// What an RMS has to be to matter beside a state [V].
-  double relevantBeside(const ExplanationState& state) const { return std::max(relevant_, 0.5 * state.fit.noise); }
+  double relevantBeside(const ExplanationState& state) const {
+    return std::max(relevant_, 0.5 * state.fit.noise);
+  }
   double relevant() const { return relevant_; }
   /// Errors of the counted rows [V]; empty where the composition has no voltage.
   Eigen::VectorXd errorsOf(const BatteryModel& model, const CompositionPoint& point) const;
 
  private:
-  static constexpr double kBudget = 4e6;  // rows simulated with the derivatives of a usual composition; then what stands is reported
+  // rows simulated with the derivatives of a usual composition; then what stands is reported
+  static constexpr double kBudget = 4e6;
 
   /// The counted rows of a table, with room for the wander.
   Eigen::MatrixXd countedOf(Eigen::MatrixXd values) const;
   /// A voltage channel's random walk: ramps one after the other, each of a random height.
   Eigen::MatrixXd random_walk();
-  /// What an RMS has to be to matter: of a voltage as it is, of a current that a source draws out its share of the current.
+  /// What an RMS has to be to matter: of a voltage as it is, of a current that a source draws out
+  /// its share of the current.
   void takeRelevance(const Relevance& relevance);
   std::optional<ExplanationState> placedBase() const;
   void takeWhitening(const TimingJitterNoise& noise);
   const Eigen::MatrixXd& whitenedFree() const { return noise_.isWhite() ? free_ : whitened_; }
-  /// A point of a composition that holds all of another's parameters and states, as a point of the other.
-  CompositionPoint movedTo(const BatteryModel& model, const BatteryModel& from, const CompositionPoint& there) const;
+  /// A point of a composition that holds all of another's parameters and states, as a point of the
+  /// other.
+  CompositionPoint movedTo(const BatteryModel& model, const BatteryModel& from,
+                           const CompositionPoint& there) const;
 
   using Parts = std::pair<std::set<std::string>, std::set<Mechanism>>;
 
@@ -127,15 +150,17 @@ class ExplanationFits {
   Linearization response_;
   RowSimulation rows_;
   std::vector<Eigen::Index> counted_;
-  Eigen::MatrixXd free_;                      // the table's columns and the wander's ramps
-  Eigen::MatrixXd whitened_, free_products_;  // the same as innovations, empty where they are; products of what is used
+  Eigen::MatrixXd free_;  // the table's columns and the wander's ramps
+  // the same as innovations, empty where they are; products of what is used
+  Eigen::MatrixXd whitened_, free_products_;
   TimingJitterNoise noise_;
   double max_random_walk_ = 0.0, relevant_ = 0.0;  // [V]
   double effective_sample_fraction_ = 1.0;
   std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits
-  mutable double spent_ = 0.0;                                        // rows simulated with derivatives
-  std::vector<KnownPopulation> priors_;                               // ExplanationRules::priors
-  std::function<void()> pulse_;                                       // ExplanationRules::pulse
+  // rows simulated with derivatives
+  mutable double spent_ = 0.0;
+  std::vector<KnownPopulation> priors_;  // ExplanationRules::priors
+  std::function<void()> pulse_;          // ExplanationRules::pulse
 };
 
 }  // namespace battery_sof

@@ -1,17 +1,19 @@
 #include "explanation_state.hpp"
 
-#include "regression/discrepancy_fit.hpp"
 #include "model/base_model.hpp"
+#include "regression/discrepancy_fit.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kWideShape = 0.7;  // standard deviation of a shape's logarithm where the catalogue has none
+// standard deviation of a shape's logarithm where the catalogue has none
+constexpr double kWideShape = 0.7;
 
 }  // namespace
 
 void FitCoordinate::take(const KnownParameter& known) {
-  const double at = std::clamp(known.value, lower, upper), share = known.logarithmic ? known.std : known.std / std::abs(at);
+  const double at = std::clamp(known.value, lower, upper),
+               share = known.logarithmic ? known.std : known.std / std::abs(at);
   centre = of(at);
   std = logarithmic ? share : share * std::abs(at) / unit;
 }
@@ -32,7 +34,8 @@ FitCoordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, doub
     c.centre = 5.0;
     return c;
   }
-  // A process that lasts longer than a third of the recording is charge counted or drift: other effects are for that.
+  // A process that lasts longer than a third of the recording is charge counted or drift: other
+  // effects are for that.
   if (info.unit == "s") c.upper = std::max(std::min(info.upper, span / 3.0), 2.0 * info.lower);
   if (info.logarithmic) {
     c.std = c.strength ? kWideStrength : info.prior_std.value_or(kWideShape);
@@ -41,9 +44,12 @@ FitCoordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, doub
   }
   c.zero = c.strength ? gone : 0.0;
   c.unit = std::max(std::abs(info.magnitude - c.zero), 1e-12);
-  if (c.strength && c.unit < 1e-9 * (std::abs(info.upper) + std::abs(gone))) c.unit = 0.25 * (info.upper - gone);
-  const double reach = 0.25 * std::max(std::abs(info.upper - c.zero), std::abs(info.lower - c.zero)) / c.unit;
-  c.std = c.strength ? std::max(kWideStrength, reach) : info.prior_std.value_or(kWideShape * c.unit) / c.unit;
+  if (c.strength && c.unit < 1e-9 * (std::abs(info.upper) + std::abs(gone)))
+    c.unit = 0.25 * (info.upper - gone);
+  const double reach =
+      0.25 * std::max(std::abs(info.upper - c.zero), std::abs(info.lower - c.zero)) / c.unit;
+  c.std = c.strength ? std::max(kWideStrength, reach)
+                     : info.prior_std.value_or(kWideShape * c.unit) / c.unit;
   c.centre = c.strength ? 0.0 : info.magnitude / c.unit;
   return c;
 }

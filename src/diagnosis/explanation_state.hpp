@@ -11,34 +11,40 @@
 
 #include "diagnosis/row_simulation.hpp"
 #include "estimation/known_parameter.hpp"
-#include "regression/evidence.hpp"
 #include "model/battery_model.hpp"
 #include "model/effect.hpp"
 #include "model/mechanism.hpp"
+#include "regression/evidence.hpp"
 
 namespace battery_sof {
 
 constexpr double kWideStrength = 2.0;  // standard deviation of a strength, in magnitudes
 
-/// A parameter or first state as it is searched: its logarithm, or the multiple of its magnitude from where it vanishes.
+/// A parameter or first state as it is searched: its logarithm, or the multiple of its magnitude
+/// from where it vanishes.
 struct FitCoordinate {
   Eigen::Index row = 0;  // of (parameters, states)
   bool logarithmic = false, strength = false, instant = false;
   double zero = 0.0, unit = 1.0, centre = 0.0, std = 1.0, lower = -1e300, upper = 1e300;
 
   double of(double value) const { return logarithmic ? std::log(value) : (value - zero) / unit; }
-  double value(double x) const { return std::clamp(logarithmic ? std::exp(x) : zero + unit * x, lower, upper); }
+  double value(double x) const {
+    return std::clamp(logarithmic ? std::exp(x) : zero + unit * x, lower, upper);
+  }
   double slope(double value) const { return logarithmic ? value : unit; }  // d value / d x
-  void take(const KnownParameter& known);                                  // in place of the catalogue's prior
+  // in place of the catalogue's prior
+  void take(const KnownParameter& known);
 };
 
-/// Coordinate of a parameter of an effect, of the base circuit, and of a first state. @param span of the recording [s].
+/// Coordinate of a parameter of an effect, of the base circuit, and of a first state. @param span
+/// of the recording [s].
 /// @param start value that the base circuit's fit has there [V].
 FitCoordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, double span);
 FitCoordinate baseCoordinate(const ParameterInfo& info, Eigen::Index row, double start);
 FitCoordinate stateCoordinate(const StateInfo& info, Eigen::Index row, double start);
 
-/// A composition somewhere, with what it leaves of the counted rows, and the mechanisms whose columns stand beside it.
+/// A composition somewhere, with what it leaves of the counted rows, and the mechanisms whose
+/// columns stand beside it.
 struct ExplanationState {
   BatteryModel model = BatteryModel();
   CompositionPoint point;
@@ -49,7 +55,7 @@ struct ExplanationState {
   std::vector<std::string> members;  // named ones, without what they need
   LinearFit fit;
   double evidence = -std::numeric_limits<double>::infinity();
-  double structure_gain = 0.0;         // of ln evidence, by the structure taken in
+  double structure_gain = 0.0;            // of ln evidence, by the structure taken in
   std::map<Mechanism, double> explained;  // [V], by the mechanisms taken in
 };
 

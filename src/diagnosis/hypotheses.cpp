@@ -17,7 +17,8 @@ BatteryModel enlarged(const BatteryModel& model, const std::string& id) {
   return BatteryModel(effects);
 }
 
-std::vector<std::string> hypothesesOf(const std::vector<std::string>& asked, bool voltage_controlled) {
+std::vector<std::string> hypothesesOf(const std::vector<std::string>& asked,
+                                      bool voltage_controlled) {
   if (!asked.empty()) return asked;
   std::vector<std::string> ids;
   for (const EffectInfo& info : effectCatalogue())

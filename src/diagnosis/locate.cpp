@@ -12,18 +12,24 @@
 namespace battery_sof {
 namespace {
 
-void requireOneSize(const char* function, const WhitenedFit& fit, const InputSequence& inputs, const std::vector<Regime>& regimes) {
-  if (regimes.size() == inputs.samples.size() && static_cast<std::size_t>(fit.innovation.size()) == inputs.samples.size()) return;
-  throw std::invalid_argument(std::string(function) + ": fit, drive and regimes have " + std::to_string(fit.innovation.size()) + ", " +
-                              std::to_string(inputs.samples.size()) + " and " + std::to_string(regimes.size()) + " samples");
+void requireOneSize(const char* function, const WhitenedFit& fit, const InputSequence& inputs,
+                    const std::vector<Regime>& regimes) {
+  if (regimes.size() == inputs.samples.size() &&
+      static_cast<std::size_t>(fit.innovation.size()) == inputs.samples.size())
+    return;
+  throw std::invalid_argument(std::string(function) + ": fit, drive and regimes have " +
+                              std::to_string(fit.innovation.size()) + ", " +
+                              std::to_string(inputs.samples.size()) + " and " +
+                              std::to_string(regimes.size()) + " samples");
 }
 
 // ---------------------------------------------------------------------------------------------- regimes
 
 constexpr std::size_t kMinEpisodes = 5;  // docs/physics.md#regimes
 constexpr int kFlips = 4999;
-constexpr double kDiscoveryRate = 0.02;  // so that a recording without mismatch alarms in at most 2 % of cases
-constexpr double kEndShare = 0.2;        // of an episode
+// so that a recording without mismatch alarms in at most 2 % of cases
+constexpr double kDiscoveryRate = 0.02;
+constexpr double kEndShare = 0.2;  // of an episode
 constexpr std::size_t kSlopeSamples = 5;
 constexpr double kSlopeTime = 1.0;        // [s]
 constexpr std::size_t kSlopePoints = 40;  // a Theil-Sen slope takes the pairs of so many means
@@ -49,14 +55,17 @@ EpisodeError episodeError(const InputSequence& inputs, const Episode& episode) {
   return error;
 }
 
-bool hasSlope(const EpisodeError& episode) { return episode.samples.size() >= kSlopeSamples && episode.to - episode.from >= kSlopeTime; }
+bool hasSlope(const EpisodeError& episode) {
+  return episode.samples.size() >= kSlopeSamples && episode.to - episode.from >= kSlopeTime;
+}
 
 /// Means of time and error over samples first to last - 1 of an episode.
 struct Point {
   double time = 0.0, error = 0.0;
 };
 
-Point meanPoint(const WhitenedFit& fit, const InputSequence& inputs, const EpisodeError& episode, std::size_t first, std::size_t last) {
+Point meanPoint(const WhitenedFit& fit, const InputSequence& inputs, const EpisodeError& episode,
+                std::size_t first, std::size_t last) {
   Point mean;
   double count = 0.0;
   for (std::size_t k = first; k < last; ++k) {
@@ -75,13 +84,16 @@ double medianOf(std::vector<double> values) {
 }
 
 /// Median of the slopes between all pairs (Theil 1950; Sen 1968) [V/s].
-double theilSenSlope(const WhitenedFit& fit, const InputSequence& inputs, const EpisodeError& episode) {
+double theilSenSlope(const WhitenedFit& fit, const InputSequence& inputs,
+                     const EpisodeError& episode) {
   const std::size_t size = episode.samples.size(), count = std::min(size, kSlopePoints);
   std::vector<Point> points;
-  for (std::size_t k = 0; k < count; ++k) points.push_back(meanPoint(fit, inputs, episode, size * k / count, size * (k + 1) / count));
+  for (std::size_t k = 0; k < count; ++k)
+    points.push_back(meanPoint(fit, inputs, episode, size * k / count, size * (k + 1) / count));
   std::vector<double> slopes;
   for (std::size_t a = 0; a < count; ++a)
-    for (std::size_t b = a + 1; b < count; ++b) slopes.push_back((points[b].error - points[a].error) / (points[b].time - points[a].time));
+    for (std::size_t b = a + 1; b < count; ++b)
+      slopes.push_back((points[b].error - points[a].error) / (points[b].time - points[a].time));
   return medianOf(std::move(slopes));
 }
 
@@ -91,7 +103,8 @@ std::size_t firstOfEnd(const InputSequence& inputs, const EpisodeError& episode)
   return k;
 }
 
-double valueOf(Statistic statistic, const WhitenedFit& fit, const InputSequence& inputs, const EpisodeError& episode) {
+double valueOf(Statistic statistic, const WhitenedFit& fit, const InputSequence& inputs,
+               const EpisodeError& episode) {
   const std::size_t size = episode.samples.size();
   if (statistic == kSlope) return theilSenSlope(fit, inputs, episode);
   const std::size_t first = statistic == kEnd ? firstOfEnd(inputs, episode) : 0;
@@ -99,14 +112,15 @@ double valueOf(Statistic statistic, const WhitenedFit& fit, const InputSequence&
 }
 
 /// An episode's part of the statistic's signature [1] or [s].
-void addSignature(Statistic statistic, const WhitenedFit& fit, const InputSequence& inputs, const EpisodeError& episode,
-                  Eigen::Ref<Eigen::VectorXd> column) {
+void addSignature(Statistic statistic, const WhitenedFit& fit, const InputSequence& inputs,
+                  const EpisodeError& episode, Eigen::Ref<Eigen::VectorXd> column) {
   const std::size_t size = episode.samples.size();
   const std::size_t first = statistic == kEnd ? firstOfEnd(inputs, episode) : 0;
   const double middle = meanPoint(fit, inputs, episode, 0, size).time;
   for (std::size_t k = first; k < size; ++k) {
     const std::size_t n = episode.samples[k];
-    column[static_cast<Eigen::Index>(n)] = statistic == kSlope ? inputs.samples[n].step.time - middle : 1.0;
+    column[static_cast<Eigen::Index>(n)] =
+        statistic == kSlope ? inputs.samples[n].step.time - middle : 1.0;
   }
 }
 
@@ -121,7 +135,8 @@ std::vector<Question> questionsOf(const InputSequence& inputs, const std::vector
   std::array<std::vector<EpisodeError>, kRegimes> of_regime;
   for (const Episode& episode : episodesOf(inputs, regimes)) {
     EpisodeError error = episodeError(inputs, episode);
-    if (!error.samples.empty()) of_regime[static_cast<std::size_t>(episode.regime)].push_back(std::move(error));
+    if (!error.samples.empty())
+      of_regime[static_cast<std::size_t>(episode.regime)].push_back(std::move(error));
   }
   std::vector<Question> questions;
   for (std::size_t g = 0; g < kRegimes; ++g)
@@ -129,21 +144,27 @@ std::vector<Question> questionsOf(const InputSequence& inputs, const std::vector
       Question question{static_cast<Regime>(g), statistic, of_regime[g]};
       auto& episodes = question.episodes;
       if (statistic == kSlope)
-        episodes.erase(std::remove_if(episodes.begin(), episodes.end(), [](const auto& e) { return !hasSlope(e); }), episodes.end());
+        episodes.erase(std::remove_if(episodes.begin(), episodes.end(),
+                                      [](const auto& e) { return !hasSlope(e); }),
+                       episodes.end());
       if (episodes.size() >= kMinEpisodes) questions.push_back(std::move(question));
     }
   return questions;
 }
 
 /// Shares of the episodes in a score: each from its first sample to the next one's.
-std::vector<double> sharesOf(const Question& question, const Eigen::Ref<const Eigen::VectorXd>& signature,
+std::vector<double> sharesOf(const Question& question,
+                             const Eigen::Ref<const Eigen::VectorXd>& signature,
                              const Eigen::VectorXd& innovation) {
   std::vector<double> shares;
   Eigen::Index first = 0;
   for (std::size_t j = 0; j < question.episodes.size(); ++j) {
     const Eigen::Index last =
-        j + 1 < question.episodes.size() ? static_cast<Eigen::Index>(question.episodes[j + 1].samples.front()) : signature.size();
-    shares.push_back(signature.segment(first, last - first).dot(innovation.segment(first, last - first)));
+        j + 1 < question.episodes.size()
+            ? static_cast<Eigen::Index>(question.episodes[j + 1].samples.front())
+            : signature.size();
+    shares.push_back(
+        signature.segment(first, last - first).dot(innovation.segment(first, last - first)));
     first = last;
   }
   return shares;
@@ -176,10 +197,13 @@ void takeMean(const std::vector<double>& values, RegimeFinding& finding) {
   const auto lags = static_cast<std::size_t>(4.0 * std::pow(count / 100.0, 2.0 / 9.0));
   double variance = 0.0;
   for (std::size_t lag = 0; lag <= std::min(lags, values.size() - 1); ++lag) {
-    const double weight = lag == 0 ? 1.0 : 2.0 * (1.0 - static_cast<double>(lag) / (static_cast<double>(lags) + 1.0));
-    for (std::size_t j = lag; j < values.size(); ++j) variance += weight * (values[j] - finding.value) * (values[j - lag] - finding.value);
+    const double weight =
+        lag == 0 ? 1.0 : 2.0 * (1.0 - static_cast<double>(lag) / (static_cast<double>(lags) + 1.0));
+    for (std::size_t j = lag; j < values.size(); ++j)
+      variance += weight * (values[j] - finding.value) * (values[j - lag] - finding.value);
   }
-  const double half = studentQuantile(0.975, count - 1.0) * std::sqrt(std::max(0.0, variance) / (count * (count - 1.0)));
+  const double half = studentQuantile(0.975, count - 1.0) *
+                      std::sqrt(std::max(0.0, variance) / (count * (count - 1.0)));
   finding.lower = finding.value - half;
   finding.upper = finding.value + half;
 }
@@ -190,19 +214,25 @@ void raiseAlarms(std::vector<RegimeFinding>& findings) {
   std::sort(sorted.begin(), sorted.end());
   double limit = 0.0;
   for (std::size_t k = 0; k < sorted.size(); ++k)
-    if (sorted[k] <= kDiscoveryRate * static_cast<double>(k + 1) / static_cast<double>(sorted.size())) limit = sorted[k];
-  for (RegimeFinding& finding : findings) finding.alarm = finding.p_value <= limit && (finding.lower > 0.0 || finding.upper < 0.0);
+    if (sorted[k] <=
+        kDiscoveryRate * static_cast<double>(k + 1) / static_cast<double>(sorted.size()))
+      limit = sorted[k];
+  for (RegimeFinding& finding : findings)
+    finding.alarm = finding.p_value <= limit && (finding.lower > 0.0 || finding.upper < 0.0);
 }
 
 }  // namespace
 
-std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSequence& inputs, const std::vector<Regime>& regimes) {
+std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSequence& inputs,
+                                          const std::vector<Regime>& regimes) {
   requireOneSize("regimeFindings", fit, inputs, regimes);
   const std::vector<Question> questions = questionsOf(inputs, regimes);
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(fit.innovation.size(), static_cast<Eigen::Index>(questions.size()));
+  Eigen::MatrixXd columns =
+      Eigen::MatrixXd::Zero(fit.innovation.size(), static_cast<Eigen::Index>(questions.size()));
   for (std::size_t k = 0; k < questions.size(); ++k)
     for (const EpisodeError& episode : questions[k].episodes)
-      addSignature(questions[k].statistic, fit, inputs, episode, columns.col(static_cast<Eigen::Index>(k)));
+      addSignature(questions[k].statistic, fit, inputs, episode,
+                   columns.col(static_cast<Eigen::Index>(k)));
   const Signatures signatures = signaturesOf(fit, inputs, std::move(columns));
   std::vector<RegimeFinding> findings;
   for (std::size_t k = 0; k < questions.size(); ++k) {
@@ -212,9 +242,11 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSeq
     finding.statistic = kStatisticNames[question.statistic];
     finding.episodes = question.episodes.size();
     std::vector<double> values;
-    for (const EpisodeError& episode : question.episodes) values.push_back(valueOf(question.statistic, fit, inputs, episode));
+    for (const EpisodeError& episode : question.episodes)
+      values.push_back(valueOf(question.statistic, fit, inputs, episode));
     takeMean(values, finding);
-    finding.p_value = signFlipP(sharesOf(question, signatures.columns.col(static_cast<Eigen::Index>(k)), fit.innovation));
+    finding.p_value = signFlipP(
+        sharesOf(question, signatures.columns.col(static_cast<Eigen::Index>(k)), fit.innovation));
     findings.push_back(finding);
   }
   raiseAlarms(findings);
@@ -225,9 +257,11 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSeq
 
 namespace {
 
-constexpr std::array<double, 4> kWindows{10.0, 30.0, 100.0, 300.0};  // [s], docs/physics.md#stretches-of-time
-constexpr double kStride = 0.1;                                      // of a window's length
-constexpr double kMinSamples = 10.0;                               // a window with fewer is no window
+// [s], docs/physics.md#stretches-of-time
+constexpr std::array<double, 4> kWindows{10.0, 30.0, 100.0, 300.0};
+constexpr double kStride = 0.1;  // of a window's length
+// a window with fewer is no window
+constexpr double kMinSamples = 10.0;
 constexpr std::size_t kSimulated = 200;
 constexpr double kQuantile = 0.99;
 constexpr double kMaxInnovation = 5.0;
@@ -251,7 +285,11 @@ class MovingSums {
     for (const InputSample& sample : inputs.samples) {
       const double i = sample.step.current;
       const double counts = sample.count > 0.0 ? 1.0 : 0.0;
-      factors_.push_back({counts, counts * (i > 0.0 ? 1.0 : i < 0.0 ? -1.0 : 0.0), counts * std::abs(i)});
+      factors_.push_back({counts,
+                          counts * (i > 0.0   ? 1.0
+                                    : i < 0.0 ? -1.0
+                                              : 0.0),
+                          counts * std::abs(i)});
     }
     accumulate([](std::size_t, double f) { return f * f; });
     for (const double length : kWindows) addWindows(length);
@@ -275,7 +313,8 @@ class MovingSums {
   double statistic(const MovingWindow& window) const {
     double most = 0.0;
     for (std::size_t k = 0; k < kFactors; ++k)
-      most = std::max(most, std::abs(sums_[window.last][k] - sums_[window.first][k]) * window.scale[k]);
+      most = std::max(most,
+                      std::abs(sums_[window.last][k] - sums_[window.first][k]) * window.scale[k]);
     return most;
   }
 
@@ -289,7 +328,8 @@ class MovingSums {
   template <typename Term>
   void accumulate(Term&& term) {
     for (std::size_t n = 0; n < factors_.size(); ++n)
-      for (std::size_t k = 0; k < kFactors; ++k) sums_[n + 1][k] = sums_[n][k] + term(n, factors_[n][k]);
+      for (std::size_t k = 0; k < kFactors; ++k)
+        sums_[n + 1][k] = sums_[n][k] + term(n, factors_[n][k]);
   }
 
   /// While sums_ holds the squares of the factors.
@@ -336,21 +376,25 @@ struct Found {
   double length;  // [s], of the window
 };
 
-/// Windows above the threshold, the shortest first and then the clearest, without those that overlap one before: a longer
-/// one reports nothing of where.
+/// Windows above the threshold, the shortest first and then the clearest, without those that
+/// overlap one before: a longer one reports nothing of where.
 std::vector<Found> separateWindows(const MovingSums& sums, double threshold) {
   std::vector<Found> above, found;
   for (const MovingWindow& window : sums.windows()) {
     const double statistic = sums.statistic(window);
-    if (statistic > threshold) above.push_back({{window.first, window.last}, statistic, window.length});
+    if (statistic > threshold)
+      above.push_back({{window.first, window.last}, statistic, window.length});
   }
-  std::stable_sort(above.begin(), above.end(),
-                   [](const Found& a, const Found& b) { return a.length != b.length ? a.length < b.length : a.statistic > b.statistic; });
+  std::stable_sort(above.begin(), above.end(), [](const Found& a, const Found& b) {
+    return a.length != b.length ? a.length < b.length : a.statistic > b.statistic;
+  });
   for (const Found& window : above)
-    if (std::none_of(found.begin(), found.end(),
-                     [&](const Found& other) { return window.range.first < other.range.last && other.range.first < window.range.last; }))
+    if (std::none_of(found.begin(), found.end(), [&](const Found& other) {
+          return window.range.first < other.range.last && other.range.first < window.range.last;
+        }))
       found.push_back(window);
-  std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.range.first < b.range.first; });
+  std::sort(found.begin(), found.end(),
+            [](const Found& a, const Found& b) { return a.range.first < b.range.first; });
   return found;
 }
 
@@ -359,9 +403,12 @@ std::vector<Found> joined(const InputSequence& inputs, const std::vector<Found>&
   for (const Found& window : windows) {
     if (!segments.empty()) {
       Found& last = segments.back();
-      const double apart = inputs.samples[window.range.first].step.time - inputs.samples[last.range.last - 1].step.time;
+      const double apart = inputs.samples[window.range.first].step.time -
+                           inputs.samples[last.range.last - 1].step.time;
       if (apart < std::min(window.length, last.length)) {
-        last = {{last.range.first, window.range.last}, std::max(last.statistic, window.statistic), window.length};
+        last = {{last.range.first, window.range.last},
+                std::max(last.statistic, window.statistic),
+                window.length};
         continue;
       }
     }
@@ -370,7 +417,8 @@ std::vector<Found> joined(const InputSequence& inputs, const std::vector<Found>&
   return segments;
 }
 
-MismatchSegment describedSegment(const Found& found, const WhitenedFit& fit, const InputSequence& inputs, const std::vector<Regime>& regimes) {
+MismatchSegment describedSegment(const Found& found, const WhitenedFit& fit,
+                                 const InputSequence& inputs, const std::vector<Regime>& regimes) {
   MismatchSegment segment;
   segment.from = inputs.samples[found.range.first].step.time;
   segment.to = inputs.samples[found.range.last - 1].step.time;
@@ -393,20 +441,27 @@ MismatchSegment describedSegment(const Found& found, const WhitenedFit& fit, con
 
 }  // namespace
 
-std::vector<MismatchSegment> mismatchSegments(const WhitenedFit& fit, const InputSequence& inputs, const std::vector<Regime>& regimes,
+std::vector<MismatchSegment> mismatchSegments(const WhitenedFit& fit, const InputSequence& inputs,
+                                              const std::vector<Regime>& regimes,
                                               const std::optional<NoiseModel>& noise) {
   requireOneSize("mismatchSegments", fit, inputs, regimes);
-  const Eigen::VectorXd innovation = noise ? Whitening(*noise, inputs.samples).whitened(fit.residual) : fit.innovation;
+  const Eigen::VectorXd innovation =
+      noise ? Whitening(*noise, inputs.samples).whitened(fit.residual) : fit.innovation;
   MovingSums sums(inputs);
   if (sums.windows().empty()) return {};
   const std::vector<double> maxima = simulatedMaxima(sums);
-  const double threshold = maxima[static_cast<std::size_t>(kQuantile * static_cast<double>(maxima.size()))];
-  sums.take([&](std::size_t n) { return std::clamp(innovation[static_cast<Eigen::Index>(n)], -kMaxInnovation, kMaxInnovation); });
+  const double threshold =
+      maxima[static_cast<std::size_t>(kQuantile * static_cast<double>(maxima.size()))];
+  sums.take([&](std::size_t n) {
+    return std::clamp(innovation[static_cast<Eigen::Index>(n)], -kMaxInnovation, kMaxInnovation);
+  });
   std::vector<MismatchSegment> segments;
   for (const Found& found : joined(inputs, separateWindows(sums, threshold))) {
     segments.push_back(describedSegment(found, fit, inputs, regimes));
-    const auto larger = maxima.end() - std::lower_bound(maxima.begin(), maxima.end(), found.statistic);
-    segments.back().p_value = static_cast<double>(larger + 1) / static_cast<double>(maxima.size() + 1);
+    const auto larger =
+        maxima.end() - std::lower_bound(maxima.begin(), maxima.end(), found.statistic);
+    segments.back().p_value =
+        static_cast<double>(larger + 1) / static_cast<double>(maxima.size() + 1);
   }
   return segments;
 }

@@ -13,18 +13,26 @@ namespace battery_sof {
  *
  *     y = A z + e,   z = D V u,   u ~ N(0, 1),   D A'A D = V diag(v) V'
  *
- * with the strengths D that a fit to white rows found. Directions that the data cannot tell, v below a hundredth of the noise's
- * variance, are left out. What is left, as innovations of a noise, has the evidence of evidenceOfUnitPriors().
+ * with the strengths D that a fit to white rows found. Directions that the data cannot tell, v
+ * below a hundredth of the noise's variance, are left out. What is left, as innovations of a noise,
+ * has the evidence of evidenceOfUnitPriors().
  */
 class NoiseRows {
  public:
-  /// @return D V, columns x directions: of the directions that the data can tell. @param problem sums of the white columns.
+  /// @return D V, columns x directions: of the directions that the data can tell. @param problem
+  /// sums of the white columns.
   /// @param fit of them.  @param temper their weight.
-  static Eigen::MatrixXd directions(const LinearProblem& problem, const LinearFit& fit, double effective_sample_fraction);
+  static Eigen::MatrixXd directions(const LinearProblem& problem, const LinearFit& fit,
+                                    double effective_sample_fraction);
 
-  /// @param columns A D V, rows x directions, white.  @param targets y.  @param noise of the fit [targets' unit].
-  NoiseRows(Eigen::MatrixXd columns, Eigen::VectorXd targets, double effective_sample_fraction, double noise)
-      : columns_(std::move(columns)), targets_(std::move(targets)), effective_sample_fraction_(effective_sample_fraction), noise_(noise) {}
+  /// @param columns A D V, rows x directions, white.  @param targets y.  @param noise of the fit
+  /// [targets' unit].
+  NoiseRows(Eigen::MatrixXd columns, Eigen::VectorXd targets, double effective_sample_fraction,
+            double noise)
+      : columns_(std::move(columns)),
+        targets_(std::move(targets)),
+        effective_sample_fraction_(effective_sample_fraction),
+        noise_(noise) {}
 
   /// @return ln of the marginal likelihood of the rows with a noise whose level is fitted [nats].
   double evidence(const TimingJitterNoise& noise) const;

@@ -10,7 +10,8 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kMismatch = 12.0;  // of a cost in variances: less could not be taken for a mismatch
+// of a cost in variances: less could not be taken for a mismatch
+constexpr double kMismatch = 12.0;
 
 constexpr double kMinShare = 0.01;
 constexpr double kMaxRelative = 1.0;  // standard error of a change that is still worth telling
@@ -18,11 +19,16 @@ constexpr double kMaxLevel = 0.5;     // [V], the same of u_dc
 constexpr std::array<const char*, 3> kThirds{"first third", "middle third", "last third"};
 constexpr std::size_t kParts = kRegimes + kThirds.size();
 
-std::string partName(std::size_t part) { return part < kRegimes ? regimeName(static_cast<Regime>(part)) : kThirds[part - kRegimes]; }
+std::string partName(std::size_t part) {
+  return part < kRegimes ? regimeName(static_cast<Regime>(part)) : kThirds[part - kRegimes];
+}
 
 std::size_t thirdOf(const InputSequence& inputs, double time) {
-  const double first = inputs.samples.front().step.time, span = inputs.samples.back().step.time - first;
-  return span > 0.0 ? std::min<std::size_t>(2, static_cast<std::size_t>(3.0 * (time - first) / span)) : 0;
+  const double first = inputs.samples.front().step.time,
+               span = inputs.samples.back().step.time - first;
+  return span > 0.0
+             ? std::min<std::size_t>(2, static_cast<std::size_t>(3.0 * (time - first) / span))
+             : 0;
 }
 
 /// Coordinates that move base parameters.
@@ -38,19 +44,24 @@ double unitOf(const WhitenedFit& fit, Eigen::Index coordinate) {
   const Eigen::Index row = fit.rows[static_cast<std::size_t>(coordinate)];
   const ParameterInfo& info = fit.model.parameters()[static_cast<std::size_t>(row)];
   if (info.logarithmic) return 1.0;
-  return row == kRowUDc ? std::abs(info.magnitude) : std::abs(info.magnitude) / fit.point.parameters[row];
+  return row == kRowUDc ? std::abs(info.magnitude)
+                        : std::abs(info.magnitude) / fit.point.parameters[row];
 }
 
-/// The Jacobian's columns of some coordinates, a copy for every part with zeros outside it; parts run fastest.
-Eigen::MatrixXd cutColumns(const WhitenedFit& fit, const InputSequence& inputs, const std::vector<Regime>& regimes,
+/// The Jacobian's columns of some coordinates, a copy for every part with zeros outside it; parts
+/// run fastest.
+Eigen::MatrixXd cutColumns(const WhitenedFit& fit, const InputSequence& inputs,
+                           const std::vector<Regime>& regimes,
                            const std::vector<Eigen::Index>& coordinates) {
   const auto parts = static_cast<Eigen::Index>(kParts);
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(fit.jacobian.rows(), parts * static_cast<Eigen::Index>(coordinates.size()));
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(
+      fit.jacobian.rows(), parts * static_cast<Eigen::Index>(coordinates.size()));
   for (std::size_t j = 0; j < coordinates.size(); ++j)
     for (Eigen::Index n = 0; n < fit.jacobian.rows(); ++n) {
       const auto sample = static_cast<std::size_t>(n);
       const Eigen::Index first = parts * static_cast<Eigen::Index>(j);
-      const auto third = static_cast<Eigen::Index>(kRegimes + thirdOf(inputs, inputs.samples[sample].step.time));
+      const auto third =
+          static_cast<Eigen::Index>(kRegimes + thirdOf(inputs, inputs.samples[sample].step.time));
       const double value = fit.jacobian(n, coordinates[j]);
       columns(n, first + static_cast<Eigen::Index>(regimes[sample])) = value;
       columns(n, first + third) = value;
@@ -60,19 +71,24 @@ Eigen::MatrixXd cutColumns(const WhitenedFit& fit, const InputSequence& inputs, 
 
 double costOf(const WhitenedFit& fit, const CompositionPoint& point, const InputSequence& inputs) {
   Eigen::VectorXd error = -simulatedVoltage(fit.model, point, inputs);
-  for (Eigen::Index n = 0; n < error.size(); ++n) error[n] += inputs.samples[static_cast<std::size_t>(n)].voltage;
+  for (Eigen::Index n = 0; n < error.size(); ++n)
+    error[n] += inputs.samples[static_cast<std::size_t>(n)].voltage;
   return whitened(fit, inputs, error).squaredNorm();
 }
 
 }  // namespace
 
-std::vector<ParameterBias> parameterBiases(const WhitenedFit& fit, const InputSequence& inputs, const std::vector<Regime>& regimes) {
+std::vector<ParameterBias> parameterBiases(const WhitenedFit& fit, const InputSequence& inputs,
+                                           const std::vector<Regime>& regimes) {
   if (regimes.size() != inputs.samples.size() || fit.residual.size() != fit.jacobian.rows() ||
       inputs.samples.size() != static_cast<std::size_t>(fit.residual.size()))
-    throw std::invalid_argument("parameterBiases: fit, drive and regimes have " + std::to_string(fit.residual.size()) + ", " +
-                                std::to_string(inputs.samples.size()) + " and " + std::to_string(regimes.size()) + " samples");
+    throw std::invalid_argument("parameterBiases: fit, drive and regimes have " +
+                                std::to_string(fit.residual.size()) + ", " +
+                                std::to_string(inputs.samples.size()) + " and " +
+                                std::to_string(regimes.size()) + " samples");
   const std::vector<Eigen::Index> coordinates = baseCoordinates(fit);
-  const Signatures signatures = signaturesOf(fit, inputs, cutColumns(fit, inputs, regimes, coordinates));
+  const Signatures signatures =
+      signaturesOf(fit, inputs, cutColumns(fit, inputs, regimes, coordinates));
   const double std = std::sqrt(innovationVariance(fit));
   std::vector<ParameterBias> map;
   for (std::size_t j = 0; j < coordinates.size(); ++j) {
@@ -84,22 +100,26 @@ std::vector<ParameterBias> parameterBiases(const WhitenedFit& fit, const InputSe
       if (signatures.freeShare(column) <= kMinShare) continue;
       if (unit * std / length > (row == kRowUDc ? kMaxLevel : kMaxRelative)) continue;
       const double along = signatures.columns.col(column).dot(fit.innovation) / length;
-      map.push_back({fit.model.parameters()[static_cast<std::size_t>(row)].name, partName(part), along / std, unit * along / length});
+      map.push_back({fit.model.parameters()[static_cast<std::size_t>(row)].name, partName(part),
+                     along / std, unit * along / length});
     }
   }
   return map;
 }
 
-Exchange exchangeOf(const std::vector<const InputSequence*>& parts, const std::vector<const WhitenedFit*>& fits) {
+Exchange exchangeOf(const std::vector<const InputSequence*>& parts,
+                    const std::vector<const WhitenedFit*>& fits) {
   if (parts.size() != fits.size())
-    throw std::invalid_argument("exchangeOf: " + std::to_string(fits.size()) + " fits for " + std::to_string(parts.size()) + " parts");
+    throw std::invalid_argument("exchangeOf: " + std::to_string(fits.size()) + " fits for " +
+                                std::to_string(parts.size()) + " parts");
   const auto count = static_cast<Eigen::Index>(parts.size());
   Exchange exchange{Eigen::MatrixXd(count, count)};
   for (Eigen::Index k = 0; k < count; ++k)
     for (Eigen::Index j = 0; j < count; ++j) {
       const WhitenedFit& own = *fits[static_cast<std::size_t>(k)];
       const WhitenedFit& other = *fits[static_cast<std::size_t>(j)];
-      exchange.cost(k, j) = costOf(own, {other.point.parameters, own.point.state}, *parts[static_cast<std::size_t>(k)]);
+      exchange.cost(k, j) = costOf(own, {other.point.parameters, own.point.state},
+                                   *parts[static_cast<std::size_t>(k)]);
     }
   return exchange;
 }

@@ -14,18 +14,22 @@ namespace battery_sof {
  *
  *     s_jg = J_j 1_g,   z = (M K s)' v / (|M K s| s_v),   change = (M K s)' v / |M K s|^2,   M = 1 - Q Q'
  *
- * for r_discharge, r_charge, c2, beta, u_dc and every regime g, and for "first third", "middle third", "last third" of the
- * drive's time; s_v^2 = innovationVariance(). Under the model z is standard normal; the largest of all of a map is below 4
- * in 99.7 % of cases.
+ * for r_discharge, r_charge, c2, beta, u_dc and every regime g, and for "first third", "middle
+ * third", "last third" of the drive's time; s_v^2 = innovationVariance(). Under the model z is
+ * standard normal; the largest of all of a map is below 4 in 99.7 % of cases.
  *
- * @return entries that this drive can tell: the parameters together leave more than a hundredth of the signature's length,
+ * @return entries that this drive can tell: the parameters together leave more than a hundredth of
+ * the signature's length,
  *   and the change is known to better than the value itself (0.5 V for u_dc).
  */
-std::vector<ParameterBias> parameterBiases(const WhitenedFit& fit, const InputSequence& inputs, const std::vector<Regime>& regimes);
+std::vector<ParameterBias> parameterBiases(const WhitenedFit& fit, const InputSequence& inputs,
+                                           const std::vector<Regime>& regimes);
 
 /// Cost of the parts of a recording at each other's parameters.
 struct Exchange {
-  Eigen::MatrixXd cost;  ///< row k, column j: E_k(theta_j), v' v of part k under its own noise at the parameters of part j [1]
+  /// row k, column j: E_k(theta_j), v' v of part k under its own noise at the parameters of part j
+  /// [1]
+  Eigen::MatrixXd cost;
 };
 
 /**
@@ -34,13 +38,15 @@ struct Exchange {
  * @param parts, fits one fit a part, in the same order; all of one composition.
  * @throws std::invalid_argument when their numbers differ.
  */
-Exchange exchangeOf(const std::vector<const InputSequence*>& parts, const std::vector<const WhitenedFit*>& fits);
+Exchange exchangeOf(const std::vector<const InputSequence*>& parts,
+                    const std::vector<const WhitenedFit*>& fits);
 
 /**
- * @brief Whether a part fits better with another part's parameters than with its own: E_k(theta_j) < E_k(theta_k) - 12.
+ * @brief Whether a part fits better with another part's parameters than with its own: E_k(theta_j)
+ * < E_k(theta_k) - 12.
  *
- * That is no physics but an optimiser that stopped early (docs/physics.md#absorption). Less than 12 could not be
- * taken for a mismatch.
+ * That is no physics but an optimiser that stopped early (docs/physics.md#absorption). Less than 12
+ * could not be taken for a mismatch.
  */
 bool optimiserFailed(const Exchange& exchange);
 

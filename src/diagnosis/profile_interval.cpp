@@ -13,7 +13,8 @@ constexpr int kLooks = 6;
 constexpr int kIterations = 8;
 
 /// Least deviance of the others with one parameter held at a value.
-std::optional<double> heldDeviance(const WhitenedFit& fit, const InputSequence& inputs, const std::string& parameter, CompositionPoint& point) {
+std::optional<double> heldDeviance(const WhitenedFit& fit, const InputSequence& inputs,
+                                   const std::string& parameter, CompositionPoint& point) {
   FitCost cost;
   cost.noise = fit.noise;
   const CompositionProblem problem(fit.model, inputs, cost, point, {}, {parameter});
@@ -32,10 +33,14 @@ double priorOf(const ParameterInfo& info, double value) {
 
 }  // namespace
 
-ProfileInterval profileInterval(const WhitenedFit& fit, const InputSequence& inputs, const std::string& parameter, double first_step) {
+ProfileInterval profileInterval(const WhitenedFit& fit, const InputSequence& inputs,
+                                const std::string& parameter, double first_step) {
   const std::optional<Eigen::Index> row = fit.model.parameterRow(parameter);
-  if (!row) throw std::invalid_argument("parameter \"" + parameter + "\" is not one of the composition's");
-  if (!(first_step > 0.0)) throw std::invalid_argument("first_step is " + std::to_string(first_step) + ", expected above 0");
+  if (!row)
+    throw std::invalid_argument("parameter \"" + parameter + "\" is not one of the composition's");
+  if (!(first_step > 0.0))
+    throw std::invalid_argument("first_step is " + std::to_string(first_step) +
+                                ", expected above 0");
   const ParameterInfo& info = fit.model.parameters()[static_cast<std::size_t>(*row)];
   const double optimum = fit.point.parameters[*row];
   CompositionPoint there = fit.point;
@@ -51,7 +56,8 @@ ProfileInterval profileInterval(const WhitenedFit& fit, const InputSequence& inp
       point.parameters[*row] = optimum + side * step;
       const std::optional<double> held = heldDeviance(fit, inputs, parameter, point);
       if (!held) break;
-      const double rise = *held - *least + priorOf(info, optimum + side * step) - priorOf(info, optimum);
+      const double rise =
+          *held - *least + priorOf(info, optimum + side * step) - priorOf(info, optimum);
       if (rise < kRise && step >= reach) break;
       if (std::abs(rise - kRise) < kClose * kRise || look + 1 == kLooks) {
         (side < 0.0 ? interval.lower : interval.upper) = optimum + side * step;

@@ -4,7 +4,8 @@
 
 namespace battery_sof {
 
-/// Random numbers for tests by simulation: the same on every machine (SplitMix64; Steele, Lea and Flood 2014).
+/// Random numbers for tests by simulation: the same on every machine (SplitMix64; Steele, Lea and
+/// Flood 2014).
 class RandomBits {
  public:
   explicit RandomBits(std::uint64_t seed) : state_(seed) {}

@@ -62,15 +62,19 @@ Regime regimeOf(const Run& run, Load before) {
   switch (run.load) {
     case Load::kCrank: return Regime::kCrank;
     case Load::kCharge:
-      if (run.duration > kLongChargeTime && run.charge > kLongChargeCurrent * run.duration) return Regime::kLongCharge;
-      return run.volts > kHighVoltage * run.count ? Regime::kHighVoltageCharge : Regime::kShortCharge;
-    case Load::kDischarge: return run.duration > kLongDischargeTime ? Regime::kLongDischarge : Regime::kDischarge;
+      if (run.duration > kLongChargeTime && run.charge > kLongChargeCurrent * run.duration)
+        return Regime::kLongCharge;
+      return run.volts > kHighVoltage * run.count ? Regime::kHighVoltageCharge
+                                                  : Regime::kShortCharge;
+    case Load::kDischarge:
+      return run.duration > kLongDischargeTime ? Regime::kLongDischarge : Regime::kDischarge;
     case Load::kRest: break;
   }
   return before == Load::kCharge ? Regime::kPostChargeRest : Regime::kPostDischargeRest;
 }
 
-/// Whether the current changes by more than kEdgeStep around each sample; one pass with the extremes of a moving window.
+/// Whether the current changes by more than kEdgeStep around each sample; one pass with the
+/// extremes of a moving window.
 class EdgeFinder {
  public:
   explicit EdgeFinder(const InputSequence& inputs) : inputs_(inputs) {}
@@ -92,7 +96,8 @@ class EdgeFinder {
  private:
   double current(std::size_t n) const { return inputs_.samples[n].step.current; }
   bool isNear(std::size_t a, std::size_t b) const {
-    return std::abs(inputs_.samples[a].step.time - inputs_.samples[b].step.time) <= kEdgeReach * (1.0 + 1e-9);
+    return std::abs(inputs_.samples[a].step.time - inputs_.samples[b].step.time) <=
+           kEdgeReach * (1.0 + 1e-9);
   }
   void take(std::size_t n) {
     while (!high_.empty() && current(high_.back()) <= current(n)) high_.pop_back();
@@ -136,7 +141,8 @@ std::vector<Regime> regimesOf(const InputSequence& inputs) {
       const bool edge = edges.isEdge(n) && !(regime == Regime::kCrank && edges.isSlow(n));
       regimes[n] = edge ? Regime::kEdge : regime;
     }
-    if (run.load != Load::kRest && std::abs(run.charge) > kMoved) before = run.charge > 0.0 ? Load::kCharge : Load::kDischarge;
+    if (run.load != Load::kRest && std::abs(run.charge) > kMoved)
+      before = run.charge > 0.0 ? Load::kCharge : Load::kDischarge;
   }
   return regimes;
 }
@@ -147,17 +153,19 @@ std::vector<Regime> regimesOf(const Series& series, IndexRange range) {
   std::vector<Regime> all;
   all.reserve(range.size());
   for (std::size_t n = 0; n < regimes.size(); ++n)
-    all.insert(all.end(), static_cast<std::size_t>(std::lround(inputs.samples[n].count)), regimes[n]);
+    all.insert(all.end(), static_cast<std::size_t>(std::lround(inputs.samples[n].count)),
+               regimes[n]);
   return all;
 }
 
 std::vector<Episode> episodesOf(const InputSequence& inputs, const std::vector<Regime>& regimes) {
   if (regimes.size() != inputs.samples.size())
-    throw std::invalid_argument("episodesOf: " + std::to_string(regimes.size()) + " regimes for " + std::to_string(inputs.samples.size()) +
-                                " samples");
+    throw std::invalid_argument("episodesOf: " + std::to_string(regimes.size()) + " regimes for " +
+                                std::to_string(inputs.samples.size()) + " samples");
   std::vector<Episode> episodes;
   for (std::size_t n = 0; n < regimes.size(); ++n) {
-    if (episodes.empty() || inputs.samples[n].step.gap || episodes.back().regime != regimes[n]) episodes.push_back({regimes[n], {n, n}});
+    if (episodes.empty() || inputs.samples[n].step.gap || episodes.back().regime != regimes[n])
+      episodes.push_back({regimes[n], {n, n}});
     episodes.back().range.last = n + 1;
   }
   return episodes;

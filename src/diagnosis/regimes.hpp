@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "model/input_sequence.hpp"
 #include "battery_sof/series.hpp"
+#include "model/input_sequence.hpp"
 
 namespace battery_sof {
 
@@ -23,7 +23,8 @@ enum class Regime {
 };
 inline constexpr std::size_t kRegimes = 9;
 
-/// @return "edge", "crank", "long charge", "high-voltage charge", "short charge", "long discharge", "discharge",
+/// @return "edge", "crank", "long charge", "high-voltage charge", "short charge", "long discharge",
+/// "discharge",
 ///   "post-charge rest", "post-discharge rest".
 std::string regimeName(Regime regime);
 
@@ -33,17 +34,20 @@ std::string regimeName(Regime regime);
  * | regime | a sample |
  * |---|---|
  * | edge | with a change of the current by more than 30 A within 0.15 s to both sides; where samples are farther apart than that, the one
- * behind the jump | | crank | below -150 A; goes before edge where samples are farther apart | | long charge | of a charge that lasts
- * longer than 10 s at more than 2 A on average | | high-voltage charge | of a charge at more than 13.8 V on average | | short charge | of
- * any other charge | | long discharge | of a discharge longer than 20 s | | discharge | of any other discharge | | post-charge rest,
- * post-discharge rest | of a rest, by the last load before it that moved more than 1 As; without one, post-discharge |
+ * behind the jump | | crank | below -150 A; goes before edge where samples are farther apart | |
+ * long charge | of a charge that lasts longer than 10 s at more than 2 A on average | |
+ * high-voltage charge | of a charge at more than 13.8 V on average | | short charge | of any other
+ * charge | | long discharge | of a discharge longer than 20 s | | discharge | of any other
+ * discharge | | post-charge rest, post-discharge rest | of a rest, by the last load before it that
+ * moved more than 1 As; without one, post-discharge |
  *
- * Charge, discharge and rest are runs: a load begins beyond 0.5 A (EventLimits) and ends below half of that, so that noise
- * does not cut it up; a crank or a gap ends it. Voltages of 12 V blocks.
+ * Charge, discharge and rest are runs: a load begins beyond 0.5 A (EventLimits) and ends below half
+ * of that, so that noise does not cut it up; a crank or a gap ends it. Voltages of 12 V blocks.
  */
 std::vector<Regime> regimesOf(const InputSequence& inputs);
 
-/// The same of a series, one a sample of the range; by its compressed drive, whose means have less noise.
+/// The same of a series, one a sample of the range; by its compressed drive, whose means have less
+/// noise.
 std::vector<Regime> regimesOf(const Series& series, IndexRange range);
 
 /// A run of samples of one regime.

@@ -8,8 +8,10 @@
 namespace battery_sof {
 namespace {
 
-/// Samples of a row as one: their mean current drives from the middle of the row before to the middle of this one.
-InputSample averaged(const InputSequence& inputs, std::size_t begin, std::size_t end, const InputSample* before) {
+/// Samples of a row as one: their mean current drives from the middle of the row before to the
+/// middle of this one.
+InputSample averaged(const InputSequence& inputs, std::size_t begin, std::size_t end,
+                     const InputSample* before) {
   InputSample row = inputs.samples[begin];
   double time = 0.0, current = 0.0, voltage = 0.0, measured = 0.0, missed = 0.0;
   bool gap = false;
@@ -51,7 +53,8 @@ bool moves(const InputSequence& inputs, std::size_t begin, std::size_t end) {
 
 bool actsAtEdges(const BatteryModel& model) {
   const auto& ids = model.effects();
-  return std::any_of(ids.begin(), ids.end(), [](const std::string& id) { return effectInfo(id).acts_at_edges; });
+  return std::any_of(ids.begin(), ids.end(),
+                     [](const std::string& id) { return effectInfo(id).acts_at_edges; });
 }
 
 }  // namespace
@@ -64,7 +67,8 @@ RowSimulation::Grid RowSimulation::gridOf(const InputSequence& inputs, bool fine
     const std::size_t begin = response_.first[row], end = response_.first[row + 1];
     const bool whole = end - begin == 1 || (fine_at_edges && moves(inputs, begin, end));
     for (std::size_t n = begin; n < end; n = whole ? n + 1 : end) {
-      const InputSample* before = grid.inputs.samples.empty() ? nullptr : &grid.inputs.samples.back();
+      const InputSample* before =
+          grid.inputs.samples.empty() ? nullptr : &grid.inputs.samples.back();
       InputSample sample = averaged(inputs, n, whole ? n + 1 : end, before);
       if (whole) sample.step.averaged = inputs.samples[n].step.averaged;
       if (whole) sample.step.slope = inputs.samples[n].step.slope;
@@ -77,7 +81,8 @@ RowSimulation::Grid RowSimulation::gridOf(const InputSequence& inputs, bool fine
   return grid;
 }
 
-RowSimulation::RowSimulation(const InputSequence& inputs, const Linearization& response, const CompositionPoint& base)
+RowSimulation::RowSimulation(const InputSequence& inputs, const Linearization& response,
+                             const CompositionPoint& base)
     : response_(response), rows_(gridOf(inputs, false)), edges_(gridOf(inputs, true)) {
   for (Grid* grid : {&rows_, &edges_}) {
     const RowErrors coarse = simulated(*grid, BatteryModel(), base, {});
@@ -85,18 +90,23 @@ RowSimulation::RowSimulation(const InputSequence& inputs, const Linearization& r
   }
 }
 
-RowErrors RowSimulation::errors(const BatteryModel& model, const CompositionPoint& point, const Eigen::MatrixXd& seeds) const {
+RowErrors RowSimulation::errors(const BatteryModel& model, const CompositionPoint& point,
+                                const Eigen::MatrixXd& seeds) const {
   const Grid& grid = actsAtEdges(model) ? edges_ : rows_;
   RowErrors out = simulated(grid, model, point, seeds);
   if (out.error.size() > 0) out.error += grid.coarseness;
   return out;
 }
 
-RowErrors RowSimulation::simulated(const Grid& grid, const BatteryModel& model, const CompositionPoint& point,
+RowErrors RowSimulation::simulated(const Grid& grid, const BatteryModel& model,
+                                   const CompositionPoint& point,
                                    const Eigen::MatrixXd& seeds) const {
-  const ModelPoint start{point.parameters, point.state, grid.inputs.first_time, grid.inputs.first_time};
-  Simulation simulation = seeds.cols() > 0 ? Simulation(model, start, seeds) : Simulation(model, start);
-  RowErrors out{Eigen::VectorXd::Zero(response_.error.size()), Eigen::MatrixXd::Zero(response_.error.size(), seeds.cols())};
+  const ModelPoint start{point.parameters, point.state, grid.inputs.first_time,
+                         grid.inputs.first_time};
+  Simulation simulation =
+      seeds.cols() > 0 ? Simulation(model, start, seeds) : Simulation(model, start);
+  RowErrors out{Eigen::VectorXd::Zero(response_.error.size()),
+                Eigen::MatrixXd::Zero(response_.error.size(), seeds.cols())};
   Eigen::VectorXd measured = out.error;
   for (std::size_t n = 0; n < grid.inputs.samples.size(); ++n) {
     const InputSample& sample = grid.inputs.samples[n];
@@ -108,12 +118,14 @@ RowErrors RowSimulation::simulated(const Grid& grid, const BatteryModel& model, 
     measured[row] += sample.count;
     if (seeds.cols() == 0) continue;
     if (sample.voltage_controlled)
-      out.sensitivity.row(row) -= scale * sample.count * simulation.currentErrorDerivatives().transpose();
+      out.sensitivity.row(row) -=
+          scale * sample.count * simulation.currentErrorDerivatives().transpose();
     else
       out.sensitivity.row(row) += sample.count * simulation.voltageDerivatives().transpose();
   }
   out.error.array() /= measured.array().max(1.0);
-  for (Eigen::Index k = 0; k < seeds.cols(); ++k) out.sensitivity.col(k).array() /= measured.array().max(1.0);
+  for (Eigen::Index k = 0; k < seeds.cols(); ++k)
+    out.sensitivity.col(k).array() /= measured.array().max(1.0);
   if (!out.error.allFinite() || !out.sensitivity.allFinite()) return {};
   return out;
 }

@@ -4,43 +4,53 @@
 #include <vector>
 
 #include "estimation/composition_fit.hpp"
-#include "regression/discrepancy_fit.hpp"
 #include "model/battery_model.hpp"
 #include "model/input_sequence.hpp"
+#include "regression/discrepancy_fit.hpp"
 
 namespace battery_sof {
 
 /// What a composition leaves of the rows, in volts as in Linearization.
 struct RowErrors {
-  Eigen::VectorXd error;        ///< measured less modelled, one a row [V]; empty where the model has no finite voltage
+  /// measured less modelled, one a row [V]; empty where the model has no finite voltage
+  Eigen::VectorXd error;
   Eigen::MatrixXd sensitivity;  ///< - d error / d lane, rows x lanes
 };
 
 /**
  * @brief Compositions simulated over the rows of a base response.
  *
- * Simulated under the rows' mean currents; what acts at edges at full rate in rows whose current moves. What that leaves of the
- * full rate is taken from the base circuit once and added: an effect is not worth more for being simulated more finely.
- * Where the voltage drives, an error of the current counts as the voltage that it represents beside the base circuit.
+ * Simulated under the rows' mean currents; what acts at edges at full rate in rows whose current
+ * moves. What that leaves of the full rate is taken from the base circuit once and added: an effect
+ * is not worth more for being simulated more finely. Where the voltage drives, an error of the
+ * current counts as the voltage that it represents beside the base circuit.
  */
 class RowSimulation {
  public:
   /// Both must outlive this. @param response of the whole drive.
-  RowSimulation(const InputSequence& inputs, const Linearization& response, const CompositionPoint& base);
+  RowSimulation(const InputSequence& inputs, const Linearization& response,
+                const CompositionPoint& base);
 
-  /// @param seeds d(parameters, first state) / d(lane), as Simulation takes them; no columns for errors alone.
-  RowErrors errors(const BatteryModel& model, const CompositionPoint& point, const Eigen::MatrixXd& seeds = {}) const;
+  /// @param seeds d(parameters, first state) / d(lane), as Simulation takes them; no columns for
+  /// errors alone.
+  RowErrors errors(const BatteryModel& model, const CompositionPoint& point,
+                   const Eigen::MatrixXd& seeds = {}) const;
 
-  double currentOf(Eigen::Index row) const { return rows_.inputs.samples[static_cast<std::size_t>(row)].step.current; }  ///< mean [A]
+  /// mean [A]
+  double currentOf(Eigen::Index row) const {
+    return rows_.inputs.samples[static_cast<std::size_t>(row)].step.current;
+  }
 
  private:
   struct Grid {
     InputSequence inputs;
     std::vector<Eigen::Index> row;  // of every sample
-    Eigen::VectorXd coarseness;     // the base circuit's error at full rate less that on this grid [V]
+    // the base circuit's error at full rate less that on this grid [V]
+    Eigen::VectorXd coarseness;
   };
   Grid gridOf(const InputSequence& inputs, bool fine_at_edges) const;
-  RowErrors simulated(const Grid& grid, const BatteryModel& model, const CompositionPoint& point, const Eigen::MatrixXd& seeds) const;
+  RowErrors simulated(const Grid& grid, const BatteryModel& model, const CompositionPoint& point,
+                      const Eigen::MatrixXd& seeds) const;
 
   const Linearization& response_;
   Grid rows_, edges_;

@@ -9,18 +9,24 @@
 namespace battery_sof {
 namespace {
 
-constexpr std::size_t kMinSamples = 120;  // of the training part: ten for every unknown of base model and noise
-constexpr double kMinDuration = 120.0;    // [s], two time constants of the double layer at rest
-constexpr double kMinCharge = 20.0;       // [As] that must flow in either direction
-constexpr double kSlow = 0.15;              // [s]; sampled more slowly, edges cannot be set aside
-constexpr double kLostShare = 0.005;        // of the samples; a second in three minutes
+// of the training part: ten for every unknown of base model and noise
+constexpr std::size_t kMinSamples = 120;
+constexpr double kMinDuration = 120.0;  // [s], two time constants of the double layer at rest
+constexpr double kMinCharge = 20.0;     // [As] that must flow in either direction
+constexpr double kSlow = 0.15;          // [s]; sampled more slowly, edges cannot be set aside
+constexpr double kLostShare = 0.005;    // of the samples; a second in three minutes
 constexpr std::size_t kFewestFreezes = 3;
 constexpr double kCoarseVoltage =
-    0.0099;  // [V], 10 mV but for printed digits; most effects leave less than 20 mV (docs/physics.md#visibility)
-constexpr double kCoarseCurrent = 0.495;  // [A], 0.5 A: the offset of docs/physics.md#current_offset
-constexpr double kStillShare = 0.25;      // of the samples repeat the one before: noise of less than a step
+    // [V], 10 mV but for printed digits; most effects leave less than 20 mV
+    // (docs/physics.md#visibility)
+    0.0099;
+// [A], 0.5 A: the offset of docs/physics.md#current_offset
+constexpr double kCoarseCurrent = 0.495;
+// of the samples repeat the one before: noise of less than a step
+constexpr double kStillShare = 0.25;
 
-/// Whether a step is large in itself and the channel's noise is less, so that rounding is most of the error.
+/// Whether a step is large in itself and the channel's noise is less, so that rounding is most of
+/// the error.
 bool isCoarse(const Finding& quantisation, const Series& series) {
   const bool is_voltage = quantisation.unit == "V";
   if (*quantisation.value < (is_voltage ? kCoarseVoltage : kCoarseCurrent)) return false;
@@ -28,18 +34,24 @@ bool isCoarse(const Finding& quantisation, const Series& series) {
   std::size_t repeats = 0;
   for (std::size_t k = 1; k < values.size(); ++k)
     if (values[k] == values[k - 1]) ++repeats;
-  return medianInterval(series) <= kSlow && static_cast<double>(repeats) > kStillShare * static_cast<double>(values.size());
+  return medianInterval(series) <= kSlow &&
+         static_cast<double>(repeats) > kStillShare * static_cast<double>(values.size());
 }
 
-/// The catalogue's id of a finding of the checks; empty for what is not a fault of an instrument that spoils a diagnosis.
-/// One sleep of the car is not a bus that drops messages, and a gap is no fault.
+/// The catalogue's id of a finding of the checks; empty for what is not a fault of an instrument
+/// that spoils a diagnosis. One sleep of the car is not a bus that drops messages, and a gap is no
+/// fault.
 std::string faultOf(const Finding& finding, const Series& series) {
   if (finding.id == "quantisation") return isCoarse(finding, series) ? finding.id : "";
   if (finding.severity == Severity::kNote) return "";
   if (finding.id == "clipping" || finding.id == "aliasing") return finding.id;
   const bool is_lost = finding.id == "stuck" || finding.id == "missing";
   const bool is_single = finding.id == "stuck" && finding.at.size() < kFewestFreezes;
-  return is_lost && !is_single && static_cast<double>(finding.samples) >= kLostShare * static_cast<double>(series.size()) ? "dropouts" : "";
+  return is_lost && !is_single &&
+                 static_cast<double>(finding.samples) >=
+                     kLostShare * static_cast<double>(series.size())
+             ? "dropouts"
+             : "";
 }
 
 /// @return values shifted to `by` samples later; what comes in at an end is its neighbour.
@@ -47,30 +59,33 @@ std::vector<double> moved(const std::vector<double>& values, std::ptrdiff_t by) 
   const auto last = static_cast<std::ptrdiff_t>(values.size()) - 1;
   std::vector<double> shifted(values.size());
   for (std::ptrdiff_t n = 0; n <= last; ++n)
-    shifted[static_cast<std::size_t>(n)] = values[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(n - by, 0, last))];
+    shifted[static_cast<std::size_t>(n)] =
+        values[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(n - by, 0, last))];
   return shifted;
 }
 
-/// A channel that is whole samples late cannot be reported from physics by a fit: the current is moved to where the voltage
-/// answers to it. @param lag [s], > 0 when the voltage comes later.
+/// A channel that is whole samples late cannot be reported from physics by a fit: the current is
+/// moved to where the voltage answers to it. @param lag [s], > 0 when the voltage comes later.
 void alignWholeSamples(Screening& screening, double lag) {
   const auto by = std::lround(lag / medianInterval(screening.series));
   if (!screening.slow || by == 0) return;
   screening.late_samples = by;
   screening.series.current = moved(screening.series.current, by);
   screening.faults.push_back("time_skew");
-  screening.sentences.push_back("the current was moved by " + std::to_string(by) + " samples to meet the voltage");
+  screening.sentences.push_back("the current was moved by " + std::to_string(by) +
+                                " samples to meet the voltage");
 }
 
 }  // namespace
 
 std::string lackOf(const Series& train) {
   if (train.size() < kMinSamples)
-    return "the training part has " + std::to_string(train.size()) + " samples, at least " + std::to_string(kMinSamples) + " are needed";
+    return "the training part has " + std::to_string(train.size()) + " samples, at least " +
+           std::to_string(kMinSamples) + " are needed";
   const double duration = train.time.back() - train.time.front();
   if (duration < kMinDuration)
-    return "the training part lasts " + std::to_string(static_cast<int>(duration)) + " s, at least " +
-           std::to_string(static_cast<int>(kMinDuration)) + " s are needed";
+    return "the training part lasts " + std::to_string(static_cast<int>(duration)) +
+           " s, at least " + std::to_string(static_cast<int>(kMinDuration)) + " s are needed";
   double charge = 0.0, discharge = 0.0;
   const double gap = gapThreshold(train);
   for (std::size_t k = 1; k < train.size(); ++k) {
@@ -112,7 +127,8 @@ Series treatedAsScreened(const Series& whole, const Screening& screening) {
   flicker.share = screening.flicker_share;
   Series treated = withoutSensorNoise(whole, flicker);
   treated.current = moved(treated.current, screening.late_samples);
-  std::copy(screening.series.current.begin(), screening.series.current.end(), treated.current.begin());
+  std::copy(screening.series.current.begin(), screening.series.current.end(),
+            treated.current.begin());
   return treated;
 }
 

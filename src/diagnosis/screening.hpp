@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "battery_sof/series.hpp"
 #include "recording/current_flicker.hpp"
 #include "recording/fit_mask.hpp"
-#include "battery_sof/series.hpp"
 
 namespace battery_sof {
 
@@ -14,7 +14,8 @@ namespace battery_sof {
 struct Screening {
   Series series;  ///< of the training part: its current as the battery saw it
   InstrumentLimits limits;
-  std::vector<std::string> faults;     ///< ids of tier I: clipping, dropouts, quantisation, aliasing, time_skew; sorted
+  /// ids of tier I: clipping, dropouts, quantisation, aliasing, time_skew; sorted
+  std::vector<std::string> faults;
   std::vector<std::string> sentences;  ///< all findings worth telling
   double flicker_share = 1.0;          ///< of the current sensor's flicker that is the battery's
   std::ptrdiff_t late_samples = 0;     ///< that the current was moved by to meet the voltage
@@ -27,7 +28,8 @@ std::string lackOf(const Series& train);
 /// @param train the recording's training part.
 Screening screenInstruments(const Recording& recording, const Series& train);
 
-/// @return the whole recording's current as the training part taught to treat it; the training part's own as screened.
+/// @return the whole recording's current as the training part taught to treat it; the training
+/// part's own as screened.
 Series treatedAsScreened(const Series& whole, const Screening& screening);
 
 }  // namespace battery_sof

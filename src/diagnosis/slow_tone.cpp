@@ -15,7 +15,8 @@ constexpr double kChance = 1e-3;        // of a recording without a tone
 constexpr double kShortestSpan = 10.0;  // periods of a tone that a drive must hold
 constexpr std::size_t kAround = 20;     // frequencies to either side that tell the level there
 constexpr std::size_t kFewest = 4 * kAround;
-constexpr double kMinShare = 0.25;        // of the RMS error: a tone below it takes less than 2 % of the error
+// of the RMS error: a tone below it takes less than 2 % of the error
+constexpr double kMinShare = 0.25;
 constexpr double kMaxBinsPerSample = 4.0;  // a recording of which most is gaps shows no tone
 constexpr double kTwoPi = 6.283185307179586;
 
@@ -27,13 +28,15 @@ double binOf(const InputSequence& inputs) {
   return std::max(kBin, *middle);
 }
 
-/// Mean innovation of each bin, of variance one where there are samples and zero where there are none.
+/// Mean innovation of each bin, of variance one where there are samples and zero where there are
+/// none.
 std::vector<double> binned(const WhitenedFit& fit, const InputSequence& inputs, double bin) {
   const double span = inputs.samples.back().step.time - inputs.first_time;
   std::vector<double> sums(static_cast<std::size_t>(span / bin) + 1), counts(sums.size());
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
     if (!(inputs.samples[n].count > 0.0)) continue;
-    const auto at = static_cast<std::size_t>(std::max(0.0, inputs.samples[n].step.time - inputs.first_time) / bin);
+    const auto at = static_cast<std::size_t>(
+        std::max(0.0, inputs.samples[n].step.time - inputs.first_time) / bin);
     sums[at] += fit.innovation[static_cast<Eigen::Index>(n)];
     counts[at] += 1.0;
   }
@@ -42,8 +45,9 @@ std::vector<double> binned(const WhitenedFit& fit, const InputSequence& inputs, 
   return sums;
 }
 
-/// Chance that one line without a tone stands so far above the median of its neighbours. That median is uncertain itself: a sum of
-/// m + 1 of the 2 m + 1 exponential spacings, of which this is the Laplace transform.
+/// Chance that one line without a tone stands so far above the median of its neighbours. That
+/// median is uncertain itself: a sum of m + 1 of the 2 m + 1 exponential spacings, of which this is
+/// the Laplace transform.
 double chanceOf(double power) {
   double chance = 1.0;
   for (std::size_t j = 0; j <= kAround; ++j) {
@@ -56,7 +60,9 @@ double chanceOf(double power) {
 double amplitudeOf(const WhitenedFit& fit, const InputSequence& inputs, double period) {
   Eigen::MatrixXd columns(fit.innovation.size(), 2);
   for (Eigen::Index n = 0; n < columns.rows(); ++n) {
-    const double angle = kTwoPi * (inputs.samples[static_cast<std::size_t>(n)].step.time - inputs.first_time) / period;
+    const double angle =
+        kTwoPi * (inputs.samples[static_cast<std::size_t>(n)].step.time - inputs.first_time) /
+        period;
     columns.row(n) << std::sin(angle), std::cos(angle);
   }
   for (Eigen::Index k = 0; k < 2; ++k) columns.col(k) = whitened(fit, inputs, columns.col(k));
@@ -68,7 +74,8 @@ double amplitudeOf(const WhitenedFit& fit, const InputSequence& inputs, double p
 std::optional<SlowTone> slowTone(const WhitenedFit& fit, const InputSequence& inputs) {
   const double bin = binOf(inputs);
   const double span = inputs.samples.back().step.time - inputs.first_time;
-  if (span / bin > kMaxBinsPerSample * static_cast<double>(inputs.samples.size())) return std::nullopt;
+  if (span / bin > kMaxBinsPerSample * static_cast<double>(inputs.samples.size()))
+    return std::nullopt;
   std::vector<double> values = binned(fit, inputs, bin);
   std::vector<std::complex<double>> transform;
   Eigen::FFT<double> fft;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "diagnosis/comparison.hpp"
 #include "baseline/baseline_predictor.hpp"
 #include "baseline/ridge.hpp"
+#include "diagnosis/comparison.hpp"
 #include "prediction/both_ways.hpp"
 #include "recording/clipped_current.hpp"
 #include "recording/fit_mask.hpp"
@@ -15,8 +15,9 @@ namespace {
 
 constexpr std::size_t kMinForRidge = 60;  // samples, as ridgeVoltage() asks for
 
-/// The whole recording as it is compared with: the training part as it was fitted, then what was held out, its current treated as
-/// training taught and not by what its own voltage says. Where the current is cut off it stays so.
+/// The whole recording as it is compared with: the training part as it was fitted, then what was
+/// held out, its current treated as training taught and not by what its own voltage says. Where the
+/// current is cut off it stays so.
 struct Opened {
   Series whole;
   std::vector<char> masked;
@@ -32,27 +33,36 @@ Opened open(const Series& series, const Prepared& prepared, std::vector<std::str
   const auto begin = limits.masked.begin() + static_cast<std::ptrdiff_t>(opened.holdout.first);
   if (std::all_of(begin, limits.masked.end(), [](char fault) { return fault != 0; })) {
     std::fill(begin, limits.masked.end(), 0);
-    notes.push_back("no sample of the part that was held out is a measurement beyond doubt; it is compared as it stands");
+    notes.push_back(
+        "no sample of the part that was held out is a measurement beyond doubt; it is compared as "
+        "it stands");
   }
   opened.masked = std::move(limits.masked);
   return opened;
 }
 
-FitWindow windowOf(const Series& series, IndexRange range) { return {series.time[range.first], series.time[range.last - 1], range.size()}; }
+FitWindow windowOf(const Series& series, IndexRange range) {
+  return {series.time[range.first], series.time[range.last - 1], range.size()};
+}
 
-ErrorMetrics metricsOf(const Opened& opened, IndexRange range, const std::vector<double>& voltage, const FittedModel& model) {
-  return errorMetrics(opened.whole, range, voltage, chargeCurrentError(model, opened.whole, range, opened.masked), opened.masked);
+ErrorMetrics metricsOf(const Opened& opened, IndexRange range, const std::vector<double>& voltage,
+                       const FittedModel& model) {
+  return errorMetrics(opened.whole, range, voltage,
+                      chargeCurrentError(model, opened.whole, range, opened.masked), opened.masked);
 }
 
 CompositionPoint pointOfFirst(const FittedModel& model) {
   CompositionPoint point{pointOf(model).parameters, Eigen::VectorXd()};
-  point.state = Eigen::Map<const Eigen::VectorXd>(model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
+  point.state = Eigen::Map<const Eigen::VectorXd>(
+      model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
   return point;
 }
 
 /// The whole recording from the training part's first state on [V].
-std::vector<double> voltageOf(const Opened& opened, const BatteryModel& model, const CompositionPoint& point) {
-  const Eigen::VectorXd voltage = simulatedVoltage(model, point, inputSequence(opened.whole, {0, opened.whole.size()}));
+std::vector<double> voltageOf(const Opened& opened, const BatteryModel& model,
+                              const CompositionPoint& point) {
+  const Eigen::VectorXd voltage =
+      simulatedVoltage(model, point, inputSequence(opened.whole, {0, opened.whole.size()}));
   return {voltage.data(), voltage.data() + voltage.size()};
 }
 std::vector<double> voltageOf(const Opened& opened, const FittedModel& model) {
@@ -66,7 +76,8 @@ void takeShares(const MixedScores& scores, ErrorMetrics& metrics) {
 }
 
 /// In the direction that is controlled.
-MixedScores sharesOf(FittedModel model, const ChargerControl& driving, const Series& series, IndexRange holdout) {
+MixedScores sharesOf(FittedModel model, const ChargerControl& driving, const Series& series,
+                     IndexRange holdout) {
   model.fit.source = driving.rule;
   model.fit.voltage_lag = driving.repair.lag;
   const FollowedPrediction predicted = predictMixed(model, series, holdout);
@@ -74,22 +85,28 @@ MixedScores sharesOf(FittedModel model, const ChargerControl& driving, const Ser
 }
 
 /// The hold-out by what needs no physics.
-void compareBaseline(Comparison& fit, const Series& series, const Prepared& prepared, const Opened& opened,
-                  const std::optional<ChargerControl>& driving) {
+void compareBaseline(Comparison& fit, const Series& series, const Prepared& prepared,
+                     const Opened& opened, const std::optional<ChargerControl>& driving) {
   const IndexRange train = prepared.parts.train, holdout = prepared.parts.holdout;
-  const std::vector<char> drives = driving ? driving->voltage_controlled : std::vector<char>(series.size(), 0);
+  const std::vector<char> drives =
+      driving ? driving->voltage_controlled : std::vector<char>(series.size(), 0);
   const BaselinePredictor baseline = fitBaseline(series, train, drives);
   if (baseline.voltage_from_current) {
-    fit.baseline_line =
-        errorMetrics(series, holdout, predictBaseline(baseline, series, {0, series.size()}, drives).voltage, std::nullopt, opened.masked);
+    fit.baseline_line = errorMetrics(
+        series, holdout, predictBaseline(baseline, series, {0, series.size()}, drives).voltage,
+        std::nullopt, opened.masked);
     if (driving)
-      takeShares(scoreBaseline(baseline, series, holdout, {drives.begin() + static_cast<std::ptrdiff_t>(holdout.first), drives.end()}).mixed,
-                 *fit.baseline_line);
+      takeShares(
+          scoreBaseline(baseline, series, holdout,
+                        {drives.begin() + static_cast<std::ptrdiff_t>(holdout.first), drives.end()})
+              .mixed,
+          *fit.baseline_line);
   }
   if (train.size() < kMinForRidge) return;
   std::vector<double> voltage = series.voltage;
   const RidgePrediction ridge = ridgeVoltage(opened.whole, train, holdout);
-  std::copy(ridge.voltage.begin(), ridge.voltage.end(), voltage.begin() + static_cast<std::ptrdiff_t>(holdout.first));
+  std::copy(ridge.voltage.begin(), ridge.voltage.end(),
+            voltage.begin() + static_cast<std::ptrdiff_t>(holdout.first));
   fit.baseline_ridge = errorMetrics(series, holdout, voltage, std::nullopt, opened.masked);
 }
 
@@ -100,8 +117,8 @@ void takeErrorsOfBase(const ErrorMetrics& base, ErrorMetrics& extended) {
   extended.voltage_share_percent = shares.voltage_share_percent;
 }
 
-/// What predicts the hold-out worse than the base model is reported and not given. Where a source drives, the model that is handed on
-/// answers in the other direction and stays.
+/// What predicts the hold-out worse than the base model is reported and not given. Where a source
+/// drives, the model that is handed on answers in the other direction and stays.
 void withhold(Compared& compared, const FittedModel& base, bool is_driven) {
   Comparison& fit = compared.fit;
   compared.withheld_rmse = fit.extended_holdout.rmse;
@@ -116,23 +133,30 @@ void withhold(Compared& compared, const FittedModel& base, bool is_driven) {
   }
 }
 
-/// Where a source drives, what was estimated of the voltage from the current; the model that is handed on answers in the other direction.
-std::vector<double> extendedVoltage(const Opened& opened, const Compared& compared, bool is_driven, const EstimatedDiscrepancy& discrepancy) {
+/// Where a source drives, what was estimated of the voltage from the current; the model that is
+/// handed on answers in the other direction.
+std::vector<double> extendedVoltage(const Opened& opened, const Compared& compared, bool is_driven,
+                                    const EstimatedDiscrepancy& discrepancy) {
   if (!is_driven) return voltageOf(opened, compared.extended);
-  return discrepancy.with_discrepancy ? voltageOf(opened, discrepancy.with_discrepancy->model, discrepancy.with_discrepancy->point) : compared.base_voltage;
+  return discrepancy.with_discrepancy ? voltageOf(opened, discrepancy.with_discrepancy->model,
+                                                  discrepancy.with_discrepancy->point)
+                                      : compared.base_voltage;
 }
 
-void compareErrors(Compared& compared, const Parts& parts, const Opened& opened, const FittedModel& base) {
+void compareErrors(Compared& compared, const Parts& parts, const Opened& opened,
+                   const FittedModel& base) {
   Comparison& fit = compared.fit;
   fit.base_train = metricsOf(opened, parts.train, compared.base_voltage, base);
   fit.base_holdout = metricsOf(opened, parts.holdout, compared.base_voltage, base);
   fit.extended_train = metricsOf(opened, parts.train, compared.extended_voltage, compared.extended);
-  fit.extended_holdout = metricsOf(opened, parts.holdout, compared.extended_voltage, compared.extended);
+  fit.extended_holdout =
+      metricsOf(opened, parts.holdout, compared.extended_voltage, compared.extended);
 }
 
 }  // namespace
 
-Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared, const Explained& explained, const EstimatedDiscrepancy& discrepancy,
+Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared,
+                          const Explained& explained, const EstimatedDiscrepancy& discrepancy,
                           const Named& named, const DiagnoseOptions& options) {
   const Series& series = recording.series;
   const Parts& parts = prepared.parts;
@@ -153,12 +177,16 @@ Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared, 
   compareBaseline(fit, series, prepared, opened, driving);
   pulse(options);
   if (driving) {
-    takeShares(sharesOf(named.base_both_ways.value_or(named.base), *driving, series, parts.holdout), fit.base_holdout);
+    takeShares(sharesOf(named.base_both_ways.value_or(named.base), *driving, series, parts.holdout),
+               fit.base_holdout);
     takeShares(sharesOf(compared.extended, *driving, series, parts.holdout), fit.extended_holdout);
   }
-  if (fit.base_holdout.rmse > 0.0) compared.holdout_gain_percent = 100.0 * (1.0 - fit.extended_holdout.rmse / fit.base_holdout.rmse);
+  if (fit.base_holdout.rmse > 0.0)
+    compared.holdout_gain_percent =
+        100.0 * (1.0 - fit.extended_holdout.rmse / fit.base_holdout.rmse);
   if (fit.extended_holdout.rmse > fit.base_holdout.rmse) withhold(compared, named.base, is_driven);
-  fit.regimes = compareRegimes(opened.whole, parts.holdout, compared.base_voltage, compared.extended_voltage, opened.masked);
+  fit.regimes = compareRegimes(opened.whole, parts.holdout, compared.base_voltage,
+                               compared.extended_voltage, opened.masked);
   return compared;
 }
 

@@ -12,16 +12,20 @@ namespace battery_sof {
 /// Base and extended model on the part that was held out, and what is handed on after it.
 struct Compared {
   Comparison fit;
-  ControlModeOverview source;                               ///< of the whole recording
-  FittedModel extended;                                ///< Named::extended; the base model where it is withheld
+  ControlModeOverview source;  ///< of the whole recording
+  /// Named::extended; the base model where it is withheld
+  FittedModel extended;
   std::vector<double> base_voltage, extended_voltage;  ///< [V], one a sample of the recording
-  std::optional<double> holdout_gain_percent;          ///< by which the extended model's error falls; none where the base model makes none
-  std::optional<double> withheld_rmse;                 ///< [V], see Diagnosis::withheld_rmse
-  std::vector<std::string> notes;                      ///< on the part that was held out, a sentence each
+  /// by which the extended model's error falls; none where the base model makes none
+  std::optional<double> holdout_gain_percent;
+  std::optional<double> withheld_rmse;  ///< [V], see Diagnosis::withheld_rmse
+  /// on the part that was held out, a sentence each
+  std::vector<std::string> notes;
 };
 
 /// Opens the part that was held out.
-Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared, const Explained& explained, const EstimatedDiscrepancy& discrepancy,
+Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared,
+                          const Explained& explained, const EstimatedDiscrepancy& discrepancy,
                           const Named& named, const DiagnoseOptions& options);
 
 }  // namespace battery_sof

@@ -9,13 +9,18 @@ namespace battery_sof {
 /// What currents and their memory say of the voltage beside the model, by blocks that are left out.
 struct EstimatedDiscrepancy {
   UnexplainedPart unexplained;
-  std::optional<DiscrepancyFinding> finding;  ///< none where it is neither used nor needed
+  std::optional<DiscrepancyFinding> finding;    ///< none where it is neither used nor needed
   std::optional<WhitenedFit> with_discrepancy;  ///< where it is used: the model with it
   bool isUsed() const { return finding && finding->is_used; }
-  /// Whether it takes enough of the error on left-out blocks to be reported; a little less error is worth a place in the model alone.
-  bool holds() const { return isUsed() && finding->left_out.discrepancy < (1.0 - kCatalogueTolerance) * finding->left_out.base; }
+  /// Whether it takes enough of the error on left-out blocks to be reported; a little less error is
+  /// worth a place in the model alone.
+  bool holds() const {
+    return isUsed() &&
+           finding->left_out.discrepancy < (1.0 - kCatalogueTolerance) * finding->left_out.base;
+  }
 };
 
-EstimatedDiscrepancy estimateDiscrepancy(const Prepared& prepared, const Explained& explained, const FinalFit& last, const DiagnoseOptions& options);
+EstimatedDiscrepancy estimateDiscrepancy(const Prepared& prepared, const Explained& explained,
+                                         const FinalFit& last, const DiagnoseOptions& options);
 
 }  // namespace battery_sof

@@ -10,7 +10,8 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kShortSteps = 6000.0;                           // [s] of a slow recording beyond which short steps would take minutes
+// [s] of a slow recording beyond which short steps would take minutes
+constexpr double kShortSteps = 6000.0;
 constexpr double kLowestVoltage = 10.5, kHighestVoltage = 15.5;  // [V] a block of lead-acid cells
 constexpr double kNominalVoltage = 12.8;                         // [V]
 
@@ -24,16 +25,21 @@ bool isLeadAcid(const Series& series) {
 }
 
 /// Ids to weigh. @param notes grows by what is left out.
-std::vector<std::string> idsToWeigh(const Screening& screened, const std::vector<std::string>& wanted, bool is_driven, bool is_lead_acid,
-                                    std::vector<std::string>& notes) {
+std::vector<std::string> idsToWeigh(const Screening& screened,
+                                    const std::vector<std::string>& wanted, bool is_driven,
+                                    bool is_lead_acid, std::vector<std::string>& notes) {
   if (wanted.empty() && !is_lead_acid) {
-    notes.push_back("the voltage is not that of lead-acid blocks: what is missing is estimated and gets no lead-acid name");
+    notes.push_back(
+        "the voltage is not that of lead-acid blocks: what is missing is estimated and gets no "
+        "lead-acid name");
     return {};
   }
   std::vector<std::string> ids = hypothesesOf(wanted, is_driven);
   const double span = screened.series.time.back() - screened.series.time.front();
   if (!wanted.empty() || !screened.slow || span <= kShortSteps) return ids;
-  const auto left = std::stable_partition(ids.begin(), ids.end(), [](const std::string& id) { return !effectInfo(id).takes_short_steps; });
+  const auto left = std::stable_partition(ids.begin(), ids.end(), [](const std::string& id) {
+    return !effectInfo(id).takes_short_steps;
+  });
   const std::vector<std::string> left_out(left, ids.end());
   ids.erase(left, ids.end());
   notes.push_back("long and slowly sampled: " + join(left_out) +
@@ -48,12 +54,16 @@ struct Rows {
     Series sound = prepared.screened.series;
     if (driving) {
       sound = repaired(sound, driving->repair);
-      for (std::size_t n = 0; n < masked.size(); ++n) masked[n] = masked[n] || driving->repair.dropped[n];
+      for (std::size_t n = 0; n < masked.size(); ++n)
+        masked[n] = masked[n] || driving->repair.dropped[n];
     }
-    inputs = inputSequence(sound, prepared.parts.train, masked, driving ? driving->voltage_controlled : std::vector<char>());
+    inputs = inputSequence(sound, prepared.parts.train, masked,
+                           driving ? driving->voltage_controlled : std::vector<char>());
     const CompositionPoint& base = prepared.base.point;
     const BatteryModel circuit;
-    table = designMatrix(inputs, linearizationOf(circuit, beginningOf(base, inputs), inputs, inputs.samples.size()), base.parameters[kRowBeta]);
+    table = designMatrix(
+        inputs, linearizationOf(circuit, beginningOf(base, inputs), inputs, inputs.samples.size()),
+        base.parameters[kRowBeta]);
   }
   double minError(const CompositionPoint& base, const ExplanationRules& rules) const {
     return battery_sof::minError(inputs, inputs.samples.size(), table, base, rules);
@@ -65,9 +75,10 @@ struct Rows {
 
 }  // namespace
 
-/// A source is taken to control the voltage where the rows are missed by a tenth less so, once all that can be estimated is taken out: a rest
-/// or a step that one channel shows late can look like a source, and a voltage that is controlled although it is not brings its noise into
-/// the battery's state.
+/// A source is taken to control the voltage where the rows are missed by a tenth less so, once all
+/// that can be estimated is taken out: a rest or a step that one channel shows late can look like a
+/// source, and a voltage that is controlled although it is not brings its noise into the battery's
+/// state.
 Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options) {
   Explained explained;
   explained.driving = chargerControl(prepared.screened.series);
@@ -80,18 +91,22 @@ Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options
   Rows rows(prepared, std::nullopt);
   if (explained.driving) {
     Rows controlled(prepared, explained.driving);
-    if (controlled.minError(base, rules) < (1.0 - kCatalogueTolerance) * rows.minError(base, rules)) {
+    if (controlled.minError(base, rules) <
+        (1.0 - kCatalogueTolerance) * rows.minError(base, rules)) {
       rows = std::move(controlled);
     } else {
       explained.driving.reset();
-      explained.notes.push_back("a source is seen, but to take it as holding the voltage leaves no less of the error: the current drives");
+      explained.notes.push_back(
+          "a source is seen, but to take it as holding the voltage leaves no less of the error: "
+          "the current drives");
     }
   }
   const std::vector<std::string> ids =
-      idsToWeigh(prepared.screened, options.hypotheses, explained.driving.has_value(), explained.is_lead_acid, explained.notes);
+      idsToWeigh(prepared.screened, options.hypotheses, explained.driving.has_value(),
+                 explained.is_lead_acid, explained.notes);
   const std::size_t training = rows.inputs.samples.size();
-  explained.explanation =
-      explain(std::move(rows.inputs), training, std::move(rows.table), base, ids, options.given, rules, options.progress);
+  explained.explanation = explain(std::move(rows.inputs), training, std::move(rows.table), base,
+                                  ids, options.given, rules, options.progress);
   return explained;
 }
 

@@ -10,9 +10,11 @@
 
 namespace battery_sof {
 
-/// Mechanisms and effects that represent the base circuit's errors, in the direction that is controlled.
+/// Mechanisms and effects that represent the base circuit's errors, in the direction that is
+/// controlled.
 struct Explained {
-  std::optional<ChargerControl> driving;  ///< a source that drives the battery; then the voltage is controlled where it does
+  /// a source that drives the battery; then the voltage is controlled where it does
+  std::optional<ChargerControl> driving;
   Explanation explanation;
   bool is_lead_acid = true;        ///< the voltage is that of blocks of six lead-acid cells
   std::vector<std::string> notes;  ///< on what was not weighed, a sentence each

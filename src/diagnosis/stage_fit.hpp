@@ -4,12 +4,16 @@
 
 namespace battery_sof {
 
-/// The effects that explain, fitted under a noise model: for intervals and for the model that is handed on.
+/// The effects that explain, fitted under a noise model: for intervals and for the model that is
+/// handed on.
 struct FinalFit {
-  InputSequence quiet;            ///< Prepared::quiet, its samples weighed by the noise at edges (TimingJitterNoise)
+  /// Prepared::quiet, its samples weighed by the noise at edges (TimingJitterNoise)
+  InputSequence quiet;
   bool at_edges = false;  ///< an effect shows at edges: fitted to Prepared::inputs
   WhitenedFit fit;        ///< the base circuit's where there is no effect
-  const InputSequence& inputs(const Prepared& prepared) const { return at_edges ? prepared.inputs : quiet; }
+  const InputSequence& inputs(const Prepared& prepared) const {
+    return at_edges ? prepared.inputs : quiet;
+  }
 };
 
 FinalFit fitExplained(const Prepared& prepared, const Explained& explained);

@@ -4,45 +4,55 @@
 #include <cmath>
 #include <utility>
 
+#include "confirmation.hpp"
 #include "diagnosis/slow_tone.hpp"
 #include "diagnosis/verdict.hpp"
 #include "util/text.hpp"
-#include "confirmation.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kToldRight = 0.7;  // [1], of the mechanisms reported of batteries of unknown law: docs/diagnosis.md
+// [1], of the mechanisms reported of batteries of unknown law: docs/diagnosis.md
+constexpr double kToldRight = 0.7;
 
-/// RMS of what a fit leaves of its samples beside white noise and rounding [V]; samples weigh by their count, which edges of a slow
-/// sampling make less.
+/// RMS of what a fit leaves of its samples beside white noise and rounding [V]; samples weigh by
+/// their count, which edges of a slow sampling make less.
 double leftOf(const WhitenedFit& fit, const InputSequence& inputs, double voltage_lsb_std) {
   double square = 0.0, counted = 0.0;
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
     const double count = inputs.samples[n].count;
     if (!(count > 0.0)) continue;
-    square +=
-        count * (std::pow(fit.residual[static_cast<Eigen::Index>(n)], 2) - std::pow(voltage_lsb_std, 2)) - std::pow(fit.noise.white_std, 2);
+    square += count * (std::pow(fit.residual[static_cast<Eigen::Index>(n)], 2) -
+                       std::pow(voltage_lsb_std, 2)) -
+              std::pow(fit.noise.white_std, 2);
     counted += count;
   }
   return counted > 0.0 && square > 0.0 ? std::sqrt(square / counted) : 0.0;
 }
 
-Unexplained restOf(const Prepared& prepared, const FinalFit& last, const EstimatedDiscrepancy& discrepancy) {
+Unexplained restOf(const Prepared& prepared, const FinalFit& last,
+                   const EstimatedDiscrepancy& discrepancy) {
   Unexplained rest;
   const std::optional<SlowTone> tone = slowTone(last.fit, last.inputs(prepared));
-  rest.is_tone = tone && tone->amplitude >= std::sqrt(2.0) * discrepancy.unexplained.limits.rmse;  // RMS of a tone
+  // RMS of a tone
+  rest.is_tone = tone && tone->amplitude >= std::sqrt(2.0) * discrepancy.unexplained.limits.rmse;
   rest.has_discrepancy = discrepancy.holds();
-  // Blocks that are left out are missed by more than what is missing where a short recording hardly determines the parameters.
+  // Blocks that are left out are missed by more than what is missing where a short recording hardly
+  // determines the parameters.
   if (discrepancy.finding)
-    rest.rmse = std::min(discrepancy.finding->left_out.base, leftOf(last.fit, last.inputs(prepared), prepared.screened.limits.voltage_lsb_std));
+    rest.rmse =
+        std::min(discrepancy.finding->left_out.base,
+                 leftOf(last.fit, last.inputs(prepared), prepared.screened.limits.voltage_lsb_std));
   return rest;
 }
 
-/// What is reported an explanation: effects by their evidence; a mechanism that its columns alone represent where what they estimated holds on
-/// blocks that were left out. Ageing is reported by its evidence: how far it had come in a block the others do not say.
+/// What is reported an explanation: effects by their evidence; a mechanism that its columns alone
+/// represent where what they estimated holds on blocks that were left out. Ageing is reported by
+/// its evidence: how far it had come in a block the others do not say.
 Explanation confirmed(Explanation explanation, const EstimatedDiscrepancy& discrepancy) {
-  const auto is_untold = [&](const SelectedTerm& one) { return one.member.empty() && !discrepancy.holds() && one.mechanism != Mechanism::kAgeing; };
+  const auto is_untold = [&](const SelectedTerm& one) {
+    return one.member.empty() && !discrepancy.holds() && one.mechanism != Mechanism::kAgeing;
+  };
   std::vector<SelectedTerm>& all = explanation.terms;
   all.erase(std::remove_if(all.begin(), all.end(), is_untold), all.end());
   return explanation;
@@ -50,16 +60,19 @@ Explanation confirmed(Explanation explanation, const EstimatedDiscrepancy& discr
 
 std::string rejection(const Candidate& candidate, const std::vector<SelectedTerm>& terms) {
   for (const SelectedTerm& one : terms)
-    if (contains(one.indistinguishable, candidate.id)) return "does as well as " + one.member + ", which stands in the model";
+    if (contains(one.indistinguishable, candidate.id))
+      return "does as well as " + one.member + ", which stands in the model";
   if (candidate.evidence < ExplanationRules().min_gain) return "the recording hardly speaks for it";
-  return terms.empty() ? "what it adds is too small to matter" : "what was taken instead explains more of the error";
+  return terms.empty() ? "what it adds is too small to matter"
+                       : "what was taken instead explains more of the error";
 }
 
 /// Every effect that was fitted once, at its best gain.
 std::vector<Candidate> weighedOnce(const std::vector<WeighedMember>& weighed) {
   std::vector<Candidate> candidates;
   for (const WeighedMember& one : weighed) {
-    const auto known = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.id == one.id; });
+    const auto known = std::find_if(candidates.begin(), candidates.end(),
+                                    [&](const Candidate& c) { return c.id == one.id; });
     if (known == candidates.end())
       candidates.push_back({one.id, one.gain, 0.0, "", mechanismId(mechanismOf(one.id))});
     else
@@ -69,11 +82,13 @@ std::vector<Candidate> weighedOnce(const std::vector<WeighedMember>& weighed) {
 }
 
 /// The same, with why it was not taken.
-std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed, const std::vector<SelectedTerm>& terms) {
+std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed,
+                                    const std::vector<SelectedTerm>& terms) {
   std::vector<Candidate> candidates = weighedOnce(weighed);
   for (Candidate& candidate : candidates) {
-    const auto accepted =
-        std::find_if(terms.begin(), terms.end(), [&](const SelectedTerm& one) { return one.member == candidate.id; });
+    const auto accepted = std::find_if(terms.begin(), terms.end(), [&](const SelectedTerm& one) {
+      return one.member == candidate.id;
+    });
     if (accepted == terms.end()) {
       candidate.rejected_because = rejection(candidate, terms);
       continue;
@@ -81,20 +96,25 @@ std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed, c
     candidate.evidence = accepted->gain;
     candidate.confidence = accepted->probability;
   }
-  std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-    return std::make_pair(a.rejected_because.empty(), a.evidence) > std::make_pair(b.rejected_because.empty(), b.evidence);
-  });
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) {
+                     return std::make_pair(a.rejected_because.empty(), a.evidence) >
+                            std::make_pair(b.rejected_because.empty(), b.evidence);
+                   });
   return candidates;
 }
 
-std::vector<DetectionLimit> detectionLimitsOf(const std::vector<LinearDetectionLimit>& all, const UnexplainedPart& left, const Confirmation& confirmation,
-                                     const DiagnoseOptions& options) {
+std::vector<DetectionLimit> detectionLimitsOf(const std::vector<LinearDetectionLimit>& all,
+                                              const UnexplainedPart& left,
+                                              const Confirmation& confirmation,
+                                              const DiagnoseOptions& options) {
   std::vector<DetectionLimit> detection_limits;
   for (const LinearDetectionLimit& least : all) {
     if (least.parameter.empty()) continue;
     DetectionLimit one{least.id, least.parameter, least.unit, std::nullopt, least.typical, false};
     if (left.isNoise()) one.strength = least.strength;
-    if (contains(options.confirm, one.id)) one.strength = confirmedStrength(confirmation, one, options);
+    if (contains(options.confirm, one.id))
+      one.strength = confirmedStrength(confirmation, one, options);
     one.visible = one.strength && std::abs(*one.strength) <= std::abs(one.typical);
     detection_limits.push_back(one);
   }
@@ -103,28 +123,35 @@ std::vector<DetectionLimit> detectionLimitsOf(const std::vector<LinearDetectionL
 
 }  // namespace
 
-Judged judgeFindings(const Recording& recording, const Prepared& prepared, const Explained& explained, const FinalFit& last,
+Judged judgeFindings(const Recording& recording, const Prepared& prepared,
+                     const Explained& explained, const FinalFit& last,
                      const EstimatedDiscrepancy& discrepancy, const DiagnoseOptions& options) {
   const Unexplained rest = restOf(prepared, last, discrepancy);
   const Explanation explanation = confirmed(explained.explanation, discrepancy);
   Judged judged;
-  judged.verdict = judge(explanation, {prepared.screened.faults, prepared.screened.sentences}, rest);
+  judged.verdict =
+      judge(explanation, {prepared.screened.faults, prepared.screened.sentences}, rest);
   judged.terms = explanation.terms;
-  // The evidence weighs mechanisms against each other and does not know that a battery's law may be none of them.
+  // The evidence weighs mechanisms against each other and does not know that a battery's law may be
+  // none of them.
   for (SelectedTerm& one : judged.terms) one.probability *= kToldRight;
   if (!judged.terms.empty()) {
     judged.mechanism = judged.terms.front().mechanism;
     judged.probability = judged.terms.front().probability;
-  } else if (judged.verdict == Verdict::kUnexplained && rest.has_discrepancy && !discrepancy.finding->mechanisms.empty()) {
+  } else if (judged.verdict == Verdict::kUnexplained && rest.has_discrepancy &&
+             !discrepancy.finding->mechanisms.empty()) {
     judged.mechanism = discrepancy.finding->mechanisms.front().mechanism;
   }
   if (judged.mechanism && !explained.is_lead_acid && isOfLeadAcid(*judged.mechanism)) {
     judged.mechanism.reset();
     judged.probability = 0.0;
   }
-  if (judged.verdict == Verdict::kUnexplained && judged.mechanism) judged.verdict = Verdict::kMechanism;
+  if (judged.verdict == Verdict::kUnexplained && judged.mechanism)
+    judged.verdict = Verdict::kMechanism;
   judged.candidates = candidatesOf(explanation.weighed, judged.terms);
-  if (options.lists_detection_limits) judged.detection_limits = detectionLimitsOf(explanation.least, discrepancy.unexplained, {recording, prepared, last.fit}, options);
+  if (options.lists_detection_limits)
+    judged.detection_limits = detectionLimitsOf(explanation.least, discrepancy.unexplained,
+                                                {recording, prepared, last.fit}, options);
   return judged;
 }
 

@@ -17,7 +17,8 @@ struct Judged {
   std::vector<DetectionLimit> detection_limits;
 };
 
-Judged judgeFindings(const Recording& recording, const Prepared& prepared, const Explained& explained, const FinalFit& last,
+Judged judgeFindings(const Recording& recording, const Prepared& prepared,
+                     const Explained& explained, const FinalFit& last,
                      const EstimatedDiscrepancy& discrepancy, const DiagnoseOptions& options);
 
 }  // namespace battery_sof

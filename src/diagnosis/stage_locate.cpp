@@ -1,7 +1,7 @@
 #include "stage_locate.hpp"
 
-#include "diagnosis/parameter_bias.hpp"
 #include "diagnosis/locate.hpp"
+#include "diagnosis/parameter_bias.hpp"
 
 namespace battery_sof {
 

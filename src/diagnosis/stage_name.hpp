@@ -9,12 +9,14 @@ namespace battery_sof {
 
 /// The models that are handed on, and the effects that stand in the extended one.
 struct Named {
-  FittedModel base, extended;                 ///< extended equals base when nothing was added
-  std::optional<FittedModel> base_both_ways;  ///< the base model in the direction that is controlled, where a source drives
+  FittedModel base, extended;  ///< extended equals base when nothing was added
+  /// the base model in the direction that is controlled, where a source drives
+  std::optional<FittedModel> base_both_ways;
   std::vector<NamedEffect> effects;
 };
 
-Named nameEffects(const Recording& recording, const Prepared& prepared, const Explained& explained, const FinalFit& last,
-                  const EstimatedDiscrepancy& discrepancy, const Judged& judged);
+Named nameEffects(const Recording& recording, const Prepared& prepared, const Explained& explained,
+                  const FinalFit& last, const EstimatedDiscrepancy& discrepancy,
+                  const Judged& judged);
 
 }  // namespace battery_sof

@@ -11,24 +11,30 @@
 namespace battery_sof {
 namespace {
 
-constexpr std::size_t kCompressFrom = 4000;             // samples
-constexpr double kSlowLength = 10.0;                    // sampling intervals that may be averaged where the current is held
-constexpr double kEdge = 5.0;                           // [A]
-constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;  // [s], docs/physics.md#noise-of-a-residual; a channel may be late
-constexpr double kCoarse = 3.0;                         // rounding to more than this many deviations of the noise
-constexpr double kMinNoise = 1e-5;                    // [V]
-constexpr double kRoughNoise = 0.001;                   // [V]
+constexpr std::size_t kCompressFrom = 4000;  // samples
+// sampling intervals that may be averaged where the current is held
+constexpr double kSlowLength = 10.0;
+constexpr double kEdge = 5.0;  // [A]
+// [s], docs/physics.md#noise-of-a-residual; a channel may be late
+constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;
+// rounding to more than this many deviations of the noise
+constexpr double kCoarse = 3.0;
+constexpr double kMinNoise = 1e-5;     // [V]
+constexpr double kRoughNoise = 0.001;  // [V]
 constexpr int kMoreStarts = 6;
 
 void takeDrives(Prepared& prepared) {
   const Screening& screened = prepared.screened;
   const IndexRange train = prepared.parts.train;
   Compression compression;
-  compression.max_length = std::max(compression.max_length, kSlowLength * medianInterval(screened.series));
+  compression.max_length =
+      std::max(compression.max_length, kSlowLength * medianInterval(screened.series));
   InputSequence& inputs = prepared.inputs;
-  inputs = train.size() > kCompressFrom ? compressedInputs(screened.series, train, compression, screened.limits.masked)
-                                       : inputSequence(screened.series, train, screened.limits.masked);
-  if (!screened.slow) inputs = withoutEdges(inputs, std::numeric_limits<double>::infinity(), 0.0, kAfterEdge);
+  inputs = train.size() > kCompressFrom
+               ? compressedInputs(screened.series, train, compression, screened.limits.masked)
+               : inputSequence(screened.series, train, screened.limits.masked);
+  if (!screened.slow)
+    inputs = withoutEdges(inputs, std::numeric_limits<double>::infinity(), 0.0, kAfterEdge);
   prepared.quiet = screened.slow ? inputs : withoutEdges(inputs, kEdge, kBeforeEdge, kAfterEdge);
 }
 
@@ -36,44 +42,55 @@ void fitBase(Prepared& prepared) {
   const double lsb = prepared.screened.limits.voltage_lsb_std;
   prepared.search.min_white = std::max(kMinNoise, lsb);
   const BatteryModel model;
-  prepared.base = fitWhitened(model, prepared.quiet, {typicalStart(model, prepared.quiet)}, std::nullopt, prepared.search);
+  prepared.base = fitWhitened(model, prepared.quiet, {typicalStart(model, prepared.quiet)},
+                              std::nullopt, prepared.search);
   std::vector<std::string>& faults = prepared.screened.faults;
-  if (lsb > kCoarse * kRoughNoise && lsb > 0.5 * prepared.base.noise.white_std && !contains(faults, "quantisation"))
+  if (lsb > kCoarse * kRoughNoise && lsb > 0.5 * prepared.base.noise.white_std &&
+      !contains(faults, "quantisation"))
     faults.push_back("quantisation");
 }
 
 InputSequence partOf(const InputSequence& inputs, std::size_t begin, std::size_t end) {
   InputSequence part = inputs;
-  part.samples.assign(inputs.samples.begin() + static_cast<std::ptrdiff_t>(begin), inputs.samples.begin() + static_cast<std::ptrdiff_t>(end));
+  part.samples.assign(inputs.samples.begin() + static_cast<std::ptrdiff_t>(begin),
+                      inputs.samples.begin() + static_cast<std::ptrdiff_t>(end));
   part.samples.front().step.duration = 0.0;
   part.first_time = part.samples.front().step.time;
   return part;
 }
 
-/// Exchange test on the halves of the training part: a half that fits better with the other's parameters than with its own
-/// reports that a search stopped early, not of physics. The base model is then searched from more starts.
+/// Exchange test on the halves of the training part: a half that fits better with the other's
+/// parameters than with its own reports that a search stopped early, not of physics. The base model
+/// is then searched from more starts.
 void exchangeHalves(Prepared& prepared) {
   const InputSequence& quiet = prepared.quiet;
   WhitenedFit& base = prepared.base;
   const std::size_t middle = quiet.samples.size() / 2;
-  const InputSequence first = partOf(quiet, 0, middle), second = partOf(quiet, middle, quiet.samples.size());
+  const InputSequence first = partOf(quiet, 0, middle),
+                      second = partOf(quiet, middle, quiet.samples.size());
   const BatteryModel model;
   WhitenedSearch once = prepared.search;
   once.rounds = 1;
-  const auto fitOf = [&](const InputSequence& part) { return fitWhitened(model, part, {base.point, typicalStart(model, part)}, base.noise, once); };
+  const auto fitOf = [&](const InputSequence& part) {
+    return fitWhitened(model, part, {base.point, typicalStart(model, part)}, base.noise, once);
+  };
   const WhitenedFit one = fitOf(first), other = fitOf(second);
   if (!optimiserFailed(exchangeOf({&first, &second}, {&one, &other}))) return;
-  prepared.notes.push_back("the base model's search stopped early in a half of the recording and was begun again from more starts");
+  prepared.notes.push_back(
+      "the base model's search stopped early in a half of the recording and was begun again from "
+      "more starts");
   WhitenedSearch wider = prepared.search;
   wider.more_starts = kMoreStarts;
-  const WhitenedFit again = fitWhitened(model, quiet, {base.point, one.point, other.point}, base.noise, wider);
+  const WhitenedFit again =
+      fitWhitened(model, quiet, {base.point, one.point, other.point}, base.noise, wider);
   if (again.deviance < base.deviance) base = again;
 }
 
 }  // namespace
 
 Parts partsOf(const Series& series, double holdout_share) {
-  const auto held = static_cast<std::size_t>(std::ceil(holdout_share * static_cast<double>(series.size())));
+  const auto held =
+      static_cast<std::size_t>(std::ceil(holdout_share * static_cast<double>(series.size())));
   const std::size_t trained = series.size() - std::min(series.size(), held);
   return {{0, trained}, {trained, series.size()}};
 }

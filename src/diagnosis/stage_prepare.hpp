@@ -10,7 +10,8 @@
 
 namespace battery_sof {
 
-// A diagnosis is made in stages, each a function from values to values in a file stage_*.cpp; diagnose() calls them in order.
+// A diagnosis is made in stages, each a function from values to values in a file stage_*.cpp;
+// diagnose() calls them in order.
 
 /// A recording in two: what is estimated from, and what is compared with at the end.
 struct Parts {
@@ -23,8 +24,9 @@ Parts partsOf(const Series& series, double holdout_share);
 struct Prepared {
   Parts parts;
   Screening screened;
-  InputSequence inputs;                     ///< of the training part; long ones compressed
-  InputSequence quiet;                     ///< of it, without the surroundings of edges; the same where sampling is slow
+  InputSequence inputs;  ///< of the training part; long ones compressed
+  /// of it, without the surroundings of edges; the same where sampling is slow
+  InputSequence quiet;
   WhitenedSearch search;           ///< how compositions are fitted to them
   WhitenedFit base;                ///< the base circuit, to quiet
   std::vector<std::string> notes;  ///< on the instruments, a sentence each

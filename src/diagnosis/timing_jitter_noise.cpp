@@ -7,16 +7,21 @@
 namespace battery_sof {
 namespace {
 
-// A step of 100 A: from a third of the noise (q), a thousandth of it in a second (h), on to hundreds of times it.
+// A step of 100 A: from a third of the noise (q), a thousandth of it in a second (h), on to
+// hundreds of times it.
 constexpr double kLeast = 1e-5, kMost = 10.0;
 constexpr int kGrid = 7;  // values a parameter, one a decade
 
 double stepInto(const InputSequence& inputs, std::size_t n) {
   const auto& samples = inputs.samples;
-  return n > 0 && n < samples.size() && !samples[n].step.gap ? samples[n].step.current - samples[n - 1].step.current : 0.0;
+  return n > 0 && n < samples.size() && !samples[n].step.gap
+             ? samples[n].step.current - samples[n - 1].step.current
+             : 0.0;
 }
 
-double squaredChange(const InputSequence& inputs, std::size_t n) { return std::pow(stepInto(inputs, n), 2) + std::pow(stepInto(inputs, n + 1), 2); }
+double squaredChange(const InputSequence& inputs, std::size_t n) {
+  return std::pow(stepInto(inputs, n), 2) + std::pow(stepInto(inputs, n + 1), 2);
+}
 
 /// Values around one, `factor` apart, and none.
 std::vector<double> around(double centre, double factor, int count) {
@@ -27,7 +32,8 @@ std::vector<double> around(double centre, double factor, int count) {
 
 }  // namespace
 
-TimingJitterNoise::TimingJitterNoise(const InputSequence& inputs, const Linearization& response, const std::vector<Eigen::Index>& counted) {
+TimingJitterNoise::TimingJitterNoise(const InputSequence& inputs, const Linearization& response,
+                                     const std::vector<Eigen::Index>& counted) {
   if (counted.empty() || response.first[1] - response.first[0] > 1) return;
   change_.resize(static_cast<Eigen::Index>(counted.size()));
   Step step;
@@ -37,11 +43,13 @@ TimingJitterNoise::TimingJitterNoise(const InputSequence& inputs, const Lineariz
       const std::size_t sample = response.first[static_cast<std::size_t>(row)];
       const double kept = response.persistence[row] * (1.0 - response.yielding[row]);
       step.retained *= kept;
-      step.brought = kept * kept * step.brought + std::pow(stepInto(inputs, sample) * inputs.samples[sample].step.duration, 2);
+      step.brought = kept * kept * step.brought +
+                     std::pow(stepInto(inputs, sample) * inputs.samples[sample].step.duration, 2);
     }
     steps_.push_back(step);
     step = {};
-    change_[static_cast<Eigen::Index>(n)] = squaredChange(inputs, response.first[static_cast<std::size_t>(counted[n])]);
+    change_[static_cast<Eigen::Index>(n)] =
+        squaredChange(inputs, response.first[static_cast<std::size_t>(counted[n])]);
   }
 }
 
@@ -78,20 +86,23 @@ Eigen::VectorXd TimingJitterNoise::whitened(const Eigen::VectorXd& column) const
 
 double TimingJitterNoise::logScale() const { return isWhite() ? 0.0 : scale_.array().log().sum(); }
 
-TimingJitterNoise TimingJitterNoise::best(const std::function<double(const TimingJitterNoise&)>& evidence) const {
+TimingJitterNoise TimingJitterNoise::best(
+    const std::function<double(const TimingJitterNoise&)>& evidence) const {
   TimingJitterNoise found = with(0.0, 0.0);
   if (!applies()) return found;
   double most = evidence(found);
   const auto improve = [&](const std::vector<double>& candidates, bool of_charge) {
     for (const double candidate : candidates) {
-      TimingJitterNoise other = of_charge ? with(found.jitter_, candidate) : with(candidate, found.charge_);
+      TimingJitterNoise other =
+          of_charge ? with(found.jitter_, candidate) : with(candidate, found.charge_);
       const double at = evidence(other);
       if (!(at > most)) continue;
       most = at;
       found = std::move(other);
     }
   };
-  const double step = std::pow(kMost / kLeast, 1.0 / (kGrid - 1)), middle = std::sqrt(kMost * kLeast);
+  const double step = std::pow(kMost / kLeast, 1.0 / (kGrid - 1)),
+               middle = std::sqrt(kMost * kLeast);
   for (const double apart : {step, std::sqrt(step)}) {
     improve(apart < step ? around(found.charge_, apart, 3) : around(middle, apart, kGrid), true);
     improve(apart < step ? around(found.jitter_, apart, 3) : around(middle, apart, kGrid), false);
@@ -102,7 +113,8 @@ TimingJitterNoise TimingJitterNoise::best(const std::function<double(const Timin
 InputSequence TimingJitterNoise::weighed(InputSequence inputs, double jitter) {
   const InputSequence measured = inputs;
   for (std::size_t n = 0; n < inputs.samples.size(); ++n)
-    if (!inputs.samples[n].step.averaged) inputs.samples[n].count /= 1.0 + jitter * squaredChange(measured, n);
+    if (!inputs.samples[n].step.averaged)
+      inputs.samples[n].count /= 1.0 + jitter * squaredChange(measured, n);
   return inputs;
 }
 

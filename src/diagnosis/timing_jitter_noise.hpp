@@ -4,21 +4,23 @@
 #include <functional>
 #include <vector>
 
-#include "regression/discrepancy_fit.hpp"
 #include "model/input_sequence.hpp"
+#include "regression/discrepancy_fit.hpp"
 
 namespace battery_sof {
 
 /**
- * @brief What a slow sampling does not know of a changing current, as noise of rows that are single samples.
+ * @brief What a slow sampling does not know of a changing current, as noise of rows that are single
+ * samples.
  *
  *     e_k = w_k + x_k,   w_k ~ N(0, s^2 (1 + q d_k^2)),   x_k = a_k x_k-1 + s h b_k n_k,   n_k ~ N(0, 1)
  *     d_k^2 = (i_k - i_k-1)^2 + (i_k+1 - i_k)^2,   b_k = |i_k - i_k-1| (t_k - t_k-1)
  *
- * A current that steps between two samples steps at an instant that nobody saw. Two channels that are not looked at in the same
- * instant see it on different sides: w. The charge that it brought is not known: x, on the double layer, forgotten as that forgets (a,
- * Linearization::persistence). q [1/A^2] and h [1/(A s)] are found from the recording itself. Rows of several samples are fast enough
- * to see the step: there both are 0.
+ * A current that steps between two samples steps at an instant that nobody saw. Two channels that
+ * are not looked at in the same instant see it on different sides: w. The charge that it brought is
+ * not known: x, on the double layer, forgotten as that forgets (a, Linearization::persistence). q
+ * [1/A^2] and h [1/(A s)] are found from the recording itself. Rows of several samples are fast
+ * enough to see the step: there both are 0.
  */
 class TimingJitterNoise {
  public:
@@ -26,7 +28,8 @@ class TimingJitterNoise {
   TimingJitterNoise() = default;
 
   /// @param counted rows of the response that are compared, in order.
-  TimingJitterNoise(const InputSequence& inputs, const Linearization& response, const std::vector<Eigen::Index>& counted);
+  TimingJitterNoise(const InputSequence& inputs, const Linearization& response,
+                    const std::vector<Eigen::Index>& counted);
 
   /// @return whether rows are single samples.
   bool applies() const { return change_.size() > 0; }
@@ -34,7 +37,8 @@ class TimingJitterNoise {
   /// @return the same rows with q and h.
   TimingJitterNoise with(double jitter, double charge) const;
 
-  /// @return the same rows with q and h of greatest evidence, found one after the other. @param evidence [nats] of a noise.
+  /// @return the same rows with q and h of greatest evidence, found one after the other. @param
+  /// evidence [nats] of a noise.
   TimingJitterNoise best(const std::function<double(const TimingJitterNoise&)>& evidence) const;
 
   /// @return whether rows are left as they are.
@@ -49,7 +53,8 @@ class TimingJitterNoise {
   double jitter() const { return jitter_; }  ///< q [1/A^2]
   double charge() const { return charge_; }  ///< h [1/(A s)]
 
-  /// @return a drive of single samples that count as much less as w is wider. Averaged ones stay as they are.
+  /// @return a drive of single samples that count as much less as w is wider. Averaged ones stay as
+  /// they are.
   static InputSequence weighed(InputSequence inputs, double jitter);
 
  private:
@@ -61,7 +66,8 @@ class TimingJitterNoise {
   std::vector<Step> steps_;  // of the counted rows
   Eigen::VectorXd change_;   // d^2 [A^2]
   double jitter_ = 0.0, charge_ = 0.0;
-  Eigen::VectorXd gain_, scale_;  // of the filter, and 1 / standard deviation of the innovation over s
+  // of the filter, and 1 / standard deviation of the innovation over s
+  Eigen::VectorXd gain_, scale_;
 };
 
 }  // namespace battery_sof

@@ -10,7 +10,8 @@ namespace {
 
 std::string joined(const std::vector<std::string>& parts, const std::string& last) {
   std::string text;
-  for (std::size_t k = 0; k < parts.size(); ++k) text += (k == 0 ? "" : k + 1 == parts.size() ? last : ", ") + parts[k];
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    text += (k == 0 ? "" : k + 1 == parts.size() ? last : ", ") + parts[k];
   return text;
 }
 
@@ -22,7 +23,8 @@ std::string titleOrId(const std::string& id) {
 }
 
 std::string capitalised(std::string sentence) {
-  if (!sentence.empty() && sentence[0] >= 'a' && sentence[0] <= 'z') sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
+  if (!sentence.empty() && sentence[0] >= 'a' && sentence[0] <= 'z')
+    sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
   return sentence;
 }
 
@@ -41,8 +43,9 @@ std::string gainSentence(const Diagnosis& diagnosis) {
   const ErrorMetrics& before = diagnosis.fit.base_holdout;
   const double after = diagnosis.withheld_rmse.value_or(diagnosis.fit.extended_holdout.rmse);
   const std::string course = after < before.rmse ? "falls" : "does not fall: it goes";
-  return "; on the part that was held out the error " + course + " from " + format("%.1f mV", 1e3 * before.rmse) + " to " +
-         format("%.1f mV", 1e3 * after) + " RMS" + (diagnosis.withheld_rmse ? ", so the base model is given" : "");
+  return "; on the part that was held out the error " + course + " from " +
+         format("%.1f mV", 1e3 * before.rmse) + " to " + format("%.1f mV", 1e3 * after) + " RMS" +
+         (diagnosis.withheld_rmse ? ", so the base model is given" : "");
 }
 
 /// Effects beside a mechanism that only its columns represent.
@@ -50,24 +53,29 @@ std::string partOfIt(const Diagnosis& diagnosis) {
   std::vector<std::string> ids;
   for (const Candidate& candidate : diagnosis.candidates)
     if (candidate.rejected_because.empty()) ids.push_back(titleOrId(candidate.id));
-  return ids.empty() ? "" : "; " + joined(ids, " and ") + (ids.size() == 1 ? " is" : " are") + " part of it";
+  return ids.empty()
+             ? ""
+             : "; " + joined(ids, " and ") + (ids.size() == 1 ? " is" : " are") + " part of it";
 }
 
 std::string discrepancySentence(const Diagnosis& diagnosis) {
-  if (!diagnosis.discrepancy || !diagnosis.discrepancy->is_used) return "; nothing that could be estimated from the currents predicts it";
+  if (!diagnosis.discrepancy || !diagnosis.discrepancy->is_used)
+    return "; nothing that could be estimated from the currents predicts it";
   return "; what was estimated of it is in the extended model" + gainSentence(diagnosis);
 }
 
-/// The largest mean of the table of regimes whose 95 % interval excludes zero, marked there or not: few episodes are never marked.
+/// The largest mean of the table of regimes whose 95 % interval excludes zero, marked there or not:
+/// few episodes are never marked.
 std::string whereSentence(const Diagnosis& diagnosis) {
   const RegimeFinding* worst = nullptr;
   for (const RegimeFinding& finding : diagnosis.regimes)
-    if (finding.statistic == "mean" && finding.lower * finding.upper > 0.0 && (!worst || std::abs(finding.value) > std::abs(worst->value)))
+    if (finding.statistic == "mean" && finding.lower * finding.upper > 0.0 &&
+        (!worst || std::abs(finding.value) > std::abs(worst->value)))
       worst = &finding;
   if (!worst) return "";
   return "; the base model's mean error is largest in " + worst->regime +
-         format(": %+.0f mV (95 %% %+.0f to %+.0f mV, %zu episodes)", 1e3 * worst->value, 1e3 * worst->lower, 1e3 * worst->upper,
-                  worst->episodes);
+         format(": %+.0f mV (95 %% %+.0f to %+.0f mV, %zu episodes)", 1e3 * worst->value,
+                1e3 * worst->lower, 1e3 * worst->upper, worst->episodes);
 }
 
 }  // namespace
@@ -86,49 +94,63 @@ std::string toString(Verdict verdict) {
   return "insufficient_data";
 }
 
-Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments, const Unexplained& rest) {
+Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments,
+              const Unexplained& rest) {
   if (explanation.terms.empty()) {
     const bool is_left = rest.has_discrepancy || rest.is_tone || rest.rmse > kPlausible;
     if (!instruments.faults.empty() && !rest.is_tone) return Verdict::kSensorFault;
     return is_left ? Verdict::kUnexplained : Verdict::kNoMismatch;
   }
   const auto& all = explanation.terms;
-  const bool instrumental = std::all_of(all.begin(), all.end(), [](const SelectedTerm& one) { return one.mechanism == Mechanism::kInstrument; });
-  if (all.front().member.empty()) return instrumental && !instruments.faults.empty() ? Verdict::kSensorFault : Verdict::kUnexplained;
+  const bool instrumental = std::all_of(all.begin(), all.end(), [](const SelectedTerm& one) {
+    return one.mechanism == Mechanism::kInstrument;
+  });
+  if (all.front().member.empty())
+    return instrumental && !instruments.faults.empty() ? Verdict::kSensorFault
+                                                       : Verdict::kUnexplained;
   if (instrumental) return Verdict::kSensorFault;
-  const auto named = std::count_if(all.begin(), all.end(), [](const SelectedTerm& one) { return !one.member.empty(); });
-  const bool indistinguishable = std::any_of(all.begin(), all.end(), [](const SelectedTerm& one) { return !one.indistinguishable.empty(); });
+  const auto named = std::count_if(all.begin(), all.end(),
+                                   [](const SelectedTerm& one) { return !one.member.empty(); });
+  const bool indistinguishable = std::any_of(all.begin(), all.end(), [](const SelectedTerm& one) {
+    return !one.indistinguishable.empty();
+  });
   if (indistinguishable) return Verdict::kAmbiguous;
   return named == 1 ? Verdict::kEffect : Verdict::kSeveral;
 }
 
 std::vector<std::string> outsideWhatSignalsShow() {
-  return {"a gain error of the current sensor that is alike in both directions", "gain and offset of the voltage channel",
-          "a constant resistance of cables and contacts", "whether a constant small current is the sensor's offset or a load behind it"};
+  return {"a gain error of the current sensor that is alike in both directions",
+          "gain and offset of the voltage channel", "a constant resistance of cables and contacts",
+          "whether a constant small current is the sensor's offset or a load behind it"};
 }
 
 std::string nextExperiment(const Diagnosis& diagnosis) {
   switch (diagnosis.verdict) {
     case Verdict::kInsufficientData:
-      return "Record at least five minutes of driving with both charge and discharge, a rest of a minute and a crank.";
+      return "Record at least five minutes of driving with both charge and discharge, a rest of a "
+             "minute and a crank.";
     case Verdict::kMechanism:
     case Verdict::kUnexplained:
-      return "Repeat one charge and one discharge of the same size after a minute's rest each, at half and at full current: it "
+      return "Repeat one charge and one discharge of the same size after a minute's rest each, at "
+             "half and at full current: it "
              "shows whether what is missing follows the current, the charge or the time.";
     case Verdict::kSensorFault:
-      return "Record a minute with the battery disconnected from its loads (zero current) and compare with a second sensor.";
+      return "Record a minute with the battery disconnected from its loads (zero current) and "
+             "compare with a second sensor.";
     case Verdict::kNoMismatch: {
       for (const DetectionLimit& one : diagnosis.detection_limits)
         if (!one.visible && effectInfo(one.id).tier() == 'P')
-          return "This recording could not have shown " + one.id + " (" + titleOrId(one.id) + "); it would take " +
-                 effectInfo(one.id).tells_apart + ".";
-      return "Nothing is open; the same recording at another temperature would widen what the model is good for.";
+          return "This recording could not have shown " + one.id + " (" + titleOrId(one.id) +
+                 "); it would take " + effectInfo(one.id).tells_apart + ".";
+      return "Nothing is open; the same recording at another temperature would widen what the "
+             "model is good for.";
     }
     default: break;
   }
   for (const NamedEffect& effect : diagnosis.effects)
     if (!effect.indistinguishable_from.empty() && !effectInfo(effect.id).tells_apart.empty())
-      return "To tell " + effect.id + " from " + joined(effect.indistinguishable_from, " and ") + ": " + effectInfo(effect.id).tells_apart + ".";
+      return "To tell " + effect.id + " from " + joined(effect.indistinguishable_from, " and ") +
+             ": " + effectInfo(effect.id).tells_apart + ".";
   const std::string& id = diagnosis.effects.front().id;
   return "To confirm " + id + ": " + effectInfo(id).tells_apart + ".";
 }
@@ -139,18 +161,23 @@ std::string summaryOf(const Diagnosis& diagnosis) {
   switch (diagnosis.verdict) {
     case Verdict::kNoMismatch:
       return "Model and measurement agree as well as this recording can tell (" +
-             format("%.1f mV", 1e3 * diagnosis.fit.base_holdout.rmse) + " RMS on the part that was held out).";
+             format("%.1f mV", 1e3 * diagnosis.fit.base_holdout.rmse) +
+             " RMS on the part that was held out).";
     case Verdict::kEffect:
-    case Verdict::kSeveral: return missing(diagnosis, " and ") + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
+    case Verdict::kSeveral:
+      return missing(diagnosis, " and ") + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kAmbiguous:
-      return missing(diagnosis, " or ") + ", some of which this recording cannot distinguish" + gainSentence(diagnosis) +
-             whereSentence(diagnosis) + ".";
+      return missing(diagnosis, " or ") + ", some of which this recording cannot distinguish" +
+             gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kMechanism:
     case Verdict::kUnexplained:
-      return (diagnosis.mechanism ? "Missing mechanism, of which no equation of the catalogue fits: " + mechanismSentence(*diagnosis.mechanism)
-                               : std::string("Model and measurement part in a way that no mechanism explains")) +
+      return (diagnosis.mechanism
+                  ? "Missing mechanism, of which no equation of the catalogue fits: " +
+                        mechanismSentence(*diagnosis.mechanism)
+                  : std::string("Model and measurement part in a way that no mechanism explains")) +
              partOfIt(diagnosis) + discrepancySentence(diagnosis) + whereSentence(diagnosis) + ".";
-    case Verdict::kSensorFault: return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";
+    case Verdict::kSensorFault:
+      return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";
     case Verdict::kInsufficientData: break;
   }
   return diagnosis.summary;

@@ -10,26 +10,31 @@ namespace battery_sof {
 
 /// What the instrument screen found, in the words of the catalogue.
 struct InstrumentScreen {
-  std::vector<std::string> faults;     ///< ids of tier I: clipping, dropouts, quantisation, aliasing
+  /// ids of tier I: clipping, dropouts, quantisation, aliasing
+  std::vector<std::string> faults;
   std::vector<std::string> sentences;  ///< all findings worth telling
 };
 
 /// What speaks for something that no component of an explanation represents.
 struct Unexplained {
-  bool is_tone = false;     ///< slowTone() beside it
+  bool is_tone = false;          ///< slowTone() beside it
   bool has_discrepancy = false;  ///< a discrepancy model predicts blocks that it was not fitted to
-  double rmse = 0.0;        ///< [V], of what is left, white noise and rounding taken out
+  double rmse = 0.0;             ///< [V], of what is left, white noise and rounding taken out
 };
 
 /**
  * @brief The verdict: the mechanisms that an explanation holds, and whether effects represent them.
  *
- * - instruments alone: sensor_fault; effects: named or several, ambiguous where others would do as well;
- * - the most evident component is a mechanism's columns: unknown (the mechanism is known, its form is not);
- * - no component: sensor_fault for a fault of the instruments; unknown where a force is estimated, a tone stands out or more is
+ * - instruments alone: sensor_fault; effects: named or several, ambiguous where others would do as
+ * well;
+ * - the most evident component is a mechanism's columns: unknown (the mechanism is known, its form
+ * is not);
+ * - no component: sensor_fault for a fault of the instruments; unknown where a force is estimated,
+ * a tone stands out or more is
  *   left than instruments leave; else no_mismatch.
  */
-Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments, const Unexplained& rest);
+Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments,
+              const Unexplained& rest);
 
 /// @return what no current and voltage can show (docs/physics.md#what-the-base-circuit-absorbs).
 std::vector<std::string> outsideWhatSignalsShow();

@@ -7,12 +7,14 @@
 namespace battery_sof {
 namespace {
 
-// A column that the others explain but for this share of its length adds nothing (condition of J in double precision).
+// A column that the others explain but for this share of its length adds nothing (condition of J in
+// double precision).
 constexpr double kDependent = 1e-7;
 
 std::size_t measuredSamples(const InputSequence& inputs) {
   return static_cast<std::size_t>(
-      std::count_if(inputs.samples.begin(), inputs.samples.end(), [](const InputSample& sample) { return sample.count > 0.0; }));
+      std::count_if(inputs.samples.begin(), inputs.samples.end(),
+                    [](const InputSample& sample) { return sample.count > 0.0; }));
 }
 
 Eigen::MatrixXd orthonormalColumns(Eigen::MatrixXd columns) {
@@ -29,7 +31,9 @@ Eigen::MatrixXd orthonormalColumns(Eigen::MatrixXd columns) {
 
 /// One pass with derivatives over the drive.
 void takePass(WhitenedFit& fit, const InputSequence& inputs, const Eigen::MatrixXd& seeds) {
-  Simulation simulation(fit.model, {fit.point.parameters, fit.point.state, inputs.first_time, inputs.first_time}, seeds);
+  Simulation simulation(
+      fit.model, {fit.point.parameters, fit.point.state, inputs.first_time, inputs.first_time},
+      seeds);
   const auto count = static_cast<Eigen::Index>(inputs.samples.size());
   fit.jacobian.resize(count, seeds.cols());
   fit.residual.resize(count);
@@ -45,11 +49,13 @@ void takeWhitened(WhitenedFit& fit, const InputSequence& inputs) {
   const Whitening whitening(fit.noise, inputs.samples);
   fit.innovation = whitening.whitened(fit.residual);
   Eigen::MatrixXd columns(fit.jacobian.rows(), fit.jacobian.cols());
-  for (Eigen::Index k = 0; k < columns.cols(); ++k) columns.col(k) = whitening.whitened(fit.jacobian.col(k));
+  for (Eigen::Index k = 0; k < columns.cols(); ++k)
+    columns.col(k) = whitening.whitened(fit.jacobian.col(k));
   fit.biased = orthonormalColumns(std::move(columns));
 }
 
-constexpr double kCrossing = 0.2;  // of an edge: where the resistance changes from one value to the other
+// of an edge: where the resistance changes from one value to the other
+constexpr double kCrossing = 0.2;
 
 bool isEdge(double from, double to, double edge) {
   const double change = std::abs(to - from);
@@ -58,7 +64,8 @@ bool isEdge(double from, double to, double edge) {
 
 }  // namespace
 
-WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs, const std::vector<CompositionPoint>& starts,
+WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs,
+                        const std::vector<CompositionPoint>& starts,
                         const std::optional<NoiseModel>& noise, const WhitenedSearch& search) {
   FitCost cost;
   cost.crank_weight = 1.0;
@@ -74,7 +81,8 @@ WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs, 
   if (!noise) {
     const CompositionProblem squares(model, inputs, cost, starts.front());
     from = {fitComposition(squares, starts, plain).point};
-    cost.noise = fitNoise(squares.residual(squares.coordinatesOf(from.front())), inputs.samples, search.min_white);
+    cost.noise = fitNoise(squares.residual(squares.coordinatesOf(from.front())), inputs.samples,
+                          search.min_white);
     plain.more_starts = 0;
   }
   WhitenedFit fit{model, {}, {}, {}, {}, {}, {}, {}, 0.0, measuredSamples(inputs)};
@@ -99,7 +107,8 @@ WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs, 
   return fit;
 }
 
-Eigen::VectorXd whitened(const WhitenedFit& fit, const InputSequence& inputs, const Eigen::VectorXd& column) {
+Eigen::VectorXd whitened(const WhitenedFit& fit, const InputSequence& inputs,
+                         const Eigen::VectorXd& column) {
   return Whitening(fit.noise, inputs.samples).whitened(column);
 }
 
@@ -119,15 +128,20 @@ InputSequence withoutEdges(const InputSequence& inputs, double edge, double befo
   for (std::size_t n = 0; n < quiet.samples.size(); ++n) {
     const double time = quiet.samples[n].step.time;
     const bool begins = n == 0 || quiet.samples[n].step.gap;
-    if (!begins && !isEdge(quiet.samples[n - 1].step.current, quiet.samples[n].step.current, edge)) continue;
+    if (!begins && !isEdge(quiet.samples[n - 1].step.current, quiet.samples[n].step.current, edge))
+      continue;
     while (quiet.samples[first].step.time < time - before) ++first;
-    for (std::size_t k = first; k < quiet.samples.size() && quiet.samples[k].step.time <= time + after; ++k) quiet.samples[k].count = 0.0;
+    for (std::size_t k = first;
+         k < quiet.samples.size() && quiet.samples[k].step.time <= time + after; ++k)
+      quiet.samples[k].count = 0.0;
   }
   return quiet;
 }
 
-Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoint& point, const InputSequence& inputs) {
-  Simulation simulation(model, {point.parameters, point.state, inputs.first_time, inputs.first_time});
+Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoint& point,
+                                 const InputSequence& inputs) {
+  Simulation simulation(model,
+                        {point.parameters, point.state, inputs.first_time, inputs.first_time});
   Eigen::VectorXd voltage(static_cast<Eigen::Index>(inputs.samples.size()));
   for (Eigen::Index n = 0; n < voltage.size(); ++n) {
     simulation.advance(inputs.samples[static_cast<std::size_t>(n)].step);

@@ -10,20 +10,23 @@
 namespace battery_sof {
 
 /**
- * @brief A composition fitted to a drive under its own noise model, with all that tests on its residual need.
+ * @brief A composition fitted to a drive under its own noise model, with all that tests on its
+ * residual need.
  *
  *     e = u_b - u_m,   v = K e   (Whitening),   Q: orthonormal basis of K J, J = d u_m / d coordinates
  *
- * What parameters take up lies in the span of Q: a signature s counts by (1 - Q Q') K s (docs/physics.md#what-the-base-circuit-absorbs).
+ * What parameters take up lies in the span of Q: a signature s counts by (1 - Q Q') K s
+ * (docs/physics.md#what-the-base-circuit-absorbs).
  */
 struct WhitenedFit {
   BatteryModel model = BatteryModel();
   CompositionPoint point;
   NoiseModel noise;
-  Eigen::VectorXd residual;        ///< e [V], one a sample of the drive
-  Eigen::VectorXd innovation;      ///< v [1]
-  Eigen::MatrixXd jacobian;        ///< J [V], samples x coordinates (CompositionProblem::coordinatesOf)
-  Eigen::MatrixXd biased;        ///< Q, samples x rank
+  Eigen::VectorXd residual;    ///< e [V], one a sample of the drive
+  Eigen::VectorXd innovation;  ///< v [1]
+  /// J [V], samples x coordinates (CompositionProblem::coordinatesOf)
+  Eigen::MatrixXd jacobian;
+  Eigen::MatrixXd biased;          ///< Q, samples x rank
   std::vector<Eigen::Index> rows;  ///< of (parameters, first states) that each coordinate moves
   double deviance = 0.0;           ///< -2 ln likelihood with priors
   std::size_t measured = 0;        ///< samples of the drive that count
@@ -35,41 +38,47 @@ struct WhitenedSearch {
   int more_starts = 0;
   bool every_start = true;                   ///< see CompositionSearch
   double tolerance = 1e-8;                   ///< see CompositionSearch
-  double min_white = 1e-5;                 ///< [V], see fitNoise()
+  double min_white = 1e-5;                   ///< [V], see fitNoise()
   std::vector<KnownPopulation> priors = {};  ///< in place of the catalogue's
   std::function<void()> pulse = nullptr;     ///< see CompositionSearch
 };
 
 /**
  * @brief Fits parameters and noise in turns, from every start, and keeps what is most likely.
- * @param starts at least one. @param noise of the first round; none: from a fit of unweighted squares.
+ * @param starts at least one. @param noise of the first round; none: from a fit of unweighted
+ * squares.
  */
-WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs, const std::vector<CompositionPoint>& starts,
+WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs,
+                        const std::vector<CompositionPoint>& starts,
                         const std::optional<NoiseModel>& noise, const WhitenedSearch& search = {});
 
-/// @return RMS of values over the drive's measurements, each as often as it counts [the values' unit]; 0 without any.
+/// @return RMS of values over the drive's measurements, each as often as it counts [the values'
+/// unit]; 0 without any.
 double rmsOver(const Eigen::VectorXd& values, const InputSequence& inputs);
 
 /// @return K s for a column of the drive's samples [V].
-Eigen::VectorXd whitened(const WhitenedFit& fit, const InputSequence& inputs, const Eigen::VectorXd& column);
+Eigen::VectorXd whitened(const WhitenedFit& fit, const InputSequence& inputs,
+                         const Eigen::VectorXd& column);
 
 /**
- * @brief The same drive without the samples around edges of the current: they drive the model and do not count.
+ * @brief The same drive without the samples around edges of the current: they drive the model and
+ * do not count.
  *
- * What happens within a tenth of a second of an edge is the instruments' and the fastest processes' and says nothing of
- * slower physics; for those this hides it.
+ * What happens within a tenth of a second of an edge is the instruments' and the fastest processes'
+ * and says nothing of slower physics; for those this hides it.
  *
  * The drive's beginning, and what follows a gap, is an edge: the current before is not known.
  *
- * Where the current changes sign the resistance changes too, and a filter before the sampling does not commute with that: a
- * fifth of an edge is enough there.
+ * Where the current changes sign the resistance changes too, and a filter before the sampling does
+ * not commute with that: a fifth of an edge is enough there.
  *
- * @param edge [A], a change between neighbouring samples above it is an edge; infinite: only beginnings.  @param before, after [s] around
- * it.
+ * @param edge [A], a change between neighbouring samples above it is an edge; infinite: only
+ * beginnings.  @param before, after [s] around it.
  */
 InputSequence withoutEdges(const InputSequence& inputs, double edge, double before, double after);
 
 /// @return terminal voltage of every sample of the drive [V].
-Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoint& point, const InputSequence& inputs);
+Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoint& point,
+                                 const InputSequence& inputs);
 
 }  // namespace battery_sof

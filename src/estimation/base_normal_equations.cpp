@@ -14,16 +14,20 @@ Eigen::Matrix<double, kBaseColumns, kBaseColumns> joined(const LaneProducts& pro
   Eigen::Matrix<double, kBaseColumns, kBaseColumns> total;
   for (int j = 0; j < kStateColumns; ++j) {
     const int row = kLinearColumns + j;
-    for (int k = 0; k < kLinearColumns; ++k) total(row, k) = total(k, row) = Lanes(products.with_linear[j][k]).sum();
+    for (int k = 0; k < kLinearColumns; ++k)
+      total(row, k) = total(k, row) = Lanes(products.with_linear[j][k]).sum();
     for (int k = j; k < kStateColumns; ++k)
-      total(row, kLinearColumns + k) = total(kLinearColumns + k, row) = Lanes(products.with_states[j][k]).sum();
+      total(row, kLinearColumns + k) = total(kLinearColumns + k, row) =
+          Lanes(products.with_states[j][k]).sum();
   }
   return total;
 }
 
 /// The state at a place of a block, with its derivatives to C_2 and beta themselves.
-Overpotential stateAt(const OverpotentialStates& states, int place, const OverpotentialSweep::Point& point) {
-  return {states.u_c2[place], states.d_initial[place], states.d_log_c2[place] / point.c2, states.d_log_beta[place] / point.beta};
+Overpotential stateAt(const OverpotentialStates& states, int place,
+                      const OverpotentialSweep::Point& point) {
+  return {states.u_c2[place], states.d_initial[place], states.d_log_c2[place] / point.c2,
+          states.d_log_beta[place] / point.beta};
 }
 
 /// Adds a block's products of the linear columns to the lower triangle.
@@ -40,7 +44,8 @@ void addLinear(const MeasuredBlock& block, Eigen::Matrix3d& sums) {
 
 }  // namespace
 
-BaseSums BaseNormalEquations::sums(const OverpotentialSweep::Point& point, InstructionSet set) const {
+BaseSums BaseNormalEquations::sums(const OverpotentialSweep::Point& point,
+                                   InstructionSet set) const {
   LaneProducts products = {};
   sweep_.runInLanes(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
     addProducts(measured_[static_cast<std::size_t>(block)], states, products, set);
@@ -50,38 +55,47 @@ BaseSums BaseNormalEquations::sums(const OverpotentialSweep::Point& point, Instr
   return total;
 }
 
-BaseResidual BaseNormalEquations::residual(const OverpotentialSweep::Point& point, const Eigen::Vector3d& linear) && {
+BaseResidual BaseNormalEquations::residual(const OverpotentialSweep::Point& point,
+                                           const Eigen::Vector3d& linear) && {
   const InstructionSet set = widestInstructionSet();
   const double values[kLinearColumns] = {linear[0], linear[1], linear[2] - offset_};
   const auto end = static_cast<int>((size_ - 1) % kBlockSize);
   LaneProducts products = {};
   ResidualSums full = {}, partial = {};
   Overpotential last;
-  auto derivatives = std::move(sweep_).runOut(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
-    MeasuredBlock& measured = measured_[static_cast<std::size_t>(block)];
-    const bool is_full = (block + 1) * kBlockSize <= size_;
-    addProducts(measured, states, products, set);
-    leaveResidual(states, values, measured, is_full ? full : partial, set);
-    last = stateAt(states, lanePosition(end), point);  // the last block's stays
-  });
-  BaseResidual left(std::move(measured_), std::move(derivatives), static_cast<std::size_t>(size_), full);
+  auto derivatives = std::move(sweep_).runOut(
+      point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
+        MeasuredBlock& measured = measured_[static_cast<std::size_t>(block)];
+        const bool is_full = (block + 1) * kBlockSize <= size_;
+        addProducts(measured, states, products, set);
+        leaveResidual(states, values, measured, is_full ? full : partial, set);
+        last = stateAt(states, lanePosition(end), point);  // the last block's stays
+      });
+  BaseResidual left(std::move(measured_), std::move(derivatives), static_cast<std::size_t>(size_),
+                    full);
   left.information = joined(products).topLeftCorner<kScoreColumns, kScoreColumns>();
   left.information.topLeftCorner<kLinearColumns, kLinearColumns>() = linear_;
   left.last = last;
   return left;
 }
 
-Eigen::Matrix<double, kBaseColumns, 1> BaseNormalEquations::means(const OverpotentialSweep::Point& point) const {
+Eigen::Matrix<double, kBaseColumns, 1> BaseNormalEquations::means(
+    const OverpotentialSweep::Point& point) const {
   const Columns all = columns(point);
   Eigen::VectorXd present(size_);
   for (Eigen::Index n = 0; n < size_; ++n) {
     const auto place = static_cast<std::size_t>(n);
-    present[n] = measured_[place / kBlockSize].weight[lanePosition(static_cast<int>(place % kBlockSize))] > 0.0 ? 1.0 : 0.0;
+    present[n] =
+        measured_[place / kBlockSize].weight[lanePosition(static_cast<int>(place % kBlockSize))] >
+                0.0
+            ? 1.0
+            : 0.0;
   }
   return all.transpose() * present / std::max(present.sum(), 1.0);
 }
 
-BaseNormalEquations::Columns BaseNormalEquations::columns(const OverpotentialSweep::Point& point) const {
+BaseNormalEquations::Columns BaseNormalEquations::columns(
+    const OverpotentialSweep::Point& point) const {
   Columns all(sweep_.blocks() * kBlockSize, kBaseColumns);
   sweep_.run(point, [&](Eigen::Index block, const OverpotentialSweep::States& states) {
     const MeasuredBlock& measured = measured_[static_cast<std::size_t>(block)];
@@ -101,9 +115,11 @@ BaseNormalEquations::Columns BaseNormalEquations::columns(const OverpotentialSwe
   return all;
 }
 
-std::vector<BaseNormalEquations::Sample> fitSamples(const Series& series, IndexRange range, double weight, double weight_current) {
+std::vector<BaseNormalEquations::Sample> fitSamples(const Series& series, IndexRange range,
+                                                    double weight, double weight_current) {
   const std::vector<char> none;
-  return WindowSamples(series, range, {weight, weight_current}, gapThreshold(series), none).copied();
+  return WindowSamples(series, range, {weight, weight_current}, gapThreshold(series), none)
+      .copied();
 }
 
 std::vector<BaseNormalEquations::Sample> WindowSamples::copied() const {
@@ -143,7 +159,8 @@ SampleSums oneByOne(const Samples& samples, std::size_t first, std::size_t last)
 
 /// Five by five from a multiple of five on. @param fiveAt the sum of the k-th five.
 template <typename Samples, typename FiveAt>
-inline SampleSums fiveByFive(const Samples& samples, std::size_t first, std::size_t last, FiveAt&& fiveAt) {
+inline SampleSums fiveByFive(const Samples& samples, std::size_t first, std::size_t last,
+                             FiveAt&& fiveAt) {
   if (first % kFive != 0 || last - first < kFive) return oneByOne(samples, first, last);
   std::size_t k = first / kFive;
   const std::size_t end = last / kFive;
@@ -154,17 +171,21 @@ inline SampleSums fiveByFive(const Samples& samples, std::size_t first, std::siz
 }
 
 /// As of WindowSamples, to the last digit.
-SampleSums sumOf(const std::vector<BaseNormalEquations::Sample>& samples, std::size_t first, std::size_t last) {
-  return fiveByFive(samples, first, last, [&](std::size_t k) { return oneByOne(samples, k * kFive, (k + 1) * kFive); });
+SampleSums sumOf(const std::vector<BaseNormalEquations::Sample>& samples, std::size_t first,
+                 std::size_t last) {
+  return fiveByFive(samples, first, last,
+                    [&](std::size_t k) { return oneByOne(samples, k * kFive, (k + 1) * kFive); });
 }
 
 SampleSums sumOf(const WindowSamples& samples, std::size_t first, std::size_t last) {
-  return fiveByFive(samples, first, last, [&](std::size_t k) -> const SampleSums& { return samples.fives()[k]; });
+  return fiveByFive(samples, first, last,
+                    [&](std::size_t k) -> const SampleSums& { return samples.fives()[k]; });
 }
 
 }  // namespace
 
-WindowSamples::WindowSamples(const Series& series, IndexRange range, CrankWeight weight, double max_gap, const std::vector<char>& masked)
+WindowSamples::WindowSamples(const Series& series, IndexRange range, CrankWeight weight,
+                             double max_gap, const std::vector<char>& masked)
     : time_(series.time.data() + range.first),
       current_(series.current.data() + range.first),
       voltage_(series.voltage.data() + range.first),
@@ -173,7 +194,8 @@ WindowSamples::WindowSamples(const Series& series, IndexRange range, CrankWeight
       weight_(weight),
       max_gap_(max_gap) {
   fives_.reserve(size() / kFive);
-  for (std::size_t last = kFive; last <= size(); last += kFive) fives_.push_back(oneByOne(*this, last - kFive, last));
+  for (std::size_t last = kFive; last <= size(); last += kFive)
+    fives_.push_back(oneByOne(*this, last - kFive, last));
 }
 
 template <typename Samples>
@@ -228,7 +250,8 @@ BaseNormalEquations::BaseNormalEquations(const Samples& samples, double i0)
 
 template BaseNormalEquations::BaseNormalEquations(const std::vector<Sample>&, double);
 template BaseNormalEquations::BaseNormalEquations(const WindowSamples&, double);
-template std::vector<BaseNormalEquations::Sample> coarsened(const std::vector<BaseNormalEquations::Sample>&, std::size_t);
+template std::vector<BaseNormalEquations::Sample> coarsened(
+    const std::vector<BaseNormalEquations::Sample>&, std::size_t);
 template std::vector<BaseNormalEquations::Sample> coarsened(const WindowSamples&, std::size_t);
 
 }  // namespace battery_sof

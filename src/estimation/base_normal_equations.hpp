@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <vector>
 
+#include "battery_sof/series.hpp"
 #include "estimation/base_residual.hpp"
 #include "estimation/products_kernel.hpp"
 #include "model/overpotential_sweep.hpp"
-#include "battery_sof/series.hpp"
 
 namespace battery_sof {
 
@@ -29,10 +29,11 @@ struct BaseSums {
 };
 
 /**
- * @brief Simulation, derivatives and normal equations of the base model in one pass, without storing the Jacobian.
+ * @brief Simulation, derivatives and normal equations of the base model in one pass, without
+ * storing the Jacobian.
  *
- * r_discharge, r_charge and u_dc enter linearly, so their columns do not depend on the search's point; the caller
- * eliminates them (variable projection) or combines them (paper's start).
+ * r_discharge, r_charge and u_dc enter linearly, so their columns do not depend on the search's
+ * point; the caller eliminates them (variable projection) or combines them (paper's start).
  */
 class BaseNormalEquations {
  public:
@@ -51,9 +52,11 @@ class BaseNormalEquations {
   BaseNormalEquations(const Samples& samples, double i0);
 
   /// @param set at most widestInstructionSet(); results differ between the sets by rounding alone.
-  BaseSums sums(const OverpotentialSweep::Point& point, InstructionSet set = widestInstructionSet()) const;
+  BaseSums sums(const OverpotentialSweep::Point& point,
+                InstructionSet set = widestInstructionSet()) const;
 
-  /// @return what is left at a point; the equations are used up. @param linear r_discharge, r_charge [Ohm], u_dc [V] there.
+  /// @return what is left at a point; the equations are used up. @param linear r_discharge,
+  /// r_charge [Ohm], u_dc [V] there.
   BaseResidual residual(const OverpotentialSweep::Point& point, const Eigen::Vector3d& linear) &&;
 
   /// @return mean of every column over the samples with a weight, unweighted (paper, eq. 4).
@@ -62,7 +65,8 @@ class BaseNormalEquations {
   /// @return all columns, one row a sample.
   Columns columns(const OverpotentialSweep::Point& point) const;
 
-  double offset() const { return offset_; }  ///< [V], taken off the voltage to keep sums well scaled
+  /// [V], taken off the voltage to keep sums well scaled
+  double offset() const { return offset_; }
   Eigen::Index size() const { return size_; }
 
  private:
@@ -70,7 +74,8 @@ class BaseNormalEquations {
   double offset_ = 0.0;
   OverpotentialSweep sweep_;
   std::vector<MeasuredBlock> measured_;
-  Eigen::Matrix3d linear_ = Eigen::Matrix3d::Zero();  ///< sums of discharge, charge and 1, which no point of the search changes
+  /// sums of discharge, charge and 1, which no point of the search changes
+  Eigen::Matrix3d linear_ = Eigen::Matrix3d::Zero();
 };
 
 /// Weights of eq. 3.
@@ -89,26 +94,30 @@ struct SampleSums {
 };
 
 /**
- * @brief The samples of a range with weight^2 where current < weight_current, 1 elsewhere (paper, eq. 3), each made from the
- * recording where it is asked for: passes over a window need no copy of it.
+ * @brief The samples of a range with weight^2 where current < weight_current, 1 elsewhere (paper,
+ * eq. 3), each made from the recording where it is asked for: passes over a window need no copy of
+ * it.
  */
 class WindowSamples {
  public:
   /// @param series must outlive the samples.  @param max_gap [s], gapThreshold(series).
-  /// @param masked one a sample of the series, those that weigh nothing; must outlive the samples. Empty for none.
-  WindowSamples(const Series& series, IndexRange range, CrankWeight weight, double max_gap, const std::vector<char>& masked);
+  /// @param masked one a sample of the series, those that weigh nothing; must outlive the samples.
+  /// Empty for none.
+  WindowSamples(const Series& series, IndexRange range, CrankWeight weight, double max_gap,
+                const std::vector<char>& masked);
 
   std::size_t size() const { return size_; }
 
-  std::vector<BaseNormalEquations::Sample> copied() const;         ///< all of them, side by side
-  const std::vector<SampleSums>& fives() const { return fives_; }  ///< sums of the samples 0 to 4, 5 to 9, ...
+  std::vector<BaseNormalEquations::Sample> copied() const;  ///< all of them, side by side
+  /// sums of the samples 0 to 4, 5 to 9, ...
+  const std::vector<SampleSums>& fives() const { return fives_; }
 
   BaseNormalEquations::Sample operator[](std::size_t n) const {
     const std::size_t before = n - (n > 0);
     const double i = current_[n];
     const double weight = i < weight_.current ? weight_.factor * weight_.factor : 1.0;
-    return {heldCurrent(time_[before], current_[before], time_[n], i, max_gap_), std::min(i, 0.0), std::max(i, 0.0), voltage_[n],
-            masked_ && masked_[n] ? 0.0 : weight};
+    return {heldCurrent(time_[before], current_[before], time_[n], i, max_gap_), std::min(i, 0.0),
+            std::max(i, 0.0), voltage_[n], masked_ && masked_[n] ? 0.0 : weight};
   }
 
  private:
@@ -121,9 +130,11 @@ class WindowSamples {
 };
 
 /// @return a copy of the WindowSamples of a recording without masked samples.
-std::vector<BaseNormalEquations::Sample> fitSamples(const Series& series, IndexRange range, double weight, double weight_current);
+std::vector<BaseNormalEquations::Sample> fitSamples(const Series& series, IndexRange range,
+                                                    double weight, double weight_current);
 
-/// @return every `factor` neighbouring samples averaged into one, as a cheap first approach to the optimum.
+/// @return every `factor` neighbouring samples averaged into one, as a cheap first approach to the
+/// optimum.
 /// @param samples as of BaseNormalEquations.
 template <typename Samples>
 std::vector<BaseNormalEquations::Sample> coarsened(const Samples& samples, std::size_t factor);

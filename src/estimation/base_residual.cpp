@@ -16,9 +16,12 @@ BaseMatrix joined(const ScoreProducts& products) {
 
 }  // namespace
 
-BaseResidual::BaseResidual(std::vector<MeasuredBlock> blocks, std::vector<SweptBlock> derivatives, std::size_t size,
-                           const ResidualSums& full_blocks)
-    : blocks_(std::move(blocks)), derivatives_(std::move(derivatives)), size_(size), squares_(Lanes(full_blocks.squares).sum()) {
+BaseResidual::BaseResidual(std::vector<MeasuredBlock> blocks, std::vector<SweptBlock> derivatives,
+                           std::size_t size, const ResidualSums& full_blocks)
+    : blocks_(std::move(blocks)),
+      derivatives_(std::move(derivatives)),
+      size_(size),
+      squares_(Lanes(full_blocks.squares).sum()) {
   const std::size_t full = size_ / kBlockSize * kBlockSize;
   double sum = Lanes(full_blocks.residual).sum(), lagged = Lanes(full_blocks.lagged).sum();
   for (std::size_t n = kLaneSteps; n < full; n += kLaneSteps) lagged += at(n) * at(n - 1);
@@ -40,7 +43,8 @@ double BaseResidual::lagOneOf(double sum, double lagged) const {
 }
 
 BaseMatrix BaseResidual::bartlettProducts(Eigen::Index width) const {
-  if (width <= kLaneSteps) return movingProducts(static_cast<int>(width)) / static_cast<double>(width);
+  if (width <= kLaneSteps)
+    return movingProducts(static_cast<int>(width)) / static_cast<double>(width);
   return bartlettSum(scoreSums(), (width + kScoreSteps / 2) / kScoreSteps);
 }
 
@@ -50,7 +54,8 @@ BaseMatrix BaseResidual::movingProducts(int width) const {
   MovingScores moving = {};
   ScoreProducts products = {};
   for (std::size_t block = 0; block < blocks_.size(); ++block)
-    addMovingProducts(blocks_[block], derivatives_[block].derivatives, width, moving, products, set);
+    addMovingProducts(blocks_[block], derivatives_[block].derivatives, width, moving, products,
+                      set);
   addMovingProducts(kNothing, derivatives_.back().derivatives, width, moving, products, set);
   return joined(products);
 }
@@ -63,7 +68,8 @@ BartlettSums BaseResidual::scoreSums() const {
     const auto first = static_cast<Eigen::Index>(block) * kLanes * kScoreSums;
     for (int lane = 0; lane < kLanes; ++lane)
       for (int k = 0; k < kScoreSums; ++k)
-        for (int j = 0; j < kScoreColumns; ++j) rows(first + Eigen::Index{lane} * kScoreSums + k, j) = sums.scores[k][j][lane];
+        for (int j = 0; j < kScoreColumns; ++j)
+          rows(first + Eigen::Index{lane} * kScoreSums + k, j) = sums.scores[k][j][lane];
   }
   return rows;
 }

@@ -45,7 +45,8 @@ LinearSolution solveFree(const BaseSums& sums, LinearSolution solution) {
   const Eigen::Vector3d solved = A.ldlt().solve(b);
   for (int j = 0; j < 3; ++j)
     if (solution.free[j]) solution.value[j] = solved[j];
-  solution.cost = sums.weighted(kColumnTarget, kColumnTarget) - 2.0 * target.dot(solution.value) + solution.value.dot(G * solution.value);
+  solution.cost = sums.weighted(kColumnTarget, kColumnTarget) - 2.0 * target.dot(solution.value) +
+                  solution.value.dot(G * solution.value);
   return solution;
 }
 
@@ -88,7 +89,8 @@ void eliminate(const BaseSums& sums, const LinearSolution& linear, NormalEquatio
   const Eigen::Matrix3d S = sums.weighted.block<3, 3>(kColumnLogC2, kColumnLogC2);
   const Eigen::Matrix3d cross = sums.weighted.block<3, 3>(0, kColumnLogC2);
   reduced.cost = std::max(linear.cost, 0.0);
-  reduced.gradient = -(sums.weighted.col(kColumnTarget).segment<3>(kColumnLogC2) - cross.transpose() * linear.value);
+  reduced.gradient = -(sums.weighted.col(kColumnTarget).segment<3>(kColumnLogC2) -
+                       cross.transpose() * linear.value);
   Eigen::Matrix3d G = sums.weighted.topLeftCorner<3, 3>();
   Eigen::Matrix3d projected = cross;
   for (int j = 0; j < 3; ++j) {
@@ -111,7 +113,9 @@ void follow(const BaseSums& sums, const Eigen::Vector3d& step, LinearSolution& l
   if (insideBounds(moved)) linear = moved;
 }
 
-OverpotentialSweep::Point pointOf(const Eigen::VectorXd& x) { return {std::exp(x[0]), std::exp(x[1]), x[2]}; }
+OverpotentialSweep::Point pointOf(const Eigen::VectorXd& x) {
+  return {std::exp(x[0]), std::exp(x[1]), x[2]};
+}
 
 /// Residual (exp(10 d) - 1) V for a relative excess d beyond a bound, and its slope to the
 /// normalised parameter.
@@ -138,12 +142,14 @@ struct PaperPoint {
   NormalEquations equations;
 };
 
-PaperPoint evaluateAsInPaper(const BaseNormalEquations& equations, const FirstSample& first, double u_dc_before, const Eigen::VectorXd& x) {
+PaperPoint evaluateAsInPaper(const BaseNormalEquations& equations, const FirstSample& first,
+                             double u_dc_before, const Eigen::VectorXd& x) {
   PaperPoint p;
   for (int j = 0; j < 4; ++j) p.theta[j] = x[j] * tableOne()[j].magnitude;
   const double r = first.current < 0.0 ? p.theta[0] : p.theta[1];
   // Beyond the bounds the penalty decides; the simulation only has to stay defined there.
-  p.point = {std::max(p.theta[2], 1e-3 * tableOne()[2].lower), std::max(p.theta[3], 1e-3 * tableOne()[3].lower),
+  p.point = {std::max(p.theta[2], 1e-3 * tableOne()[2].lower),
+             std::max(p.theta[3], 1e-3 * tableOne()[3].lower),
              first.voltage - r * first.current - u_dc_before};  // eq. 5
   const BaseSums sums = equations.sums(p.point);
 
@@ -163,9 +169,11 @@ PaperPoint evaluateAsInPaper(const BaseNormalEquations& equations, const FirstSa
   const Eigen::Matrix<double, kBaseColumns, 1> mean = equations.means(p.point);
   const Eigen::Matrix<double, kBaseColumns, 1> ones = sums.weighted.col(kColumnOne);
   const Eigen::Matrix<double, kBaseColumns, kBaseColumns> centred =
-      sums.weighted - mean * ones.transpose() - ones * mean.transpose() + sums.weighted(kColumnOne, kColumnOne) * mean * mean.transpose();
+      sums.weighted - mean * ones.transpose() - ones * mean.transpose() +
+      sums.weighted(kColumnOne, kColumnOne) * mean * mean.transpose();
   p.u_dc = equations.offset() + mean.dot(e);
-  p.equations = {std::max(e.dot(centred * e), 0.0), -T.transpose() * (centred * e), T.transpose() * centred * T};
+  p.equations = {std::max(e.dot(centred * e), 0.0), -T.transpose() * (centred * e),
+                 T.transpose() * centred * T};
   for (int j = 0; j < 4; ++j) {
     const Penalty penalty = penaltyOf(tableOne()[j], p.theta[j]);
     p.equations.cost += penalty.residual * penalty.residual;
@@ -179,7 +187,8 @@ PaperPoint evaluateAsInPaper(const BaseNormalEquations& equations, const FirstSa
 
 namespace {
 
-BaseFit search(const BaseNormalEquations& equations, const IdentifyOptions& options, const BaseFit& start, double trusted_gain) {
+BaseFit search(const BaseNormalEquations& equations, const IdentifyOptions& options,
+               const BaseFit& start, double trusted_gain) {
   LinearSolution linear;  // of the best point so far
   BaseSums best;
   const auto evaluate = [&](const Eigen::VectorXd& x, NormalEquations& at) {
@@ -200,7 +209,8 @@ BaseFit search(const BaseNormalEquations& equations, const IdentifyOptions& opti
   const auto& beta = tableOne()[3];
   settings.lower = Eigen::Vector3d(std::log(c2.lower), std::log(beta.lower), -kMaxFirstState);
   settings.upper = Eigen::Vector3d(std::log(c2.upper), std::log(beta.upper), kMaxFirstState);
-  const Eigen::VectorXd x0 = Eigen::Vector3d(std::log(start.parameters.c2), std::log(start.parameters.beta), start.u_c2_first);
+  const Eigen::VectorXd x0 = Eigen::Vector3d(std::log(start.parameters.c2),
+                                             std::log(start.parameters.beta), start.u_c2_first);
   const MinimizeResult found = minimize(evaluate, x0, settings);
   if (!found.last_step.isZero(0.0)) follow(best, found.last_step, linear);
 
@@ -229,12 +239,14 @@ BaseFit startOf(const IdentifyOptions& options) {
 
 }  // namespace
 
-BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions& options, const BaseFit& start) {
+BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions& options,
+                     const BaseFit& start) {
   return search(equations, options, start, 0.0);
 }
 
 template <typename Samples>
-BaseFit searchWindow(const Samples& samples, const BaseNormalEquations& equations, const IdentifyOptions& options) {
+BaseFit searchWindow(const Samples& samples, const BaseNormalEquations& equations,
+                     const IdentifyOptions& options) {
   BaseFit start = startOf(options);
   if (samples.size() >= kCoarseFrom) {
     const BaseNormalEquations coarse(coarsened(samples, kCoarseFactor), start.parameters.i0);
@@ -249,10 +261,13 @@ BaseFit searchWindow(const Samples& samples, const BaseNormalEquations& equation
   return search(equations, options, start, kTrustedGain);
 }
 
-template BaseFit searchWindow(const std::vector<BaseNormalEquations::Sample>&, const BaseNormalEquations&, const IdentifyOptions&);
-template BaseFit searchWindow(const WindowSamples&, const BaseNormalEquations&, const IdentifyOptions&);
+template BaseFit searchWindow(const std::vector<BaseNormalEquations::Sample>&,
+                              const BaseNormalEquations&, const IdentifyOptions&);
+template BaseFit searchWindow(const WindowSamples&, const BaseNormalEquations&,
+                              const IdentifyOptions&);
 
-BaseFit searchAsInPaper(const BaseNormalEquations& equations, const IdentifyOptions& options, const FirstSample& first) {
+BaseFit searchAsInPaper(const BaseNormalEquations& equations, const IdentifyOptions& options,
+                        const FirstSample& first) {
   Eigen::VectorXd x(4);
   for (int j = 0; j < 4; ++j) x[j] = options.initial[j] / tableOne()[j].magnitude;
   double u_dc = BaseParameters{}.u_dc;  // Table I: 12 V at the first iteration
@@ -272,7 +287,8 @@ BaseFit searchAsInPaper(const BaseNormalEquations& equations, const IdentifyOpti
     one_step.initial_damping = step.damping;
     // Converged for this u_dc; done once u_dc itself stands still (1 uV, far below any sensor).
     const bool u_dc_stands = std::abs(u_dc - u_dc_before) < 1e-6;
-    if (step.status == MinimizeStatus::kStalled || (step.status == MinimizeStatus::kConverged && u_dc_stands)) {
+    if (step.status == MinimizeStatus::kStalled ||
+        (step.status == MinimizeStatus::kConverged && u_dc_stands)) {
       fit.status = fitStatusOf(step.status);
       break;
     }

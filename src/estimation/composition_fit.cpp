@@ -5,20 +5,24 @@
 #include <cmath>
 #include <limits>
 
+#include "elimination.hpp"
 #include "estimation/fit_description.hpp"
 #include "estimation/parallel.hpp"
-#include "elimination.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kTrustedGain = 1e-6;  // a last step promising less is taken unseen: 0.15 standard errors in 24,000 samples
+// a last step promising less is taken unseen: 0.15 standard errors in 24,000 samples
+constexpr double kTrustedGain = 1e-6;
 
 /// Fall of the cost that a full step inside the bounds promises.
-double promisedGain(const CompositionProblem& problem, const Eigen::VectorXd& x, const NormalEquations& at) {
+double promisedGain(const CompositionProblem& problem, const Eigen::VectorXd& x,
+                    const NormalEquations& at) {
   std::vector<Eigen::Index> free;
   for (Eigen::Index k = 0; k < x.size(); ++k)
-    if ((x[k] > problem.lower()[k] || at.gradient[k] < 0.0) && (x[k] < problem.upper()[k] || at.gradient[k] > 0.0)) free.push_back(k);
+    if ((x[k] > problem.lower()[k] || at.gradient[k] < 0.0) &&
+        (x[k] < problem.upper()[k] || at.gradient[k] > 0.0))
+      free.push_back(k);
   if (free.empty()) return 0.0;
   Eigen::MatrixXd hessian = at.hessian(free, free);
   hessian.diagonal() *= 1.0 + 1e-9;
@@ -26,7 +30,8 @@ double promisedGain(const CompositionProblem& problem, const Eigen::VectorXd& x,
   return gradient.dot(hessian.ldlt().solve(gradient));
 }
 
-CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::VectorXd& x, const CompositionSearch& search) {
+CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::VectorXd& x,
+                          const CompositionSearch& search) {
   Elimination elimination(problem, search.eliminate, x);
   MinimizeOptions options;
   options.max_iterations = search.max_iterations;
@@ -43,9 +48,11 @@ CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::Vector
   fit.status = fitStatusOf(result.status);
   fit.iterations = result.iterations;
   fit.passes = 0;
-  // A refused trial may have come last, or the last step promised much: once more at the optimum then.
+  // A refused trial may have come last, or the last step promised much: once more at the optimum
+  // then.
   std::optional<NormalEquations> at;
-  if (elimination.wasAt(result.x - result.last_step)) at = elimination.movedOn(result.last_step, CompositionProblem::kNegligibleShare);
+  if (elimination.wasAt(result.x - result.last_step))
+    at = elimination.movedOn(result.last_step, CompositionProblem::kNegligibleShare);
   if (!at) {
     NormalEquations last;
     elimination.evaluate(result.x, last);
@@ -55,24 +62,28 @@ CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::Vector
   }
   fit.x = elimination.full();
   fit.at = *at;
-  // Where implicit steps change their number the cost has steps of its own, far below what a parameter is known to.
-  if (fit.status == FitStatus::kStalled && promisedGain(problem, fit.x, fit.at) < problem.negligibleShare() * fit.at.cost)
+  // Where implicit steps change their number the cost has steps of its own, far below what a
+  // parameter is known to.
+  if (fit.status == FitStatus::kStalled &&
+      promisedGain(problem, fit.x, fit.at) < problem.negligibleShare() * fit.at.cost)
     fit.status = FitStatus::kConverged;
   fit.passes += elimination.passes();
   fit.point = problem.pointAt(fit.x);
   return fit;
 }
 
-/// Fractional part of multiples of powers of 1/phi_d: evenly spread points of the unit cube, the same every time
-/// (Roberts 2018, R_d sequence).
+/// Fractional part of multiples of powers of 1/phi_d: evenly spread points of the unit cube, the
+/// same every time (Roberts 2018, R_d sequence).
 double spread(int start, std::size_t coordinate, std::size_t dimensions) {
   double phi = 2.0;
-  for (int k = 0; k < 40; ++k) phi = std::pow(1.0 + phi, 1.0 / (static_cast<double>(dimensions) + 1.0));
+  for (int k = 0; k < 40; ++k)
+    phi = std::pow(1.0 + phi, 1.0 / (static_cast<double>(dimensions) + 1.0));
   const double value = 0.5 + start * std::pow(1.0 / phi, static_cast<double>(coordinate) + 1.0);
   return value - std::floor(value);
 }
 
-Eigen::VectorXd spreadStart(const CompositionProblem& problem, const Eigen::VectorXd& first, int start) {
+Eigen::VectorXd spreadStart(const CompositionProblem& problem, const Eigen::VectorXd& first,
+                            int start) {
   Eigen::VectorXd x = first;
   for (Eigen::Index k = 0; k < problem.size(); ++k) {
     // Where the voltage is linear any start is as good as another.
@@ -80,12 +91,14 @@ Eigen::VectorXd spreadStart(const CompositionProblem& problem, const Eigen::Vect
     const double low = problem.lower()[k], high = problem.upper()[k];
     const double span = high - low;
     // The middle half: at the very bounds a composition may be blind.
-    x[k] = low + span * (0.25 + 0.5 * spread(start, static_cast<std::size_t>(k), static_cast<std::size_t>(problem.size())));
+    x[k] = low + span * (0.25 + 0.5 * spread(start, static_cast<std::size_t>(k),
+                                             static_cast<std::size_t>(problem.size())));
   }
   return x;
 }
 
-Eigen::VectorXd leastOf(const CompositionProblem& problem, const std::vector<Eigen::VectorXd>& points) {
+Eigen::VectorXd leastOf(const CompositionProblem& problem,
+                        const std::vector<Eigen::VectorXd>& points) {
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -99,11 +112,13 @@ Eigen::VectorXd leastOf(const CompositionProblem& problem, const std::vector<Eig
 
 }  // namespace
 
-CompositionFit fitComposition(const CompositionProblem& problem, const std::vector<CompositionPoint>& starts,
+CompositionFit fitComposition(const CompositionProblem& problem,
+                              const std::vector<CompositionPoint>& starts,
                               const CompositionSearch& search) {
   std::vector<Eigen::VectorXd> from;
   for (const CompositionPoint& start : starts) from.push_back(problem.coordinatesOf(start));
-  for (int k = 1; k <= search.more_starts; ++k) from.push_back(spreadStart(problem, from.front(), k));
+  for (int k = 1; k <= search.more_starts; ++k)
+    from.push_back(spreadStart(problem, from.front(), k));
   if (!search.every_start && from.size() > 1) from = {leastOf(problem, from)};
   std::vector<std::optional<CompositionFit>> fits(from.size());
   parallelFor(from.size(), search.threads, [&](std::size_t k) {
@@ -119,7 +134,8 @@ CompositionFit fitComposition(const CompositionProblem& problem, const std::vect
   return best;
 }
 
-CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point, const BatteryModel& larger) {
+CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point,
+                          const BatteryModel& larger) {
   CompositionPoint out{larger.typicalParameters(), larger.restState()};
   for (Eigen::Index j = 0; j < larger.parameterCount(); ++j) {
     const ParameterInfo& info = larger.parameters()[static_cast<std::size_t>(j)];
@@ -130,7 +146,8 @@ CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& po
   }
   for (Eigen::Index j = 0; j < larger.stateCount(); ++j)
     for (Eigen::Index k = 0; k < nested.stateCount(); ++k)
-      if (larger.states()[static_cast<std::size_t>(j)].name == nested.states()[static_cast<std::size_t>(k)].name)
+      if (larger.states()[static_cast<std::size_t>(j)].name ==
+          nested.states()[static_cast<std::size_t>(k)].name)
         out.state[j] = point.state[k];
   return out;
 }

@@ -19,31 +19,38 @@ namespace battery_sof {
  *
  *     sigma_i^2 = s_i^2 + (G s_u)^2 + (rho i)^2  [A^2]  of a current,   sigma_u^2 = sigma_i^2 / G^2  [V^2]  of a voltage
  *
- * and rho(z) = 2 k^2 (sqrt(1 + z^2 / k^2) - 1) of an error of z sigmas, k = robust; with G = di/du of a current held over the sample's
- * interval, at the search's start (docs/model.md).
+ * and rho(z) = 2 k^2 (sqrt(1 + z^2 / k^2) - 1) of an error of z sigmas, k = robust; with G = di/du
+ * of a current held over the sample's interval, at the search's start (docs/model.md).
  */
 struct ChannelErrors {
   double voltage_std = 0.012;   ///< s_u [V], half a step of a vehicle's sensor
   double current_std = 0.5;     ///< s_i [A], offset and what a slow sampling misses
   double current_share = 0.15;  ///< rho [1], what the model misses of a current
-  double robust = 2.0;          ///< [1], sigmas from which an error counts by its magnitude (Huber 1964, smooth)
-  double independent = 0.01;    ///< [1], share of the samples that count as independent: errors last for minutes
+  /// [1], sigmas from which an error counts by its magnitude (Huber 1964, smooth)
+  double robust = 2.0;
+  /// [1], share of the samples that count as independent: errors last for minutes
+  double independent = 0.01;
 };
 
 /// What a residual costs.
 struct FitCost {
-  std::optional<NoiseModel> noise;                       ///< whitened by it; none: weighted as in eq. 3
-  double crank_weight = 10.0;                            ///< W of eq. 3 below crank_weight_current [1]; without noise only
-  double crank_weight_current = -150.0;                  ///< [A]
-  bool priors = true;                                    ///< with what is known beforehand of parameters and first states
-  std::optional<ChannelErrors> channels = std::nullopt;  ///< errors in both variables, in place of eq. 3's weights
-  std::vector<KnownParameter> known = {};                ///< priors in place of the catalogue's
+  /// whitened by it; none: weighted as in eq. 3
+  std::optional<NoiseModel> noise;
+  /// W of eq. 3 below crank_weight_current [1]; without noise only
+  double crank_weight = 10.0;
+  double crank_weight_current = -150.0;  ///< [A]
+  /// with what is known beforehand of parameters and first states
+  bool priors = true;
+  /// errors in both variables, in place of eq. 3's weights
+  std::optional<ChannelErrors> channels = std::nullopt;
+  std::vector<KnownParameter> known = {};  ///< priors in place of the catalogue's
 };
 
 /// Parameters and first states of a composition.
 struct CompositionPoint {
   Eigen::VectorXd parameters;  ///< in the order of BatteryModel::parameters()
-  Eigen::VectorXd state;       ///< at the drive's first sample, in the order of BatteryModel::states()
+  /// at the drive's first sample, in the order of BatteryModel::states()
+  Eigen::VectorXd state;
 };
 
 /**
@@ -52,25 +59,29 @@ struct CompositionPoint {
  *     E(x) = sum_n w_n e_n^2 + sum_j ((x_j - x_j0) / s_j)^2 E_0     or   E(x) = sum_n v_n^2 + sum_j ((x_j - x_j0) / s_j)^2
  *     or, with errors in both variables,   E(x) = sum_n rho(e_n / sigma_n) + sum_j ((x_j - x_j0) / s_j)^2 / independent
  *
- * with e = u_b - u_m, w = W^2 times the samples averaged, v the innovations of e (Whitening), E_0 = (10 mV)^2 times the
- * samples that 5 s of correlation hold. Coordinates: free parameters (logarithms where ParameterInfo says so, else in
- * units of their magnitude), then the first states that are estimated. Those in which the voltage is linear can be solved
- * for the others (variable projection), see Elimination.
+ * with e = u_b - u_m, w = W^2 times the samples averaged, v the innovations of e (Whitening), E_0 =
+ * (10 mV)^2 times the samples that 5 s of correlation hold. Coordinates: free parameters
+ * (logarithms where ParameterInfo says so, else in units of their magnitude), then the first states
+ * that are estimated. Those in which the voltage is linear can be solved for the others (variable
+ * projection), see Elimination.
  *
- * One pass goes through the drive once: simulation, sensitivities, whitening and normal equations, nothing stored but the
- * sums. Holds references to model and drive.
+ * One pass goes through the drive once: simulation, sensitivities, whitening and normal equations,
+ * nothing stored but the sums. Holds references to model and drive.
  */
 class CompositionProblem {
  public:
-  static constexpr double kNegligibleShare = 1e-5;  ///< of the cost: half a standard error in 24,000 samples
+  /// of the cost: half a standard error in 24,000 samples
+  static constexpr double kNegligibleShare = 1e-5;
 
   /**
    * @param free names of parameters to set free although they are held by default.
    * @param fixed names of parameters that stay at `start`.
-   * @throws std::invalid_argument for unknown names, an empty drive, or more than Simulation::kMaxTangents coordinates.
+   * @throws std::invalid_argument for unknown names, an empty drive, or more than
+   * Simulation::kMaxTangents coordinates.
    */
-  CompositionProblem(const BatteryModel& model, const InputSequence& inputs, const FitCost& cost, const CompositionPoint& start,
-                     const std::vector<std::string>& free = {}, const std::vector<std::string>& fixed = {});
+  CompositionProblem(const BatteryModel& model, const InputSequence& inputs, const FitCost& cost,
+                     const CompositionPoint& start, const std::vector<std::string>& free = {},
+                     const std::vector<std::string>& fixed = {});
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(coordinates_.size()); }
   Eigen::VectorXd coordinatesOf(const CompositionPoint& point) const;
@@ -90,18 +101,23 @@ class CompositionProblem {
   /// Residual at x [V], or [A] where the voltage drives, one a sample of the drive, not whitened.
   Eigen::VectorXd residual(const Eigen::VectorXd& x) const;
 
-  /// 1 / s_j^2 of every coordinate, 0 without a prior; times priorWeight() it is the priors' part of J'J.
+  /// 1 / s_j^2 of every coordinate, 0 without a prior; times priorWeight() it is the priors' part
+  /// of J'J.
   Eigen::VectorXd priorPrecision() const;
   double priorWeight() const { return prior_weight_; }
-  /// W^2 times the samples averaged [1]; with ChannelErrors 1 / sigma^2 times them. @param k of the drive's samples.
+  /// W^2 times the samples averaged [1]; with ChannelErrors 1 / sigma^2 times them. @param k of the
+  /// drive's samples.
   double weightOf(std::size_t k) const;
-  /// Share of the cost that half a standard error is worth: what a stalled search may still promise.
+  /// Share of the cost that half a standard error is worth: what a stalled search may still
+  /// promise.
   double negligibleShare() const;
   /// Takes the weights of ChannelErrors at a point; they are those of the start until then.
   void reweigh(const CompositionPoint& point);
 
   /// Row of the parameter vector, or of the state vector behind it, that a coordinate moves.
-  Eigen::Index rowOf(Eigen::Index coordinate) const { return coordinates_[static_cast<std::size_t>(coordinate)].row; }
+  Eigen::Index rowOf(Eigen::Index coordinate) const {
+    return coordinates_[static_cast<std::size_t>(coordinate)].row;
+  }
 
  private:
   struct Coordinate {
@@ -133,8 +149,9 @@ struct CompositionSearch {
   int more_starts = 0;      ///< beside the given ones, spread over the bounds of what is not linear
   int threads = 1;          ///< 0: as many as the machine has; the result is the same
   bool every_start = true;  ///< false: only from the start of least cost
-  double tolerance = 1e-8;  ///< stop when a step promises less than this share of the cost, see MinimizeOptions
-  bool eliminate = true;    ///< solve for the linear coordinates in every pass
+  /// stop when a step promises less than this share of the cost, see MinimizeOptions
+  double tolerance = 1e-8;
+  bool eliminate = true;  ///< solve for the linear coordinates in every pass
   /// Called before every pass, from the pass's thread; what it throws ends the search.
   std::function<void()> pulse = nullptr;
 };
@@ -150,21 +167,26 @@ struct CompositionFit {
 };
 
 /**
- * @brief Minimises a CompositionProblem by Levenberg-Marquardt inside the bounds, from every start, and keeps the best.
+ * @brief Minimises a CompositionProblem by Levenberg-Marquardt inside the bounds, from every start,
+ * and keeps the best.
  *
- * A search never ends above its start: with a nested model's optimum among the starts, its new strengths zero
- * (embedded()), the cost is at most the nested one's.
+ * A search never ends above its start: with a nested model's optimum among the starts, its new
+ * strengths zero (embedded()), the cost is at most the nested one's.
  *
  * @param starts at least one; search.more_starts are added.
  */
-CompositionFit fitComposition(const CompositionProblem& problem, const std::vector<CompositionPoint>& starts,
+CompositionFit fitComposition(const CompositionProblem& problem,
+                              const std::vector<CompositionPoint>& starts,
                               const CompositionSearch& search = {});
 
-/// @return a nested model's optimum as a point of the larger composition: what is new stands where it vanishes or, when
+/// @return a nested model's optimum as a point of the larger composition: what is new stands where
+/// it vanishes or, when
 ///   it has none such, at its magnitude.
-CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point, const BatteryModel& larger);
+CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point,
+                          const BatteryModel& larger);
 
-/// @return base parameters at Table I's magnitudes, u_dc from the drive's mean voltage, everything else typical and at rest.
+/// @return base parameters at Table I's magnitudes, u_dc from the drive's mean voltage, everything
+/// else typical and at rest.
 CompositionPoint typicalStart(const BatteryModel& model, const InputSequence& inputs);
 
 }  // namespace battery_sof

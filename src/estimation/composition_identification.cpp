@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "estimation/covariance.hpp"
-#include "estimation/residual_filter.hpp"
 #include "estimation/fit_description.hpp"
+#include "estimation/residual_filter.hpp"
 #include "estimation/window_history.hpp"
 
 namespace battery_sof {
@@ -18,9 +18,11 @@ constexpr std::size_t kCompressFrom = 4000;
 constexpr std::size_t kFullRateErrors = 100000;
 constexpr int kWhiteningRounds = 2;
 constexpr int kFirstIterations = 20;  // before weights are taken again
-// Share of the cost below which a step is not worth taking: a tenth of what half a standard error makes of it.
+// Share of the cost below which a step is not worth taking: a tenth of what half a standard error
+// makes of it.
 constexpr double kEnough = 1e-4;
-constexpr int kLastIterations = 10;   // of the search at full rate; beyond it compression was no good start
+// of the search at full rate; beyond it compression was no good start
+constexpr int kLastIterations = 10;
 constexpr double kMinWhite = 1e-5;  // [V]
 
 CompositionPoint basePoint(const BaseFit& base) {
@@ -33,7 +35,8 @@ CompositionPoint basePoint(const BaseFit& base) {
 
 /// Where every strength is at its magnitude.
 CompositionPoint withMagnitudes(const BatteryModel& model, CompositionPoint point) {
-  point.parameters.tail(point.parameters.size() - kBaseRows) = model.typicalParameters().tail(point.parameters.size() - kBaseRows);
+  point.parameters.tail(point.parameters.size() - kBaseRows) =
+      model.typicalParameters().tail(point.parameters.size() - kBaseRows);
   return point;
 }
 
@@ -57,7 +60,8 @@ struct Fitted {
   std::optional<ChannelErrors> channels = std::nullopt;
 };
 
-Fitted search(const BatteryModel& model, const InputSequence& inputs, const IdentifyOptions& options, const BaseFit& base) {
+Fitted search(const BatteryModel& model, const InputSequence& inputs,
+              const IdentifyOptions& options, const BaseFit& base) {
   FitCost cost;
   cost.crank_weight = options.crank_weight;
   cost.crank_weight_current = options.crank_weight_current;
@@ -70,22 +74,27 @@ Fitted search(const BatteryModel& model, const InputSequence& inputs, const Iden
   std::vector<CompositionPoint> starts = {nested};
   if (!model.effects().empty()) starts.push_back(withMagnitudes(model, nested));
   for (const double share : {0.125, 0.375, 0.625, 0.875})
-    if (hasInstant(model)) starts.push_back(withInstants(model, starts[1], share * (inputs.samples.back().step.time - inputs.first_time)));
+    if (hasInstant(model))
+      starts.push_back(withInstants(model, starts[1],
+                                    share * (inputs.samples.back().step.time - inputs.first_time)));
   const CompositionProblem weighted(model, inputs, cost, nested);
   const auto samples = static_cast<Eigen::Index>(inputs.samples.size());
   Fitted fitted{fitComposition(weighted, starts, search), std::nullopt, samples, std::nullopt};
   search.more_starts = 0;
   for (int round = 0; options.whiten && round < kWhiteningRounds; ++round) {
-    cost.noise = fitNoise(weighted.residual(fitted.fit.x), inputs.samples, std::max(kMinWhite, options.voltage_lsb_std));
+    cost.noise = fitNoise(weighted.residual(fitted.fit.x), inputs.samples,
+                          std::max(kMinWhite, options.voltage_lsb_std));
     const CompositionProblem whitened(model, inputs, cost, nested);
-    fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise, samples, std::nullopt};
+    fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise, samples,
+              std::nullopt};
   }
   return fitted;
 }
 
-/// The search with errors in both variables: from the composition's magnitudes, as their weights depend on where they are
-/// taken twice.
-Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs, const IdentifyOptions& options, const BaseFit& base) {
+/// The search with errors in both variables: from the composition's magnitudes, as their weights
+/// depend on where they are taken twice.
+Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs,
+                      const IdentifyOptions& options, const BaseFit& base) {
   FitCost cost;
   cost.channels.emplace();
   cost.known = knownOf(options.priors, options.effects);
@@ -96,7 +105,8 @@ Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs, co
   CompositionPoint start = typicalStart(model, inputs);
   if (model.effects().empty()) start = basePoint(base);
   CompositionProblem problem(model, inputs, cost, start);
-  Fitted fitted{fitComposition(problem, {start}, search), std::nullopt, static_cast<Eigen::Index>(inputs.samples.size()), cost.channels};
+  Fitted fitted{fitComposition(problem, {start}, search), std::nullopt,
+                static_cast<Eigen::Index>(inputs.samples.size()), cost.channels};
   search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
   problem.reweigh(fitted.fit.point);
   fitted.fit = fitComposition(problem, {fitted.fit.point}, search);
@@ -110,11 +120,14 @@ struct Pass {
   Eigen::MatrixXd at_end;  // d(parameters, last state) / d(coordinates)
 };
 
-Pass passOver(const BatteryModel& model, const InputSequence& inputs, const CompositionProblem& problem, const CompositionFit& fit) {
+Pass passOver(const BatteryModel& model, const InputSequence& inputs,
+              const CompositionProblem& problem, const CompositionFit& fit) {
   const Eigen::MatrixXd seeds = problem.seedsAt(fit.x);
-  Simulation simulation(model, {fit.point.parameters, fit.point.state, inputs.first_time, inputs.first_time}, seeds);
+  Simulation simulation(
+      model, {fit.point.parameters, fit.point.state, inputs.first_time, inputs.first_time}, seeds);
   const auto count = static_cast<Eigen::Index>(inputs.samples.size());
-  Pass pass{Eigen::MatrixXd(count, problem.size()), Eigen::VectorXd(count), Eigen::VectorXd(count), seeds};
+  Pass pass{Eigen::MatrixXd(count, problem.size()), Eigen::VectorXd(count), Eigen::VectorXd(count),
+            seeds};
   for (Eigen::Index n = 0; n < count; ++n) {
     const InputSample& sample = inputs.samples[static_cast<std::size_t>(n)];
     pass.residual[n] = simulation.follow(sample);
@@ -134,7 +147,8 @@ bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eige
 }
 
 /// Covariance of the coordinates; those at a bound are taken as known.
-Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted, Pass pass, double rho) {
+Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted, Pass pass,
+                             double rho) {
   const Eigen::VectorXd precision = problem.priorPrecision();
   if (fitted.noise) {
     const double freedom = std::max(1.0, static_cast<double>(fitted.samples - problem.size()));
@@ -148,7 +162,8 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
   }
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     if (isAtBound(problem, fitted.fit.x, k)) pass.jacobian.col(k).setZero();
-  Sandwich parts = sandwichParts(pass.jacobian, pass.residual, pass.weight, bartlettWidth(rho, pass.residual.size()));
+  Sandwich parts = sandwichParts(pass.jacobian, pass.residual, pass.weight,
+                                 bartlettWidth(rho, pass.residual.size()));
   const double weight = problem.priorWeight();
   for (Eigen::Index k = 0; k < problem.size(); ++k) {
     if (isAtBound(problem, fitted.fit.x, k)) continue;
@@ -158,12 +173,14 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
   return combined(parts);
 }
 
-std::vector<ParameterEstimate> estimatesOf(const BatteryModel& model, const CompositionProblem& problem, const Fitted& fitted,
+std::vector<ParameterEstimate> estimatesOf(const BatteryModel& model,
+                                           const CompositionProblem& problem, const Fitted& fitted,
                                            const Eigen::MatrixXd& covariance) {
   std::vector<ParameterEstimate> estimates;
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
     const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
-    ParameterEstimate estimate{info.name, info.unit, fitted.fit.point.parameters[j], std::nullopt, false, true, true};
+    ParameterEstimate estimate{
+        info.name, info.unit, fitted.fit.point.parameters[j], std::nullopt, false, true, true};
     for (Eigen::Index k = 0; k < problem.size(); ++k) {
       if (problem.rowOf(k) != j) continue;
       estimate.held = false;
@@ -186,8 +203,8 @@ struct Window {
 };
 
 /// Scores of a residual that is a voltage's or, where the voltage drives, a current's.
-FitScores scoresBothWays(const Series& series, IndexRange range, const InputSequence& inputs, const Eigen::VectorXd& residual,
-                         double crank_current) {
+FitScores scoresBothWays(const Series& series, IndexRange range, const InputSequence& inputs,
+                         const Eigen::VectorXd& residual, double crank_current) {
   Eigen::VectorXd of_voltage = residual;
   double squares_a = 0.0, currents = 0.0;
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
@@ -203,19 +220,22 @@ FitScores scoresBothWays(const Series& series, IndexRange range, const InputSequ
   scores.current_rmse = std::sqrt(squares_a / currents);
   const double voltages = static_cast<double>(residual.size()) - currents;
   // A window wholly behind a source shows no voltage's error: its currents', through 10 mOhm.
-  scores.rmse = voltages > 0.0 ? std::sqrt(of_voltage.squaredNorm() / voltages) : kOhmsOfCurrentError * *scores.current_rmse;
+  scores.rmse = voltages > 0.0 ? std::sqrt(of_voltage.squaredNorm() / voltages)
+                               : kOhmsOfCurrentError * *scores.current_rmse;
   return scores;
 }
 
 /// Scores of the same point with the current driving throughout (paper, eq. 6).
-FitScores scoresFromCurrent(const BatteryModel& model, const Series& series, IndexRange range, const IdentifyOptions& options,
-                            const CompositionPoint& point) {
+FitScores scoresFromCurrent(const BatteryModel& model, const Series& series, IndexRange range,
+                            const IdentifyOptions& options, const CompositionPoint& point) {
   const InputSequence inputs = inputSequence(series, range, options.masked);
   const CompositionProblem problem(model, inputs, FitCost(), point);
-  return scoresBothWays(series, range, inputs, problem.residual(problem.coordinatesOf(point)), options.crank_weight_current);
+  return scoresBothWays(series, range, inputs, problem.residual(problem.coordinatesOf(point)),
+                        options.crank_weight_current);
 }
 
-FittedModel completed(const BatteryModel& model, const Window& on, const IdentifyOptions& options, const Fitted& fitted) {
+FittedModel completed(const BatteryModel& model, const Window& on, const IdentifyOptions& options,
+                      const Fitted& fitted) {
   const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current,
                      true,         fitted.channels,      knownOf(options.priors, options.effects)};
   const auto& [series, range, full, compressed] = on;
@@ -224,9 +244,12 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   const Pass pass = passOver(model, for_errors, problem, fitted.fit);
   // A pass over the whole window has its residual already; otherwise weights play no part in one.
   const Eigen::VectorXd residual =
-      &for_errors == &full ? pass.residual : CompositionProblem(model, full, FitCost(), fitted.fit.point).residual(fitted.fit.x);
+      &for_errors == &full
+          ? pass.residual
+          : CompositionProblem(model, full, FitCost(), fitted.fit.point).residual(fitted.fit.x);
   const Eigen::VectorXd weighted = pass.weight.cwiseSqrt().cwiseProduct(pass.residual);
-  const double rho = std::clamp(lagOneCorrelation(fitted.channels ? weighted : pass.residual), -0.9999, 0.9999);
+  const double rho =
+      std::clamp(lagOneCorrelation(fitted.channels ? weighted : pass.residual), -0.9999, 0.9999);
 
   FittedModel found = unfitted(series, range, model, fitted.fit.status, "");
   found.fit.parameters = baseParameters(fitted.fit.point.parameters);
@@ -235,13 +258,16 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   found.fit.covariance = pass.at_end * covariance * pass.at_end.transpose();
   found.fit.estimates = estimatesOf(model, problem, fitted, found.fit.covariance);
   found.fit.scores = scoresBothWays(series, range, full, residual, options.crank_weight_current);
-  if (fitted.channels) found.fit.scores.q_dyn_percent = scoresFromCurrent(model, series, range, options, fitted.fit.point).q_dyn_percent;
+  if (fitted.channels)
+    found.fit.scores.q_dyn_percent =
+        scoresFromCurrent(model, series, range, options, fitted.fit.point).q_dyn_percent;
   if (std::none_of(found.fit.estimates.begin(), found.fit.estimates.begin() + kRowUDc,
                    [](const ParameterEstimate& estimate) { return estimate.determined; }))
     found.fit.status = FitStatus::kNotExcited;
   found.fit.message = sentenceOf(found.fit);
 
-  Simulation at_end(model, {fitted.fit.point.parameters, fitted.fit.point.state, full.first_time, full.first_time});
+  Simulation at_end(model, {fitted.fit.point.parameters, fitted.fit.point.state, full.first_time,
+                            full.first_time});
   for (const InputSample& sample : full.samples) at_end.follow(sample);
   takeState(found, at_end, series.current[range.last - 1]);
   const Eigen::VectorXd& first = fitted.fit.point.state;
@@ -253,13 +279,16 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
 
 namespace {
 
-FittedModel identifyBothWays(const BatteryModel& model, const Series& series, IndexRange range, const IdentifyOptions& options,
-                             const BaseFit& base) {
+FittedModel identifyBothWays(const BatteryModel& model, const Series& series, IndexRange range,
+                             const IdentifyOptions& options, const BaseFit& base) {
   const Series sound = repaired(series, options.source->repair);
   std::vector<char> masked = options.source->repair.dropped;
-  for (std::size_t n = 0; n < options.masked.size(); ++n) masked[n] = masked[n] || options.masked[n];
-  const InputSequence inputs = inputSequence(sound, range, masked, options.source->voltage_controlled);
-  FittedModel found = completed(model, {sound, range, inputs, inputs}, options, searchBothWays(model, inputs, options, base));
+  for (std::size_t n = 0; n < options.masked.size(); ++n)
+    masked[n] = masked[n] || options.masked[n];
+  const InputSequence inputs =
+      inputSequence(sound, range, masked, options.source->voltage_controlled);
+  FittedModel found = completed(model, {sound, range, inputs, inputs}, options,
+                                searchBothWays(model, inputs, options, base));
   found.fit.voltage_lag = options.source->repair.lag;
   followWindow(found, sound, range, inputs, *options.source);
   return found;
@@ -267,17 +296,22 @@ FittedModel identifyBothWays(const BatteryModel& model, const Series& series, In
 
 }  // namespace
 
-FittedModel identifyComposition(const Series& series, IndexRange range, const IdentifyOptions& options, const BaseFit& base) {
+FittedModel identifyComposition(const Series& series, IndexRange range,
+                                const IdentifyOptions& options, const BaseFit& base) {
   const BatteryModel model(options.effects, options.discrepancy);
   if (options.source) return identifyBothWays(model, series, range, options, base);
   const InputSequence full = inputSequence(series, range, options.masked);
-  const InputSequence compressed = range.size() > kCompressFrom ? compressedInputs(series, range, {}, options.masked) : InputSequence();
+  const InputSequence compressed = range.size() > kCompressFrom
+                                       ? compressedInputs(series, range, {}, options.masked)
+                                       : InputSequence();
   const InputSequence& inputs = range.size() > kCompressFrom ? compressed : full;
   Fitted fitted = search(model, inputs, options, base);
   if (range.size() > kCompressFrom && range.size() <= kFullRateErrors && !fitted.noise) {
-    // The compressed optimum is off by a share of a standard error; from there two passes at full rate end it.
-    const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current,
-                       true,         std::nullopt,         knownOf(options.priors, options.effects)};
+    // The compressed optimum is off by a share of a standard error; from there two passes at full
+    // rate end it.
+    const FitCost cost{
+        fitted.noise, options.crank_weight, options.crank_weight_current,
+        true,         std::nullopt,         knownOf(options.priors, options.effects)};
     const CompositionProblem over_all(model, full, cost, fitted.fit.point);
     CompositionSearch last;
     last.max_iterations = kLastIterations;
@@ -287,11 +321,13 @@ FittedModel identifyComposition(const Series& series, IndexRange range, const Id
   return completed(model, {series, range, full, compressed}, options, fitted);
 }
 
-FittedModel completedModel(const Series& series, IndexRange range, const IdentifyOptions& options, const CompositionPoint& optimum,
-                           const NoiseModel& noise) {
+FittedModel completedModel(const Series& series, IndexRange range, const IdentifyOptions& options,
+                           const CompositionPoint& optimum, const NoiseModel& noise) {
   const BatteryModel model(options.effects, options.discrepancy);
   const InputSequence full = inputSequence(series, range, options.masked);
-  const InputSequence compressed = range.size() > kCompressFrom ? compressedInputs(series, range, {}, options.masked) : InputSequence();
+  const InputSequence compressed = range.size() > kCompressFrom
+                                       ? compressedInputs(series, range, {}, options.masked)
+                                       : InputSequence();
   const InputSequence& inputs = range.size() > kCompressFrom ? compressed : full;
   const FitCost cost{noise, options.crank_weight, options.crank_weight_current,
                      true,  std::nullopt,         knownOf(options.priors, options.effects)};

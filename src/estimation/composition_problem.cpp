@@ -9,16 +9,19 @@
 namespace battery_sof {
 namespace {
 
-// What a prior weighs without a noise model: 10 mV of error, correlated over 5 s (as windowExcitation()).
+// What a prior weighs without a noise model: 10 mV of error, correlated over 5 s (as
+// windowExcitation()).
 constexpr double kPriorError = 0.01;       // [V]
 constexpr double kPriorCorrelation = 5.0;  // [s]
-// [s], over which a current is held for its conditioning: a sample's interval, within what the double layer makes of it.
+// [s], over which a current is held for its conditioning: a sample's interval, within what the
+// double layer makes of it.
 constexpr double kShortestReach = 0.1, kLongestReach = 60.0;
 constexpr Eigen::Index kRows = 64;  // of the Jacobian held at a time
 
 void requireKnown(const BatteryModel& model, const std::vector<std::string>& names) {
   for (const std::string& name : names)
-    if (!model.parameterRow(name)) throw std::invalid_argument("parameter \"" + name + "\" is not one of the composition's");
+    if (!model.parameterRow(name))
+      throw std::invalid_argument("parameter \"" + name + "\" is not one of the composition's");
 }
 
 double meanInterval(const InputSequence& inputs) {
@@ -28,7 +31,8 @@ double meanInterval(const InputSequence& inputs) {
   return count > 1.0 ? span / (count - 1.0) : 0.0;
 }
 
-/// Weighs a row (Jacobian, residual last, in sigmas) as rho asks for. @return rho(z) less the square that is then summed.
+/// Weighs a row (Jacobian, residual last, in sigmas) as rho asks for. @return rho(z) less the
+/// square that is then summed.
 template <typename Row>
 double makeRobust(Row& row, double k) {
   const double z = row[row.size() - 1] / k;
@@ -38,30 +42,34 @@ double makeRobust(Row& row, double k) {
 }
 
 /// d error / d lane of Simulation::follow().
-Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxTangents> errorDerivatives(const Simulation& simulation,
-                                                                                                    const InputSample& sample) {
+Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxTangents>
+errorDerivatives(const Simulation& simulation, const InputSample& sample) {
   if (sample.voltage_controlled) return simulation.currentErrorDerivatives().transpose().array();
   return -simulation.voltageDerivatives().transpose().array();
 }
 
 }  // namespace
 
-CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSequence& inputs, const FitCost& cost, const CompositionPoint& start,
-                                       const std::vector<std::string>& free, const std::vector<std::string>& fixed)
+CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSequence& inputs,
+                                       const FitCost& cost, const CompositionPoint& start,
+                                       const std::vector<std::string>& free,
+                                       const std::vector<std::string>& fixed)
     : model_(model), inputs_(inputs), cost_(cost), start_(start) {
   requireKnown(model, free);
   requireKnown(model, fixed);
   if (inputs.samples.empty()) throw std::invalid_argument("the drive has no sample");
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
     const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
-    if ((!info.held || contains(free, info.name)) && !contains(fixed, info.name)) addParameter(j, info);
+    if ((!info.held || contains(free, info.name)) && !contains(fixed, info.name))
+      addParameter(j, info);
   }
   for (Eigen::Index j = 0; j < model.stateCount(); ++j)
     if (model.states()[static_cast<std::size_t>(j)].initial_std)
       addState(model.parameterCount() + j, model.states()[static_cast<std::size_t>(j)]);
   if (size() > Simulation::kMaxTangents)
-    throw std::invalid_argument("the composition has " + std::to_string(size()) + " unknowns, at most " +
-                                std::to_string(Simulation::kMaxTangents) + " can be fitted at once");
+    throw std::invalid_argument("the composition has " + std::to_string(size()) +
+                                " unknowns, at most " + std::to_string(Simulation::kMaxTangents) +
+                                " can be fitted at once");
   if (cost.noise) {
     whitening_.emplace(*cost.noise, inputs.samples);
   } else if (cost.channels) {
@@ -69,14 +77,18 @@ CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSeq
     reweigh(start);
   } else {
     const double interval = meanInterval(inputs);
-    prior_weight_ = kPriorError * kPriorError * (interval > 0.0 ? std::max(1.0, kPriorCorrelation / interval) : 1.0);
+    prior_weight_ = kPriorError * kPriorError *
+                    (interval > 0.0 ? std::max(1.0, kPriorCorrelation / interval) : 1.0);
   }
 }
 
 void CompositionProblem::addParameter(Eigen::Index row, const ParameterInfo& info) {
   Coordinate coordinate{row, info.logarithmic, 1.0, std::nullopt, std::nullopt};
-  if (!info.logarithmic) coordinate.scale = info.magnitude != 0.0 ? std::abs(info.magnitude) : std::abs(info.upper);
-  const auto in = [&](double value) { return info.logarithmic ? std::log(value) : value / coordinate.scale; };
+  if (!info.logarithmic)
+    coordinate.scale = info.magnitude != 0.0 ? std::abs(info.magnitude) : std::abs(info.upper);
+  const auto in = [&](double value) {
+    return info.logarithmic ? std::log(value) : value / coordinate.scale;
+  };
   if (info.prior_std) {
     coordinate.prior_mean = in(info.magnitude);
     coordinate.prior_std = info.logarithmic ? *info.prior_std : *info.prior_std / coordinate.scale;
@@ -92,7 +104,8 @@ void CompositionProblem::addParameter(Eigen::Index row, const ParameterInfo& inf
   upper_[size() - 1] = in(info.instant ? std::clamp(length, info.lower, info.upper) : info.upper);
 }
 
-/// A spread of logarithms is taken for that share of the value, and the other way round, where the search has other coordinates.
+/// A spread of logarithms is taken for that share of the value, and the other way round, where the
+/// search has other coordinates.
 void CompositionProblem::takeKnown(const ParameterInfo& info, Coordinate& coordinate) const {
   const KnownParameter* known = find(cost_.known, info.name);
   if (!known) return;
@@ -102,7 +115,8 @@ void CompositionProblem::takeKnown(const ParameterInfo& info, Coordinate& coordi
     coordinate.prior_std = known->logarithmic ? known->std : known->std / std::abs(value);
   } else {
     coordinate.prior_mean = value / coordinate.scale;
-    coordinate.prior_std = (known->logarithmic ? known->std * std::abs(value) : known->std) / coordinate.scale;
+    coordinate.prior_std =
+        (known->logarithmic ? known->std * std::abs(value) : known->std) / coordinate.scale;
   }
 }
 
@@ -138,7 +152,8 @@ CompositionPoint CompositionProblem::pointAt(const Eigen::VectorXd& x) const {
     (state < 0 ? point.parameters[c.row] : point.state[state]) = value;
   }
   for (Eigen::Index j = 0; j < model_.stateCount(); ++j)
-    if (model_.states()[static_cast<std::size_t>(j)].begins_as_u_c2) point.state[j] = point.state[0];
+    if (model_.states()[static_cast<std::size_t>(j)].begins_as_u_c2)
+      point.state[j] = point.state[0];
   return point;
 }
 
@@ -150,22 +165,25 @@ Eigen::MatrixXd CompositionProblem::seedsAt(const Eigen::VectorXd& x) const {
     seeds(c.row, k) = c.logarithmic ? std::exp(x[k]) : c.scale;
   }
   for (Eigen::Index j = 0; j < model_.stateCount(); ++j)
-    if (model_.states()[static_cast<std::size_t>(j)].begins_as_u_c2) seeds.row(parameters + j) = seeds.row(parameters);
+    if (model_.states()[static_cast<std::size_t>(j)].begins_as_u_c2)
+      seeds.row(parameters + j) = seeds.row(parameters);
   return seeds;
 }
 
 void CompositionProblem::reweigh(const CompositionPoint& point) {
   const ChannelErrors& errors = *cost_.channels;
-  Simulation simulation(model_, {point.parameters, point.state, inputs_.first_time, inputs_.first_time});
+  Simulation simulation(model_,
+                        {point.parameters, point.state, inputs_.first_time, inputs_.first_time});
   precision_.clear();
   for (const InputSample& sample : inputs_.samples) {
     const double over = std::clamp(sample.step.duration, kShortestReach, kLongestReach);
     const double error = simulation.follow(sample);
     const double current = sample.step.current - (sample.voltage_controlled ? error : 0.0);
     const double G = 1.0 / simulation.resistanceOver(current, over);
-    const double variance =
-        std::pow(errors.current_std, 2) + std::pow(G * errors.voltage_std, 2) + std::pow(errors.current_share * sample.step.current, 2);
-    precision_.push_back(std::isfinite(variance) ? (sample.voltage_controlled ? 1.0 : G * G) / variance : 0.0);
+    const double variance = std::pow(errors.current_std, 2) + std::pow(G * errors.voltage_std, 2) +
+                            std::pow(errors.current_share * sample.step.current, 2);
+    precision_.push_back(
+        std::isfinite(variance) ? (sample.voltage_controlled ? 1.0 : G * G) / variance : 0.0);
   }
 }
 
@@ -183,8 +201,10 @@ double CompositionProblem::weightOf(std::size_t k) const {
 bool CompositionProblem::evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const {
   const CompositionPoint point = pointAt(x);
   const Eigen::Index n = size();
-  Simulation simulation(model_, {point.parameters, point.state, inputs_.first_time, inputs_.first_time}, seedsAt(x));
-  using Row = Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxTangents + 1>;
+  Simulation simulation(
+      model_, {point.parameters, point.state, inputs_.first_time, inputs_.first_time}, seedsAt(x));
+  using Row =
+      Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxTangents + 1>;
   Whitening::Memory<Row> memory{Row::Zero(n + 1), Row::Zero(n + 1)};
   Eigen::MatrixXd rows(n + 1, kRows);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(n + 1, n + 1);
@@ -233,13 +253,15 @@ Eigen::VectorXd CompositionProblem::priorPrecision() const {
   Eigen::VectorXd precision = Eigen::VectorXd::Zero(size());
   if (!cost_.priors) return precision;
   for (Eigen::Index k = 0; k < size(); ++k)
-    if (const auto std = coordinates_[static_cast<std::size_t>(k)].prior_std) precision[k] = 1.0 / (*std * *std);
+    if (const auto std = coordinates_[static_cast<std::size_t>(k)].prior_std)
+      precision[k] = 1.0 / (*std * *std);
   return precision;
 }
 
 Eigen::VectorXd CompositionProblem::residual(const Eigen::VectorXd& x) const {
   const CompositionPoint point = pointAt(x);
-  Simulation simulation(model_, {point.parameters, point.state, inputs_.first_time, inputs_.first_time});
+  Simulation simulation(model_,
+                        {point.parameters, point.state, inputs_.first_time, inputs_.first_time});
   Eigen::VectorXd e(static_cast<Eigen::Index>(inputs_.samples.size()));
   for (std::size_t k = 0; k < inputs_.samples.size(); ++k) {
     e[static_cast<Eigen::Index>(k)] = simulation.follow(inputs_.samples[k]);

@@ -11,11 +11,15 @@ constexpr Eigen::Index kBlock = 256;  // rows that stay in the first-level cache
 
 /// Pseudo-inverse of a symmetric matrix after scaling its diagonal to one.
 Eigen::MatrixXd scaledInverse(const Eigen::MatrixXd& A) {
-  const Eigen::VectorXd scale = A.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * A * scale.asDiagonal());
+  const Eigen::VectorXd scale =
+      A.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * A *
+                                                             scale.asDiagonal());
   const double floor = 1e-12 * std::max(eigen.eigenvalues().maxCoeff(), 1e-300);
-  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr([floor](double value) { return value > floor ? 1.0 / value : 0.0; });
-  return scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
+  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
+      [floor](double value) { return value > floor ? 1.0 / value : 0.0; });
+  return scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
+         eigen.eigenvectors().transpose() * scale.asDiagonal();
 }
 
 }  // namespace
@@ -36,17 +40,20 @@ Eigen::Index bartlettWidth(double rho, Eigen::Index samples) {
   return static_cast<Eigen::Index>(std::clamp(width, 1.0, longest));
 }
 
-Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian, const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
+Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                       const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
                        Eigen::Index width) {
   const Eigen::Index n = jacobian.rows();
   const Eigen::Index p = jacobian.cols();
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(p, p);
   Eigen::MatrixXd B = Eigen::MatrixXd::Zero(p, p);
-  // Running sums of g; their differences over L samples, zero-padded at both ends, are the kernel's sums.
+  // Running sums of g; their differences over L samples, zero-padded at both ends, are the kernel's
+  // sums.
   Eigen::MatrixXd running(n + 1, p);
   running.row(0).setZero();
   for (Eigen::Index j = 0; j < p; ++j)
-    for (Eigen::Index k = 0; k < n; ++k) running(k + 1, j) = running(k, j) + residual[k] * weight[k] * jacobian(k, j);
+    for (Eigen::Index k = 0; k < n; ++k)
+      running(k + 1, j) = running(k, j) + residual[k] * weight[k] * jacobian(k, j);
   for (Eigen::Index first = 0; first < n; first += kBlock) {
     const Eigen::Index rows = std::min(kBlock, n - first);
     const auto J = jacobian.middleRows(first, rows);
@@ -57,7 +64,8 @@ Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian, const 
     const Eigen::Index rows = std::min(kBlock, n + width - 1 - first);
     sums.resize(rows, p);
     for (Eigen::Index k = first; k < first + rows; ++k)
-      sums.row(k - first) = running.row(std::min(k + 1, n)) - running.row(std::max<Eigen::Index>(0, k + 1 - width));
+      sums.row(k - first) =
+          running.row(std::min(k + 1, n)) - running.row(std::max<Eigen::Index>(0, k + 1 - width));
     B.noalias() += sums.transpose() * sums;
   }
   return {A, B / static_cast<double>(width)};
@@ -83,8 +91,9 @@ Eigen::MatrixXd combined(const Sandwich& parts) {
   return A_inverse * parts.B * A_inverse;
 }
 
-Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian, const Eigen::VectorXd& residual,
-                                   const Eigen::VectorXd& weight, Eigen::Index width) {
+Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                                   const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
+                                   Eigen::Index width) {
   return combined(sandwichParts(jacobian, residual, weight, width));
 }
 

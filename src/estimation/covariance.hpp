@@ -8,14 +8,16 @@ namespace battery_sof {
 double lagOneCorrelation(const Eigen::VectorXd& residual);
 
 /**
- * @brief Width of the Bartlett kernel for a residual of that autocorrelation (Andrews 1991, AR(1) plug-in).
+ * @brief Width of the Bartlett kernel for a residual of that autocorrelation (Andrews 1991, AR(1)
+ * plug-in).
  *
  *     L = 1.1447 (a n)^(1/3),   a = 4 rho^2 / (1 - rho^2)^2,   1 <= L <= n / 5
  */
 Eigen::Index bartlettWidth(double rho, Eigen::Index samples);
 
 /**
- * @brief Covariance of a weighted least-squares estimate whose residuals are neither white nor weighted by their variance.
+ * @brief Covariance of a weighted least-squares estimate whose residuals are neither white nor
+ * weighted by their variance.
  *
  *     V = A^-1 B A^-1,  A = J'W^2J,  B = sum_l (1 - |l|/L) sum_n g_n g_(n-l)',  g_n = W_n^2 e_n J_n   (Newey, West 1987)
  *
@@ -23,28 +25,34 @@ Eigen::Index bartlettWidth(double rho, Eigen::Index samples);
  *
  * @param jacobian n x p, d u_m / d theta.  @param residual n, u_b - u_m.  @param weight n, W^2.
  * @param width L [samples].
- * @return p x p; rows and columns of parameters that the data say nothing about (zero columns, or directions with an
+ * @return p x p; rows and columns of parameters that the data say nothing about (zero columns, or
+ * directions with an
  *   eigenvalue below 1e-12 of the largest after scaling) are zero or enlarged as the pseudo-inverse leaves them.
  */
-Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian, const Eigen::VectorXd& residual,
-                                   const Eigen::VectorXd& weight, Eigen::Index width);
+Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                                   const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
+                                   Eigen::Index width);
 
-/// The two parts of a sandwich, A = J'W^2J and B: more of either, as of priors, can be added before they are combined.
+/// The two parts of a sandwich, A = J'W^2J and B: more of either, as of priors, can be added before
+/// they are combined.
 struct Sandwich {
   Eigen::MatrixXd A, B;
 };
 
 /// @return the parts of sandwichCovariance(), same arguments.
-Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian, const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
+Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                       const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
                        Eigen::Index width);
 
 /// Sums of g over as many samples each, one row a sum, in order.
 using BartlettSums = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
 
 /**
- * @brief B of sandwichParts() from sums of g over neighbouring samples, where the kernel is many such sums wide.
+ * @brief B of sandwichParts() from sums of g over neighbouring samples, where the kernel is many
+ * such sums wide.
  *
- * Pairs inside one sum count fully, others by whole sums between them: the kernel's mean over every phase is the exact one.
+ * Pairs inside one sum count fully, others by whole sums between them: the kernel's mean over every
+ * phase is the exact one.
  *
  * @param width L / m, in sums of m samples.
  */

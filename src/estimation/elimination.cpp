@@ -16,7 +16,8 @@ NormalEquations shifted(NormalEquations at, const Eigen::VectorXd& step) {
 
 }  // namespace
 
-Elimination::Elimination(const CompositionProblem& problem, bool eliminate, const Eigen::VectorXd& start)
+Elimination::Elimination(const CompositionProblem& problem, bool eliminate,
+                         const Eigen::VectorXd& start)
     : problem_(problem), full_(start) {
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     (eliminate && problem.isLinear()[static_cast<std::size_t>(k)] ? linear_ : others_).push_back(k);
@@ -47,7 +48,8 @@ bool Elimination::evaluate(const Eigen::VectorXd& y, NormalEquations& equations)
 }
 
 bool Elimination::wasAt(const Eigen::VectorXd& y) const {
-  return last_.size() == y.size() && (last_ - y).cwiseAbs().maxCoeff() <= 1e-13 * (1.0 + y.cwiseAbs().maxCoeff());
+  return last_.size() == y.size() &&
+         (last_ - y).cwiseAbs().maxCoeff() <= 1e-13 * (1.0 + y.cwiseAbs().maxCoeff());
 }
 
 std::optional<NormalEquations> Elimination::movedOn(const Eigen::VectorXd& step, double most) {
@@ -84,7 +86,8 @@ Eigen::VectorXd Elimination::solveLinear(const Eigen::VectorXd& x, const NormalE
   return step;
 }
 
-Eigen::Index Elimination::moveFree(const Eigen::VectorXd& x, const NormalEquations& all, Eigen::VectorXd& step) const {
+Eigen::Index Elimination::moveFree(const Eigen::VectorXd& x, const NormalEquations& all,
+                                   Eigen::VectorXd& step) const {
   if (moved_.empty()) return -1;
   Eigen::MatrixXd own = all.hessian(moved_, moved_);
   own.diagonal() *= 1.0 + 1e-12;
@@ -110,8 +113,10 @@ Eigen::Index Elimination::moveFree(const Eigen::VectorXd& x, const NormalEquatio
   return stopped;
 }
 
-std::vector<Eigen::Index>::iterator Elimination::mostInward(const Eigen::VectorXd& x, const NormalEquations& all,
-                                                            const Eigen::VectorXd& step, std::vector<Eigen::Index>& held) const {
+std::vector<Eigen::Index>::iterator Elimination::mostInward(const Eigen::VectorXd& x,
+                                                            const NormalEquations& all,
+                                                            const Eigen::VectorXd& step,
+                                                            std::vector<Eigen::Index>& held) const {
   const Eigen::VectorXd slope = all.gradient + all.hessian * step;
   auto steepest = held.end();
   double most = 1e-9 * std::sqrt(std::max(all.cost, 0.0));

@@ -8,7 +8,8 @@
 
 namespace battery_sof {
 
-/// A problem with its linear coordinates solved for the others in every pass (Golub and Pereyra 1973; Kaufman 1975).
+/// A problem with its linear coordinates solved for the others in every pass (Golub and Pereyra
+/// 1973; Kaufman 1975).
 class Elimination {
  public:
   /// @param eliminate false: no coordinate counts as linear.  @param start all coordinates.
@@ -23,8 +24,9 @@ class Elimination {
   /// Whether the last pass succeeded and was at y, but for rounding.
   bool wasAt(const Eigen::VectorXd& y) const;
 
-  /// Moves on from the last pass by `step` and on to the linear coordinates' optimum, without another pass: exact but
-  /// for the curvature of the others. @return nothing when that promises more than a share `most` of the cost.
+  /// Moves on from the last pass by `step` and on to the linear coordinates' optimum, without
+  /// another pass: exact but for the curvature of the others. @return nothing when that promises
+  /// more than a share `most` of the cost.
   std::optional<NormalEquations> movedOn(const Eigen::VectorXd& step, double most);
 
   /// All coordinates at the last pass' y.
@@ -40,18 +42,26 @@ class Elimination {
   Predicted predicted(const Eigen::VectorXd& step);
 
   /// Against rounding: steps end on bounds.
-  Eigen::VectorXd inside(const Eigen::VectorXd& x) const { return x.cwiseMax(problem_.lower()).cwiseMin(problem_.upper()); }
+  Eigen::VectorXd inside(const Eigen::VectorXd& x) const {
+    return x.cwiseMax(problem_.lower()).cwiseMin(problem_.upper());
+  }
 
-  /// Step to the optimum over the linear coordinates inside their bounds, by the primal active-set method: along the
-  /// unbounded solution to the first bound in the way, which then holds; a bound is left when the cost falls inwards.
-  /// The cost never rises on the way. moved_ are then the coordinates that no bound holds.
+  /// Step to the optimum over the linear coordinates inside their bounds, by the primal active-set
+  /// method: along the unbounded solution to the first bound in the way, which then holds; a bound
+  /// is left when the cost falls inwards. The cost never rises on the way. moved_ are then the
+  /// coordinates that no bound holds.
   Eigen::VectorXd solveLinear(const Eigen::VectorXd& x, const NormalEquations& all);
 
-  /// Moves the free coordinates towards their optimum. @return the one that a bound stopped; -1 when none did.
-  Eigen::Index moveFree(const Eigen::VectorXd& x, const NormalEquations& all, Eigen::VectorXd& step) const;
+  /// Moves the free coordinates towards their optimum. @return the one that a bound stopped; -1
+  /// when none did.
+  Eigen::Index moveFree(const Eigen::VectorXd& x, const NormalEquations& all,
+                        Eigen::VectorXd& step) const;
 
-  /// @return the held coordinate from whose bound the cost falls most steeply; end when there is none.
-  std::vector<Eigen::Index>::iterator mostInward(const Eigen::VectorXd& x, const NormalEquations& all, const Eigen::VectorXd& step,
+  /// @return the held coordinate from whose bound the cost falls most steeply; end when there is
+  /// none.
+  std::vector<Eigen::Index>::iterator mostInward(const Eigen::VectorXd& x,
+                                                 const NormalEquations& all,
+                                                 const Eigen::VectorXd& step,
                                                  std::vector<Eigen::Index>& held) const;
 
   const CompositionProblem& problem_;

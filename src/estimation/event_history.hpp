@@ -20,10 +20,12 @@ struct PastCharge {
   double voltage = 0.0;        ///< [V], mean
   double first_voltage = 0.0;  ///< [V], at its first sample
   double measured = 0.0;       ///< [A], mean
-  double modelled = 0.0;       ///< [A], mean by the equations and what was estimated without this charge
+  /// [A], mean by the equations and what was estimated without this charge
+  double modelled = 0.0;
 };
 
-/// Events of the battery's own past that a model was compared with: what corrects it, and what supports it.
+/// Events of the battery's own past that a model was compared with: what corrects it, and what
+/// supports it.
 struct EventHistory {
   static constexpr std::size_t kMost = 40;  ///< of each kind are kept, the newest
 

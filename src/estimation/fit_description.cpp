@@ -5,8 +5,8 @@
 
 #include "estimation/fit_quality.hpp"
 #include "estimation/window.hpp"
-#include "util/number_text.hpp"
 #include "recording/sampling.hpp"
+#include "util/number_text.hpp"
 
 namespace battery_sof {
 
@@ -21,15 +21,17 @@ FitStatus fitStatusOf(MinimizeStatus status) {
 
 std::optional<double> standardError(const Eigen::MatrixXd& covariance, Eigen::Index row) {
   const double variance = covariance(row, row);
-  return variance > 0.0 && std::isfinite(variance) ? std::optional(std::sqrt(variance)) : std::nullopt;
+  return variance > 0.0 && std::isfinite(variance) ? std::optional(std::sqrt(variance))
+                                                   : std::nullopt;
 }
 
-FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel& composition, FitStatus status,
-                     const std::string& message) {
+FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel& composition,
+                     FitStatus status, const std::string& message) {
   return unfitted(series, range, excitedRange(series, range), composition, status, message);
 }
 
-FittedModel unfitted(const Series& series, IndexRange range, const ExcitedRange& excited, const BatteryModel& composition, FitStatus status,
+FittedModel unfitted(const Series& series, IndexRange range, const ExcitedRange& excited,
+                     const BatteryModel& composition, FitStatus status,
                      const std::string& message) {
   FittedModel model;
   model.fit.effects = composition.effects();
@@ -46,26 +48,34 @@ FittedModel unfitted(const Series& series, IndexRange range, const ExcitedRange&
     model.fit.excited = excited;
   }
   for (const ParameterInfo& info : composition.parameters())
-    model.fit.estimates.push_back({info.name, info.unit, info.magnitude, std::nullopt, false, false, info.held});
+    model.fit.estimates.push_back(
+        {info.name, info.unit, info.magnitude, std::nullopt, false, false, info.held});
   const Eigen::VectorXd rest = composition.restState();
   model.state.further.assign(rest.data() + 1, rest.data() + rest.size());
   return model;
 }
 
-FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual, double rho, double crank_current) {
+FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
+                   double rho, double crank_current) {
   EventLimits limits;
   limits.crank_current = crank_current;
   const double max_gap = gapThreshold(medianInterval(series.time, range));
   const auto residualAt = [&](std::size_t n) { return residual[static_cast<Eigen::Index>(n)]; };
-  return scoresOf(series, range,
-                  {residual.squaredNorm(), rho, crankErrors(series, range.first, detectCranks(series, range, limits, max_gap), residualAt)},
-                  medianInterval(series));
+  return scoresOf(
+      series, range,
+      {residual.squaredNorm(), rho,
+       crankErrors(series, range.first, detectCranks(series, range, limits, max_gap), residualAt)},
+      medianInterval(series));
 }
 
-FitScores scoresOf(const Series& series, IndexRange range, const FitErrors& errors, double interval) {
+FitScores scoresOf(const Series& series, IndexRange range, const FitErrors& errors,
+                   double interval) {
   const double count = static_cast<double>(range.size());
   FitScores scores;
-  scores.q_dyn_percent = qDyn({series.voltage.data() + range.first, static_cast<Eigen::Index>(range.size())}, errors.squares).value_or(0.0);
+  scores.q_dyn_percent =
+      qDyn({series.voltage.data() + range.first, static_cast<Eigen::Index>(range.size())},
+           errors.squares)
+          .value_or(0.0);
   scores.rmse = std::sqrt(errors.squares / count);
   scores.cranks = static_cast<int>(errors.cranks.size());
   double squares = 0.0;
@@ -78,8 +88,12 @@ FitScores scoresOf(const Series& series, IndexRange range, const FitErrors& erro
 std::string sentenceOf(const Fit& fit) {
   ClassicStream text;
   switch (fit.status) {
-    case FitStatus::kConverged: text << "converged after " << fit.iterations << " iterations"; break;
-    case FitStatus::kIterationLimit: text << "stopped by the limit of " << fit.iterations << " iterations"; break;
+    case FitStatus::kConverged:
+      text << "converged after " << fit.iterations << " iterations";
+      break;
+    case FitStatus::kIterationLimit:
+      text << "stopped by the limit of " << fit.iterations << " iterations";
+      break;
     case FitStatus::kNotExcited: text << "the window determines none of the parameters"; break;
     default: text << "no step lowers the cost any more, but the optimum was not reached"; break;
   }

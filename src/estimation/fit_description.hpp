@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "battery_sof/series.hpp"
 #include "estimation/fitted_model.hpp"
 #include "estimation/levenberg_marquardt.hpp"
 #include "recording/events.hpp"
-#include "battery_sof/series.hpp"
 
 namespace battery_sof {
 
@@ -18,18 +18,21 @@ namespace battery_sof {
 std::optional<double> standardError(const Eigen::MatrixXd& covariance, Eigen::Index row);
 
 /// The model of a window that was not fitted, and why: magnitudes, nothing determined.
-FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel& composition, FitStatus status, const std::string& message);
+FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel& composition,
+                     FitStatus status, const std::string& message);
 
 /// The same where excitedRange() of the range is known.
-FittedModel unfitted(const Series& series, IndexRange range, const ExcitedRange& excited, const BatteryModel& composition, FitStatus status,
-                     const std::string& message);
+FittedModel unfitted(const Series& series, IndexRange range, const ExcitedRange& excited,
+                     const BatteryModel& composition, FitStatus status, const std::string& message);
 
 /**
  * @brief Scores of a fit over its window.
- * @param residual u_b - u_m, one a sample of the range [V].  @param rho its lag-one autocorrelation.
+ * @param residual u_b - u_m, one a sample of the range [V].  @param rho its lag-one
+ * autocorrelation.
  * @param crank_current [A], a crank falls to this or below.
  */
-FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual, double rho, double crank_current);
+FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
+                   double rho, double crank_current);
 
 /// What the scores of a fit are made of.
 struct FitErrors {
@@ -39,11 +42,14 @@ struct FitErrors {
 };
 
 /// The same. @param interval [s], medianInterval(series).
-FitScores scoresOf(const Series& series, IndexRange range, const FitErrors& errors, double interval);
+FitScores scoresOf(const Series& series, IndexRange range, const FitErrors& errors,
+                   double interval);
 
-/// @return measured less modelled minimum of each crank [V]. @param first of the range.  @param residualAt [V], of its n-th sample.
+/// @return measured less modelled minimum of each crank [V]. @param first of the range.  @param
+/// residualAt [V], of its n-th sample.
 template <typename ResidualAt>
-std::vector<double> crankErrors(const Series& series, std::size_t first, const std::vector<Event>& cranks, ResidualAt&& residualAt) {
+std::vector<double> crankErrors(const Series& series, std::size_t first,
+                                const std::vector<Event>& cranks, ResidualAt&& residualAt) {
   std::vector<double> errors;
   for (const Event& crank : cranks) {
     double modelled = std::numeric_limits<double>::infinity();

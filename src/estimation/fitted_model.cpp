@@ -17,7 +17,9 @@ std::string toString(FitStatus status) {
   return "unknown";
 }
 
-bool isUsable(const Fit& fit) { return fit.status == FitStatus::kConverged || fit.status == FitStatus::kIterationLimit; }
+bool isUsable(const Fit& fit) {
+  return fit.status == FitStatus::kConverged || fit.status == FitStatus::kIterationLimit;
+}
 
 BatteryModel compositionOf(const Fit& fit) { return BatteryModel(fit.effects, fit.discrepancy); }
 
@@ -26,13 +28,15 @@ ModelPoint pointOf(const FittedModel& model) {
   ModelPoint point;
   point.parameters = composition.typicalParameters();
   const BaseParameters& base = model.fit.parameters;
-  point.parameters.head<kBaseRows>() << base.r_discharge, base.r_charge, base.c2, base.beta, base.u_dc;
+  point.parameters.head<kBaseRows>() << base.r_discharge, base.r_charge, base.c2, base.beta,
+      base.u_dc;
   for (Eigen::Index j = kBaseRows; j < point.parameters.size(); ++j)
     if (static_cast<std::size_t>(j) < model.fit.estimates.size())
       point.parameters[j] = model.fit.estimates[static_cast<std::size_t>(j)].value;
   point.state = composition.restState();
   point.state[0] = model.state.u_c2;
-  for (std::size_t k = 0; k < model.state.further.size(); ++k) point.state[static_cast<Eigen::Index>(k) + 1] = model.state.further[k];
+  for (std::size_t k = 0; k < model.state.further.size(); ++k)
+    point.state[static_cast<Eigen::Index>(k) + 1] = model.state.further[k];
   point.time = model.state.time;
   point.reference_time = model.fit.window.from;
   point.regressor_memory = model.state.regressor_memory;
@@ -43,21 +47,26 @@ Eigen::MatrixXd covarianceFactor(const Eigen::MatrixXd& covariance) {
   // Scaled to correlations first: the rows have different units.
   const Eigen::VectorXd std = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd inverse = std.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * covariance * inverse.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * covariance *
+                                                             inverse.asDiagonal());
   const Eigen::VectorXd& values = eigen.eigenvalues();  // increasing
   const Eigen::Index size = values.size();
   Eigen::Index kept = 0;
   while (kept < std::min(size, Simulation::kMaxTangents) && values[size - 1 - kept] > 1e-10) ++kept;
   Eigen::MatrixXd factor(size, kept);
   for (Eigen::Index k = 0; k < kept; ++k)
-    factor.col(k) = std.cwiseProduct(eigen.eigenvectors().col(size - 1 - k)) * std::sqrt(values[size - 1 - k]);
+    factor.col(k) =
+        std.cwiseProduct(eigen.eigenvectors().col(size - 1 - k)) * std::sqrt(values[size - 1 - k]);
   return factor;
 }
 
-Simulation simulationOf(const FittedModel& model) { return Simulation(compositionOf(model.fit), pointOf(model)); }
+Simulation simulationOf(const FittedModel& model) {
+  return Simulation(compositionOf(model.fit), pointOf(model));
+}
 
 Simulation uncertainSimulationOf(const FittedModel& model) {
-  return Simulation(compositionOf(model.fit), pointOf(model), covarianceFactor(model.fit.covariance));
+  return Simulation(compositionOf(model.fit), pointOf(model),
+                    covarianceFactor(model.fit.covariance));
 }
 
 FittedModel rested(FittedModel model) {
@@ -69,7 +78,9 @@ FittedModel rested(FittedModel model) {
                  std::vector<double>(rest.data() + 1, rest.data() + rest.size()),
                  std::nullopt,
                  {},
-                 model.fit.discrepancy ? restedMemory(*model.fit.discrepancy, model.state.regressor_memory) : std::vector<double>(),
+                 model.fit.discrepancy
+                     ? restedMemory(*model.fit.discrepancy, model.state.regressor_memory)
+                     : std::vector<double>(),
                  model.state.residual_state};
   const Eigen::Index states = composition.stateCount();
   model.fit.covariance.bottomRows(states).setZero();

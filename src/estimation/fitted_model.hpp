@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "baseline/baseline_predictor.hpp"
 #include "battery_sof/parameter_estimate.hpp"
 #include "estimation/event_history.hpp"
-#include "estimation/residual_regression.hpp"
 #include "estimation/noise_model.hpp"
+#include "estimation/residual_regression.hpp"
 #include "model/battery_model.hpp"
 #include "model/simulation.hpp"
-#include "baseline/baseline_predictor.hpp"
 #include "recording/control_mode.hpp"
 
 namespace battery_sof {
@@ -36,16 +36,21 @@ struct ResidualState {
   double p_dd = 0.0, p_da = 0.0, p_aa = 0.0;  ///< their covariance [V^2]
 };
 
-/// Where the model's state stands, and what it was seen to miss there; the event of a query begins here.
+/// Where the model's state stands, and what it was seen to miss there; the event of a query begins
+/// here.
 struct LiveState {
-  double time = 0.0;                                 ///< [s], the recording's clock
-  double u_c2 = 0.0;                                 ///< [V]
-  double current = 0.0;                              ///< [A], current at that time
-  std::vector<double> further = {};                  ///< the effects' states, in the order of BatteryModel::states()
-  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery at that time, when known
-  InputMemory memory = {};                           ///< what drove it lately; begun only where something was estimated
-  std::vector<double> regressor_memory = {};             ///< of a discrepancy model, see Simulation::regressorMemory()
-  ResidualState residual_state = {};                      ///< at that time
+  double time = 0.0;     ///< [s], the recording's clock
+  double u_c2 = 0.0;     ///< [V]
+  double current = 0.0;  ///< [A], current at that time
+  /// the effects' states, in the order of BatteryModel::states()
+  std::vector<double> further = {};
+  /// [K], of the battery at that time, when known
+  std::optional<double> temperature = std::nullopt;
+  /// what drove it lately; begun only where something was estimated
+  InputMemory memory = {};
+  /// of a discrepancy model, see Simulation::regressorMemory()
+  std::vector<double> regressor_memory = {};
+  ResidualState residual_state = {};  ///< at that time
 };
 
 /// The part of a recording that was fitted.
@@ -57,28 +62,33 @@ struct FitWindow {
 
 /// How well the fit follows its own window.
 struct FitScores {
-  double q_dyn_percent = 0.0;                         ///< paper, eq. 6
-  double rmse = 0.0;                                  ///< [V], unweighted; where the voltage drives nothing is counted
-  std::optional<double> current_rmse = std::nullopt;  ///< [A], where the voltage drives; none where it never does
-  /// Share of the variation explained in the direction that was controlled [%], both quantities together, what was estimated from
-  /// the window's other blocks alone; none where the voltage never drives.
+  double q_dyn_percent = 0.0;  ///< paper, eq. 6
+  /// [V], unweighted; where the voltage drives nothing is counted
+  double rmse = 0.0;
+  /// [A], where the voltage drives; none where it never does
+  std::optional<double> current_rmse = std::nullopt;
+  /// Share of the variation explained in the direction that was controlled [%], both quantities
+  /// together, what was estimated from the window's other blocks alone; none where the voltage
+  /// never drives.
   std::optional<double> left_out_share_percent = std::nullopt;
-  double crank_error_std = 0.0;            ///< [V], RMS error of the cranks' minima; rmse when there was no crank
+  /// [V], RMS error of the cranks' minima; rmse when there was no crank
+  double crank_error_std = 0.0;
   int cranks = 0;                          ///< cranks in the window
   double residual_correlation_time = 0.0;  ///< [s], integral time scale of the residual
 };
 
 /// What the window drove the battery through; a query far outside is an extrapolation.
 struct ExcitedRange {
-  double min_current = 0.0;           ///< [A]
-  double max_current = 0.0;           ///< [A]
-  double min_voltage = 0.0;           ///< [V]
-  double max_voltage = 0.0;           ///< [V]
-  double discharge_time = 0.0;        ///< [s], total
-  double charge_time = 0.0;           ///< [s], total
-  double longest_charge = 0.0;        ///< [s]
-  double longest_discharge = 0.0;     ///< [s]
-  double charge_swing = 0.0;          ///< [Ah], between the highest and the lowest charge counted; gaps count as none
+  double min_current = 0.0;        ///< [A]
+  double max_current = 0.0;        ///< [A]
+  double min_voltage = 0.0;        ///< [V]
+  double max_voltage = 0.0;        ///< [V]
+  double discharge_time = 0.0;     ///< [s], total
+  double charge_time = 0.0;        ///< [s], total
+  double longest_charge = 0.0;     ///< [s]
+  double longest_discharge = 0.0;  ///< [s]
+  /// [Ah], between the highest and the lowest charge counted; gaps count as none
+  double charge_swing = 0.0;
   std::optional<double> temperature;  ///< [K], mean
 };
 
@@ -93,14 +103,19 @@ struct IntervalCalibration {
 struct Fit {
   BaseParameters parameters;
   std::vector<ParameterEstimate> estimates;  ///< in the order of BatteryModel::parameters()
-  /// Covariance of (parameters, states at LiveState::time) in the orders of BatteryModel [units squared]; zero rows where
-  /// nothing is known. 6 x 6 for the base model: r_discharge, r_charge, c2, beta, u_dc, u_c2.
+  /// Covariance of (parameters, states at LiveState::time) in the orders of BatteryModel [units
+  /// squared]; zero rows where nothing is known. 6 x 6 for the base model: r_discharge, r_charge,
+  /// c2, beta, u_dc, u_c2.
   Eigen::MatrixXd covariance;
-  std::vector<std::string> effects;           ///< ids of further physics; empty for the base model
-  std::shared_ptr<const DiscrepancyModel> discrepancy;  ///< what the effect "discrepancy" is; none without it
-  std::optional<ControlModeRule> source;           ///< where the voltage is controlled it drives; none: the current drives throughout
-  std::size_t voltage_lag = 0;                ///< [samples], by which the voltage channel is behind the current
-  std::vector<double> first_state;            ///< at the window's first sample; not stored in MODEL.yaml
+  std::vector<std::string> effects;  ///< ids of further physics; empty for the base model
+  /// what the effect "discrepancy" is; none without it
+  std::shared_ptr<const DiscrepancyModel> discrepancy;
+  /// where the voltage is controlled it drives; none: the current drives throughout
+  std::optional<ControlModeRule> source;
+  /// [samples], by which the voltage channel is behind the current
+  std::size_t voltage_lag = 0;
+  /// at the window's first sample; not stored in MODEL.yaml
+  std::vector<double> first_state;
   FitWindow window;
   ExcitedRange excited;
   FitStatus status = FitStatus::kConverged;
@@ -108,18 +123,23 @@ struct Fit {
   std::string start;    ///< "robust" or "paper"
   int iterations = 0;
   FitScores scores;
-  /// [0, 1], of the window alone: windowQuality(); with a source FitScores::left_out_share_percent as a share, at least 0.
+  /// [0, 1], of the window alone: windowQuality(); with a source FitScores::left_out_share_percent
+  /// as a share, at least 0.
   double window_quality = 0.0;
-  std::optional<NoiseModel> noise;  ///< of the residual over the window; none: fitErrors() was not called
-  BaselinePredictor baseline;             ///< what the same window says without physics
-  ResidualRegression residual_regression;          ///< what the equations miss in the well-posed direction; empty when nothing was estimated
-  /// 12 V blocks in series: all else here is of one of them, queries and answers are of the row (recording/series_blocks.hpp).
+  /// of the residual over the window; none: fitErrors() was not called
+  std::optional<NoiseModel> noise;
+  BaselinePredictor baseline;  ///< what the same window says without physics
+  /// what the equations miss in the well-posed direction; empty when nothing was estimated
+  ResidualRegression residual_regression;
+  /// 12 V blocks in series: all else here is of one of them, queries and answers are of the row
+  /// (recording/series_blocks.hpp).
   double series_blocks = 1.0;
 };
 
 /// How the intervals of answers learn from what happens.
 struct IntervalLearning {
-  EventHistory event_history;  ///< cranks and charges of the window and since, beside what was expected of them
+  /// cranks and charges of the window and since, beside what was expected of them
+  EventHistory event_history;
   IntervalCalibration crank_calibration, charge_calibration;
 };
 
@@ -130,9 +150,11 @@ struct Provenance {
   double fit_ms = 0.0;         ///< [ms] wall time, filled in by the caller that holds a clock
 };
 
-/// Everything an identification found; what MODEL.yaml stores and every query reads. A function takes the part it needs.
+/// Everything an identification found; what MODEL.yaml stores and every query reads. A function
+/// takes the part it needs.
 struct FittedModel {
-  Fit fit;                     ///< stays what it is until the next identification, but for the states' rows of its covariance
+  /// stays what it is until the next identification, but for the states' rows of its covariance
+  Fit fit;
   LiveState state;             ///< moves with every sample
   IntervalLearning intervals;  ///< moves with every crank and charge
   Provenance provenance;
@@ -141,7 +163,8 @@ struct FittedModel {
 /// Rows of a base model's covariance behind the parameters (BaseRow).
 enum BaseCovarianceRow { kRowState = kBaseRows, kCovarianceRows };
 
-/// @return true when the fit may be used for predictions: it converged, or stopped at the iteration limit.
+/// @return true when the fit may be used for predictions: it converged, or stopped at the iteration
+/// limit.
 bool isUsable(const Fit& fit);
 
 /// @return the composition a model was fitted with.
@@ -151,22 +174,26 @@ BatteryModel compositionOf(const Fit& fit);
 ModelPoint pointOf(const FittedModel& model);
 
 /**
- * @brief Directions in the space of (parameters, states) whose squares add up to the covariance: L with L L' = V.
+ * @brief Directions in the space of (parameters, states) whose squares add up to the covariance: L
+ * with L L' = V.
  *
- * Scaled eigenvectors, those of relative variance below 1e-10 left out; at most Simulation::kMaxTangents columns.
+ * Scaled eigenvectors, those of relative variance below 1e-10 left out; at most
+ * Simulation::kMaxTangents columns.
  */
 Eigen::MatrixXd covarianceFactor(const Eigen::MatrixXd& covariance);
 
 /// @return a simulation that begins at the model's state, for values alone.
 Simulation simulationOf(const FittedModel& model);
 
-/// @return the same with covarianceFactor() as seeds: the squared derivatives of any output add up to its variance.
+/// @return the same with covarianceFactor() as seeds: the squared derivatives of any output add up
+/// to its variance.
 Simulation uncertainSimulationOf(const FittedModel& model);
 
 /// @return the model after a rest so long that every state is known to be at rest.
 FittedModel rested(FittedModel model);
 
-/// Puts a simulation's state and its covariance into the model it was begun with. @param simulation from
+/// Puts a simulation's state and its covariance into the model it was begun with. @param simulation
+/// from
 ///   uncertainSimulationOf(), or without lanes: the covariance then stays.
 void takeState(FittedModel& model, const Simulation& simulation, double current);
 

@@ -36,11 +36,16 @@ FollowedSample Follower::follow(const InputSample& sample) {
     out.current = sample.step.current;
     if (has_tangents) out.variance = simulation_.voltageDerivatives().squaredNorm();
   }
-  out.columns = memory_.advance({sample.step.duration, sample.voltage_controlled, out.voltage, out.current});
-  const RidgeFit& fit = sample.voltage_controlled ? residual_regression_.current : residual_regression_.voltage;
+  out.columns =
+      memory_.advance({sample.step.duration, sample.voltage_controlled, out.voltage, out.current});
+  const RidgeFit& fit =
+      sample.voltage_controlled ? residual_regression_.current : residual_regression_.voltage;
   out.regression_correction = fit.at(out.columns);
   if (sample.voltage_controlled && !fit.empty())
-    out.regression_correction = std::clamp(out.current + out.regression_correction, residual_regression_.min_current, residual_regression_.max_current) - out.current;
+    out.regression_correction =
+        std::clamp(out.current + out.regression_correction, residual_regression_.min_current,
+                   residual_regression_.max_current) -
+        out.current;
   (sample.voltage_controlled ? out.current : out.voltage) += out.regression_correction;
   return out;
 }
@@ -52,7 +57,8 @@ InputSequence inputsOf(const Fit& fit, const Series& series, IndexRange range) {
   ControlModeDetector watch(*fit.source);
   std::size_t n = range.first;
   while (n > 0 && series.time[range.first] - series.time[n - 1] < kLookBack) --n;
-  for (; n < range.last; ++n) controlled[n] = watch.add(series.time[n], series.current[n], series.voltage[n]);
+  for (; n < range.last; ++n)
+    controlled[n] = watch.add(series.time[n], series.current[n], series.voltage[n]);
   VoltageRepair repair;
   repair.lag = fit.voltage_lag;
   for (std::size_t k = 0; k < series.size(); ++k) repair.dropped.push_back(isDropOut(series, k));

@@ -10,17 +10,17 @@ namespace battery_sof {
 /// One sample as a model followed it.
 struct FollowedSample {
   bool voltage_controlled = false;
-  double voltage = 0.0;        ///< [V], modelled; controlled where the voltage drives
-  double current = 0.0;        ///< [A], modelled; measured where the current drives
-  double physics_error = 0.0;  ///< [A] or [V], measured less what the equations say
-  double regression_correction = 0.0;        ///< [A] or [V], what ResidualRegression adds to them
-  double variance = 0.0;       ///< [A^2] or [V^2], by the parameters and the state; 0 without lanes
-  Eigen::VectorXd columns;     ///< of ResidualRegression
+  double voltage = 0.0;                ///< [V], modelled; controlled where the voltage drives
+  double current = 0.0;                ///< [A], modelled; measured where the current drives
+  double physics_error = 0.0;          ///< [A] or [V], measured less what the equations say
+  double regression_correction = 0.0;  ///< [A] or [V], what ResidualRegression adds to them
+  double variance = 0.0;    ///< [A^2] or [V^2], by the parameters and the state; 0 without lanes
+  Eigen::VectorXd columns;  ///< of ResidualRegression
 };
 
 /**
- * @brief A model that goes along with a drive in the direction that is controlled: equations, what was estimated beside them, and
- * the memory that needs.
+ * @brief A model that goes along with a drive in the direction that is controlled: equations, what
+ * was estimated beside them, and the memory that needs.
  */
 class Follower {
  public:
@@ -40,7 +40,8 @@ class Follower {
   ResidualRegression residual_regression_;
 };
 
-/// @return a stretch of a recording as a model is driven through it: by the voltage where its source controls that.
+/// @return a stretch of a recording as a model is driven through it: by the voltage where its
+/// source controls that.
 InputSequence inputsOf(const Fit& fit, const Series& series, IndexRange range);
 
 /// Puts a follower's state, its covariance and its memory into the model it was begun with.

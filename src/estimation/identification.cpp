@@ -7,14 +7,14 @@
 #include "estimation/base_search.hpp"
 #include "estimation/composition_identification.hpp"
 #include "estimation/covariance.hpp"
-#include "estimation/residual_filter.hpp"
 #include "estimation/fit_description.hpp"
 #include "estimation/follower.hpp"
+#include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
-#include "recording/series_blocks.hpp"
 #include "recording/events.hpp"
-#include "util/number_text.hpp"
 #include "recording/sampling.hpp"
+#include "recording/series_blocks.hpp"
+#include "util/number_text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -46,7 +46,8 @@ std::vector<Event> cranksOf(const Window& window, double current) {
   const bool is_whole = range.size() == series.size();
   EventLimits limits;
   limits.crank_current = current;
-  return detectCranks(series, range, limits, gapThreshold(is_whole ? interval : medianInterval(series.time, range)));
+  return detectCranks(series, range, limits,
+                      gapThreshold(is_whole ? interval : medianInterval(series.time, range)));
 }
 
 void requirePositiveOption(bool ok, const char* name, double value, const char* expected) {
@@ -57,42 +58,51 @@ void requirePositiveOption(bool ok, const char* name, double value, const char* 
 }
 
 void requireValid(const IdentifyOptions& options, const Series& series, IndexRange range) {
-  requirePositiveOption(std::isfinite(options.crank_weight) && options.crank_weight >= 1.0, "crank_weight", options.crank_weight,
+  requirePositiveOption(std::isfinite(options.crank_weight) && options.crank_weight >= 1.0,
+                        "crank_weight", options.crank_weight, "at least 1");
+  requirePositiveOption(
+      std::isfinite(options.crank_weight_current) && options.crank_weight_current < 0.0,
+      "crank_weight_current [A]", options.crank_weight_current, "below 0");
+  requirePositiveOption(options.max_iterations > 0, "max_iterations", options.max_iterations,
                         "at least 1");
-  requirePositiveOption(std::isfinite(options.crank_weight_current) && options.crank_weight_current < 0.0, "crank_weight_current [A]",
-                        options.crank_weight_current, "below 0");
-  requirePositiveOption(options.max_iterations > 0, "max_iterations", options.max_iterations, "at least 1");
   for (std::size_t j = 0; j < options.initial.size(); ++j) {
     const auto& info = tableOne()[j];
     const double value = options.initial[j];
-    requirePositiveOption(value >= info.lower && value <= info.upper, ("initial " + info.name).c_str(), value, "inside Table I's bounds");
+    requirePositiveOption(value >= info.lower && value <= info.upper,
+                          ("initial " + info.name).c_str(), value, "inside Table I's bounds");
   }
   requirePositiveOption(options.more_starts >= 0, "more_starts", options.more_starts, "at least 0");
   requirePositiveOption(options.threads >= 0, "threads", options.threads, "at least 0");
   BatteryModel known(options.effects, options.discrepancy);
   if (!options.masked.empty() && options.masked.size() != series.size())
-    throw std::invalid_argument("masked has " + std::to_string(options.masked.size()) + " entries for a recording of " +
-                                std::to_string(series.size()));
+    throw std::invalid_argument("masked has " + std::to_string(options.masked.size()) +
+                                " entries for a recording of " + std::to_string(series.size()));
   if (options.source && options.source->voltage_controlled.size() != series.size())
-    throw std::invalid_argument("source has " + std::to_string(options.source->voltage_controlled.size()) + " entries for a recording of " +
-                                std::to_string(series.size()));
+    throw std::invalid_argument("source has " +
+                                std::to_string(options.source->voltage_controlled.size()) +
+                                " entries for a recording of " + std::to_string(series.size()));
   if (options.start == FitStart::kPaper && options.source)
     throw std::invalid_argument("the paper's start drives with the current alone: no source");
   if (options.start == FitStart::kPaper && (options.whiten || !options.effects.empty()))
-    throw std::invalid_argument("the paper's start fits the base model to eq. 3 alone: no effects, no whitening");
+    throw std::invalid_argument(
+        "the paper's start fits the base model to eq. 3 alone: no effects, no whitening");
   if (range.last > series.size() || range.first > range.last)
-    throw std::invalid_argument("window of samples " + std::to_string(range.first) + " to " + std::to_string(range.last) +
-                                " in a recording of " + std::to_string(series.size()));
+    throw std::invalid_argument("window of samples " + std::to_string(range.first) + " to " +
+                                std::to_string(range.last) + " in a recording of " +
+                                std::to_string(series.size()));
 }
 
 /// Paper: the first sample sets the state and is left out of the sums (n = 2 to N in eqs. 3 and 4).
-BaseFit searchPaper(const WindowSamples& window, const FirstSample& first, const IdentifyOptions& options) {
+BaseFit searchPaper(const WindowSamples& window, const FirstSample& first,
+                    const IdentifyOptions& options) {
   auto samples = window.copied();
   samples.front().weight = 0.0;
   return searchAsInPaper(BaseNormalEquations(samples, BaseParameters{}.i0), options, first);
 }
 
-bool atBound(const ParameterInfo& info, double value) { return value <= info.lower * (1.0 + 1e-6) || value >= info.upper * (1.0 - 1e-6); }
+bool atBound(const ParameterInfo& info, double value) {
+  return value <= info.lower * (1.0 + 1e-6) || value >= info.upper * (1.0 - 1e-6);
+}
 
 /// d(r_discharge, r_charge, c2, beta, u_dc, first state) / d(the pass's columns), a diagonal.
 Eigen::VectorXd physicalScale(const BaseParameters& p) {
@@ -101,10 +111,12 @@ Eigen::VectorXd physicalScale(const BaseParameters& p) {
   return scale;
 }
 
-/// A matrix over the columns with those of parameters held at a bound emptied: nothing is estimated there.
+/// A matrix over the columns with those of parameters held at a bound emptied: nothing is estimated
+/// there.
 void holdBounded(Eigen::MatrixXd& matrix, const BaseParameters& p) {
   const std::array<double, 4> values = {p.r_discharge, p.r_charge, p.c2, p.beta};
-  static constexpr std::array<int, 4> kColumnOf = {kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta};
+  static constexpr std::array<int, 4> kColumnOf = {kColumnDischarge, kColumnCharge, kColumnLogC2,
+                                                   kColumnLogBeta};
   for (std::size_t j = 0; j < values.size(); ++j) {
     if (!atBound(tableOne()[j], values[j])) continue;
     matrix.row(kColumnOf[j]).setZero();
@@ -114,24 +126,27 @@ void holdBounded(Eigen::MatrixXd& matrix, const BaseParameters& p) {
 
 /// From the order of BaseColumn to that of CovarianceRow.
 Eigen::MatrixXd inPhysicalOrder(const Eigen::MatrixXd& covariance, const BaseParameters& p) {
-  static constexpr std::array<int, kCovarianceRows> kColumnOfRow = {kColumnDischarge, kColumnCharge, kColumnLogC2,
-                                                                    kColumnLogBeta,   kColumnOne,    kColumnInitial};
+  static constexpr std::array<int, kCovarianceRows> kColumnOfRow = {
+      kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta, kColumnOne, kColumnInitial};
   const Eigen::VectorXd scale = physicalScale(p);
   Eigen::MatrixXd ordered(static_cast<int>(kCovarianceRows), static_cast<int>(kCovarianceRows));
   for (int j = 0; j < kCovarianceRows; ++j)
     for (int k = 0; k < kCovarianceRows; ++k)
-      ordered(j, k) = covariance(kColumnOfRow[j], kColumnOfRow[k]) * scale[kColumnOfRow[j]] * scale[kColumnOfRow[k]];
+      ordered(j, k) = covariance(kColumnOfRow[j], kColumnOfRow[k]) * scale[kColumnOfRow[j]] *
+                      scale[kColumnOfRow[k]];
   return ordered;
 }
 
-std::vector<ParameterEstimate> estimatesOf(const BaseParameters& p, const Eigen::MatrixXd& covariance) {
+std::vector<ParameterEstimate> estimatesOf(const BaseParameters& p,
+                                           const Eigen::MatrixXd& covariance) {
   const std::array<double, 4> values = {p.r_discharge, p.r_charge, p.c2, p.beta};
   std::vector<ParameterEstimate> estimates;
   for (int j = 0; j < 4; ++j) {
     const auto& info = tableOne()[j];
     const auto std = standardError(covariance, j);
     const bool bound = atBound(info, values[j]);
-    estimates.push_back({info.name, info.unit, values[j], std, bound, !bound && std && *std < 0.5 * values[j]});
+    estimates.push_back(
+        {info.name, info.unit, values[j], std, bound, !bound && std && *std < 0.5 * values[j]});
   }
   const auto std = standardError(covariance, kRowUDc);
   estimates.push_back({"u_dc", "V", p.u_dc, std, false, std && *std < 0.5});
@@ -148,7 +163,8 @@ void carryCovariance(Eigen::MatrixXd& covariance, const Overpotential& carried) 
 }
 
 /// Newey and West's, of what a fit leaves.
-Eigen::MatrixXd covarianceOf(const BaseParameters& p, const BaseResidual& left, Eigen::Index width) {
+Eigen::MatrixXd covarianceOf(const BaseParameters& p, const BaseResidual& left,
+                             Eigen::Index width) {
   Sandwich parts{left.information, left.bartlettProducts(width)};
   holdBounded(parts.A, p);
   holdBounded(parts.B, p);
@@ -156,16 +172,19 @@ Eigen::MatrixXd covarianceOf(const BaseParameters& p, const BaseResidual& left, 
 }
 
 /// Fills in everything that follows from where the search ended.
-FittedModel describeFit(const Window& window, const BaseFit& fit, BaseNormalEquations equations, const std::vector<Event>& cranks) {
+FittedModel describeFit(const Window& window, const BaseFit& fit, BaseNormalEquations equations,
+                        const std::vector<Event>& cranks) {
   const auto& [series, range, interval, excited] = window;
   const BaseParameters& p = fit.parameters;
-  const BaseResidual left = std::move(equations).residual({p.c2, p.beta, fit.u_c2_first}, {p.r_discharge, p.r_charge, p.u_dc});
+  const BaseResidual left = std::move(equations).residual({p.c2, p.beta, fit.u_c2_first},
+                                                          {p.r_discharge, p.r_charge, p.u_dc});
   const double rho = std::clamp(left.lagOne(), -0.9999, 0.9999);
 
   FittedModel model = unfitted(series, range, excited, BatteryModel(), fit.status, "");
   model.fit.parameters = p;
   model.fit.iterations = fit.iterations;
-  model.fit.covariance = covarianceOf(p, left, bartlettWidth(rho, static_cast<Eigen::Index>(range.size())));
+  model.fit.covariance =
+      covarianceOf(p, left, bartlettWidth(rho, static_cast<Eigen::Index>(range.size())));
   model.fit.estimates = estimatesOf(p, model.fit.covariance);
   const auto residualAt = [&](std::size_t n) { return left.at(n); };
   const FitErrors errors{left.squares(), rho, crankErrors(series, range.first, cranks, residualAt)};
@@ -183,7 +202,8 @@ FittedModel describeFit(const Window& window, const BaseFit& fit, BaseNormalEqua
 bool isVoltageControlled(const IdentifyOptions& options, IndexRange range) {
   if (!options.source) return false;
   const auto begin = options.source->voltage_controlled.begin();
-  return std::any_of(begin + static_cast<std::ptrdiff_t>(range.first), begin + static_cast<std::ptrdiff_t>(range.last),
+  return std::any_of(begin + static_cast<std::ptrdiff_t>(range.first),
+                     begin + static_cast<std::ptrdiff_t>(range.last),
                      [](char controlled) { return controlled; });
 }
 
@@ -195,33 +215,42 @@ std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& 
   const double span = excited.max_current - excited.min_current;
   if (range.size() < kMinFitSamples) {
     status = FitStatus::kWindowTooShort;
-    message << "the window has " << range.size() << " samples, at least " << kMinFitSamples << " are needed";
+    message << "the window has " << range.size() << " samples, at least " << kMinFitSamples
+            << " are needed";
   } else if (span < kMinCurrentSpan) {
     message << "the current moves by " << span << " A in the window, at least " << kMinCurrentSpan
             << " A are needed to tell a resistance from an offset";
   } else {
     return std::nullopt;
   }
-  return unfitted(series, range, excited, BatteryModel(options.effects, options.discrepancy), status, message.str());
+  return unfitted(series, range, excited, BatteryModel(options.effects, options.discrepancy),
+                  status, message.str());
 }
 
 double windowQualityOf(const Fit& fit, const WindowSamples& samples, double duration) {
-  if (const auto& share = fit.scores.left_out_share_percent) return std::clamp(*share / 100.0, 0.0, 1.0);
-  return windowQuality(fit.scores.rmse / seriesBlocksAt(fit.parameters.u_dc), windowExcitation(samples, duration));
+  if (const auto& share = fit.scores.left_out_share_percent)
+    return std::clamp(*share / 100.0, 0.0, 1.0);
+  return windowQuality(fit.scores.rmse / seriesBlocksAt(fit.parameters.u_dc),
+                       windowExcitation(samples, duration));
 }
 
 FittedModel fitted(const Window& window, const IdentifyOptions& options) {
   const auto& [series, range, interval, excited] = window;
-  const WindowSamples samples(series, range, {options.crank_weight, options.crank_weight_current}, window.maxGap(), options.masked);
+  const WindowSamples samples(series, range, {options.crank_weight, options.crank_weight_current},
+                              window.maxGap(), options.masked);
   BaseNormalEquations equations(samples, BaseParameters{}.i0);
   const FirstSample first = {series.current[range.first], series.voltage[range.first]};
-  const BaseFit fit = options.start == FitStart::kPaper ? searchPaper(samples, first, options) : searchWindow(samples, equations, options);
+  const BaseFit fit = options.start == FitStart::kPaper ? searchPaper(samples, first, options)
+                                                        : searchWindow(samples, equations, options);
   const std::vector<Event> cranks = cranksOf(window, EventLimits().crank_current);
   const bool includes_cranks = options.crank_weight_current == EventLimits().crank_current;
-  const bool is_base = options.effects.empty() && !options.whiten && !isVoltageControlled(options, range);
+  const bool is_base =
+      options.effects.empty() && !options.whiten && !isVoltageControlled(options, range);
   FittedModel model =
-      is_base ? describeFit(window, fit, std::move(equations), includes_cranks ? cranks : cranksOf(window, options.crank_weight_current))
-              : identifyComposition(series, range, options, fit);
+      is_base
+          ? describeFit(window, fit, std::move(equations),
+                        includes_cranks ? cranks : cranksOf(window, options.crank_weight_current))
+          : identifyComposition(series, range, options, fit);
   if (!model.fit.source) model.fit.baseline = fitBaselineDrivenByCurrent(series, range, cranks);
   model.fit.window_quality = windowQualityOf(model.fit, samples, window.duration());
   return model;
@@ -260,8 +289,10 @@ std::optional<ChargerControl> chargerControl(const Series& series, std::size_t l
 
 void carryState(FittedModel& model, const Series& series, std::size_t last) {
   const auto at = std::lower_bound(series.time.begin(), series.time.end(), model.state.time);
-  if (at == series.time.end() || *at != model.state.time || last >= series.size() || series.time[last] < model.state.time)
-    throw std::invalid_argument("carryState: the state must stand at a sample at or before the end");
+  if (at == series.time.end() || *at != model.state.time || last >= series.size() ||
+      series.time[last] < model.state.time)
+    throw std::invalid_argument(
+        "carryState: the state must stand at a sample at or before the end");
   const auto first = static_cast<std::size_t>(at - series.time.begin());
   const InputSequence inputs = inputsOf(model.fit, series, {first, last + 1});
   Follower follower(model, true);

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "battery_sof/series.hpp"
 #include "estimation/fitted_model.hpp"
 #include "estimation/known_parameter.hpp"
-#include "battery_sof/series.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/voltage_repair.hpp"
 
@@ -30,47 +30,61 @@ struct IdentifyOptions {
   double crank_weight = 10.0;            ///< W of eq. 3 at high-rate discharge [1], >= 1
   double crank_weight_current = -150.0;  ///< [A], W applies below
   int max_iterations = 20;               ///< paper, section V
-  /// Start values r_discharge [Ohm], r_charge [Ohm], c2 [F], beta [1/V]; Table I's magnitudes when not set.
+  /// Start values r_discharge [Ohm], r_charge [Ohm], c2 [F], beta [1/V]; Table I's magnitudes when
+  /// not set.
   std::array<double, 4> initial = {0.008, 0.010, 1000.0, 20.0};
 
-  /// Samples of the series that are no measurement, 1 each: they drive the model and cost nothing. Empty for none.
+  /// Samples of the series that are no measurement, 1 each: they drive the model and cost nothing.
+  /// Empty for none.
   std::vector<char> masked = {};  ///< see InstrumentLimits
   double voltage_lsb_std = 0.0;   ///< [V], what rounding adds at least to the white noise
 
-  /// Operating mode in the series. Set: where the voltage is controlled it drives, the fit has errors in both variables
-  /// (ChannelErrors), what the equations miss is estimated (ResidualRegression) and past events are kept (EventHistory). None: the
-  /// current drives throughout, as in the paper.
+  /// Operating mode in the series. Set: where the voltage is controlled it drives, the fit has
+  /// errors in both variables (ChannelErrors), what the equations miss is estimated
+  /// (ResidualRegression) and past events are kept (EventHistory). None: the current drives
+  /// throughout, as in the paper.
   std::optional<ChargerControl> source = std::nullopt;
 
-  /// Without `effects`, where a source controls the voltage in the window: with the physics of charging (fresh_sulphate).
+  /// Without `effects`, where a source controls the voltage in the window: with the physics of
+  /// charging (fresh_sulphate).
   bool chooses_effects = false;
-  std::vector<std::string> effects = {};                ///< ids of further physics, see effectCatalogue(); "learned" with `force`
-  std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;  ///< estimated before (fitDiscrepancy()); its factors are fitted
-  /// What a fleet knows; the population with the fit's own effects serves. The base circuit driven by the current alone has no priors.
+  /// ids of further physics, see effectCatalogue(); "learned" with `force`
+  std::vector<std::string> effects = {};
+  /// estimated before (fitDiscrepancy()); its factors are fitted
+  std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;
+  /// What a fleet knows; the population with the fit's own effects serves. The base circuit driven
+  /// by the current alone has no priors.
   std::vector<KnownPopulation> priors = {};
   bool whiten = false;  ///< cost of residuals whitened by a fitted noise model in place of eq. 3
-  int more_starts = 2;  ///< of a composition, beside the base model's optimum and the effects' magnitudes
-  int threads = 1;      ///< for the starts; 0: as many as the machine has; the result is the same
+  /// of a composition, beside the base model's optimum and the effects' magnitudes
+  int more_starts = 2;
+  int threads = 1;  ///< for the starts; 0: as many as the machine has; the result is the same
 };
 
 /**
- * @brief Fits the base model, or a composition of it with effects, to a window by Levenberg-Marquardt (paper, section IV).
+ * @brief Fits the base model, or a composition of it with effects, to a window by
+ * Levenberg-Marquardt (paper, section IV).
  *
  *     E(theta) = sum_n [ W(n) (u_b(n) - u_m(theta, n)) ]^2                                              (eq. 3)
  *
- * kRobust estimates r_discharge, r_charge, u_dc, c2, beta and the state at the first sample. The first three enter
- * linearly once u_c2 is known and are eliminated in every iteration (variable projection); c2 and beta are searched as
- * logarithms inside Table I's bounds. With effects or `whiten`, fitComposition() does the same for the composition, from the base model's
- * optimum on; long windows are compressed (compressedInputs); up to 100,000 samples the search ends at full rate, and standard errors come
- * from it. kPaper searches the four tunables, normalised by Table I's magnitudes, with an exponential penalty beyond the bounds, eq. 4 for
- * u_dc and eq. 5 for the state, u_dc in eq. 5 being the previous iteration's.
+ * kRobust estimates r_discharge, r_charge, u_dc, c2, beta and the state at the first sample. The
+ * first three enter linearly once u_c2 is known and are eliminated in every iteration (variable
+ * projection); c2 and beta are searched as logarithms inside Table I's bounds. With effects or
+ * `whiten`, fitComposition() does the same for the composition, from the base model's optimum on;
+ * long windows are compressed (compressedInputs); up to 100,000 samples the search ends at full
+ * rate, and standard errors come from it. kPaper searches the four tunables, normalised by Table
+ * I's magnitudes, with an exponential penalty beyond the bounds, eq. 4 for u_dc and eq. 5 for the
+ * state, u_dc in eq. 5 being the previous iteration's.
  *
- * Standard errors are those of the sandwich J'W^2J with a Bartlett kernel over the residual's correlation length
- * (Newey and West 1987), so neither the weights nor autocorrelated residuals make them look smaller than they are.
+ * Standard errors are those of the sandwich J'W^2J with a Bartlett kernel over the residual's
+ * correlation length (Newey and West 1987), so neither the weights nor autocorrelated residuals
+ * make them look smaller than they are.
  *
  * @param series recording; @param range window; gaps inside are taken as rests.
- * @return the model with its state at the window's last sample; never throws for poor data: see FitStatus.
- * @throws std::invalid_argument for options outside their ranges, unknown effects, effects or whitening with kPaper, or a
+ * @return the model with its state at the window's last sample; never throws for poor data: see
+ * FitStatus.
+ * @throws std::invalid_argument for options outside their ranges, unknown effects, effects or
+ * whitening with kPaper, or a
  *   range outside the series.
  */
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
@@ -78,17 +92,21 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
 /**
  * @brief Operating mode, where that is to drive a fit.
  *
- * A source is seen, and samples are a quarter of a second or more apart: then the current between them is not known, and its
- * error grows in a blocked electrode (docs/decisions/0011-mixed-drive.md). Faster current is as good as exact and drives alone.
+ * A source is seen, and samples are a quarter of a second or more apart: then the current between
+ * them is not known, and its error grows in a blocked electrode
+ * (docs/decisions/0011-mixed-drive.md). Faster current is as good as exact and drives alone.
  */
 std::optional<ChargerControl> chargerControl(const Series& series);
 
-/// The same from the samples before `last` alone; what comes after is not looked at and is marked as driven by the current.
+/// The same from the samples before `last` alone; what comes after is not looked at and is marked
+/// as driven by the current.
 std::optional<ChargerControl> chargerControl(const Series& series, std::size_t last);
 
 /**
- * @brief Carries the state of a model forward to the sample at `last` (inclusive), its covariance and discrepancy with it.
- * @param series the recording the model stands in: model.state.time must be the time of one of its samples.
+ * @brief Carries the state of a model forward to the sample at `last` (inclusive), its covariance
+ * and discrepancy with it.
+ * @param series the recording the model stands in: model.state.time must be the time of one of its
+ * samples.
  */
 void carryState(FittedModel& model, const Series& series, std::size_t last);
 

@@ -4,7 +4,8 @@
 
 namespace battery_sof {
 
-std::vector<KnownParameter> knownOf(const std::vector<KnownPopulation>& populations, std::vector<std::string> effects) {
+std::vector<KnownParameter> knownOf(const std::vector<KnownPopulation>& populations,
+                                    std::vector<std::string> effects) {
   std::sort(effects.begin(), effects.end());
   for (const KnownPopulation& population : populations) {
     std::vector<std::string> of_population = population.effects;
@@ -15,7 +16,9 @@ std::vector<KnownParameter> knownOf(const std::vector<KnownPopulation>& populati
 }
 
 const KnownParameter* find(const std::vector<KnownParameter>& known, const std::string& name) {
-  const auto one = std::find_if(known.begin(), known.end(), [&](const KnownParameter& parameter) { return parameter.name == name; });
+  const auto one = std::find_if(known.begin(), known.end(), [&](const KnownParameter& parameter) {
+    return parameter.name == name;
+  });
   return one == known.end() ? nullptr : &*one;
 }
 

@@ -14,7 +14,8 @@ constexpr double kHopelessDamping = 1e16;
 constexpr double kGentleDamping = 1e-2;
 
 /// Coordinates that may move: not at a bound which the gradient pushes against.
-std::vector<int> freeCoordinates(const Eigen::VectorXd& x, const Eigen::VectorXd& gradient, const MinimizeOptions& options) {
+std::vector<int> freeCoordinates(const Eigen::VectorXd& x, const Eigen::VectorXd& gradient,
+                                 const MinimizeOptions& options) {
   std::vector<int> free;
   for (int j = 0; j < x.size(); ++j) {
     const bool at_lower = options.lower.size() > 0 && x[j] <= options.lower[j] && gradient[j] > 0.0;
@@ -48,7 +49,9 @@ Eigen::VectorXd projected(const Eigen::VectorXd& x, const MinimizeOptions& optio
 }
 
 /// Fall of the cost that the linearised residual promises for a step.
-double predictedGain(const NormalEquations& at, const Eigen::VectorXd& step) { return -(2.0 * at.gradient + at.hessian * step).dot(step); }
+double predictedGain(const NormalEquations& at, const Eigen::VectorXd& step) {
+  return -(2.0 * at.gradient + at.hessian * step).dot(step);
+}
 
 }  // namespace
 
@@ -65,7 +68,8 @@ void DampingSchedule::reject() {
 namespace {
 
 /// The loop of minimize(); result holds a valid start.
-void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& options, DampingSchedule& damping, MinimizeResult& result) {
+void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& options,
+            DampingSchedule& damping, MinimizeResult& result) {
   NormalEquations trial;
   for (result.iterations = 0; result.iterations < options.max_iterations; ++result.iterations) {
     const auto free = freeCoordinates(result.x, result.at.gradient, options);
@@ -78,7 +82,8 @@ void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& opti
     const bool tiny = step.norm() <= options.step_tolerance * (result.x.norm() + 1e-12);
     const bool nothing_to_gain = tiny || promised <= options.gain_tolerance * result.at.cost;
     if (damping.lambda() <= 1.0 && nothing_to_gain && !cut) return;
-    if (damping.lambda() <= kGentleDamping && promised <= options.trusted_gain * result.at.cost && !cut) {
+    if (damping.lambda() <= kGentleDamping && promised <= options.trusted_gain * result.at.cost &&
+        !cut) {
       result.last_step = step;
       result.x = x;
       result.at.cost -= promised;
@@ -103,7 +108,8 @@ void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& opti
 
 }  // namespace
 
-MinimizeResult minimize(const EvaluateNormalEquations& evaluate, const Eigen::VectorXd& start, const MinimizeOptions& options) {
+MinimizeResult minimize(const EvaluateNormalEquations& evaluate, const Eigen::VectorXd& start,
+                        const MinimizeOptions& options) {
   MinimizeResult result;
   result.x = projected(start, options);
   if (!evaluate(result.x, result.at) || !std::isfinite(result.at.cost))

@@ -32,7 +32,8 @@ struct NormalEquations {
   Eigen::MatrixXd hessian;   ///< J'J
 };
 
-/// Fills the equations at x; returns false when the model has no finite value there (the step is then refused).
+/// Fills the equations at x; returns false when the model has no finite value there (the step is
+/// then refused).
 using EvaluateNormalEquations = std::function<bool(const Eigen::VectorXd& x, NormalEquations&)>;
 
 enum class MinimizeStatus { kConverged, kIterationLimit, kStalled };
@@ -40,9 +41,11 @@ enum class MinimizeStatus { kConverged, kIterationLimit, kStalled };
 struct MinimizeOptions {
   int max_iterations = 20;        ///< accepted and refused steps together
   double initial_damping = 1e-3;  ///< relative to the diagonal of J'J
-  double gain_tolerance = 1e-8;   ///< stop when a step promises less than this share of the cost: 0.01 standard errors
-  /// A step that promises less than this share of the cost, damping at most 0.01 and no bound in the way, is taken
-  /// without evaluating its end: MinimizeResult::x is beyond MinimizeResult::at by last_step then, and at.cost the promised one. 0: never.
+  /// stop when a step promises less than this share of the cost: 0.01 standard errors
+  double gain_tolerance = 1e-8;
+  /// A step that promises less than this share of the cost, damping at most 0.01 and no bound in
+  /// the way, is taken without evaluating its end: MinimizeResult::x is beyond MinimizeResult::at
+  /// by last_step then, and at.cost the promised one. 0: never.
   double trusted_gain = 0.0;
   double step_tolerance = 1e-9;  ///< stop when a step is shorter than this share of |x|
   Eigen::VectorXd lower, upper;  ///< hard bounds, empty for none
@@ -53,8 +56,9 @@ struct MinimizeResult {
   NormalEquations at;  ///< at x
   MinimizeStatus status = MinimizeStatus::kConverged;
   int iterations = 0;
-  double damping = 0.0;       ///< at the end; lets a search be continued
-  Eigen::VectorXd last_step;  ///< x minus the point that `at` belongs to; zero unless a step was trusted
+  double damping = 0.0;  ///< at the end; lets a search be continued
+  /// x minus the point that `at` belongs to; zero unless a step was trusted
+  Eigen::VectorXd last_step;
 };
 
 /**
@@ -66,6 +70,7 @@ struct MinimizeResult {
  * @throws std::invalid_argument when it does not.
  * @see Marquardt 1963; paper, section IV and its reference [19].
  */
-MinimizeResult minimize(const EvaluateNormalEquations& evaluate, const Eigen::VectorXd& start, const MinimizeOptions& options);
+MinimizeResult minimize(const EvaluateNormalEquations& evaluate, const Eigen::VectorXd& start,
+                        const MinimizeOptions& options);
 
 }  // namespace battery_sof

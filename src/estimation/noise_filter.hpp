@@ -5,9 +5,11 @@
 namespace battery_sof {
 
 /**
- * @brief Kalman filter of white noise, AR(1) and random walk: its gains and variances, in any arithmetic.
+ * @brief Kalman filter of white noise, AR(1) and random walk: its gains and variances, in any
+ * arithmetic.
  *
- * The states are d (walk) and a (AR); see NoiseModel. At the start d is known to be zero and a has its stationary variance.
+ * The states are d (walk) and a (AR); see NoiseModel. At the start d is known to be zero and a has
+ * its stationary variance.
  */
 template <typename S>
 class NoiseFilter {
@@ -24,7 +26,8 @@ class NoiseFilter {
     S variance;     ///< of the innovation [V^2]
   };
 
-  /// Moves on and takes a sample in. @param count samples averaged.  @param first there is no interval before it.
+  /// Moves on and takes a sample in. @param count samples averaged.  @param first there is no
+  /// interval before it.
   Step step(double duration, double count, bool first) {
     S persistence(1.0);
     if (!first) persistence = wait(duration);

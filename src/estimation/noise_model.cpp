@@ -23,17 +23,20 @@ void requireSound(const NoiseModel& noise) {
   require(noise.white_std > 0.0, "white_std [V]", noise.white_std, "a finite value above 0");
   require(noise.ar_std >= 0.0, "ar_std [V]", noise.ar_std, "a finite value, at least 0");
   require(noise.ar_time > 0.0, "ar_time [s]", noise.ar_time, "a finite value above 0");
-  require(noise.walk_std >= 0.0, "walk_std [V/sqrt(s)]", noise.walk_std, "a finite value, at least 0");
+  require(noise.walk_std >= 0.0, "walk_std [V/sqrt(s)]", noise.walk_std,
+          "a finite value, at least 0");
 }
 
 using Four = Eigen::AutoDiffScalar<Eigen::Vector4d>;
 
-/// The deviance with its slope and expected curvature to the logarithms of white_std, ar_std, ar_time, walk_std.
-void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residual, const std::vector<InputSample>& samples,
-                      NormalEquations& equations) {
+/// The deviance with its slope and expected curvature to the logarithms of white_std, ar_std,
+/// ar_time, walk_std.
+void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residual,
+                      const std::vector<InputSample>& samples, NormalEquations& equations) {
   const auto variable = [&](int j, double factor) {
     using std::exp;
-    return Four(std::exp(factor * logs[j]), factor * std::exp(factor * logs[j]) * Eigen::Vector4d::Unit(j));
+    return Four(std::exp(factor * logs[j]),
+                factor * std::exp(factor * logs[j]) * Eigen::Vector4d::Unit(j));
   };
   NoiseFilter<Four> filter(variable(0, 2.0), variable(1, 2.0), variable(2, 1.0), variable(3, 2.0));
   Four d(0.0), a(0.0);
@@ -67,8 +70,8 @@ void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residu
 
 Whitening::Whitening(const NoiseModel& noise, const std::vector<InputSample>& samples) {
   requireSound(noise);
-  NoiseFilter<double> filter(noise.white_std * noise.white_std, noise.ar_std * noise.ar_std, noise.ar_time,
-                             noise.walk_std * noise.walk_std);
+  NoiseFilter<double> filter(noise.white_std * noise.white_std, noise.ar_std * noise.ar_std,
+                             noise.ar_time, noise.walk_std * noise.walk_std);
   gains_.reserve(samples.size());
   for (std::size_t n = 0; n < samples.size(); ++n) {
     if (samples[n].count <= 0.0) {
@@ -97,22 +100,29 @@ Eigen::VectorXd Whitening::whitened(const Eigen::VectorXd& column) const {
   return out;
 }
 
-double deviance(const NoiseModel& noise, const Eigen::VectorXd& residual, const std::vector<InputSample>& samples) {
+double deviance(const NoiseModel& noise, const Eigen::VectorXd& residual,
+                const std::vector<InputSample>& samples) {
   const Whitening whitening(noise, samples);
   return whitening.logDeterminant() + whitening.whitened(residual).squaredNorm();
 }
 
-NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSample>& samples, double min_white) {
+NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSample>& samples,
+                    double min_white) {
   if (static_cast<std::size_t>(residual.size()) != samples.size() || samples.size() < kMinSamples)
-    throw std::invalid_argument("fitNoise: " + std::to_string(residual.size()) + " residuals for " + std::to_string(samples.size()) +
-                                " samples, expected as many and at least " + std::to_string(kMinSamples));
-  const double rms = std::max(std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size())), 2.0 * min_white);
-  // The four numbers change the deviance, which may be negative; minimize() wants a cost above zero.
+    throw std::invalid_argument("fitNoise: " + std::to_string(residual.size()) + " residuals for " +
+                                std::to_string(samples.size()) +
+                                " samples, expected as many and at least " +
+                                std::to_string(kMinSamples));
+  const double rms = std::max(
+      std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size())), 2.0 * min_white);
+  // The four numbers change the deviance, which may be negative; minimize() wants a cost above
+  // zero.
   double shift = 0.0;
   const auto evaluate = [&](const Eigen::VectorXd& logs, NormalEquations& equations) {
     evaluateDeviance(logs, residual, samples, equations);
     equations.cost += shift;
-    return std::isfinite(equations.cost) && equations.gradient.allFinite() && equations.hessian.allFinite();
+    return std::isfinite(equations.cost) && equations.gradient.allFinite() &&
+           equations.hessian.allFinite();
   };
   MinimizeOptions options;
   options.max_iterations = 60;
@@ -124,7 +134,8 @@ NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSamp
   double best_cost = HUGE_VAL;
   for (const double ar_time : {1.0, 10.0}) {
     Eigen::VectorXd start(4);
-    start << std::log(std::max(0.5 * rms, 1.01 * min_white)), std::log(0.7 * rms), std::log(ar_time), std::log(0.1 * rms);
+    start << std::log(std::max(0.5 * rms, 1.01 * min_white)), std::log(0.7 * rms),
+        std::log(ar_time), std::log(0.1 * rms);
     NormalEquations at_start;
     shift = 0.0;
     if (!evaluate(start, at_start)) continue;
@@ -134,7 +145,8 @@ NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSamp
     const double cost = result.at.cost - shift;
     if (cost >= best_cost) continue;
     best_cost = cost;
-    best = {std::exp(result.x[0]), std::exp(result.x[1]), std::exp(result.x[2]), std::exp(result.x[3])};
+    best = {std::exp(result.x[0]), std::exp(result.x[1]), std::exp(result.x[2]),
+            std::exp(result.x[3])};
   }
   return best;
 }

@@ -8,28 +8,33 @@
 namespace battery_sof {
 
 /**
- * @brief What a residual is made of when the model is right: white noise, noise with a memory, and a walk.
+ * @brief What a residual is made of when the model is right: white noise, noise with a memory, and
+ * a walk.
  *
  *     e = d + a + w,   d: random walk,  a: AR(1) with time constant ar_time,  w: white          (docs/physics.md#noise-of-a-residual)
  */
 struct NoiseModel {
-  double white_std = 0.002;  ///< [V], of one sample; an average of m samples has white_std / sqrt(m)
-  double ar_std = 0.002;     ///< [V], stationary
-  double ar_time = 2.0;      ///< [s]
-  double walk_std = 1e-4;    ///< [V/sqrt(s)]
+  /// [V], of one sample; an average of m samples has white_std / sqrt(m)
+  double white_std = 0.002;
+  double ar_std = 0.002;   ///< [V], stationary
+  double ar_time = 2.0;    ///< [s]
+  double walk_std = 1e-4;  ///< [V/sqrt(s)]
 };
 
 /**
- * @brief Turns residuals of that noise into independent ones of unit variance: the innovations of a Kalman filter.
+ * @brief Turns residuals of that noise into independent ones of unit variance: the innovations of a
+ * Kalman filter.
  *
  *     v_n = (e_n - d_n - a_n) / sqrt(S_n),   S_n the innovation's variance
  *
- * A sample with count 0 is not taken in and comes out as zero. Linear in e, so the columns of a Jacobian are whitened by the same filter.
- * Gains depend on the intervals alone and are computed once; d starts at zero (u_dc holds the level).
+ * A sample with count 0 is not taken in and comes out as zero. Linear in e, so the columns of a
+ * Jacobian are whitened by the same filter. Gains depend on the intervals alone and are computed
+ * once; d starts at zero (u_dc holds the level).
  */
 class Whitening {
  public:
-  /// @param samples durations and counts are used.  @throws std::invalid_argument for a noise that is not finite, has
+  /// @param samples durations and counts are used.  @throws std::invalid_argument for a noise that
+  /// is not finite, has
   ///   white_std or ar_time at or below 0, or a negative part.
   Whitening(const NoiseModel& noise, const std::vector<InputSample>& samples);
 
@@ -45,7 +50,8 @@ class Whitening {
     Row drift, colored;
   };
 
-  /// Whitens sample n of all columns in place; samples in order. @param memory zero before the first.
+  /// Whitens sample n of all columns in place; samples in order. @param memory zero before the
+  /// first.
   template <typename Row>
   void apply(std::size_t n, Row& row, Memory<Row>& memory) const {
     const Gain& gain = gains_[n];
@@ -68,15 +74,18 @@ class Whitening {
 };
 
 /**
- * @brief The noise that makes a residual most likely, by Fisher scoring on the logarithms of its four numbers.
+ * @brief The noise that makes a residual most likely, by Fisher scoring on the logarithms of its
+ * four numbers.
  *
  * @param residual [V], one a sample.
  * @param min_white [V], what the channel's resolution adds at least (LSB / sqrt(12)).
  * @throws std::invalid_argument when the sizes differ or there are fewer than 30 samples.
  */
-NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSample>& samples, double min_white = 1e-5);
+NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSample>& samples,
+                    double min_white = 1e-5);
 
 /// -2 ln likelihood of a residual, without the constant n ln(2 pi).
-double deviance(const NoiseModel& noise, const Eigen::VectorXd& residual, const std::vector<InputSample>& samples);
+double deviance(const NoiseModel& noise, const Eigen::VectorXd& residual,
+                const std::vector<InputSample>& samples);
 
 }  // namespace battery_sof

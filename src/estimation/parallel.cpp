@@ -9,7 +9,8 @@
 namespace battery_sof {
 
 void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
-  const std::size_t wanted = threads > 0 ? static_cast<std::size_t>(threads) : std::max(1U, std::thread::hardware_concurrency());
+  const std::size_t wanted = threads > 0 ? static_cast<std::size_t>(threads)
+                                         : std::max(1U, std::thread::hardware_concurrency());
   std::vector<std::exception_ptr> failures(count);
   std::atomic<std::size_t> next{0};
   const auto loop = [&] {

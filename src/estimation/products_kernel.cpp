@@ -7,16 +7,21 @@ namespace {
 
 /// The state columns kFirst to kLast - 1 of kWidth lanes.
 template <int kWidth, int kFirst, int kLast>
-BATTERY_SOF_INLINE void addRows(const MeasuredBlock& measured, const OverpotentialStates& states, int lane, LaneProducts& products) {
+BATTERY_SOF_INLINE void addRows(const MeasuredBlock& measured, const OverpotentialStates& states,
+                                int lane, LaneProducts& products) {
   using Value = typename Register<kWidth>::Type;
   Value linear[kStateColumns][kLinearColumns], own[kStateColumns][kStateColumns];
   for (int j = kFirst; j < kLast; ++j) {
-    for (int k = 0; k < kLinearColumns; ++k) linear[j][k] = at<kWidth>(products.with_linear[j][k] + lane);
-    for (int k = j; k < kStateColumns; ++k) own[j][k] = at<kWidth>(products.with_states[j][k] + lane);
+    for (int k = 0; k < kLinearColumns; ++k)
+      linear[j][k] = at<kWidth>(products.with_linear[j][k] + lane);
+    for (int k = j; k < kStateColumns; ++k)
+      own[j][k] = at<kWidth>(products.with_states[j][k] + lane);
   }
   for (int n = lane; n < kBlockSize; n += kLanes) {
-    const Value column[kStateColumns] = {at<kWidth>(states.d_log_c2 + n), at<kWidth>(states.d_log_beta + n),
-                                         at<kWidth>(states.d_initial + n), at<kWidth>(measured.voltage + n) - at<kWidth>(states.u_c2 + n)};
+    const Value column[kStateColumns] = {
+        at<kWidth>(states.d_log_c2 + n), at<kWidth>(states.d_log_beta + n),
+        at<kWidth>(states.d_initial + n),
+        at<kWidth>(measured.voltage + n) - at<kWidth>(states.u_c2 + n)};
     for (int j = kFirst; j < kLast; ++j) {
       const Value weighted = at<kWidth>(measured.weight + n) * column[j];
       linear[j][0] += weighted * at<kWidth>(measured.discharge + n);
@@ -26,14 +31,17 @@ BATTERY_SOF_INLINE void addRows(const MeasuredBlock& measured, const Overpotenti
     }
   }
   for (int j = kFirst; j < kLast; ++j) {
-    for (int k = 0; k < kLinearColumns; ++k) at<kWidth>(products.with_linear[j][k] + lane) = linear[j][k];
-    for (int k = j; k < kStateColumns; ++k) at<kWidth>(products.with_states[j][k] + lane) = own[j][k];
+    for (int k = 0; k < kLinearColumns; ++k)
+      at<kWidth>(products.with_linear[j][k] + lane) = linear[j][k];
+    for (int k = j; k < kStateColumns; ++k)
+      at<kWidth>(products.with_states[j][k] + lane) = own[j][k];
   }
 }
 
 /// In two halves where the registers do not hold all 22 sums.
 template <int kWidth>
-BATTERY_SOF_INLINE void addHalves(const MeasuredBlock& measured, const OverpotentialStates& states, LaneProducts& products) {
+BATTERY_SOF_INLINE void addHalves(const MeasuredBlock& measured, const OverpotentialStates& states,
+                                  LaneProducts& products) {
   for (int lane = 0; lane < kLanes; lane += kWidth) {
     addRows<kWidth, 0, 2>(measured, states, lane, products);
     addRows<kWidth, 2, kStateColumns>(measured, states, lane, products);
@@ -41,18 +49,22 @@ BATTERY_SOF_INLINE void addHalves(const MeasuredBlock& measured, const Overpoten
 }
 
 #if BATTERY_SOF_X86_DISPATCH
-BATTERY_SOF_TARGET_AVX2 void addAvx2(const MeasuredBlock& measured, const OverpotentialStates& states, LaneProducts& products) {
+BATTERY_SOF_TARGET_AVX2 void addAvx2(const MeasuredBlock& measured,
+                                     const OverpotentialStates& states, LaneProducts& products) {
   addHalves<4>(measured, states, products);
 }
 
-BATTERY_SOF_TARGET_AVX512 void addAvx512(const MeasuredBlock& measured, const OverpotentialStates& states, LaneProducts& products) {
+BATTERY_SOF_TARGET_AVX512 void addAvx512(const MeasuredBlock& measured,
+                                         const OverpotentialStates& states,
+                                         LaneProducts& products) {
   addRows<kLanes, 0, kStateColumns>(measured, states, 0, products);
 }
 #endif
 
 }  // namespace
 
-void addProducts(const MeasuredBlock& measured, const OverpotentialStates& states, LaneProducts& products, InstructionSet set) {
+void addProducts(const MeasuredBlock& measured, const OverpotentialStates& states,
+                 LaneProducts& products, InstructionSet set) {
 #if BATTERY_SOF_X86_DISPATCH
   if (set == InstructionSet::kAvx512) return addAvx512(measured, states, products);
   if (set == InstructionSet::kAvx2) return addAvx2(measured, states, products);

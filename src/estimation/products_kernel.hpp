@@ -25,6 +25,7 @@ struct alignas(64) LaneProducts {
 
 /// Adds weight * column_j * column_k of one block, j a column of the states, k any. @param set as
 /// of sweepOverpotential().
-void addProducts(const MeasuredBlock& measured, const OverpotentialStates& states, LaneProducts& products, InstructionSet set);
+void addProducts(const MeasuredBlock& measured, const OverpotentialStates& states,
+                 LaneProducts& products, InstructionSet set);
 
 }  // namespace battery_sof

@@ -27,7 +27,8 @@ FitPlan planFit(const Series& series, const FitRequest& request) {
   const InstrumentLimits limits = instrumentLimits(series);
   plan.options.masked = limits.withoutClipped();
   plan.options.voltage_lsb_std = limits.voltage_lsb_std;
-  if (plan.options.start != FitStart::kPaper) plan.options.source = chargerControl(series, plan.window.range->last);
+  if (plan.options.start != FitStart::kPaper)
+    plan.options.source = chargerControl(series, plan.window.range->last);
   return plan;
 }
 
@@ -47,15 +48,19 @@ void carryToEnd(FittedModel& model, const Series& series, const FitRequest& requ
   carryState(model, series, samplesBetween(series, std::nullopt, request.to).last - 1);
 }
 
-IndexRange samplesBetween(const Series& series, std::optional<double> from, std::optional<double> to) {
-  if (series.empty()) throw std::invalid_argument("the recording has no samples, expected at least one");
+IndexRange samplesBetween(const Series& series, std::optional<double> from,
+                          std::optional<double> to) {
+  if (series.empty())
+    throw std::invalid_argument("the recording has no samples, expected at least one");
   const double first = from.value_or(series.time.front()), last = to.value_or(series.time.back());
   if (!std::isfinite(first) || !std::isfinite(last))
-    throw std::invalid_argument(format("the range is %g to %g s, expected finite times", first, last));
+    throw std::invalid_argument(
+        format("the range is %g to %g s, expected finite times", first, last));
   const IndexRange range = indexRange(series, first, last);
   if (!range.empty()) return range;
   throw std::invalid_argument(
-      format("no sample from %.3f to %.3f s; the recording holds %.3f to %.3f s", first, last, series.time.front(), series.time.back()));
+      format("no sample from %.3f to %.3f s; the recording holds %.3f to %.3f s", first, last,
+             series.time.front(), series.time.back()));
 }
 
 }  // namespace battery_sof

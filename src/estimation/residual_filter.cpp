@@ -13,9 +13,11 @@ namespace {
 constexpr double kAverage = 0.1;  // [s], docs/physics.md#noise-of-a-residual
 constexpr std::size_t kMinAverages = 30;
 
-NoiseFilter<double> filterOf(const std::optional<NoiseModel>& noise, const ResidualState& residual_state) {
+NoiseFilter<double> filterOf(const std::optional<NoiseModel>& noise,
+                             const ResidualState& residual_state) {
   const NoiseModel n = noise.value_or(NoiseModel{1.0, 0.0, 1.0, 0.0});
-  NoiseFilter<double> filter(n.white_std * n.white_std, n.ar_std * n.ar_std, n.ar_time, n.walk_std * n.walk_std);
+  NoiseFilter<double> filter(n.white_std * n.white_std, n.ar_std * n.ar_std, n.ar_time,
+                             n.walk_std * n.walk_std);
   filter.setVariances(residual_state.p_dd, residual_state.p_da, residual_state.p_aa);
   return filter;
 }
@@ -54,15 +56,19 @@ ErrorForecast ResidualFilter::forecastThrough(double ahead) const {
   return noise_ ? ErrorForecast{drift_, all.variance + left_out * left_out} : all;
 }
 
-ResidualState ResidualFilter::residual_state() const { return {drift_, colored_, filter_.p_dd(), filter_.p_da(), filter_.p_aa()}; }
+ResidualState ResidualFilter::residual_state() const {
+  return {drift_, colored_, filter_.p_dd(), filter_.p_da(), filter_.p_aa()};
+}
 
 namespace {
 
 /// What a model missed of its window's voltage; nothing where the voltage drove.
-std::vector<std::optional<double>> missedVoltage(const FittedModel& model, const Series& series, IndexRange range) {
+std::vector<std::optional<double>> missedVoltage(const FittedModel& model, const Series& series,
+                                                 IndexRange range) {
   if (model.fit.first_state.empty() || range.empty()) return {};
   ModelPoint start = pointOf(model);
-  start.state = Eigen::Map<const Eigen::VectorXd>(model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
+  start.state = Eigen::Map<const Eigen::VectorXd>(
+      model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
   start.time = start.reference_time = series.time[range.first];
   Simulation simulation(compositionOf(model.fit), start);
   std::vector<std::optional<double>> missed;
@@ -78,7 +84,8 @@ std::vector<std::optional<double>> missedVoltage(const FittedModel& model, const
 void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
   const std::vector<std::optional<double>> missed = missedVoltage(model, series, range);
   const double interval = medianInterval(series);
-  const auto each = static_cast<std::size_t>(std::max(1.0, std::round(kAverage / std::max(interval, 1e-6))));
+  const auto each =
+      static_cast<std::size_t>(std::max(1.0, std::round(kAverage / std::max(interval, 1e-6))));
   std::vector<InputSample> samples;
   std::vector<double> means;
   double before = series.time[range.first];
@@ -101,11 +108,15 @@ void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
     if (sample.count > 0.0) ++averages;
   }
   if (averages < kMinAverages) return;
-  model.fit.noise = fitNoise(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())), samples);
-  model.state.residual_state = {0.0, 0.0, 0.0, 0.0, model.fit.noise->ar_std * model.fit.noise->ar_std};
+  model.fit.noise = fitNoise(
+      Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())),
+      samples);
+  model.state.residual_state = {0.0, 0.0, 0.0, 0.0,
+                                model.fit.noise->ar_std * model.fit.noise->ar_std};
   ResidualFilter tracker(model);
   for (std::size_t n = 0; n < missed.size(); ++n) {
-    const double duration = n == 0 ? 0.0 : series.time[range.first + n] - series.time[range.first + n - 1];
+    const double duration =
+        n == 0 ? 0.0 : series.time[range.first + n] - series.time[range.first + n - 1];
     if (missed[n])
       tracker.update(duration, *missed[n]);
     else

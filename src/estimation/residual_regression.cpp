@@ -8,26 +8,32 @@
 namespace battery_sof {
 namespace {
 
-constexpr std::array<double, 4> kFadings = {1.5, 5.0, 15.0, 50.0};  // [s], of exp(-since discharge / time)
-constexpr double kNominal = 12.6;                                   // [V], a battery at rest
-constexpr double kLowestVoltage = 9.0, kHighestVoltage = 15.0;      // [V], a modelled voltage is held inside
-constexpr double kHighRate = -100.0;                                // [A]
-constexpr std::size_t kMinCurrents = 60, kMinVoltages = 30;     // samples
+// [s], of exp(-since discharge / time)
+constexpr std::array<double, 4> kFadings = {1.5, 5.0, 15.0, 50.0};
+constexpr double kNominal = 12.6;  // [V], a battery at rest
+// [V], a modelled voltage is held inside
+constexpr double kLowestVoltage = 9.0, kHighestVoltage = 15.0;
+constexpr double kHighRate = -100.0;                         // [A]
+constexpr std::size_t kMinCurrents = 60, kMinVoltages = 30;  // samples
 constexpr int kCurrentBlocks = 6, kVoltageBlocks = 5;
 
 template <std::size_t N>
-void relax(std::array<double, N>& memory, const std::array<double, N>& times, double x, double duration) {
-  for (std::size_t k = 0; k < N; ++k) memory[k] += (1.0 - std::exp(-duration / times[k])) * (x - memory[k]);
+void relax(std::array<double, N>& memory, const std::array<double, N>& times, double x,
+           double duration) {
+  for (std::size_t k = 0; k < N; ++k)
+    memory[k] += (1.0 - std::exp(-duration / times[k])) * (x - memory[k]);
 }
 
-/// 0.01 to 10,000 by half decades, of normal equations that are not divided by the number of samples.
+/// 0.01 to 10,000 by half decades, of normal equations that are not divided by the number of
+/// samples.
 std::vector<double> penalties() {
   std::vector<double> all;
   for (int k = -4; k <= 8; ++k) all.push_back(std::pow(10.0, 0.5 * k));
   return all;
 }
 
-RidgeFit fitPart(const ResidualSamples& samples, bool voltage_controlled, std::size_t least, int blocks, std::vector<double>* left_out) {
+RidgeFit fitPart(const ResidualSamples& samples, bool voltage_controlled, std::size_t least,
+                 int blocks, std::vector<double>* left_out) {
   std::vector<std::size_t> rows;
   for (std::size_t n = 0; n < samples.error.size(); ++n)
     if (static_cast<bool>(samples.voltage_controlled[n]) == voltage_controlled) rows.push_back(n);
@@ -46,7 +52,8 @@ RidgeFit fitPart(const ResidualSamples& samples, bool voltage_controlled, std::s
   Eigen::VectorXd without;
   RidgeFit fit = fitRidge(X, y, options, &without);
   if (left_out)
-    for (std::size_t k = 0; k < rows.size(); ++k) (*left_out)[rows[k]] = without[static_cast<Eigen::Index>(k)];
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      (*left_out)[rows[k]] = without[static_cast<Eigen::Index>(k)];
   return fit;
 }
 
@@ -58,13 +65,15 @@ std::vector<double> InputMemory::numbers() const {
   x.insert(x.end(), discharge.begin(), discharge.end());
   x.insert(x.end(), current.begin(), current.end());
   x.insert(x.end(), held.begin(), held.end());
-  x.insert(x.end(), {last_voltage, last_discharge, since_discharge, since_source, begun ? 1.0 : 0.0});
+  x.insert(x.end(),
+           {last_voltage, last_discharge, since_discharge, since_source, begun ? 1.0 : 0.0});
   return x;
 }
 
 InputMemory InputMemory::fromNumbers(const std::vector<double>& x) {
   if (x.size() != kNumbers)
-    throw std::invalid_argument("a drive's memory has " + std::to_string(x.size()) + " numbers, expected " + std::to_string(kNumbers));
+    throw std::invalid_argument("a drive's memory has " + std::to_string(x.size()) +
+                                " numbers, expected " + std::to_string(kNumbers));
   InputMemory memory;
   auto at = x.begin();
   const auto take = [&](auto& values) {
@@ -84,7 +93,9 @@ InputMemory InputMemory::fromNumbers(const std::vector<double>& x) {
 }
 
 Eigen::VectorXd InputMemory::advance(const Moment& moment) {
-  const double u = moment.voltage_controlled ? moment.voltage : std::clamp(moment.voltage, kLowestVoltage, kHighestVoltage);
+  const double u = moment.voltage_controlled
+                       ? moment.voltage
+                       : std::clamp(moment.voltage, kLowestVoltage, kHighestVoltage);
   const double drawn = moment.voltage_controlled ? 0.0 : std::max(-moment.current, 0.0);
   if (!begun) {
     voltage.fill(u);
@@ -104,7 +115,8 @@ Eigen::VectorXd InputMemory::advance(const Moment& moment) {
   since_source = moment.voltage_controlled ? 0.0 : since_source + moment.duration;
   last_voltage = u;
   last_discharge = driving;
-  return moment.voltage_controlled ? currentColumns(moment, change_u) : voltageColumns(moment, change_i);
+  return moment.voltage_controlled ? currentColumns(moment, change_u)
+                                   : voltageColumns(moment, change_i);
 }
 
 Eigen::VectorXd InputMemory::currentColumns(const Moment& moment, double change) const {
@@ -114,11 +126,13 @@ Eigen::VectorXd InputMemory::currentColumns(const Moment& moment, double change)
   x.insert(x.end(), {change, std::max(change, 0.0)});
   x.insert(x.end(), discharge.begin(), discharge.end());
   std::array<double, 4> faded;
-  for (std::size_t k = 0; k < faded.size(); ++k) faded[k] = std::exp(-since_discharge / kFadings[k]);
+  for (std::size_t k = 0; k < faded.size(); ++k)
+    faded[k] = std::exp(-since_discharge / kFadings[k]);
   x.insert(x.end(), faded.begin(), faded.end());
   for (const double f : faded) x.push_back(f * above);
   for (std::size_t k = 1; k <= 3; ++k) x.push_back(discharge[k] * above);
-  for (std::size_t k = 1; k <= 3; ++k) x.push_back(std::sqrt(std::max(discharge[k], 0.0) * kDischargeTimes[k]));
+  for (std::size_t k = 1; k <= 3; ++k)
+    x.push_back(std::sqrt(std::max(discharge[k], 0.0) * kDischargeTimes[k]));
   x.push_back(i);
   for (const double low : current) x.push_back(i - low);
   x.push_back(std::abs(i));
@@ -129,12 +143,14 @@ Eigen::VectorXd InputMemory::currentColumns(const Moment& moment, double change)
 Eigen::VectorXd InputMemory::voltageColumns(const Moment& moment, double change) const {
   const double i = moment.current;
   Eigen::VectorXd x(9);
-  x << i, std::min(i - kHighRate, 0.0), std::exp(-since_source / 1.5), std::exp(-since_source / 10.0), std::sqrt(since_source), held[0],
-      held[1], change, moment.voltage;
+  x << i, std::min(i - kHighRate, 0.0), std::exp(-since_source / 1.5),
+      std::exp(-since_source / 10.0), std::sqrt(since_source), held[0], held[1], change,
+      moment.voltage;
   return x;
 }
 
-ResidualRegression fitResidualRegression(const ResidualSamples& samples, std::vector<double>* left_out) {
+ResidualRegression fitResidualRegression(const ResidualSamples& samples,
+                                         std::vector<double>* left_out) {
   if (left_out) left_out->assign(samples.error.size(), 0.0);
   ResidualRegression residual_regression;
   residual_regression.current = fitPart(samples, true, kMinCurrents, kCurrentBlocks, left_out);

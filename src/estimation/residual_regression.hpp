@@ -9,16 +9,21 @@
 namespace battery_sof {
 
 /**
- * @brief What drove the battery lately, as numbers that move on with every sample and never look ahead.
+ * @brief What drove the battery lately, as numbers that move on with every sample and never look
+ * ahead.
  *
- * Low passes of the controlled (else modelled) voltage, of the discharge current and of the modelled current, and the times
- * since a source last held the voltage and since it last did not.
+ * Low passes of the controlled (else modelled) voltage, of the discharge current and of the
+ * modelled current, and the times since a source last held the voltage and since it last did not.
  */
 struct InputMemory {
-  static constexpr std::array<double, 4> kVoltageTimes = {3.0, 10.0, 30.0, 100.0};           ///< [s]
-  static constexpr std::array<double, 5> kDischargeTimes = {3.0, 10.0, 30.0, 100.0, 300.0};  ///< [s]
-  static constexpr std::array<double, 4> kCurrentTimes = {3.0, 10.0, 30.0, 100.0};           ///< [s]
-  static constexpr std::array<double, 2> kHeldTimes = {10.0, 100.0};                         ///< [s]
+  /// [s]
+  static constexpr std::array<double, 4> kVoltageTimes = {3.0, 10.0, 30.0, 100.0};
+  /// [s]
+  static constexpr std::array<double, 5> kDischargeTimes = {3.0, 10.0, 30.0, 100.0, 300.0};
+  /// [s]
+  static constexpr std::array<double, 4> kCurrentTimes = {3.0, 10.0, 30.0, 100.0};
+  /// [s]
+  static constexpr std::array<double, 2> kHeldTimes = {10.0, 100.0};
 
   std::array<double, 4> voltage = {};    ///< [V]
   std::array<double, 5> discharge = {};  ///< [A]
@@ -32,8 +37,9 @@ struct InputMemory {
 
   static constexpr std::size_t kNumbers = 20;
   static constexpr Eigen::Index kCurrentColumns = 35, kVoltageColumns = 9;
-  std::vector<double> numbers() const;                           ///< for a file: kNumbers of them
-  static InputMemory fromNumbers(const std::vector<double>& x);  ///< @throws std::invalid_argument for another size
+  std::vector<double> numbers() const;  ///< for a file: kNumbers of them
+  /// @throws std::invalid_argument for another size
+  static InputMemory fromNumbers(const std::vector<double>& x);
 
   /// A sample as it was driven and as the model made it.
   struct Moment {
@@ -42,8 +48,8 @@ struct InputMemory {
     double voltage = 0.0;  ///< [V], measured where it drives, else modelled
     double current = 0.0;  ///< [A], modelled where the voltage drives, else measured
   };
-  /// Moves on to a sample. @return the columns of ResidualRegression: those of a current where the voltage drives, else
-  /// those of a voltage.
+  /// Moves on to a sample. @return the columns of ResidualRegression: those of a current where the
+  /// voltage drives, else those of a voltage.
   Eigen::VectorXd advance(const Moment& moment);
 
  private:
@@ -52,17 +58,19 @@ struct InputMemory {
 };
 
 /**
- * @brief What a model misses in the well-posed direction, estimated over its window: a ridge regression of the current's error
- * where the voltage drives, and of the voltage's error where the current does, on InputMemory.
+ * @brief What a model misses in the well-posed direction, estimated over its window: a ridge
+ * regression of the current's error where the voltage drives, and of the voltage's error where the
+ * current does, on InputMemory.
  *
- * Penalties are chosen by leaving six (five) blocks of the window out, predictions scaled by what those ask for, columns held
- * inside the range of the window. Where leaving out shows no gain nothing is estimated. Equations first: it is fitted to what
- * they leave.
+ * Penalties are chosen by leaving six (five) blocks of the window out, predictions scaled by what
+ * those ask for, columns held inside the range of the window. Where leaving out shows no gain
+ * nothing is estimated. Equations first: it is fitted to what they leave.
  */
 struct ResidualRegression {
-  RidgeFit current;                                ///< [A]
-  RidgeFit voltage;                                ///< [V]
-  double min_current = 0.0, max_current = 0.0;  ///< [A], of the window where the voltage drove; predictions stay inside
+  RidgeFit current;  ///< [A]
+  RidgeFit voltage;  ///< [V]
+  /// [A], of the window where the voltage drove; predictions stay inside
+  double min_current = 0.0, max_current = 0.0;
   bool empty() const { return current.empty() && voltage.empty(); }
 };
 
@@ -74,9 +82,11 @@ struct ResidualSamples {
 };
 
 /**
- * @param left_out set to what would be predicted of every sample without its block [A] or [V]; may be null.
+ * @param left_out set to what would be predicted of every sample without its block [A] or [V]; may
+ * be null.
  * @return empty parts where there are fewer than 60 samples of a current or 30 of a voltage.
  */
-ResidualRegression fitResidualRegression(const ResidualSamples& samples, std::vector<double>* left_out = nullptr);
+ResidualRegression fitResidualRegression(const ResidualSamples& samples,
+                                         std::vector<double>* left_out = nullptr);
 
 }  // namespace battery_sof

@@ -15,9 +15,12 @@ constexpr double kPaperWindow = 240.0;  // [s], paper, section V
 constexpr double kSamplesAtSlowRates = 900.0;
 constexpr double kAssumedError = 0.010;      // [V], see windowExcitation()
 constexpr double kAssumedCorrelation = 5.0;  // [s]
-constexpr double kEnough = 0.05;             // relative standard error that halves a parameter's share
-constexpr double kNotExcited = 1e-3;         // share of a parameter that the window says nothing about
-constexpr double kNearlyBest = 0.95;         // of the best window quality: then the later window wins
+// relative standard error that halves a parameter's share
+constexpr double kEnough = 0.05;
+// share of a parameter that the window says nothing about
+constexpr double kNotExcited = 1e-3;
+// of the best window quality: then the later window wins
+constexpr double kNearlyBest = 0.95;
 constexpr int kHopsPerWindow = 8;
 
 /// Information that a window's current carries on (linear parameters, ln c2, ln beta, first state).
@@ -26,7 +29,8 @@ Eigen::Matrix<double, 6, 6> information(const WindowSamples& samples) {
   // are taken as they are.
   const std::size_t factor = samples.size() >= 4000 ? 10 : 1;
   auto averages = coarsened(samples, factor);
-  for (std::size_t k = 0; k < averages.size(); ++k) averages[k].weight = static_cast<double>(std::min(factor, samples.size() - k * factor));
+  for (std::size_t k = 0; k < averages.size(); ++k)
+    averages[k].weight = static_cast<double>(std::min(factor, samples.size() - k * factor));
   const BaseParameters nominal;
   const BaseNormalEquations equations(averages, nominal.i0);
   return equations.sums({nominal.c2, nominal.beta, 0.0}).weighted.topLeftCorner<6, 6>();
@@ -34,28 +38,35 @@ Eigen::Matrix<double, 6, 6> information(const WindowSamples& samples) {
 
 /// Relative standard errors of r_discharge, r_charge, c2, beta; infinite where nothing is known.
 std::array<double, 4> relativeErrors(const Eigen::Matrix<double, 6, 6>& info, double variance) {
-  const Eigen::Matrix<double, 6, 1> scale = info.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
+  const Eigen::Matrix<double, 6, 1> scale =
+      info.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
   const Eigen::Matrix<double, 6, 6> scaled = scale.asDiagonal() * info * scale.asDiagonal();
   const Eigen::Matrix<double, 6, 6> inverse =
-      (scaled + 1e-14 * Eigen::Matrix<double, 6, 6>::Identity()).ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
+      (scaled + 1e-14 * Eigen::Matrix<double, 6, 6>::Identity())
+          .ldlt()
+          .solve(Eigen::Matrix<double, 6, 6>::Identity());
   const std::array<int, 4> row = {kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta};
-  const std::array<double, 4> magnitude = {tableOne()[0].magnitude, tableOne()[1].magnitude, 1.0, 1.0};
+  const std::array<double, 4> magnitude = {tableOne()[0].magnitude, tableOne()[1].magnitude, 1.0,
+                                           1.0};
   std::array<double, 4> relative;
   for (int j = 0; j < 4; ++j) {
     const double s = scale[row[j]];
     relative[j] =
-        s > 0.0 ? s * std::sqrt(std::max(inverse(row[j], row[j]), 0.0) * variance) / magnitude[j] : std::numeric_limits<double>::infinity();
+        s > 0.0 ? s * std::sqrt(std::max(inverse(row[j], row[j]), 0.0) * variance) / magnitude[j]
+                : std::numeric_limits<double>::infinity();
   }
   return relative;
 }
 
 IndexRange wholeSearch(const Series& series, const WindowSearch& search) {
   if (series.empty()) return {};
-  return indexRange(series, search.from.value_or(series.time.front()), search.to.value_or(series.time.back()));
+  return indexRange(series, search.from.value_or(series.time.front()),
+                    search.to.value_or(series.time.back()));
 }
 
 /// All windows of the wanted length inside one stretch without gaps, an eighth of a window apart.
-void appendWindows(const Series& series, IndexRange stretch, double length, std::vector<IndexRange>& windows) {
+void appendWindows(const Series& series, IndexRange stretch, double length,
+                   std::vector<IndexRange>& windows) {
   const double begin = series.time[stretch.first];
   const double end = series.time[stretch.last - 1];
   if (end - begin < length) return;
@@ -82,14 +93,16 @@ std::vector<IndexRange> candidates(const Series& series, IndexRange searched, do
 
 std::string describeChoice(const Series& series, IndexRange range, double window_quality) {
   ClassicStream text;
-  text << "window " << series.time[range.first] << " to " << series.time[range.last - 1] << " s, " << range.size()
-       << " samples, window quality " << window_quality;
+  text << "window " << series.time[range.first] << " to " << series.time[range.last - 1] << " s, "
+       << range.size() << " samples, window quality " << window_quality;
   return text.str();
 }
 
 }  // namespace
 
-double defaultWindowLength(const Series& series) { return std::max(kPaperWindow, kSamplesAtSlowRates * medianInterval(series)); }
+double defaultWindowLength(const Series& series) {
+  return std::max(kPaperWindow, kSamplesAtSlowRates * medianInterval(series));
+}
 
 double windowExcitation(const Series& series, IndexRange range) {
   if (range.size() < kMinFitSamples) return 0.0;
@@ -103,7 +116,8 @@ double windowExcitation(const WindowSamples& samples, double duration) {
   const double interval = duration / static_cast<double>(samples.size());
   const double inflation = std::max(1.0, 2.0 * kAssumedCorrelation / interval);
   double product = 1.0;
-  for (double relative : relativeErrors(information(samples), kAssumedError * kAssumedError * inflation))
+  for (double relative :
+       relativeErrors(information(samples), kAssumedError * kAssumedError * inflation))
     product *= std::max(kEnough / (kEnough + relative), kNotExcited);
   return std::pow(product, 0.25);
 }
@@ -112,14 +126,16 @@ WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
   WindowChoice choice;
   const IndexRange searched = wholeSearch(series, search);
   if (searched.size() < kMinFitSamples) {
-    choice.message = "no window: " + std::to_string(searched.size()) + " samples in the searched stretch, at least " +
+    choice.message = "no window: " + std::to_string(searched.size()) +
+                     " samples in the searched stretch, at least " +
                      std::to_string(kMinFitSamples) + " are needed";
     return choice;
   }
   const double length = search.length.value_or(defaultWindowLength(series));
   const std::vector<IndexRange> windows = candidates(series, searched, length);
   std::vector<double> window_quality;
-  for (const IndexRange window : windows) window_quality.push_back(windowExcitation(series, window));
+  for (const IndexRange window : windows)
+    window_quality.push_back(windowExcitation(series, window));
   const double best = *std::max_element(window_quality.begin(), window_quality.end());
   for (std::size_t k = 0; best > 0.0 && k < windows.size(); ++k) {
     if (window_quality[k] < kNearlyBest * best) continue;
@@ -127,17 +143,21 @@ WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
     choice.range = windows[k];
     choice.excitation = window_quality[k];
   }
-  choice.message = choice.range ? describeChoice(series, *choice.range, choice.excitation) : "no window: the current never changes";
+  choice.message = choice.range ? describeChoice(series, *choice.range, choice.excitation)
+                                : "no window: the current never changes";
   return choice;
 }
 
 double windowQuality(double rmse, double excitation) {
   constexpr double kIntercept = -1.683, kRmse = 1.018, kExcitation = -7.88;  // see header
-  constexpr double kMinExcitation = 0.4;                                   // below it no window was seen: the power law is not trusted
-  constexpr double kHalf = 0.05;                                             // [V], error at which s is one half
+  // below it no window was seen: the power law is not trusted
+  constexpr double kMinExcitation = 0.4;
+  // [V], error at which s is one half
+  constexpr double kHalf = 0.05;
   if (!(rmse > 0.0)) return excitation > 0.0 ? 1.0 : 0.0;
   const double error =
-      std::exp(kIntercept + kRmse * std::log(rmse) + kExcitation * std::log(std::max(excitation, kMinExcitation) + 0.02));
+      std::exp(kIntercept + kRmse * std::log(rmse) +
+               kExcitation * std::log(std::max(excitation, kMinExcitation) + 0.02));
   return 1.0 / (1.0 + error / kHalf);
 }
 
@@ -146,7 +166,8 @@ namespace {
 constexpr double kRest = 0.5;  // [A], where a run of one direction ends, as rests go (EventLimits)
 
 /// Where a run ends that flows at sample n. @param sign 1 charging, -1 discharging.
-std::size_t endOfRun(const Series& series, std::size_t n, std::size_t last, double sign, double max_gap) {
+std::size_t endOfRun(const Series& series, std::size_t n, std::size_t last, double sign,
+                     double max_gap) {
   for (++n; n < last; ++n)
     if (!(sign * series.current[n] > kRest) || series.time[n] - series.time[n - 1] > max_gap) break;
   return n;
@@ -167,7 +188,8 @@ void addFlowTimes(const Series& series, IndexRange range, double max_gap, Excite
   }
 }
 
-/// Between the highest and the lowest charge counted over the range [Ah]; what flowed in a gap is not known.
+/// Between the highest and the lowest charge counted over the range [Ah]; what flowed in a gap is
+/// not known.
 double chargeSwing(const Series& series, IndexRange range, double max_gap) {
   double charge = 0.0, lowest = 0.0, highest = 0.0;
   for (std::size_t n = range.first + 1; n < range.last; ++n) {
@@ -181,13 +203,16 @@ double chargeSwing(const Series& series, IndexRange range, double max_gap) {
 
 }  // namespace
 
-ExcitedRange excitedRange(const Series& series, IndexRange range) { return excitedRange(series, range, gapThreshold(series)); }
+ExcitedRange excitedRange(const Series& series, IndexRange range) {
+  return excitedRange(series, range, gapThreshold(series));
+}
 
 ExcitedRange excitedRange(const Series& series, IndexRange range, double max_gap) {
   ExcitedRange excited;
   if (range.empty()) return excited;
   const auto values = [&](const std::vector<double>& all) {
-    return Eigen::Map<const Eigen::ArrayXd>(all.data() + range.first, static_cast<Eigen::Index>(range.size()));
+    return Eigen::Map<const Eigen::ArrayXd>(all.data() + range.first,
+                                            static_cast<Eigen::Index>(range.size()));
   };
   excited.min_current = values(series.current).minCoeff();
   excited.max_current = values(series.current).maxCoeff();
@@ -195,7 +220,8 @@ ExcitedRange excitedRange(const Series& series, IndexRange range, double max_gap
   excited.max_voltage = values(series.voltage).maxCoeff();
   addFlowTimes(series, range, max_gap, excited);
   excited.charge_swing = chargeSwing(series, range, max_gap);
-  excited.temperature = temperatureAt(series, 0.5 * (series.time[range.first] + series.time[range.last - 1]));
+  excited.temperature =
+      temperatureAt(series, 0.5 * (series.time[range.first] + series.time[range.last - 1]));
   return excited;
 }
 

@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
+#include "battery_sof/series.hpp"
 #include "estimation/base_normal_equations.hpp"
 #include "estimation/fitted_model.hpp"
-#include "battery_sof/series.hpp"
 
 namespace battery_sof {
 
@@ -27,8 +27,8 @@ struct WindowChoice {
 };
 
 /**
- * @brief max(240 s, 900 sampling intervals): the paper's four minutes wherever the rate allows, and at slow rates enough
- * samples for six unknowns under strongly correlated residuals.
+ * @brief max(240 s, 900 sampling intervals): the paper's four minutes wherever the rate allows, and
+ * at slow rates enough samples for six unknowns under strongly correlated residuals.
  */
 double defaultWindowLength(const Series& series);
 
@@ -37,29 +37,33 @@ double defaultWindowLength(const Series& series);
  *
  *     s = prod_j [ 0.05 / (0.05 + rel_j) ]^(1/4),   rel_j: predicted relative standard error of r_discharge, r_charge, c2, beta
  *
- * at the magnitudes of Table I with 10 mV of error correlated over 5 s. A parameter that is not excited at all counts
- * with 0.001 in place of its share, so a window without any charging stays below 0.18.
+ * at the magnitudes of Table I with 10 mV of error correlated over 5 s. A parameter that is not
+ * excited at all counts with 0.001 in place of its share, so a window without any charging stays
+ * below 0.18.
  *
  * @return [0, 1]; 0 for fewer than 30 samples.
  */
 double windowExcitation(const Series& series, IndexRange range);
 
-/// The same of a window's samples, whatever their weights. @param duration [s], first sample to last.
+/// The same of a window's samples, whatever their weights. @param duration [s], first sample to
+/// last.
 double windowExcitation(const WindowSamples& samples, double duration);
 
 /**
- * @brief Chooses the best excited window of the wanted length without a gap inside; of windows within 5 % of the best
- * excitation, the latest, because the battery's state moves on.
+ * @brief Chooses the best excited window of the wanted length without a gap inside; of windows
+ * within 5 % of the best excitation, the latest, because the battery's state moves on.
  */
 WindowChoice chooseWindow(const Series& series, const WindowSearch& search);
 
 /**
- * @brief How good predictions of a fitted window will be, from the window alone and before any prediction.
+ * @brief How good predictions of a fitted window will be, from the window alone and before any
+ * prediction.
  *
  *     s = 1 / (1 + e / 50 mV),   e = exp(-1.68) rmse^1.02 excitation^-7.9,   excitation at least 0.4
  *
- * e is the mean error of cranks over the recording that the window comes from, [V], as regressed on 126 windows of nine
- * simulated and three real stretches (docs/archive/study.md has how well it does on others, and what else was tried).
+ * e is the mean error of cranks over the recording that the window comes from, [V], as regressed on
+ * 126 windows of nine simulated and three real stretches (docs/archive/study.md has how well it
+ * does on others, and what else was tried).
  *
  * @param rmse of the fit over its window [V].  @param excitation windowExcitation().
  * @return [0, 1].

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimation/follower.hpp"
 #include "baseline/charge_phases.hpp"
+#include "estimation/follower.hpp"
 #include "recording/events.hpp"
 
 namespace battery_sof {
@@ -21,7 +21,8 @@ struct Followed {
 
 Followed followWindow(const FittedModel& model, const InputSequence& inputs) {
   ModelPoint start = pointOf(model);
-  start.state = Eigen::Map<const Eigen::VectorXd>(model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
+  start.state = Eigen::Map<const Eigen::VectorXd>(
+      model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
   start.time = start.reference_time = inputs.first_time;
   Follower follower(Simulation(compositionOf(model.fit), start));
   Followed out;
@@ -37,22 +38,27 @@ Followed followWindow(const FittedModel& model, const InputSequence& inputs) {
   return out;
 }
 
-void addCranks(EventHistory& event_history, const Series& series, IndexRange range, const std::vector<double>& modelled) {
+void addCranks(EventHistory& event_history, const Series& series, IndexRange range,
+               const std::vector<double>& modelled) {
   const Series part = slice(series, range);
   for (const Event& event : detectEvents(part)) {
     if (event.kind != EventKind::kCrank) continue;
-    const auto first = static_cast<std::ptrdiff_t>(event.range.first), last = static_cast<std::ptrdiff_t>(event.range.last);
+    const auto first = static_cast<std::ptrdiff_t>(event.range.first),
+               last = static_cast<std::ptrdiff_t>(event.range.last);
     const auto lowest = std::min_element(part.voltage.begin() + first, part.voltage.begin() + last);
-    event_history.add(PastCrank{part.time[static_cast<std::size_t>(lowest - part.voltage.begin())],
-                             *std::min_element(part.current.begin() + first, part.current.begin() + last), *lowest,
-                             *std::min_element(modelled.begin() + first, modelled.begin() + last)});
+    event_history.add(
+        PastCrank{part.time[static_cast<std::size_t>(lowest - part.voltage.begin())],
+                  *std::min_element(part.current.begin() + first, part.current.begin() + last),
+                  *lowest, *std::min_element(modelled.begin() + first, modelled.begin() + last)});
   }
 }
 
-void addCharges(EventHistory& event_history, const Series& series, IndexRange range, const ControlModes& source, const std::vector<double>& modelled) {
+void addCharges(EventHistory& event_history, const Series& series, IndexRange range,
+                const ControlModes& source, const std::vector<double>& modelled) {
   for (const std::size_t first : chargeBeginnings(series, range, source.voltage_controlled))
     for (const double duration : {10.0, 60.0}) {
-      const auto charge = beginningOfCharge(series, range, first, duration, source.voltage_controlled);
+      const auto charge =
+          beginningOfCharge(series, range, first, duration, source.voltage_controlled);
       if (!charge) continue;
       PastCharge past{series.time[first], duration, 0.0, series.voltage[first], 0.0, 0.0};
       const double count = static_cast<double>(charge->size());
@@ -66,14 +72,16 @@ void addCharges(EventHistory& event_history, const Series& series, IndexRange ra
 }
 
 /// 1 - the RMS of the errors, those of each quantity in units of its spread.
-std::optional<double> leftOutShare(const ResidualSamples& samples, const std::vector<double>& left_out, const Series& series,
+std::optional<double> leftOutShare(const ResidualSamples& samples,
+                                   const std::vector<double>& left_out, const Series& series,
                                    IndexRange range) {
   double relative = 0.0, counted = 0.0;
   for (const bool of_current : {true, false}) {
     double n = 0.0, sum = 0.0, squares = 0.0, errors = 0.0;
     for (std::size_t k = 0; k < samples.error.size(); ++k) {
       if (static_cast<bool>(samples.voltage_controlled[k]) != of_current) continue;
-      const double x = of_current ? series.current[range.first + k] : series.voltage[range.first + k];
+      const double x =
+          of_current ? series.current[range.first + k] : series.voltage[range.first + k];
       n += 1.0;
       sum += x;
       squares += x * x;
@@ -89,7 +97,8 @@ std::optional<double> leftOutShare(const ResidualSamples& samples, const std::ve
 }
 
 /// What is estimated takes no current further than the window's own.
-void holdInside(ResidualRegression& residual_regression, const Series& series, IndexRange range, const ControlModes& source) {
+void holdInside(ResidualRegression& residual_regression, const Series& series, IndexRange range,
+                const ControlModes& source) {
   if (residual_regression.current.empty()) return;
   residual_regression.min_current = HUGE_VAL;
   residual_regression.max_current = -HUGE_VAL;
@@ -102,7 +111,8 @@ void holdInside(ResidualRegression& residual_regression, const Series& series, I
 
 }  // namespace
 
-void followWindow(FittedModel& model, const Series& series, IndexRange range, const InputSequence& inputs, const ControlModes& source) {
+void followWindow(FittedModel& model, const Series& series, IndexRange range,
+                  const InputSequence& inputs, const ControlModes& source) {
   model.fit.source = source.rule;
   model.fit.baseline = fitBaseline(series, range, source.voltage_controlled);
   const Followed followed = followWindow(model, inputs);

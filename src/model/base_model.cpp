@@ -16,8 +16,9 @@ constexpr double kClosedFormLimit = 300.0;
 // The same for the implicit step, as the larger of the two exponents: below 1e-8 s for all of Table
 // I.
 constexpr double kImplicitLimit = 30.0;
-constexpr double kImplicitTolerance = 1e-6;  // [V] per step; far below the 1 mV the model is asked for
-constexpr double kNewtonTolerance = 1e-13;   // [V]
+// [V] per step; far below the 1 mV the model is asked for
+constexpr double kImplicitTolerance = 1e-6;
+constexpr double kNewtonTolerance = 1e-13;  // [V]
 
 void requirePositive(double value, const char* name) {
   if (std::isfinite(value) && value > 0.0) return;
@@ -28,15 +29,20 @@ void requirePositive(double value, const char* name) {
 
 /// Slope of the charge-transfer current, d i_r2 / d u [A/V].
 double chargeTransferConductance(const BaseParameters& p, double u) {
-  return p.i0 * p.beta * (p.alpha * std::exp(p.alpha * p.beta * u) + (1.0 - p.alpha) * std::exp((p.alpha - 1.0) * p.beta * u));
+  return p.i0 * p.beta *
+         (p.alpha * std::exp(p.alpha * p.beta * u) +
+          (1.0 - p.alpha) * std::exp((p.alpha - 1.0) * p.beta * u));
 }
 
 /// du/dt of the state equation [V/s].
-double stateRate(const BaseParameters& p, double u, double current) { return (current - chargeTransferCurrent(p, u)) / p.c2; }
+double stateRate(const BaseParameters& p, double u, double current) {
+  return (current - chargeTransferCurrent(p, u)) / p.c2;
+}
 
 /// Solves u = start + weight * du/dt(u); the root lies between start and the settled state, rate
 /// falls with u.
-double solveStage(const BaseParameters& p, double start, double weight, double current, double settled) {
+double solveStage(const BaseParameters& p, double start, double weight, double current,
+                  double settled) {
   double low = std::min(start, settled);
   double high = std::max(start, settled);
   double u = start;
@@ -52,7 +58,8 @@ double solveStage(const BaseParameters& p, double start, double weight, double c
 }
 
 /// One step of Alexander's L-stable SDIRK of order 2 with its exact derivative.
-Overpotential sdirkStep(const BaseParameters& p, const Overpotential& before, double current, double settled, double dt) {
+Overpotential sdirkStep(const BaseParameters& p, const Overpotential& before, double current,
+                        double settled, double dt) {
   const double gamma = 1.0 - std::sqrt(0.5);
   const double w = gamma * dt;
   const double ratio = (1.0 - gamma) / gamma;
@@ -100,11 +107,14 @@ void requireValid(const BaseParameters& p) {
   requirePositive(p.beta, "beta [1/V]");
   requirePositive(p.i0, "i0 [A]");
   requirePositive(p.alpha, "alpha");
-  if (p.alpha >= 1.0) throw std::invalid_argument("alpha is " + std::to_string(p.alpha) + ", expected in (0, 1)");
+  if (p.alpha >= 1.0)
+    throw std::invalid_argument("alpha is " + std::to_string(p.alpha) + ", expected in (0, 1)");
   if (!std::isfinite(p.u_dc)) throw std::invalid_argument("u_dc [V] is not finite");
 }
 
-double ohmicResistance(const BaseParameters& p, double current) { return current < 0.0 ? p.r_discharge : p.r_charge; }
+double ohmicResistance(const BaseParameters& p, double current) {
+  return current < 0.0 ? p.r_discharge : p.r_charge;
+}
 
 double chargeTransferCurrent(const BaseParameters& p, double u) {
   return p.i0 * (std::exp(p.alpha * p.beta * u) - std::exp((p.alpha - 1.0) * p.beta * u));
@@ -134,29 +144,35 @@ double settledOverpotential(const BaseParameters& p, double current) {
   return u;
 }
 
-OverpotentialStep::OverpotentialStep(const BaseParameters& parameters) : parameters_(parameters) { requireValid(parameters); }
+OverpotentialStep::OverpotentialStep(const BaseParameters& parameters) : parameters_(parameters) {
+  requireValid(parameters);
+}
 
 double OverpotentialStep::advance(double u_c2, double current, double dt) const {
   return advance(Overpotential{u_c2, 1.0, 0.0, 0.0}, current, dt).value;
 }
 
-Overpotential OverpotentialStep::advance(const Overpotential& before, double current, double dt) const {
+Overpotential OverpotentialStep::advance(const Overpotential& before, double current,
+                                         double dt) const {
   if (!(dt >= 0.0) || !std::isfinite(current) || !std::isfinite(before.value)) {
     ClassicStream message;
     message << "step of u_c2 = " << before.value << " V under " << current << " A over " << dt
             << " s: all must be finite and the interval not negative";
     throw std::invalid_argument(message.str());
   }
-  return parameters_.alpha == 0.5 ? advanceClosedForm(before, current, dt) : advanceImplicit(before, current, dt);
+  return parameters_.alpha == 0.5 ? advanceClosedForm(before, current, dt)
+                                  : advanceImplicit(before, current, dt);
 }
 
-Overpotential OverpotentialStep::advanceClosedForm(const Overpotential& before, double current, double dt) const {
+Overpotential OverpotentialStep::advanceClosedForm(const Overpotential& before, double current,
+                                                   double dt) const {
   // Symbols as in ClosedFormStep; ln E = beta u / 2.
   const auto& p = parameters_;
   const Overpotential s = clamped(before, 2.0 * kClosedFormLimit / p.beta);
   const CurrentShares shares = sharesOf(current, p.i0);
   const double decay = p.beta * shares.R * dt / (2.0 * p.c2);
-  const ClosedFormStep<double> step{shares.charging, shares.discharging, shares.mixed, std::exp(-decay), -std::expm1(-decay)};
+  const ClosedFormStep<double> step{shares.charging, shares.discharging, shares.mixed,
+                                    std::exp(-decay), -std::expm1(-decay)};
   const double E = std::exp(0.5 * p.beta * s.value);
   const double x = step.nextX(E, 1.0);
   const double y = step.nextY(E, 1.0);
@@ -166,11 +182,13 @@ Overpotential OverpotentialStep::advanceClosedForm(const Overpotential& before, 
   after.value = 2.0 / p.beta * std::log(x / y);
   after.d_initial = survival * s.d_initial;
   after.d_c2 = survival * s.d_c2 - 2.0 / p.beta * to_decay * decay / p.c2;
-  after.d_beta = survival * s.d_beta + (survival * s.value - after.value + 2.0 / p.beta * to_decay * decay) / p.beta;
+  after.d_beta = survival * s.d_beta +
+                 (survival * s.value - after.value + 2.0 / p.beta * to_decay * decay) / p.beta;
   return after;
 }
 
-Overpotential OverpotentialStep::advanceImplicit(const Overpotential& before, double current, double dt) const {
+Overpotential OverpotentialStep::advanceImplicit(const Overpotential& before, double current,
+                                                 double dt) const {
   const auto& p = parameters_;
   const double limit = kImplicitLimit / (std::max(p.alpha, 1.0 - p.alpha) * p.beta);
   const double settled = settledOverpotential(p, current);

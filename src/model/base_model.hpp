@@ -6,7 +6,8 @@
 
 namespace battery_sof {
 
-/// Parameters of the base model (paper, Fig. 3 and Table I). All finite; all but u_dc above zero; alpha below one.
+/// Parameters of the base model (paper, Fig. 3 and Table I). All finite; all but u_dc above zero;
+/// alpha below one.
 struct BaseParameters {
   double r_discharge = 0.008;  ///< r_-   [Ohm], ohmic resistance while discharging
   double r_charge = 0.010;     ///< r_+   [Ohm], ohmic resistance while charging
@@ -27,19 +28,24 @@ struct ParameterInfo {
   double upper;        ///< bound, in unit
   std::string source;
   bool logarithmic = false;  ///< searched as a logarithm: what counts is its order of magnitude
-  bool linear = false;       ///< the voltage is linear in it while the others stay; see EffectInfo::is_nonlinear
-  bool instant = false;      ///< a time of the recording: bounded by it, and fits start from several
-  bool held = false;         ///< stays at its magnitude unless it is set free by name
-  /// Standard deviation of what is known beforehand around the magnitude: in unit, of the logarithm when logarithmic.
+  /// the voltage is linear in it while the others stay; see EffectInfo::is_nonlinear
+  bool linear = false;
+  /// a time of the recording: bounded by it, and fits start from several
+  bool instant = false;
+  bool held = false;  ///< stays at its magnitude unless it is set free by name
+  /// Standard deviation of what is known beforehand around the magnitude: in unit, of the logarithm
+  /// when logarithmic.
   std::optional<double> prior_std = std::nullopt;
-  /// Value at which the effect that owns the parameter vanishes; none for parameters that only shape it.
+  /// Value at which the effect that owns the parameter vanishes; none for parameters that only
+  /// shape it.
   std::optional<double> vanishes_at = std::nullopt;
 };
 
 /// @return r_discharge, r_charge, c2, beta with magnitudes and bounds of the paper's Table I.
 const std::array<ParameterInfo, 4>& tableOne();
 
-/// @throws std::invalid_argument when a parameter is not finite or outside its domain; the message names it and its value.
+/// @throws std::invalid_argument when a parameter is not finite or outside its domain; the message
+/// names it and its value.
 void requireValid(const BaseParameters& parameters);
 
 /// @return r_discharge for current < 0, r_charge otherwise [Ohm].
@@ -63,13 +69,15 @@ double chargeTransferCurrent(const BaseParameters& parameters, double u_c2);
  * @param current battery current [A], positive while charging.
  * @param u_c2    voltage across the double-layer capacitor [V].
  * @return terminal voltage [V]; continuous in current, not differentiable at 0.
- * @note Gassing and charge-acceptance limits are not modelled here; diagnose/ is there to find them.
+ * @note Gassing and charge-acceptance limits are not modelled here; diagnose/ is there to find
+ * them.
  */
 double terminalVoltage(const BaseParameters& parameters, double current, double u_c2);
 
 /**
  * @brief Voltage across the double layer that a held current settles at: i_r2(u) = i.
- * @return u_c2 [V]; closed form (2/beta) asinh(i / (2 I_0)) for alpha = 0.5, Newton's method otherwise.
+ * @return u_c2 [V]; closed form (2/beta) asinh(i / (2 I_0)) for alpha = 0.5, Newton's method
+ * otherwise.
  */
 double settledOverpotential(const BaseParameters& parameters, double current);
 
@@ -86,12 +94,13 @@ struct Overpotential {
  *
  *     C_2 du_c2/dt = i - i_r2(u_c2)                                            (paper, Fig. 3 and eq. 1)
  *
- * alpha = 0.5: exact. With E = exp(beta u / 2) the equation is a Riccati equation; its step is the symmetric linear map of
- * ClosedFormStep, in which every term is positive, so nothing cancels and no step is unstable (docs/physics.md#base-circuit: the
- * same step as tanh).
- * alpha != 0.5: SDIRK of order 2, L-stable (Alexander 1977), with step control to 1e-6 V a step.
+ * alpha = 0.5: exact. With E = exp(beta u / 2) the equation is a Riccati equation; its step is the
+ * symmetric linear map of ClosedFormStep, in which every term is positive, so nothing cancels and
+ * no step is unstable (docs/physics.md#base-circuit: the same step as tanh). alpha != 0.5: SDIRK of
+ * order 2, L-stable (Alexander 1977), with step control to 1e-6 V a step.
  *
- * Beyond |beta u / 2| = 300 the state is taken at that value: the branch empties it within a microsecond.
+ * Beyond |beta u / 2| = 300 the state is taken at that value: the branch empties it within a
+ * microsecond.
  */
 class OverpotentialStep {
  public:
@@ -104,7 +113,8 @@ class OverpotentialStep {
    */
   double advance(double u_c2, double current, double dt) const;
 
-  /// As above, with the derivatives carried along (forward sensitivities of the very step that is taken).
+  /// As above, with the derivatives carried along (forward sensitivities of the very step that is
+  /// taken).
   Overpotential advance(const Overpotential& before, double current, double dt) const;
 
  private:

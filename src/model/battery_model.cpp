@@ -10,21 +10,28 @@ namespace {
 
 void requireSound(const std::vector<std::string>& effects, bool has_discrepancy) {
   for (const std::string& id : effects) {
-    if (std::count(effects.begin(), effects.end(), id) > 1) throw std::invalid_argument("effect \"" + id + "\" is given twice");
+    if (std::count(effects.begin(), effects.end(), id) > 1)
+      throw std::invalid_argument("effect \"" + id + "\" is given twice");
     if (id == kDiscrepancyEffect) continue;
     for (const std::string& need : effectInfo(id).needs)
       if (!contains(effects, need))
-        throw std::invalid_argument(format("effect \"%s\" has no meaning without \"%s\"", id.c_str(), need.c_str()));
+        throw std::invalid_argument(
+            format("effect \"%s\" has no meaning without \"%s\"", id.c_str(), need.c_str()));
   }
   if (contains(effects, kDiscrepancyEffect) != has_discrepancy)
-    throw std::invalid_argument(has_discrepancy ? "a discrepancy model is given, and \"" + kDiscrepancyEffect + "\" is not among the effects"
-                                          : "effect \"" + kDiscrepancyEffect +
-                                                "\" has no meaning without the force that was estimated, as a model file holds it");
+    throw std::invalid_argument(has_discrepancy
+                                    ? "a discrepancy model is given, and \"" + kDiscrepancyEffect +
+                                          "\" is not among the effects"
+                                    : "effect \"" + kDiscrepancyEffect +
+                                          "\" has no meaning without the force that was estimated, "
+                                          "as a model file holds it");
 }
 
 }  // namespace
 
-BatteryModel::BatteryModel(const std::vector<std::string>& effects, std::shared_ptr<const DiscrepancyModel> discrepancy) : discrepancy_(std::move(discrepancy)) {
+BatteryModel::BatteryModel(const std::vector<std::string>& effects,
+                           std::shared_ptr<const DiscrepancyModel> discrepancy)
+    : discrepancy_(std::move(discrepancy)) {
   requireSound(effects, discrepancy_ != nullptr);
   for (const ParameterInfo& info : tableOne()) {
     parameters_.push_back(info);
@@ -47,10 +54,12 @@ BatteryModel::BatteryModel(const std::vector<std::string>& effects, std::shared_
   }
   for (const EffectInfo& effect : infos)
     for (const ParameterInfo& info : effect.beside)
-      if (const auto row = parameterRow(info.name)) parameters_[static_cast<std::size_t>(*row)] = info;
+      if (const auto row = parameterRow(info.name))
+        parameters_[static_cast<std::size_t>(*row)] = info;
   for (const EffectInfo& effect : infos)
     for (const std::string& bent : effect.is_nonlinear)
-      if (const auto row = parameterRow(bent)) parameters_[static_cast<std::size_t>(*row)].linear = false;
+      if (const auto row = parameterRow(bent))
+        parameters_[static_cast<std::size_t>(*row)].linear = false;
 }
 
 std::optional<Eigen::Index> BatteryModel::parameterRow(const std::string& name) const {
@@ -61,13 +70,15 @@ std::optional<Eigen::Index> BatteryModel::parameterRow(const std::string& name) 
 
 Eigen::VectorXd BatteryModel::typicalParameters() const {
   Eigen::VectorXd typical(parameterCount());
-  for (Eigen::Index j = 0; j < parameterCount(); ++j) typical[j] = parameters_[static_cast<std::size_t>(j)].magnitude;
+  for (Eigen::Index j = 0; j < parameterCount(); ++j)
+    typical[j] = parameters_[static_cast<std::size_t>(j)].magnitude;
   return typical;
 }
 
 Eigen::VectorXd BatteryModel::restState() const {
   Eigen::VectorXd rest(stateCount());
-  for (Eigen::Index j = 0; j < stateCount(); ++j) rest[j] = states_[static_cast<std::size_t>(j)].rest;
+  for (Eigen::Index j = 0; j < stateCount(); ++j)
+    rest[j] = states_[static_cast<std::size_t>(j)].rest;
   return rest;
 }
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "model/effect.hpp"
 #include "model/discrepancy_model.hpp"
+#include "model/effect.hpp"
 
 namespace battery_sof {
 
@@ -16,17 +16,21 @@ namespace battery_sof {
 enum BaseRow { kRowRDischarge, kRowRCharge, kRowC2, kRowBeta, kRowUDc, kBaseRows };
 
 /**
- * @brief The base model composed with any set of effects: which parameters and states there are, and in which order.
+ * @brief The base model composed with any set of effects: which parameters and states there are,
+ * and in which order.
  *
  * Parameters: r_discharge, r_charge, c2, beta, u_dc, then those of every effect in catalogue order.
- * States: u_c2, then those of every effect in the same order. All in SI units but for charges, which are in Ah.
+ * States: u_c2, then those of every effect in the same order. All in SI units but for charges,
+ * which are in Ah.
  */
 class BatteryModel {
  public:
   /// @param effects ids in any order; "learned" (kDiscrepancyEffect) with the force that it is.
-  /// @throws std::invalid_argument for an unknown id, one given twice, one whose needs are not among them, "learned" without a
+  /// @throws std::invalid_argument for an unknown id, one given twice, one whose needs are not
+  /// among them, "learned" without a
   ///   force or the other way round; the message says which and what is known.
-  explicit BatteryModel(const std::vector<std::string>& effects = {}, std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr);
+  explicit BatteryModel(const std::vector<std::string>& effects = {},
+                        std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr);
 
   const std::vector<std::string>& effects() const { return effects_; }  ///< in catalogue order
   const std::vector<ParameterInfo>& parameters() const { return parameters_; }

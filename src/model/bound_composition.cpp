@@ -8,41 +8,49 @@ std::vector<BoundComposition::Member> membersOf(const BatteryModel& model) {
   for (std::size_t k = 0; k < model.effects().size(); ++k)
     for (const Effect& effect : allEffects())
       if (effect.info.id == model.effects()[k])
-        members.push_back({&effect, static_cast<int>(model.firstParameter(k)), static_cast<int>(model.firstState(k))});
+        members.push_back({&effect, static_cast<int>(model.firstParameter(k)),
+                           static_cast<int>(model.firstState(k))});
   return members;
 }
 
 /// Whether what an effect owns can have a say in the double layer's movement.
 bool reachesLayer(const EffectHooks& hooks) {
-  return hooks.sense || hooks.adapt || hooks.side_current || hooks.activity || hooks.is_ladder || hooks.steps_finely;
+  return hooks.sense || hooks.adapt || hooks.side_current || hooks.activity || hooks.is_ladder ||
+         hooks.steps_finely;
 }
 
 }  // namespace
 
-BoundComposition::BoundComposition(const BatteryModel& composed) : model(composed), members(membersOf(composed)) {
+BoundComposition::BoundComposition(const BatteryModel& composed)
+    : model(composed), members(membersOf(composed)) {
   for (std::size_t k = 0; k < model.effects().size(); ++k)
-    if (model.effects()[k] == kDiscrepancyEffect) discrepancy_parameter = static_cast<int>(model.firstParameter(k));
+    if (model.effects()[k] == kDiscrepancyEffect)
+      discrepancy_parameter = static_cast<int>(model.firstParameter(k));
   for (const Member& member : members) {
     const EffectHooks& hooks = member.effect->hooks;
     if (hooks.activity) activity_state = member.state;
     if (hooks.is_ladder) ladder_state = member.state;
     if (hooks.steps_finely) steps_finely = true;
     if (hooks.limits_reaction) limits_reaction = true;
-    if (hooks.longest_piece > 0.0 && (longest_piece == 0.0 || hooks.longest_piece < longest_piece)) longest_piece = hooks.longest_piece;
+    if (hooks.longest_piece > 0.0 && (longest_piece == 0.0 || hooks.longest_piece < longest_piece))
+      longest_piece = hooks.longest_piece;
     if (hooks.adapt) adapts = true;
   }
 }
 
-std::vector<int> BoundComposition::tangentsOfLayer(const Eigen::Ref<const Eigen::MatrixXd>& seeds) const {
+std::vector<int> BoundComposition::tangentsOfLayer(
+    const Eigen::Ref<const Eigen::MatrixXd>& seeds) const {
   std::vector<Eigen::Index> rows = {kRowC2, kRowBeta, model.parameterCount()};
   // An effect that adapts the base model may read all of it.
   if (adapts || steps_finely) rows.insert(rows.end(), {kRowRDischarge, kRowRCharge, kRowUDc});
   for (const Member& member : members) {
     if (!reachesLayer(member.effect->hooks)) continue;
-    // A side reaction goes with the electrode's voltage against its own equilibrium, not with u_c2 alone.
+    // A side reaction goes with the electrode's voltage against its own equilibrium, not with u_c2
+    // alone.
     if (member.effect->hooks.side_current) rows.push_back(kRowUDc);
     const EffectInfo& info = member.effect->info;
-    for (std::size_t j = 0; j < info.parameters.size(); ++j) rows.push_back(member.parameter + static_cast<Eigen::Index>(j));
+    for (std::size_t j = 0; j < info.parameters.size(); ++j)
+      rows.push_back(member.parameter + static_cast<Eigen::Index>(j));
     for (std::size_t j = 0; j < info.states.size(); ++j)
       rows.push_back(model.parameterCount() + member.state + static_cast<Eigen::Index>(j));
   }
@@ -56,7 +64,8 @@ std::vector<int> BoundComposition::parametersOfLayer() const {
   std::vector<int> parameters;
   for (const Member& member : members)
     if (member.effect->hooks.side_current || member.effect->hooks.activity)
-      for (std::size_t j = 0; j < member.effect->info.parameters.size(); ++j) parameters.push_back(member.parameter + static_cast<int>(j));
+      for (std::size_t j = 0; j < member.effect->info.parameters.size(); ++j)
+        parameters.push_back(member.parameter + static_cast<int>(j));
   return parameters;
 }
 

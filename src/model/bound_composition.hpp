@@ -4,12 +4,13 @@
 #include <memory>
 #include <vector>
 
-#include "model/battery_model.hpp"
 #include "effects/effect_definition.hpp"
+#include "model/battery_model.hpp"
 
 namespace battery_sof {
 
-/// Which effects a battery is composed of, where their numbers begin, and what their hooks ask of a step. Never changes.
+/// Which effects a battery is composed of, where their numbers begin, and what their hooks ask of a
+/// step. Never changes.
 struct BoundComposition {
   struct Member {
     const Effect* effect;
@@ -19,9 +20,11 @@ struct BoundComposition {
   explicit BoundComposition(const BatteryModel& composed);
 
   BatteryModel model;
-  std::vector<Member> members;                                         ///< in the order in which they are applied
-  int activity_state = -1, ladder_state = -1;                          ///< first ones; -1: none
-  int discrepancy_parameter = -1;                                            ///< first factor of a discrepancy model; -1: none
+  /// in the order in which they are applied
+  std::vector<Member> members;
+  int activity_state = -1, ladder_state = -1;  ///< first ones; -1: none
+  /// first factor of a discrepancy model; -1: none
+  int discrepancy_parameter = -1;
   bool steps_finely = false, adapts = false, limits_reaction = false;  ///< whether a member does
   double longest_piece = 0.0;                                          ///< [s], see EffectHooks
 

@@ -5,7 +5,8 @@
 
 namespace battery_sof {
 
-/// A T of its own, of a kind known at run time: copied by T::clone(). Never empty but when moved from.
+/// A T of its own, of a kind known at run time: copied by T::clone(). Never empty but when moved
+/// from.
 template <typename T>
 class Cloned {
  public:

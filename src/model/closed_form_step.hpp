@@ -26,20 +26,23 @@ BATTERY_SOF_INLINE CurrentShares sharesOf(double current, double i0) {
 }
 
 /**
- * @brief The exact step of the base model's state for alpha = 0.5, written once for one sample and for several side by side.
+ * @brief The exact step of the base model's state for alpha = 0.5, written once for one sample and
+ * for several side by side.
  *
- * With E = exp(beta u_c2 / 2) = x / y, D = exp(-decay), P = 1 - D, decay = beta R dt / (2 C_2) and the shares above,
+ * With E = exp(beta u_c2 / 2) = x / y, D = exp(-decay), P = 1 - D, decay = beta R dt / (2 C_2) and
+ * the shares above,
  *
  *     x' = (charging + D discharging) x + P mixed y
  *     y' = P mixed x + (discharging + D charging) y
  *
- * a symmetric contraction with the eigenvalues 1 and D: every term is positive, and no step waits for a division. Its
- * determinant D makes the derivatives as simple:
+ * a symmetric contraction with the eigenvalues 1 and D: every term is positive, and no step waits
+ * for a division. Its determinant D makes the derivatives as simple:
  *
  *     x' y' dlnE'/dlnE = D x y,   x' y' dlnE'/dD = mixed (x^2 - y^2) + (discharging - charging) x y
  *
  * See OverpotentialStep for the differential equation.
- * @tparam T double, a Register of doubles (element by element), or an automatic-differentiation scalar.
+ * @tparam T double, a Register of doubles (element by element), or an automatic-differentiation
+ * scalar.
  */
 template <typename T>
 struct ClosedFormStep {
@@ -53,7 +56,9 @@ struct ClosedFormStep {
   BATTERY_SOF_INLINE T nextX(const T& x, const T& y) const { return xFromX() * x + across() * y; }
   BATTERY_SOF_INLINE T nextY(const T& x, const T& y) const { return across() * x + yFromY() * y; }
   /// x' y' dlnE'/dD.
-  BATTERY_SOF_INLINE T slopeToD(const T& x, const T& y) const { return mixed * (x * x - y * y) + (discharging - charging) * x * y; }
+  BATTERY_SOF_INLINE T slopeToD(const T& x, const T& y) const {
+    return mixed * (x * x - y * y) + (discharging - charging) * x * y;
+  }
 };
 
 /**
@@ -76,7 +81,8 @@ S closedFormAdvance(const S& w, const S& current, const S& i0, const S& half_rat
   const S larger = S(0.5 + (discharging ? -0.5 : 0.5) * current / R);
   const S smaller = S(mixed * mixed / larger);
   const S D = exp(S(-half_rate * R));
-  const ClosedFormStep<S> step{discharging ? smaller : larger, discharging ? larger : smaller, mixed, D, S(1.0 - D)};
+  const ClosedFormStep<S> step{discharging ? smaller : larger, discharging ? larger : smaller,
+                               mixed, D, S(1.0 - D)};
   const S x = exp(S(0.25 * w));
   const S y = S(1.0 / x);
   return S(2.0 * log(S(step.nextX(x, y) / step.nextY(x, y))));

@@ -10,17 +10,19 @@
 namespace battery_sof {
 
 /**
- * @brief A composition's parameters in arithmetic S and the calls of its effects' hooks, each in the members' order.
+ * @brief A composition's parameters in arithmetic S and the calls of its effects' hooks, each in
+ * the members' order.
  *
  * States are the caller's: `x` is all of them, in the composition's order.
  */
 template <typename S>
 class ComposedEffects {
  public:
-  ComposedEffects(std::shared_ptr<const BoundComposition> bound, const Eigen::VectorXd& parameters, double reference_time,
-                  const Eigen::Ref<const Eigen::MatrixXd>& seeds)
+  ComposedEffects(std::shared_ptr<const BoundComposition> bound, const Eigen::VectorXd& parameters,
+                  double reference_time, const Eigen::Ref<const Eigen::MatrixXd>& seeds)
       : bound_(std::move(bound)), reference_time_(reference_time) {
-    for (Eigen::Index j = 0; j < parameters.size(); ++j) p_.push_back(seeded(parameters[j], seeds, j, S()));
+    for (Eigen::Index j = 0; j < parameters.size(); ++j)
+      p_.push_back(seeded(parameters[j], seeds, j, S()));
     present_ = bareModel();
   }
 
@@ -40,7 +42,8 @@ class ComposedEffects {
     if (bound_->adapts) present_ = bareModel();
     present_.time = time - reference_time_;
     for (const Member& member : bound_->members)
-      if (member.effect->hooks.adapt) kernel(member).adapt(ownOf(member), stateOf(member, x), present_);
+      if (member.effect->hooks.adapt)
+        kernel(member).adapt(ownOf(member), stateOf(member, x), present_);
     return present_;
   }
   /// As the last presentAt() returned it.
@@ -56,30 +59,36 @@ class ComposedEffects {
   /// @return `current` less what goes past the double layer's reaction at u_c2 [A].
   S lessSideCurrents(S current, const S& u_c2) const {
     for (const Member& member : bound_->members)
-      if (member.effect->hooks.side_current) current = S(current - kernel(member).sideCurrent(ownOf(member), u_c2, present_));
+      if (member.effect->hooks.side_current)
+        current = S(current - kernel(member).sideCurrent(ownOf(member), u_c2, present_));
     return current;
   }
 
   /// Adds the effects' voltages in series [V].
   void addVoltages(const Instant<S>& instant, const std::vector<S>& x, S& voltage) const {
     for (const Member& member : bound_->members)
-      if (member.effect->hooks.voltage) voltage = S(voltage + kernel(member).voltage(ownOf(member), stateOf(member, x), instant));
+      if (member.effect->hooks.voltage)
+        voltage = S(voltage + kernel(member).voltage(ownOf(member), stateOf(member, x), instant));
   }
 
   /// Turns the terminal voltage into what the channel shows.
   void show(const Instant<S>& instant, std::vector<S>& x, S& voltage) const {
     for (const Member& member : bound_->members)
-      if (member.effect->hooks.show) kernel(member).show(ownOf(member), stateOf(member, x), instant, voltage);
+      if (member.effect->hooks.show)
+        kernel(member).show(ownOf(member), stateOf(member, x), instant, voltage);
   }
 
  private:
   using Member = BoundComposition::Member;
 
-  static const EffectKernel<S>& kernel(const Member& member) { return kernelOf(*member.effect, S()); }
+  static const EffectKernel<S>& kernel(const Member& member) {
+    return kernelOf(*member.effect, S());
+  }
   const S* ownOf(const Member& member) const { return p_.data() + member.parameter; }
   template <typename States>
   static auto stateOf(const Member& member, States& x) -> decltype(x.data()) {
-    return member.state < static_cast<int>(x.size()) ? &x[static_cast<std::size_t>(member.state)] : nullptr;
+    return member.state < static_cast<int>(x.size()) ? &x[static_cast<std::size_t>(member.state)]
+                                                     : nullptr;
   }
 
   Present<S> bareModel() const {

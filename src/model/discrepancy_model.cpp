@@ -19,27 +19,36 @@ void require(bool sound, const std::string& what) {
 
 void requireSound(const DiscrepancyModel& discrepancy) {
   const auto columns = static_cast<Eigen::Index>(discrepancy.columns.size());
-  for (const Eigen::VectorXd* each : {&discrepancy.lower, &discrepancy.upper, &discrepancy.centre, &discrepancy.scale, &discrepancy.weight})
-    require(each->size() == columns && each->allFinite(), std::to_string(columns) + " columns need as many finite numbers each");
+  for (const Eigen::VectorXd* each : {&discrepancy.lower, &discrepancy.upper, &discrepancy.centre,
+                                      &discrepancy.scale, &discrepancy.weight})
+    require(each->size() == columns && each->allFinite(),
+            std::to_string(columns) + " columns need as many finite numbers each");
   require(discrepancy.base_change.size() == kBaseDirections && discrepancy.base_change.allFinite(),
           "the circuit's change must be " + std::to_string(kBaseDirections) + " finite numbers");
   require((discrepancy.scale.array() > 0.0).all(), "scales must be above 0");
   require((discrepancy.lower.array() <= discrepancy.upper.array()).all(), "ranges must rise");
-  require(discrepancy.context.span > 0.0 && std::isfinite(discrepancy.context.span), "the span must be above 0");
+  require(discrepancy.context.span > 0.0 && std::isfinite(discrepancy.context.span),
+          "the span must be above 0");
   for (const Regressor& column : discrepancy.columns) {
-    require(std::isfinite(column.time) && std::isfinite(column.scale) && std::isfinite(column.charge), "a column's numbers must be finite");
-    require(std::any_of(discrepancy.parts.begin(), discrepancy.parts.end(), [&](const auto& part) { return part.mechanism == column.mechanism; }),
+    require(
+        std::isfinite(column.time) && std::isfinite(column.scale) && std::isfinite(column.charge),
+        "a column's numbers must be finite");
+    require(std::any_of(discrepancy.parts.begin(), discrepancy.parts.end(),
+                        [&](const auto& part) { return part.mechanism == column.mechanism; }),
             "columns of " + mechanismId(column.mechanism) + " have no factor");
   }
   for (const DiscrepancyModel::Part& part : discrepancy.parts)
-    require(part.std >= 0.0 && std::isfinite(part.std), "a factor's deviation must be finite and at least 0");
+    require(part.std >= 0.0 && std::isfinite(part.std),
+            "a factor's deviation must be finite and at least 0");
 }
 
 }  // namespace
 
 std::size_t DiscrepancyModel::memorySize() const { return columns.size() + kSharedStates + 1; }
 
-bool isUnbounded(RegressorKind kind) { return kind == RegressorKind::kCharge || kind == RegressorKind::kSlowCharge; }
+bool isUnbounded(RegressorKind kind) {
+  return kind == RegressorKind::kCharge || kind == RegressorKind::kSlowCharge;
+}
 
 EffectInfo discrepancyInfo(const DiscrepancyModel& discrepancy) {
   requireSound(discrepancy);
@@ -50,7 +59,8 @@ EffectInfo discrepancyInfo(const DiscrepancyModel& discrepancy) {
   info.equations = "u = u_m + S d + sum of a_f w_k (x_k - centre_k) / scale_k";
   for (const DiscrepancyModel::Part& part : discrepancy.parts) {
     ParameterInfo factor =
-        linearStrength(kDiscrepancyEffect + "_" + mechanismId(part.mechanism), "a", "1", 1.0, kMinFactor, kMaxFactor, "estimated from a recording");
+        linearStrength(kDiscrepancyEffect + "_" + mechanismId(part.mechanism), "a", "1", 1.0,
+                       kMinFactor, kMaxFactor, "estimated from a recording");
     factor.prior_std = std::max(part.std, kMinStd);
     info.parameters.push_back(factor);
   }

@@ -13,32 +13,37 @@
 
 namespace battery_sof {
 
-/// Memory of a discrepancy model at a simulation's beginning, in arithmetic S: of the columns, those they share, then s [V].
+/// Memory of a discrepancy model at a simulation's beginning, in arithmetic S: of the columns,
+/// those they share, then s [V].
 /// @param memory as Simulation::regressorMemory(); empty: it begins with the simulation.
 template <typename S>
-std::vector<S> firstRegressorMemory(const DiscrepancyModel& discrepancy, std::vector<double> memory) {
+std::vector<S> firstRegressorMemory(const DiscrepancyModel& discrepancy,
+                                    std::vector<double> memory) {
   if (memory.empty()) {
     memory = freshColumnStates(discrepancy.columns);
     memory.push_back(discrepancy.base_change[kBaseDirections - 1]);
   }
   if (memory.size() != discrepancy.memorySize())
-    throw std::invalid_argument("a discrepancy model's memory has " + std::to_string(memory.size()) + " numbers, expected " +
+    throw std::invalid_argument("a discrepancy model's memory has " +
+                                std::to_string(memory.size()) + " numbers, expected " +
                                 std::to_string(discrepancy.memorySize()));
   return std::vector<S>(memory.begin(), memory.end());
 }
 
-/// A discrepancy model along a simulation, in arithmetic S. Its memory is the caller's, see firstRegressorMemory().
+/// A discrepancy model along a simulation, in arithmetic S. Its memory is the caller's, see
+/// firstRegressorMemory().
 template <typename S>
 class DiscrepancyRun {
  public:
   /// The battery over one interval, as the force sees it.
   struct Interval {
-    RegressorInputOf<S> moment;     // overpotential: at the end
+    RegressorInputOf<S> moment;  // overpotential: at the end
     S before;                    // [V], u_c2 at the beginning
     S conductance, capacitance;  // [1/Ohm], [F], of the double layer in the middle
   };
 
-  explicit DiscrepancyRun(std::shared_ptr<const DiscrepancyModel> discrepancy) : discrepancy_(std::move(discrepancy)) {
+  explicit DiscrepancyRun(std::shared_ptr<const DiscrepancyModel> discrepancy)
+      : discrepancy_(std::move(discrepancy)) {
     values_.assign(discrepancy_->columns.size(), S(0.0));
     for (const Regressor& column : discrepancy_->columns) {
       std::size_t part = 0;
@@ -53,23 +58,27 @@ class DiscrepancyRun {
       share_duration_ = interval.moment.duration;
       takeShares(discrepancy_->columns, share_duration_, share_);
     }
-    ColumnKernel<S>{discrepancy_->columns, discrepancy_->context, share_, memory.data()}.advance(interval.moment, values_.data());
+    ColumnKernel<S>{discrepancy_->columns, discrepancy_->context, share_, memory.data()}.advance(
+        interval.moment, values_.data());
     moveCircuit(interval, memory.back());
     voltage_ = S(memory.back() + circuitAt(interval.moment.current) + sumOf(factors));
   }
 
   const S& voltage() const { return voltage_; }  ///< [V], after the last interval
-  double beyond() const { return beyond_; }      ///< [V], by which columns were held inside their ranges then
+  /// [V], by which columns were held inside their ranges then
+  double beyond() const { return beyond_; }
   void setBeyond(double beyond) { beyond_ = beyond; }
 
  private:
-  /// Exact step of the linearised double layer under what it answers to, all held at the interval's middle.
+  /// Exact step of the linearised double layer under what it answers to, all held at the interval's
+  /// middle.
   void moveCircuit(const Interval& interval, S& moved_by) const {
     const double duration = interval.moment.duration;
     if (duration <= 0.0) return;
     const Eigen::VectorXd& d = discrepancy_->base_change;
     const S& end = interval.moment.overpotential;
-    const S moved = S((end - interval.before) * (1.0 / duration)), mean = S((end + interval.before) * 0.5);
+    const S moved = S((end - interval.before) * (1.0 / duration)),
+            mean = S((end + interval.before) * 0.5);
     const S rate = S(interval.conductance / interval.capacitance);
     const double kept = std::exp(-duration * valueOf(rate));
     const S decay = mapped(rate, kept, -duration * kept);
@@ -89,7 +98,8 @@ class DiscrepancyRun {
       const auto j = static_cast<Eigen::Index>(k);
       const double weight = discrepancy_->weight[j] / discrepancy_->scale[j];
       if (weight == 0.0) continue;
-      const double value = valueOf(values_[k]), inside = std::clamp(value, discrepancy_->lower[j], discrepancy_->upper[j]);
+      const double value = valueOf(values_[k]),
+                   inside = std::clamp(value, discrepancy_->lower[j], discrepancy_->upper[j]);
       const bool held = value != inside && !isUnbounded(discrepancy_->columns[k].kind);
       if (held) beyond_ += std::abs(weight * (value - inside));
       const S x = held ? S(inside) : values_[k];

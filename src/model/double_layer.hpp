@@ -30,10 +30,15 @@ struct SourceStep {
 template <typename S>
 class DoubleLayer {
  public:
-  /// @param activity nullptr when the reaction has none.  @param has_ladder the capacitance is fractional.
+  /// @param activity nullptr when the reaction has none.  @param has_ladder the capacitance is
+  /// fractional.
   /// @param is_limited an effect sets Present::reactivity and inverse_supply.
-  DoubleLayer(std::vector<BoundEffect> side_currents, const BoundEffect* activity, bool has_ladder, bool is_limited)
-      : side_(std::move(side_currents)), has_activity_(activity != nullptr), has_ladder_(has_ladder), is_limited_(is_limited) {
+  DoubleLayer(std::vector<BoundEffect> side_currents, const BoundEffect* activity, bool has_ladder,
+              bool is_limited)
+      : side_(std::move(side_currents)),
+        has_activity_(activity != nullptr),
+        has_ladder_(has_ladder),
+        is_limited_(is_limited) {
     if (activity) activity_ = *activity;
     const std::size_t size = 2 + (has_ladder ? kLadderRungs : 0);
     for (auto* buffer : {&before_, &whole_, &half_, &halves_}) buffer->assign(size, S(0.0));
@@ -41,8 +46,8 @@ class DoubleLayer {
 
   /// @param p all parameters.  @param pace updated.
   /// @param u, log_activity, ladder states, updated; the last two may be null.
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, LayerPace& pace, S& u, S* log_activity,
-               S* ladder) {
+  void advance(const S* p, const Present<S>& present, const S& current, double duration,
+               LayerPace& pace, S& u, S* log_activity, S* ladder) {
     if (duration <= 0.0) return;
     if (isPlain(present)) {
       advancePlain(present, current, duration, u);
@@ -50,17 +55,22 @@ class DoubleLayer {
     }
     prepare(p, present);
     if (!has_activity_ && !has_ladder_) {
-      LayerFlow<S>{side_, p, present, charging_slope_, discharging_slope_, is_limited_, is_symmetric_}.advance(current, duration, pace, u);
+      LayerFlow<S>{side_,        p, present, charging_slope_, discharging_slope_, is_limited_,
+                   is_symmetric_}
+          .advance(current, duration, pace, u);
       return;
     }
     load(u, log_activity, ladder);
     double left = duration;
     double& step = pace.step;
     for (StepsTaken taken(pace); left > 0.0;) {
-      const double h = taken.next(left, step), tolerance = scaledTolerance(kTolerance, valueOf(before_[0]), valueOf(charging_slope_));
+      const double h = taken.next(left, step),
+                   tolerance =
+                       scaledTolerance(kTolerance, valueOf(before_[0]), valueOf(charging_slope_));
       const double error = attempt(p, present, current, h);
       const bool accepted = taken.accept(h, error <= tolerance);
-      const double wanted = h * std::clamp(0.9 * std::sqrt(tolerance / std::max(error, 1e-12)), 0.2, 4.0);
+      const double wanted =
+          h * std::clamp(0.9 * std::sqrt(tolerance / std::max(error, 1e-12)), 0.2, 4.0);
       if (accepted) {
         const double begin = valueOf(before_[0]);
         extrapolate();
@@ -81,9 +91,11 @@ class DoubleLayer {
    *
    *     C_2 (u - before) / h = i - i_r2(u) - side currents(u),   i = (emf - u) / resistance
    *
-   * One equation in u that rises with it; no step is too long. For layers without activity and ladder.
+   * One equation in u that rises with it; no step is too long. For layers without activity and
+   * ladder.
    */
-  SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration, double before) {
+  SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance,
+                      double duration, double before) {
     prepare(p, present);
     const double storage = valueOf(present.c2) / duration;
     const Slope none(0.0);
@@ -100,23 +112,30 @@ class DoubleLayer {
     return {root.u, (emf - root.u) / resistance, root.slope - 1.0 / resistance};
   }
 
-  /// Imbalance of currents at u in arithmetic S after such a step from `before` under `current` [A].
-  S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before, double u) const {
+  /// Imbalance of currents at u in arithmetic S after such a step from `before` under `current`
+  /// [A].
+  S imbalance(const S* p, const Present<S>& present, const S& current, double duration,
+              const S& before, double u) const {
     const S storage = S(present.c2 / duration);
     const S none(0.0);
-    const Stage<S> stage{storage, S(storage * before), none, present.i0, charging_slope_, discharging_slope_, current, present, duration};
+    const Stage<S> stage{storage,         S(storage * before), none,    present.i0,
+                         charging_slope_, discharging_slope_,  current, present,
+                         duration};
     return balance<S>(
-        stage, S(u), [&](std::size_t k) { return parametersOf(p, side_[k]); }, [&] { return parametersOf(p, activity_); }, nullptr);
+        stage, S(u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
+        [&] { return parametersOf(p, activity_); }, nullptr);
   }
 
-  /// @param trail of the trials of a hold, in which this one takes part; null: none. Arithmetic Slope leaves its roots in it.
+  /// @param trail of the trials of a hold, in which this one takes part; null: none. Arithmetic
+  /// Slope leaves its roots in it.
   void useTrail(StepTrail* trail) { trail_ = trail; }
 
  private:
   static constexpr double kTolerance = 4e-5;  // [V] between one implicit step and its halves
-  static constexpr double kMaxMoved = 0.01;  // [V], a first guess goes on at the last step's rate up to here
-  // [V], last step of Newton's method in doubles: beta / 2 of its square is left, of which the step in arithmetic S leaves
-  // nothing, and the slope it shares with that step is good to 1e-5.
+  // [V], a first guess goes on at the last step's rate up to here
+  static constexpr double kMaxMoved = 0.01;
+  // [V], last step of Newton's method in doubles: beta / 2 of its square is left, of which the step
+  // in arithmetic S leaves nothing, and the slope it shares with that step is good to 1e-5.
   static constexpr double kSettled = 1e-6;
 
   /// What an implicit Euler step solves, in the arithmetic of its solver.
@@ -146,7 +165,8 @@ class DoubleLayer {
       for (int k = 0; k < kLadderRungs; ++k) ladder[k] = before_[2 + k];
   }
 
-  /// From a step and its halves to second order; in the activity's logarithm, so that it stays positive.
+  /// From a step and its halves to second order; in the activity's logarithm, so that it stays
+  /// positive.
   void extrapolate() {
     before_[0] = S(2.0 * halves_[0] - whole_[0]);
     if (has_activity_) before_[1] = S(halves_[1] * S(halves_[1] / whole_[1]));
@@ -180,34 +200,42 @@ class DoubleLayer {
   }
   bool sameDispersion(const S& dispersion) const { return dispersion_ == valueOf(dispersion); }
 
-  const S* parametersOf(const S* p, const BoundEffect& bound) const { return p + bound.first_parameter; }
+  const S* parametersOf(const S* p, const BoundEffect& bound) const {
+    return p + bound.first_parameter;
+  }
 
   /// Balance of currents at u; rises with u.
   template <typename T, typename SideParameters, typename ActivityParameters>
-  T balance(const Stage<T>& s, const T& u, const SideParameters& side_parameters, const ActivityParameters& activity_parameters,
-            T* activity_after) const {
+  T balance(const Stage<T>& s, const T& u, const SideParameters& side_parameters,
+            const ActivityParameters& activity_parameters, T* activity_after) const {
     using std::exp;
     const T rising = T(exp(bounded(T(s.charging_slope * u))));
     T charging = is_limited_ ? T(s.i0 * s.present.reactivity * rising) : T(s.i0 * rising);
-    const T discharging = is_symmetric_ ? T(s.i0 / rising) : T(s.i0 * exp(bounded(T(-s.discharging_slope * u))));
+    const T discharging =
+        is_symmetric_ ? T(s.i0 / rising) : T(s.i0 * exp(bounded(T(-s.discharging_slope * u))));
     T sum = T(s.storage * u - s.offset - s.current);
     if (has_activity_) {
       const ReactionRates<T> rates{charging, discharging};
-      const T activity = kernelOf(*activity_.effect, u).activity(activity_parameters(), s.activity_before, rates, s.present, s.h);
+      const T activity =
+          kernelOf(*activity_.effect, u)
+              .activity(activity_parameters(), s.activity_before, rates, s.present, s.h);
       charging = T(charging * activity);
       if (activity_after) *activity_after = activity;
     }
     const T reaction = T(charging - discharging);
-    sum = is_limited_ ? T(sum + reaction / (1.0 + charging * s.present.inverse_supply)) : T(sum + reaction);
+    sum = is_limited_ ? T(sum + reaction / (1.0 + charging * s.present.inverse_supply))
+                      : T(sum + reaction);
     for (std::size_t k = 0; k < side_.size(); ++k)
       sum = T(sum + kernelOf(*side_[k].effect, u).sideCurrent(side_parameters(k), u, s.present));
     return sum;
   }
 
-  /// Implicit Euler step of everything from `from` to `to`. @param guess [V], near u at the step's end.
-  void euler(const S* p, const Present<S>& present, const S& current, double h, double guess, const std::vector<S>& from,
-             std::vector<S>& to) const {
-    Stage<S> stage{S(present.c2 / h), S(0.0), from[1], present.i0, charging_slope_, discharging_slope_, current, present, h};
+  /// Implicit Euler step of everything from `from` to `to`. @param guess [V], near u at the step's
+  /// end.
+  void euler(const S* p, const Present<S>& present, const S& current, double h, double guess,
+             const std::vector<S>& from, std::vector<S>& to) const {
+    Stage<S> stage{S(present.c2 / h),  S(0.0),  from[1], present.i0, charging_slope_,
+                   discharging_slope_, current, present, h};
     addStorage(stage, present, from);
     const Slope held(valueOf(current));
     const Stage<Slope> values{Slope(valueOf(stage.storage)),
@@ -222,12 +250,14 @@ class DoubleLayer {
     const Root root = rootOf(values, guess, h, valueOf(current));
     S activity(1.0);
     const S rest = balance<S>(
-        stage, S(root.u), [&](std::size_t k) { return parametersOf(p, side_[k]); }, [&] { return parametersOf(p, activity_); }, &activity);
-    // One Newton step in arithmetic S: what it adds to the value is below rounding, what it adds to the derivatives is
-    // the implicit function's.
+        stage, S(root.u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
+        [&] { return parametersOf(p, activity_); }, &activity);
+    // One Newton step in arithmetic S: what it adds to the value is below rounding, what it adds to
+    // the derivatives is the implicit function's.
     const S moved = S(rest * (-1.0 / root.slope));
     to[0] = S(root.u + moved);
-    leaveOnTrail({h, valueOf(current), valueOf(to[0]), 0.0, root.slope, root.activity_slope}, to[0]);
+    leaveOnTrail({h, valueOf(current), valueOf(to[0]), 0.0, root.slope, root.activity_slope},
+                 to[0]);
     if (has_activity_) to[1] = S(activity + root.activity_slope * moved);
     if (has_ladder_)
       for (int k = 0; k < kLadderRungs; ++k) {
@@ -257,7 +287,8 @@ class DoubleLayer {
     double u, slope;        // of the balance
     double activity_slope;  // d activity / du
   };
-  /// Where a step ends, from where an earlier trial of the same hold ended it: so close by its slopes serve as they are.
+  /// Where a step ends, from where an earlier trial of the same hold ended it: so close by its
+  /// slopes serve as they are.
   Root rootOf(const Stage<Slope>& stage, double guess, double h, double current) const {
     const StepTrail::Root* hint = trail_ ? trail_->hint(h) : nullptr;
     if (!hint) return solve(stage, guess);
@@ -280,10 +311,12 @@ class DoubleLayer {
     Slope activity(1.0);
     const auto at = [&](double u) {
       return balance<Slope>(
-          stage, Slope(u, Eigen::Matrix<double, 1, 1>::Ones()), [&](std::size_t k) { return side_slopes_[k].data(); },
+          stage, Slope(u, Eigen::Matrix<double, 1, 1>::Ones()),
+          [&](std::size_t k) { return side_slopes_[k].data(); },
           [&] { return activity_slopes_.data(); }, &activity);
     };
-    const double steepest = std::max(valueOf(stage.charging_slope), valueOf(stage.discharging_slope));
+    const double steepest =
+        std::max(valueOf(stage.charging_slope), valueOf(stage.discharging_slope));
     double low = -HUGE_VAL, high = HUGE_VAL, u = start, slope = 1.0;
     double reach = 4.0 / steepest;  // the exponentials change by e^4 over it
     for (int k = 0; k < 400; ++k) {
@@ -316,7 +349,9 @@ class DoubleLayer {
     euler(p, present, current, 0.5 * h, 0.5 * (begin + valueOf(whole_[0])), before_, half_);
     euler(p, present, current, 0.5 * h, valueOf(whole_[0]), half_, halves_);
     double error = std::abs(valueOf(whole_[0]) - valueOf(halves_[0]));
-    if (has_activity_) error += std::abs(std::log(valueOf(whole_[1]) / valueOf(halves_[1]))) / valueOf(charging_slope_);
+    if (has_activity_)
+      error +=
+          std::abs(std::log(valueOf(whole_[1]) / valueOf(halves_[1]))) / valueOf(charging_slope_);
     return error;
   }
 

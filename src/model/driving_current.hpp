@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "model/base_model.hpp"
 #include "battery_sof/series.hpp"
+#include "model/base_model.hpp"
 
 namespace battery_sof {
 
@@ -22,14 +22,15 @@ struct HeldCurrent {
  *
  * @param max_gap [s], see gapThreshold().
  */
-inline HeldCurrent heldCurrent(double time_before, double current_before, double time, double current, double max_gap) {
+inline HeldCurrent heldCurrent(double time_before, double current_before, double time,
+                               double current, double max_gap) {
   const double duration = time - time_before;
   return {duration > max_gap ? 0.0 : 0.5 * (current_before + current), duration};
 }
 
 /// @return the state at sample n, from that at sample n - 1. @param n at least 1.
-Overpotential advanceToSample(const OverpotentialStep& step, const Overpotential& before, const Series& series, std::size_t n,
-                              double max_gap);
+Overpotential advanceToSample(const OverpotentialStep& step, const Overpotential& before,
+                              const Series& series, std::size_t n, double max_gap);
 
 /// @return one HeldCurrent a sample of the range; the first has duration 0.
 std::vector<HeldCurrent> heldCurrents(const Series& series, IndexRange range, double max_gap);

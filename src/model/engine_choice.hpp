@@ -30,12 +30,14 @@ class Simulation::Engine {
 };
 
 /**
- * @brief A simulation in one arithmetic: of values alone, or of as many lanes as the name says. One file each (engine_of_*.cpp): a
- * compiler inlines less where a file grows too large, and these steps are where the time goes.
+ * @brief A simulation in one arithmetic: of values alone, or of as many lanes as the name says. One
+ * file each (engine_of_*.cpp): a compiler inlines less where a file grows too large, and these
+ * steps are where the time goes.
  *
  * @param seeds at most as many columns.
  */
-std::unique_ptr<Simulation::Engine> engineOfValues(const BatteryModel& model, const ModelPoint& start,
+std::unique_ptr<Simulation::Engine> engineOfValues(const BatteryModel& model,
+                                                   const ModelPoint& start,
                                                    const Eigen::Ref<const Eigen::MatrixXd>& seeds);
 std::unique_ptr<Simulation::Engine> engineOf8(const BatteryModel& model, const ModelPoint& start,
                                               const Eigen::Ref<const Eigen::MatrixXd>& seeds);

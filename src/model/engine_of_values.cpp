@@ -3,7 +3,8 @@
 
 namespace battery_sof {
 
-std::unique_ptr<Simulation::Engine> engineOfValues(const BatteryModel& model, const ModelPoint& start,
+std::unique_ptr<Simulation::Engine> engineOfValues(const BatteryModel& model,
+                                                   const ModelPoint& start,
                                                    const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
   return std::make_unique<EngineOf<double>>(model, start, seeds);
 }

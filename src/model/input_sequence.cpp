@@ -13,7 +13,8 @@ CurrentTrace::CurrentTrace(const Series& series, IndexRange range, double max_ga
   current_.reserve(range.size());
   charge_.reserve(range.size());
   gap_.reserve(range.size());
-  for (std::size_t n = range.first; n < range.last; ++n) append(series.time[n], series.current[n], max_gap);
+  for (std::size_t n = range.first; n < range.last; ++n)
+    append(series.time[n], series.current[n], max_gap);
 }
 
 void CurrentTrace::append(double time, double current, double max_gap) {
@@ -75,7 +76,8 @@ double CurrentTrace::meanBetween(double from, double to) const {
   return (chargeUntil(to) - chargeUntil(from)) / (to - from);
 }
 
-InputStep inputStep(double time_before, double current_before, double time, double current, double max_gap) {
+InputStep inputStep(double time_before, double current_before, double time, double current,
+                    double max_gap) {
   const HeldCurrent held = heldCurrent(time_before, current_before, time, current, max_gap);
   InputStep step;
   step.time = time;
@@ -90,9 +92,12 @@ InputStep inputStep(double time_before, double current_before, double time, doub
 int InputStep::rampPieces() const {
   constexpr double kBend = 0.03;  // k [1/(A^2 s^2)]
   constexpr double kMost = 16.0;
-  if (duration < kShortestStep) return 1;  // nothing moves in it, and parts of the shortest of numbers are nothing
-  const double change = std::abs(slope) * duration, largest = std::max(std::abs(current), std::abs(current - slope * duration));
-  return static_cast<int>(std::clamp(std::round(duration * std::sqrt(kBend * change * largest)), 1.0, kMost));
+  // nothing moves in it, and parts of the shortest of numbers are nothing
+  if (duration < kShortestStep) return 1;
+  const double change = std::abs(slope) * duration,
+               largest = std::max(std::abs(current), std::abs(current - slope * duration));
+  return static_cast<int>(
+      std::clamp(std::round(duration * std::sqrt(kBend * change * largest)), 1.0, kMost));
 }
 
 double MissedCrank::add(double duration, double current, bool voltage_controlled) {
@@ -109,7 +114,8 @@ double MissedCrank::add(double duration, double current, bool voltage_controlled
   return missed;
 }
 
-InputSequence inputSequence(const Series& series, IndexRange range, const std::vector<char>& masked, const std::vector<char>& voltage_controlled) {
+InputSequence inputSequence(const Series& series, IndexRange range, const std::vector<char>& masked,
+                            const std::vector<char>& voltage_controlled) {
   InputSequence inputs;
   if (range.empty()) return inputs;
   const double max_gap = gapThreshold(series);
@@ -123,13 +129,16 @@ InputSequence inputSequence(const Series& series, IndexRange range, const std::v
       sample.step.time = series.time[n];
       sample.step.held = sample.step.current = series.current[n];
     } else {
-      sample.step = inputStep(series.time[n - 1], series.current[n - 1], series.time[n], series.current[n], max_gap);
+      sample.step = inputStep(series.time[n - 1], series.current[n - 1], series.time[n],
+                              series.current[n], max_gap);
     }
     sample.step.trace = inputs.trace.get();
     sample.voltage = series.voltage[n];
     if (!masked.empty() && masked[n]) sample.count = 0.0;
     sample.voltage_controlled = !voltage_controlled.empty() && voltage_controlled[n];
-    if (!voltage_controlled.empty()) sample.step.missed = missed.add(sample.step.duration, series.current[n], sample.voltage_controlled);
+    if (!voltage_controlled.empty())
+      sample.step.missed =
+          missed.add(sample.step.duration, series.current[n], sample.voltage_controlled);
     inputs.samples.push_back(sample);
   }
   return inputs;
@@ -140,13 +149,15 @@ namespace {
 /// Cuts a range into stretches that may be averaged, first to last.
 class Stretches {
  public:
-  Stretches(const Series& series, IndexRange range, const Compression& compression, double max_gap, const std::vector<char>& masked)
+  Stretches(const Series& series, IndexRange range, const Compression& compression, double max_gap,
+            const std::vector<char>& masked)
       : series_(series), range_(range), limits_(compression), max_gap_(max_gap), masked_(masked) {}
 
   /// @return one past the last sample of the stretch that begins at `first`.
   std::size_t endOf(std::size_t first) {
     if (first == range_.first || isEdge(first)) last_edge_ = series_.time[first];
-    const double length = std::min(limits_.max_length, limits_.growth * (series_.time[first] - last_edge_));
+    const double length =
+        std::min(limits_.max_length, limits_.growth * (series_.time[first] - last_edge_));
     double low = series_.current[first], high = low;
     std::size_t end = first + 1;
     while (end < range_.last && series_.time[end] - series_.time[first] <= length && !isEdge(end)) {
@@ -159,7 +170,8 @@ class Stretches {
   }
 
  private:
-  /// A sample whose current stands away from the one before, that follows a gap, or that is masked or follows such a one.
+  /// A sample whose current stands away from the one before, that follows a gap, or that is masked
+  /// or follows such a one.
   bool isEdge(std::size_t n) const {
     return std::abs(series_.current[n] - series_.current[n - 1]) > limits_.edge_current ||
            series_.time[n] - series_.time[n - 1] > max_gap_ || isMasked(n) || isMasked(n - 1);
@@ -202,7 +214,8 @@ Stretch stretchOf(const Series& series, std::size_t first, std::size_t last) {
 
 }  // namespace
 
-InputSequence compressedInputs(const Series& series, IndexRange range, const Compression& compression, const std::vector<char>& masked) {
+InputSequence compressedInputs(const Series& series, IndexRange range,
+                               const Compression& compression, const std::vector<char>& masked) {
   InputSequence inputs;
   if (range.empty()) return inputs;
   const double max_gap = gapThreshold(series);
@@ -224,7 +237,8 @@ InputSequence compressedInputs(const Series& series, IndexRange range, const Com
       if (!sample.step.gap) {
         sample.step.held = inputs.trace->meanBetween(before.middle, now.middle);
         if (!sample.step.averaged)
-          sample.step.slope = (series.current[first] - series.current[first - 1]) / (series.time[first] - series.time[first - 1]);
+          sample.step.slope = (series.current[first] - series.current[first - 1]) /
+                              (series.time[first] - series.time[first - 1]);
       }
     } else {
       sample.step.held = now.current;

@@ -23,8 +23,9 @@ class CurrentTrace {
   /// Forgets samples before `time` but for the last of them.
   void forgetBefore(double time);
 
-  double at(double time) const;                      ///< [A]; the nearest end's value outside
-  double slopeAt(double time) const;                 ///< [A/s], of the segment that ends at or holds `time`; 0 outside
+  double at(double time) const;  ///< [A]; the nearest end's value outside
+  /// [A/s], of the segment that ends at or holds `time`; 0 outside
+  double slopeAt(double time) const;
   double meanBetween(double from, double to) const;  ///< [A], from < to
   bool empty() const { return time_.empty(); }
 
@@ -38,40 +39,49 @@ class CurrentTrace {
 
 /// An interval of a drive and the sample that ends it.
 struct InputStep {
-  double time = 0.0;                    ///< [s], of the sample
-  double duration = 0.0;                ///< [s], since the sample before, >= 0
-  double held = 0.0;                    ///< [A], mean measured current over the interval; 0 across a gap
-  double current = 0.0;                 ///< [A], measured at the sample (mean over it where several were averaged)
-  double slope = 0.0;                   ///< [A/s], of the measured current just before the sample; 0 across gaps and for averages
-  bool averaged = false;                ///< several samples in one
-  bool gap = false;                     ///< the interval is longer than what may be joined
-  double missed = 0.0;                  ///< [As], drawn by a crank of which the sampling saw too little; before the interval
+  double time = 0.0;      ///< [s], of the sample
+  double duration = 0.0;  ///< [s], since the sample before, >= 0
+  /// [A], mean measured current over the interval; 0 across a gap
+  double held = 0.0;
+  /// [A], measured at the sample (mean over it where several were averaged)
+  double current = 0.0;
+  /// [A/s], of the measured current just before the sample; 0 across gaps and for averages
+  double slope = 0.0;
+  bool averaged = false;  ///< several samples in one
+  bool gap = false;       ///< the interval is longer than what may be joined
+  /// [As], drawn by a crank of which the sampling saw too little; before the interval
+  double missed = 0.0;
   const CurrentTrace* trace = nullptr;  ///< the measured current around the sample; may be absent
 
   /**
-   * @brief Equal pieces, each under its mean current, in which the ramp of the current over the interval is passed.
+   * @brief Equal pieces, each under its mean current, in which the ramp of the current over the
+   * interval is passed.
    *
    *     sqrt(k |di| |i| dt^2), rounded, 1 to 16
    *
-   * One held mean misses beta |i| |di| dt^2 / (24 C_2^2) volts, a piece the square of their number less; k is that over half a
-   * millivolt for a battery of Table I. At 100 Hz a crank is one piece, at 1 Hz a charge that begins is six.
+   * One held mean misses beta |i| |di| dt^2 / (24 C_2^2) volts, a piece the square of their number
+   * less; k is that over half a millivolt for a battery of Table I. At 100 Hz a crank is one piece,
+   * at 1 Hz a charge that begins is six.
    */
   int rampPieces() const;
 };
 
 /// @return the step from one sample to the next; the first of a drive has duration 0.
-InputStep inputStep(double time_before, double current_before, double time, double current, double max_gap);
+InputStep inputStep(double time_before, double current_before, double time, double current,
+                    double max_gap);
 
 /**
  * @brief What a slow sampling missed of a crank, sample by sample.
  *
- * A crank lasts half a second or less; of samples a second apart some cranks show none. A discharge that drew as much as a crank
- * and ended with a source's voltage ended with a crank, too: an engine that was started. The crank's charge less what samples
- * below -60 A showed of it is what was missed.
+ * A crank lasts half a second or less; of samples a second apart some cranks show none. A discharge
+ * that drew as much as a crank and ended with a source's voltage ended with a crank, too: an engine
+ * that was started. The crank's charge less what samples below -60 A showed of it is what was
+ * missed.
  */
 class MissedCrank {
  public:
-  static constexpr double kCharge = 150.0;     ///< [As], of a crank; start-stop recordings: 60 to 250
+  /// [As], of a crank; start-stop recordings: 60 to 250
+  static constexpr double kCharge = 150.0;
   static constexpr double kSeenBelow = -60.0;  ///< [A]
   static constexpr double kSlowestSeen = 0.5;  ///< [s], between samples that see every crank
 
@@ -85,36 +95,48 @@ class MissedCrank {
 /// One step with what was measured at its end.
 struct InputSample {
   InputStep step;
-  double voltage = 0.0;         ///< [V]
-  double count = 1.0;           ///< samples averaged into this one; 0: not a measurement, drives the simulation only
-  bool voltage_controlled = false;  ///< a source controlled the voltage: it drives, the current is compared
+  double voltage = 0.0;  ///< [V]
+  /// samples averaged into this one; 0: not a measurement, drives the simulation only
+  double count = 1.0;
+  /// a source controlled the voltage: it drives, the current is compared
+  bool voltage_controlled = false;
 };
 
 /// A stretch of a recording as a simulation goes through it.
 struct InputSequence {
   std::vector<InputSample> samples;
-  std::shared_ptr<const CurrentTrace> trace;  ///< of the range at full rate; the samples' steps point to it
-  double first_time = 0.0;                    ///< [s]
+  /// of the range at full rate; the samples' steps point to it
+  std::shared_ptr<const CurrentTrace> trace;
+  double first_time = 0.0;  ///< [s]
 };
 
 /// @return one InputSample a sample of the range, the first with duration 0.
-/// @param masked one a sample of the series, 1: not a measurement (InstrumentLimits::masked); empty for none.
+/// @param masked one a sample of the series, 1: not a measurement (InstrumentLimits::masked); empty
+/// for none.
 /// @param voltage_controlled likewise, 1: the voltage is controlled there.
-InputSequence inputSequence(const Series& series, IndexRange range, const std::vector<char>& masked = {}, const std::vector<char>& voltage_controlled = {});
+InputSequence inputSequence(const Series& series, IndexRange range,
+                            const std::vector<char>& masked = {},
+                            const std::vector<char>& voltage_controlled = {});
 
 /// How much of a drive may be averaged.
 struct Compression {
-  double max_length = 0.5;    ///< [s], longest stretch averaged into one sample
-  double edge_current = 2.0;  ///< [A], a change of the current by more than this within a stretch ends it
-  double growth = 0.25;       ///< [1], a stretch is at most this share of the time since the last edge
+  double max_length = 0.5;  ///< [s], longest stretch averaged into one sample
+  /// [A], a change of the current by more than this within a stretch ends it
+  double edge_current = 2.0;
+  /// [1], a stretch is at most this share of the time since the last edge
+  double growth = 0.25;
 };
 
 /**
- * @brief A drive with stretches of nearly held current averaged into single samples; full rate at edges.
+ * @brief A drive with stretches of nearly held current averaged into single samples; full rate at
+ * edges.
  *
- * A stretch's mean current drives the model from middle to middle, so its state represents the mean of the state over the
- * stretch; the error is (length / time constant)^2 / 24 of the state's movement.
+ * A stretch's mean current drives the model from middle to middle, so its state represents the mean
+ * of the state over the stretch; the error is (length / time constant)^2 / 24 of the state's
+ * movement.
  */
-InputSequence compressedInputs(const Series& series, IndexRange range, const Compression& compression = {}, const std::vector<char>& masked = {});
+InputSequence compressedInputs(const Series& series, IndexRange range,
+                               const Compression& compression = {},
+                               const std::vector<char>& masked = {});
 
 }  // namespace battery_sof

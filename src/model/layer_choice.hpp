@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "bound_composition.hpp"
-#include "tangents.hpp"
 #include "narrow_layer.hpp"
+#include "tangents.hpp"
 
 namespace battery_sof {
 
@@ -20,7 +20,8 @@ DoubleLayer<T> layerOf(const BoundComposition& bound) {
     if (member.effect->hooks.side_current) side.push_back(own);
     if (member.effect->hooks.activity) activity = own;
   }
-  return DoubleLayer<T>(side, activity.effect ? &activity : nullptr, bound.ladder_state >= 0, bound.limits_reaction);
+  return DoubleLayer<T>(side, activity.effect ? &activity : nullptr, bound.ladder_state >= 0,
+                        bound.limits_reaction);
 }
 
 /// Layers for a simulation in arithmetic S, each in the narrowest arithmetic that serves.
@@ -45,26 +46,36 @@ class LayerChoice {
   }
 
  private:
-  std::unique_ptr<LayerOf<S>> wide() const { return std::make_unique<WideLayer<S>>(layerOf<S>(bound_)); }
-  std::size_t parameterCount() const { return static_cast<std::size_t>(bound_.model.parameterCount()); }
+  std::unique_ptr<LayerOf<S>> wide() const {
+    return std::make_unique<WideLayer<S>>(layerOf<S>(bound_));
+  }
+  std::size_t parameterCount() const {
+    return static_cast<std::size_t>(bound_.model.parameterCount());
+  }
 
   /// @return nothing unless N lanes suffice and are fewer than those of S.
   template <int N>
   std::unique_ptr<LayerOf<S>> narrow(const std::vector<int>& tangents) const {
     if constexpr (N < Width<S>::value) {
-      typename NarrowLayer<S, N>::Shape shape{tangents, parameterCount(), bound_.ladder_state >= 0, bound_.adapts};
-      if (tangents.size() <= static_cast<std::size_t>(N)) return std::make_unique<NarrowLayer<S, N>>(layerOf<Dual<N>>(bound_), shape);
+      typename NarrowLayer<S, N>::Shape shape{tangents, parameterCount(), bound_.ladder_state >= 0,
+                                              bound_.adapts};
+      if (tangents.size() <= static_cast<std::size_t>(N))
+        return std::make_unique<NarrowLayer<S, N>>(layerOf<Dual<N>>(bound_), shape);
     }
     return nullptr;
   }
 
-  /// @return nothing unless the layer has implicit steps, into which at most N quantities flow, fewer than S has lanes.
+  /// @return nothing unless the layer has implicit steps, into which at most N quantities flow,
+  /// fewer than S has lanes.
   template <int N>
   std::unique_ptr<LayerOf<S>> local() const {
     if constexpr (N < Width<S>::value) {
-      typename LocalLayer<S, N>::Shape shape{bound_.parametersOfLayer(), parameterCount(), bound_.activity_state >= 0, bound_.adapts};
-      const bool is_implicit = !shape.parameters.empty() && !bound_.limits_reaction && bound_.ladder_state < 0;
-      if (is_implicit && shape.inputs() <= N) return std::make_unique<LocalLayer<S, N>>(layerOf<Dual<N>>(bound_), shape);
+      typename LocalLayer<S, N>::Shape shape{bound_.parametersOfLayer(), parameterCount(),
+                                             bound_.activity_state >= 0, bound_.adapts};
+      const bool is_implicit =
+          !shape.parameters.empty() && !bound_.limits_reaction && bound_.ladder_state < 0;
+      if (is_implicit && shape.inputs() <= N)
+        return std::make_unique<LocalLayer<S, N>>(layerOf<Dual<N>>(bound_), shape);
     }
     return nullptr;
   }

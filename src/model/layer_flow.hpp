@@ -4,14 +4,14 @@
 #include <cmath>
 #include <vector>
 
-#include "model/matched_flow.hpp"
 #include "layer_parts.hpp"
+#include "model/matched_flow.hpp"
 
 namespace battery_sof {
 
 /**
- * @brief Matched steps of the double layer's voltage alone (matchedFlow()), as long as the current at their end is the one that was
- * assumed. For layers without activity and ladder.
+ * @brief Matched steps of the double layer's voltage alone (matchedFlow()), as long as the current
+ * at their end is the one that was assumed. For layers without activity and ladder.
  */
 template <typename S>
 struct LayerFlow {
@@ -19,8 +19,9 @@ struct LayerFlow {
   const S* p;                            ///< all parameters
   const Present<S>& present;
   const S &charging_slope, &discharging_slope;  ///< alpha beta, (1 - alpha) beta [1/V]
-  bool is_limited;                              ///< an effect sets Present::reactivity and inverse_supply
-  bool is_symmetric;                            ///< alpha is a half
+  /// an effect sets Present::reactivity and inverse_supply
+  bool is_limited;
+  bool is_symmetric;  ///< alpha is a half
 
   /// Passes through an interval under a held current. @param pace updated.  @param u [V], updated.
   void advance(const S& current, double duration, LayerPace& pace, S& u) const {
@@ -37,10 +38,13 @@ struct LayerFlow {
       const S next = S(u + end.moved);
       const MatchedCurrent<S> after = currentAt(next, k);
       const double grown = valueOf(end.growth);
-      const double assumed = valueOf(at.value) + valueOf(at.rising) * (grown - 1.0) - valueOf(at.falling) * (1.0 / grown - 1.0);
+      const double assumed = valueOf(at.value) + valueOf(at.rising) * (grown - 1.0) -
+                             valueOf(at.falling) * (1.0 / grown - 1.0);
       const double slope = valueOf(k) * (valueOf(after.rising) + valueOf(after.falling));
-      const double error = flowError(valueOf(after.value) - assumed, slope, h / valueOf(present.c2));
-      const double wanted = h * std::clamp(0.9 * std::sqrt(std::sqrt(tolerance / std::max(error, 1e-12))), 0.2, 4.0);
+      const double error =
+          flowError(valueOf(after.value) - assumed, slope, h / valueOf(present.c2));
+      const double wanted =
+          h * std::clamp(0.9 * std::sqrt(std::sqrt(tolerance / std::max(error, 1e-12))), 0.2, 4.0);
       const bool accepted = taken.accept(h, error <= tolerance);
       if (accepted) {
         u = next;
@@ -55,8 +59,9 @@ struct LayerFlow {
   static constexpr double kFlowTolerance = 2e-6;  // [V], what a matched step misses
   static constexpr double kSecant = 1e-3;         // [V], over which a side current's slope is taken
 
-  /// @return [V]: a current that is missed in the end by `missed` and began right has been missed by as much as grows with the
-  /// third power of time; over long steps the layer settles where it is not.
+  /// @return [V]: a current that is missed in the end by `missed` and began right has been missed
+  /// by as much as grows with the third power of time; over long steps the layer settles where it
+  /// is not.
   static double flowError(double missed, double slope, double inverse_rate) {
     const double error = std::abs(missed) * inverse_rate / (4.0 + slope * inverse_rate);
     return std::isfinite(error) ? error : HUGE_VAL;
@@ -66,12 +71,16 @@ struct LayerFlow {
   MatchedCurrent<S> currentAt(const S& u, const S& k) const {
     using std::exp;
     const S risen = S(exp(bounded(S(charging_slope * u))));
-    const S charging = is_limited ? S(present.i0 * present.reactivity * risen) : S(present.i0 * risen);
-    const S discharging = is_symmetric ? S(present.i0 / risen) : S(present.i0 * exp(bounded(S(-discharging_slope * u))));
-    MatchedCurrent<S> at = is_limited ? limitedAt(charging, discharging, k) : reactionAt(charging, discharging, k);
+    const S charging =
+        is_limited ? S(present.i0 * present.reactivity * risen) : S(present.i0 * risen);
+    const S discharging = is_symmetric ? S(present.i0 / risen)
+                                       : S(present.i0 * exp(bounded(S(-discharging_slope * u))));
+    MatchedCurrent<S> at =
+        is_limited ? limitedAt(charging, discharging, k) : reactionAt(charging, discharging, k);
     for (const BoundEffect& bound : side) {
       const S here = kernelOf(*bound.effect, u).sideCurrent(p + bound.first_parameter, u, present);
-      const S beyond = kernelOf(*bound.effect, u).sideCurrent(p + bound.first_parameter, S(u + kSecant), present);
+      const S beyond = kernelOf(*bound.effect, u)
+                           .sideCurrent(p + bound.first_parameter, S(u + kSecant), present);
       const S half_slope = S((beyond - here) * (0.5 / kSecant) / k);
       at.value = S(at.value + here);
       at.rising = S(at.rising + half_slope);
@@ -82,17 +91,21 @@ struct LayerFlow {
   MatchedCurrent<S> reactionAt(const S& charging, const S& discharging, const S& k) const {
     if (is_symmetric) return {S(charging - discharging), charging, discharging};
     const S a = S(charging_slope / k), b = S(discharging_slope / k);
-    return {S(charging - discharging), S(0.5 * (a * (1.0 + a) * charging + b * (1.0 - b) * discharging)),
+    return {S(charging - discharging),
+            S(0.5 * (a * (1.0 + a) * charging + b * (1.0 - b) * discharging)),
             S(0.5 * (a * (1.0 - a) * charging + b * (1.0 + b) * discharging))};
   }
   /// Of the reaction with a limited supply; slope and curvature in units of k and its square.
   MatchedCurrent<S> limitedAt(const S& charging, const S& discharging, const S& k) const {
     const S a = S(charging_slope / k), b = S(discharging_slope / k);
-    const S fed = S(a * charging * present.inverse_supply), share = S(1.0 / (1.0 + charging * present.inverse_supply));
+    const S fed = S(a * charging * present.inverse_supply),
+            share = S(1.0 / (1.0 + charging * present.inverse_supply));
     const S value = S((charging - discharging) * share);
     const S slope = S((a * charging + b * discharging - value * fed) * share);
-    const S curvature = S((a * a * charging - b * b * discharging - 2.0 * slope * fed - value * a * fed) * share);
-    return {value, positivePart(S(0.5 * (slope + curvature))), positivePart(S(0.5 * (slope - curvature)))};
+    const S curvature =
+        S((a * a * charging - b * b * discharging - 2.0 * slope * fed - value * a * fed) * share);
+    return {value, positivePart(S(0.5 * (slope + curvature))),
+            positivePart(S(0.5 * (slope - curvature)))};
   }
 };
 

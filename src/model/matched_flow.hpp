@@ -5,11 +5,13 @@
 namespace battery_sof {
 
 /**
- * @brief A current through the double layer near some voltage u_0: its value, and the two exponentials that follow it from there.
+ * @brief A current through the double layer near some voltage u_0: its value, and the two
+ * exponentials that follow it from there.
  *
  *     f(u_0 + d) ~ value + rising (exp(k d) - 1) - falling (exp(-k d) - 1)
  *
- * agrees with f in value, slope k (rising + falling) and curvature k^2 (rising - falling). Both are >= 0 where |f''| <= k f'.
+ * agrees with f in value, slope k (rising + falling) and curvature k^2 (rising - falling). Both are
+ * >= 0 where |f''| <= k f'.
  */
 template <typename S>
 struct MatchedCurrent {
@@ -24,7 +26,8 @@ struct FlowEnd {
 };
 
 /**
- * @brief The exact step of a capacitor under a held current, its own current as matched at the step's beginning.
+ * @brief The exact step of a capacitor under a held current, its own current as matched at the
+ * step's beginning.
  *
  *     C dd/dt = i - value - rising (exp(k d) - 1) + falling (exp(-k d) - 1),   d(0) = 0
  *
@@ -32,8 +35,9 @@ struct FlowEnd {
  *
  *     d(t) = ln[ (R coth z + I + 2 falling) / (R coth z - I + 2 rising) ] / k
  *
- * For the base reaction at alpha = 0.5 it is ClosedFormStep itself, however long the step; for other currents the error of a step goes with
- * its fourth power. It settles where the matched current does: no step is too long.
+ * For the base reaction at alpha = 0.5 it is ClosedFormStep itself, however long the step; for
+ * other currents the error of a step goes with its fourth power. It settles where the matched
+ * current does: no step is too long.
  *
  * @param rate 2 C / (k t) [A], > 0.
  */

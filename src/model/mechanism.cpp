@@ -22,8 +22,14 @@ const std::vector<MechanismInfo>& table() {
        "acceptance",
        "charging is limited by how fast the battery takes charge up",
        {"charge_acceptance", "sulphate_history", "fresh_sulphate"}},
-      {Mechanism::kSideReactions, "side_reactions", "part of the charging current leaves no charge in the battery", {"gassing"}},
-      {Mechanism::kAcid, "acid", "acid moves slowly between pores, plates and separator", {"acid_transport", "high_rate_depletion"}},
+      {Mechanism::kSideReactions,
+       "side_reactions",
+       "part of the charging current leaves no charge in the battery",
+       {"gassing"}},
+      {Mechanism::kAcid,
+       "acid",
+       "acid moves slowly between pores, plates and separator",
+       {"acid_transport", "high_rate_depletion"}},
       {Mechanism::kOpenCircuit,
        "open_circuit",
        "the open-circuit voltage moves with the charge and the way it came there",
@@ -32,18 +38,22 @@ const std::vector<MechanismInfo>& table() {
        "structure",
        "resistance, double layer or kinetics differ from the base circuit's",
        {"cpe2", "fast_arc", "current_dependent_resistance", "charge_transfer", "second_electrode"}},
-      {Mechanism::kAgeing, "ageing", "the battery's parameters change with time or temperature", {"self_heating", "parameter_drift"}},
+      {Mechanism::kAgeing,
+       "ageing",
+       "the battery's parameters change with time or temperature",
+       {"self_heating", "parameter_drift"}},
       {Mechanism::kInstrument,
        "instrument",
        "the sensors or the wiring explain it",
-       {"inductance", "parasitic_load", "current_offset", "current_gain", "time_skew", "sensor_lag", "contact_resistance", "voltage_drift",
-        "clipping", "dropouts", "quantisation", "aliasing"}},
+       {"inductance", "parasitic_load", "current_offset", "current_gain", "time_skew", "sensor_lag",
+        "contact_resistance", "voltage_drift", "clipping", "dropouts", "quantisation", "aliasing"}},
   };
   return all;
 }
 
 const MechanismInfo& infoOf(Mechanism mechanism) {
-  return *std::find_if(table().begin(), table().end(), [&](const MechanismInfo& info) { return info.mechanism == mechanism; });
+  return *std::find_if(table().begin(), table().end(),
+                       [&](const MechanismInfo& info) { return info.mechanism == mechanism; });
 }
 
 }  // namespace
@@ -52,7 +62,10 @@ std::string mechanismId(Mechanism mechanism) { return infoOf(mechanism).id; }
 
 std::string mechanismSentence(Mechanism mechanism) { return infoOf(mechanism).sentence; }
 
-bool isOfLeadAcid(Mechanism mechanism) { return mechanism == Mechanism::kAcceptance || mechanism == Mechanism::kSideReactions || mechanism == Mechanism::kAcid; }
+bool isOfLeadAcid(Mechanism mechanism) {
+  return mechanism == Mechanism::kAcceptance || mechanism == Mechanism::kSideReactions ||
+         mechanism == Mechanism::kAcid;
+}
 
 Mechanism mechanismOf(const std::string& effect) {
   for (const MechanismInfo& info : table())

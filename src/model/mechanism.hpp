@@ -18,26 +18,31 @@ enum class Mechanism {
 };
 
 constexpr std::size_t kMechanisms = 7;
-constexpr std::array<Mechanism, kMechanisms> kAllMechanisms = {Mechanism::kAcceptance,  Mechanism::kSideReactions, Mechanism::kAcid,
-                                                        Mechanism::kOpenCircuit, Mechanism::kStructure,     Mechanism::kAgeing,
-                                                        Mechanism::kInstrument};
+constexpr std::array<Mechanism, kMechanisms> kAllMechanisms = {
+    Mechanism::kAcceptance,  Mechanism::kSideReactions, Mechanism::kAcid,
+    Mechanism::kOpenCircuit, Mechanism::kStructure,     Mechanism::kAgeing,
+    Mechanism::kInstrument};
 
-/// @return "acceptance", "side_reactions", "acid", "open_circuit", "structure", "ageing", "instrument".
+/// @return "acceptance", "side_reactions", "acid", "open_circuit", "structure", "ageing",
+/// "instrument".
 std::string mechanismId(Mechanism mechanism);
 
 /// @return what the battery does, as a clause for a reader: "charging is limited by ...".
 std::string mechanismSentence(Mechanism mechanism);
 
-/// @return whether a mechanism's name speaks of the chemistry of lead-acid cells: acceptance, side reactions, acid.
+/// @return whether a mechanism's name speaks of the chemistry of lead-acid cells: acceptance, side
+/// reactions, acid.
 bool isOfLeadAcid(Mechanism mechanism);
 
-/// @return mechanism of an effect or of a fault of an instrument. @throws std::invalid_argument for an unknown id.
+/// @return mechanism of an effect or of a fault of an instrument. @throws std::invalid_argument for
+/// an unknown id.
 Mechanism mechanismOf(const std::string& effect);
 
 /// @return ids of the catalogue's effects of a mechanism, in its order.
 std::vector<std::string> membersOf(Mechanism mechanism);
 
-/// @return everything mechanismOf() knows of a mechanism: its effects, and faults that are no equations.
+/// @return everything mechanismOf() knows of a mechanism: its effects, and faults that are no
+/// equations.
 std::vector<std::string> namesOf(Mechanism mechanism);
 
 }  // namespace battery_sof

@@ -16,12 +16,14 @@ class LayerOf {
   virtual ~LayerOf() = default;
   virtual std::unique_ptr<LayerOf> clone() const = 0;
   /// As DoubleLayer::advance().
-  virtual void advance(const S* p, const Present<S>& present, const S& current, double duration, LayerPace& pace, S& u, S* log_activity,
-                       S* ladder) = 0;
+  virtual void advance(const S* p, const Present<S>& present, const S& current, double duration,
+                       LayerPace& pace, S& u, S* log_activity, S* ladder) = 0;
   /// As DoubleLayer::atSource().
-  virtual SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration, double u) = 0;
+  virtual SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance,
+                              double duration, double u) = 0;
   /// As DoubleLayer::imbalance().
-  virtual S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before, double u) const = 0;
+  virtual S imbalance(const S* p, const Present<S>& present, const S& current, double duration,
+                      const S& before, double u) const = 0;
   /// As DoubleLayer::useTrail().
   virtual void useTrail(StepTrail* trail) = 0;
 };
@@ -32,14 +34,16 @@ class WideLayer final : public LayerOf<S> {
  public:
   explicit WideLayer(DoubleLayer<S> layer) : layer_(std::move(layer)) {}
   std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<WideLayer>(*this); }
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, LayerPace& pace, S& u, S* log_activity,
-               S* ladder) override {
+  void advance(const S* p, const Present<S>& present, const S& current, double duration,
+               LayerPace& pace, S& u, S* log_activity, S* ladder) override {
     layer_.advance(p, present, current, duration, pace, u, log_activity, ladder);
   }
-  SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance, double duration, double u) override {
+  SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance,
+                      double duration, double u) override {
     return layer_.atSource(p, present, emf, resistance, duration, u);
   }
-  S imbalance(const S* p, const Present<S>& present, const S& current, double duration, const S& before, double u) const override {
+  S imbalance(const S* p, const Present<S>& present, const S& current, double duration,
+              const S& before, double u) const override {
     return layer_.imbalance(p, present, current, duration, before, u);
   }
   void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
@@ -60,16 +64,20 @@ class NarrowLayer final : public LayerOf<S> {
  public:
   /// What of it never changes, and what the layer is given.
   struct Shape {
-    std::vector<int> tangents;  ///< those of S that may differ from zero in what the layer is given; at most N
+    /// those of S that may differ from zero in what the layer is given; at most N
+    std::vector<int> tangents;
     std::size_t parameters;
     bool has_ladder;
     bool adapts;  ///< an effect changes the base model's parameters
   };
-  NarrowLayer(DoubleLayer<Dual<N>> layer, Shape shape) : layer_(std::move(layer)), shape_(std::move(shape)) {}
-  std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<NarrowLayer>(*this); }
+  NarrowLayer(DoubleLayer<Dual<N>> layer, Shape shape)
+      : layer_(std::move(layer)), shape_(std::move(shape)) {}
+  std::unique_ptr<LayerOf<S>> clone() const override {
+    return std::make_unique<NarrowLayer>(*this);
+  }
 
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, LayerPace& pace, S& u, S* log_activity,
-               S* ladder) override {
+  void advance(const S* p, const Present<S>& present, const S& current, double duration,
+               LayerPace& pace, S& u, S* log_activity, S* ladder) override {
     prepare(p, present);
     const Dual<N> held = gathered(current);
     Dual<N> narrow_u = gathered(u);
@@ -77,14 +85,16 @@ class NarrowLayer final : public LayerOf<S> {
     std::array<Dual<N>, kLadderRungs> rungs;
     if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) rungs[k] = gathered(ladder[k]);
-    layer_.advance(p_.data(), present_, held, duration, pace, narrow_u, log_activity ? &narrow_activity : nullptr,
+    layer_.advance(p_.data(), present_, held, duration, pace, narrow_u,
+                   log_activity ? &narrow_activity : nullptr,
                    shape_.has_ladder ? rungs.data() : nullptr);
     scatter(narrow_u, u);
     if (log_activity) scatter(narrow_activity, *log_activity);
     if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) scatter(rungs[k], ladder[k]);
   }
-  // A current that follows from a voltage depends on every lane: it is stepped in the wide layer (LayerChoice::behindSource()).
+  // A current that follows from a voltage depends on every lane: it is stepped in the wide layer
+  // (LayerChoice::behindSource()).
   SourceStep atSource(const S*, const Present<S>&, double, double, double, double) override {
     throw std::logic_error("a narrow layer is asked for a source's step");
   }
@@ -136,10 +146,12 @@ class NarrowLayer final : public LayerOf<S> {
 };
 
 /**
- * @brief In numbers of N derivatives, one for each quantity that flows into a step; chained to the lanes of S afterwards.
+ * @brief In numbers of N derivatives, one for each quantity that flows into a step; chained to the
+ * lanes of S afterwards.
  *
- * For a simulation behind a source, where every lane reaches the layer: what flows into its implicit steps is few all the same
- * (its states, the current, capacitance, slope and the parameters of what is bound to it). For layers without ladder.
+ * For a simulation behind a source, where every lane reaches the layer: what flows into its
+ * implicit steps is few all the same (its states, the current, capacitance, slope and the
+ * parameters of what is bound to it). For layers without ladder.
  */
 template <typename S, int N>
 class LocalLayer final : public LayerOf<S> {
@@ -152,29 +164,36 @@ class LocalLayer final : public LayerOf<S> {
     bool adapts;  ///< an effect changes the base model's parameters
     Eigen::Index firstFree() const { return kActivity + (has_activity ? 1 : 0); }
     /// Quantities that flow into a step; at most N.
-    Eigen::Index inputs() const { return firstFree() + static_cast<Eigen::Index>(parameters.size()) + (adapts ? kAdapted : 0); }
+    Eigen::Index inputs() const {
+      return firstFree() + static_cast<Eigen::Index>(parameters.size()) + (adapts ? kAdapted : 0);
+    }
   };
-  LocalLayer(DoubleLayer<Dual<N>> layer, Shape shape) : layer_(std::move(layer)), shape_(std::move(shape)) {}
+  LocalLayer(DoubleLayer<Dual<N>> layer, Shape shape)
+      : layer_(std::move(layer)), shape_(std::move(shape)) {}
   std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<LocalLayer>(*this); }
 
-  void advance(const S* p, const Present<S>& present, const S& current, double duration, LayerPace& pace, S& u, S* log_activity,
-               S*) override {
+  void advance(const S* p, const Present<S>& present, const S& current, double duration,
+               LayerPace& pace, S& u, S* log_activity, S*) override {
     prepare(p, present);
     const Dual<N> held = own(current, kCurrent);
-    Dual<N> local_u = own(u, kU), local_activity = log_activity ? own(*log_activity, kActivity) : Dual<N>(0.0);
-    layer_.advance(p_.data(), present_, held, duration, pace, local_u, log_activity ? &local_activity : nullptr, nullptr);
+    Dual<N> local_u = own(u, kU),
+            local_activity = log_activity ? own(*log_activity, kActivity) : Dual<N>(0.0);
+    layer_.advance(p_.data(), present_, held, duration, pace, local_u,
+                   log_activity ? &local_activity : nullptr, nullptr);
     const S before = u;
     const S activity_before = log_activity ? *log_activity : S(0.0);
     const auto chain = [&](const Dual<N>& local, S& x) {
       const auto& d = local.derivatives();
       x.value() = local.value();
-      x.derivatives() = d[kU] * before.derivatives() + d[kCurrent] * current.derivatives() + d[kC2] * present.c2.derivatives() +
-                        d[kBeta] * present.beta.derivatives() + d[kUDc] * present.u_dc.derivatives();
+      x.derivatives() = d[kU] * before.derivatives() + d[kCurrent] * current.derivatives() +
+                        d[kC2] * present.c2.derivatives() + d[kBeta] * present.beta.derivatives() +
+                        d[kUDc] * present.u_dc.derivatives();
       if (log_activity) x.derivatives() += d[kActivity] * activity_before.derivatives();
       Eigen::Index k = shape_.firstFree();
       for (const int j : shape_.parameters) x.derivatives() += d[k++] * p[j].derivatives();
       if (!shape_.adapts) return;
-      for (const S* adapted : adaptedOf(present)) x.derivatives() += d[k++] * adapted->derivatives();
+      for (const S* adapted : adaptedOf(present))
+        x.derivatives() += d[k++] * adapted->derivatives();
     };
     chain(local_u, u);
     if (log_activity) chain(local_activity, *log_activity);
@@ -194,7 +213,8 @@ class LocalLayer final : public LayerOf<S> {
   static std::array<const S*, kAdapted> adaptedOf(const Present<S>& f) {
     return {&f.i0, &f.alpha, &f.acceptance, &f.warming, &f.reactivity, &f.inverse_supply};
   }
-  /// A quantity as the k-th of the inputs. What follows no lane stays a number: a symmetric reaction is known by it.
+  /// A quantity as the k-th of the inputs. What follows no lane stays a number: a symmetric
+  /// reaction is known by it.
   static Dual<N> own(const S& x, Eigen::Index k) {
     Dual<N> local(x.value());
     if ((x.derivatives().array() != 0.0).any()) local.derivatives()[k] = 1.0;

@@ -53,14 +53,17 @@ BATTERY_SOF_INLINE void decaysOf(const DrivenBlock& driven, double rate, double*
 }
 
 template <int kWidth>
-BATTERY_SOF_INLINE ClosedFormStep<typename Register<kWidth>::Type> stepAt(const DrivenBlock& driven, const double* decayed, int n) {
+BATTERY_SOF_INLINE ClosedFormStep<typename Register<kWidth>::Type> stepAt(const DrivenBlock& driven,
+                                                                          const double* decayed,
+                                                                          int n) {
   const typename Register<kWidth>::Type charging = at<kWidth>(driven.charging + n);
   const typename Register<kWidth>::Type D = at<kWidth>(decayed + n);
   return {charging, 1.0 - charging, at<kWidth>(driven.mixed + n), D, 1.0 - D};
 }
 
 template <int kWidth>
-BATTERY_SOF_INLINE void multiplyUp(const DrivenBlock& driven, const double* decayed, int lane, LaneMaps& maps) {
+BATTERY_SOF_INLINE void multiplyUp(const DrivenBlock& driven, const double* decayed, int lane,
+                                   LaneMaps& maps) {
   using Value = typename Register<kWidth>::Type;
   const Value zero = {};
   Value xx = zero + 1.0, xy = zero, yx = zero, yy = zero + 1.0;
@@ -81,7 +84,8 @@ BATTERY_SOF_INLINE void multiplyUp(const DrivenBlock& driven, const double* deca
 }
 
 /// Every lane's first x and y, x + y = 1.
-BATTERY_SOF_INLINE void startLanes(const LaneMaps& maps, const OverpotentialCarried& carried, LaneValues& start) {
+BATTERY_SOF_INLINE void startLanes(const LaneMaps& maps, const OverpotentialCarried& carried,
+                                   LaneValues& start) {
   double x = carried.x, y = carried.y;
   for (int lane = 0; lane < kLanes; ++lane) {
     start.x[lane] = x;
@@ -98,8 +102,8 @@ BATTERY_SOF_INLINE void startLanes(const LaneMaps& maps, const OverpotentialCarr
 }
 
 template <int kWidth>
-BATTERY_SOF_INLINE void forward(const DrivenBlock& driven, const double* decayed, double rate, int lane, const LaneValues& start,
-                                Trajectory& along) {
+BATTERY_SOF_INLINE void forward(const DrivenBlock& driven, const double* decayed, double rate,
+                                int lane, const LaneValues& start, Trajectory& along) {
   using Value = typename Register<kWidth>::Type;
   Value x = at<kWidth>(start.x + lane), y = at<kWidth>(start.y + lane);
   Value forced = {};
@@ -122,7 +126,8 @@ BATTERY_SOF_INLINE void forward(const DrivenBlock& driven, const double* decayed
 }
 
 /// Every lane's first derivatives, and what the block hands on.
-BATTERY_SOF_INLINE void startDerivatives(const Trajectory& along, OverpotentialCarried& carried, LaneValues& start) {
+BATTERY_SOF_INLINE void startDerivatives(const Trajectory& along, OverpotentialCarried& carried,
+                                         LaneValues& start) {
   const int last = kBlockSize - kLanes;
   double d_log_rate = carried.d_log_rate, d_initial = carried.d_initial;
   for (int lane = 0; lane < kLanes; ++lane) {
@@ -137,8 +142,8 @@ BATTERY_SOF_INLINE void startDerivatives(const Trajectory& along, OverpotentialC
 }
 
 template <int kWidth>
-BATTERY_SOF_INLINE void finish(const OverpotentialScale& scale, int lane, const LaneValues& start, const Trajectory& along,
-                               OverpotentialStates& states) {
+BATTERY_SOF_INLINE void finish(const OverpotentialScale& scale, int lane, const LaneValues& start,
+                               const Trajectory& along, OverpotentialStates& states) {
   using Value = typename Register<kWidth>::Type;
   const double two_over_beta = 2.0 / scale.beta;
   const Value first_log_rate = at<kWidth>(start.d_log_rate + lane);
@@ -149,18 +154,20 @@ BATTERY_SOF_INLINE void finish(const OverpotentialScale& scale, int lane, const 
     const Value d_initial = survival * first_initial;
     at<kWidth>(states.d_initial + n) = d_initial;
     at<kWidth>(states.d_log_c2 + n) = -two_over_beta * d_log_rate;
-    at<kWidth>(states.d_log_beta + n) = two_over_beta * (d_log_rate + scale.log_first * d_initial) - at<kWidth>(states.u_c2 + n);
+    at<kWidth>(states.d_log_beta + n) =
+        two_over_beta * (d_log_rate + scale.log_first * d_initial) - at<kWidth>(states.u_c2 + n);
   }
 }
 
-BATTERY_SOF_INLINE void logarithms(const OverpotentialScale& scale, const Trajectory& along, double* u_c2) {
+BATTERY_SOF_INLINE void logarithms(const OverpotentialScale& scale, const Trajectory& along,
+                                   double* u_c2) {
   const double two_over_beta = 2.0 / scale.beta;
   for (int n = 0; n < kBlockSize; ++n) u_c2[n] = two_over_beta * log(along.E[n]);
 }
 
 template <int kWidth>
-BATTERY_SOF_INLINE void sweep(const DrivenBlock& driven, const OverpotentialScale& scale, OverpotentialCarried& carried,
-                              OverpotentialStates& states) {
+BATTERY_SOF_INLINE void sweep(const DrivenBlock& driven, const OverpotentialScale& scale,
+                              OverpotentialCarried& carried, OverpotentialStates& states) {
   alignas(64) double decayed[kBlockSize];
   LaneMaps maps;
   LaneValues start;
@@ -168,23 +175,31 @@ BATTERY_SOF_INLINE void sweep(const DrivenBlock& driven, const OverpotentialScal
   decaysOf(driven, scale.rate, decayed);
   for (int lane = 0; lane < kLanes; lane += kWidth) multiplyUp<kWidth>(driven, decayed, lane, maps);
   startLanes(maps, carried, start);
-  for (int lane = 0; lane < kLanes; lane += kWidth) forward<kWidth>(driven, decayed, scale.rate, lane, start, along);
+  for (int lane = 0; lane < kLanes; lane += kWidth)
+    forward<kWidth>(driven, decayed, scale.rate, lane, start, along);
   startDerivatives(along, carried, start);
   logarithms(scale, along, states.u_c2);
-  for (int lane = 0; lane < kLanes; lane += kWidth) finish<kWidth>(scale, lane, start, along, states);
+  for (int lane = 0; lane < kLanes; lane += kWidth)
+    finish<kWidth>(scale, lane, start, along, states);
 }
 
 #if BATTERY_SOF_X86_DISPATCH
-BATTERY_SOF_TARGET_AVX2 void shareAvx2(const HeldBlock& held, double i0, DrivenBlock& driven) { share(held, i0, driven); }
+BATTERY_SOF_TARGET_AVX2 void shareAvx2(const HeldBlock& held, double i0, DrivenBlock& driven) {
+  share(held, i0, driven);
+}
 
-BATTERY_SOF_TARGET_AVX512 void shareAvx512(const HeldBlock& held, double i0, DrivenBlock& driven) { share(held, i0, driven); }
+BATTERY_SOF_TARGET_AVX512 void shareAvx512(const HeldBlock& held, double i0, DrivenBlock& driven) {
+  share(held, i0, driven);
+}
 
-BATTERY_SOF_TARGET_AVX2 void sweepAvx2(const DrivenBlock& driven, const OverpotentialScale& scale, OverpotentialCarried& carried,
-                                       OverpotentialStates& states) {
+BATTERY_SOF_TARGET_AVX2 void sweepAvx2(const DrivenBlock& driven, const OverpotentialScale& scale,
+                                       OverpotentialCarried& carried, OverpotentialStates& states) {
   sweep<4>(driven, scale, carried, states);
 }
 
-BATTERY_SOF_TARGET_AVX512 void sweepAvx512(const DrivenBlock& driven, const OverpotentialScale& scale, OverpotentialCarried& carried,
+BATTERY_SOF_TARGET_AVX512 void sweepAvx512(const DrivenBlock& driven,
+                                           const OverpotentialScale& scale,
+                                           OverpotentialCarried& carried,
                                            OverpotentialStates& states) {
   sweep<8>(driven, scale, carried, states);
 }
@@ -194,7 +209,8 @@ BATTERY_SOF_TARGET_AVX512 void sweepAvx512(const DrivenBlock& driven, const Over
 
 InstructionSet widestInstructionSet() {
 #if BATTERY_SOF_X86_DISPATCH
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+      __builtin_cpu_supports("avx512vl"))
     return InstructionSet::kAvx512;
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return InstructionSet::kAvx2;
 #endif
@@ -210,8 +226,9 @@ void shareCurrents(const HeldBlock& held, double i0, DrivenBlock& driven, Instru
   share(held, i0, driven);
 }
 
-void sweepOverpotential(const DrivenBlock& driven, const OverpotentialScale& scale, OverpotentialCarried& carried,
-                        OverpotentialStates& states, InstructionSet set) {
+void sweepOverpotential(const DrivenBlock& driven, const OverpotentialScale& scale,
+                        OverpotentialCarried& carried, OverpotentialStates& states,
+                        InstructionSet set) {
 #if BATTERY_SOF_X86_DISPATCH
   if (set == InstructionSet::kAvx512) return sweepAvx512(driven, scale, carried, states);
   if (set == InstructionSet::kAvx2) return sweepAvx2(driven, scale, carried, states);

@@ -4,7 +4,8 @@
 
 namespace battery_sof {
 
-constexpr int kLanes = 8;                        ///< stretches of a block that are swept side by side
+/// stretches of a block that are swept side by side
+constexpr int kLanes = 8;
 constexpr int kLaneSteps = 32;                   ///< samples of a stretch
 constexpr int kBlockSize = kLanes * kLaneSteps;  ///< samples of a block
 
@@ -84,7 +85,8 @@ struct OverpotentialScale {
  *
  * @param set at most widestInstructionSet(); results differ between the sets by rounding alone.
  */
-void sweepOverpotential(const DrivenBlock& driven, const OverpotentialScale& scale, OverpotentialCarried& carried,
-                        OverpotentialStates& states, InstructionSet set);
+void sweepOverpotential(const DrivenBlock& driven, const OverpotentialScale& scale,
+                        OverpotentialCarried& carried, OverpotentialStates& states,
+                        InstructionSet set);
 
 }  // namespace battery_sof

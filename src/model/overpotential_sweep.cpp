@@ -6,7 +6,8 @@
 
 namespace battery_sof {
 
-OverpotentialSweep::OverpotentialSweep(const std::vector<HeldCurrent>& held, double i0) : OverpotentialSweep(held.size()) {
+OverpotentialSweep::OverpotentialSweep(const std::vector<HeldCurrent>& held, double i0)
+    : OverpotentialSweep(held.size()) {
   for (Eigen::Index b = 0; b < blocks(); ++b) {
     HeldBlock block = {};
     const std::size_t first = static_cast<std::size_t>(b) * kBlock;

@@ -10,17 +10,20 @@
 namespace battery_sof {
 
 /**
- * @brief The base model's state and its derivatives over a whole window, in blocks that stay in the first-level cache.
+ * @brief The base model's state and its derivatives over a whole window, in blocks that stay in the
+ * first-level cache.
  *
- * The same step as OverpotentialStep for alpha = 0.5 (ClosedFormStep). What depends on the current alone is computed
- * once at construction; searches call it many times with other values of C_2 and beta.
+ * The same step as OverpotentialStep for alpha = 0.5 (ClosedFormStep). What depends on the current
+ * alone is computed once at construction; searches call it many times with other values of C_2 and
+ * beta.
  */
 class OverpotentialSweep {
  public:
   static constexpr int kBlock = kBlockSize;
   using Block = Eigen::Array<double, kBlock, 1>;
 
-  /// State and derivatives at the samples of one block; samples past the window's end repeat its last state.
+  /// State and derivatives at the samples of one block; samples past the window's end repeat its
+  /// last state.
   struct States {
     Block u_c2;        ///< [V]
     Block d_log_c2;    ///< d u_c2 / d ln C_2 [V]
@@ -41,9 +44,11 @@ class OverpotentialSweep {
   /// A window whose blocks are still to be driven. @param size samples.
   explicit OverpotentialSweep(std::size_t size) : blocks_((size + kBlock - 1) / kBlock) {}
 
-  /// Sets what a block's samples are reached with. @param held in lane order, duration 0 past the window's end.
+  /// Sets what a block's samples are reached with. @param held in lane order, duration 0 past the
+  /// window's end.
   void drive(Eigen::Index block, const HeldBlock& held, double i0) {
-    shareCurrents(held, i0, blocks_[static_cast<std::size_t>(block)].driven, widestInstructionSet());
+    shareCurrents(held, i0, blocks_[static_cast<std::size_t>(block)].driven,
+                  widestInstructionSet());
   }
 
   Eigen::Index blocks() const { return static_cast<Eigen::Index>(blocks_.size()); }
@@ -52,12 +57,14 @@ class OverpotentialSweep {
   template <typename Visitor>
   void run(const Point& point, Visitor&& visit) const;
 
-  /// Calls visit(block index, const OverpotentialStates&), samples in lane order (lanePosition()): for sums, faster.
+  /// Calls visit(block index, const OverpotentialStates&), samples in lane order (lanePosition()):
+  /// for sums, faster.
   /// @param set at most widestInstructionSet().
   template <typename Visitor>
   void runInLanes(const Point& point, InstructionSet set, Visitor&& visit) const;
 
-  /// The last pass: runInLanes() that uses the sweep up. @return the blocks with the derivatives in the place of the currents.
+  /// The last pass: runInLanes() that uses the sweep up. @return the blocks with the derivatives in
+  /// the place of the currents.
   template <typename Visitor>
   std::vector<SweptBlock> runOut(const Point& point, InstructionSet set, Visitor&& visit) &&;
 
@@ -76,13 +83,15 @@ void OverpotentialSweep::runInLanes(const Point& point, InstructionSet set, Visi
   OverpotentialCarried carried = begin(point);
   OverpotentialStates states;
   for (Eigen::Index block = 0; block < blocks(); ++block) {
-    sweepOverpotential(blocks_[static_cast<std::size_t>(block)].driven, scale, carried, states, set);
+    sweepOverpotential(blocks_[static_cast<std::size_t>(block)].driven, scale, carried, states,
+                       set);
     visit(block, states);
   }
 }
 
 template <typename Visitor>
-std::vector<SweptBlock> OverpotentialSweep::runOut(const Point& point, InstructionSet set, Visitor&& visit) && {
+std::vector<SweptBlock> OverpotentialSweep::runOut(const Point& point, InstructionSet set,
+                                                   Visitor&& visit) && {
   runInLanes(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
     visit(block, states);
     keepDerivatives(states, blocks_[static_cast<std::size_t>(block)]);
@@ -93,10 +102,11 @@ std::vector<SweptBlock> OverpotentialSweep::runOut(const Point& point, Instructi
 template <typename Visitor>
 void OverpotentialSweep::run(const Point& point, Visitor&& visit) const {
   States states;
-  runInLanes(point, widestInstructionSet(), [&](Eigen::Index block, const OverpotentialStates& lanes) {
-    inSampleOrder(lanes, states);
-    visit(block, states);
-  });
+  runInLanes(point, widestInstructionSet(),
+             [&](Eigen::Index block, const OverpotentialStates& lanes) {
+               inSampleOrder(lanes, states);
+               visit(block, states);
+             });
 }
 
 }  // namespace battery_sof

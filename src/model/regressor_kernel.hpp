@@ -1,20 +1,28 @@
 #pragma once
 
-// The columns of a discrepancy model in arithmetic S: one definition for values, derivatives and the solver for a current.
+// The columns of a discrepancy model in arithmetic S: one definition for values, derivatives and
+// the solver for a current.
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
 
-#include "model/regressors.hpp"
 #include "effects/effect_definition.hpp"
+#include "model/regressors.hpp"
 
 namespace battery_sof {
 
-/// States behind those of the columns: charge [Ah], charge drawn since a charge [As], last change [A], last current [A], 0 before the
-/// first sample.
-enum SharedColumnState { kChargeState, kDrawnState, kChangeState, kLastCurrent, kBegunState, kSharedStates };
+/// States behind those of the columns: charge [Ah], charge drawn since a charge [As], last change
+/// [A], last current [A], 0 before the first sample.
+enum SharedColumnState {
+  kChargeState,
+  kDrawnState,
+  kChangeState,
+  kLastCurrent,
+  kBegunState,
+  kSharedStates
+};
 
 /// f(x) where value and slope of f at x are known.
 inline double mapped(double, double value, double) { return value; }
@@ -45,7 +53,8 @@ inline double lowPassTime(const Regressor& column) {
 }
 
 /// What a low pass takes of a step in an interval, 1 - exp(-duration / time), one a column.
-inline void takeShares(const std::vector<Regressor>& columns, double duration, std::vector<double>& share) {
+inline void takeShares(const std::vector<Regressor>& columns, double duration,
+                       std::vector<double>& share) {
   share.resize(columns.size());
   for (std::size_t k = 0; k < columns.size(); ++k) {
     const double time = lowPassTime(columns[k]);
@@ -57,7 +66,9 @@ inline void takeShares(const std::vector<Regressor>& columns, double duration, s
 inline std::vector<double> freshColumnStates(const std::vector<Regressor>& columns) {
   std::vector<double> state(columns.size() + kSharedStates, 0.0);
   for (std::size_t k = 0; k < columns.size(); ++k)
-    if (columns[k].kind == RegressorKind::kAcceptanceReserve || columns[k].kind == RegressorKind::kDischargeReserve) state[k] = 1.0;
+    if (columns[k].kind == RegressorKind::kAcceptanceReserve ||
+        columns[k].kind == RegressorKind::kDischargeReserve)
+      state[k] = 1.0;
   return state;
 }
 
@@ -73,7 +84,9 @@ struct ColumnKernel {
   void advance(const RegressorInputOf<S>& moment, S* values) const {
     S* shared = state + columns.size();
     if (!hasBegun()) shared[kLastCurrent] = moment.current;
-    if (!moment.gap) shared[kChargeState] = S(shared[kChargeState] + moment.held * (moment.duration / kSecondsPerHour));
+    if (!moment.gap)
+      shared[kChargeState] =
+          S(shared[kChargeState] + moment.held * (moment.duration / kSecondsPerHour));
     const S flowed = moment.gap ? S(0.0) : moment.current;
     shared[kDrawnState] = positivePart(S(shared[kDrawnState] - flowed * moment.duration));
     for (std::size_t k = 0; k < columns.size(); ++k) values[k] = valueOfColumn(k, moment, flowed);
@@ -84,11 +97,14 @@ struct ColumnKernel {
 
  private:
   static constexpr double kMinReserve = 1e-3;  // [1], of a reserve that is spent
-  static constexpr double kMaxBend = 3.0;       // [1], overpotentials beyond it say nothing more of kinetics
+  // [1], overpotentials beyond it say nothing more of kinetics
+  static constexpr double kMaxBend = 3.0;
 
   bool hasBegun() const { return valueOf(state[columns.size() + kBegunState]) != 0.0; }
 
-  static S limited(const S& x, double most) { return std::abs(valueOf(x)) > most ? S(std::copysign(most, valueOf(x))) : x; }
+  static S limited(const S& x, double most) {
+    return std::abs(valueOf(x)) > most ? S(std::copysign(most, valueOf(x))) : x;
+  }
   static S bentAt(const S& x, double scale) {
     const double z = valueOf(x) / scale;
     return mapped(x, std::asinh(z), 1.0 / (scale * std::sqrt(1.0 + z * z)));
@@ -104,7 +120,8 @@ struct ColumnKernel {
   static S highPart(const Regressor& column, const S& overpotential) {
     const double z = (valueOf(overpotential) - column.time) / column.scale;
     const double value = z > 30.0 ? z : std::log1p(std::exp(std::max(z, -30.0)));
-    return mapped(overpotential, value, 1.0 / ((1.0 + std::exp(std::clamp(-z, -700.0, 700.0))) * column.scale));
+    return mapped(overpotential, value,
+                  1.0 / ((1.0 + std::exp(std::clamp(-z, -700.0, 700.0))) * column.scale));
   }
   static S logCosh(const S& z) {
     const S bounded = limited(z, 30.0);
@@ -119,7 +136,8 @@ struct ColumnKernel {
   /// c of a reserve that `out` empties and time and `in` fill [1].
   S reserve(std::size_t k, const S& out, const S& in, double duration) const {
     const Regressor& column = columns[k];
-    const S filling = S(in * (1.0 / column.scale) + 1.0 / column.time), rate = S(filling + out * (1.0 / column.scale));
+    const S filling = S(in * (1.0 / column.scale) + 1.0 / column.time),
+            rate = S(filling + out * (1.0 / column.scale));
     const S end = S(filling / rate);
     const double kept = std::exp(-duration * valueOf(rate));
     state[k] = S(end + (state[k] - end) * mapped(rate, kept, -duration * kept));
@@ -157,13 +175,16 @@ struct ColumnKernel {
       case RegressorKind::kMemoryOfCharging: return lowPass(k, bentAt(charging, column.scale));
       case RegressorKind::kFresh: return fresh(k, discharging);
       case RegressorKind::kFreshCharging: return S(positivePart(i) * fresh(k, discharging));
-      case RegressorKind::kAcceptanceReserve: return S(-logReserve(reserve(k, charging, discharging, moment.duration)));
-      case RegressorKind::kDischargeReserve: return logReserve(reserve(k, discharging, charging, moment.duration));
+      case RegressorKind::kAcceptanceReserve:
+        return S(-logReserve(reserve(k, charging, discharging, moment.duration)));
+      case RegressorKind::kDischargeReserve:
+        return logReserve(reserve(k, discharging, charging, moment.duration));
       case RegressorKind::kSlowCharge: return lowPass(k, state[columns.size() + kChargeState]);
       case RegressorKind::kPath: return path(k, flowed, moment.duration);
       case RegressorKind::kEdge: return S(i - lowPass(k, i));
       case RegressorKind::kHighMemory: return lowPass(k, highPart(column, u));
-      case RegressorKind::kHighSum: return state[k] = S(state[k] + highPart(column, u) * moment.duration);
+      case RegressorKind::kHighSum:
+        return state[k] = S(state[k] + highPart(column, u) * moment.duration);
       case RegressorKind::kWarmCurrent: return S(i * lowPass(k, S(flowed * flowed)));
       default: return valueNow(column, moment);
     }
@@ -175,7 +196,8 @@ struct ColumnKernel {
     const double t = std::clamp(moment.time / context.span, 0.0, 1.0);
     const auto bent = [&] { return limited(S(u * column.scale), kMaxBend); };
     switch (column.kind) {
-      case RegressorKind::kSinceCharge: return valueOf(i) < -1.0 ? fading(shared[kDrawnState], column.scale) : S(0.0);
+      case RegressorKind::kSinceCharge:
+        return valueOf(i) < -1.0 ? fading(shared[kDrawnState], column.scale) : S(0.0);
       case RegressorKind::kCompressed: return bentAt(i, column.scale);
       case RegressorKind::kSaturating: {
         const double value = std::tanh(valueOf(i) / column.scale);

@@ -13,12 +13,17 @@
 namespace battery_sof {
 namespace {
 
-constexpr std::array<double, 10> kTimes = {0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0};  // [s]
-constexpr std::array<double, 6> kEdgeTimes = {0.005, 0.01, 0.02, 0.05, 0.1, 0.15};                             // [s]
-constexpr double kFastest = 0.06;     // [s]; sampled more slowly, edges are single samples
-constexpr double kSlowMemory = 30.0;  // [s]; double layers forget within 10 s: from here on a memory is the acid's
+// [s]
+constexpr std::array<double, 10> kTimes = {0.3,   1.0,   3.0,    10.0,   30.0,
+                                           100.0, 300.0, 1000.0, 3000.0, 10000.0};
+// [s]
+constexpr std::array<double, 6> kEdgeTimes = {0.005, 0.01, 0.02, 0.05, 0.1, 0.15};
+constexpr double kFastest = 0.06;  // [s]; sampled more slowly, edges are single samples
+// [s]; double layers forget within 10 s: from here on a memory is the acid's
+constexpr double kSlowMemory = 30.0;
 constexpr std::array<double, 4> kOnsets = {-4.0, -2.0, 0.0, 2.0};  // widths from what is high
-constexpr int kSteps = 6;                                          // instants at which a contact may have changed
+// instants at which a contact may have changed
+constexpr int kSteps = 6;
 
 class Library {
  public:
@@ -36,9 +41,12 @@ class Library {
   }
 
  private:
-  bool fits(double time) const { return time >= 0.9 * context_.interval && time < context_.span / 3.0; }
+  bool fits(double time) const {
+    return time >= 0.9 * context_.interval && time < context_.span / 3.0;
+  }
 
-  void add(Mechanism mechanism, RegressorKind kind, double time = 0.0, double scale = 0.0, double charge = 0.0) {
+  void add(Mechanism mechanism, RegressorKind kind, double time = 0.0, double scale = 0.0,
+           double charge = 0.0) {
     columns_.push_back({kind, mechanism, time, scale, charge});
   }
 
@@ -77,13 +85,16 @@ class Library {
     for (const double scale : {500.0, 2000.0})
       for (const double time : {30.0, 300.0})
         if (fits(time)) add(Mechanism::kAcid, RegressorKind::kDischargeReserve, time, scale);
-    for (const double scale : {10.0, 30.0, 100.0, 300.0, 1000.0}) add(Mechanism::kOpenCircuit, RegressorKind::kSinceCharge, 0.0, scale);
+    for (const double scale : {10.0, 30.0, 100.0, 300.0, 1000.0})
+      add(Mechanism::kOpenCircuit, RegressorKind::kSinceCharge, 0.0, scale);
   }
 
   void takeStatic() {
-    for (const double scale : {1.0, 5.0, 25.0}) add(Mechanism::kStructure, RegressorKind::kCompressed, 0.0, scale);
+    for (const double scale : {1.0, 5.0, 25.0})
+      add(Mechanism::kStructure, RegressorKind::kCompressed, 0.0, scale);
     add(Mechanism::kStructure, RegressorKind::kSaturating, 0.0, 3.0);
-    for (const double scale : {5.0, 50.0}) add(Mechanism::kStructure, RegressorKind::kLogMagnitude, 0.0, scale);
+    for (const double scale : {5.0, 50.0})
+      add(Mechanism::kStructure, RegressorKind::kLogMagnitude, 0.0, scale);
     add(Mechanism::kStructure, RegressorKind::kSmallCurrent, 0.0, 10.0);
     add(Mechanism::kStructure, RegressorKind::kRest, 0.0, 5.0);
   }
@@ -93,7 +104,8 @@ class Library {
     add(Mechanism::kOpenCircuit, RegressorKind::kChargeSquared);
     for (const double time : {100.0, 1000.0})
       if (fits(time)) add(Mechanism::kOpenCircuit, RegressorKind::kSlowCharge, time);
-    for (const double scale : {100.0, 400.0, 1600.0}) add(Mechanism::kOpenCircuit, RegressorKind::kPath, 0.0, scale);
+    for (const double scale : {100.0, 400.0, 1600.0})
+      add(Mechanism::kOpenCircuit, RegressorKind::kPath, 0.0, scale);
   }
 
   void takeEdges() {
@@ -117,18 +129,22 @@ class Library {
   void takeHigh(double onset) {
     add(Mechanism::kSideReactions, RegressorKind::kHighOverpotential, onset, context_.high_width);
     for (const double time : {3.0, 10.0, 30.0, 100.0, 300.0})
-      if (fits(time)) add(Mechanism::kSideReactions, RegressorKind::kHighMemory, onset, context_.high_width, time);
+      if (fits(time))
+        add(Mechanism::kSideReactions, RegressorKind::kHighMemory, onset, context_.high_width,
+            time);
     add(Mechanism::kSideReactions, RegressorKind::kHighSum, onset, context_.high_width);
   }
 
   void takeTime() {
     for (const RegressorKind kind :
-         {RegressorKind::kTimeCurrent, RegressorKind::kTimeMagnitude, RegressorKind::kTimeSquaredCurrent, RegressorKind::kTimeOverpotential})
+         {RegressorKind::kTimeCurrent, RegressorKind::kTimeMagnitude,
+          RegressorKind::kTimeSquaredCurrent, RegressorKind::kTimeOverpotential})
       add(Mechanism::kAgeing, kind, 0.0, context_.span);
     for (const double time : {300.0, 1000.0, 3000.0})
       if (fits(time)) add(Mechanism::kAgeing, RegressorKind::kWarmCurrent, time);
     add(Mechanism::kInstrument, RegressorKind::kTime, 0.0, context_.span);
-    for (int k = 1; k <= kSteps; ++k) add(Mechanism::kInstrument, RegressorKind::kStepCurrent, context_.span * k / (kSteps + 1.0));
+    for (int k = 1; k <= kSteps; ++k)
+      add(Mechanism::kInstrument, RegressorKind::kStepCurrent, context_.span * k / (kSteps + 1.0));
   }
 
   RegressorContext context_;
@@ -139,52 +155,86 @@ struct KindInfo {
   RegressorKind kind;
   const char* id;
   RegressorGroup group;
-  bool scale_first;   ///< the words hold the scale, then the time; else the other way round, or neither
+  /// the words hold the scale, then the time; else the other way round, or neither
+  bool scale_first;
   const char* words;  ///< a pattern of printf
 };
 
 constexpr KindInfo kKinds[] = {
-    {RegressorKind::kChargeMemory, "charge_memory", RegressorGroup::kCharge, false, "memory of charging over %g s"},
-    {RegressorKind::kDischargeMemory, "discharge_memory", RegressorGroup::kDischarge, false, "memory of discharging over %g s"},
-    {RegressorKind::kMemory, "memory", RegressorGroup::kCurrent, false, "memory of the current over %g s"},
-    {RegressorKind::kLogChargeMemory, "log_charge_memory", RegressorGroup::kCharge, false, "memory of charging over %g s"},
-    {RegressorKind::kLogDischargeMemory, "log_discharge_memory", RegressorGroup::kDischarge, false, "memory of discharging over %g s"},
-    {RegressorKind::kCompressedMemory, "compressed_memory", RegressorGroup::kCurrent, false, "memory of the current over %g s"},
-    {RegressorKind::kMemoryOfCompressed, "memory_of_compressed", RegressorGroup::kCurrent, false, "memory of the current over %g s"},
-    {RegressorKind::kMemoryOfCharging, "memory_of_charging", RegressorGroup::kCharge, false, "memory of charging over %g s"},
-    {RegressorKind::kFresh, "fresh", RegressorGroup::kCharge, false, "what was discharged in the last %g s (%g As)"},
-    {RegressorKind::kFreshCharging, "fresh_charging", RegressorGroup::kCharge, false, "what was discharged in the last %g s (%g As)"},
+    {RegressorKind::kChargeMemory, "charge_memory", RegressorGroup::kCharge, false,
+     "memory of charging over %g s"},
+    {RegressorKind::kDischargeMemory, "discharge_memory", RegressorGroup::kDischarge, false,
+     "memory of discharging over %g s"},
+    {RegressorKind::kMemory, "memory", RegressorGroup::kCurrent, false,
+     "memory of the current over %g s"},
+    {RegressorKind::kLogChargeMemory, "log_charge_memory", RegressorGroup::kCharge, false,
+     "memory of charging over %g s"},
+    {RegressorKind::kLogDischargeMemory, "log_discharge_memory", RegressorGroup::kDischarge, false,
+     "memory of discharging over %g s"},
+    {RegressorKind::kCompressedMemory, "compressed_memory", RegressorGroup::kCurrent, false,
+     "memory of the current over %g s"},
+    {RegressorKind::kMemoryOfCompressed, "memory_of_compressed", RegressorGroup::kCurrent, false,
+     "memory of the current over %g s"},
+    {RegressorKind::kMemoryOfCharging, "memory_of_charging", RegressorGroup::kCharge, false,
+     "memory of charging over %g s"},
+    {RegressorKind::kFresh, "fresh", RegressorGroup::kCharge, false,
+     "what was discharged in the last %g s (%g As)"},
+    {RegressorKind::kFreshCharging, "fresh_charging", RegressorGroup::kCharge, false,
+     "what was discharged in the last %g s (%g As)"},
     {RegressorKind::kAcceptanceReserve, "acceptance_reserve", RegressorGroup::kCharge, true,
      "a reserve of %g As that charging empties and %g s refill"},
     {RegressorKind::kDischargeReserve, "discharge_reserve", RegressorGroup::kDischarge, true,
      "a reserve of %g As that discharging empties and %g s refill"},
-    {RegressorKind::kSinceCharge, "since_charge", RegressorGroup::kDischarge, true, "the first %g As of a discharge"},
-    {RegressorKind::kCompressed, "compressed", RegressorGroup::kStatic, true, "a static curve of the current, bent at %g A"},
-    {RegressorKind::kSaturating, "saturating", RegressorGroup::kStatic, true, "a static curve of the current, bent at %g A"},
-    {RegressorKind::kLogMagnitude, "log_magnitude", RegressorGroup::kStatic, true, "a static curve of the current, bent at %g A"},
-    {RegressorKind::kSmallCurrent, "small_current", RegressorGroup::kStatic, true, "a static curve of the current, bent at %g A"},
-    {RegressorKind::kRest, "rest", RegressorGroup::kStatic, true, "a static curve of the current, bent at %g A"},
+    {RegressorKind::kSinceCharge, "since_charge", RegressorGroup::kDischarge, true,
+     "the first %g As of a discharge"},
+    {RegressorKind::kCompressed, "compressed", RegressorGroup::kStatic, true,
+     "a static curve of the current, bent at %g A"},
+    {RegressorKind::kSaturating, "saturating", RegressorGroup::kStatic, true,
+     "a static curve of the current, bent at %g A"},
+    {RegressorKind::kLogMagnitude, "log_magnitude", RegressorGroup::kStatic, true,
+     "a static curve of the current, bent at %g A"},
+    {RegressorKind::kSmallCurrent, "small_current", RegressorGroup::kStatic, true,
+     "a static curve of the current, bent at %g A"},
+    {RegressorKind::kRest, "rest", RegressorGroup::kStatic, true,
+     "a static curve of the current, bent at %g A"},
     {RegressorKind::kCharge, "charge", RegressorGroup::kChargeCounted, false, "charge moved"},
-    {RegressorKind::kChargeSquared, "charge_squared", RegressorGroup::kChargeCounted, false, "charge moved"},
-    {RegressorKind::kSlowCharge, "slow_charge", RegressorGroup::kChargeCounted, false, "charge moved, %g s late"},
-    {RegressorKind::kPath, "path", RegressorGroup::kChargeCounted, true, "the direction of the last %g As"},
-    {RegressorKind::kEdge, "edge", RegressorGroup::kEdges, false, "edges of the current within %g s"},
+    {RegressorKind::kChargeSquared, "charge_squared", RegressorGroup::kChargeCounted, false,
+     "charge moved"},
+    {RegressorKind::kSlowCharge, "slow_charge", RegressorGroup::kChargeCounted, false,
+     "charge moved, %g s late"},
+    {RegressorKind::kPath, "path", RegressorGroup::kChargeCounted, true,
+     "the direction of the last %g As"},
+    {RegressorKind::kEdge, "edge", RegressorGroup::kEdges, false,
+     "edges of the current within %g s"},
     {RegressorKind::kChange, "change", RegressorGroup::kEdges, false, "edges of the current"},
-    {RegressorKind::kChangeBefore, "change_before", RegressorGroup::kEdges, false, "edges of the current"},
-    {RegressorKind::kOverpotentialMagnitude, "overpotential_magnitude", RegressorGroup::kKinetics, false, "curvature of the kinetics"},
-    {RegressorKind::kOverpotentialSquared, "overpotential_squared", RegressorGroup::kKinetics, false, "curvature of the kinetics"},
-    {RegressorKind::kOverpotentialCubed, "overpotential_cubed", RegressorGroup::kKinetics, false, "curvature of the kinetics"},
-    {RegressorKind::kOverpotentialLogCosh, "overpotential_log_cosh", RegressorGroup::kKinetics, false, "curvature of the kinetics"},
-    {RegressorKind::kHighOverpotential, "high_overpotential", RegressorGroup::kHighVoltage, false, "high voltage"},
-    {RegressorKind::kHighMemory, "high_memory", RegressorGroup::kHighVoltage, false, "high voltage"},
+    {RegressorKind::kChangeBefore, "change_before", RegressorGroup::kEdges, false,
+     "edges of the current"},
+    {RegressorKind::kOverpotentialMagnitude, "overpotential_magnitude", RegressorGroup::kKinetics,
+     false, "curvature of the kinetics"},
+    {RegressorKind::kOverpotentialSquared, "overpotential_squared", RegressorGroup::kKinetics,
+     false, "curvature of the kinetics"},
+    {RegressorKind::kOverpotentialCubed, "overpotential_cubed", RegressorGroup::kKinetics, false,
+     "curvature of the kinetics"},
+    {RegressorKind::kOverpotentialLogCosh, "overpotential_log_cosh", RegressorGroup::kKinetics,
+     false, "curvature of the kinetics"},
+    {RegressorKind::kHighOverpotential, "high_overpotential", RegressorGroup::kHighVoltage, false,
+     "high voltage"},
+    {RegressorKind::kHighMemory, "high_memory", RegressorGroup::kHighVoltage, false,
+     "high voltage"},
     {RegressorKind::kHighSum, "high_sum", RegressorGroup::kHighVoltage, false, "high voltage"},
-    {RegressorKind::kTimeCurrent, "time_current", RegressorGroup::kTime, false, "a resistance that drifts"},
-    {RegressorKind::kTimeMagnitude, "time_magnitude", RegressorGroup::kTime, false, "a resistance that drifts"},
-    {RegressorKind::kTimeSquaredCurrent, "time_squared_current", RegressorGroup::kTime, false, "a resistance that drifts"},
-    {RegressorKind::kTimeOverpotential, "time_overpotential", RegressorGroup::kTime, false, "kinetics that drift"},
-    {RegressorKind::kWarmCurrent, "warm_current", RegressorGroup::kTime, false, "a resistance that follows the heat of %g s"},
+    {RegressorKind::kTimeCurrent, "time_current", RegressorGroup::kTime, false,
+     "a resistance that drifts"},
+    {RegressorKind::kTimeMagnitude, "time_magnitude", RegressorGroup::kTime, false,
+     "a resistance that drifts"},
+    {RegressorKind::kTimeSquaredCurrent, "time_squared_current", RegressorGroup::kTime, false,
+     "a resistance that drifts"},
+    {RegressorKind::kTimeOverpotential, "time_overpotential", RegressorGroup::kTime, false,
+     "kinetics that drift"},
+    {RegressorKind::kWarmCurrent, "warm_current", RegressorGroup::kTime, false,
+     "a resistance that follows the heat of %g s"},
     {RegressorKind::kTime, "time", RegressorGroup::kTime, false, "a drift of the voltage"},
-    {RegressorKind::kStepCurrent, "step_current", RegressorGroup::kTime, false, "a resistance that steps at %g s"},
+    {RegressorKind::kStepCurrent, "step_current", RegressorGroup::kTime, false,
+     "a resistance that steps at %g s"},
 };
 
 const KindInfo& infoOf(RegressorKind kind) {
@@ -205,15 +255,17 @@ std::vector<RegressorKind> allRegressorKinds() {
 
 RegressorGroup groupOf(RegressorKind kind) { return infoOf(kind).group; }
 
-std::vector<Regressor> regressorLibrary(const RegressorContext& context) { return Library(context).take(); }
+std::vector<Regressor> regressorLibrary(const RegressorContext& context) {
+  return Library(context).take();
+}
 
 RegressorMemory::RegressorMemory(std::vector<Regressor> columns, RegressorContext context)
     : columns_(std::move(columns)), context_(context), state_(freshColumnStates(columns_)) {}
 
 void RegressorMemory::setState(const std::vector<double>& state) {
   if (state.size() != state_.size())
-    throw std::invalid_argument("a discrepancy model's memory has " + std::to_string(state.size()) + " numbers, expected " +
-                                std::to_string(state_.size()));
+    throw std::invalid_argument("a discrepancy model's memory has " + std::to_string(state.size()) +
+                                " numbers, expected " + std::to_string(state_.size()));
   state_ = state;
 }
 
@@ -227,7 +279,8 @@ void RegressorMemory::advance(const RegressorInput& moment, Eigen::Ref<Eigen::Ve
 
 std::string toString(const Regressor& column) {
   const KindInfo& info = infoOf(column.kind);
-  return format(info.words, info.scale_first ? column.scale : column.time, info.scale_first ? column.time : column.scale);
+  return format(info.words, info.scale_first ? column.scale : column.time,
+                info.scale_first ? column.time : column.scale);
 }
 
 }  // namespace battery_sof

@@ -8,21 +8,24 @@
 
 namespace battery_sof {
 
-/// What a column makes of the drive. i: current [A], i+ = max(i, 0), i- = max(-i, 0), LP: low pass of first order.
+/// What a column makes of the drive. i: current [A], i+ = max(i, 0), i- = max(-i, 0), LP: low pass
+/// of first order.
 enum class RegressorKind {
-  kChargeMemory,            ///< LP[i+] [A]
-  kDischargeMemory,         ///< LP[i-] [A]
-  kMemory,                  ///< LP[i] [A]
-  kLogChargeMemory,         ///< ln(1 + LP[i+] / scale) [1]
-  kLogDischargeMemory,      ///< ln(1 + LP[i-] / scale) [1]
-  kCompressedMemory,        ///< asinh(LP[i] / scale) [1]
-  kMemoryOfCompressed,      ///< LP[asinh(i / scale)] [1]
-  kMemoryOfCharging,        ///< LP[asinh(i+ / scale)] [1]
-  kFresh,                   ///< scale / (scale + s), s = time LP[i-] [1]; scale [As]
-  kFreshCharging,           ///< i+ of it [A]
-  kAcceptanceReserve,       ///< -ln c, c emptied by i+ / scale, filled by (1 - c) (1/time + i- / scale); scale [As]
-  kDischargeReserve,        ///< ln c of the same with the currents' roles exchanged
-  kSinceCharge,             ///< exp(-q / scale) while i < -1 A, q: charge drawn less charge given since, >= 0 [1]; scale [As]
+  kChargeMemory,        ///< LP[i+] [A]
+  kDischargeMemory,     ///< LP[i-] [A]
+  kMemory,              ///< LP[i] [A]
+  kLogChargeMemory,     ///< ln(1 + LP[i+] / scale) [1]
+  kLogDischargeMemory,  ///< ln(1 + LP[i-] / scale) [1]
+  kCompressedMemory,    ///< asinh(LP[i] / scale) [1]
+  kMemoryOfCompressed,  ///< LP[asinh(i / scale)] [1]
+  kMemoryOfCharging,    ///< LP[asinh(i+ / scale)] [1]
+  kFresh,               ///< scale / (scale + s), s = time LP[i-] [1]; scale [As]
+  kFreshCharging,       ///< i+ of it [A]
+  /// -ln c, c emptied by i+ / scale, filled by (1 - c) (1/time + i- / scale); scale [As]
+  kAcceptanceReserve,
+  kDischargeReserve,  ///< ln c of the same with the currents' roles exchanged
+  /// exp(-q / scale) while i < -1 A, q: charge drawn less charge given since, >= 0 [1]; scale [As]
+  kSinceCharge,
   kCompressed,              ///< asinh(i / scale) [1]
   kSaturating,              ///< tanh(i / scale) [1]
   kLogMagnitude,            ///< ln(1 + |i| / scale) [1]
@@ -42,13 +45,14 @@ enum class RegressorKind {
   kHighOverpotential,       ///< p = ln(1 + exp((u - time) / scale)) [1]; time, scale [V]
   kHighMemory,              ///< LP of it [1]; charge [s]
   kHighSum,                 ///< its integral [s]
-  kTimeCurrent,             ///< i t / span [A], t: time since the training part began, held at its ends
-  kTimeMagnitude,           ///< |i| t / span [A]
-  kTimeSquaredCurrent,      ///< i (t / span)^2 [A]
-  kTimeOverpotential,       ///< u t / span [V]
-  kWarmCurrent,             ///< i LP[i^2] [A^3]
-  kTime,                    ///< t / span [1]
-  kStepCurrent,             ///< i from `time` on [A]
+  /// i t / span [A], t: time since the training part began, held at its ends
+  kTimeCurrent,
+  kTimeMagnitude,       ///< |i| t / span [A]
+  kTimeSquaredCurrent,  ///< i (t / span)^2 [A]
+  kTimeOverpotential,   ///< u t / span [V]
+  kWarmCurrent,         ///< i LP[i^2] [A^3]
+  kTime,                ///< t / span [1]
+  kStepCurrent,         ///< i from `time` on [A]
 };
 
 /// @return every kind, in the order above.
@@ -58,11 +62,22 @@ std::vector<RegressorKind> allRegressorKinds();
 std::string kindId(RegressorKind kind);
 
 /// Kinds whose columns share one strength.
-enum class RegressorGroup { kCharge, kDischarge, kCurrent, kStatic, kChargeCounted, kEdges, kKinetics, kHighVoltage, kTime };
+enum class RegressorGroup {
+  kCharge,
+  kDischarge,
+  kCurrent,
+  kStatic,
+  kChargeCounted,
+  kEdges,
+  kKinetics,
+  kHighVoltage,
+  kTime
+};
 constexpr int kRegressorGroups = 9;
 RegressorGroup groupOf(RegressorKind kind);
 
-/// One column of a discrepancy model: a kind with its numbers. What they mean stands beside the kinds.
+/// One column of a discrepancy model: a kind with its numbers. What they mean stands beside the
+/// kinds.
 struct Regressor {
   RegressorKind kind;
   Mechanism mechanism;
@@ -73,14 +88,16 @@ struct Regressor {
 
 /// What a recording offers to columns.
 struct RegressorContext {
-  double interval = 0.0;     ///< [s], median between samples
-  double span = 0.0;         ///< [s], of the training part
-  double beta = 20.0;        ///< [1/V], of the base circuit
-  double high = 0.0;         ///< [V], nine tenths of the overpotentials of the training part lie below it
+  double interval = 0.0;  ///< [s], median between samples
+  double span = 0.0;      ///< [s], of the training part
+  double beta = 20.0;     ///< [1/V], of the base circuit
+  /// [V], nine tenths of the overpotentials of the training part lie below it
+  double high = 0.0;
   double high_width = 0.02;  ///< [V], over which a side reaction sets in
 };
 
-/// @return the library: memories by decades of time from the sampling to a third of the span, no equation of the catalogue.
+/// @return the library: memories by decades of time from the sampling to a third of the span, no
+/// equation of the catalogue.
 std::vector<Regressor> regressorLibrary(const RegressorContext& context);
 
 /// A sample as columns see it, in arithmetic S.

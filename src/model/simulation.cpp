@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "util/number_text.hpp"
 #include "engine_choice.hpp"
+#include "util/number_text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -26,7 +26,8 @@ void requireSize(Eigen::Index size, Eigen::Index expected, const char* what) {
   throw std::invalid_argument(text.str());
 }
 
-void requireSound(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
+void requireSound(const BatteryModel& model, const ModelPoint& start,
+                  const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
   requireSize(start.parameters.size(), model.parameterCount(), "parameters");
   requireSize(start.state.size(), model.stateCount(), "states");
   requireFinite(start.parameters, "parameter");
@@ -35,7 +36,8 @@ void requireSound(const BatteryModel& model, const ModelPoint& start, const Eige
   if (seeds.cols() == 0) return;
   requireSize(seeds.rows(), model.parameterCount() + model.stateCount(), "rows of seeds");
   if (seeds.cols() > Simulation::kMaxTangents)
-    throw std::invalid_argument("seeds have " + std::to_string(seeds.cols()) + " columns, expected at most " +
+    throw std::invalid_argument("seeds have " + std::to_string(seeds.cols()) +
+                                " columns, expected at most " +
                                 std::to_string(Simulation::kMaxTangents));
 }
 
@@ -51,12 +53,14 @@ std::unique_ptr<Simulation::Engine> engineFor(const BatteryModel& model, const M
 
 }  // namespace
 
-Simulation::Simulation(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
+Simulation::Simulation(const BatteryModel& model, const ModelPoint& start,
+                       const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
   requireSound(model, start, seeds);
   engine_ = engineFor(model, start, seeds);
 }
 
-Simulation::Simulation(const BatteryModel& model, const ModelPoint& start) : Simulation(model, start, Eigen::MatrixXd()) {}
+Simulation::Simulation(const BatteryModel& model, const ModelPoint& start)
+    : Simulation(model, start, Eigen::MatrixXd()) {}
 
 Simulation::Simulation(const Simulation& other) : engine_(other.engine_->clone()) {}
 
@@ -82,7 +86,8 @@ double Simulation::advanceAtVoltage(double voltage, double duration, double max_
 }
 
 void Simulation::followVoltage(const InputStep& step, double voltage) {
-  if (!std::isfinite(voltage)) throw std::invalid_argument("followVoltage: the voltage is not finite");
+  if (!std::isfinite(voltage))
+    throw std::invalid_argument("followVoltage: the voltage is not finite");
   engine_->followVoltage(step, voltage);
 }
 double Simulation::follow(const InputSample& sample) {
@@ -93,15 +98,21 @@ double Simulation::follow(const InputSample& sample) {
   advance(sample.step);
   return sample.voltage - voltage();
 }
-double Simulation::resistanceOver(double current, double duration) { return engine_->resistanceOver(current, duration); }
+double Simulation::resistanceOver(double current, double duration) {
+  return engine_->resistanceOver(current, duration);
+}
 double Simulation::currentError() const { return engine_->currentError(); }
 Eigen::Map<const Eigen::VectorXd> Simulation::currentErrorDerivatives() const {
   return {engine_->currentErrorDerivatives(), engine_->tangents()};
 }
 
 double Simulation::voltage() const { return engine_->voltage(); }
-Eigen::Map<const Eigen::VectorXd> Simulation::voltageDerivatives() const { return {engine_->voltageDerivatives(), engine_->tangents()}; }
-Eigen::Map<const Eigen::VectorXd> Simulation::currentDerivatives() const { return {engine_->currentDerivatives(), engine_->tangents()}; }
+Eigen::Map<const Eigen::VectorXd> Simulation::voltageDerivatives() const {
+  return {engine_->voltageDerivatives(), engine_->tangents()};
+}
+Eigen::Map<const Eigen::VectorXd> Simulation::currentDerivatives() const {
+  return {engine_->currentDerivatives(), engine_->tangents()};
+}
 double Simulation::time() const { return engine_->time(); }
 Eigen::VectorXd Simulation::state() const { return engine_->state(); }
 Eigen::MatrixXd Simulation::stateDerivatives() const { return engine_->stateDerivatives(); }

@@ -11,30 +11,37 @@ namespace battery_sof {
 
 /// Where a simulation begins.
 struct ModelPoint {
-  Eigen::VectorXd parameters;             ///< in the order of BatteryModel::parameters()
-  Eigen::VectorXd state;                  ///< in the order of BatteryModel::states()
-  double time = 0.0;                      ///< [s], of the state
-  double reference_time = 0.0;            ///< [s], where drifts and steps count their time from: the window's first sample
-  std::vector<double> regressor_memory = {};  ///< of a discrepancy model, see Simulation::regressorMemory(); empty: it begins with the simulation
+  Eigen::VectorXd parameters;  ///< in the order of BatteryModel::parameters()
+  Eigen::VectorXd state;       ///< in the order of BatteryModel::states()
+  double time = 0.0;           ///< [s], of the state
+  /// [s], where drifts and steps count their time from: the window's first sample
+  double reference_time = 0.0;
+  /// of a discrepancy model, see Simulation::regressorMemory(); empty: it begins with the
+  /// simulation
+  std::vector<double> regressor_memory = {};
 };
 
 /**
- * @brief A battery model in time, sample by sample, with the derivatives of everything to whatever is wanted.
+ * @brief A battery model in time, sample by sample, with the derivatives of everything to whatever
+ * is wanted.
  *
  *     C_2 du_c2/dt = i - i_r2(u_c2, ...) - side currents,   u = u_dc + u_c2 + r(i) i + voltages of the effects
  *
- * Without an effect on the double layer a step is exact (ClosedFormStep); without one that has a memory there it is exact for a
- * current matched at its beginning, its length chosen so that it misses at most 2 uV (matchedFlow). Otherwise layer, activity and
- * ladder of a fractional capacitance are stepped together by an implicit Euler step, extrapolated to second order (a step against two
- * halves) and so long that the two differ by at most 0.04 mV: L-stable, positive activities stay positive, no interval is too
- * long. Effects' own states have exact steps; where they act back on others (history, warming, drift), intervals are cut to 0.1 s,
- * beyond 20 s to a two-hundredth of the time passed. Beyond |alpha beta u_c2| = 300 the reaction's exponentials stay at that value.
+ * Without an effect on the double layer a step is exact (ClosedFormStep); without one that has a
+ * memory there it is exact for a current matched at its beginning, its length chosen so that it
+ * misses at most 2 uV (matchedFlow). Otherwise layer, activity and ladder of a fractional
+ * capacitance are stepped together by an implicit Euler step, extrapolated to second order (a step
+ * against two halves) and so long that the two differ by at most 0.04 mV: L-stable, positive
+ * activities stay positive, no interval is too long. Effects' own states have exact steps; where
+ * they act back on others (history, warming, drift), intervals are cut to 0.1 s, beyond 20 s to a
+ * two-hundredth of the time passed. Beyond |alpha beta u_c2| = 300 the reaction's exponentials stay
+ * at that value.
  *
- * Derivatives are forward sensitivities of the very step that is taken: every number carries its derivatives along
- * (Eigen's AutoDiffScalar, fixed-size arrays of 8, 16, 24 or 48 lanes; the implicit steps carry only those that can reach
- * the double layer). A lane is a direction in the space of
- * parameters and first states, a column of `seeds`: unit vectors give plain derivatives, a factor L of a covariance L L'
- * gives standard deviations.
+ * Derivatives are forward sensitivities of the very step that is taken: every number carries its
+ * derivatives along (Eigen's AutoDiffScalar, fixed-size arrays of 8, 16, 24 or 48 lanes; the
+ * implicit steps carry only those that can reach the double layer). A lane is a direction in the
+ * space of parameters and first states, a column of `seeds`: unit vectors give plain derivatives, a
+ * factor L of a covariance L L' gives standard deviations.
  */
 class Simulation {
  public:
@@ -44,10 +51,12 @@ class Simulation {
    * @param model  copied.
    * @param start  first state, not stepped.
    * @param seeds  (parameters + states) x lanes, d(parameters, first state) / d(lane); no columns for values alone.
-   * @throws std::invalid_argument for sizes that do not fit, values that are not finite, r, c2 or beta not above zero, or
+   * @throws std::invalid_argument for sizes that do not fit, values that are not finite, r, c2 or
+   * beta not above zero, or
    *   more than kMaxTangents lanes.
    */
-  Simulation(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+  Simulation(const BatteryModel& model, const ModelPoint& start,
+             const Eigen::Ref<const Eigen::MatrixXd>& seeds);
   Simulation(const BatteryModel& model, const ModelPoint& start);
   Simulation(const Simulation& other);
   Simulation& operator=(const Simulation& other);
@@ -63,39 +72,44 @@ class Simulation {
    *
    *     u(t + duration; i) = voltage,   i <= max_current
    *
-   * solved by a safeguarded Newton method to 1e-8 A; as a step in the state it is the implicit Euler step of an ideal
-   * voltage source, so no interval is too long for it.
+   * solved by a safeguarded Newton method to 1e-8 A; as a step in the state it is the implicit
+   * Euler step of an ideal voltage source, so no interval is too long for it.
    *
-   * @return the current [A]; max_current where that leaves the voltage below the wanted one. Its derivatives:
+   * @return the current [A]; max_current where that leaves the voltage below the wanted one. Its
+   * derivatives:
    *   currentDerivatives().
    * @throws std::invalid_argument unless voltage and max_current are finite and duration > 0.
    */
   double advanceAtVoltage(double voltage, double duration, double max_current);
 
   /**
-   * @brief Moves to a sample up to which a source held the voltage: the voltage drives, the current is the answer.
+   * @brief Moves to a sample up to which a source held the voltage: the voltage drives, the current
+   * is the answer.
    *
    *     u goes in a straight line from where the simulation stands to `voltage`;  i is what makes it so
    *
-   * in holds of at most 0.5 s (eight of them at slow rates), each as advanceAtVoltage(). The direction is well posed where
-   * that from the current is not: a blocked electrode takes half an ampere whatever its voltage docs/model.md.
-   * A step of no duration only places the sample: nothing is compared there. In a gap the battery rests but for its last second.
+   * in holds of at most 0.5 s (eight of them at slow rates), each as advanceAtVoltage(). The
+   * direction is well posed where that from the current is not: a blocked electrode takes half an
+   * ampere whatever its voltage docs/model.md. A step of no duration only places the sample:
+   * nothing is compared there. In a gap the battery rests but for its last second.
    *
    * @param step    current is what was measured; it is compared, it drives nothing.
    * @param voltage [V], measured at the step's end.
    */
   void followVoltage(const InputStep& step, double voltage);
 
-  /// Moves to a sample in the direction that is controlled there. @return measured less modelled current [A] where the
-  /// voltage drives, voltage [V] elsewhere.
+  /// Moves to a sample in the direction that is controlled there. @return measured less modelled
+  /// current [A] where the voltage drives, voltage [V] elsewhere.
   double follow(const InputSample& sample);
 
-  /// Measured less modelled current of the last followVoltage() [A], the current as the instruments' effects let it be known.
+  /// Measured less modelled current of the last followVoltage() [A], the current as the
+  /// instruments' effects let it be known.
   double currentError() const;
   /// d currentError / d lane [A].
   Eigen::Map<const Eigen::VectorXd> currentErrorDerivatives() const;
 
-  /// @return d u / d i of a current held for `duration` from here on [Ohm], at its end; moves nothing.
+  /// @return d u / d i of a current held for `duration` from here on [Ohm], at its end; moves
+  /// nothing.
   double resistanceOver(double current, double duration);
 
   /// Terminal voltage as the voltage channel shows it [V], at the end of the last step.
@@ -111,7 +125,8 @@ class Simulation {
   Eigen::MatrixXd stateDerivatives() const;
   /// What a discrepancy model remembers, DiscrepancyModel::memorySize() numbers; empty without one.
   std::vector<double> regressorMemory() const;
-  /// By how much a discrepancy model would differ if it were not held inside what it was estimated on [V]; 0 without one.
+  /// By how much a discrepancy model would differ if it were not held inside what it was estimated
+  /// on [V]; 0 without one.
   double beyondIdentified() const;
   Eigen::Index tangents() const;
 

@@ -14,14 +14,16 @@ namespace battery_sof {
 template <typename S>
 class EngineOf final : public Simulation::Engine {
  public:
-  EngineOf(const BatteryModel& model, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds)
+  EngineOf(const BatteryModel& model, const ModelPoint& start,
+           const Eigen::Ref<const Eigen::MatrixXd>& seeds)
       : battery_(std::make_shared<const BoundComposition>(model), start, seeds) {}
   std::unique_ptr<Engine> clone() const override { return std::make_unique<EngineOf>(*this); }
 
   void advance(const InputStep& step) override {
     S held(step.held), end(step.current);
     battery_.effects().sense(step, held, end);
-    battery_.pass(held, end, step.duration, step.slope, step.time, {S(step.held), S(step.current), step.gap}, step.rampPieces());
+    battery_.pass(held, end, step.duration, step.slope, step.time,
+                  {S(step.held), S(step.current), step.gap}, step.rampPieces());
     source_.forgetTrend();
   }
 
@@ -48,9 +50,11 @@ class EngineOf final : public Simulation::Engine {
     // Before its first step a simulation has shown no voltage to ramp from.
     const S& shown_last = battery_.now.terminal;
     const S from = valueOf(shown_last) != 0.0 ? shown_last : S(voltage);
-    const int parts = static_cast<int>(std::clamp(std::ceil(ramp / kLongestHold - 1e-9), 1.0, kMaxHolds));
+    const int parts =
+        static_cast<int>(std::clamp(std::ceil(ramp / kLongestHold - 1e-9), 1.0, kMaxHolds));
     const double count = parts;
-    for (int k = 1; k <= parts; ++k) advanceTo(S(from + (voltage - from) * (k / count)), ramp / count, kMaxCurrent);
+    for (int k = 1; k <= parts; ++k)
+      advanceTo(S(from + (voltage - from) * (k / count)), ramp / count, kMaxCurrent);
     battery_.now.time = step.time;
     current_error_ = S(shown - source_.current);
   }
@@ -71,17 +75,22 @@ class EngineOf final : public Simulation::Engine {
     const std::vector<S>& x = battery_.now.x;
     Eigen::MatrixXd slopes(static_cast<Eigen::Index>(x.size()), tangents());
     for (std::size_t j = 0; j < x.size(); ++j)
-      for (Eigen::Index k = 0; k < tangents(); ++k) slopes(static_cast<Eigen::Index>(j), k) = derivativesOf(x[j])[k];
+      for (Eigen::Index k = 0; k < tangents(); ++k)
+        slopes(static_cast<Eigen::Index>(j), k) = derivativesOf(x[j])[k];
     return slopes;
   }
   std::vector<double> regressorMemory() const override { return battery_.regressorMemory(); }
-  double beyondIdentified() const override { return battery_.discrepancy() ? battery_.discrepancy()->beyond() : 0.0; }
+  double beyondIdentified() const override {
+    return battery_.discrepancy() ? battery_.discrepancy()->beyond() : 0.0;
+  }
 
  private:
-  // A voltage between two samples is a ramp of currents held this long [s], at slow rates at most so many.
+  // A voltage between two samples is a ramp of currents held this long [s], at slow rates at most
+  // so many.
   static constexpr double kLongestHold = 0.5, kMaxHolds = 8.0;
-  static constexpr double kRampAfterGap = 1.0;  // [s], the end of a gap in which the source comes back
-  static constexpr double kMaxCurrent = 1e4;   // [A], beyond anything a source gives
+  // [s], the end of a gap in which the source comes back
+  static constexpr double kRampAfterGap = 1.0;
+  static constexpr double kMaxCurrent = 1e4;  // [A], beyond anything a source gives
 
   double advanceTo(const S& voltage, double duration, double max_current) {
     return VoltageSource<S>(battery_, source_).advanceTo(voltage, duration, max_current);

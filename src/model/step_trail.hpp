@@ -6,10 +6,12 @@
 namespace battery_sof {
 
 /**
- * @brief Where the implicit Euler steps of one hold ended, for the next trial of the same hold under another current.
+ * @brief Where the implicit Euler steps of one hold ended, for the next trial of the same hold
+ * under another current.
  *
- * Trials of a hold make the same steps from the same state; only the current differs, and by little. Each root is then known from the
- * last trial's and its slope to the current: to second order in the change.
+ * Trials of a hold make the same steps from the same state; only the current differs, and by
+ * little. Each root is then known from the last trial's and its slope to the current: to second
+ * order in the change.
  */
 class StepTrail {
  public:

@@ -7,27 +7,30 @@
 #include <utility>
 #include <vector>
 
-#include "model/simulation.hpp"
 #include "cloned.hpp"
 #include "composed_effects.hpp"
 #include "discrepancy_run.hpp"
 #include "layer_choice.hpp"
+#include "model/simulation.hpp"
 
 namespace battery_sof {
 
 /// Where a battery stands: all that moves, in arithmetic S. What never moves is the stepper's.
 template <typename S>
 struct SimulationState {
-  double time = 0.0;                      ///< [s]
-  std::vector<S> x;                       ///< states, in the composition's order; first u_c2 [V]
-  std::vector<S> discrepancy;                   ///< memory of a discrepancy model, as firstRegressorMemory()
-  S terminal = S(0.0), voltage = S(0.0);  ///< [V], of the battery and as its channel shows it; 0 before the first interval
-  double last_current = 0.0;              ///< [A], at the end of the last interval
-  LayerPace pace;                         ///< of the double layer's steps
-  unsigned intervals = 0;                 ///< since fading numbers were dropped
+  double time = 0.0;  ///< [s]
+  std::vector<S> x;   ///< states, in the composition's order; first u_c2 [V]
+  /// memory of a discrepancy model, as firstRegressorMemory()
+  std::vector<S> discrepancy;
+  /// [V], of the battery and as its channel shows it; 0 before the first interval
+  S terminal = S(0.0), voltage = S(0.0);
+  double last_current = 0.0;  ///< [A], at the end of the last interval
+  LayerPace pace;             ///< of the double layer's steps
+  unsigned intervals = 0;     ///< since fading numbers were dropped
 };
 
-/// Changes every number that carries lanes, and each beside its counterpart in another standing of the same battery.
+/// Changes every number that carries lanes, and each beside its counterpart in another standing of
+/// the same battery.
 template <typename S, typename Change>
 void changeNumbers(SimulationState<S>& to, const Change& change) {
   for (S& x : to.x) change(x);
@@ -36,9 +39,11 @@ void changeNumbers(SimulationState<S>& to, const Change& change) {
   change(to.voltage);
 }
 template <typename S, typename T, typename Change>
-void changeNumbersBeside(SimulationState<S>& to, const SimulationState<T>& from, const Change& change) {
+void changeNumbersBeside(SimulationState<S>& to, const SimulationState<T>& from,
+                         const Change& change) {
   for (std::size_t j = 0; j < to.x.size(); ++j) change(to.x[j], from.x[j]);
-  for (std::size_t j = 0; j < to.discrepancy.size(); ++j) change(to.discrepancy[j], from.discrepancy[j]);
+  for (std::size_t j = 0; j < to.discrepancy.size(); ++j)
+    change(to.discrepancy[j], from.discrepancy[j]);
   change(to.terminal, from.terminal);
   change(to.voltage, from.voltage);
 }
@@ -60,19 +65,22 @@ struct SeenCurrent {
 };
 
 /**
- * @brief A battery that passes through intervals under a held current, in arithmetic S. See Simulation for the method.
+ * @brief A battery that passes through intervals under a held current, in arithmetic S. See
+ * Simulation for the method.
  *
  * Copied with all it is.
  */
 template <typename S>
 class Stepper {
  public:
-  Stepper(std::shared_ptr<const BoundComposition> bound, const ModelPoint& start, const Eigen::Ref<const Eigen::MatrixXd>& seeds)
+  Stepper(std::shared_ptr<const BoundComposition> bound, const ModelPoint& start,
+          const Eigen::Ref<const Eigen::MatrixXd>& seeds)
       : tangents_(seeds.cols()),
         effects_(bound, start.parameters, start.reference_time, seeds),
         layer_(LayerChoice<S>(*bound).underCurrent(bound->tangentsOfLayer(seeds))) {
     now.time = start.time;
-    for (Eigen::Index j = 0; j < start.state.size(); ++j) now.x.push_back(seeded(start.state[j], seeds, start.parameters.size() + j, S()));
+    for (Eigen::Index j = 0; j < start.state.size(); ++j)
+      now.x.push_back(seeded(start.state[j], seeds, start.parameters.size() + j, S()));
     if (!bound->model.discrepancy()) return;
     discrepancy_.emplace(bound->model.discrepancy());
     now.discrepancy = firstRegressorMemory<S>(*bound->model.discrepancy(), start.regressor_memory);
@@ -113,19 +121,24 @@ class Stepper {
     layer_ = LayerChoice<S>(effects_.bound()).behindSource();
   }
 
-  /// One interval under a held current of the battery itself. @param slope [A/s], of the measured current.
+  /// One interval under a held current of the battery itself. @param slope [A/s], of the measured
+  /// current.
   void pass(const S& held, const S& end, double duration, double slope, double end_time) {
     pass(held, end, duration, slope, end_time, {held, end, false});
   }
-  /// @param ramp_pieces in which a current that is linear in time is passed: InputStep::rampPieces().
-  void pass(const S& held, const S& end, double duration, double slope, double end_time, const SeenCurrent<S>& seen, int ramp_pieces = 1) {
+  /// @param ramp_pieces in which a current that is linear in time is passed:
+  /// InputStep::rampPieces().
+  void pass(const S& held, const S& end, double duration, double slope, double end_time,
+            const SeenCurrent<S>& seen, int ramp_pieces = 1) {
     const S before = discrepancy_ ? now.x[0] : S(0.0);
     now.last_current = valueOf(end);
     const S rise = ramp_pieces > 1 ? S((end - held) * (2.0 / duration)) : S(0.0);
     for (double done = 0.0; done < duration;) {
-      const double piece = std::min(pieceOf(duration, done), duration / ramp_pieces), middle = done + 0.5 * piece;
+      const double piece = std::min(pieceOf(duration, done), duration / ramp_pieces),
+                   middle = done + 0.5 * piece;
       done = done + piece < duration * (1.0 - 1e-12) ? done + piece : duration;
-      passPiece(ramp_pieces > 1 ? S(held + rise * (middle - 0.5 * duration)) : held, piece, end_time - duration + done);
+      passPiece(ramp_pieces > 1 ? S(held + rise * (middle - 0.5 * duration)) : held, piece,
+                end_time - duration + done);
     }
     if (++now.intervals == kFadingLooked) {
       now.intervals = 0;
@@ -137,13 +150,17 @@ class Stepper {
     show({end, slope, duration, present});
   }
 
-  /// An interval at whose end u_c2 is known: what is left are effects and force. @param mean of u_c2.  @param present in its middle.
-  void passKnown(const S& current, const S& u_c2, const S& mean, double duration, const Present<S>& present) {
+  /// An interval at whose end u_c2 is known: what is left are effects and force. @param mean of
+  /// u_c2.  @param present in its middle.
+  void passKnown(const S& current, const S& u_c2, const S& mean, double duration,
+                 const Present<S>& present) {
     const double end_time = now.time + duration;
     const S start = now.x[0];
     now.last_current = valueOf(current);
     now.x[0] = u_c2;
-    effects_.advance({current, duration, mean, reactionOf(current, S(u_c2 - start), mean, duration), present}, false, now.x);
+    effects_.advance(
+        {current, duration, mean, reactionOf(current, S(u_c2 - start), mean, duration), present},
+        false, now.x);
     now.time = end_time;
     moveDiscrepancy(start, now.x[0], duration, {current, current, false}, present, now.discrepancy);
     show({current, 0.0, duration, presentAt(end_time)});
@@ -161,7 +178,8 @@ class Stepper {
 
   /// Slope of a discrepancy model after such a step to its end's u_c2 [1]; in arithmetic Slope.
   double discrepancySlope(double i, double duration, double u, const Present<S>& present) {
-    return derivativesOf(discrepancyAfter(S(i), duration, S(u, Eigen::Matrix<double, 1, 1>::Ones()), present))[0];
+    return derivativesOf(
+        discrepancyAfter(S(i), duration, S(u, Eigen::Matrix<double, 1, 1>::Ones()), present))[0];
   }
 
   /// Charge that nobody saw flow [As]: it goes into the effects' balances and moves no voltage.
@@ -173,9 +191,11 @@ class Stepper {
   }
 
  private:
-  static constexpr double kGrowing = 0.005;        // of the time passed
-  static constexpr double kMaxPieces = 8.0;       // of an interval, where nothing asks for fine steps
-  static constexpr unsigned kFadingLooked = 1024;  // intervals; too few to fade from kFaded to what is stuck
+  static constexpr double kGrowing = 0.005;  // of the time passed
+  // of an interval, where nothing asks for fine steps
+  static constexpr double kMaxPieces = 8.0;
+  // intervals; too few to fade from kFaded to what is stuck
+  static constexpr unsigned kFadingLooked = 1024;
 
   static const S& ohmic(const Present<S>& present, const S& current) {
     return valueOf(current) < 0.0 ? present.r_discharge : present.r_charge;
@@ -184,7 +204,8 @@ class Stepper {
 
   /// Terminal voltage at an instant, and what the channel makes of it.
   void show(const Instant<S>& instant) {
-    now.terminal = S(instant.present.u_dc + now.x[0] + ohmic(instant.present, instant.current) * instant.current);
+    now.terminal = S(instant.present.u_dc + now.x[0] +
+                     ohmic(instant.present, instant.current) * instant.current);
     effects_.addVoltages(instant, now.x, now.terminal);
     if (discrepancy_) now.terminal = S(now.terminal + discrepancy_->voltage());
     now.voltage = now.terminal;
@@ -194,8 +215,9 @@ class Stepper {
   /**
    * @brief How far to go at once with `done` of an interval passed.
    *
-   * Where effects act back on others an interval is cut into equal pieces of at most longest_piece. After the first 20 s of a
-   * longer one pieces grow with the time passed: what began with it settles down to slower and slower change.
+   * Where effects act back on others an interval is cut into equal pieces of at most longest_piece.
+   * After the first 20 s of a longer one pieces grow with the time passed: what began with it
+   * settles down to slower and slower change.
    */
   double pieceOf(double duration, double done) const {
     const BoundComposition& bound = effects_.bound();
@@ -211,11 +233,13 @@ class Stepper {
     if (bound.steps_finely) advanceFinely(held, 0.5 * duration, presentAt(middle));
     const Present<S>& present = presentAt(middle);
     const S before = now.x[0];
-    layer_->advance(effects_.parameters().data(), present, held, duration, now.pace, now.x[0], stateAt(bound.activity_state),
-                    stateAt(bound.ladder_state));
+    layer_->advance(effects_.parameters().data(), present, held, duration, now.pace, now.x[0],
+                    stateAt(bound.activity_state), stateAt(bound.ladder_state));
     const S mean = S(0.5 * (before + now.x[0]));
     if (bound.limits_reaction)
-      effects_.advance({held, duration, mean, reactionOf(held, S(now.x[0] - before), mean, duration), present}, false, now.x);
+      effects_.advance(
+          {held, duration, mean, reactionOf(held, S(now.x[0] - before), mean, duration), present},
+          false, now.x);
     else
       effects_.advance({held, duration, mean, held, present}, false, now.x);
     if (bound.steps_finely) advanceFinely(held, 0.5 * duration, present);
@@ -228,17 +252,22 @@ class Stepper {
   /// Mean of what reacted over an interval: what was neither stored nor went past the reaction [A].
   S reactionOf(const S& held, const S& moved, const S& mean, double duration) const {
     const bool is_stored = duration > 0.0 && effects_.bound().ladder_state < 0;
-    return effects_.lessSideCurrents(is_stored ? S(held - effects_.present().c2 * moved * (1.0 / duration)) : held, mean);
+    return effects_.lessSideCurrents(
+        is_stored ? S(held - effects_.present().c2 * moved * (1.0 / duration)) : held, mean);
   }
 
-  /// A discrepancy model, where there is one, over an interval in which u_c2 went from `before` to `end`. @param memory updated.
-  void moveDiscrepancy(const S& before, const S& end, double duration, const SeenCurrent<S>& seen, const Present<S>& present,
-                 std::vector<S>& memory) {
+  /// A discrepancy model, where there is one, over an interval in which u_c2 went from `before` to
+  /// `end`. @param memory updated.
+  void moveDiscrepancy(const S& before, const S& end, double duration, const SeenCurrent<S>& seen,
+                       const Present<S>& present, std::vector<S>& memory) {
     if (!discrepancy_) return;
     const S mean = S(0.5 * (before + end));
     const int first = effects_.bound().discrepancy_parameter;
-    discrepancy_->advance({{duration, seen.end, seen.held, seen.gap, end, present.time}, before, conductanceOf(mean, present), present.c2},
-                    first >= 0 ? effects_.parameters().data() + first : nullptr, memory);
+    discrepancy_->advance({{duration, seen.end, seen.held, seen.gap, end, present.time},
+                           before,
+                           conductanceOf(mean, present),
+                           present.c2},
+                          first >= 0 ? effects_.parameters().data() + first : nullptr, memory);
   }
   /// A discrepancy model after a step under a current [V]; moves nothing.
   const S& discrepancyAfter(const S& i, double duration, const S& u, const Present<S>& present) {
@@ -255,8 +284,10 @@ class Stepper {
     S charging = S(present.i0 * present.reactivity * exp(bounded(S(up * u))));
     if (activity >= 0) charging = S(charging * exp(now.x[static_cast<std::size_t>(activity)]));
     const S discharging = S(present.i0 * exp(bounded(S(-(down * u)))));
-    const S free = S(up * charging + down * discharging), limit = S(1.0 + charging * present.inverse_supply);
-    return S((free - (charging - discharging) * (up * charging * present.inverse_supply) / limit) / limit);
+    const S free = S(up * charging + down * discharging),
+            limit = S(1.0 + charging * present.inverse_supply);
+    return S((free - (charging - discharging) * (up * charging * present.inverse_supply) / limit) /
+             limit);
   }
 
   struct Work {

@@ -27,20 +27,25 @@ const double* derivativesOf(const Dual<N>& x) {
 template <typename S>
 Eigen::VectorXd valuesOf(const std::vector<S>& numbers) {
   Eigen::VectorXd values(static_cast<Eigen::Index>(numbers.size()));
-  for (std::size_t j = 0; j < numbers.size(); ++j) values[static_cast<Eigen::Index>(j)] = valueOf(numbers[j]);
+  for (std::size_t j = 0; j < numbers.size(); ++j)
+    values[static_cast<Eigen::Index>(j)] = valueOf(numbers[j]);
   return values;
 }
 
 /// A number with its row of the seeds.
-inline double seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>&, Eigen::Index, double) { return value; }
+inline double seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>&, Eigen::Index, double) {
+  return value;
+}
 template <int N>
-Dual<N> seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>& seeds, Eigen::Index row, const Dual<N>&) {
+Dual<N> seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>& seeds, Eigen::Index row,
+               const Dual<N>&) {
   Dual<N> x(value);
   if (seeds.cols() > 0) x.derivatives().head(seeds.cols()) = seeds.row(row).transpose();
   return x;
 }
 
-/// Below it nothing has a meaning; further down, numbers that fade away get stuck where the processor is slow.
+/// Below it nothing has a meaning; further down, numbers that fade away get stuck where the
+/// processor is slow.
 inline constexpr double kFaded = 1e-200;
 
 inline void dropFaded(double& x) {

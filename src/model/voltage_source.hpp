@@ -14,8 +14,9 @@ namespace battery_sof {
 /// What a source leaves behind for its next interval.
 template <typename S>
 struct SourceMemory {
-  S current = S(0.0);                   ///< [A], of the last interval
-  double trend = 0.0, move = 0.0;       ///< [A] that the current and [V] that the voltage moved in it
+  S current = S(0.0);  ///< [A], of the last interval
+  /// [A] that the current and [V] that the voltage moved in it
+  double trend = 0.0, move = 0.0;
   double resistance = 0.0, bend = 0.2;  ///< [Ohm] over it; [1/A] as SourceSearch::bend()
 
   struct Work {
@@ -30,20 +31,21 @@ struct SourceMemory {
 };
 
 /**
- * @brief A source of the terminal voltage: finds the current that flows, and moves the battery on under it. In arithmetic S the
- * current follows the lanes as the implicit function's derivative.
+ * @brief A source of the terminal voltage: finds the current that flows, and moves the battery on
+ * under it. In arithmetic S the current follows the lanes as the implicit function's derivative.
  */
 template <typename S>
 class VoltageSource {
  public:
-  VoltageSource(Stepper<S>& battery, SourceMemory<S>& memory) : battery_(battery), now_(battery.now), memory_(memory) {}
+  VoltageSource(Stepper<S>& battery, SourceMemory<S>& memory)
+      : battery_(battery), now_(battery.now), memory_(memory) {}
 
   /// As Simulation::advanceAtVoltage(), to a voltage that may follow the lanes itself.
   double advanceTo(const S& voltage, double duration, double max_current) {
     const BoundComposition& bound = battery_.effects().bound();
     battery_.widen();  // the current's lanes reach the double layer
-    if (bound.limits_reaction && bound.activity_state < 0 && bound.ladder_state < 0 && !bound.steps_finely &&
-        stepAtSource(voltage, duration, max_current))
+    if (bound.limits_reaction && bound.activity_state < 0 && bound.ladder_state < 0 &&
+        !bound.steps_finely && stepAtSource(voltage, duration, max_current))
       return valueOf(memory_.current);
     return advanceBySearch(voltage, duration, max_current);
   }
@@ -59,7 +61,8 @@ class VoltageSource {
   static constexpr int kWidth = Width<S>::value;
   static constexpr double kLastStepByProbe = 1e-5;  // [A], where derivatives are the last trial's
   static constexpr int kMaxRounds = 20;
-  static constexpr double kSettledCurrent = 1e-7;  // [A], and share, by which the last round may have moved it
+  // [A], and share, by which the last round may have moved it
+  static constexpr double kSettledCurrent = 1e-7;
 
   // ------------------------------------------------------------------------------------- one implicit step
 
@@ -73,8 +76,9 @@ class VoltageSource {
   /**
    * @brief One implicit Euler step of double layer and effects.
    *
-   * The current is eliminated: what the other effects and the ohmic resistance make of it is affine in it, or is made so by
-   * Newton's method. @return false, nothing moved, when the current would exceed max_current or is not found.
+   * The current is eliminated: what the other effects and the ohmic resistance make of it is affine
+   * in it, or is made so by Newton's method. @return false, nothing moved, when the current would
+   * exceed max_current or is not found.
    */
   bool stepAtSource(const S& voltage, double duration, double max_current) {
     const double middle = now_.time + duration - 0.5 * duration;
@@ -84,12 +88,16 @@ class VoltageSource {
     const Eliminated found = eliminate(valueOf(voltage), duration, present, slope_present);
     const double i = found.step.current, resistance = found.resistance;
     if (!found.is_found || i > max_current || !std::isfinite(i)) return false;
-    // In arithmetic S one Newton step for (u, i) adds the derivatives: B du - di = -a, du + R di = -b.
+    // In arithmetic S one Newton step for (u, i) adds the derivatives: B du - di = -a, du + R di =
+    // -b.
     const S held(i), u(found.step.u);
-    const S a = battery_.layer().imbalance(battery_.effects().parameters().data(), present, held, duration, now_.x[0], found.step.u);
+    const S a = battery_.layer().imbalance(battery_.effects().parameters().data(), present, held,
+                                           duration, now_.x[0], found.step.u);
     const S b = S(battery_.othersVoltage(held, duration, u, present) + u - voltage);
     // d(voltage) / du, i held
-    const double grip = battery_.discrepancy() ? 1.0 + slopes.discrepancySlope(i, duration, found.step.u, slope_present) : 1.0;
+    const double grip = battery_.discrepancy() ? 1.0 + slopes.discrepancySlope(
+                                                           i, duration, found.step.u, slope_present)
+                                               : 1.0;
     const S du = S((a + b * (1.0 / resistance)) * (-1.0 / (found.step.slope + grip / resistance)));
     const S mean = S(0.5 * (now_.x[0] + u + du));
     memory_.forgetTrend();
@@ -98,7 +106,8 @@ class VoltageSource {
     return true;
   }
 
-  Eliminated eliminate(double voltage, double duration, const Present<S>& present, const Present<Slope>& slope_present) {
+  Eliminated eliminate(double voltage, double duration, const Present<S>& present,
+                       const Present<Slope>& slope_present) {
     Stepper<Slope>& slopes = *work().probe;
     const double before = valueOf(now_.x[0]);
     double i = valueOf(memory_.current);
@@ -106,9 +115,11 @@ class VoltageSource {
     SourceStep& step = found.step;
     for (int k = 0; k < kMaxRounds && !found.is_found; ++k) {
       const Slope others =
-          slopes.othersVoltage(Slope(i, Eigen::Matrix<double, 1, 1>::Ones()), duration, Slope(k > 0 ? step.u : before), slope_present);
+          slopes.othersVoltage(Slope(i, Eigen::Matrix<double, 1, 1>::Ones()), duration,
+                               Slope(k > 0 ? step.u : before), slope_present);
       found.resistance = others.derivatives()[0];
-      step = battery_.layer().atSource(battery_.effects().parameters().data(), present, voltage - others.value() + found.resistance * i,
+      step = battery_.layer().atSource(battery_.effects().parameters().data(), present,
+                                       voltage - others.value() + found.resistance * i,
                                        found.resistance, duration, before);
       found.is_found = std::abs(step.current - i) < kSettledCurrent * (1.0 + std::abs(i));
       i = step.current;
@@ -118,7 +129,8 @@ class VoltageSource {
 
   // ---------------------------------------------------------------------- search for the current that is held
 
-  /// Holds the current that ends at the voltage. Trials go in the probe; the last step of the search is taken in arithmetic S.
+  /// Holds the current that ends at the voltage. Trials go in the probe; the last step of the
+  /// search is taken in arithmetic S.
   double advanceBySearch(const S& voltage, double duration, double max_current) {
     const double wanted = valueOf(voltage), before = now_.last_current;
     const double move = valueOf(now_.terminal) != 0.0 ? wanted - valueOf(now_.terminal) : 0.0;
@@ -134,7 +146,8 @@ class VoltageSource {
       }
       search.take(excess, probeResistance());
       const bool is_last = k + 1 == SourceSearch::kMaxTrials || !std::isfinite(excess);
-      done = is_last ? adopt(voltage, duration, tried, search) : land(voltage, duration, tried, search);
+      done = is_last ? adopt(voltage, duration, tried, search)
+                     : land(voltage, duration, tried, search);
     }
     memory_.bend = search.bend();
     now_.last_current = valueOf(memory_.current);
@@ -146,13 +159,16 @@ class VoltageSource {
 
   /// What flows next: the trend goes on, but for what the voltage moves otherwise than it did.
   double firstCurrent(double move) const {
-    return now_.last_current + memory_.trend + (memory_.resistance > 0.0 ? (move - memory_.move) / memory_.resistance : 0.0);
+    return now_.last_current + memory_.trend +
+           (memory_.resistance > 0.0 ? (move - memory_.move) / memory_.resistance : 0.0);
   }
 
   /// Ends a search where it is about to. @return false, nothing moved, when it has to go on.
   bool land(const S& voltage, double duration, double tried, SourceSearch& search) {
-    if constexpr (std::is_same_v<S, double>) return search.isThere() && adopt(voltage, duration, tried, search);
-    if (battery_.tangents() == kWidth) return search.isThere(kLastStepByProbe) && adopt(voltage, duration, tried, search);
+    if constexpr (std::is_same_v<S, double>)
+      return search.isThere() && adopt(voltage, duration, tried, search);
+    if (battery_.tangents() == kWidth)
+      return search.isThere(kLastStepByProbe) && adopt(voltage, duration, tried, search);
     return search.isNear() && passAlong(voltage, duration, search);
   }
 
@@ -189,14 +205,17 @@ class VoltageSource {
   /// The probe's end with `more` current [A], to first order.
   void takeProbe(double more) {
     const Stepper<Slope>& from = *work().probe;
-    standAs(now_, from.now, [more](const Slope& x) { return x.value() + x.derivatives()[0] * more; });
+    standAs(now_, from.now,
+            [more](const Slope& x) { return x.value() + x.derivatives()[0] * more; });
     if (from.discrepancy()) battery_.setBeyondIdentified(from.discrepancy()->beyond());
   }
 
   /**
-   * @brief The hold in arithmetic S with the current as one lane more: Newton's last step, and the implicit function's derivatives.
+   * @brief The hold in arithmetic S with the current as one lane more: Newton's last step, and the
+   * implicit function's derivatives.
    *
-   * @return false, nothing moved, when that step is longer than a last one may be; `search` goes on from there.
+   * @return false, nothing moved, when that step is longer than a last one may be; `search` goes on
+   * from there.
    */
   bool passAlong(const S& voltage, double duration, SourceSearch& search) {
     if constexpr (std::is_same_v<S, double>) {
@@ -217,7 +236,8 @@ class VoltageSource {
     }
   }
 
-  /// Takes the current's lane up into the others: it is what keeps the terminal at the voltage. @param end [A], of the search.
+  /// Takes the current's lane up into the others: it is what keeps the terminal at the voltage.
+  /// @param end [A], of the search.
   void foldCurrent(const S& held, double end, const S& voltage) {
     const Eigen::Index own = battery_.tangents();
     S follow = S((voltage - now_.terminal) * (1.0 / now_.terminal.derivatives()[own]));
@@ -234,12 +254,15 @@ class VoltageSource {
     changeNumbers(now_, fold);
   }
 
-  /// Lets the current that was solved for follow the lanes so that the terminal voltage stays: the implicit function's
-  /// derivative, by the slopes that the probe has to the current.
+  /// Lets the current that was solved for follow the lanes so that the terminal voltage stays: the
+  /// implicit function's derivative, by the slopes that the probe has to the current.
   void letCurrentFollow(const S& voltage) {
-    const S follow = S((valueOf(now_.terminal) - now_.terminal + voltage - valueOf(voltage)) / probeResistance());
+    const S follow = S((valueOf(now_.terminal) - now_.terminal + voltage - valueOf(voltage)) /
+                       probeResistance());
     memory_.current = S(memory_.current + follow);
-    changeNumbersBeside(now_, work().probe->now, [&](S& x, const Slope& slope) { x = S(x + slope.derivatives()[0] * follow); });
+    changeNumbersBeside(now_, work().probe->now, [&](S& x, const Slope& slope) {
+      x = S(x + slope.derivatives()[0] * follow);
+    });
   }
 
   // ------------------------------------------------------------------------------------------------- the probe
@@ -251,7 +274,9 @@ class VoltageSource {
   /// The same battery in the arithmetic of the solver for the current, as it stands.
   Stepper<Slope>& probe() {
     std::unique_ptr<Stepper<Slope>>& same = work().probe;
-    if (!same) same = std::make_unique<Stepper<Slope>>(battery_.effects().shared(), battery_.point(), Eigen::MatrixXd());
+    if (!same)
+      same = std::make_unique<Stepper<Slope>>(battery_.effects().shared(), battery_.point(),
+                                              Eigen::MatrixXd());
     standAs(same->now, now_, [](const S& x) { return valueOf(x); });
     return *same;
   }

@@ -12,12 +12,13 @@ namespace battery_sof {
 
 /// An event of one kind with what was expected of it.
 struct BaselineSelectorEvent {
-  double time = 0.0;      ///< [s]
-  double at = 0.0;        ///< what it is reported by: a crank's lowest current [A], a charge's mean voltage [V]
+  double time = 0.0;  ///< [s]
+  /// what it is reported by: a crank's lowest current [A], a charge's mean voltage [V]
+  double at = 0.0;
   double duration = 0.0;  ///< [s], of a charge
   double measured = 0.0;  ///< [V] or [A]
   double modelled = 0.0;  ///< the model's answer
-  Interval baseline;         ///< the baseline predictor's, as it comes
+  Interval baseline;      ///< the baseline predictor's, as it comes
 };
 
 /// Mean magnitudes of errors [V] or [A] over the events that a contest remembers.
@@ -30,18 +31,19 @@ struct BaselineScore {
 /// What a question needs to know of a contest.
 struct BaselineSelection {
   BaselineScore score;
-  IntervalCalibration scale;                   ///< of the baseline predictor's intervals
+  IntervalCalibration scale;             ///< of the baseline predictor's intervals
   double least = 0.0, most = 0.0;        ///< of `at`
   double shortest = 0.0, longest = 0.0;  ///< [s], durations
 };
 
 /**
- * @brief A model beside the baseline predictor of its window over one kind of event: which one answers.
+ * @brief A model beside the baseline predictor of its window over one kind of event: which one
+ * answers.
  *
- * Each event is expected by both before it is compared. The last 20 events count, and all of the last 15 min. The baseline
- * predictor answers from when at least 5 events were compared and the model's mean error is more than 1.05 times its own, until
- * it is no longer the larger one. So the answers' error over what is remembered exceeds the baseline predictor's by little more
- * than 5 %.
+ * Each event is expected by both before it is compared. The last 20 events count, and all of the
+ * last 15 min. The baseline predictor answers from when at least 5 events were compared and the
+ * model's mean error is more than 1.05 times its own, until it is no longer the larger one. So the
+ * answers' error over what is remembered exceeds the baseline predictor's by little more than 5 %.
  */
 class BaselineSelector {
  public:
@@ -50,7 +52,8 @@ class BaselineSelector {
   static constexpr int kMinEvents = 5;
   static constexpr double kTolerated = 1.05;
 
-  /// Takes in an event and decides again. @return the baseline interval, scaled as events before this one asked for.
+  /// Takes in an event and decides again. @return the baseline interval, scaled as events before
+  /// this one asked for.
   Interval add(const BaselineSelectorEvent& event);
   /// The clock jumped. @param moved [s], by how much.
   void moveBy(double moved);
@@ -71,17 +74,22 @@ struct BaselineSelections {
 };
 
 /**
- * @brief A model's answer, or the baseline predictor's in its place where that one has been better at such events.
+ * @brief A model's answer, or the baseline predictor's in its place where that one has been better
+ * at such events.
  *
- * Such a crank: of at most 1.25 times the largest current that was compared, after a stop of at most 15 min. Such a charge: at a
- * voltage within 0.5 V of those compared, half to twice as long. Code and validity stay the model's.
+ * Such a crank: of at most 1.25 times the largest current that was compared, after a stop of at
+ * most 15 min. Such a charge: at a voltage within 0.5 V of those compared, half to twice as long.
+ * Code and validity stay the model's.
  *
  * @param answer with numbers, else it is returned as it is.
- * @param blocks of the row that query and answer are of; predictor and standing are of one (FittedModel::series_blocks).
+ * @param blocks of the row that query and answer are of; predictor and standing are of one
+ * (FittedModel::series_blocks).
  */
-CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query, const BaselinePredictor& baseline, const BaselineSelection& selection,
+CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query,
+                        const BaselinePredictor& baseline, const BaselineSelection& selection,
                         double series_blocks = 1.0);
-ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query, const BaselinePredictor& baseline,
+ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query,
+                                const BaselinePredictor& baseline,
                                 const BaselineSelection& selection, double series_blocks = 1.0);
 
 /// The predictor behind baselineCrankMinimum() and baselineChargeCurrent(), in words.

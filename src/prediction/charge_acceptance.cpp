@@ -3,30 +3,34 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/intake.hpp"
 #include "estimation/follower.hpp"
 #include "prediction/event_corrections.hpp"
 #include "prediction/prediction_interval.hpp"
-#include "battery_sof/intake.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
 constexpr double kMaxCurrent = IntakeLimits{}.max_abs_current;  // [A]
-constexpr double kLongest = 3600.0;                              // [s]
-constexpr double kFirstStep = 0.02;                              // [s]
+constexpr double kLongest = 3600.0;                             // [s]
+constexpr double kFirstStep = 0.02;                             // [s]
 constexpr double kGrowth = 1.15;
 constexpr double kSteps = 100.0;  // longest step is t_sof2 / kSteps, at least kFirstStep
 
 void addFault(std::string& faults, bool ok, const char* name, double value, const char* expected) {
-  if (!ok) faults += (faults.empty() ? "" : "; ") + format("%s is %g, expected %s", name, value, expected);
+  if (!ok)
+    faults += (faults.empty() ? "" : "; ") + format("%s is %g, expected %s", name, value, expected);
 }
 
 std::string faultsOf(const ChargeAcceptanceQuery& q) {
   std::string faults;
-  addFault(faults, q.u_boost > 0.0 && q.u_boost <= 100.0, "u_boost [V]", q.u_boost, "above 0, up to 100");
-  addFault(faults, q.t_sof2 > 0.0 && q.t_sof2 <= kLongest, "t_sof2 [s]", q.t_sof2, "above 0, up to 3600");
-  addFault(faults, q.i_limit > 0.0 && q.i_limit <= kMaxCurrent, "i_limit [A]", q.i_limit, "above 0, up to 5000");
+  addFault(faults, q.u_boost > 0.0 && q.u_boost <= 100.0, "u_boost [V]", q.u_boost,
+           "above 0, up to 100");
+  addFault(faults, q.t_sof2 > 0.0 && q.t_sof2 <= kLongest, "t_sof2 [s]", q.t_sof2,
+           "above 0, up to 3600");
+  addFault(faults, q.i_limit > 0.0 && q.i_limit <= kMaxCurrent, "i_limit [A]", q.i_limit,
+           "above 0, up to 5000");
   return faults;
 }
 
@@ -37,26 +41,29 @@ struct VoltageStep {
 };
 
 struct MeanCurrent {
-  double value = 0.0;           // [A]
-  double highest = 0.0;         // [A]
+  double value = 0.0;              // [A]
+  double highest = 0.0;            // [A]
   double beyond_identified = 0.0;  // [V], Simulation::beyondIdentified() at its most
-  Eigen::VectorXd derivatives;  // to the lanes
+  Eigen::VectorXd derivatives;     // to the lanes
 };
 
 /// @param shift [V], added to the voltages, as a function of the time since the start.
 template <typename Shift>
-MeanCurrent meanCurrent(Simulation simulation, const std::vector<VoltageStep>& steps, double i_limit, Shift&& shift) {
+MeanCurrent meanCurrent(Simulation simulation, const std::vector<VoltageStep>& steps,
+                        double i_limit, Shift&& shift) {
   MeanCurrent mean;
   mean.derivatives = Eigen::VectorXd::Zero(simulation.tangents());
   double since = 0.0;
   for (const VoltageStep& step : steps) {
     since += step.duration;
-    const double i = simulation.advanceAtVoltage(step.voltage + shift(since), step.duration, i_limit);
+    const double i =
+        simulation.advanceAtVoltage(step.voltage + shift(since), step.duration, i_limit);
     mean.value += i * step.duration;
     mean.highest = std::max(mean.highest, i);
     mean.beyond_identified = std::max(mean.beyond_identified, simulation.beyondIdentified());
     // At the limit the current does not depend on the battery.
-    if (simulation.tangents() > 0 && i < i_limit) mean.derivatives += simulation.currentDerivatives() * step.duration;
+    if (simulation.tangents() > 0 && i < i_limit)
+      mean.derivatives += simulation.currentDerivatives() * step.duration;
   }
   mean.value = std::min(mean.value / since, i_limit);  // the sum is rounded
   mean.derivatives /= since;
@@ -80,26 +87,35 @@ struct ExpectedCurrent {
   double highest, beyond_identified;
 };
 
-/// Mean current with its interval: the lanes' share, and what a standard deviation of the voltage's error moves it by.
-ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<VoltageStep>& steps, double i_limit) {
+/// Mean current with its interval: the lanes' share, and what a standard deviation of the voltage's
+/// error moves it by.
+ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<VoltageStep>& steps,
+                                double i_limit) {
   const ResidualFilter errors(model);
   const auto expected = [&](double since) { return -errors.forecast(since).mean; };
   const MeanCurrent mean = meanCurrent(uncertainSimulationOf(model), steps, i_limit, expected);
   double duration = 0.0;
   for (const VoltageStep& step : steps) duration += step.duration;
   const double own = model.fit.noise ? model.fit.noise->white_std : model.fit.scores.rmse;
-  const double error = std::sqrt(errors.forecast(0.5 * duration).variance + own * own + std::pow(mean.beyond_identified, 2));
-  const MeanCurrent moved = meanCurrent(simulationOf(model), steps, i_limit, [&](double since) { return expected(since) - error; });
+  const double error = std::sqrt(errors.forecast(0.5 * duration).variance + own * own +
+                                 std::pow(mean.beyond_identified, 2));
+  const MeanCurrent moved = meanCurrent(simulationOf(model), steps, i_limit,
+                                        [&](double since) { return expected(since) - error; });
   const double variance = mean.derivatives.squaredNorm() + std::pow(mean.value - moved.value, 2);
-  const double half = kNinetyPercent * model.intervals.charge_calibration.factor * std::sqrt(variance);
-  return {{mean.value, mean.value - half, std::min(mean.value + half, i_limit)}, mean.highest, mean.beyond_identified};
+  const double half =
+      kNinetyPercent * model.intervals.charge_calibration.factor * std::sqrt(variance);
+  return {{mean.value, mean.value - half, std::min(mean.value + half, i_limit)},
+          mean.highest,
+          mean.beyond_identified};
 }
 
 ChargeEvidence evidenceFor(const FittedModel& model, const ChargeAcceptanceQuery& query) {
-  return chargeEvidence(model.intervals.event_history, query.u_boost / model.fit.series_blocks, query.t_sof2);
+  return chargeEvidence(model.intervals.event_history, query.u_boost / model.fit.series_blocks,
+                        query.t_sof2);
 }
 
-QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query, const ExpectedCurrent& mean) {
+QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
+                   const ExpectedCurrent& mean) {
   QueryRange range;
   range.charges = true;
   range.max_current = mean.highest;
@@ -120,12 +136,17 @@ ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request) {
   return request;
 }
 
-std::string currentSaysNothing(const FittedModel& model, const ChargeAcceptanceQuery& query, const Interval& i_boost) {
-  const double seen = std::max(kCurrentReach * std::max(model.fit.excited.max_current, 0.0), evidenceFor(model, query).typical);
-  return widthSaysNothing(i_boost, std::min(seen, query.i_limit), "A", "the largest charge of window and source");
+std::string currentSaysNothing(const FittedModel& model, const ChargeAcceptanceQuery& query,
+                               const Interval& i_boost) {
+  const double seen = std::max(kCurrentReach * std::max(model.fit.excited.max_current, 0.0),
+                               evidenceFor(model, query).typical);
+  return widthSaysNothing(i_boost, std::min(seen, query.i_limit), "A",
+                          "the largest charge of window and source");
 }
 
-ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, double capacity) {
+ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
+                                               const ChargeAcceptanceQuery& query,
+                                               double capacity) {
   ChargeAcceptanceAnswer answer;
   answer.message = faultsOf(query);
   if (!answer.message.empty()) {
@@ -141,17 +162,21 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model, const C
   const ExpectedCurrent mean = expectedCurrent(model, stepsOf(query, u_boost), query.i_limit);
   // At the source's limit the current is the source's, not the battery's: past charges have no say.
   answer.i_boost = mean.current;
-  if (mean.current.value < query.i_limit) answer.i_boost = correctChargePrediction(model, {u_boost, u_boost, query.t_sof2}, mean.current);
+  if (mean.current.value < query.i_limit)
+    answer.i_boost = correctChargePrediction(model, {u_boost, u_boost, query.t_sof2}, mean.current);
   if (!areNumbers(*answer.i_boost)) return withoutNumbers<ChargeAcceptanceAnswer>();
   for (double* current : {&answer.i_boost->value, &answer.i_boost->lower, &answer.i_boost->upper})
     *current = std::min(*current, query.i_limit);
 
   QueryRange range = rangeOf(model, query, mean);
   range.says_nothing = currentSaysNothing(model, query, *answer.i_boost);
-  answer.message = format("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A", answer.i_boost->value, query.t_sof2,
-                            query.u_boost, answer.i_boost->lower, answer.i_boost->upper);
+  answer.message =
+      format("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A",
+             answer.i_boost->value, query.t_sof2, query.u_boost, answer.i_boost->lower,
+             answer.i_boost->upper);
   if (range.evidence.is_supported)
-    answer.message += format("; %d past charges like it were missed by %.1f A", range.evidence.charges, range.evidence.median_error);
+    answer.message += format("; %d past charges like it were missed by %.1f A",
+                             range.evidence.charges, range.evidence.median_error);
   judge(answer, extrapolationOf(model, range, capacity));
   return answer;
 }
@@ -159,12 +184,14 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model, const C
 namespace {
 
 /// Mean of what a model with a source expects to flow, sample by sample.
-Interval followedCurrent(const FittedModel& model, const Series& series, MissedCrank missed, const std::vector<double>& driving) {
+Interval followedCurrent(const FittedModel& model, const Series& series, MissedCrank missed,
+                         const std::vector<double>& driving) {
   Follower follower(model, true);
   double before = model.state.time, current_before = model.state.current, sum = 0.0, spread = 0.0;
   for (std::size_t n = 0; n < series.size(); ++n) {
     InputSample sample;
-    sample.step = inputStep(before, current_before, series.time[n], series.current[n], gapThreshold(series));
+    sample.step =
+        inputStep(before, current_before, series.time[n], series.current[n], gapThreshold(series));
     sample.step.missed = missed.add(sample.step.duration, series.current[n], true);
     sample.voltage = driving.empty() ? series.voltage[n] : driving[n];
     sample.voltage_controlled = true;
@@ -176,13 +203,15 @@ Interval followedCurrent(const FittedModel& model, const Series& series, MissedC
   }
   const double duration = before - model.state.time;
   const double own = model.fit.scores.current_rmse.value_or(0.0);
-  const double half = kNinetyPercent * model.intervals.charge_calibration.factor * std::hypot(spread / duration, own);
+  const double half = kNinetyPercent * model.intervals.charge_calibration.factor *
+                      std::hypot(spread / duration, own);
   return {sum / duration, sum / duration - half, sum / duration + half};
 }
 
 }  // namespace
 
-MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series, MissedCrank missed, const std::vector<double>& driving) {
+MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series,
+                                   MissedCrank missed, const std::vector<double>& driving) {
   constexpr double kStep = 0.1;  // [s]
   MeanChargeCurrent mean;
   std::vector<VoltageStep> steps;
@@ -208,7 +237,8 @@ MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& serie
   }
   const Interval modelled = followedCurrent(model, series, missed, driving);
   mean.modelled = modelled.value;
-  mean.current = correctChargePrediction(model, {mean.mean_voltage, series.voltage.front(), total}, modelled);
+  mean.current =
+      correctChargePrediction(model, {mean.mean_voltage, series.voltage.front(), total}, modelled);
   return mean;
 }
 

@@ -12,17 +12,21 @@ ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request);
  *
  *     u_b(t) = u_boost  or  i(t) = i_limit,    i_boost = 1/t_sof2 int_0^t_sof2 i dt
  *
- * The current of every step is solved exactly (Simulation::advanceAtVoltage()); steps grow from 20 ms to a hundredth of
- * t_sof2. What the model is expected to miss (ResidualFilter) is taken off the voltage. Interval: the current's own
- * derivatives, and the voltage's error through the current it makes, widened as past charges ask for.
+ * The current of every step is solved exactly (Simulation::advanceAtVoltage()); steps grow from 20
+ * ms to a hundredth of t_sof2. What the model is expected to miss (ResidualFilter) is taken off the
+ * voltage. Interval: the current's own derivatives, and the voltage's error through the current it
+ * makes, widened as past charges ask for.
  *
  * @param model event begins at its saved state.  @param capacity [Ah], nominal, > 0.
  */
-ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, double capacity = 50.0);
+ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
+                                               const ChargeAcceptanceQuery& query,
+                                               double capacity = 50.0);
 
-/// Why an interval of such an answer says nothing: it is as wide as the largest charge of the window (1.25 times), of past charges like
-/// it and of the source; empty when it says something.
-std::string currentSaysNothing(const FittedModel& model, const ChargeAcceptanceQuery& query, const Interval& i_boost);
+/// Why an interval of such an answer says nothing: it is as wide as the largest charge of the
+/// window (1.25 times), of past charges like it and of the source; empty when it says something.
+std::string currentSaysNothing(const FittedModel& model, const ChargeAcceptanceQuery& query,
+                               const Interval& i_boost);
 
 /// A model's mean current at a measured voltage, and the measured one.
 struct MeanChargeCurrent {
@@ -33,15 +37,20 @@ struct MeanChargeCurrent {
 };
 
 /**
- * @brief What a model expects to flow while the voltage is as measured, by the same means as predictChargeAcceptance().
+ * @brief What a model expects to flow while the voltage is as measured, by the same means as
+ * predictChargeAcceptance().
  *
- * A model with a source follows the voltage sample by sample (Follower) and is compared with past charges (correctChargePrediction()).
+ * A model with a source follows the voltage sample by sample (Follower) and is compared with past
+ * charges (correctChargePrediction()).
  *
- * @param series samples after the model's state, not empty; without a source means over at least 0.1 s are taken for a step.
+ * @param series samples after the model's state, not empty; without a source means over at least
+ * 0.1 s are taken for a step.
  * @param missed of the discharge before the charge.
- * @param driving [V], the voltage put right (VoltageRepair), one a sample; empty: as measured. Without a source it is not used.
+ * @param driving [V], the voltage put right (VoltageRepair), one a sample; empty: as measured.
+ * Without a source it is not used.
  */
-MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series, MissedCrank missed = {},
+MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series,
+                                   MissedCrank missed = {},
                                    const std::vector<double>& driving = {});
 
 }  // namespace battery_sof

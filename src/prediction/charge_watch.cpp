@@ -9,7 +9,7 @@ namespace battery_sof {
 namespace {
 
 constexpr double kChargeCurrent = 2.0;  // [A], docs/physics.md#regimes
-constexpr double kMinControlled = 0.9;   // share of samples, as beginningOfCharge()
+constexpr double kMinControlled = 0.9;  // share of samples, as beginningOfCharge()
 
 void append(Series& series, const StreamSample& sample) {
   series.time.push_back(sample.time);
@@ -34,7 +34,8 @@ void ChargeWatch::beginBehind(double current) {
 /// Samples after a charge's last one until its voltage is known.
 std::size_t ChargeWatch::waitsFor(const Fit& fit) { return fit.source ? fit.voltage_lag + 1 : 0; }
 
-std::optional<ChargeComparison> ChargeWatch::add(const StreamSample& sample, const StateTracker& before, double max_gap) {
+std::optional<ChargeComparison> ChargeWatch::add(const StreamSample& sample,
+                                                 const StateTracker& before, double max_gap) {
   const bool is_gap = sample.time - before.state().time > max_gap;
   const auto comparison = finishComplete(sample, before, is_gap);
   judgeLast(before);
@@ -50,7 +51,8 @@ std::optional<ChargeComparison> ChargeWatch::add(const StreamSample& sample, con
   if (sample.time - running_->model.state.time < compare_after_) return comparison;
   complete_ = std::exchange(running_, std::nullopt);
   complete_->own = complete_->samples.size();
-  return waitsFor(complete_->model.fit) == 0 ? compare(*std::exchange(complete_, std::nullopt)) : comparison;
+  return waitsFor(complete_->model.fit) == 0 ? compare(*std::exchange(complete_, std::nullopt))
+                                             : comparison;
 }
 
 bool ChargeWatch::isOver(const StreamSample& sample, const StateTracker& before) const {
@@ -58,15 +60,17 @@ bool ChargeWatch::isOver(const StreamSample& sample, const StateTracker& before)
 }
 
 bool ChargeWatch::begins(const StreamSample& sample, const StateTracker& before) {
-  const bool began = before.hasSource() ? !running_ && discharged_ && sample.current > 0.0 : !charging_;
+  const bool began =
+      before.hasSource() ? !running_ && discharged_ && sample.current > 0.0 : !charging_;
   if (sample.current < kDischargeCurrent) discharged_ = true;
   if (sample.current > 0.0) discharged_ = false;
   charging_ = sample.current > kChargeCurrent;
   return began;
 }
 
-/// The sample before this one was judged since: a charge that it began with the current controlled has not begun, and one with too
-/// much of that is over. The model stands where the voltage before the charge puts it, once that is known.
+/// The sample before this one was judged since: a charge that it began with the current controlled
+/// has not begun, and one with too much of that is over. The model stands where the voltage before
+/// the charge puts it, once that is known.
 void ChargeWatch::judgeLast(const StateTracker& before) {
   if (!running_ || !running_->model.fit.source) return;
   if (before.lastTime() == running_->model.state.time) {
@@ -78,19 +82,27 @@ void ChargeWatch::judgeLast(const StateTracker& before) {
     return;
   }
   const std::size_t passed = running_->samples.size();
-  const double interval = (running_->samples.time.back() - running_->model.state.time) / static_cast<double>(passed);
-  if (passed > 1 && static_cast<double>(passed - running_->controlled) * interval <= (1.0 - kMinControlled) * compare_after_) return;
+  const double interval =
+      (running_->samples.time.back() - running_->model.state.time) / static_cast<double>(passed);
+  if (passed > 1 && static_cast<double>(passed - running_->controlled) * interval <=
+                        (1.0 - kMinControlled) * compare_after_)
+    return;
   running_.reset();
   discharged_ = discharged_ || passed == 1;
 }
 
-std::optional<ChargeComparison> ChargeWatch::finishComplete(const StreamSample& sample, const StateTracker& before, bool is_gap) {
+std::optional<ChargeComparison> ChargeWatch::finishComplete(const StreamSample& sample,
+                                                            const StateTracker& before,
+                                                            bool is_gap) {
   if (!complete_) return std::nullopt;
-  if (complete_->samples.size() == complete_->own && before.isVoltageControlled()) ++complete_->controlled;
+  if (complete_->samples.size() == complete_->own && before.isVoltageControlled())
+    ++complete_->controlled;
   if (!is_gap) append(complete_->samples, sample);
-  if (!is_gap && complete_->samples.size() < complete_->own + waitsFor(complete_->model.fit)) return std::nullopt;
+  if (!is_gap && complete_->samples.size() < complete_->own + waitsFor(complete_->model.fit))
+    return std::nullopt;
   const Charge charge = *std::exchange(complete_, std::nullopt);
-  if (static_cast<double>(charge.controlled) < kMinControlled * static_cast<double>(charge.own)) return std::nullopt;
+  if (static_cast<double>(charge.controlled) < kMinControlled * static_cast<double>(charge.own))
+    return std::nullopt;
   return compare(charge);
 }
 

@@ -3,16 +3,20 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kBlock = 10.0;      // [s]
-constexpr double kLookBack = 300.0;  // [s], of a source's past that its judgement rests on, as inputsOf()
+constexpr double kBlock = 10.0;  // [s]
+// [s], of a source's past that its judgement rests on, as inputsOf()
+constexpr double kLookBack = 300.0;
 
 }  // namespace
 
-ChargerShare::ChargerShare(const ControlModeRule& rule) : seen_(rule.present), watch_(ControlModeDetector(rule)) {}
+ChargerShare::ChargerShare(const ControlModeRule& rule)
+    : seen_(rule.present), watch_(ControlModeDetector(rule)) {}
 
-ChargerShare::ChargerShare(const Series& series, const ControlModes& source) : seen_(source.seen), watch_(ControlModeDetector(source.rule)) {
+ChargerShare::ChargerShare(const Series& series, const ControlModes& source)
+    : seen_(source.seen), watch_(ControlModeDetector(source.rule)) {
   for (std::size_t n = 0; n < series.size(); ++n) {
-    if (series.time[n] >= series.time.back() - kLookBack) watch_->add(series.time[n], series.current[n], series.voltage[n]);
+    if (series.time[n] >= series.time.back() - kLookBack)
+      watch_->add(series.time[n], series.current[n], series.voltage[n]);
     count(series.time[n], source.voltage_controlled[n]);
   }
 }
@@ -45,6 +49,8 @@ std::optional<double> ChargerShare::share() const {
   return static_cast<double>(controlled) / static_cast<double>(samples);
 }
 
-std::optional<double> ChargerShare::until() const { return blocks_.empty() ? std::nullopt : std::optional<double>(blocks_.back().to); }
+std::optional<double> ChargerShare::until() const {
+  return blocks_.empty() ? std::nullopt : std::optional<double>(blocks_.back().to);
+}
 
 }  // namespace battery_sof

@@ -8,7 +8,8 @@
 
 namespace battery_sof {
 
-/// Which share of the samples that are kept has a controlled voltage: judged over a recording at once, then sample by sample.
+/// Which share of the samples that are kept has a controlled voltage: judged over a recording at
+/// once, then sample by sample.
 class ChargerShare {
  public:
   /// Nothing is known of a source.

@@ -8,11 +8,14 @@ namespace battery_sof {
 
 namespace {
 
-double lowest(const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); }
+double lowest(const std::vector<double>& values) {
+  return *std::min_element(values.begin(), values.end());
+}
 
 }  // namespace
 
-std::optional<CrankComparison> CrankWatch::add(const StreamSample& sample, const StateTracker& before, double max_gap) {
+std::optional<CrankComparison> CrankWatch::add(const StreamSample& sample,
+                                               const StateTracker& before, double max_gap) {
   if (model_ && sample.time - before.state().time > max_gap) reset();
   if (sample.current > 0.5 * limits_.crank_current) {
     const auto comparison = model_ ? finish() : std::nullopt;
@@ -45,8 +48,9 @@ std::optional<CrankComparison> CrankWatch::finish() const {
   FittedModel unexperienced = *model_;
   unexperienced.intervals.event_history = {};
   const auto minimum = std::min_element(crank_.voltage.begin(), crank_.voltage.end());
-  return CrankComparison{crank_.time[static_cast<std::size_t>(minimum - crank_.voltage.begin())], lowest(crank_.current), *minimum,
-                         *answer.u_min, predictCranking(unexperienced, query).u_min->value};
+  return CrankComparison{crank_.time[static_cast<std::size_t>(minimum - crank_.voltage.begin())],
+                         lowest(crank_.current), *minimum, *answer.u_min,
+                         predictCranking(unexperienced, query).u_min->value};
 }
 
 }  // namespace battery_sof

@@ -13,13 +13,16 @@ namespace battery_sof {
 /// A finished crank: what was measured, and what the model expected of the current that really
 /// flowed.
 struct CrankComparison {
-  double time = 0.0;                                     ///< [s], of the measured minimum
-  double current = 0.0;                                  ///< [A], of largest magnitude, negative
-  double measured_minimum = 0.0;                         ///< [V]
-  Interval expected_minimum;                             ///< [V], each bound's own minimum over the crank
-  double modelled_minimum = 0.0;                         ///< [V], without what past cranks taught
-  std::optional<Interval> baseline_minimum = std::nullopt;  ///< [V], by the window's baseline predictor; see BaselineSelector
-  bool baseline_answered = false;                           ///< a question before it was answered by that one
+  double time = 0.0;              ///< [s], of the measured minimum
+  double current = 0.0;           ///< [A], of largest magnitude, negative
+  double measured_minimum = 0.0;  ///< [V]
+  /// [V], each bound's own minimum over the crank
+  Interval expected_minimum;
+  double modelled_minimum = 0.0;  ///< [V], without what past cranks taught
+  /// [V], by the window's baseline predictor; see BaselineSelector
+  std::optional<Interval> baseline_minimum = std::nullopt;
+  /// a question before it was answered by that one
+  bool baseline_answered = false;
 };
 
 /**
@@ -37,7 +40,8 @@ class CrankWatch {
    * interval ends nothing: what was collected is dropped.
    * @return the comparison when this sample ends a crank.
    */
-  std::optional<CrankComparison> add(const StreamSample& sample, const StateTracker& before, double max_gap);
+  std::optional<CrankComparison> add(const StreamSample& sample, const StateTracker& before,
+                                     double max_gap);
 
   void reset() { model_.reset(); }
 

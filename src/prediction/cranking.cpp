@@ -3,18 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/intake.hpp"
 #include "prediction/event_corrections.hpp"
 #include "prediction/prediction_interval.hpp"
-#include "battery_sof/intake.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kLongestStop = 86400.0;                         // [s], a day
-constexpr double kLongestCrank = 60.0;                           // [s], no starter survives more
+constexpr double kLongestStop = 86400.0;                        // [s], a day
+constexpr double kLongestCrank = 60.0;                          // [s], no starter survives more
 constexpr double kMaxCurrent = IntakeLimits{}.max_abs_current;  // [A]
-constexpr double kLooks[] = {0.0, 0.05, 0.2, 0.5, 1.0};          // of a crank's time
+constexpr double kLooks[] = {0.0, 0.05, 0.2, 0.5, 1.0};         // of a crank's time
 
 void add(std::string& faults, const std::string& fault) {
   if (fault.empty()) return;
@@ -32,18 +32,22 @@ double highestOf(const CurrentProfile& profile) {
   return profile.empty() ? 0.0 : *std::max_element(profile.current.begin(), profile.current.end());
 }
 
-double lowestCurrent(const CrankingQuery& query) { return query.crank.empty() ? query.i_cranking : lowestOf(query.crank); }
+double lowestCurrent(const CrankingQuery& query) {
+  return query.crank.empty() ? query.i_cranking : lowestOf(query.crank);
+}
 
 /// Charge out of the battery while it stands [Ah].
 double chargeOfStop(const CrankingQuery& query) {
   if (query.load.empty()) return -query.i_load * query.t_stop / 3600.0;
   double charge = -query.load.current.front() * query.load.time.front();
   for (std::size_t n = 1; n < query.load.time.size(); ++n)
-    charge -= 0.5 * (query.load.current[n] + query.load.current[n - 1]) * (query.load.time[n] - query.load.time[n - 1]);
+    charge -= 0.5 * (query.load.current[n] + query.load.current[n - 1]) *
+              (query.load.time[n] - query.load.time[n - 1]);
   return std::abs(charge) / 3600.0;
 }
 
-/// Runs a profile from where the simulation stands; look(simulation, seconds since the beginning) at every point.
+/// Runs a profile from where the simulation stands; look(simulation, seconds since the beginning)
+/// at every point.
 template <typename Look>
 void run(Simulation& simulation, const CurrentProfile& profile, Look&& look) {
   double time_before = 0.0, current_before = profile.current.front();
@@ -79,50 +83,64 @@ CrankingQuery asked(CrankingQuery request) {
 }
 
 std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required) {
-  const std::string text =
-      format("lowest voltage %.2f V, 90 %% between %.2f and %.2f V", answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
+  const std::string text = format("lowest voltage %.2f V, 90 %% between %.2f and %.2f V",
+                                  answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
   if (!u_required) return text + "; no u_required was given to hold it against";
-  return text + format(": %s %.2f V", answer.capable.value_or(false) ? "holds" : "may not hold", *u_required);
+  return text + format(": %s %.2f V", answer.capable.value_or(false) ? "holds" : "may not hold",
+                       *u_required);
 }
 
 std::string faultsOf(const CrankingQuery& q) {
   std::string faults;
   if (q.load.empty()) {
-    addFault(faults, q.i_load <= 0.0 && q.i_load >= -kMaxCurrent, "i_load [A]", q.i_load, "-5000 to 0 (negative: out of the battery)");
-    addFault(faults, q.t_stop >= 0.0 && q.t_stop <= kLongestStop, "t_stop [s]", q.t_stop, "0 to 86400");
+    addFault(faults, q.i_load <= 0.0 && q.i_load >= -kMaxCurrent, "i_load [A]", q.i_load,
+             "-5000 to 0 (negative: out of the battery)");
+    addFault(faults, q.t_stop >= 0.0 && q.t_stop <= kLongestStop, "t_stop [s]", q.t_stop,
+             "0 to 86400");
   }
   if (q.crank.empty()) {
-    addFault(faults, q.i_cranking < 0.0 && q.i_cranking >= -kMaxCurrent, "i_cranking [A]", q.i_cranking,
-             "-5000 to below 0 (negative: out of the battery)");
-    addFault(faults, q.t_cranking > 0.0 && q.t_cranking <= kLongestCrank, "t_cranking [s]", q.t_cranking, "above 0, up to 60");
+    addFault(faults, q.i_cranking < 0.0 && q.i_cranking >= -kMaxCurrent, "i_cranking [A]",
+             q.i_cranking, "-5000 to below 0 (negative: out of the battery)");
+    addFault(faults, q.t_cranking > 0.0 && q.t_cranking <= kLongestCrank, "t_cranking [s]",
+             q.t_cranking, "above 0, up to 60");
   }
   add(faults, faultOf(q.load, "load"));
   add(faults, faultOf(q.crank, "crank"));
-  addFault(faults, q.crank.duration() <= kLongestCrank, "last crank time [s]", q.crank.duration(), "up to 60");
-  if (faults.empty() && !q.crank.empty()) addFault(faults, lowestCurrent(q) < 0.0, "lowest crank current [A]", lowestCurrent(q), "below 0");
-  if (q.u_required) addFault(faults, *q.u_required > 0.0 && *q.u_required <= 100.0, "u_required [V]", *q.u_required, "above 0, up to 100");
+  addFault(faults, q.crank.duration() <= kLongestCrank, "last crank time [s]", q.crank.duration(),
+           "up to 60");
+  if (faults.empty() && !q.crank.empty())
+    addFault(faults, lowestCurrent(q) < 0.0, "lowest crank current [A]", lowestCurrent(q),
+             "below 0");
+  if (q.u_required)
+    addFault(faults, *q.u_required > 0.0 && *q.u_required <= 100.0, "u_required [V]", *q.u_required,
+             "above 0, up to 100");
   return faults;
 }
 
 double crankError(const Fit& fit, double current) {
-  // Without a crank in the window the scores hold the error of normal driving: it grows with the current.
+  // Without a crank in the window the scores hold the error of normal driving: it grows with the
+  // current.
   if (fit.scores.cranks > 0) return fit.scores.crank_error_std;
   const double seen = std::max({-fit.excited.min_current, fit.excited.max_current, 1.0});
   return fit.scores.rmse * std::max(1.0, std::abs(current) / seen);
 }
 
-Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query, double ahead, double* beyond_identified) {
+Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
+                       double ahead, double* beyond_identified) {
   const ResidualFilter errors(model);
   const double own = crankError(model.fit, lowestCurrent(query));
   std::optional<Interval> lowest;
   const auto look = [&](const Simulation& now, double since) {
-    const Interval u = voltageAnswer(now, errors.forecastThrough(ahead + since), own, model.intervals.crank_calibration);
+    const Interval u = voltageAnswer(now, errors.forecastThrough(ahead + since), own,
+                                     model.intervals.crank_calibration);
     if (!lowest || u.value <= lowest->value) lowest = u;
-    if (beyond_identified) *beyond_identified = std::max(*beyond_identified, now.beyondIdentified());
+    if (beyond_identified)
+      *beyond_identified = std::max(*beyond_identified, now.beyondIdentified());
   };
   if (!query.crank.empty()) {
     run(simulation, query.crank, look);
-    return ofSeries(correctCrankPrediction(model, lowestCurrent(query), *lowest), model.fit.series_blocks);
+    return ofSeries(correctCrankPrediction(model, lowestCurrent(query), *lowest),
+                    model.fit.series_blocks);
   }
   double since = 0.0;
   for (const double share : kLooks) {
@@ -131,10 +149,12 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
     since = share * query.t_cranking;
     look(simulation, since);
   }
-  return ofSeries(correctCrankPrediction(model, lowestCurrent(query), *lowest), model.fit.series_blocks);
+  return ofSeries(correctCrankPrediction(model, lowestCurrent(query), *lowest),
+                  model.fit.series_blocks);
 }
 
-CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query, double capacity) {
+CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
+                               double capacity) {
   CrankingAnswer answer;
   answer.message = faultsOf(query);
   if (!answer.message.empty()) {
@@ -153,7 +173,8 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
     run(simulation, query.load, [](const Simulation&, double) {});
   const double t_stop = query.load.empty() ? query.t_stop : query.load.duration();
   QueryRange range = rangeOf(query);
-  answer.u_min = lowestOfCrank(std::move(simulation), model, query, t_stop, &range.beyond_identified);
+  answer.u_min =
+      lowestOfCrank(std::move(simulation), model, query, t_stop, &range.beyond_identified);
   if (!areNumbers(*answer.u_min)) return withoutNumbers<CrankingAnswer>();
   range.answered_voltage = answer.u_min;
   if (query.u_required) answer.capable = answer.u_min->lower >= *query.u_required;

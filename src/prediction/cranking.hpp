@@ -15,28 +15,33 @@ CrankingQuery asked(CrankingQuery request);
  *
  *     u_SOF1 = min over (t_stop, t_stop + t_cranking] of u_b(t),   i = i_load, then i_cranking
  *
- * Under a held current the base model's state moves monotonically, so its minimum stands at one end of the crank: two
- * exact steps. With effects the crank is looked at after 0, 5, 20, 50 and 100 % of its time, a profile at each point.
+ * Under a held current the base model's state moves monotonically, so its minimum stands at one end
+ * of the crank: two exact steps. With effects the crank is looked at after 0, 5, 20, 50 and 100 %
+ * of its time, a profile at each point.
  *
- * The value is the model's plus what ResidualFilter expects it to miss; the interval holds parameters, state, that error
- * and the window's own crank error, widened as the battery's past cranks ask for (voltageAnswer()).
- * valid and the message follow extrapolationOf().
+ * The value is the model's plus what ResidualFilter expects it to miss; the interval holds
+ * parameters, state, that error and the window's own crank error, widened as the battery's past
+ * cranks ask for (voltageAnswer()). valid and the message follow extrapolationOf().
  *
  * @param model    event begins at its saved state.
  * @param capacity [Ah], nominal, > 0.
  */
-CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query, double capacity = 50.0);
+CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
+                               double capacity = 50.0);
 
-/// What an answer's message says: the interval, and whether it holds what is required or that nothing is.
+/// What an answer's message says: the interval, and whether it holds what is required or that
+/// nothing is.
 std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required);
 
 /// @return every fault of a query, as one sentence each; empty when there is none.
 std::string faultsOf(const CrankingQuery& query);
 
-/// Lowest voltage of a crank, of the model's series string, that begins where a simulation stands, `ahead` [s] after the model's state.
-/// @param beyond_identified raised to Simulation::beyondIdentified() of any moment of the crank [V]; may be null.
-Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query, double ahead,
-                       double* beyond_identified = nullptr);
+/// Lowest voltage of a crank, of the model's series string, that begins where a simulation stands,
+/// `ahead` [s] after the model's state.
+/// @param beyond_identified raised to Simulation::beyondIdentified() of any moment of the crank
+/// [V]; may be null.
+Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
+                       double ahead, double* beyond_identified = nullptr);
 
 /// What a crank misses by itself, beyond normal driving [V].
 double crankError(const Fit& fit, double current);

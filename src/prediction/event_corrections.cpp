@@ -11,18 +11,23 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kPenalty = 0.3;                                 // of past cranks' normal equations
-constexpr std::size_t kMinForLine = 4;                         // cranks
-constexpr std::size_t kMinForInterval = 3;                     // events
-constexpr double kChargePenalty = 3.0;                           // of past charges' normal equations
-constexpr std::size_t kMinForRegression = 4;                   // charges
-constexpr double kSameCurrent = 0.5;                             // [A], cranks that end alike end at the sensor's range
-constexpr double kAlikeVoltage = 0.5;                            // [V], of a charge that is another's like
-constexpr double kSupportVoltage = 0.3;                         // [V]
-constexpr double kFloor = 0.02;                                  // [A], an error below it says nothing
+constexpr double kPenalty = 0.3;            // of past cranks' normal equations
+constexpr std::size_t kMinForLine = 4;      // cranks
+constexpr std::size_t kMinForInterval = 3;  // events
+// of past charges' normal equations
+constexpr double kChargePenalty = 3.0;
+constexpr std::size_t kMinForRegression = 4;  // charges
+// [A], cranks that end alike end at the sensor's range
+constexpr double kSameCurrent = 0.5;
+// [V], of a charge that is another's like
+constexpr double kAlikeVoltage = 0.5;
+constexpr double kSupportVoltage = 0.3;  // [V]
+// [A], an error below it says nothing
+constexpr double kFloor = 0.02;
 constexpr double kSupportShare = 0.25, kSupportCurrent = 1.0;  // [1], [A]
 
-/// Half the width in which nine of ten of so few errors lie: their spread as a normal distribution's.
+/// Half the width in which nine of ten of so few errors lie: their spread as a normal
+/// distribution's.
 double halfWidth(const std::vector<double>& errors) {
   double squares = 0.0;
   for (const double error : errors) squares += error * error;
@@ -35,8 +40,9 @@ std::optional<double> endOfRange(const std::vector<PastCrank>& cranks) {
   if (cranks.size() < 2) return std::nullopt;
   double lowest = cranks.front().current;
   for (const PastCrank& crank : cranks) lowest = std::min(lowest, crank.current);
-  const auto there =
-      std::count_if(cranks.begin(), cranks.end(), [&](const PastCrank& crank) { return crank.current < lowest + kSameCurrent; });
+  const auto there = std::count_if(cranks.begin(), cranks.end(), [&](const PastCrank& crank) {
+    return crank.current < lowest + kSameCurrent;
+  });
   return there >= 2 ? std::optional<double>(lowest) : std::nullopt;
 }
 
@@ -50,7 +56,9 @@ class CrankCorrection {
  public:
   /// @param bases [V], one a past crank.
   CrankCorrection(const std::vector<PastCrank>& cranks, const std::vector<double>& bases)
-      : end_(endOfRange(cranks)), A_(kPenalty * Eigen::Matrix3d::Identity()), b_(Eigen::Vector3d::Zero()) {
+      : end_(endOfRange(cranks)),
+        A_(kPenalty * Eigen::Matrix3d::Identity()),
+        b_(Eigen::Vector3d::Zero()) {
     for (std::size_t k = 0; k < cranks.size(); ++k) {
       const Eigen::Vector3d f = featuresOf(cranks[k].current, end_);
       A_ += f * f.transpose();
@@ -71,17 +79,20 @@ class CrankCorrection {
   Eigen::Vector3d b_;
 };
 
-std::vector<PastCharge> alike(const EventHistory& event_history, double voltage, double duration, double reach) {
+std::vector<PastCharge> alike(const EventHistory& event_history, double voltage, double duration,
+                              double reach) {
   std::vector<PastCharge> charges;
   for (const PastCharge& charge : event_history.charges)
-    if (charge.duration <= 2.0 * duration && duration <= 2.0 * charge.duration && std::abs(charge.voltage - voltage) <= reach)
+    if (charge.duration <= 2.0 * duration && duration <= 2.0 * charge.duration &&
+        std::abs(charge.voltage - voltage) <= reach)
       charges.push_back(charge);
   return charges;
 }
 
 /// Median of a number of the charges but one. @param left_out beyond the last: none.
 template <typename Number>
-double medianWithout(const std::vector<PastCharge>& charges, std::size_t left_out, Number&& number) {
+double medianWithout(const std::vector<PastCharge>& charges, std::size_t left_out,
+                     Number&& number) {
   std::vector<double> others;
   for (std::size_t k = 0; k < charges.size(); ++k)
     if (k != left_out) others.push_back(number(charges[k]));
@@ -92,9 +103,12 @@ double missedBy(const PastCharge& charge) { return charge.measured - charge.mode
 
 /// Model and median, each by the inverse of its median error.
 double stackOf(const std::vector<PastCharge>& charges, double modelled, std::size_t left_out) {
-  const double median = medianWithout(charges, left_out, [](const PastCharge& c) { return c.measured; });
-  const double a = medianWithout(charges, left_out, [](const PastCharge& c) { return std::abs(missedBy(c)); });
-  const double b = medianWithout(charges, left_out, [&](const PastCharge& c) { return std::abs(c.measured - median); });
+  const double median =
+      medianWithout(charges, left_out, [](const PastCharge& c) { return c.measured; });
+  const double a =
+      medianWithout(charges, left_out, [](const PastCharge& c) { return std::abs(missedBy(c)); });
+  const double b = medianWithout(
+      charges, left_out, [&](const PastCharge& c) { return std::abs(c.measured - median); });
   const double share = (b + kFloor) / (a + b + 2.0 * kFloor);
   return share * modelled + (1.0 - share) * median;
 }
@@ -104,13 +118,17 @@ Eigen::Vector4d chargeFeatures(double voltage, double first_voltage, double mode
 }
 
 /// What past charges' errors say of a charge's.
-double regressedError(const std::vector<PastCharge>& charges, const ChargeBeginning& at, double modelled, std::size_t left_out) {
-  const double usual = kFloor + medianWithout(charges, left_out, [](const PastCharge& c) { return std::abs(missedBy(c)); });
+double regressedError(const std::vector<PastCharge>& charges, const ChargeBeginning& at,
+                      double modelled, std::size_t left_out) {
+  const double usual = kFloor + medianWithout(charges, left_out, [](const PastCharge& c) {
+                         return std::abs(missedBy(c));
+                       });
   Eigen::Matrix4d A = kChargePenalty * Eigen::Matrix4d::Identity();
   Eigen::Vector4d b = Eigen::Vector4d::Zero();
   for (std::size_t k = 0; k < charges.size(); ++k) {
     if (k == left_out) continue;
-    const Eigen::Vector4d f = chargeFeatures(charges[k].voltage, charges[k].first_voltage, charges[k].modelled);
+    const Eigen::Vector4d f =
+        chargeFeatures(charges[k].voltage, charges[k].first_voltage, charges[k].modelled);
     const double error = missedBy(charges[k]);
     const double weight = std::min(1.0, 2.0 * usual / std::max(std::abs(error), 1e-9));
     A += weight * f * f.transpose();
@@ -119,12 +137,14 @@ double regressedError(const std::vector<PastCharge>& charges, const ChargeBeginn
   return chargeFeatures(at.voltage, at.first_voltage, modelled).dot(A.ldlt().solve(b));
 }
 
-Interval around(double value, const std::vector<double>& errors, const IntervalCalibration& scale, const Interval& otherwise) {
+Interval around(double value, const std::vector<double>& errors, const IntervalCalibration& scale,
+                const Interval& otherwise) {
   if (errors.size() >= kMinForInterval) {
     const double half = scale.factor * halfWidth(errors);
     return {value, value - half, value + half};
   }
-  return {value, value + otherwise.lower - otherwise.value, value + otherwise.upper - otherwise.value};
+  return {value, value + otherwise.lower - otherwise.value,
+          value + otherwise.upper - otherwise.value};
 }
 
 }  // namespace
@@ -143,7 +163,8 @@ std::optional<double> usualVoltage(const std::vector<PastCharge>& charges) {
   return voltages.empty() ? std::nullopt : std::optional<double>(medianOf(std::move(voltages)));
 }
 
-Interval correctCrankPrediction(const FittedModel& model, double current, const Interval& modelled) {
+Interval correctCrankPrediction(const FittedModel& model, double current,
+                                const Interval& modelled) {
   const std::vector<PastCrank>& cranks = model.intervals.event_history.cranks;
   if (cranks.empty()) return modelled;
   std::vector<double> by_model, by_line;
@@ -165,8 +186,10 @@ Interval correctCrankPrediction(const FittedModel& model, double current, const 
   return around(value, errors, model.intervals.crank_calibration, modelled);
 }
 
-Interval correctChargePrediction(const FittedModel& model, const ChargeBeginning& charge, const Interval& modelled) {
-  const std::vector<PastCharge> charges = alike(model.intervals.event_history, charge.voltage, charge.duration, kAlikeVoltage);
+Interval correctChargePrediction(const FittedModel& model, const ChargeBeginning& charge,
+                                 const Interval& modelled) {
+  const std::vector<PastCharge> charges =
+      alike(model.intervals.event_history, charge.voltage, charge.duration, kAlikeVoltage);
   if (charges.size() < kMinForInterval) return modelled;
   const auto answer = [&](const ChargeBeginning& at, double of_model, std::size_t left_out) {
     const double stacked = stackOf(charges, of_model, left_out);
@@ -176,8 +199,10 @@ Interval correctChargePrediction(const FittedModel& model, const ChargeBeginning
   std::vector<double> errors;
   for (std::size_t k = 0; k < charges.size(); ++k)
     errors.push_back(charges[k].measured -
-                     answer({charges[k].voltage, charges[k].first_voltage, charges[k].duration}, charges[k].modelled, k));
-  return around(answer(charge, modelled.value, charges.size()), errors, model.intervals.charge_calibration, modelled);
+                     answer({charges[k].voltage, charges[k].first_voltage, charges[k].duration},
+                            charges[k].modelled, k));
+  return around(answer(charge, modelled.value, charges.size()), errors,
+                model.intervals.charge_calibration, modelled);
 }
 
 ChargeEvidence chargeEvidence(const EventHistory& event_history, double voltage, double duration) {
@@ -191,7 +216,8 @@ ChargeEvidence chargeEvidence(const EventHistory& event_history, double voltage,
   evidence.median_error = medianOf(errors);
   evidence.typical = medianOf(currents);
   evidence.is_supported =
-      evidence.charges >= ChargeEvidence::kLeast && evidence.median_error <= std::max(kSupportShare * evidence.typical, kSupportCurrent);
+      evidence.charges >= ChargeEvidence::kLeast &&
+      evidence.median_error <= std::max(kSupportShare * evidence.typical, kSupportCurrent);
   return evidence;
 }
 

@@ -14,9 +14,10 @@ namespace battery_sof {
  *     u_1 = u_m + w_1' f(i),   u_2 = line(i) + w_2' f(i),   f = [1, clipped, (1 - clipped) (i + 200 A) / 100 A]
  *     u = (u_1 + u_2) / 2 with four past cranks or more, else u_1
  *
- * w by ridge regression (penalty 0.3) on what equations and the baseline line missed of past cranks. clipped: the sensor's end of
- * range, where several past cranks stand; what the terminals see below it is not known. The interval is that of leaving each
- * past crank out, at least three of them; the equations' own otherwise.
+ * w by ridge regression (penalty 0.3) on what equations and the baseline line missed of past
+ * cranks. clipped: the sensor's end of range, where several past cranks stand; what the terminals
+ * see below it is not known. The interval is that of leaving each past crank out, at least three of
+ * them; the equations' own otherwise.
  *
  * @param current  lowest of the crank [A].   @param modelled [V], by the equations, with its interval.
  */
@@ -30,20 +31,23 @@ struct ChargeBeginning {
 };
 
 /**
- * @brief Mean current of a charge's beginning, from model and past charges by what each missed so far.
+ * @brief Mean current of a charge's beginning, from model and past charges by what each missed so
+ * far.
  *
  *     i_1 = w i_m + (1 - w) median,   w = a^-1 / (a^-1 + b^-1)
  *     i_2 = i_m + c' [1, 2 (u_mean - 13 V), 2 (u_first - 13 V), i_m / 10 A - 1]
  *     i = (i_1 + i_2) / 2 with four past charges or more, i_1 with three, else i_m
  *
- * a, b [A]: median errors over the past charges of that duration, of the model and of the median of the others; c by ridge
- * regression (penalty 3) on what the model missed of them, errors beyond twice their median by magnitude. Past charges count
- * that lasted up to twice or down to half as long at a mean voltage within 0.5 V. The interval is that of past errors of the same kind,
- * each charge left out.
+ * a, b [A]: median errors over the past charges of that duration, of the model and of the median of
+ * the others; c by ridge regression (penalty 3) on what the model missed of them, errors beyond
+ * twice their median by magnitude. Past charges count that lasted up to twice or down to half as
+ * long at a mean voltage within 0.5 V. The interval is that of past errors of the same kind, each
+ * charge left out.
  *
  * @param modelled [A], of the model, with its interval.
  */
-Interval correctChargePrediction(const FittedModel& model, const ChargeBeginning& charge, const Interval& modelled);
+Interval correctChargePrediction(const FittedModel& model, const ChargeBeginning& charge,
+                                 const Interval& modelled);
 
 /// What past charges say of a model's answer at a voltage and over a duration.
 struct ChargeEvidence {
@@ -52,7 +56,8 @@ struct ChargeEvidence {
   int charges = 0;            ///< that lasted alike, at a voltage within 0.3 V
   double median_error = 0.0;  ///< [A], of the model
   double typical = 0.0;       ///< [A], median current
-  bool is_supported = false;       ///< three or more, median error at most a quarter of the typical current or 1 A
+  /// three or more, median error at most a quarter of the typical current or 1 A
+  bool is_supported = false;
 };
 
 ChargeEvidence chargeEvidence(const EventHistory& event_history, double voltage, double duration);

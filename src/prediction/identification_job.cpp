@@ -6,30 +6,35 @@
 #include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
 #include "prediction/state_tracker.hpp"
-#include "recording/fit_mask.hpp"
 #include "recording/control_mode.hpp"
+#include "recording/fit_mask.hpp"
 #include "recording/voltage_repair.hpp"
 
 namespace battery_sof {
 
 namespace {
 
-double lengthOf(const IdentificationJob& job) { return job.window_length.value_or(defaultWindowLength(job.series)); }
+double lengthOf(const IdentificationJob& job) {
+  return job.window_length.value_or(defaultWindowLength(job.series));
+}
 
 double openLoopRmse(FittedModel model, const Series& series, IndexRange range, double max_gap) {
   const std::size_t first = range.first;
-  const double voltage = model.fit.source ? repairedVoltage(series, first, model.fit.voltage_lag) : series.voltage[first];
+  const double voltage = model.fit.source ? repairedVoltage(series, first, model.fit.voltage_lag)
+                                          : series.voltage[first];
   setStateFromVoltage(model, series.time[first], series.current[first], voltage);
   StateTracker tracker(model, max_gap);
   tracker.lookBack(series);
   double sum = 0.0;
   for (std::size_t n = first + 1; n < range.last; ++n)
-    if (tracker.follow(series.time[n], series.current[n], series.voltage[n])) sum += std::pow(tracker.error(), 2);
+    if (tracker.follow(series.time[n], series.current[n], series.voltage[n]))
+      sum += std::pow(tracker.error(), 2);
   return std::sqrt(sum / static_cast<double>(range.size()));
 }
 
 /// A model as it follows what lies behind its window, with the events there.
-ModelMonitor followedBehind(const FittedModel& model, const Series& series, const EventLimits& events, double max_gap) {
+ModelMonitor followedBehind(const FittedModel& model, const Series& series,
+                            const EventLimits& events, double max_gap) {
   ModelMonitor followed(events);
   followed.install(model, max_gap);
   followed.lookBack(series);
@@ -66,7 +71,8 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
     carryState(*trial.model, series, series.size() - 1);
   }
   trial.recent_rmse = openLoopRmse(*trial.model, series, window.recent, window.max_gap);
-  if (incumbent) trial.incumbent_rmse = openLoopRmse(*incumbent, series, window.recent, window.max_gap);
+  if (incumbent)
+    trial.incumbent_rmse = openLoopRmse(*incumbent, series, window.recent, window.max_gap);
   return trial;
 }
 
@@ -91,8 +97,8 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
   result.message = choice.message;
   if (!choice.range) return result;
   if (choice.excitation < job.min_window_quality) {
-    result.message = "the best window's window quality of " + std::to_string(choice.excitation) + " is below the required " +
-                     std::to_string(job.min_window_quality);
+    result.message = "the best window's window quality of " + std::to_string(choice.excitation) +
+                     " is below the required " + std::to_string(job.min_window_quality);
     return result;
   }
   const JobWindow window{*choice.range,
@@ -101,8 +107,10 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
                          job.events,
                          instrumentLimits(job.series),
                          chargerControl(job.series)};
-  static_cast<IdentificationTrial&>(result) = tryFit(job.series, window, job.options, job.incumbent);
-  if (job.extended_options) result.extended = tryFit(job.series, window, *job.extended_options, job.extended_incumbent);
+  static_cast<IdentificationTrial&>(result) =
+      tryFit(job.series, window, job.options, job.incumbent);
+  if (job.extended_options)
+    result.extended = tryFit(job.series, window, *job.extended_options, job.extended_incumbent);
   return result;
 }
 

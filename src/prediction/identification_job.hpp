@@ -3,12 +3,12 @@
 #include <optional>
 #include <string>
 
+#include "battery_sof/series.hpp"
 #include "estimation/fitted_model.hpp"
 #include "estimation/identification.hpp"
 #include "prediction/charger_share.hpp"
 #include "prediction/model_monitor.hpp"
 #include "recording/events.hpp"
-#include "battery_sof/series.hpp"
 
 namespace battery_sof {
 
@@ -17,20 +17,23 @@ struct IdentificationJob {
   int epoch = 0;                        ///< which run of the clock the samples belong to
   Series series;                        ///< the buffered samples
   std::optional<double> window_length;  ///< [s]; else defaultWindowLength()
-  double min_window_quality = 0.0;         ///< [0, 1], a window below it is not fitted
+  double min_window_quality = 0.0;      ///< [0, 1], a window below it is not fitted
   IdentifyOptions options;
-  EventLimits events;                               ///< what counts as a crank
-  std::optional<FittedModel> incumbent;             ///< the model in use, to be compared with
-  std::optional<IdentifyOptions> extended_options;  ///< of a second fit to the same window; none: not asked
-  std::optional<FittedModel> extended_incumbent;    ///< what that one is compared with
+  EventLimits events;                    ///< what counts as a crank
+  std::optional<FittedModel> incumbent;  ///< the model in use, to be compared with
+  /// of a second fit to the same window; none: not asked
+  std::optional<IdentifyOptions> extended_options;
+  std::optional<FittedModel> extended_incumbent;  ///< what that one is compared with
 };
 
 /// A fit, and how it compares with the model before it.
 struct IdentificationTrial {
-  std::optional<FittedModel> model;  ///< state at the series' last sample; none when no window could be fitted
-  std::string message;               ///< one sentence
-  /// The same model as it followed the samples behind its window, with the events that passed there; only where its source
-  /// drives it: else there is nothing that another model's events do not say.
+  /// state at the series' last sample; none when no window could be fitted
+  std::optional<FittedModel> model;
+  std::string message;  ///< one sentence
+  /// The same model as it followed the samples behind its window, with the events that passed
+  /// there; only where its source drives it: else there is nothing that another model's events do
+  /// not say.
   std::optional<ModelMonitor> followed;
   double recent_rmse = 0.0;              ///< [V], of the model over the most recent window
   std::optional<double> incumbent_rmse;  ///< [V], of the incumbent over the same samples
@@ -40,7 +43,7 @@ struct IdentificationTrial {
 struct IdentificationResult : IdentificationTrial {
   int epoch = 0;
   double max_gap = 0.0;                         ///< [s], gapThreshold() of the series
-  ChargerShare source;                           ///< over the series
+  ChargerShare source;                          ///< over the series
   std::optional<IdentificationTrial> extended;  ///< of job.extended_options
 };
 
@@ -48,10 +51,11 @@ struct IdentificationResult : IdentificationTrial {
 IndexRange recentWindow(const Series& series, double length);
 
 /**
- * @brief Chooses a window, fits it (with the extended composition too, if asked) and carries the state to the series' last
- * sample. Reads and changes nothing else.
+ * @brief Chooses a window, fits it (with the extended composition too, if asked) and carries the
+ * state to the series' last sample. Reads and changes nothing else.
  *
- * A model that a source's voltage drives keeps past events (EventHistory): those of its window, and of the samples behind it.
+ * A model that a source's voltage drives keeps past events (EventHistory): those of its window, and
+ * of the samples behind it.
  *
  * Both models' errors over recentWindow() are open-loop runs that start from the measured voltage
  * of its first samples, so neither profits from having been there.

@@ -12,8 +12,9 @@ std::string faultOf(const std::vector<double>& side, const char* name) {
 
 /// Fills a map, or says why not.
 template <typename Map, typename Ask>
-Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name, const std::vector<double>& columns,
-           const char* column_name, const WorkWatch& watch, Ask&& ask) {
+Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name,
+           const std::vector<double>& columns, const char* column_name, const WorkWatch& watch,
+           Ask&& ask) {
   Map map;
   map.message = faultOf(rows, row_name);
   if (map.message.empty()) map.message = faultOf(columns, column_name);
@@ -29,9 +30,11 @@ Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name
   const std::size_t cells = rows.size() * columns.size();
   for (const double row : rows)
     for (const double column : columns) {
-      const std::string why_end = watch ? watch(static_cast<double>(map.answers.size()) / static_cast<double>(cells)) : "";
+      const std::string why_end =
+          watch ? watch(static_cast<double>(map.answers.size()) / static_cast<double>(cells)) : "";
       if (!why_end.empty()) {
-        map.message = format("%zu of %zu answers were there when ", map.answers.size(), cells) + why_end;
+        map.message =
+            format("%zu of %zu answers were there when ", map.answers.size(), cells) + why_end;
         map.code = AnswerCode::kInvalidQuery;
         map.answers.clear();
         return map;
@@ -67,33 +70,42 @@ std::size_t takeMap(MapVerdict& verdict, const std::optional<Map>& map) {
 
 }  // namespace
 
-MapVerdict verdictOf(const std::optional<CrankingMap>& cranking, const std::optional<ChargeAcceptanceMap>& charge) {
+MapVerdict verdictOf(const std::optional<CrankingMap>& cranking,
+                     const std::optional<ChargeAcceptanceMap>& charge) {
   MapVerdict verdict;
   const std::size_t answers = takeMap(verdict, cranking) + takeMap(verdict, charge);
-  if (!cranking && !charge) verdict = {AnswerCode::kInvalidQuery, "nothing is asked, expected i_load and t_stop, or u_boost and t_sof2"};
+  if (!cranking && !charge)
+    verdict = {AnswerCode::kInvalidQuery,
+               "nothing is asked, expected i_load and t_stop, or u_boost and t_sof2"};
   if (verdict.code == AnswerCode::kOk) verdict.message = format("%zu answers", answers);
   return verdict;
 }
 
-CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query, const std::vector<double>& i_load,
-                        const std::vector<double>& t_stop, double capacity, const WorkWatch& watch) {
-  return filled<CrankingMap>(model.fit, i_load, "i_load", t_stop, "t_stop", watch, [&](double load, double stop) {
-    CrankingQuery one = query;
-    one.load = {};
-    one.i_load = load;
-    one.t_stop = stop;
-    return predictCranking(model, one, capacity);
-  });
+CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query,
+                        const std::vector<double>& i_load, const std::vector<double>& t_stop,
+                        double capacity, const WorkWatch& watch) {
+  return filled<CrankingMap>(model.fit, i_load, "i_load", t_stop, "t_stop", watch,
+                             [&](double load, double stop) {
+                               CrankingQuery one = query;
+                               one.load = {};
+                               one.i_load = load;
+                               one.t_stop = stop;
+                               return predictCranking(model, one, capacity);
+                             });
 }
 
-ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model, const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
-                                        const std::vector<double>& t_sof2, double capacity, const WorkWatch& watch) {
-  return filled<ChargeAcceptanceMap>(model.fit, u_boost, "u_boost", t_sof2, "t_sof2", watch, [&](double voltage, double duration) {
-    ChargeAcceptanceQuery one = query;
-    one.u_boost = voltage;
-    one.t_sof2 = duration;
-    return predictChargeAcceptance(model, one, capacity);
-  });
+ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model,
+                                        const ChargeAcceptanceQuery& query,
+                                        const std::vector<double>& u_boost,
+                                        const std::vector<double>& t_sof2, double capacity,
+                                        const WorkWatch& watch) {
+  return filled<ChargeAcceptanceMap>(model.fit, u_boost, "u_boost", t_sof2, "t_sof2", watch,
+                                     [&](double voltage, double duration) {
+                                       ChargeAcceptanceQuery one = query;
+                                       one.u_boost = voltage;
+                                       one.t_sof2 = duration;
+                                       return predictChargeAcceptance(model, one, capacity);
+                                     });
 }
 
 }  // namespace battery_sof

@@ -20,8 +20,8 @@ struct Errors {
   bool judged() const { return samples >= kFewestSamples; }
 };
 
-Errors errorsOf(const std::vector<double>& measured, const std::vector<double>& predicted, IndexRange range,
-                const std::vector<char>& voltage_controlled, bool of_voltage) {
+Errors errorsOf(const std::vector<double>& measured, const std::vector<double>& predicted,
+                IndexRange range, const std::vector<char>& voltage_controlled, bool of_voltage) {
   Errors errors;
   double sum = 0.0;
   const auto each = [&](auto visit) {
@@ -52,8 +52,8 @@ std::optional<double> shareOf(const Errors& errors, bool is_predicted) {
   return percent(errors.squares / errors.variance, errors.samples);
 }
 
-std::optional<double> combined(const Errors& current, std::optional<double> current_share, const Errors& voltage,
-                               std::optional<double> voltage_share) {
+std::optional<double> combined(const Errors& current, std::optional<double> current_share,
+                               const Errors& voltage, std::optional<double> voltage_share) {
   const bool missing = (current.judged() && !current_share) || (voltage.judged() && !voltage_share);
   if (missing || (!current_share && !voltage_share)) return std::nullopt;
   double relative = 0.0;
@@ -63,17 +63,21 @@ std::optional<double> combined(const Errors& current, std::optional<double> curr
 }
 
 /// Mean over samples; the measured current where the current is controlled.
-double meanCurrent(const Series& series, IndexRange range, IndexRange samples, const std::vector<char>& voltage_controlled,
+double meanCurrent(const Series& series, IndexRange range, IndexRange samples,
+                   const std::vector<char>& voltage_controlled,
                    const std::vector<double>& predicted) {
   double sum = 0.0;
-  for (std::size_t k = samples.first; k < samples.last; ++k) sum += voltage_controlled[k] ? predicted[k - range.first] : series.current[k];
+  for (std::size_t k = samples.first; k < samples.last; ++k)
+    sum += voltage_controlled[k] ? predicted[k - range.first] : series.current[k];
   return sum / static_cast<double>(samples.size());
 }
 
-ChargeScore scoreCharge(const Series& series, IndexRange range, IndexRange samples, const std::vector<char>& voltage_controlled,
+ChargeScore scoreCharge(const Series& series, IndexRange range, IndexRange samples,
+                        const std::vector<char>& voltage_controlled,
                         const MixedPrediction& predicted) {
   const auto mean = [&](const std::vector<double>& values) {
-    return meanCurrent(series, range, samples, voltage_controlled, values.empty() ? predicted.current : values);
+    return meanCurrent(series, range, samples, voltage_controlled,
+                       values.empty() ? predicted.current : values);
   };
   ChargeScore score;
   score.time = series.time[samples.first];
@@ -83,36 +87,46 @@ ChargeScore scoreCharge(const Series& series, IndexRange range, IndexRange sampl
   }
   score.first_voltage = series.voltage[samples.first];
   score.measured /= static_cast<double>(samples.size());
-  score.predicted = {mean(predicted.current), mean(predicted.current_lower), mean(predicted.current_upper)};
+  score.predicted = {mean(predicted.current), mean(predicted.current_lower),
+                     mean(predicted.current_upper)};
   return score;
 }
 
-void requireSizes(const Series& series, IndexRange range, const std::vector<char>& voltage_controlled, const MixedPrediction& predicted) {
+void requireSizes(const Series& series, IndexRange range,
+                  const std::vector<char>& voltage_controlled, const MixedPrediction& predicted) {
   const bool in_series = range.first < range.last && range.last <= series.size();
   bool fits = in_series && voltage_controlled.size() == series.size();
-  for (const auto* values : {&predicted.current, &predicted.current_lower, &predicted.current_upper, &predicted.voltage,
-                             &predicted.voltage_lower, &predicted.voltage_upper})
+  for (const auto* values :
+       {&predicted.current, &predicted.current_lower, &predicted.current_upper, &predicted.voltage,
+        &predicted.voltage_lower, &predicted.voltage_upper})
     fits = fits && (values->empty() || values->size() == range.size());
   if (fits) return;
-  throw std::invalid_argument("scoreMixed: range " + std::to_string(range.first) + " to " + std::to_string(range.last) + " of " +
-                              std::to_string(series.size()) + " samples, a mask of " + std::to_string(voltage_controlled.size()) + ", " +
-                              std::to_string(predicted.current.size()) + " currents and " + std::to_string(predicted.voltage.size()) +
-                              " voltages");
+  throw std::invalid_argument("scoreMixed: range " + std::to_string(range.first) + " to " +
+                              std::to_string(range.last) + " of " + std::to_string(series.size()) +
+                              " samples, a mask of " + std::to_string(voltage_controlled.size()) +
+                              ", " + std::to_string(predicted.current.size()) + " currents and " +
+                              std::to_string(predicted.voltage.size()) + " voltages");
 }
 
 }  // namespace
 
-MixedScores scoreMixed(const Series& series, IndexRange range, const std::vector<char>& voltage_controlled, const MixedPrediction& predicted) {
+MixedScores scoreMixed(const Series& series, IndexRange range,
+                       const std::vector<char>& voltage_controlled,
+                       const MixedPrediction& predicted) {
   requireSizes(series, range, voltage_controlled, predicted);
   const bool has_current = !predicted.current.empty(), has_voltage = !predicted.voltage.empty();
-  const Errors current = errorsOf(series.current, predicted.current, range, voltage_controlled, true);
-  const Errors voltage = errorsOf(series.voltage, predicted.voltage, range, voltage_controlled, false);
+  const Errors current =
+      errorsOf(series.current, predicted.current, range, voltage_controlled, true);
+  const Errors voltage =
+      errorsOf(series.voltage, predicted.voltage, range, voltage_controlled, false);
   MixedScores scores;
   scores.current_share_percent = shareOf(current, has_current);
   scores.voltage_share_percent = shareOf(voltage, has_voltage);
-  scores.share_percent = combined(current, scores.current_share_percent, voltage, scores.voltage_share_percent);
+  scores.share_percent =
+      combined(current, scores.current_share_percent, voltage, scores.voltage_share_percent);
   if (!has_current) return scores;
-  if (current.samples > 0) scores.current_rmse = std::sqrt(current.squares / static_cast<double>(current.samples));
+  if (current.samples > 0)
+    scores.current_rmse = std::sqrt(current.squares / static_cast<double>(current.samples));
   for (const std::size_t first : chargeBeginnings(series, range, voltage_controlled))
     for (const double duration : kDurations) {
       const auto samples = beginningOfCharge(series, range, first, duration, voltage_controlled);

@@ -3,16 +3,17 @@
 #include <optional>
 #include <vector>
 
-#include "prediction/answer.hpp"
 #include "battery_sof/series.hpp"
+#include "prediction/answer.hpp"
 
 namespace battery_sof {
 
-/// A prediction in the mixed direction, one value a sample of a range; the mask reports which of the
-/// two quantities counts.
+/// A prediction in the mixed direction, one value a sample of a range; the mask reports which of
+/// the two quantities counts.
 struct MixedPrediction {
   std::vector<double> current, current_lower,
-      current_upper;                                          ///< [A]; empty when no current is predicted; bounds may be empty
+      /// [A]; empty when no current is predicted; bounds may be empty
+      current_upper;
   std::vector<double> voltage, voltage_lower, voltage_upper;  ///< [V], the same
 };
 
@@ -22,7 +23,8 @@ struct ChargeScore {
   double duration = 0.0;                           ///< [s], 10 or 60
   double measured = 0.0;                           ///< [A]
   double mean_voltage = 0.0, first_voltage = 0.0;  ///< [V]
-  Interval predicted;                              ///< [A]; bounds are means of bounds, the value itself where none are given
+  /// [A]; bounds are means of bounds, the value itself where none are given
+  Interval predicted;
 };
 
 /// How a prediction in the mixed direction compares with what was measured.
@@ -48,6 +50,8 @@ struct MixedScores {
  * @return numbers that a quantity without prediction, or without spread, would enter are none.
  * @throws std::invalid_argument when sizes do not fit, or range is empty or outside the series.
  */
-MixedScores scoreMixed(const Series& series, IndexRange range, const std::vector<char>& voltage_controlled, const MixedPrediction& predicted);
+MixedScores scoreMixed(const Series& series, IndexRange range,
+                       const std::vector<char>& voltage_controlled,
+                       const MixedPrediction& predicted);
 
 }  // namespace battery_sof

@@ -56,7 +56,8 @@ void ModelMonitor::moveTo(const StreamSample& first, double moved, double max_ga
   tracker_->setCalibrations(crank_calibration_, charge_calibration_);
 }
 
-void ModelMonitor::setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge) {
+void ModelMonitor::setCalibrations(const IntervalCalibration& crank,
+                                   const IntervalCalibration& charge) {
   crank_calibration_ = crank;
   charge_calibration_ = charge;
   if (tracker_) tracker_->setCalibrations(crank, charge);
@@ -69,7 +70,8 @@ SessionEvents ModelMonitor::follow(const StreamSample& sample, double max_gap) {
   const bool settled = tracker_->follow(sample.time, sample.current, sample.voltage);
   if (settled && !tracker_->last().voltage_controlled)
     compared_.push_back({tracker_->lastTime(), tracker_->lastVoltage(), tracker_->last().voltage});
-  while (!compared_.empty() && compared_.front().time < sample.time - kBacktestSpan) compared_.pop_front();
+  while (!compared_.empty() && compared_.front().time < sample.time - kBacktestSpan)
+    compared_.pop_front();
   return events;
 }
 
@@ -79,7 +81,9 @@ SessionEvents ModelMonitor::watch(const StreamSample& sample, double max_gap) {
     compareWithBaseline(*crank);
     events.cranks.push_back(*crank);
     update(crank_calibration_, crank->measured_minimum, crank->expected_minimum);
-    if (model_->fit.source) tracker_->updateFrom(PastCrank{crank->time, crank->current, crank->measured_minimum, crank->modelled_minimum});
+    if (model_->fit.source)
+      tracker_->updateFrom(
+          PastCrank{crank->time, crank->current, crank->measured_minimum, crank->modelled_minimum});
   }
   if (auto charge = charge_watch_.add(sample, *tracker_, max_gap)) {
     compareWithBaseline(*charge, charge_selector_);
@@ -99,28 +103,35 @@ SessionEvents ModelMonitor::watch(const StreamSample& sample, double max_gap) {
 
 void ModelMonitor::updateFrom(const ChargeComparison& charge) {
   if (!model_->fit.source) return;
-  tracker_->updateFrom(PastCharge{charge.time, charge.duration, charge.mean_voltage, charge.first_voltage, charge.measured_current,
-                                 charge.modelled_current});
+  tracker_->updateFrom(PastCharge{charge.time, charge.duration, charge.mean_voltage,
+                                  charge.first_voltage, charge.measured_current,
+                                  charge.modelled_current});
 }
 
 void ModelMonitor::compareWithBaseline(CrankComparison& crank) {
   const auto baseline = baselineCrankMinimum(model_->fit.baseline, crank.current);
   if (!baseline) return;
   crank.baseline_answered = crank_selector_.isBaselineSelected();
-  crank.baseline_minimum = crank_selector_.add(
-      {crank.time, crank.current, 0.0, crank.measured_minimum, crank.expected_minimum.value, {baseline->value, baseline->lower, baseline->upper}});
+  crank.baseline_minimum =
+      crank_selector_.add({crank.time,
+                           crank.current,
+                           0.0,
+                           crank.measured_minimum,
+                           crank.expected_minimum.value,
+                           {baseline->value, baseline->lower, baseline->upper}});
 }
 
 void ModelMonitor::compareWithBaseline(ChargeComparison& charge, BaselineSelector& selector) const {
-  const auto baseline = baselineChargeCurrent(model_->fit.baseline, charge.mean_voltage, charge.duration);
+  const auto baseline =
+      baselineChargeCurrent(model_->fit.baseline, charge.mean_voltage, charge.duration);
   if (!baseline) return;
   charge.baseline_answered = selector.isBaselineSelected();
   charge.baseline_current = selector.add({charge.time,
-                                      charge.mean_voltage,
-                                      charge.duration,
-                                      charge.measured_current,
-                                      charge.expected_current.value,
-                                      {baseline->value, baseline->lower, baseline->upper}});
+                                          charge.mean_voltage,
+                                          charge.duration,
+                                          charge.measured_current,
+                                          charge.expected_current.value,
+                                          {baseline->value, baseline->lower, baseline->upper}});
 }
 
 std::optional<double> ModelMonitor::chargeVoltage() const {

@@ -4,10 +4,10 @@
 #include <optional>
 #include <vector>
 
+#include "prediction/baseline_selector.hpp"
 #include "prediction/charge_watch.hpp"
 #include "prediction/crank_watch.hpp"
 #include "prediction/interval_calibration.hpp"
-#include "prediction/baseline_selector.hpp"
 #include "prediction/sample_stream.hpp"
 #include "prediction/state_tracker.hpp"
 
@@ -15,8 +15,9 @@ namespace battery_sof {
 
 /// How a model has done since it was accepted.
 struct BacktestScore {
-  std::optional<double> q_dyn_percent;  ///< paper, eq. 6, open loop; none until the voltage has varied
-  double duration = 0.0;                ///< [s], from the first to the last sample compared
+  /// paper, eq. 6, open loop; none until the voltage has varied
+  std::optional<double> q_dyn_percent;
+  double duration = 0.0;  ///< [s], from the first to the last sample compared
 };
 
 /// What ended with a sample and was compared with the model's expectation.
@@ -29,8 +30,8 @@ struct SessionEvents {
  * @brief A model that follows the samples: its state, its rolling back-test, and the cranks and
  * charges that it was compared with.
  *
- * Watches, interval scales and the contests with the baseline predictors outlive a model: they are the
- * composition's past. Copyable; a copy goes on by itself.
+ * Watches, interval scales and the contests with the baseline predictors outlive a model: they are
+ * the composition's past. Copyable; a copy goes on by itself.
  */
 class ModelMonitor {
  public:
@@ -38,18 +39,20 @@ class ModelMonitor {
 
   static constexpr std::size_t kChargesKept = 20;  ///< whose voltage is kept
 
-  static constexpr double kLongCharge = 60.0;  ///< [s], charges that a model with a source is compared over beside 10 s
+  /// [s], charges that a model with a source is compared over beside 10 s
+  static constexpr double kLongCharge = 60.0;
 
   explicit ModelMonitor(const EventLimits& limits);
 
   /// Takes a model in the place of the one before; the back-test begins again. @param max_gap [s],
   /// longest interval joined.
   void install(const FittedModel& model, double max_gap);
-  /// Takes a model that already followed samples in another one: its state, and events that are under way. Its scales, contests
-  /// and back-test stay behind. @param model the same with what its caller knows of it.
+  /// Takes a model that already followed samples in another one: its state, and events that are
+  /// under way. Its scales, contests and back-test stay behind. @param model the same with what its
+  /// caller knows of it.
   void goOnAs(const ModelMonitor& other, const FittedModel& model);
-  /// Shows the samples up to the model's state, right after install(): by them a source is judged, and a charge under way at the
-  /// state is not taken for one that begins behind it.
+  /// Shows the samples up to the model's state, right after install(): by them a source is judged,
+  /// and a charge under way at the state is not taken for one that begins behind it.
   void lookBack(const Series& series);
   bool holdsModel() const { return tracker_.has_value(); }
 
@@ -72,23 +75,30 @@ class ModelMonitor {
   const FittedModel& accepted() const { return *model_; }  ///< as it was installed
   FittedModel now() const { return tracker_->modelNow(); }
   const FollowedSample& last() const { return tracker_->last(); }
-  bool isVoltageControlled() const { return tracker_ && tracker_->isVoltageControlled(); }  ///< wants none
-  bool isCompared() const { return tracker_ && tracker_->hasSettled(); }        ///< error() says something; wants none
-  double error() const { return tracker_->error(); }                            ///< [V], see StateTracker::error()
-  double lastTime() const { return tracker_->lastTime(); }                      ///< [s], of last()
-  double stateTime() const { return tracker_->state().time; }                   ///< [s]
+  /// wants none
+  bool isVoltageControlled() const { return tracker_ && tracker_->isVoltageControlled(); }
+  /// error() says something; wants none
+  bool isCompared() const { return tracker_ && tracker_->hasSettled(); }
+  /// [V], see StateTracker::error()
+  double error() const { return tracker_->error(); }
+  double lastTime() const { return tracker_->lastTime(); }     ///< [s], of last()
+  double stateTime() const { return tracker_->state().time; }  ///< [s]
   /// [s], end of the model's window on the present clock.
   double fittedUntil() const { return fitted_until_; }
 
   BacktestScore backtest() const;
-  /// @return [V] at which the battery was charged lately: median over the past charges that the model knows, else over those that
-  /// passed; none where none was seen.
+  /// @return [V] at which the battery was charged lately: median over the past charges that the
+  /// model knows, else over those that passed; none where none was seen.
   std::optional<double> chargeVoltage() const;
 
   const BaselineSelector& crankSelector() const { return crank_selector_; }
   const BaselineSelector& chargeSelector() const { return charge_selector_; }
-  const BaselineSelector& longChargeSelector() const { return long_charge_selector_; }  ///< over kLongCharge
-  BaselineSelections selections() const { return {crank_selector_.selection(), charge_selector_.selection(), long_charge_selector_.selection()}; }
+  /// over kLongCharge
+  const BaselineSelector& longChargeSelector() const { return long_charge_selector_; }
+  BaselineSelections selections() const {
+    return {crank_selector_.selection(), charge_selector_.selection(),
+            long_charge_selector_.selection()};
+  }
 
  private:
   /// One compared instant of the back-test.

@@ -16,9 +16,13 @@ constexpr double kNegligibleCurrent = 1.25;    // [A]
 
 double meanOf(double sum, int count) { return count > 0 ? sum / count : 0.0; }
 
-double errorOf(const CrankComparison& crank) { return std::abs(crank.measured_minimum - crank.expected_minimum.value); }
+double errorOf(const CrankComparison& crank) {
+  return std::abs(crank.measured_minimum - crank.expected_minimum.value);
+}
 
-double errorOf(const ChargeComparison& charge) { return std::abs(charge.measured_current - charge.expected_current.value); }
+double errorOf(const ChargeComparison& charge) {
+  return std::abs(charge.measured_current - charge.expected_current.value);
+}
 
 }  // namespace
 
@@ -41,8 +45,9 @@ bool ModelSelector::Errors::isExtendedWorse(double negligible) const {
 
 double ModelSelector::blockOf(double time) { return std::floor(time / kBlock); }
 
-void ModelSelector::add(const StreamSample& sample, const ModelMonitor& base, const SessionEvents& base_events, const ModelMonitor& extended,
-                  const SessionEvents& extended_events) {
+void ModelSelector::add(const StreamSample& sample, const ModelMonitor& base,
+                        const SessionEvents& base_events, const ModelMonitor& extended,
+                        const SessionEvents& extended_events) {
   const double interval = blocks_.empty() ? 0.0 : sample.time - blocks_.back().to;
   if (blocks_.empty() || blockOf(sample.time) != blockOf(blocks_.back().from)) {
     if (score().duration >= kMinDuration) extended_answers_ = isExtendedBetter();
@@ -52,7 +57,8 @@ void ModelSelector::add(const StreamSample& sample, const ModelMonitor& base, co
   Block& block = blocks_.back();
   block.to = sample.time;
   if (interval <= kBlock) block.duration += interval;
-  if (base.isCompared() && extended.isCompared()) block.squares.add(std::pow(base.error(), 2), std::pow(extended.error(), 2));
+  if (base.isCompared() && extended.isCompared())
+    block.squares.add(std::pow(base.error(), 2), std::pow(extended.error(), 2));
   if (!base_events.cranks.empty() && !extended_events.cranks.empty())
     block.cranks.add(errorOf(base_events.cranks[0]), errorOf(extended_events.cranks[0]));
   if (!base_events.charges.empty() && !extended_events.charges.empty())
@@ -88,7 +94,8 @@ ModelSelectorScore ModelSelector::score() const {
 bool ModelSelector::isExtendedBetter() const {
   const Block sum = total();
   const double margin = extended_answers_ ? 1.0 : kClearlyBetter;
-  return std::sqrt(sum.squares.extended) < margin * std::sqrt(sum.squares.base) && !sum.cranks.isExtendedWorse(kNegligibleVoltage) &&
+  return std::sqrt(sum.squares.extended) < margin * std::sqrt(sum.squares.base) &&
+         !sum.cranks.isExtendedWorse(kNegligibleVoltage) &&
          !sum.charges.isExtendedWorse(kNegligibleCurrent);
 }
 

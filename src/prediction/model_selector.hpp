@@ -36,8 +36,8 @@ class ModelSelector {
   static constexpr double kMinDuration = 120.0;  ///< [s]
 
   /// Takes in a sample and what ended with it. @param base, extended followed it both.
-  void add(const StreamSample& sample, const ModelMonitor& base, const SessionEvents& base_events, const ModelMonitor& extended,
-           const SessionEvents& extended_events);
+  void add(const StreamSample& sample, const ModelMonitor& base, const SessionEvents& base_events,
+           const ModelMonitor& extended, const SessionEvents& extended_events);
   /// Begins to compare again; who answers stays until the new past decides.
   void forgetPast() { blocks_.clear(); }
 

@@ -4,35 +4,42 @@
 #include <string>
 #include <vector>
 
+#include "prediction/baseline_selector.hpp"
 #include "prediction/charge_acceptance.hpp"
 #include "prediction/cranking.hpp"
 #include "prediction/maps.hpp"
-#include "prediction/baseline_selector.hpp"
 #include "prediction/profile.hpp"
 #include "prediction/stop_time.hpp"
 
 namespace battery_sof {
 
 /**
- * @brief What a session would answer at one moment, to be asked without the session: a copy that shares nothing with it.
+ * @brief What a session would answer at one moment, to be asked without the session: a copy that
+ * shares nothing with it.
  *
- * Every question is that of the free function of its name; kNoModel with the session's reason when there is no model. Cranks and
- * charges, maps of them too, are answered by the baseline predictor where that was better at them (betterOf()); a stop time is the
- * model's, as the baseline predictor knows nothing of stops, and its message says so.
+ * Every question is that of the free function of its name; kNoModel with the session's reason when
+ * there is no model. Cranks and charges, maps of them too, are answered by the baseline predictor
+ * where that was better at them (betterOf()); a stop time is the model's, as the baseline predictor
+ * knows nothing of stops, and its message says so.
  */
 class ModelSnapshot {
  public:
   /// @param why_no_model the reason when `model` is not to be asked.
-  /// @param baseline where the baseline predictors of the model's window are to answer in its place.
-  ModelSnapshot(FittedModel model, std::optional<std::string> why_no_model, double capacity, const BaselineSelections& baseline = {});
+  /// @param baseline where the baseline predictors of the model's window are to answer in its
+  /// place.
+  ModelSnapshot(FittedModel model, std::optional<std::string> why_no_model, double capacity,
+                const BaselineSelections& baseline = {});
 
   CrankingAnswer predictCranking(const CrankingQuery& query) const;
   StopTimeAnswer predictStopTime(const StopTimeQuery& query) const;
   ChargeAcceptanceAnswer predictChargeAcceptance(const ChargeAcceptanceQuery& query) const;
-  CrankingMap mapCranking(const CrankingQuery& query, const std::vector<double>& i_load, const std::vector<double>& t_stop,
+  CrankingMap mapCranking(const CrankingQuery& query, const std::vector<double>& i_load,
+                          const std::vector<double>& t_stop,
                           const WorkWatch& watch = nullptr) const;
-  ChargeAcceptanceMap mapChargeAcceptance(const ChargeAcceptanceQuery& query, const std::vector<double>& u_boost,
-                                          const std::vector<double>& t_sof2, const WorkWatch& watch = nullptr) const;
+  ChargeAcceptanceMap mapChargeAcceptance(const ChargeAcceptanceQuery& query,
+                                          const std::vector<double>& u_boost,
+                                          const std::vector<double>& t_sof2,
+                                          const WorkWatch& watch = nullptr) const;
   ProfileAnswer simulateProfile(const std::vector<double>& time, const std::vector<double>& current,
                                 const WorkWatch& watch = nullptr) const;
 
@@ -43,9 +50,11 @@ class ModelSnapshot {
   template <typename Answer>
   Answer explained(Answer answer) const;
 
-  // What comes of either is judged by its own interval (voltageSaysNothing(), currentSaysNothing()).
+  // What comes of either is judged by its own interval (voltageSaysNothing(),
+  // currentSaysNothing()).
   CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query) const;
-  ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer, const ChargeAcceptanceQuery& query) const;
+  ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer,
+                                  const ChargeAcceptanceQuery& query) const;
 
   FittedModel model_;
   std::optional<std::string> why_no_model_;

@@ -13,8 +13,9 @@ namespace battery_sof {
 
 namespace {
 
-constexpr double kLookInterval = 10.0;       // [s] of driving, a look costs about a millisecond
-constexpr double kToleratedWorsening = 1.1;  // of the recent RMSE; a tenth is within its own scatter
+constexpr double kLookInterval = 10.0;  // [s] of driving, a look costs about a millisecond
+// of the recent RMSE; a tenth is within its own scatter
+constexpr double kToleratedWorsening = 1.1;
 // Half a step of the coarsest battery sensor known (25 mV): below it neither model is better.
 constexpr double kNegligibleRmse = 0.0125;  // [V]
 
@@ -31,13 +32,18 @@ const SessionOptions& checked(const SessionOptions& options) {
   requirePositive("capacity", options.capacity);
   if (options.window_length) requirePositive("window_length", *options.window_length);
   if (!(options.min_window_quality >= 0.0 && options.min_window_quality <= 1.0)) {
-    throw std::invalid_argument(format("min_window_quality is %g, expected 0 to 1", options.min_window_quality));
+    throw std::invalid_argument(
+        format("min_window_quality is %g, expected 0 to 1", options.min_window_quality));
   }
-  if (!areSeriesBlocks(options.series_blocks)) throw std::invalid_argument(format("series_blocks is %g, expected ", options.series_blocks) + kAllowedSeriesBlocks);
+  if (!areSeriesBlocks(options.series_blocks))
+    throw std::invalid_argument(format("series_blocks is %g, expected ", options.series_blocks) +
+                                kAllowedSeriesBlocks);
   return options;
 }
 
-bool isRequired(const ParameterEstimate& estimate) { return estimate.name == "r_discharge" || estimate.name == "u_dc"; }
+bool isRequired(const ParameterEstimate& estimate) {
+  return estimate.name == "r_discharge" || estimate.name == "u_dc";
+}
 
 std::vector<std::string> sorted(std::vector<std::string> effects) {
   std::sort(effects.begin(), effects.end());
@@ -51,8 +57,9 @@ std::string join(const std::vector<std::string>& effects) {
 }
 
 bool hasBothSigns(const Series& series, IndexRange range) {
-  const auto [lowest, highest] = std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
-                                                     series.current.begin() + static_cast<std::ptrdiff_t>(range.last));
+  const auto [lowest, highest] =
+      std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
+                          series.current.begin() + static_cast<std::ptrdiff_t>(range.last));
   return *lowest < 0.0 && *highest > 0.0;
 }
 
@@ -87,7 +94,8 @@ SessionEvents OnlineSession::take(const RawSample& sample) {
 void OnlineSession::watchForJumps(const RawSample& sample) {
   const std::optional<RawSample> first = stream_.jumpConfirmedBy(sample);
   const std::optional<double> newest = stream_.newestStamp();
-  if (before_jump_ && newest && std::abs(*newest - jumped_to_) > SampleStream::kClockAhead) before_jump_.reset();
+  if (before_jump_ && newest && std::abs(*newest - jumped_to_) > SampleStream::kClockAhead)
+    before_jump_.reset();
   if (!first) return;
   if (before_jump_) {
     const double since = first->time - *before_jump_->stream_.newestStamp();
@@ -157,7 +165,8 @@ void OnlineSession::follow(const StreamSample& sample, double max_gap) {
 SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_gap) {
   auto& [base, extended, selector] = contenders_;
   const bool extended_answers = doesExtendedAnswer();
-  const bool is_new = sample.time > base.stateTime() && (!extended || sample.time > extended->stateTime());
+  const bool is_new =
+      sample.time > base.stateTime() && (!extended || sample.time > extended->stateTime());
   const SessionEvents of_base = base.follow(sample, max_gap);
   if (!std::isfinite(base.error())) {
     loseModel("the model was lost: its state was not finite");
@@ -218,7 +227,8 @@ std::string OnlineSession::missingForFirst() const {
   if (series.size() < 2) return "waiting for samples";
   const double length = options_.window_length.value_or(defaultWindowLength(series));
   if (length > options_.buffer) {
-    return format("a window of %.0f s does not fit into the buffer of %.0f s", length, options_.buffer);
+    return format("a window of %.0f s does not fit into the buffer of %.0f s", length,
+                  options_.buffer);
   }
   const IndexRange range = recentWindow(series, length);
   const double covered = series.time[range.last - 1] - series.time[range.first];
@@ -228,7 +238,8 @@ std::string OnlineSession::missingForFirst() const {
   if (!hasBothSigns(series, range)) return "the last window holds no charge or no discharge";
   const double window_quality = windowExcitation(series, range);
   if (window_quality >= options_.min_window_quality) return {};
-  return format("the last window's window quality is %.2f, below %.2f", window_quality, options_.min_window_quality);
+  return format("the last window's window quality is %.2f, below %.2f", window_quality,
+                options_.min_window_quality);
 }
 
 IdentificationJob OnlineSession::makeJob() {
@@ -268,7 +279,9 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   outcome.model = outcome.accepted ? contenders_.base.now() : std::move(result.model);
   if (outcome.model) outcome.model->fit.series_blocks = options_.series_blocks;
   if (doesExtendedAnswer()) outcome.extended = ofRow(inUse().now());
-  last_outcome_ = (outcome.accepted ? "last identification accepted: " : "last identification refused: ") + outcome.message;
+  last_outcome_ =
+      (outcome.accepted ? "last identification accepted: " : "last identification refused: ") +
+      outcome.message;
   next_look_ = job_driving_ + (whyNoModel() ? options_.retry_period : options_.identify_period);
   return outcome;
 }
@@ -300,10 +313,12 @@ std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_
     return "the identification took longer than the buffer reaches back";
   }
   const bool compete = trial.incumbent_rmse && may_compare;
-  const double allowed = compete ? std::max(kToleratedWorsening * *trial.incumbent_rmse, kNegligibleRmse) : 0.0;
+  const double allowed =
+      compete ? std::max(kToleratedWorsening * *trial.incumbent_rmse, kNegligibleRmse) : 0.0;
   if (!compete || trial.recent_rmse <= allowed) return {};
-  return format("on the most recent window the new model's RMSE is %.4f V, the old one's %.4f V", options_.series_blocks * trial.recent_rmse,
-                  options_.series_blocks * *trial.incumbent_rmse);
+  return format("on the most recent window the new model's RMSE is %.4f V, the old one's %.4f V",
+                options_.series_blocks * trial.recent_rmse,
+                options_.series_blocks * *trial.incumbent_rmse);
 }
 
 bool OnlineSession::acceptsExtended(const IdentificationResult& result, bool base_accepted) {
@@ -321,14 +336,16 @@ void OnlineSession::install(const IdentificationResult& result, bool base, bool 
   if (extended) {
     if (!contenders_.extended) {
       contenders_.extended.emplace(options_.events);
-      contenders_.extended->setCalibrations(contenders_.base.crankCalibration(), contenders_.base.chargeCalibration());
+      contenders_.extended->setCalibrations(contenders_.base.crankCalibration(),
+                                            contenders_.base.chargeCalibration());
     }
     install(*contenders_.extended, *result.extended, result.max_gap);
   }
   followAgain((base ? result : *result.extended).model->state.time, result.max_gap);
 }
 
-void OnlineSession::install(ModelMonitor& monitor, const IdentificationTrial& trial, double max_gap) {
+void OnlineSession::install(ModelMonitor& monitor, const IdentificationTrial& trial,
+                            double max_gap) {
   if (trial.followed)
     monitor.goOnAs(*trial.followed, *trial.model);
   else
@@ -338,9 +355,11 @@ void OnlineSession::install(ModelMonitor& monitor, const IdentificationTrial& tr
 // ----------------------------------------------------------------------------------------------------
 // extended composition
 
-void OnlineSession::extendWith(const std::vector<std::string>& effects, double from_driving, std::shared_ptr<const DiscrepancyModel> discrepancy) {
+void OnlineSession::extendWith(const std::vector<std::string>& effects, double from_driving,
+                               std::shared_ptr<const DiscrepancyModel> discrepancy) {
   if (effects.empty()) throw std::invalid_argument("extendWith: no effects are given");
-  if (options_.identify.start == FitStart::kPaper) throw std::invalid_argument("extendWith: effects need the robust start");
+  if (options_.identify.start == FitStart::kPaper)
+    throw std::invalid_argument("extendWith: effects need the robust start");
   static_cast<void>(BatteryModel(effects, discrepancy));  // throws for what cannot be composed
   const std::optional<Extension>& last = next_extension_ ? next_extension_ : extension_;
   if (last && sorted(last->effects) == sorted(effects) && last->discrepancy == discrepancy) return;
@@ -356,7 +375,9 @@ void OnlineSession::beginDueExtension() {
 std::string OnlineSession::extensionSentence() const {
   const std::optional<Extension>& newest = next_extension_ ? next_extension_ : extension_;
   if (!newest) return {};
-  const std::vector<std::string> running = contenders_.extended ? contenders_.extended->accepted().fit.effects : std::vector<std::string>();
+  const std::vector<std::string> running = contenders_.extended
+                                               ? contenders_.extended->accepted().fit.effects
+                                               : std::vector<std::string>();
   std::string text = running.empty() ? "the base model answers" : selectorSentence();
   if (running == newest->effects) return text;
   const std::string names = join(newest->effects);
@@ -368,8 +389,9 @@ std::string OnlineSession::selectorSentence() const {
   const ModelSelectorScore score = contenders_.selector.score();
   const std::string names = join(contenders_.extended->accepted().fit.effects);
   const std::string who = doesExtendedAnswer() ? "the model with " + names : "the base model";
-  return who + format(" answers: over %.0f s it missed %.1f mV with %s, %.1f mV without", score.duration,
-                        1e3 * options_.series_blocks * score.extended_rmse, names.c_str(), 1e3 * options_.series_blocks * score.base_rmse);
+  return who + format(" answers: over %.0f s it missed %.1f mV with %s, %.1f mV without",
+                      score.duration, 1e3 * options_.series_blocks * score.extended_rmse,
+                      names.c_str(), 1e3 * options_.series_blocks * score.base_rmse);
 }
 
 const ModelMonitor& OnlineSession::inUse() const {

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "prediction/model_selector.hpp"
 #include "prediction/identification_job.hpp"
+#include "prediction/model_monitor.hpp"
+#include "prediction/model_selector.hpp"
 #include "prediction/model_snapshot.hpp"
 #include "prediction/sample_stream.hpp"
-#include "prediction/model_monitor.hpp"
 
 namespace battery_sof {
 
@@ -17,12 +17,14 @@ namespace battery_sof {
 struct SessionOptions {
   double buffer = 1800.0;               ///< [s], past kept for identification
   std::optional<double> window_length;  ///< [s]; else defaultWindowLength()
-  double min_window_quality = 0.2;         ///< [0, 1], a window below it is not fitted
+  double min_window_quality = 0.2;      ///< [0, 1], a window below it is not fitted
   double identify_period = 600.0;       ///< [s] of driving between identifications
   double retry_period = 60.0;           ///< [s] of driving between tries while there is no model
-  double model_max_age = 3600.0;        ///< [s] from the window's end; the paper's predictions hold for minutes
-  double capacity = 50.0;               ///< [Ah], nominal
-  double series_blocks = 1.0;                  ///< 12 V blocks in series that samples, questions and answers are of (recording/series_blocks.hpp)
+  /// [s] from the window's end; the paper's predictions hold for minutes
+  double model_max_age = 3600.0;
+  double capacity = 50.0;  ///< [Ah], nominal
+  /// 12 V blocks in series that samples, questions and answers are of (recording/series_blocks.hpp)
+  double series_blocks = 1.0;
   EventLimits events;
   IdentifyOptions identify;
 };
@@ -30,7 +32,8 @@ struct SessionOptions {
 /// What the session can do at present.
 enum class SessionState { kNoSample, kCollecting, kIdentifying, kReady, kStale };
 
-/// What the model that answers expects of the last sample it settled: of the quantity that was not controlled there.
+/// What the model that answers expects of the last sample it settled: of the quantity that was not
+/// controlled there.
 struct ExpectedSample {
   double time = 0.0;              ///< [s]
   std::optional<double> voltage;  ///< [V], where the current drives
@@ -40,27 +43,35 @@ struct ExpectedSample {
 /// A summary for a status message.
 struct SessionStatus {
   SessionState state = SessionState::kNoSample;
-  std::string reason;                 ///< one sentence
-  std::optional<double> newest_time;  ///< [s]
-  std::optional<double> model_age;    ///< [s] from the window's end to the newest sample
+  std::string reason;                    ///< one sentence
+  std::optional<double> newest_time;     ///< [s]
+  std::optional<double> model_age;       ///< [s] from the window's end to the newest sample
   std::optional<double> window_quality;  ///< [0, 1], of the model's window
   BacktestScore backtest;
-  std::vector<std::string> effects;          ///< physics beyond the base model in the model that answers
-  std::string extension;                     ///< one sentence on the composition offered by extendWith(); empty when there is none
-  std::optional<ModelSelectorScore> selector;       ///< none while no extended model runs
-  bool charger_present = false;                  ///< something charges the battery: by the last identification's samples
-  std::optional<double> charger_share;        ///< [0, 1], of the buffered samples whose voltage is controlled; none before the first
-  std::optional<ExpectedSample> expected;    ///< none before the model followed a sample
-  bool voltage_controlled = false;               ///< the model that answers is driven by the voltage at the newest sample
-  BaselineScore crank_selector, charge_selector;  ///< [V], [A]; of the model that answers and its baseline predictor
+  /// physics beyond the base model in the model that answers
+  std::vector<std::string> effects;
+  /// one sentence on the composition offered by extendWith(); empty when there is none
+  std::string extension;
+  std::optional<ModelSelectorScore> selector;  ///< none while no extended model runs
+  /// something charges the battery: by the last identification's samples
+  bool charger_present = false;
+  /// [0, 1], of the buffered samples whose voltage is controlled; none before the first
+  std::optional<double> charger_share;
+  std::optional<ExpectedSample> expected;  ///< none before the model followed a sample
+  /// the model that answers is driven by the voltage at the newest sample
+  bool voltage_controlled = false;
+  /// [V], [A]; of the model that answers and its baseline predictor
+  BaselineScore crank_selector, charge_selector;
 };
 
 /// What came of a finished identification.
 struct IdentificationOutcome {
   bool accepted = false;
-  std::string message;                  ///< one sentence
-  std::optional<FittedModel> model;     ///< accepted: state at the newest sample; refused: the candidate, if there was one
-  std::optional<FittedModel> extended;  ///< of the extended composition, when it is the one that answers from now on
+  std::string message;  ///< one sentence
+  /// accepted: state at the newest sample; refused: the candidate, if there was one
+  std::optional<FittedModel> model;
+  /// of the extended composition, when it is the one that answers from now on
+  std::optional<FittedModel> extended;
 };
 
 /**
@@ -80,26 +91,29 @@ struct IdentificationOutcome {
  * window is at most 1.1 times that of the model in use, unless that is too old. A refused model
  * leaves the old one in use.
  *
- * Periods count from when a job was taken, and what happened since is judged by the new model once it is accepted: how
- * long an identification takes changes no answer after it.
+ * Periods count from when a job was taken, and what happened since is judged by the new model once
+ * it is accepted: how long an identification takes changes no answer after it.
  *
  * Clock jump back (SampleStream): the past and the state are begun again, the model stays with its
  * age, and the result of a job from before is dropped.
  *
- * A clock that jumps, is believed, and within a minute goes on where it had been was wrong meanwhile: the session goes on as it
- * stood before the jump, and the samples between are lost.
+ * A clock that jumps, is believed, and within a minute goes on where it had been was wrong
+ * meanwhile: the session goes on as it stood before the jump, and the samples between are lost.
  *
- * What the baseline predictors of the model's window were better at, cranks or charges, they answer (BaselineSelector).
+ * What the baseline predictors of the model's window were better at, cranks or charges, they answer
+ * (BaselineSelector).
  *
- * extendWith() sets a second, extended composition beside the session's own: both are fitted to the same windows and follow
- * every sample; which one answers is the ModelSelector's to say, and the base model answers whenever it says nothing.
+ * extendWith() sets a second, extended composition beside the session's own: both are fitted to the
+ * same windows and follow every sample; which one answers is the ModelSelector's to say, and the
+ * base model answers whenever it says nothing.
  */
 class OnlineSession {
  public:
   /// @throws std::invalid_argument for options that are not finite or outside their domain.
   explicit OnlineSession(const SessionOptions& options = {});
 
-  /// Offers one sample. @return the cranks and charges that ended; while a job is out they wait for its result.
+  /// Offers one sample. @return the cranks and charges that ended; while a job is out they wait for
+  /// its result.
   SessionEvents push(const RawSample& sample);
 
   /// @return a job when an identification is due and none is out.
@@ -109,27 +123,34 @@ class OnlineSession {
   /// Takes the result of the job that is out.
   IdentificationOutcome finish(IdentificationResult result);
 
-  /// Forgets samples and models, as after a fault; the counts stay, and the job that is out will be dropped.
+  /// Forgets samples and models, as after a fault; the counts stay, and the job that is out will be
+  /// dropped.
   void beginAnew();
 
   /**
    * @brief Offers a model from an earlier run. It is judged against the first sample that comes:
-   * refused when that is earlier than the model's state or too late after its window. Else it answers from that sample on.
-   * While nothing else is in use a refused one is judged again wherever the clock jumps: a first stamp may be wrong.
+   * refused when that is earlier than the model's state or too late after its window. Else it
+   * answers from that sample on. While nothing else is in use a refused one is judged again
+   * wherever the clock jumps: a first stamp may be wrong.
    */
   void restore(const FittedModel& model);
 
   /**
    * @brief Offers physics that the session's own composition may lack.
    *
-   * The same composition again changes nothing. With another one an identification is due at once; its fit takes the place of
-   * the extended model before it under the same rule as any new fit, and the contest goes on.
-   * @param effects, force the whole composition, as in IdentifyOptions; a force that was estimated again makes another composition.
-   * @param from_driving [s] of driving(), not before: what comes from a computation of unknown length takes effect at one
+   * The same composition again changes nothing. With another one an identification is due at once;
+   * its fit takes the place of the extended model before it under the same rule as any new fit, and
+   * the contest goes on.
+   * @param effects, force the whole composition, as in IdentifyOptions; a force that was estimated
+   * again makes another composition.
+   * @param from_driving [s] of driving(), not before: what comes from a computation of unknown
+   * length takes effect at one
    *   moment of the drive, however fast that is played.
-   * @throws std::invalid_argument for an empty composition, one that cannot be, or FitStart::kPaper.
+   * @throws std::invalid_argument for an empty composition, one that cannot be, or
+   * FitStart::kPaper.
    */
-  void extendWith(const std::vector<std::string>& effects, double from_driving = 0.0, std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr);
+  void extendWith(const std::vector<std::string>& effects, double from_driving = 0.0,
+                  std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr);
   /// @return true while questions are answered by the extended model.
   bool doesExtendedAnswer() const { return &inUse() != &contenders_.base; }
   /// [s], sum of sampling intervals without the gaps.
@@ -147,14 +168,16 @@ class OnlineSession {
   /// Why nothing is answered; none when queries are.
   std::optional<std::string> whyNoModel() const;
   double capacity() const { return options_.capacity; }  ///< [Ah]
-  /// @return [V] at which the battery was charged lately, see ModelMonitor::chargeVoltage(); none where none was seen.
+  /// @return [V] at which the battery was charged lately, see ModelMonitor::chargeVoltage(); none
+  /// where none was seen.
   std::optional<double> chargeVoltage() const;
   /// How wide intervals are, as past events ask for.
   IntervalCalibration crankCalibration() const { return inUse().crankCalibration(); }
   IntervalCalibration chargeCalibration() const { return inUse().chargeCalibration(); }
 
   /// A what-if profile from the live state; kNoModel likewise.
-  ProfileAnswer simulateProfile(const std::vector<double>& time, const std::vector<double>& current) const;
+  ProfileAnswer simulateProfile(const std::vector<double>& time,
+                                const std::vector<double>& current) const;
 
   SessionStatus status() const;
   StreamCounts counts() const { return stream_.counts(); }
@@ -185,11 +208,12 @@ class OnlineSession {
   struct Extension {
     std::vector<std::string> effects;
     std::shared_ptr<const DiscrepancyModel> discrepancy;  // of "discrepancy" among them
-    double from_driving = 0.0;                  // [s]
-    std::string outcome;                        // of its last fit, one sentence
+    double from_driving = 0.0;                            // [s]
+    std::string outcome;                                  // of its last fit, one sentence
   };
 
-  /// Keeps the session as it stands before a jump of the clock, or goes back to it where the clock does.
+  /// Keeps the session as it stands before a jump of the clock, or goes back to it where the clock
+  /// does.
   void watchForJumps(const RawSample& sample);
   void goBackTo(const OnlineSession& before);
   void restartClock(double old_newest, const StreamSample& first);
@@ -198,7 +222,8 @@ class OnlineSession {
   SessionEvents followBoth(const StreamSample& sample, double max_gap);
   void followAgain(double after, double max_gap);
   void judgeRestored(const StreamSample& first);
-  /// Where the clock jumped: a saved model that was refused by the clock before is judged once more.
+  /// Where the clock jumped: a saved model that was refused by the clock before is judged once
+  /// more.
   void offerRefusedAgain();
   void loseModel(const std::string& why);
   std::string whyNoSample() const;

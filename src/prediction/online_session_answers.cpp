@@ -7,7 +7,9 @@
 namespace battery_sof {
 namespace {
 
-std::string inUseSentence(double age) { return format("the saved model is in use, %.0f s old", age); }
+std::string inUseSentence(double age) {
+  return format("the saved model is in use, %.0f s old", age);
+}
 
 }  // namespace
 
@@ -30,7 +32,8 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
   }
   last_outcome_ = inUseSentence(first.time - model.fit.window.to);
   if (model.fit.source) source_ = ChargerShare(*model.fit.source);
-  contenders_.base.setCalibrations(model.intervals.crank_calibration, model.intervals.charge_calibration);
+  contenders_.base.setCalibrations(model.intervals.crank_calibration,
+                                   model.intervals.charge_calibration);
   contenders_.base.install(model, stream_.maxGap());
   followAgain(model.state.time, stream_.maxGap());
   next_look_ = driving_ + options_.identify_period;
@@ -45,14 +48,16 @@ std::string OnlineSession::refusalOfRestored(double first_time) const {
   const double ahead = restored_->state.time - first_time;
   const double age = first_time - restored_->fit.window.to;
   if (ahead > 0.0) {
-    return format("the saved model was refused: its state is %.1f s ahead of the first sample", ahead);
+    return format("the saved model was refused: its state is %.1f s ahead of the first sample",
+                  ahead);
   }
   if (age > options_.model_max_age) {
-    return format("the saved model was refused: it is %.0f s old, allowed are %.0f s", age, options_.model_max_age);
+    return format("the saved model was refused: it is %.0f s old, allowed are %.0f s", age,
+                  options_.model_max_age);
   }
   if (restored_->fit.series_blocks != 1.0)
-    return format("the saved model was refused: it is of %g blocks of 12 V, series_blocks is %g", restored_->fit.series_blocks * options_.series_blocks,
-                    options_.series_blocks);
+    return format("the saved model was refused: it is of %g blocks of 12 V, series_blocks is %g",
+                  restored_->fit.series_blocks * options_.series_blocks, options_.series_blocks);
   return isUsable(restored_->fit) ? "" : "the saved model was refused: its fit is not usable";
 }
 
@@ -61,9 +66,11 @@ std::string OnlineSession::whyRestoredWaits() const {
   if (first.empty()) {
     const std::size_t rejected = counts().rejectedTotal();
     return rejected == 0 ? "the saved model waits for the first sample"
-                         : "the saved model waits for the first usable sample: " + toString(counts().rejected);
+                         : "the saved model waits for the first usable sample: " +
+                               toString(counts().rejected);
   }
-  return refusalOfRestored(first.time[contiguousRanges(first, SampleStream::kClockAhead).back().first]);
+  return refusalOfRestored(
+      first.time[contiguousRanges(first, SampleStream::kClockAhead).back().first]);
 }
 
 std::string OnlineSession::whyNoSample() const {
@@ -76,9 +83,11 @@ std::string OnlineSession::whyNoSample() const {
 FittedModel OnlineSession::restoredNow() const {
   const Series& first = stream_.waiting();
   ModelMonitor model(options_.events);
-  model.setCalibrations(restored_->intervals.crank_calibration, restored_->intervals.charge_calibration);
+  model.setCalibrations(restored_->intervals.crank_calibration,
+                        restored_->intervals.charge_calibration);
   model.install(*restored_, stream_.maxGap());
-  for (std::size_t n = 0; n < first.size(); ++n) model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());
+  for (std::size_t n = 0; n < first.size(); ++n)
+    model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());
   return model.now();
 }
 
@@ -90,7 +99,9 @@ std::optional<double> OnlineSession::ageOf(const ModelMonitor& model) const {
   return newest_->time - model.fittedUntil();
 }
 
-bool OnlineSession::isTooOld(const ModelMonitor& model) const { return ageOf(model).value_or(0.0) > options_.model_max_age; }
+bool OnlineSession::isTooOld(const ModelMonitor& model) const {
+  return ageOf(model).value_or(0.0) > options_.model_max_age;
+}
 
 std::optional<std::string> OnlineSession::whyNoModel() const {
   const std::string outcome = restored_ ? whyRestoredWaits() : last_outcome_;
@@ -100,7 +111,8 @@ std::optional<std::string> OnlineSession::whyNoModel() const {
     return outcome.empty() ? "nothing identified yet" : "nothing identified yet: " + outcome;
   }
   if (!isTooOld(inUse())) return std::nullopt;
-  return format("the model is %.0f s old, allowed are %.0f s", *ageOf(inUse()), options_.model_max_age);
+  return format("the model is %.0f s old, allowed are %.0f s", *ageOf(inUse()),
+                options_.model_max_age);
 }
 
 ModelSnapshot OnlineSession::live() const {
@@ -109,27 +121,37 @@ ModelSnapshot OnlineSession::live() const {
   FittedModel now = restored_ ? restoredNow() : inUse().now();
   const Series& series = stream_.series();
   if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
-  return ModelSnapshot(ofRow(std::move(now)), std::nullopt, options_.capacity, restored_ ? BaselineSelections() : inUse().selections());
+  return ModelSnapshot(ofRow(std::move(now)), std::nullopt, options_.capacity,
+                       restored_ ? BaselineSelections() : inUse().selections());
 }
 
-CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const { return live().predictCranking(query); }
+CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const {
+  return live().predictCranking(query);
+}
 
-StopTimeAnswer OnlineSession::predictStopTime(const StopTimeQuery& query) const { return live().predictStopTime(query); }
+StopTimeAnswer OnlineSession::predictStopTime(const StopTimeQuery& query) const {
+  return live().predictStopTime(query);
+}
 
-ChargeAcceptanceAnswer OnlineSession::predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
+ChargeAcceptanceAnswer OnlineSession::predictChargeAcceptance(
+    const ChargeAcceptanceQuery& query) const {
   return live().predictChargeAcceptance(query);
 }
 
-ProfileAnswer OnlineSession::simulateProfile(const std::vector<double>& time, const std::vector<double>& current) const {
+ProfileAnswer OnlineSession::simulateProfile(const std::vector<double>& time,
+                                             const std::vector<double>& current) const {
   return live().simulateProfile(time, current);
 }
 
 std::optional<double> OnlineSession::chargeVoltage() const {
-  const auto of_one = restored_ ? usualVoltage(restored_->intervals.event_history.charges) : inUse().chargeVoltage();
+  const auto of_one = restored_ ? usualVoltage(restored_->intervals.event_history.charges)
+                                : inUse().chargeVoltage();
   return of_one ? std::optional<double>(options_.series_blocks * *of_one) : std::nullopt;
 }
 
-std::optional<double> OnlineSession::newestTime() const { return newest_ ? std::optional<double>(newest_->time) : std::nullopt; }
+std::optional<double> OnlineSession::newestTime() const {
+  return newest_ ? std::optional<double>(newest_->time) : std::nullopt;
+}
 
 std::optional<FittedModel> OnlineSession::model() const {
   if (!inUse().holdsModel()) return std::nullopt;
@@ -144,11 +166,14 @@ FittedModel OnlineSession::ofRow(FittedModel model) const {
 std::optional<ExpectedSample> OnlineSession::expectedSample() const {
   if (!inUse().isCompared()) return std::nullopt;
   const FollowedSample& last = inUse().last();
-  if (last.voltage_controlled) return ExpectedSample{inUse().lastTime(), std::nullopt, last.current};
+  if (last.voltage_controlled)
+    return ExpectedSample{inUse().lastTime(), std::nullopt, last.current};
   return ExpectedSample{inUse().lastTime(), last.voltage, std::nullopt};
 }
 
-SessionStatus OnlineSession::status() const { return ofSeries(statusOfBlock(), options_.series_blocks); }
+SessionStatus OnlineSession::status() const {
+  return ofSeries(statusOfBlock(), options_.series_blocks);
+}
 
 SessionStatus OnlineSession::statusOfBlock() const {
   SessionStatus status;

@@ -5,11 +5,13 @@
 
 namespace battery_sof {
 
-/// 95 % quantile of the standard normal distribution: half-width of a 90 % interval in standard deviations.
+/// 95 % quantile of the standard normal distribution: half-width of a 90 % interval in standard
+/// deviations.
 inline constexpr double kNinetyPercent = 1.6448536269514722;
 
 /**
- * @brief Terminal voltage with its 90 % interval from parameters, state and the model's own error together.
+ * @brief Terminal voltage with its 90 % interval from parameters, state and the model's own error
+ * together.
  *
  *     var = sum_k (du / d tangent_k)^2 + sigma_m^2
  *

@@ -5,42 +5,50 @@
 #include <limits>
 #include <optional>
 
+#include "battery_sof/intake.hpp"
 #include "estimation/follower.hpp"
 #include "model/steps_taken.hpp"
 #include "prediction/prediction_interval.hpp"
 #include "prediction/query.hpp"
 #include "prediction/state_tracker.hpp"
-#include "battery_sof/intake.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
 constexpr double kMaxCurrent = IntakeLimits{}.max_abs_current;  // [A]
-constexpr double kLongestProfile = 86400.0;                      // [s]
-constexpr double kSameTime = 1e-6;                               // [s]
-constexpr double kSameCurrent = 1e-6;                            // [A]
-constexpr double kStartSpan = 1.0;                               // [s], samples that the first state is taken from
+constexpr double kLongestProfile = 86400.0;                     // [s]
+constexpr double kSameTime = 1e-6;                              // [s]
+constexpr double kSameCurrent = 1e-6;                           // [A]
+// [s], samples that the first state is taken from
+constexpr double kStartSpan = 1.0;
 
-std::string describeSample(const char* name, std::size_t index, double value, const char* expected) {
+std::string describeSample(const char* name, std::size_t index, double value,
+                           const char* expected) {
   return format("%s[%zu] is %g, expected %s", name, index, value, expected);
 }
 
 /// The first fault of a profile; empty when there is none.
 std::string faultOf(const std::vector<double>& time, const std::vector<double>& current) {
   if (time.size() != current.size())
-    return "time has " + std::to_string(time.size()) + " values and current " + std::to_string(current.size()) +
-           ", expected the same number";
+    return "time has " + std::to_string(time.size()) + " values and current " +
+           std::to_string(current.size()) + ", expected the same number";
   if (time.empty()) return "the profile is empty, expected at least one sample";
   if (time.size() > kMaxProfileSamples)
-    return "the profile has " + std::to_string(time.size()) + " samples, expected at most " + std::to_string(kMaxProfileSamples);
+    return "the profile has " + std::to_string(time.size()) + " samples, expected at most " +
+           std::to_string(kMaxProfileSamples);
   for (std::size_t n = 0; n < time.size(); ++n) {
-    if (!(time[n] >= 0.0 && time[n] <= kLongestProfile)) return describeSample("time", n, time[n], "0 to 86400 s after now");
-    if (n > 0 && !(time[n] > time[n - 1])) return describeSample("time", n, time[n], "more than the time before it");
+    if (!(time[n] >= 0.0 && time[n] <= kLongestProfile))
+      return describeSample("time", n, time[n], "0 to 86400 s after now");
+    if (n > 0 && !(time[n] > time[n - 1]))
+      return describeSample("time", n, time[n], "more than the time before it");
     const double step = n > 0 ? time[n] - time[n - 1] : time[n];
     if (step > 0.0 && step < kShortestStep)
-      return describeSample("time", n, time[n], format("at least %g s after the time before it", kShortestStep).c_str());
-    if (!(std::abs(current[n]) <= kMaxCurrent)) return describeSample("current", n, current[n], "-5000 to 5000 A");
+      return describeSample(
+          "time", n, time[n],
+          format("at least %g s after the time before it", kShortestStep).c_str());
+    if (!(std::abs(current[n]) <= kMaxCurrent))
+      return describeSample("current", n, current[n], "-5000 to 5000 A");
   }
   return "";
 }
@@ -53,16 +61,18 @@ void append(PredictedVoltage& predicted, const Interval& u) {
 
 std::string extrapolation(const Fit& fit, const std::vector<double>& current) {
   const auto [low, high] = std::minmax_element(current.begin(), current.end());
-  if (*low >= kCurrentReach * std::min(fit.excited.min_current, 0.0) && *high <= kCurrentReach * std::max(fit.excited.max_current, 0.0))
+  if (*low >= kCurrentReach * std::min(fit.excited.min_current, 0.0) &&
+      *high <= kCurrentReach * std::max(fit.excited.max_current, 0.0))
     return "";
-  return format("the profile spans %.1f to %.1f A but the window only %.1f to %.1f A", *low, *high, fit.excited.min_current,
-                  fit.excited.max_current);
+  return format("the profile spans %.1f to %.1f A but the window only %.1f to %.1f A", *low, *high,
+                fit.excited.min_current, fit.excited.max_current);
 }
 
 /// Of the first sample whose interval says nothing.
 std::string emptiness(const Fit& fit, const PredictedVoltage& predicted) {
   for (std::size_t n = 0; n < predicted.voltage.size(); ++n) {
-    const std::string reason = voltageSaysNothing(fit, {predicted.voltage[n], predicted.lower[n], predicted.upper[n]});
+    const std::string reason =
+        voltageSaysNothing(fit, {predicted.voltage[n], predicted.lower[n], predicted.upper[n]});
     if (!reason.empty()) return format("sample %zu: ", n) + reason;
   }
   return "";
@@ -103,9 +113,11 @@ FittedModel modelAtFirstSample(const FittedModel& model, const Series& series) {
   return start;
 }
 
-/// Index of the sample that the model's state belongs to, when the series is the recording it was fitted to.
+/// Index of the sample that the model's state belongs to, when the series is the recording it was
+/// fitted to.
 std::optional<std::size_t> indexOfState(const FittedModel& model, const Series& series) {
-  const auto at = std::lower_bound(series.time.begin(), series.time.end(), model.state.time - kSameTime);
+  const auto at =
+      std::lower_bound(series.time.begin(), series.time.end(), model.state.time - kSameTime);
   if (at == series.time.end() || *at > model.state.time + kSameTime) return std::nullopt;
   const auto index = static_cast<std::size_t>(at - series.time.begin());
   if (std::abs(series.current[index] - model.state.current) > kSameCurrent) return std::nullopt;
@@ -139,8 +151,8 @@ ProfileAnswer brokenOff(std::size_t done, std::size_t samples, const std::string
 
 }  // namespace
 
-ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time, const std::vector<double>& current,
-                              const WorkWatch& watch) {
+ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
+                              const std::vector<double>& current, const WorkWatch& watch) {
   ProfileAnswer answer;
   answer.message = faultOf(time, current);
   if (!answer.message.empty()) {
@@ -158,9 +170,11 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
   double time_before = 0.0;
   double current_before = model.state.current;
   for (std::size_t n = 0; n < time.size(); ++n) {
-    const std::string why_end = watch ? watch(static_cast<double>(n) / static_cast<double>(time.size())) : "";
+    const std::string why_end =
+        watch ? watch(static_cast<double>(n) / static_cast<double>(time.size())) : "";
     if (!why_end.empty()) return brokenOff(n, time.size(), why_end);
-    InputStep step = inputStep(time_before, current_before, time[n], current[n], std::numeric_limits<double>::infinity());
+    InputStep step = inputStep(time_before, current_before, time[n], current[n],
+                               std::numeric_limits<double>::infinity());
     step.time += model.state.time;
     simulation.advance(step);
     const Interval u = voltageAnswer(simulation, errors.forecast(time[n]), own, {});
@@ -188,18 +202,23 @@ FollowedPrediction predictMixed(const FittedModel& model, const Series& series, 
   for (std::size_t n = was_there ? first + 1 : first; n < range.last; ++n) {
     const FollowedSample at = follower.follow(inputs.samples[n - first]);
     if (n < range.first) continue;
-    const double half = kNinetyPercent * std::sqrt(at.variance + (at.voltage_controlled ? own_current : own_voltage));
-    const double half_a = at.voltage_controlled ? half : 0.0, half_v = at.voltage_controlled ? 0.0 : half;
+    const double half =
+        kNinetyPercent *
+        std::sqrt(at.variance + (at.voltage_controlled ? own_current : own_voltage));
+    const double half_a = at.voltage_controlled ? half : 0.0,
+                 half_v = at.voltage_controlled ? 0.0 : half;
     predicted.voltage_controlled.push_back(at.voltage_controlled);
     predicted.voltage.push_back(at.voltage);
     predicted.voltage_lower.push_back(at.voltage - half_v);
     predicted.voltage_upper.push_back(at.voltage + half_v);
-    predicted.equations_voltage.push_back(at.voltage - (at.voltage_controlled ? 0.0 : at.regression_correction));
+    predicted.equations_voltage.push_back(at.voltage -
+                                          (at.voltage_controlled ? 0.0 : at.regression_correction));
     predicted.current.push_back(at.current);
     predicted.current_lower.push_back(at.current - half_a);
     predicted.current_upper.push_back(at.current + half_a);
   }
-  for (auto* voltage : {&predicted.voltage, &predicted.voltage_lower, &predicted.voltage_upper, &predicted.equations_voltage})
+  for (auto* voltage : {&predicted.voltage, &predicted.voltage_lower, &predicted.voltage_upper,
+                        &predicted.equations_voltage})
     delay(*voltage, start.fit.voltage_lag);
   return predicted;
 }

@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
+#include "battery_sof/series.hpp"
 #include "estimation/fitted_model.hpp"
 #include "prediction/answer.hpp"
 #include "prediction/mixed_scores.hpp"
 #include "prediction/query.hpp"
-#include "battery_sof/series.hpp"
 
 namespace battery_sof {
 
@@ -18,18 +18,20 @@ inline constexpr std::size_t kMaxProfileSamples = 3600000;
  * @brief What the battery would answer to a current profile from the model's saved state on.
  *
  * @param time    [s] after the saved state, >= 0, each at least kShortestStep after the one before.
- * @param current [A], same length; linear between the samples, and from the state's own current to the first sample.
+ * @param current [A], same length; linear between the samples, and from the state's own current to
+ * the first sample.
  * @param watch   asked before every sample; broken off, the answer is kInvalidQuery and says how far it came.
  */
-ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time, const std::vector<double>& current,
-                              const WorkWatch& watch = nullptr);
+ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
+                              const std::vector<double>& current, const WorkWatch& watch = nullptr);
 
 /**
  * @brief Runs a model over the current of a recording and returns what it expects in a range of it.
  *
- * In the recording it was fitted to (same time and current at the end of its window), the model runs on from the state it ended
- * with. Otherwise, or for a range before that, it runs from the first sample, whose state is taken from the first second's voltage (paper,
- * eq. 5, median), so inside a later range only the current is used. Across gaps the battery is taken to rest.
+ * In the recording it was fitted to (same time and current at the end of its window), the model
+ * runs on from the state it ended with. Otherwise, or for a range before that, it runs from the
+ * first sample, whose state is taken from the first second's voltage (paper, eq. 5, median), so
+ * inside a later range only the current is used. Across gaps the battery is taken to rest.
  *
  * @return one voltage a sample of the range [V], with 90 % intervals.
  */
@@ -37,12 +39,14 @@ PredictedVoltage predictSeries(const FittedModel& model, const Series& series, I
 
 /// A prediction in the mixed direction with what a crank's correction starts from.
 struct FollowedPrediction : MixedPrediction {
-  std::vector<char> voltage_controlled;       ///< one a sample of the range; what drives is as measured and has no width
+  /// one a sample of the range; what drives is as measured and has no width
+  std::vector<char> voltage_controlled;
   std::vector<double> equations_voltage;  ///< [V], without what was estimated beside the equations
 };
 
 /**
- * @brief As predictSeries(), but driven by the voltage where the model's source controls it: the current is predicted there.
+ * @brief As predictSeries(), but driven by the voltage where the model's source controls it: the
+ * current is predicted there.
  *
  * Of a range nothing is used but what drives in it. Without a source the current drives throughout.
  */

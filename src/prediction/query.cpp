@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/intake.hpp"
 #include "model/steps_taken.hpp"
 #include "prediction/prediction_interval.hpp"
 #include "recording/series_blocks.hpp"
-#include "battery_sof/intake.hpp"
 #include "util/number_text.hpp"
 #include "util/text.hpp"
 
@@ -14,20 +14,24 @@ namespace battery_sof {
 namespace {
 
 constexpr double kMaxCurrent = IntakeLimits{}.max_abs_current;  // [A]
-constexpr double kLongestProfile = 86400.0;                      // [s], a day
+constexpr double kLongestProfile = 86400.0;                     // [s], a day
 constexpr std::size_t kMaxPoints = 100000;
-constexpr double kVoltageReach = 0.3;       // [V] a block above the window's highest
-constexpr double kDiscrepancyReach = 0.010;     // [V], of a discrepancy model held at its range's end: relevant to a crank
+constexpr double kVoltageReach = 0.3;  // [V] a block above the window's highest
+// [V], of a discrepancy model held at its range's end: relevant to a crank
+constexpr double kDiscrepancyReach = 0.010;
 constexpr double kTemperatureReach = 10.0;  // [K]
 constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("within 1 %")
-constexpr double kMinSlope = 0.8;         // [V] of a block for a unit of state of charge (docs/physics.md#ocv_soc)
+// [V] of a block for a unit of state of charge (docs/physics.md#ocv_soc)
+constexpr double kMinSlope = 0.8;
 constexpr double kMaxSlope = 1.8;
-constexpr double kMaxOfBlock = 16.0;  // [V], of six lead-acid cells, above any charger's
+constexpr double kMaxOfBlock = 16.0;   // [V], of six lead-acid cells, above any charger's
 constexpr double kSpanOfBlock = 10.0;  // [V], from 1 V a cell, empty under load, up to kMaxOfBlock
-constexpr double kShortCharge = 10.0;  // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
+// [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
+constexpr double kShortCharge = 10.0;
 
 const ParameterEstimate* estimateOf(const Fit& fit, const char* name) {
-  const auto found = std::find_if(fit.estimates.begin(), fit.estimates.end(), [&](const auto& estimate) { return estimate.name == name; });
+  const auto found = std::find_if(fit.estimates.begin(), fit.estimates.end(),
+                                  [&](const auto& estimate) { return estimate.name == name; });
   return found == fit.estimates.end() ? nullptr : &*found;
 }
 
@@ -36,7 +40,8 @@ bool isDetermined(const Fit& fit, const char* name) {
   return !estimate || estimate->determined;
 }
 
-/// Whether the window determined how the open-circuit voltage follows the charge, and as a battery's does.
+/// Whether the window determined how the open-circuit voltage follows the charge, and as a
+/// battery's does.
 bool knowsOpenCircuitSlope(const Fit& fit, double capacity) {
   const ParameterEstimate* slope = estimateOf(fit, "ocv_slope");
   if (!slope || !slope->determined || slope->held) return false;
@@ -67,19 +72,21 @@ void addCharging(Reasons& reasons, const Fit& fit, const QueryRange& range) {
   const ChargeEvidence& evidence = range.evidence;
   if (evidence.is_supported || !range.charges) return;
   if (evidence.charges >= ChargeEvidence::kLeast) {
-    reasons.add(true, format("%d past charges like it of typically %.1f A were missed by %.1f A", evidence.charges, evidence.typical,
-                               evidence.median_error));
+    reasons.add(true, format("%d past charges like it of typically %.1f A were missed by %.1f A",
+                             evidence.charges, evidence.typical, evidence.median_error));
     return;
   }
   if (fit.source) {
-    reasons.add(true,
-                format("%d past charges were like it, at least %d are needed to support it", evidence.charges, ChargeEvidence::kLeast));
+    reasons.add(true, format("%d past charges were like it, at least %d are needed to support it",
+                             evidence.charges, ChargeEvidence::kLeast));
     return;
   }
   if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;
-  reasons.add(!contains(fit.effects, "charge_acceptance"), "the model lacks a limit of charge acceptance (effect charge_acceptance)");
+  reasons.add(!contains(fit.effects, "charge_acceptance"),
+              "the model lacks a limit of charge acceptance (effect charge_acceptance)");
   reasons.add(seen.longest_charge < kShortCharge,
-              format("the window's longest charge lasted %.1f s, at least %.0f s are needed", seen.longest_charge, kShortCharge));
+              format("the window's longest charge lasted %.1f s, at least %.0f s are needed",
+                     seen.longest_charge, kShortCharge));
 }
 
 }  // namespace
@@ -90,34 +97,44 @@ std::optional<double> askedFor(std::optional<double> given) {
 
 std::string faultOf(const CurrentProfile& profile, const char* name) {
   if (profile.time.size() != profile.current.size())
-    return format("%s has %zu times and %zu currents, expected as many", name, profile.time.size(), profile.current.size());
-  if (profile.time.size() > kMaxPoints) return format("%s has %zu points, expected at most %zu", name, profile.time.size(), kMaxPoints);
+    return format("%s has %zu times and %zu currents, expected as many", name, profile.time.size(),
+                  profile.current.size());
+  if (profile.time.size() > kMaxPoints)
+    return format("%s has %zu points, expected at most %zu", name, profile.time.size(), kMaxPoints);
   for (std::size_t n = 0; n < profile.time.size(); ++n) {
     const double t = profile.time[n], i = profile.current[n];
-    if (!(t >= 0.0 && t <= kLongestProfile)) return format("%s time[%zu] is %g s, expected 0 to 86400", name, n, t);
-    if (n > 0 && !(t > profile.time[n - 1])) return format("%s time[%zu] is %g s, expected more than the one before", name, n, t);
+    if (!(t >= 0.0 && t <= kLongestProfile))
+      return format("%s time[%zu] is %g s, expected 0 to 86400", name, n, t);
+    if (n > 0 && !(t > profile.time[n - 1]))
+      return format("%s time[%zu] is %g s, expected more than the one before", name, n, t);
     const double step = n > 0 ? t - profile.time[n - 1] : t;
     if (step > 0.0 && step < kShortestStep)
-      return format("%s time[%zu] is %g s after the one before, expected at least %g s", name, n, step, kShortestStep);
-    if (!(std::abs(i) <= kMaxCurrent)) return format("%s current[%zu] is %g A, expected -5000 to 5000", name, n, i);
+      return format("%s time[%zu] is %g s after the one before, expected at least %g s", name, n,
+                    step, kShortestStep);
+    if (!(std::abs(i) <= kMaxCurrent))
+      return format("%s current[%zu] is %g A, expected -5000 to 5000", name, n, i);
   }
   return "";
 }
 
 double supportedCharge(const Fit& fit, double capacity) {
   const double constant = kConstantCharge * capacity;
-  return knowsOpenCircuitSlope(fit, capacity) ? std::clamp(fit.excited.charge_swing, constant, capacity) : constant;
+  return knowsOpenCircuitSlope(fit, capacity)
+             ? std::clamp(fit.excited.charge_swing, constant, capacity)
+             : constant;
 }
 
 namespace {
 
 /// Why so much charge is too much; empty when it is not.
 std::string excessiveCharge(const Fit& fit, double moved, double capacity) {
-  if (moved > capacity) return format("it moves %.0f Ah, more than the battery's %g Ah", moved, capacity);
+  if (moved > capacity)
+    return format("it moves %.0f Ah, more than the battery's %g Ah", moved, capacity);
   const double supported = supportedCharge(fit, capacity);
   if (moved <= supported) return "";
   return format(
-      "it moves %.2f Ah, the model supports at most %.2f Ah (1 %% of %g Ah, or what the window moved where it determined how the "
+      "it moves %.2f Ah, the model supports at most %.2f Ah (1 %% of %g Ah, or what the window "
+      "moved where it determined how the "
       "open-circuit voltage follows the charge)",
       moved, supported, capacity);
 }
@@ -131,30 +148,35 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   Reasons reasons;
   if (range.min_current)
     reasons.add(*range.min_current < kCurrentReach * std::min(seen.min_current, 0.0),
-                format("it draws %.0f A but the window's largest discharge was %.0f A", *range.min_current, seen.min_current));
+                format("it draws %.0f A but the window's largest discharge was %.0f A",
+                       *range.min_current, seen.min_current));
   if (range.max_current && !range.evidence.is_supported)
     reasons.add(*range.max_current > kCurrentReach * std::max(seen.max_current, 0.0),
-                format("it charges with %.0f A but the window's largest charge was %.0f A", *range.max_current, seen.max_current));
+                format("it charges with %.0f A but the window's largest charge was %.0f A",
+                       *range.max_current, seen.max_current));
   if (range.max_voltage)
     reasons.add(
         *range.max_voltage > fit.series_blocks * seen.max_voltage + blocksOf(fit) * kVoltageReach,
-        format("it goes to %.2f V but the window's highest voltage was %.2f V", *range.max_voltage, fit.series_blocks * seen.max_voltage));
+        format("it goes to %.2f V but the window's highest voltage was %.2f V", *range.max_voltage,
+               fit.series_blocks * seen.max_voltage));
   reasons.add(!excessive.empty(), excessive);
   if (const auto u = range.answered_voltage) {
     const bool is_possible = u->value >= 0.0 && u->value <= maxVoltage(fit);
     const std::string says_nothing = voltageSaysNothing(fit, *u);
-    reasons.add(!is_possible, format("it comes to %.2f V, expected 0 to %.0f V of such a battery", u->value, maxVoltage(fit)));
+    reasons.add(!is_possible, format("it comes to %.2f V, expected 0 to %.0f V of such a battery",
+                                     u->value, maxVoltage(fit)));
     reasons.add(is_possible && !says_nothing.empty(), says_nothing);
   }
   reasons.add(!range.says_nothing.empty(), range.says_nothing);
   reasons.add(range.beyond_identified > kDiscrepancyReach,
-              format("what was estimated beside the equations is held at its range's end, %.0f mV from where it would be",
-                       1e3 * fit.series_blocks * range.beyond_identified));
+              format("what was estimated beside the equations is held at its range's end, %.0f mV "
+                     "from where it would be",
+                     1e3 * fit.series_blocks * range.beyond_identified));
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;
   if (temperature && seen.temperature)
-    reasons.add(
-        std::abs(*temperature - *seen.temperature) > kTemperatureReach,
-        format("the battery is at %.0f degC, in the window it was at %.0f degC", *temperature - 273.15, *seen.temperature - 273.15));
+    reasons.add(std::abs(*temperature - *seen.temperature) > kTemperatureReach,
+                format("the battery is at %.0f degC, in the window it was at %.0f degC",
+                       *temperature - 273.15, *seen.temperature - 273.15));
   addCharging(reasons, fit, range);
   if (range.charges && range.evidence.is_supported) return reasons.text();
   // With fresh_sulphate one resistance serves both signs.
@@ -167,14 +189,18 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
 std::string voltageSaysNothing(const Fit& fit, const Interval& u) {
   const double width = kSpanOfBlock * blocksOf(fit);
   if (u.lower >= 0.0 && u.upper <= maxVoltage(fit) && u.upper - u.lower < width) return "";
-  return format("its 90 %% interval of %.2f to %.2f V says nothing, expected inside 0 to %.0f V and narrower than %.0f V", u.lower,
-                  u.upper, maxVoltage(fit), width);
+  return format(
+      "its 90 %% interval of %.2f to %.2f V says nothing, expected inside 0 to %.0f V and narrower "
+      "than %.0f V",
+      u.lower, u.upper, maxVoltage(fit), width);
 }
 
-std::string widthSaysNothing(const Interval& answer, double width, const char* unit, const std::string& whose) {
+std::string widthSaysNothing(const Interval& answer, double width, const char* unit,
+                             const std::string& whose) {
   if (answer.upper - answer.lower < width) return "";
-  return format("its 90 %% interval of %.1f to %.1f %s says nothing, expected narrower than %.1f %s, ", answer.lower, answer.upper, unit,
-                  width, unit) +
+  return format(
+             "its 90 %% interval of %.1f to %.1f %s says nothing, expected narrower than %.1f %s, ",
+             answer.lower, answer.upper, unit, width, unit) +
          whose;
 }
 
@@ -190,9 +216,10 @@ void hold(Simulation& simulation, double current, double duration) {
   simulation.advance(step);
 }
 
-Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own, const IntervalCalibration& scale) {
-  const double variance =
-      simulation.voltageDerivatives().squaredNorm() + error.variance + own * own + std::pow(simulation.beyondIdentified(), 2);
+Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
+                       const IntervalCalibration& scale) {
+  const double variance = simulation.voltageDerivatives().squaredNorm() + error.variance +
+                          own * own + std::pow(simulation.beyondIdentified(), 2);
   const double half = kNinetyPercent * scale.factor * std::sqrt(variance);
   const double u = simulation.voltage() + error.mean;
   return {u, u - half, u + half};

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "estimation/residual_filter.hpp"
 #include "estimation/fitted_model.hpp"
+#include "estimation/residual_filter.hpp"
 #include "model/simulation.hpp"
 #include "prediction/answer.hpp"
 #include "prediction/event_corrections.hpp"
@@ -14,10 +14,12 @@
 
 namespace battery_sof {
 
-/// What a request asks for by a number whose zero has no meaning: 0 and NaN, as in a request that was never filled in, ask for nothing.
+/// What a request asks for by a number whose zero has no meaning: 0 and NaN, as in a request that
+/// was never filled in, ask for nothing.
 std::optional<double> askedFor(std::optional<double> given);
 
-/// @return the first fault of a profile with what was expected; empty when sound. @param name for the sentence.
+/// @return the first fault of a profile with what was expected; empty when sound. @param name for
+/// the sentence.
 std::string faultOf(const CurrentProfile& profile, const char* name);
 
 /// How far beyond the currents of its window a model is relied on [1].
@@ -25,17 +27,20 @@ inline constexpr double kCurrentReach = 1.25;
 
 /// What a query takes the battery through, for comparison with what its model's window did.
 struct QueryRange {
-  std::optional<double> min_current;       ///< [A], largest discharge
-  std::optional<double> max_current;        ///< [A], largest charge
-  std::optional<double> max_voltage;        ///< [V]
-  std::optional<double> charge_duration;     ///< [s]
-  double charge_moved = 0.0;                 ///< [Ah], magnitude
-  std::optional<double> temperature;         ///< [K], at which it will happen; else the model's state's
+  std::optional<double> min_current;      ///< [A], largest discharge
+  std::optional<double> max_current;      ///< [A], largest charge
+  std::optional<double> max_voltage;      ///< [V]
+  std::optional<double> charge_duration;  ///< [s]
+  double charge_moved = 0.0;              ///< [Ah], magnitude
+  /// [K], at which it will happen; else the model's state's
+  std::optional<double> temperature;
   bool charges = false;                      ///< needs r_charge, else r_discharge
   ChargeEvidence evidence = {};              ///< what past charges say of a charge
   std::optional<Interval> answered_voltage;  ///< [V], what the model makes of it
-  std::string says_nothing;                  ///< of an interval of another quantity: why, see widthSaysNothing()
-  double beyond_identified = 0.0;               ///< [V] of one block, most by which a discrepancy model was held inside what it was estimated on
+  /// of an interval of another quantity: why, see widthSaysNothing()
+  std::string says_nothing;
+  /// [V] of one block, most by which a discrepancy model was held inside what it was estimated on
+  double beyond_identified = 0.0;
 };
 
 /**
@@ -43,26 +48,30 @@ struct QueryRange {
  *
  *     1 % of the capacity (paper, section V), the open-circuit voltage being held constant
  *
- * As far as the window itself moved charge (ExcitedRange::charge_swing), at most the capacity, where it determined how the
- * open-circuit voltage follows the charge (ocv_slope of ocv_soc) and that slope is a battery's: 0.8 to 1.8 V of a block for a unit of
- * state of charge (docs/physics.md#ocv_soc). acid_transport relaxes with time and holds no such slope.
+ * As far as the window itself moved charge (ExcitedRange::charge_swing), at most the capacity,
+ * where it determined how the open-circuit voltage follows the charge (ocv_slope of ocv_soc) and
+ * that slope is a battery's: 0.8 to 1.8 V of a block for a unit of state of charge
+ * (docs/physics.md#ocv_soc). acid_transport relaxes with time and holds no such slope.
  */
 double supportedCharge(const Fit& fit, double capacity);
 
 /**
- * @brief Why a model should not be relied on for a query: what its window did not excite and its equations do not hold.
+ * @brief Why a model should not be relied on for a query: what its window did not excite and its
+ * equations do not hold.
  *
- * A charge is supported by evidence: three past charges or more at its voltage and duration that were predicted well
- * (ChargeEvidence). Then neither its current nor the lack of a law of charge acceptance speaks against it; past charges that
- * were missed do, and for a model with a source so does their absence.
+ * A charge is supported by evidence: three past charges or more at its voltage and duration that
+ * were predicted well (ChargeEvidence). Then neither its current nor the lack of a law of charge
+ * acceptance speaks against it; past charges that were missed do, and for a model with a source so
+ * does their absence.
  *
- * Currents up to 1.25 times, voltages up to 0.3 V above and temperatures within 10 K of the window's; a charge moved of at most
- * supportedCharge(); for charges beyond
- * 10 s a limit of charge acceptance (charge_acceptance) and a charge as long as 10 s in the window (docs/physics.md#sof2).
+ * Currents up to 1.25 times, voltages up to 0.3 V above and temperatures within 10 K of the
+ * window's; a charge moved of at most supportedCharge(); for charges beyond 10 s a limit of charge
+ * acceptance (charge_acceptance) and a charge as long as 10 s in the window (docs/physics.md#sof2).
  *
- * More than the capacity is never held, and no battery has a voltage below 0 or above 16 V a block of six cells: a model that
- * answers with one is beyond what its equations hold for. An interval that says nothing is no answer (voltageSaysNothing()). A discrepancy model
- * that would differ by more than 10 mV if it were not held inside its range is outside the identified range.
+ * More than the capacity is never held, and no battery has a voltage below 0 or above 16 V a block
+ * of six cells: a model that answers with one is beyond what its equations hold for. An interval
+ * that says nothing is no answer (voltageSaysNothing()). A discrepancy model that would differ by
+ * more than 10 mV if it were not held inside its range is outside the identified range.
  *
  * @return reasons, joined by "; "; empty when there is none.
  */
@@ -71,16 +80,20 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
 /**
  * @brief Why the 90 % interval of a voltage says nothing; empty when it says something.
  *
- * It does where it stays inside 0 to 16 V a block of six cells and is narrower than 10 V, from 6 V (1 V a cell: empty under load) to 16 V.
+ * It does where it stays inside 0 to 16 V a block of six cells and is narrower than 10 V, from 6 V
+ * (1 V a cell: empty under load) to 16 V.
  *
  * @param voltage [V], of the model's series string.
  */
 std::string voltageSaysNothing(const Fit& fit, const Interval& voltage);
 
-/// The same of a quantity whose values lie within a width. @param width in `unit`.  @param whose what has that width.
-std::string widthSaysNothing(const Interval& answer, double width, const char* unit, const std::string& whose);
+/// The same of a quantity whose values lie within a width. @param width in `unit`.  @param whose
+/// what has that width.
+std::string widthSaysNothing(const Interval& answer, double width, const char* unit,
+                             const std::string& whose);
 
-/// Makes of an answer with numbers one that is valid, or outside the identified range for these reasons. @param reasons empty for none.
+/// Makes of an answer with numbers one that is valid, or outside the identified range for these
+/// reasons. @param reasons empty for none.
 template <typename Answer>
 void judge(Answer& answer, const std::string& reasons) {
   answer.valid = reasons.empty();
@@ -99,7 +112,8 @@ void hold(Simulation& simulation, double current, double duration);
  * beyond: Simulation::beyondIdentified().
  * @param error what the model will miss then (ResidualFilter).  @param own what the event adds [V].
  */
-Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own, const IntervalCalibration& scale);
+Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
+                       const IntervalCalibration& scale);
 
 /// Whether a value and the ends of its interval are finite.
 bool areNumbers(const Interval& answer);
@@ -109,7 +123,9 @@ template <typename Answer>
 Answer withoutNumbers() {
   Answer answer;
   answer.code = AnswerCode::kNoModel;
-  answer.message = "the model makes no finite numbers of this query: it is far beyond what its equations hold for";
+  answer.message =
+      "the model makes no finite numbers of this query: it is far beyond what its equations hold "
+      "for";
   return answer;
 }
 

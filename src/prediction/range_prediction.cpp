@@ -21,7 +21,8 @@ FollowedPrediction currentDriven(const FittedModel& model, const Series& series,
   return predicted;
 }
 
-/// Whether the voltage drives where a source controls it; gives the fit a source when it was fitted without.
+/// Whether the voltage drives where a source controls it; gives the fit a source when it was fitted
+/// without.
 bool drivesBothWays(Fit& fit, const Series& series, PredictionMode mode) {
   if (mode == PredictionMode::kCurrent) return false;
   if (mode == PredictionMode::kAsFitted || fit.source) return fit.source.has_value();
@@ -31,10 +32,13 @@ bool drivesBothWays(Fit& fit, const Series& series, PredictionMode mode) {
   return true;
 }
 
-PredictionReport scored(const Fit& fit, const Series& series, IndexRange range, const FollowedPrediction& from_current,
+PredictionReport scored(const Fit& fit, const Series& series, IndexRange range,
+                        const FollowedPrediction& from_current,
                         const FollowedPrediction& predicted) {
   PredictionReport report;
-  report.from_current = scorePrediction(series, range, {from_current.voltage, from_current.voltage_lower, from_current.voltage_upper});
+  report.from_current = scorePrediction(
+      series, range,
+      {from_current.voltage, from_current.voltage_lower, from_current.voltage_upper});
   report.baseline = scoreBaseline(fit.baseline, series, range, predicted.voltage_controlled);
   const PredictedVoltage line = baselineVoltage(fit.baseline, series, range);
   if (!line.voltage.empty()) report.baseline_from_current = scorePrediction(series, range, line);
@@ -43,9 +47,12 @@ PredictionReport scored(const Fit& fit, const Series& series, IndexRange range, 
 
 }  // namespace
 
-RangePrediction predictRange(FittedModel model, const Series& series, IndexRange range, PredictionMode mode) {
-  if (const double series_blocks = std::exchange(model.fit.series_blocks, 1.0); series_blocks != 1.0)
-    return ofSeries(predictRange(std::move(model), perBlock(series, series_blocks), range, mode), series_blocks);
+RangePrediction predictRange(FittedModel model, const Series& series, IndexRange range,
+                             PredictionMode mode) {
+  if (const double series_blocks = std::exchange(model.fit.series_blocks, 1.0);
+      series_blocks != 1.0)
+    return ofSeries(predictRange(std::move(model), perBlock(series, series_blocks), range, mode),
+                    series_blocks);
   const bool both_ways = drivesBothWays(model.fit, series, mode);
   const FollowedPrediction from_current = currentDriven(model, series, range);
   RangePrediction result;

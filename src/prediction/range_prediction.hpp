@@ -22,10 +22,12 @@ class NoSource : public std::invalid_argument {
 
 /// What a prediction comes to, in every direction and beside what needs no physics.
 struct PredictionReport {
-  PredictionScores from_current;            ///< as the paper has it; its cranks are those of both_ways where that is
+  /// as the paper has it; its cranks are those of both_ways where that is
+  PredictionScores from_current;
   std::optional<BothWaysScores> both_ways;  ///< none when the current drives throughout
   BothWaysScores baseline;
-  std::optional<PredictionScores> baseline_from_current;  ///< of the baseline line; none without one
+  /// of the baseline line; none without one
+  std::optional<PredictionScores> baseline_from_current;
 };
 
 /// A model's course through a range of a recording, and how well it did.
@@ -37,10 +39,12 @@ struct RangePrediction {
 /**
  * @brief Runs a model through a range of a recording and scores it.
  *
- * A model fitted without a source takes, for PredictionMode::kMixed, the one that is seen in the series.
+ * A model fitted without a source takes, for PredictionMode::kMixed, the one that is seen in the
+ * series.
  * @param series at the rate to predict at, see atDesignRate().
  * @throws NoSource; the message says why none is seen.
  */
-RangePrediction predictRange(FittedModel model, const Series& series, IndexRange range, PredictionMode mode = PredictionMode::kAsFitted);
+RangePrediction predictRange(FittedModel model, const Series& series, IndexRange range,
+                             PredictionMode mode = PredictionMode::kAsFitted);
 
 }  // namespace battery_sof

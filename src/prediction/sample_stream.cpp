@@ -12,7 +12,8 @@ namespace {
 constexpr double kProbeDuration = 1.0;    // [s]
 constexpr std::size_t kProbeSamples = 6;  // five intervals: their median survives two odd ones
 constexpr double kDecimateAbove = 200.0;  // [Hz], twice the design rate of 100 Hz (Decimator)
-constexpr double kSlack = 1.25;           // the past is cut in blocks, which makes a sample's cost constant
+// the past is cut in blocks, which makes a sample's cost constant
+constexpr double kSlack = 1.25;
 
 void appendTo(Series& series, const StreamSample& sample) {
   series.time.push_back(sample.time);
@@ -25,7 +26,8 @@ void eraseFront(std::vector<double>& values, std::size_t count) {
 }
 
 std::size_t countBefore(const std::vector<double>& times, double time) {
-  return static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), time) - times.begin());
+  return static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), time) -
+                                  times.begin());
 }
 
 }  // namespace
@@ -76,11 +78,14 @@ void SampleStream::goOnFrom(const SampleStream& before) {
 }
 
 bool SampleStream::isSuspicious(double time) const {
-  const bool is_time = std::abs(time) <= IntakeLimits().max_abs_time;  // the intake refuses the rest, and says why
+  // the intake refuses the rest, and says why
+  const bool is_time = std::abs(time) <= IntakeLimits().max_abs_time;
   return newest_ && is_time && (time < *newest_ - kClockBack || time > *newest_ + kClockAhead);
 }
 
-bool SampleStream::confirmsHeld(double time) const { return held_ && time > held_->time && time <= held_->time + kClockAhead; }
+bool SampleStream::confirmsHeld(double time) const {
+  return held_ && time > held_->time && time <= held_->time + kClockAhead;
+}
 
 void SampleStream::dropHeld() {
   if (!held_) return;
@@ -108,7 +113,8 @@ void SampleStream::enter(const RawSample& sample, Step& step) {
   const bool accepted = fate == SampleFate::kAccepted;
   if (!accepted && fate != SampleFate::kTemperatureOnly) return;
   auto& times = series_.temperature_time;
-  if (sample.temperature && std::isfinite(*sample.temperature) && (times.empty() || sample.time > times.back())) {
+  if (sample.temperature && std::isfinite(*sample.temperature) &&
+      (times.empty() || sample.time > times.back())) {
     times.push_back(sample.time);
     series_.temperature.push_back(*sample.temperature);
   }

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "battery_sof/intake.hpp"
-#include "recording/resample.hpp"
 #include "battery_sof/series.hpp"
+#include "recording/resample.hpp"
 
 namespace battery_sof {
 
@@ -19,8 +19,9 @@ struct StreamSample {
 /// How many offered samples came to what.
 struct StreamCounts {
   std::size_t accepted = 0;
-  RejectedCounts rejected;      ///< by Intake
-  std::size_t stamp_ahead = 0;  ///< a stamp more than kClockAhead ahead that the next sample did not confirm
+  RejectedCounts rejected;  ///< by Intake
+  /// a stamp more than kClockAhead ahead that the next sample did not confirm
+  std::size_t stamp_ahead = 0;
   std::size_t clock_restarts = 0;
   std::size_t rejectedTotal() const { return rejected.total() + stamp_ahead; }
 };
@@ -53,9 +54,11 @@ class SampleStream {
 
   Step push(const RawSample& sample);
 
-  /// The first sample on the new clock, where this sample would confirm a jump of the clock; none else.
+  /// The first sample on the new clock, where this sample would confirm a jump of the clock; none
+  /// else.
   std::optional<RawSample> jumpConfirmedBy(const RawSample& sample) const;
-  /// Goes on where another stream stood, as if what came since had not: it was on a wrong clock. The counts stay.
+  /// Goes on where another stream stood, as if what came since had not: it was on a wrong clock.
+  /// The counts stay.
   void goOnFrom(const SampleStream& before);
   /// [s], last accepted stamp; none before the first.
   std::optional<double> newestStamp() const { return newest_; }

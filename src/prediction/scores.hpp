@@ -3,10 +3,10 @@
 #include <optional>
 #include <vector>
 
+#include "battery_sof/series.hpp"
 #include "estimation/fit_quality.hpp"
 #include "prediction/profile.hpp"
 #include "recording/events.hpp"
-#include "battery_sof/series.hpp"
 
 namespace battery_sof {
 
@@ -30,6 +30,7 @@ struct PredictionScores {
 };
 
 /// @param range, predicted as given to and returned by predictSeries().
-PredictionScores scorePrediction(const Series& series, IndexRange range, const PredictedVoltage& predicted, const EventLimits& limits = {});
+PredictionScores scorePrediction(const Series& series, IndexRange range,
+                                 const PredictedVoltage& predicted, const EventLimits& limits = {});
 
 }  // namespace battery_sof

@@ -44,7 +44,8 @@ void scale(BothWaysScores& scores, double series_blocks) {
 
 RangePrediction ofSeries(RangePrediction of_one, double series_blocks) {
   FollowedPrediction& course = of_one.course;
-  for (std::vector<double>* voltages : {&course.voltage, &course.voltage_lower, &course.voltage_upper, &course.equations_voltage})
+  for (std::vector<double>* voltages :
+       {&course.voltage, &course.voltage_lower, &course.voltage_upper, &course.equations_voltage})
     scale(*voltages, series_blocks);
   PredictionReport& report = of_one.report;
   scale(report.from_current, series_blocks);
@@ -71,8 +72,9 @@ SessionEvents ofSeries(SessionEvents of_one, double series_blocks) {
 SessionStatus ofSeries(SessionStatus of_one, double series_blocks) {
   if (of_one.expected) scale(of_one.expected->voltage, series_blocks);
   if (of_one.selector)
-    for (double* voltage : {&of_one.selector->base_rmse, &of_one.selector->extended_rmse, &of_one.selector->base_crank_error,
-                            &of_one.selector->extended_crank_error})
+    for (double* voltage :
+         {&of_one.selector->base_rmse, &of_one.selector->extended_rmse,
+          &of_one.selector->base_crank_error, &of_one.selector->extended_crank_error})
       scale(*voltage, series_blocks);
   scale(of_one.crank_selector.model_error, series_blocks);
   scale(of_one.crank_selector.baseline_error, series_blocks);

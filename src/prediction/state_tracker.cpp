@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
 
-constexpr double kLookBack = 300.0;  // [s], of a source's past that its judgement rests on, as inputsOf()
+// [s], of a source's past that its judgement rests on, as inputsOf()
+constexpr double kLookBack = 300.0;
 
 void append(Series& series, double time, double current, double voltage) {
   series.time.push_back(time);
@@ -43,15 +44,17 @@ void StateTracker::lookBack(const Series& series) {
   for (auto at = begin; at != end; ++at) {
     const auto n = static_cast<std::size_t>(at - series.time.begin());
     recent_ = slice(series, {n, n + 1});
-    controlled_ = {static_cast<char>(watch_->add(series.time[n], series.current[n], series.voltage[n]))};
+    controlled_ = {
+        static_cast<char>(watch_->add(series.time[n], series.current[n], series.voltage[n]))};
     settled_count_ = 1;
   }
 }
 
 bool StateTracker::follow(double time, double current, double voltage) {
   if (!(time > state().time))
-    throw std::invalid_argument("StateTracker: time " + std::to_string(time) + " s is not after the state's " +
-                                std::to_string(state().time) + " s");
+    throw std::invalid_argument("StateTracker: time " + std::to_string(time) +
+                                " s is not after the state's " + std::to_string(state().time) +
+                                " s");
   if (needs_trace_) trace_.append(time, current, max_gap_);
   append(recent_, time, current, voltage);
   voltage_controlled_ = watch_ && watch_->add(time, current, voltage);
@@ -68,7 +71,8 @@ void StateTracker::settleOldest() {
   const InputSample sample = sampleAfter(settled_, oldest);
   last_ = step(settled_, sample);
   last_voltage_ = sample.voltage;
-  error_ = sample.voltage_controlled ? kOhmsOfCurrentError * (sample.step.current - last_.current) : sample.voltage - last_.voltage;
+  error_ = sample.voltage_controlled ? kOhmsOfCurrentError * (sample.step.current - last_.current)
+                                     : sample.voltage - last_.voltage;
   has_settled_ = true;
   if (needs_trace_) trace_.forgetBefore(settled_.state.time - kTraceKept);
   forgetFirst(recent_, oldest);
@@ -78,22 +82,27 @@ void StateTracker::settleOldest() {
 
 void StateTracker::lookAhead() {
   ahead_.emplace(settled_);
-  for (std::size_t n = settled_count_; n < recent_.size(); ++n) step(*ahead_, sampleAfter(*ahead_, n));
+  for (std::size_t n = settled_count_; n < recent_.size(); ++n)
+    step(*ahead_, sampleAfter(*ahead_, n));
 }
 
 /// The n-th of the recent samples as it drives a place that stands at the one before.
 InputSample StateTracker::sampleAfter(const SimulationPoint& point, std::size_t n) const {
   InputSample sample;
-  sample.step = inputStep(point.state.time, point.state.current, recent_.time[n], recent_.current[n], max_gap_);
+  sample.step = inputStep(point.state.time, point.state.current, recent_.time[n],
+                          recent_.current[n], max_gap_);
   if (needs_trace_) sample.step.trace = &trace_;
-  sample.voltage = watch_ ? repairedVoltage(recent_, n, model_.fit.voltage_lag) : recent_.voltage[n];
+  sample.voltage =
+      watch_ ? repairedVoltage(recent_, n, model_.fit.voltage_lag) : recent_.voltage[n];
   sample.voltage_controlled = controlled_[n];
   return sample;
 }
 
 FollowedSample StateTracker::step(SimulationPoint& point, const InputSample& given) const {
   InputSample sample = given;
-  if (watch_) sample.step.missed = point.missed.add(sample.step.duration, sample.step.current, sample.voltage_controlled);
+  if (watch_)
+    sample.step.missed =
+        point.missed.add(sample.step.duration, sample.step.current, sample.voltage_controlled);
   const FollowedSample followed = point.follower.follow(sample);
   const Eigen::VectorXd state = point.follower.simulation().state();
   point.state.time = sample.step.time;
@@ -108,7 +117,8 @@ FollowedSample StateTracker::step(SimulationPoint& point, const InputSample& giv
 
 void StateTracker::setOrigin(const Provenance& origin) { model_.provenance = origin; }
 
-void StateTracker::setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge) {
+void StateTracker::setCalibrations(const IntervalCalibration& crank,
+                                   const IntervalCalibration& charge) {
   model_.intervals.crank_calibration = crank;
   model_.intervals.charge_calibration = charge;
 }
@@ -143,7 +153,8 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
     if (!follows) continue;
     // du/du_c2 is one, so what the voltage does not know beside u_c2 is what u_c2 takes over.
     (j == 0 ? model.state.u_c2 : model.state.further[static_cast<std::size_t>(j) - 1]) += missing;
-    if (factor.cols() > 0) moved.row(parameters + j) = factor.row(parameters) - here.voltageDerivatives().transpose();
+    if (factor.cols() > 0)
+      moved.row(parameters + j) = factor.row(parameters) - here.voltageDerivatives().transpose();
     unshared[parameters + j] = std::sqrt(own);
   }
   model.fit.covariance = moved * moved.transpose() + unshared * unshared.transpose();

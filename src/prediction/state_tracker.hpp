@@ -1,19 +1,21 @@
 #pragma once
 
-#include "estimation/residual_filter.hpp"
 #include "estimation/follower.hpp"
+#include "estimation/residual_filter.hpp"
 
 namespace battery_sof {
 
 /**
  * @brief Follows the model's state from sample to sample between identifications.
  *
- * One step a sample, with the derivatives of uncertainSimulationOf(); constant memory. Across a gap the battery is taken to rest
- * (driving_current.hpp). Where the model's source controls the voltage (ControlModeDetector), that drives, and the error is the current's.
+ * One step a sample, with the derivatives of uncertainSimulationOf(); constant memory. Across a gap
+ * the battery is taken to rest (driving_current.hpp). Where the model's source controls the voltage
+ * (ControlModeDetector), that drives, and the error is the current's.
  *
- * A slow voltage channel is put right as in the fit (VoltageRepair): a sample is settled once the sample after the one that shows
- * its voltage is there, which is voltage_lag + 1 samples later. Until then the state goes on from the settled one to the newest
- * sample with the last voltage there is, as carryState() does at the end of a recording, and is taken again with every sample.
+ * A slow voltage channel is put right as in the fit (VoltageRepair): a sample is settled once the
+ * sample after the one that shows its voltage is there, which is voltage_lag + 1 samples later.
+ * Until then the state goes on from the settled one to the newest sample with the last voltage
+ * there is, as carryState() does at the end of a recording, and is taken again with every sample.
  * Without a source every sample is settled at once.
  */
 class StateTracker {
@@ -21,12 +23,14 @@ class StateTracker {
   /// Starts from the model's saved state. @param max_gap [s], longest interval that is joined.
   StateTracker(const FittedModel& model, double max_gap);
 
-  /// Shows the samples up to the state's, right at the beginning: the past that a source is judged by, 300 s as in inputsOf().
+  /// Shows the samples up to the state's, right at the beginning: the past that a source is judged
+  /// by, 300 s as in inputsOf().
   void lookBack(const Series& series);
 
-  /// Moves on to a sample later than the last one, driven by what is controlled there, and takes the other quantity in: what the
-  /// model misses of a voltage is followed (ResidualFilter). @return whether a sample was settled. @throws std::invalid_argument
-  /// when time does not increase.
+  /// Moves on to a sample later than the last one, driven by what is controlled there, and takes
+  /// the other quantity in: what the model misses of a voltage is followed (ResidualFilter).
+  /// @return whether a sample was settled. @throws std::invalid_argument when time does not
+  /// increase.
   bool follow(double time, double current, double voltage);
   /// Widths of intervals, as past events ask for.
   void setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge);
@@ -38,7 +42,8 @@ class StateTracker {
   const FollowedSample& last() const { return last_; }     ///< as the model followed it
   double lastTime() const { return settled_.state.time; }  ///< [s]
   double lastVoltage() const { return last_voltage_; }     ///< [V], measured, put right
-  /// @return measured less expected [V]; where the voltage drives, the current's error through 10 mOhm. 0 before the first.
+  /// @return measured less expected [V]; where the voltage drives, the current's error through 10
+  /// mOhm. 0 before the first.
   double error() const { return error_; }
 
   /// @return the model with state and covariance moved to the newest sample.
@@ -96,7 +101,8 @@ class StateTracker {
   bool has_settled_ = false;
   FollowedSample last_;
   double last_voltage_ = 0.0, error_ = 0.0;  // [V]
-  bool needs_trace_;                         // an effect may ask for the current a little earlier or later than the sample
+  // an effect may ask for the current a little earlier or later than the sample
+  bool needs_trace_;
   CurrentTrace trace_;
 };
 
@@ -105,7 +111,8 @@ class StateTracker {
  *
  *     u_c2 = u - u_dc - r(i) i - voltages of the effects
  *
- * The effects' states stay where they are. The state's covariance follows from the parameters' and the fit's own error.
+ * The effects' states stay where they are. The state's covariance follows from the parameters' and
+ * the fit's own error.
  */
 void setStateFromVoltage(FittedModel& model, double time, double current, double voltage);
 

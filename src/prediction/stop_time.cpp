@@ -11,10 +11,11 @@ namespace {
 
 constexpr double kLongest = 86400.0;  // [s]
 constexpr double kFirst = 0.5;        // [s]
-constexpr double kGrowth = 1.5;       // from stop to stop: five of them within the decade a relaxation takes
-constexpr double kResolution = 0.1;   // [s]
-constexpr double kRelative = 0.01;    // of the stop time
-constexpr double kRise = 1e-4;        // [V] a block, below it a rise is rounding
+// from stop to stop: five of them within the decade a relaxation takes
+constexpr double kGrowth = 1.5;
+constexpr double kResolution = 0.1;  // [s]
+constexpr double kRelative = 0.01;   // of the stop time
+constexpr double kRise = 1e-4;       // [V] a block, below it a rise is rounding
 constexpr double kEver = std::numeric_limits<double>::infinity();
 
 CrankingQuery crankOf(const StopTimeQuery& query) {
@@ -28,7 +29,9 @@ CrankingQuery crankOf(const StopTimeQuery& query) {
   return crank;
 }
 
-double of(const Interval& u, int bound) { return bound == 0 ? u.lower : bound == 1 ? u.value : u.upper; }
+double of(const Interval& u, int bound) {
+  return bound == 0 ? u.lower : bound == 1 ? u.value : u.upper;
+}
 
 /// Where one of the bounds stops to hold: somewhere between two stops, or never.
 struct Crossing {
@@ -39,7 +42,9 @@ struct Crossing {
 };
 
 /// The stop that draws a charge [Ah], at most a day [s].
-double stopThatDraws(double charge, double i_load) { return i_load < 0.0 ? std::min(kLongest, 3600.0 * charge / -i_load) : kLongest; }
+double stopThatDraws(double charge, double i_load) {
+  return i_load < 0.0 ? std::min(kLongest, 3600.0 * charge / -i_load) : kLongest;
+}
 
 /// Follows the stop phase and asks for a crank along it.
 class StopScan {
@@ -50,10 +55,12 @@ class StopScan {
 
   void scan() {
     look(0.0);
-    for (double t = kFirst; open() && has_numbers_ && at_ < longest_; t *= kGrowth) look(std::min(t, longest_));
+    for (double t = kFirst; open() && has_numbers_ && at_ < longest_; t *= kGrowth)
+      look(std::min(t, longest_));
   }
 
-  /// The longest stop of the lower bound, the value and the upper bound, to kResolution or kRelative.
+  /// The longest stop of the lower bound, the value and the upper bound, to kResolution or
+  /// kRelative.
   double crossing(int bound) const {
     const Crossing& found = crossings_[bound];
     if (!found.failed) return kEver;
@@ -146,7 +153,9 @@ double beyondIdentifiedAfter(const FittedModel& model, const CrankingQuery& cran
   return beyond;
 }
 
-std::string shown(double t_stop) { return std::isinf(t_stop) ? "no end" : format("%.1f s", t_stop); }
+std::string shown(double t_stop) {
+  return std::isinf(t_stop) ? "no end" : format("%.1f s", t_stop);
+}
 
 /// What lies beyond the longest stop that is supported.
 std::string beyond(double crossing) {
@@ -154,20 +163,24 @@ std::string beyond(double crossing) {
   return format("; the model puts the end at %.1f s, which is not supported", crossing);
 }
 
-std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query, const StopScan& scan) {
+std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query,
+                      const StopScan& scan) {
   std::string text;
   if (answer.outcome == StopTimeOutcome::kAtLeast)
-    text = format("the crank holds %.2f V after stops up to at least %.1f s, its lower bound up to %s", query.u_required,
-                    answer.t_stop->value, shown(answer.t_stop->lower).c_str()) +
-           beyond(scan.crossing(1));
+    text =
+        format("the crank holds %.2f V after stops up to at least %.1f s, its lower bound up to %s",
+               query.u_required, answer.t_stop->value, shown(answer.t_stop->lower).c_str()) +
+        beyond(scan.crossing(1));
   else if (answer.outcome == StopTimeOutcome::kAlways)
     text = format("the crank holds %.2f V after every stop up to a day", query.u_required);
   else if (answer.outcome == StopTimeOutcome::kNever)
     text = format("the crank does not hold %.2f V even at once", query.u_required);
   else
-    text = format("the crank holds %.2f V after stops up to %.1f s, 90 %% between %s and %s", query.u_required, answer.t_stop->value,
-                    shown(answer.t_stop->lower).c_str(), shown(answer.t_stop->upper).c_str());
-  if (scan.holdsAgainAt()) text += format("; it would hold again after %.1f s", *scan.holdsAgainAt());
+    text = format("the crank holds %.2f V after stops up to %.1f s, 90 %% between %s and %s",
+                  query.u_required, answer.t_stop->value, shown(answer.t_stop->lower).c_str(),
+                  shown(answer.t_stop->upper).c_str());
+  if (scan.holdsAgainAt())
+    text += format("; it would hold again after %.1f s", *scan.holdsAgainAt());
   return text;
 }
 
@@ -191,23 +204,28 @@ std::string toString(StopTimeOutcome outcome) {
 namespace {
 
 /// @param value [s], of the stop.  @param supported [Ah], supportedCharge().
-QueryRange rangeOf(const FittedModel& model, const StopTimeQuery& query, const CrankingQuery& crank, double value, double supported) {
+QueryRange rangeOf(const FittedModel& model, const StopTimeQuery& query, const CrankingQuery& crank,
+                   double value, double supported) {
   QueryRange range;
   range.min_current = query.i_cranking;
-  if (!query.crank.empty()) range.min_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
+  if (!query.crank.empty())
+    range.min_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
   range.charge_moved = std::min(-query.i_load * std::min(value, kLongest) / 3600.0, supported);
   range.temperature = query.temperature;
-  if (model.fit.discrepancy) range.beyond_identified = beyondIdentifiedAfter(model, crank, std::min(value, kLongest));
+  if (model.fit.discrepancy)
+    range.beyond_identified = beyondIdentifiedAfter(model, crank, std::min(value, kLongest));
   return range;
 }
 
 }  // namespace
 
-StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query, double capacity) {
+StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query,
+                               double capacity) {
   StopTimeAnswer answer;
   const CrankingQuery crank = crankOf(query);
   answer.message = faultsOf(crank);
-  if (!askedFor(query.u_required)) answer.message = "no limit is given for a crank to hold: " + answer.message;
+  if (!askedFor(query.u_required))
+    answer.message = "no limit is given for a crank to hold: " + answer.message;
   if (!answer.message.empty()) {
     answer.code = AnswerCode::kInvalidQuery;
     return answer;
@@ -237,8 +255,9 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
   QueryRange range = rangeOf(model, query, crank, value, supported);
   range.answered_voltage = scan.atOnce();
   // Ends closer than the search resolves are the same.
-  range.says_nothing = widthSaysNothing({value, answer.t_stop->lower, std::min(answer.t_stop->upper, longest)}, longest - kResolution, "s",
-                                        draws ? "the stop that draws all of the battery" : "a day");
+  range.says_nothing = widthSaysNothing(
+      {value, answer.t_stop->lower, std::min(answer.t_stop->upper, longest)}, longest - kResolution,
+      "s", draws ? "the stop that draws all of the battery" : "a day");
   judge(answer, extrapolationOf(model, range, capacity));
   return answer;
 }

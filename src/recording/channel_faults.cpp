@@ -9,28 +9,33 @@
 namespace battery_sof::check_parts {
 namespace {
 
-constexpr double kNoiseSigmas = 9.0;     // 6.4 sigma of a difference: no move by chance in 1e9 samples
+// 6.4 sigma of a difference: no move by chance in 1e9 samples
+constexpr double kNoiseSigmas = 9.0;
 constexpr double kMoveSteps = 2.5;       // quantisation alone moves by one step, with noise by two
 constexpr double kMoveShare = 0.05;      // of what the largest current does to the other channel
 constexpr double kMoveDuration = 0.05;   // [s], over which a move is taken; shorter than a crank
 constexpr std::size_t kFlatSamples = 3;  // docs/physics.md#clipping
 constexpr double kFlatDuration = 5.0;    // [s], a crank lasts no longer
 constexpr std::size_t kStuckSamples = 10;
-constexpr std::size_t kStuckReversals = 3;  // one dip and recovery can be the battery's own; three cannot
+// one dip and recovery can be the battery's own; three cannot
+constexpr std::size_t kStuckReversals = 3;
 constexpr std::size_t kPileUpSamples = 5;
 constexpr double kPileUpInterval = 0.2;  // [s], slower sampling shows cranks as single samples
-constexpr double kTurning = 0.4;         // white noise turns at 2/3 of its moves, curves hardly ever
-constexpr double kVoltageSpread = 0.1;   // of the drop at the extreme current
-constexpr double kLoad = 0.05;           // of the largest current
-constexpr double kMostlyStill = 0.8;     // channels that mostly stand still do so together when the battery does
-constexpr double kFlickerShare = 0.1;    // of the recording
-constexpr double kChance = 1e-3;         // of one false claim in the whole recording
+// white noise turns at 2/3 of its moves, curves hardly ever
+constexpr double kTurning = 0.4;
+constexpr double kVoltageSpread = 0.1;  // of the drop at the extreme current
+constexpr double kLoad = 0.05;          // of the largest current
+// channels that mostly stand still do so together when the battery does
+constexpr double kMostlyStill = 0.8;
+constexpr double kFlickerShare = 0.1;  // of the recording
+constexpr double kChance = 1e-3;       // of one false claim in the whole recording
 
 /// The run without the samples at its ends in which a shift between the channels shows the
 /// neighbours' edges.
 IndexRange withoutSkew(const Evidence& evidence, IndexRange run) {
   if (!evidence.edges || evidence.interval <= 0.0) return run;
-  const auto lag = static_cast<std::size_t>(std::ceil(std::abs(evidence.edges->lag) / evidence.interval));
+  const auto lag =
+      static_cast<std::size_t>(std::ceil(std::abs(evidence.edges->lag) / evidence.interval));
   if (run.size() <= 2 * lag) return {run.first, run.first};
   return {run.first + lag, run.last - lag};
 }
@@ -44,13 +49,16 @@ bool isUnderLoad(const Evidence& evidence, std::size_t k) {
   return std::abs(evidence.current.values[k]) > kLoad * evidence.largest_current;
 }
 
-bool isAtExtreme(const Channel& channel, IndexRange run, double extreme) { return channel.values[run.first] == extreme; }
+bool isAtExtreme(const Channel& channel, IndexRange run, double extreme) {
+  return channel.values[run.first] == extreme;
+}
 
 /// Flat tops during which the other channel turns round: the true peak lies beyond the limit.
 std::vector<IndexRange> flatTops(const Evidence& evidence, const Channel& channel, double extreme) {
   const Channel& other = otherThan(evidence, channel);
   std::vector<IndexRange> tops;
-  for (const IndexRange& run : runsOf(evidence, channel, std::max(kFlatSamples, 2 * evidence.hold))) {
+  for (const IndexRange& run :
+       runsOf(evidence, channel, std::max(kFlatSamples, 2 * evidence.hold))) {
     if (!isAtExtreme(channel, run, extreme)) continue;
     const bool is_brief = durationOf(evidence, run) <= kFlatDuration;
     const std::size_t needed = is_brief ? 1 : kStuckReversals;
@@ -60,14 +68,18 @@ std::vector<IndexRange> flatTops(const Evidence& evidence, const Channel& channe
 }
 
 /// Whether two samples are of one reading, as far as the values tell.
-bool repeats(const Channel& channel, std::size_t k) { return channel.values[k] == channel.values[k - 1]; }
+bool repeats(const Channel& channel, std::size_t k) {
+  return channel.values[k] == channel.values[k - 1];
+}
 
-/// Share of a channel's repetitions under load, away from its limits, that another one follows, by Laplace's rule of
-/// succession. Of white noise it is the chance of a repetition, of values that somebody holds it is nearly 1.
+/// Share of a channel's repetitions under load, away from its limits, that another one follows, by
+/// Laplace's rule of succession. Of white noise it is the chance of a repetition, of values that
+/// somebody holds it is nearly 1.
 double shareThatGoesOn(const Evidence& evidence, const Channel& channel) {
   std::size_t begun = 0, gone_on = 0;
   for (std::size_t k = 2; k < channel.values.size(); ++k) {
-    const bool is_limit = channel.values[k - 1] == channel.lowest || channel.values[k - 1] == channel.highest;
+    const bool is_limit =
+        channel.values[k - 1] == channel.lowest || channel.values[k - 1] == channel.highest;
     if (is_limit || !isUnderLoad(evidence, k) || !repeats(channel, k - 1)) continue;
     ++begun;
     if (repeats(channel, k)) ++gone_on;
@@ -75,7 +87,8 @@ double shareThatGoesOn(const Evidence& evidence, const Channel& channel) {
   return static_cast<double>(gone_on + 1) / static_cast<double>(begun + 2);
 }
 
-/// Whether the channel turns round at most of its moves under load, as noise does, be it of less than a step.
+/// Whether the channel turns round at most of its moves under load, as noise does, be it of less
+/// than a step.
 bool flickersUnderLoad(const Evidence& evidence, const Channel& channel) {
   std::size_t moves = 0, turns = 0;
   double before = 0.0;
@@ -86,7 +99,8 @@ bool flickersUnderLoad(const Evidence& evidence, const Channel& channel) {
     if (move * before < 0.0) ++turns;
     before = move;
   }
-  return moves > kFlickerShare * static_cast<double>(channel.values.size()) && turns > kTurning * static_cast<double>(moves);
+  return moves > kFlickerShare * static_cast<double>(channel.values.size()) &&
+         turns > kTurning * static_cast<double>(moves);
 }
 
 bool isApproachedSteeply(const Evidence& evidence, const Channel& channel, IndexRange run) {
@@ -97,9 +111,11 @@ bool isApproachedSteeply(const Evidence& evidence, const Channel& channel, Index
          std::abs(channel.values[run.last + move.stride - 1] - extreme) >= move.threshold;
 }
 
-/// Flat tops of a channel that flickers elsewhere, too long for its own noise to leave them out: in several places, or in
-/// one that lies between two steep flanks. They need nothing of the other channel, which may be cut off too.
-std::vector<IndexRange> silentTops(const Evidence& evidence, const Channel& channel, double extreme) {
+/// Flat tops of a channel that flickers elsewhere, too long for its own noise to leave them out: in
+/// several places, or in one that lies between two steep flanks. They need nothing of the other
+/// channel, which may be cut off too.
+std::vector<IndexRange> silentTops(const Evidence& evidence, const Channel& channel,
+                                   double extreme) {
   if (evidence.interval >= kPileUpInterval || !flickersUnderLoad(evidence, channel)) return {};
   const double share = shareThatGoesOn(evidence, channel);
   std::vector<IndexRange> tops;
@@ -126,7 +142,8 @@ Crowd crowdBelow(const Channel& channel, double extreme) {
   std::sort(crowd.begin(), crowd.end());
   Crowd result;
   result.samples = crowd.size();
-  result.near = std::count_if(crowd.begin(), crowd.end(), [extreme](double value) { return value / extreme > 0.98; });
+  result.near = std::count_if(crowd.begin(), crowd.end(),
+                              [extreme](double value) { return value / extreme > 0.98; });
   crowd.erase(std::unique(crowd.begin(), crowd.end()), crowd.end());
   result.values = crowd.size();
   return result;
@@ -143,11 +160,15 @@ double voltageSpread(const Evidence& evidence, const std::vector<IndexRange>& ru
 std::vector<IndexRange> pileUp(const Evidence& evidence, double extreme) {
   if (evidence.interval < kPileUpInterval || !evidence.edges) return {};
   std::vector<IndexRange> runs = runsOf(evidence, evidence.current, 1);
-  runs.erase(std::remove_if(runs.begin(), runs.end(), [&](const IndexRange& run) { return !isAtExtreme(evidence.current, run, extreme); }),
+  runs.erase(std::remove_if(runs.begin(), runs.end(),
+                            [&](const IndexRange& run) {
+                              return !isAtExtreme(evidence.current, run, extreme);
+                            }),
              runs.end());
   const std::size_t samples = totalSamples(runs);
   const Crowd crowd = crowdBelow(evidence.current, extreme);
-  const bool stands_out = runs.size() >= kPileUpSamples && samples <= 2 * runs.size() && 3 * crowd.near <= samples;
+  const bool stands_out =
+      runs.size() >= kPileUpSamples && samples <= 2 * runs.size() && 3 * crowd.near <= samples;
   const bool is_scattered = 4 * crowd.samples >= samples && 2 * crowd.values >= crowd.samples;
   const double drop = evidence.edges->resistance * std::abs(extreme);
   const bool voltages_differ = voltageSpread(evidence, runs) >= kVoltageSpread * std::abs(drop);
@@ -165,8 +186,8 @@ std::vector<IndexRange> pairRuns(const Evidence& evidence) {
   return pairs;
 }
 
-/// Share of a channel's repetitions under load that another one follows while the other channel moves, by Laplace's rule
-/// of succession: what a repeated message is, is not counted.
+/// Share of a channel's repetitions under load that another one follows while the other channel
+/// moves, by Laplace's rule of succession: what a repeated message is, is not counted.
 double shareThatGoesOnAlone(const Evidence& evidence, const Channel& channel) {
   const Channel& other = otherThan(evidence, channel);
   std::size_t begun = 0, gone_on = 0, samples = 0, repeated = 0;
@@ -189,8 +210,10 @@ double shareThatGoesOnAlone(const Evidence& evidence, const Channel& channel) {
 Move realMove(const Evidence& evidence, const Channel& channel) {
   const bool is_voltage = &channel == &evidence.voltage;
   const double resistance = evidence.edges ? std::abs(evidence.edges->resistance) : 0.0;
-  const double scale = is_voltage ? resistance * evidence.largest_current : evidence.largest_current;
-  double threshold = std::max({kNoiseSigmas * channel.noise, kMoveSteps * channel.step.value_or(0.0), kMoveShare * scale});
+  const double scale =
+      is_voltage ? resistance * evidence.largest_current : evidence.largest_current;
+  double threshold = std::max(
+      {kNoiseSigmas * channel.noise, kMoveSteps * channel.step.value_or(0.0), kMoveShare * scale});
   if (!is_voltage && resistance > 0.0) {
     threshold = std::max(threshold, kMoveSteps * evidence.voltage.step.value_or(0.0) / resistance);
   }
@@ -202,7 +225,8 @@ const Channel& otherThan(const Evidence& evidence, const Channel& channel) {
   return &channel == &evidence.current ? evidence.voltage : evidence.current;
 }
 
-std::vector<IndexRange> runsOf(const Evidence& evidence, const Channel& channel, std::size_t min_samples) {
+std::vector<IndexRange> runsOf(const Evidence& evidence, const Channel& channel,
+                               std::size_t min_samples) {
   std::vector<IndexRange> runs;
   for (const IndexRange& stretch : evidence.stretches) {
     const auto found = constantRuns(channel.values, stretch, min_samples);
@@ -211,7 +235,9 @@ std::vector<IndexRange> runsOf(const Evidence& evidence, const Channel& channel,
   return runs;
 }
 
-double durationOf(const Evidence& evidence, IndexRange run) { return evidence.series.time[run.last - 1] - evidence.series.time[run.first]; }
+double durationOf(const Evidence& evidence, IndexRange run) {
+  return evidence.series.time[run.last - 1] - evidence.series.time[run.first];
+}
 
 std::size_t totalSamples(const std::vector<IndexRange>& runs) {
   std::size_t samples = 0;
@@ -219,7 +245,8 @@ std::size_t totalSamples(const std::vector<IndexRange>& runs) {
   return samples;
 }
 
-std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& channel, double extreme) {
+std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& channel,
+                                    double extreme) {
   std::vector<IndexRange> runs = flatTops(evidence, channel, extreme);
   std::vector<IndexRange> silent = silentTops(evidence, channel, extreme);
   if (silent.size() > runs.size()) runs = std::move(silent);
@@ -231,7 +258,8 @@ std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& cha
 std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& channel) {
   const Channel& other = otherThan(evidence, channel);
   const std::vector<double> limits = provenLimits(evidence, channel);
-  std::vector<IndexRange> frozen = runsOf(evidence, channel, std::max(kStuckSamples, 4 * evidence.hold));
+  std::vector<IndexRange> frozen =
+      runsOf(evidence, channel, std::max(kStuckSamples, 4 * evidence.hold));
   frozen.erase(std::remove_if(frozen.begin(), frozen.end(),
                               [&](const IndexRange& run) {
                                 return reversalsDuring(evidence, other, run) < kStuckReversals ||
@@ -252,13 +280,16 @@ std::vector<IndexRange> repeatedRuns(const Evidence& evidence) {
   std::vector<IndexRange> pairs = pairRuns(evidence);
   for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
     const std::vector<double> limits = provenLimits(evidence, *channel);
-    pairs.erase(
-        std::remove_if(pairs.begin(), pairs.end(), [&](const IndexRange& pair) { return contains(limits, channel->values[pair.first]); }),
-        pairs.end());
+    pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                               [&](const IndexRange& pair) {
+                                 return contains(limits, channel->values[pair.first]);
+                               }),
+                pairs.end());
   }
   const bool is_fast = evidence.interval < kPileUpInterval;
   for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
-    const bool flickers = is_fast ? flickersUnderLoad(evidence, *channel) : isNoisyOutside(*channel, flickerOutside(*channel, pairs));
+    const bool flickers = is_fast ? flickersUnderLoad(evidence, *channel)
+                                  : isNoisyOutside(*channel, flickerOutside(*channel, pairs));
     if (!flickers) return {};
   }
   const double current_share = shareThatGoesOnAlone(evidence, evidence.current);
@@ -293,7 +324,8 @@ Flicker flickerOutside(const Channel& channel, const std::vector<IndexRange>& ru
 bool isNoisyOutside(const Channel& channel, const Flicker& flicker) {
   constexpr double kMinFlicker = 1e-5;  // of the largest value; less is rounding of computed data
   const double largest = std::max(std::abs(channel.lowest), std::abs(channel.highest));
-  return flicker.samples > kFlickerShare * channel.values.size() && flicker.turning > kTurning && flicker.size >= kMinFlicker * largest &&
+  return flicker.samples > kFlickerShare * channel.values.size() && flicker.turning > kTurning &&
+         flicker.size >= kMinFlicker * largest &&
          flicker.size >= kMoveSteps * channel.step.value_or(0.0);
 }
 

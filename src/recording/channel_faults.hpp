@@ -29,7 +29,8 @@ Move realMove(const Evidence& evidence, const Channel& channel);
 const Channel& otherThan(const Evidence& evidence, const Channel& channel);
 
 /// @return ranges between gaps in which one exact value repeats at least min_samples times.
-std::vector<IndexRange> runsOf(const Evidence& evidence, const Channel& channel, std::size_t min_samples);
+std::vector<IndexRange> runsOf(const Evidence& evidence, const Channel& channel,
+                               std::size_t min_samples);
 
 /// [s], from the first to the last sample of a range that is not empty.
 double durationOf(const Evidence& evidence, IndexRange run);
@@ -41,11 +42,13 @@ std::size_t totalSamples(const std::vector<IndexRange>& runs);
  *
  * The extreme repeats while the other channel turns round, so the true peak lies beyond; or it
  * repeats for longer than the channel's own noise would leave it unmoved, at most for 5 s at a
- * time, in several places or between steep flanks; or, for the current at slow rates, separate samples share one extreme though those below
- * it are scattered and the voltages differ. A value that a source or a regulator holds is not found.
+ * time, in several places or between steep flanks; or, for the current at slow rates, separate
+ * samples share one extreme though those below it are scattered and the voltages differ. A value
+ * that a source or a regulator holds is not found.
  * @param extreme the channel's lowest or highest value.
  */
-std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& channel, double extreme);
+std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& channel,
+                                    double extreme);
 
 /// @return those of the channel's lowest and highest value at which it is cut off.
 std::vector<double> provenLimits(const Evidence& evidence, const Channel& channel);

@@ -17,9 +17,11 @@ constexpr std::size_t kFewestLevels = 8;
 constexpr double kTolerance = 0.08;      // of a step
 constexpr double kLooseTolerance = 0.2;  // of a step, while it is being refined
 constexpr double kNearlyAll = 0.95;
-constexpr double kFewestSingleSteps = 0.02;     // share of changes by exactly one step
-constexpr double kLargestMultiple = 30.0;       // beyond it an error of the step adds up to the tolerance
-constexpr double kNormalQuartile = 0.31863936;  // |z| below which a quarter of a normal distribution lies
+constexpr double kFewestSingleSteps = 0.02;  // share of changes by exactly one step
+// beyond it an error of the step adds up to the tolerance
+constexpr double kLargestMultiple = 30.0;
+// |z| below which a quarter of a normal distribution lies
+constexpr double kNormalQuartile = 0.31863936;
 
 /// Sizes of the changes from sample to sample, zeros left out, thinned to kMaxChanges, in rising
 /// order.
@@ -76,7 +78,8 @@ bool fits(const std::vector<double>& changes, double step) {
     ++fitting;
     if (multiple == 1.0) ++single;
   }
-  return judged >= kFewestChanges && fitting >= kNearlyAll * judged && single >= kFewestSingleSteps * judged;
+  return judged >= kFewestChanges && fitting >= kNearlyAll * judged &&
+         single >= kFewestSingleSteps * judged;
 }
 
 bool usesEnoughLevels(const std::vector<double>& values, double step) {
@@ -113,7 +116,8 @@ double noiseLevel(const std::vector<double>& values, std::optional<double> step)
   return std::max(floor, quantile(std::move(changes), 0.25) / kNormalQuartile / std::sqrt(2.0));
 }
 
-std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRange bounds, std::size_t min_samples) {
+std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRange bounds,
+                                     std::size_t min_samples) {
   std::vector<IndexRange> runs;
   std::size_t first = bounds.first;
   for (std::size_t k = bounds.first + 1; k <= bounds.last; ++k) {
@@ -124,7 +128,8 @@ std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRan
   return runs;
 }
 
-std::size_t countReversals(const std::vector<double>& values, IndexRange range, std::size_t stride, double threshold) {
+std::size_t countReversals(const std::vector<double>& values, IndexRange range, std::size_t stride,
+                           double threshold) {
   if (range.size() < 3) return 0;
   stride = std::clamp<std::size_t>((range.size() - 1) / 2, 1, stride);
   std::size_t reversals = 0;
@@ -148,7 +153,8 @@ double quantile(std::vector<double> values, double share) {
 namespace {
 
 constexpr std::size_t kProbes = 256;  // of many values, that tell roughly where their tails begin
-constexpr double kTailMargin = 1.6;   // of a tail's share: three standard deviations of 5 % of the probes
+// of a tail's share: three standard deviations of 5 % of the probes
+constexpr double kTailMargin = 1.6;
 
 /// Of every n-th value.
 Bounds roughRange(const std::vector<double>& values, double tail) {
@@ -158,8 +164,10 @@ Bounds roughRange(const std::vector<double>& values, double tail) {
   return {quantile(probes, share), quantile(probes, 1.0 - share)};
 }
 
-/// The ends of both tails, unless one of them does not hold its. @param below, above so many values lie beyond the ends.
-std::optional<Bounds> endsOf(std::vector<double>& low, std::vector<double>& high, std::size_t below, std::size_t above) {
+/// The ends of both tails, unless one of them does not hold its. @param below, above so many values
+/// lie beyond the ends.
+std::optional<Bounds> endsOf(std::vector<double>& low, std::vector<double>& high, std::size_t below,
+                             std::size_t above) {
   if (low.size() <= below || high.size() <= above) return std::nullopt;
   const auto lower = low.begin() + static_cast<std::ptrdiff_t>(below);
   const auto upper = high.begin() + static_cast<std::ptrdiff_t>(above);

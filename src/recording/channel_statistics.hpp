@@ -34,7 +34,8 @@ double noiseLevel(const std::vector<double>& values, std::optional<double> step)
 
 /// @return ranges within bounds in which one exact value repeats at least min_samples times, in
 /// order.
-std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRange bounds, std::size_t min_samples);
+std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRange bounds,
+                                     std::size_t min_samples);
 
 /**
  * @brief How often a channel moves up and down by at least threshold.
@@ -44,7 +45,8 @@ std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRan
  * @return changes of direction between such moves; 0 for a channel that only falls, only rises or
  * stays.
  */
-std::size_t countReversals(const std::vector<double>& values, IndexRange range, std::size_t stride, double threshold);
+std::size_t countReversals(const std::vector<double>& values, IndexRange range, std::size_t stride,
+                           double threshold);
 
 /// @return the value below which the given share [0, 1] of values lies; 0 for no values.
 double quantile(std::vector<double> values, double share);

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "recording/channel_statistics.hpp"
 #include "channel_faults.hpp"
 #include "check_parts.hpp"
+#include "recording/channel_statistics.hpp"
 
 /// Findings about one channel's values, judged by what the other channel does meanwhile.
 namespace battery_sof::check_parts {
@@ -11,8 +11,9 @@ namespace {
 
 constexpr double kCoarseVoltage = 0.005;     // [V], a crank's drop of 2 V in 400 steps
 constexpr double kVeryCoarseVoltage = 0.05;  // [V]
-constexpr double kCoarseCurrent = 0.05;      // [A], the least current offset worth finding (docs/physics.md#current_offset)
-constexpr double kVeryCoarseCurrent = 1.0;   // [A]
+// [A], the least current offset worth finding (docs/physics.md#current_offset)
+constexpr double kCoarseCurrent = 0.05;
+constexpr double kVeryCoarseCurrent = 1.0;  // [A]
 
 std::vector<double> startsOf(const Evidence& evidence, const std::vector<IndexRange>& runs) {
   std::vector<double> starts;
@@ -23,14 +24,17 @@ std::vector<double> startsOf(const Evidence& evidence, const std::vector<IndexRa
 // ---------------------------------------------------------------------------------------------
 // quantisation
 
-std::vector<Finding> findCoarseStep(const Channel& channel, double coarse, double very_coarse, const std::string& meaning) {
+std::vector<Finding> findCoarseStep(const Channel& channel, double coarse, double very_coarse,
+                                    const std::string& meaning) {
   const double step = channel.step.value_or(0.0);
   if (step < coarse * (1.0 - 1e-3)) return {};
   Finding finding;
   finding.id = "quantisation";
   finding.severity = step < very_coarse * (1.0 - 1e-3) ? Severity::kNote : Severity::kWarning;
-  finding.what = std::string(channel.name) + " comes in steps of " + number(step) + " " + channel.unit;
-  finding.meaning = "each value is known to +-" + number(0.5 * step) + " " + channel.unit + "; " + meaning;
+  finding.what =
+      std::string(channel.name) + " comes in steps of " + number(step) + " " + channel.unit;
+  finding.meaning =
+      "each value is known to +-" + number(0.5 * step) + " " + channel.unit + "; " + meaning;
   finding.value = step;
   finding.unit = channel.unit;
   finding.samples = channel.values.size();
@@ -40,16 +44,20 @@ std::vector<Finding> findCoarseStep(const Channel& channel, double coarse, doubl
 // ---------------------------------------------------------------------------------------------
 // clipping
 
-Finding clippingAt(const Evidence& evidence, const Channel& channel, double extreme, const std::vector<IndexRange>& runs) {
+Finding clippingAt(const Evidence& evidence, const Channel& channel, double extreme,
+                   const std::vector<IndexRange>& runs) {
   Finding finding;
   finding.id = "clipping";
   finding.severity = Severity::kWarning;
-  finding.what = std::string(channel.name) + " is cut off at " + number(extreme) + " " + channel.unit + ": " +
-                 counted(totalSamples(runs), "sample") + " in " + counted(runs.size(), "place") + " read exactly that";
-  finding.meaning = &channel == &evidence.current ? "the true current lay beyond: resistances fitted through these samples come out too "
-                                                    "large, "
-                                                    "and charge is missing; leave them out of fits"
-                                                  : "the true voltage lay beyond: leave these samples out of fits and of scores";
+  finding.what = std::string(channel.name) + " is cut off at " + number(extreme) + " " +
+                 channel.unit + ": " + counted(totalSamples(runs), "sample") + " in " +
+                 counted(runs.size(), "place") + " read exactly that";
+  finding.meaning =
+      &channel == &evidence.current
+          ? "the true current lay beyond: resistances fitted through these samples come out too "
+            "large, "
+            "and charge is missing; leave them out of fits"
+          : "the true voltage lay beyond: leave these samples out of fits and of scores";
   finding.value = extreme;
   finding.unit = channel.unit;
   finding.samples = totalSamples(runs);
@@ -70,8 +78,9 @@ std::vector<Finding> findFrozen(const Evidence& evidence, const Channel& channel
   finding.id = "stuck";
   finding.severity = Severity::kWarning;
   finding.what = std::string(channel.name) + " repeats one value while " + other.name +
-                 " moves up and down: " + counted(frozen.size(), "time") + ", " + counted(totalSamples(frozen), "sample") +
-                 ", the longest " + number(longest) + " s";
+                 " moves up and down: " + counted(frozen.size(), "time") + ", " +
+                 counted(totalSamples(frozen), "sample") + ", the longest " + number(longest) +
+                 " s";
   finding.meaning = std::string("the ") + channel.name +
                     " is not measured there (sensor asleep, or its last message repeated); leave "
                     "these stretches out";
@@ -86,17 +95,22 @@ std::vector<Finding> findRepeated(const Evidence& evidence) {
   constexpr double kManyPercent = 0.5;
   const std::vector<IndexRange> repeated = repeatedRuns(evidence);
   if (repeated.empty()) return {};
-  const double percent = 100.0 * static_cast<double>(totalSamples(repeated)) / static_cast<double>(evidence.series.size());
+  const double percent = 100.0 * static_cast<double>(totalSamples(repeated)) /
+                         static_cast<double>(evidence.series.size());
   double longest = 0.0;
   for (const IndexRange& run : repeated)
-    longest = std::max(longest, evidence.series.time[run.last - 1] - evidence.series.time[run.first - 1]);
+    longest =
+        std::max(longest, evidence.series.time[run.last - 1] - evidence.series.time[run.first - 1]);
   Finding finding;
   finding.id = "stuck";
   finding.severity = percent >= kManyPercent ? Severity::kWarning : Severity::kNote;
-  finding.what = "current and voltage both repeat the sample before under load, though both flicker: " + counted(repeated.size(), "time") +
-                 ", " + counted(totalSamples(repeated), "sample") + " (" + twoDigits(percent) + " %), the longest " + number(longest) +
-                 " s";
-  finding.meaning = "nothing is measured there (the last message repeated); leave these samples out of fits and of scores";
+  finding.what =
+      "current and voltage both repeat the sample before under load, though both flicker: " +
+      counted(repeated.size(), "time") + ", " + counted(totalSamples(repeated), "sample") + " (" +
+      twoDigits(percent) + " %), the longest " + number(longest) + " s";
+  finding.meaning =
+      "nothing is measured there (the last message repeated); leave these samples out of fits and "
+      "of scores";
   finding.value = longest;
   finding.unit = "s";
   finding.samples = totalSamples(repeated);
@@ -104,15 +118,20 @@ std::vector<Finding> findRepeated(const Evidence& evidence) {
   return {finding};
 }
 
-Finding enteredAt(const Evidence& evidence, const Channel& channel, const Flicker& flicker, const std::vector<IndexRange>& runs) {
-  const IndexRange longest = *std::max_element(runs.begin(), runs.end(), [](IndexRange a, IndexRange b) { return a.size() < b.size(); });
+Finding enteredAt(const Evidence& evidence, const Channel& channel, const Flicker& flicker,
+                  const std::vector<IndexRange>& runs) {
+  const IndexRange longest = *std::max_element(
+      runs.begin(), runs.end(), [](IndexRange a, IndexRange b) { return a.size() < b.size(); });
   const double duration = durationOf(evidence, longest);
   Finding finding;
   finding.id = "stuck";
-  finding.what = std::string(channel.name) + " reads exactly " + number(channel.values[longest.first]) + " " + channel.unit + " for " +
-                 counted(longest.size(), "sample") + " (" + number(duration) + " s), though it flickers by " + number(flicker.size) + " " +
-                 channel.unit + " elsewhere; " + counted(totalSamples(runs), "sample") + " in " + counted(runs.size(), "such place");
-  finding.meaning = "set or entered there rather than measured; fits and counted charge take it as exact";
+  finding.what =
+      std::string(channel.name) + " reads exactly " + number(channel.values[longest.first]) + " " +
+      channel.unit + " for " + counted(longest.size(), "sample") + " (" + number(duration) +
+      " s), though it flickers by " + number(flicker.size) + " " + channel.unit + " elsewhere; " +
+      counted(totalSamples(runs), "sample") + " in " + counted(runs.size(), "such place");
+  finding.meaning =
+      "set or entered there rather than measured; fits and counted charge take it as exact";
   finding.value = duration;
   finding.unit = "s";
   finding.samples = totalSamples(runs);
@@ -127,8 +146,10 @@ std::vector<Finding> findEntered(const Evidence& evidence, const Channel& channe
   constexpr std::size_t kFewest = 20;  // samples
   std::vector<IndexRange> runs = runsOf(evidence, channel, kFewest);
   const Flicker flicker = flickerOutside(channel, runs);
-  runs.erase(std::remove_if(runs.begin(), runs.end(), [&](const IndexRange& run) { return durationOf(evidence, run) < kShortest; }),
-             runs.end());
+  runs.erase(
+      std::remove_if(runs.begin(), runs.end(),
+                     [&](const IndexRange& run) { return durationOf(evidence, run) < kShortest; }),
+      runs.end());
   if (runs.empty() || !isNoisyOutside(channel, flicker)) return {};
   return {enteredAt(evidence, channel, flicker, runs)};
 }
@@ -149,9 +170,11 @@ std::size_t regularHold(const Evidence& evidence) {
     lengths.push_back(static_cast<double>(run.size()));
   }
   const double typical = quantile(lengths, 0.5);
-  const auto regular =
-      std::count_if(lengths.begin(), lengths.end(), [typical](double length) { return std::abs(length - typical) <= 1.0; });
-  const bool is_regular = lengths.size() >= kFewestRuns && typical <= kLongest && regular >= kRegularShare * lengths.size();
+  const auto regular = std::count_if(lengths.begin(), lengths.end(), [typical](double length) {
+    return std::abs(length - typical) <= 1.0;
+  });
+  const bool is_regular = lengths.size() >= kFewestRuns && typical <= kLongest &&
+                          regular >= kRegularShare * lengths.size();
   return is_regular ? static_cast<std::size_t>(typical) : 1;
 }
 
@@ -173,11 +196,12 @@ bool movesWithoutCurrent(const Evidence& evidence) {
 }  // namespace
 
 std::vector<Finding> findQuantisation(const Evidence& evidence) {
-  std::vector<Finding> findings = findCoarseStep(evidence.voltage, kCoarseVoltage, kVeryCoarseVoltage,
-                                                 "differences between model and measurement below that say nothing sample by sample, "
-                                                 "and slow effects of a few mV show only in averages");
-  const auto current =
-      findCoarseStep(evidence.current, kCoarseCurrent, kVeryCoarseCurrent, "small rest and float currents are known no better");
+  std::vector<Finding> findings = findCoarseStep(
+      evidence.voltage, kCoarseVoltage, kVeryCoarseVoltage,
+      "differences between model and measurement below that say nothing sample by sample, "
+      "and slow effects of a few mV show only in averages");
+  const auto current = findCoarseStep(evidence.current, kCoarseCurrent, kVeryCoarseCurrent,
+                                      "small rest and float currents are known no better");
   findings.insert(findings.end(), current.begin(), current.end());
   return findings;
 }

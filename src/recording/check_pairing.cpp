@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "check_parts.hpp"
 #include "recording/channel_statistics.hpp"
 #include "recording/spectral_line.hpp"
-#include "check_parts.hpp"
 
 /// Findings about current and voltage as a pair, and about what the pair can tell of a battery.
 namespace battery_sof::check_parts {
@@ -12,19 +12,24 @@ namespace {
 constexpr std::size_t kEdgesForSign = 3;
 constexpr std::size_t kEdgesForSkew = 6;
 constexpr std::size_t kEdgesForDoubt = 10;
-constexpr double kNoCorrelation = 0.3;     // channels of different recordings reach 0.26 by chance in 100 edges
+// channels of different recordings reach 0.26 by chance in 100 edges
+constexpr double kNoCorrelation = 0.3;
 constexpr double kMinSkew = 0.003;       // [s]; leaves 1.5 mV at 100 Hz (docs/physics.md#time_skew)
 constexpr double kMinSkewSamples = 0.3;  // what noise and unfiltered edges move the lag by
-constexpr double kWholeSampleGain = 1.5;   // how much better a shift by a whole sample must explain the edges
-constexpr double kLowestBlock = 10.5;      // [V], 1.75 V a cell: discharged under load
-constexpr double kHighestBlock = 15.5;     // [V], 2.58 V a cell: end of charge without voltage limit
-constexpr double kCrankCurrent = 150.0;    // [A], the paper's identification windows hold a larger pulse
-constexpr double kRestShare = 0.01;        // of the largest current
-constexpr double kRestDuration = 60.0;     // [s]
+// how much better a shift by a whole sample must explain the edges
+constexpr double kWholeSampleGain = 1.5;
+constexpr double kLowestBlock = 10.5;  // [V], 1.75 V a cell: discharged under load
+// [V], 2.58 V a cell: end of charge without voltage limit
+constexpr double kHighestBlock = 15.5;
+// [A], the paper's identification windows hold a larger pulse
+constexpr double kCrankCurrent = 150.0;
+constexpr double kRestShare = 0.01;     // of the largest current
+constexpr double kRestDuration = 60.0;  // [s]
 constexpr std::size_t kRestSamples = 20;
-constexpr double kRestVoltage = 13.0;       // [V], above it a charger holds the battery
-constexpr double kRestDrift = 0.05;         // [V], from the first to the last quarter
-constexpr double kMinOffsetShare = 2e-4;  // of the largest current: 0.05 A of 250 A (docs/physics.md#current_offset)
+constexpr double kRestVoltage = 13.0;  // [V], above it a charger holds the battery
+constexpr double kRestDrift = 0.05;    // [V], from the first to the last quarter
+// of the largest current: 0.05 A of 250 A (docs/physics.md#current_offset)
+constexpr double kMinOffsetShare = 2e-4;
 
 double median(const std::vector<double>& values, IndexRange range) {
   return quantile({values.begin() + range.first, values.begin() + range.last}, 0.5);
@@ -37,12 +42,14 @@ bool isEven(const Evidence& evidence, IndexRange range) {
   const Series& series = evidence.series;
   const double current_change = median(series.current, last) - median(series.current, first);
   const double voltage_change = median(series.voltage, last) - median(series.voltage, first);
-  return std::abs(current_change) <= std::max(6.0 * evidence.current.noise, 0.2 * kRestShare * evidence.largest_current) &&
+  return std::abs(current_change) <=
+             std::max(6.0 * evidence.current.noise, 0.2 * kRestShare * evidence.largest_current) &&
          std::abs(voltage_change) <= kRestDrift && median(series.voltage, range) < kRestVoltage;
 }
 
 bool isLongEnough(const Evidence& evidence, IndexRange range) {
-  return range.size() >= kRestSamples && evidence.series.time[range.last - 1] - evidence.series.time[range.first] >= kRestDuration;
+  return range.size() >= kRestSamples &&
+         evidence.series.time[range.last - 1] - evidence.series.time[range.first] >= kRestDuration;
 }
 
 /// Ranges within a stretch where the magnitude of the current stays at or below limit.
@@ -59,11 +66,14 @@ std::vector<IndexRange> quietRanges(const Series& series, IndexRange stretch, do
 
 /// The correlation that chance does not reach: three standard deviations of unrelated edges, within
 /// 0.3 to 0.6.
-double clearCorrelation(std::size_t edges) { return std::clamp(3.0 / std::sqrt(static_cast<double>(edges)), kNoCorrelation, 0.6); }
+double clearCorrelation(std::size_t edges) {
+  return std::clamp(3.0 / std::sqrt(static_cast<double>(edges)), kNoCorrelation, 0.6);
+}
 
 bool isSkewed(const Evidence& evidence, const EdgeResponse& edges) {
   const double tolerance = std::max(kMinSkew, kMinSkewSamples * evidence.interval);
-  const bool agrees = std::abs(edges.lag_first - edges.lag_second) <= std::max(tolerance, 0.25 * std::abs(edges.lag));
+  const bool agrees = std::abs(edges.lag_first - edges.lag_second) <=
+                      std::max(tolerance, 0.25 * std::abs(edges.lag));
   return std::abs(edges.lag) > tolerance && agrees;
 }
 
@@ -76,13 +86,15 @@ std::string describeSeriesOf(double voltage) {
   for (const double blocks : {2.0, 3.0, 4.0, 0.5}) {
     const double each = voltage / blocks;
     if (each < kLowestBlock || each > kHighestBlock) continue;
-    const std::string row = blocks < 1.0 ? "half a block, a battery of 6 V" : number(blocks) + " blocks of 12 V in series";
+    const std::string row = blocks < 1.0 ? "half a block, a battery of 6 V"
+                                         : number(blocks) + " blocks of 12 V in series";
     return "it could be " + row + " (--series-blocks " + number(blocks) + "); ";
   }
   return "";
 }
 
-Finding excitation(Severity severity, const std::string& what, const std::string& meaning, double value) {
+Finding excitation(Severity severity, const std::string& what, const std::string& meaning,
+                   double value) {
   Finding finding;
   finding.id = "excitation";
   finding.severity = severity;
@@ -95,29 +107,35 @@ Finding excitation(Severity severity, const std::string& what, const std::string
 
 Finding constantCurrent(const Channel& current) {
   return excitation(Severity::kProblem,
-                    "the current does not change: " + number(current.lowest) + " A to " + number(current.highest) + " A",
+                    "the current does not change: " + number(current.lowest) + " A to " +
+                        number(current.highest) + " A",
                     "neither resistance nor dynamics can be identified from it, and sign and skew "
                     "cannot be checked",
                     current.highest - current.lowest);
 }
 
 Finding neverCharged(double highest) {
-  return excitation(Severity::kWarning, "the battery is never charged: current stays at or below " + number(highest) + " A",
-                    "charging resistance and charge acceptance cannot be identified; check that the sensor "
-                    "shows both directions",
-                    highest);
+  return excitation(
+      Severity::kWarning,
+      "the battery is never charged: current stays at or below " + number(highest) + " A",
+      "charging resistance and charge acceptance cannot be identified; check that the sensor "
+      "shows both directions",
+      highest);
 }
 
 Finding neverDischarged(double lowest) {
-  return excitation(Severity::kWarning, "the battery is never discharged: current stays at or above " + number(lowest) + " A",
-                    "discharging resistance and cranking capability cannot be identified; check that the "
-                    "sensor shows both directions",
-                    lowest);
+  return excitation(
+      Severity::kWarning,
+      "the battery is never discharged: current stays at or above " + number(lowest) + " A",
+      "discharging resistance and cranking capability cannot be identified; check that the "
+      "sensor shows both directions",
+      lowest);
 }
 
 Finding neverCranked(double lowest) {
-  return excitation(Severity::kNote, "the largest discharging current is " + number(lowest) + " A",
-                    "there is no engine start to identify from: a predicted start is an extrapolation", lowest);
+  return excitation(
+      Severity::kNote, "the largest discharging current is " + number(lowest) + " A",
+      "there is no engine start to identify from: a predicted start is an extrapolation", lowest);
 }
 
 }  // namespace
@@ -149,13 +167,16 @@ std::vector<Finding> findSign(const Evidence& evidence) {
   finding.samples = edges.edges;
   if (edges.correlation <= -clearCorrelation(edges.edges)) {
     finding.severity = Severity::kProblem;
-    finding.what = "voltage falls when current rises: correlation " + number(edges.correlation) + " at " + counted(edges.edges, "edge");
-    finding.meaning = "discharge is counted as positive here; read the file as such (--discharge-positive)";
+    finding.what = "voltage falls when current rises: correlation " + number(edges.correlation) +
+                   " at " + counted(edges.edges, "edge");
+    finding.meaning =
+        "discharge is counted as positive here; read the file as such (--discharge-positive)";
     return {finding};
   }
   if (std::abs(edges.correlation) >= kNoCorrelation || edges.edges < kEdgesForDoubt) return {};
   finding.severity = Severity::kWarning;
-  finding.what = "voltage does not answer to current: correlation " + number(edges.correlation) + " at " + counted(edges.edges, "edge");
+  finding.what = "voltage does not answer to current: correlation " + number(edges.correlation) +
+                 " at " + counted(edges.edges, "edge");
   finding.meaning = "these may not be current and voltage of one battery, or not on one clock";
   return {finding};
 }
@@ -170,8 +191,9 @@ std::vector<Finding> findSkew(const Evidence& evidence) {
   Finding finding;
   finding.id = "skew";
   finding.severity = Severity::kWarning;
-  finding.what = std::string(late) + " comes " + twoDigits(std::abs(edges.lag)) + " s after " + early + " at " +
-                 counted(edges.edges, "edge") + (evidence.fast ? "" : " (to the nearest whole sample)");
+  finding.what = std::string(late) + " comes " + twoDigits(std::abs(edges.lag)) + " s after " +
+                 early + " at " + counted(edges.edges, "edge") +
+                 (evidence.fast ? "" : " (to the nearest whole sample)");
   finding.meaning =
       "every edge leaves an error the model cannot explain, and cranks are predicted from the "
       "wrong "
@@ -194,12 +216,15 @@ std::vector<Finding> findOffset(const Evidence& evidence) {
   }
   const double offset = quantile(currents, 0.5);
   const double spread = quantile(currents, 0.9) - quantile(currents, 0.1);
-  const double least = std::max(kMinOffsetShare * evidence.largest_current, 1.5 * evidence.current.step.value_or(0.0));
+  const double least = std::max(kMinOffsetShare * evidence.largest_current,
+                                1.5 * evidence.current.step.value_or(0.0));
   if (std::abs(offset) < least || spread > std::abs(offset)) return {};
   Finding finding;
   finding.id = "offset";
-  finding.what = "current reads " + number(offset) + " A at " + counted(starts.size(), "apparent rest");
-  finding.meaning = std::string("either the sensor's zero is off by that much or ") + (offset < 0.0 ? "a consumer" : "a charger") +
+  finding.what =
+      "current reads " + number(offset) + " A at " + counted(starts.size(), "apparent rest");
+  finding.meaning = std::string("either the sensor's zero is off by that much or ") +
+                    (offset < 0.0 ? "a consumer" : "a charger") +
                     " really draws it; current and voltage alone cannot tell. If it is the zero, "
                     "counted charge drifts by " +
                     number(24.0 * std::abs(offset)) + " Ah a day";
@@ -216,10 +241,13 @@ std::vector<Finding> findVoltageLevel(const Evidence& evidence) {
   Finding finding;
   finding.id = "voltage_level";
   finding.severity = Severity::kProblem;
-  finding.what = "the voltage is typically " + number(typical) + " V (" + number(evidence.voltage.lowest) + " V to " +
-                 number(evidence.voltage.highest) + " V)";
-  finding.meaning = "not a 12 V lead-acid block, which lies between " + number(kLowestBlock) + " V and " + number(kHighestBlock) +
-                    " V most of the time; " + describeSeriesOf(typical) + "parameter bounds and limits of this program do not apply";
+  finding.what = "the voltage is typically " + number(typical) + " V (" +
+                 number(evidence.voltage.lowest) + " V to " + number(evidence.voltage.highest) +
+                 " V)";
+  finding.meaning = "not a 12 V lead-acid block, which lies between " + number(kLowestBlock) +
+                    " V and " + number(kHighestBlock) + " V most of the time; " +
+                    describeSeriesOf(typical) +
+                    "parameter bounds and limits of this program do not apply";
   finding.value = typical;
   finding.unit = "V";
   finding.samples = evidence.series.size();
@@ -229,7 +257,9 @@ std::vector<Finding> findVoltageLevel(const Evidence& evidence) {
 std::vector<Finding> findExcitation(const Evidence& evidence) {
   const Channel& current = evidence.current;
   if (!evidence.excited) return {constantCurrent(current)};
-  const double negligible = evidence.largest_current * std::clamp(6.0 * current.noise / evidence.largest_current, kRestShare, 0.05);
+  const double negligible =
+      evidence.largest_current *
+      std::clamp(6.0 * current.noise / evidence.largest_current, kRestShare, 0.05);
   std::vector<Finding> findings;
   if (current.highest <= negligible) findings.push_back(neverCharged(current.highest));
   if (current.lowest >= -negligible) {
@@ -248,17 +278,21 @@ std::vector<std::string> listNotJudged(const Evidence& evidence) {
   if (edges < kEdgesForSkew) {
     list.push_back("skew: " + few);
   } else if (!evidence.fast) {
-    list.push_back("skew below one sample (" + number(evidence.interval) + " s): sampled too slowly");
+    list.push_back("skew below one sample (" + number(evidence.interval) +
+                   " s): sampled too slowly");
   }
   if (!isTwelveVoltBlock(evidence)) {
     list.push_back("offset: what rest looks like is only known of a 12 V lead-acid block");
   } else if (!evidence.excited || apparentRests(evidence).empty()) {
-    list.push_back("offset: no rest of a minute with an even small current and an even voltage below " + number(kRestVoltage) + " V");
+    list.push_back(
+        "offset: no rest of a minute with an even small current and an even voltage below " +
+        number(kRestVoltage) + " V");
   }
   if (!evidence.excited || !evidence.edges) {
     list.push_back("aliasing: no current to compare the voltage with");
   } else if (const std::size_t blocks = evenBlocks(evidence); blocks < kLineBlocksMin) {
-    list.push_back("aliasing: only " + counted(blocks, "block") + " of " + std::to_string(kLineBlock) + " evenly spaced samples");
+    list.push_back("aliasing: only " + counted(blocks, "block") + " of " +
+                   std::to_string(kLineBlock) + " evenly spaced samples");
   }
   return list;
 }

@@ -3,26 +3,30 @@
 #include <algorithm>
 #include <cmath>
 
-#include "util/pi.hpp"
-#include "recording/spectral_line.hpp"
 #include "check_parts.hpp"
+#include "recording/spectral_line.hpp"
+#include "util/pi.hpp"
 
 /// Findings about tones in the voltage that the current does not explain.
 namespace battery_sof::check_parts {
 namespace {
 
-constexpr double kUneven = 0.5;            // of an interval; more and the phase is lost
-constexpr double kMinAmplitude = 0.001;  // [V], what a fit's residual is judged by (docs/physics.md#aliasing)
-constexpr double kMinNoiseShare = 0.5;   // of the noise, from the same place
-constexpr double kProportion = 2.0;        // of the resistance at edges, within which impedances lie
-constexpr int kTaps = 2;                   // samples to either side of the shift between channels
+constexpr double kUneven = 0.5;  // of an interval; more and the phase is lost
+// [V], what a fit's residual is judged by (docs/physics.md#aliasing)
+constexpr double kMinAmplitude = 0.001;
+constexpr double kMinNoiseShare = 0.5;  // of the noise, from the same place
+// of the resistance at edges, within which impedances lie
+constexpr double kProportion = 2.0;
+constexpr int kTaps = 2;  // samples to either side of the shift between channels
 constexpr int kColumns = 2 * (2 * kTaps + 1);
 
 using Row = Eigen::Matrix<double, kColumns, 1>;
 using Square = Eigen::Matrix<double, kColumns, kColumns>;
 
 /// Samples by which voltage follows current.
-long shiftOf(const Evidence& evidence) { return std::lround(evidence.edges->lag / evidence.interval); }
+long shiftOf(const Evidence& evidence) {
+  return std::lround(evidence.edges->lag / evidence.interval);
+}
 
 /// Ranges of changes from one sample to the next, all over about one interval, with the neighbours
 /// that the regression needs. Change k is that from sample k - 1 to sample k.
@@ -77,7 +81,8 @@ struct Regressors {
 };
 
 /// Changes of voltage minus their least-squares regression on the changes of current.
-std::vector<double> unexplainedChanges(const Evidence& evidence, const Regressors& regressors, const std::vector<IndexRange>& ranges) {
+std::vector<double> unexplainedChanges(const Evidence& evidence, const Regressors& regressors,
+                                       const std::vector<IndexRange>& ranges) {
   std::vector<double> changes = changesOf(evidence.series.voltage, itself);
   Square products = Square::Zero();
   Row projection = Row::Zero();
@@ -112,7 +117,8 @@ struct Tones {
 Tones findTones(const Evidence& evidence) {
   const Regressors regressors(evidence);
   const std::vector<IndexRange> ranges = evenRanges(evidence);
-  const LineSearch search = findSpectralLines(unexplainedChanges(evidence, regressors, ranges), ranges);
+  const LineSearch search =
+      findSpectralLines(unexplainedChanges(evidence, regressors, ranges), ranges);
   const double least = std::max(kMinAmplitude, kMinNoiseShare * evidence.voltage.noise);
   Tones result{search.blocks, {}};
   for (SpectralLine line : search.lines) {
@@ -126,19 +132,23 @@ Tones findTones(const Evidence& evidence) {
 }
 
 std::string describeTone(const Evidence& evidence, const SpectralLine& tone) {
-  return number(tone.frequency / evidence.interval) + " Hz (amplitude " + twoDigits(1e3 * tone.amplitude) + " mV)";
+  return number(tone.frequency / evidence.interval) + " Hz (amplitude " +
+         twoDigits(1e3 * tone.amplitude) + " mV)";
 }
 
 Finding aliasingOf(const Evidence& evidence, const Tones& found) {
   const SpectralLine& tone =
-      *std::max_element(found.tones.begin(), found.tones.end(), [](const auto& a, const auto& b) { return a.amplitude < b.amplitude; });
+      *std::max_element(found.tones.begin(), found.tones.end(),
+                        [](const auto& a, const auto& b) { return a.amplitude < b.amplitude; });
   const double samples = tone.share * static_cast<double>(found.blocks * kLineBlock);
   Finding finding;
   finding.id = "aliasing";
   finding.severity = Severity::kWarning;
-  finding.what = "voltage carries a steady tone of " + describeTone(evidence, tone) + " that current does not carry in proportion, in " +
-                 number(std::round(100.0 * tone.share)) + " % of " + counted(found.blocks, "block") + " of " +
-                 number(kLineBlock * evidence.interval) + " s";
+  finding.what = "voltage carries a steady tone of " + describeTone(evidence, tone) +
+                 " that current does not carry in proportion, in " +
+                 number(std::round(100.0 * tone.share)) + " % of " +
+                 counted(found.blocks, "block") + " of " + number(kLineBlock * evidence.interval) +
+                 " s";
   if (found.tones.size() > 1) {
     finding.what += "; " + counted(found.tones.size() - 1, "weaker tone") + " besides";
   }

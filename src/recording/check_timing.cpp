@@ -2,8 +2,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "recording/channel_statistics.hpp"
 #include "check_parts.hpp"
+#include "recording/channel_statistics.hpp"
 
 /// Findings about when samples were taken, and which were not.
 namespace battery_sof::check_parts {
@@ -16,7 +16,8 @@ constexpr double kUnevenSpread = 3.0;   // ratio of the 95th to the 5th percenti
 constexpr std::size_t kManyGaps = 20;   // so many alike are a slower rate, not losses
 constexpr double kAlikeShare = 0.8;
 constexpr double kLargeGapShare = 0.1;  // of the recording
-constexpr double kHarmlessStep = 1.0;   // [s], a clock set back by less disturbs nothing slower than a crank
+// [s], a clock set back by less disturbs nothing slower than a crank
+constexpr double kHarmlessStep = 1.0;
 
 std::vector<double> intervalsOf(const Series& series) {
   std::vector<double> intervals;
@@ -27,7 +28,8 @@ std::vector<double> intervalsOf(const Series& series) {
 }
 
 std::string describeRate(double interval) {
-  return interval > 2.0 ? "every " + number(interval) + " s" : "at " + number(1.0 / interval) + " Hz";
+  return interval > 2.0 ? "every " + number(interval) + " s"
+                        : "at " + number(1.0 / interval) + " Hz";
 }
 
 std::vector<Finding> findSlowRate(const Evidence& evidence) {
@@ -39,7 +41,8 @@ std::vector<Finding> findSlowRate(const Evidence& evidence) {
   finding.unit = "s";
   finding.samples = evidence.series.size();
   if (evidence.interval <= kSlowInterval) {
-    finding.meaning = "a crank of " + number(kCrankDuration) + " s shows in " + number(std::floor(kCrankDuration / evidence.interval)) +
+    finding.meaning = "a crank of " + number(kCrankDuration) + " s shows in " +
+                      number(std::floor(kCrankDuration / evidence.interval)) +
                       " samples or so; its lowest voltage is read too high";
     return {finding};
   }
@@ -57,8 +60,10 @@ std::vector<Finding> findUnevenRate(const Evidence& evidence) {
   if (high < kUnevenSpread * low) return {};
   Finding finding;
   finding.id = "rate";
-  finding.what = "the sampling interval changes between " + number(low) + " s and " + number(high) + " s (5th to 95th percentile)";
-  finding.meaning = "logged at several rates or on change: what happens in the long intervals is not seen";
+  finding.what = "the sampling interval changes between " + number(low) + " s and " + number(high) +
+                 " s (5th to 95th percentile)";
+  finding.meaning =
+      "logged at several rates or on change: what happens in the long intervals is not seen";
   finding.value = high / low;
   finding.samples = evidence.series.size();
   return {finding};
@@ -70,8 +75,8 @@ std::vector<Finding> findHeldValues(const Evidence& evidence) {
   Finding finding;
   finding.id = "rate";
   finding.severity = Severity::kWarning;
-  finding.what = "the current channel is updated only every " + counted(evidence.hold, "sample") + " (" + number(held) +
-                 " s), the voltage channel at every sample";
+  finding.what = "the current channel is updated only every " + counted(evidence.hold, "sample") +
+                 " (" + number(held) + " s), the voltage channel at every sample";
   finding.meaning =
       "between updates the current is old: voltage edges without a current edge look like fast "
       "polarisation and bias "
@@ -100,8 +105,9 @@ Gaps gapsOf(const Evidence& evidence) {
 /// Whether most gaps have one length: then nothing was lost, the logger was slower there.
 bool areAlike(const std::vector<double>& lengths) {
   const double typical = quantile(lengths, 0.5);
-  const auto alike =
-      std::count_if(lengths.begin(), lengths.end(), [typical](double length) { return std::abs(length - typical) <= 0.1 * typical; });
+  const auto alike = std::count_if(lengths.begin(), lengths.end(), [typical](double length) {
+    return std::abs(length - typical) <= 0.1 * typical;
+  });
   return lengths.size() >= kManyGaps && alike >= kAlikeShare * lengths.size();
 }
 
@@ -122,8 +128,8 @@ std::string describeClock(const RejectedCounts& rejected, double step) {
   std::string text;
   if (rejected.duplicate_stamp > 0) text = counted(rejected.duplicate_stamp, "repeated time stamp");
   if (rejected.clock_step_back == 0) return text;
-  return text + (text.empty() ? "" : ", ") + counted(rejected.clock_step_back, "sample") + " behind a step back of the clock by up to " +
-         number(step) + " s";
+  return text + (text.empty() ? "" : ", ") + counted(rejected.clock_step_back, "sample") +
+         " behind a step back of the clock by up to " + number(step) + " s";
 }
 
 std::string describeRefusals(const RejectedCounts& rejected) {
@@ -142,13 +148,14 @@ struct Losses {
   std::vector<double> from;
 };
 
-/// Samples that a regular grid lacks between those there are; none where the intervals are of other lengths than whole
-/// multiples, as those of a logger that writes on change are. Where many are missing in a row, the logger was off or slow.
+/// Samples that a regular grid lacks between those there are; none where the intervals are of other
+/// lengths than whole multiples, as those of a logger that writes on change are. Where many are
+/// missing in a row, the logger was off or slow.
 Losses lossesOf(const Evidence& evidence) {
-  constexpr double kOnGrid = 0.1;      // of an interval
-  constexpr double kRegular = 0.95;    // of the intervals; what is left is a clock that was set
+  constexpr double kOnGrid = 0.1;     // of an interval
+  constexpr double kRegular = 0.95;   // of the intervals; what is left is a clock that was set
   constexpr double kMaxInARow = 4.0;  // of one in ten lost at random, five in a row are one in 1e5
-  constexpr double kUnbroken = 0.8;    // of the intervals; below, the rate is another
+  constexpr double kUnbroken = 0.8;   // of the intervals; below, the rate is another
   Losses losses;
   std::size_t intervals = 0, single = 0, regular = 0;
   const std::vector<double>& time = evidence.series.time;
@@ -173,8 +180,10 @@ Losses lossesOf(const Evidence& evidence) {
 }
 
 std::vector<Finding> findLost(const Evidence& evidence) {
-  constexpr std::size_t kFewestPlaces = 20;  // fewer are single events, reported as gaps if they are long
-  constexpr double kManyPercent = 0.5;       // a loss in every crank and a few seconds of each drive
+  // fewer are single events, reported as gaps if they are long
+  constexpr std::size_t kFewestPlaces = 20;
+  // a loss in every crank and a few seconds of each drive
+  constexpr double kManyPercent = 0.5;
   const Losses losses = lossesOf(evidence);
   if (losses.from.size() < kFewestPlaces) return {};
   const auto lost = static_cast<double>(losses.samples);
@@ -182,9 +191,12 @@ std::vector<Finding> findLost(const Evidence& evidence) {
   Finding finding;
   finding.id = "missing";
   finding.severity = percent >= kManyPercent ? Severity::kWarning : Severity::kNote;
-  finding.what = counted(losses.samples, "sample") + " (" + twoDigits(percent) + " %) lost from a regular grid of " +
-                 number(evidence.interval) + " s, in " + counted(losses.from.size(), "place");
-  finding.meaning = "the logger or the bus drops messages; a crank may have lost its peak, nothing is put in their place";
+  finding.what = counted(losses.samples, "sample") + " (" + twoDigits(percent) +
+                 " %) lost from a regular grid of " + number(evidence.interval) + " s, in " +
+                 counted(losses.from.size(), "place");
+  finding.meaning =
+      "the logger or the bus drops messages; a crank may have lost its peak, nothing is put in "
+      "their place";
   finding.value = percent;
   finding.unit = "%";
   finding.samples = losses.samples;
@@ -196,11 +208,13 @@ std::vector<Finding> findRefused(const Evidence& evidence) {
   const RejectedCounts& rejected = evidence.recording.rejected;
   const std::size_t count = rejected.missing_value + rejected.not_finite + rejected.out_of_range;
   if (count == 0) return {};
-  const double percent = 100.0 * static_cast<double>(count) / static_cast<double>(evidence.recording.offered);
+  const double percent =
+      100.0 * static_cast<double>(count) / static_cast<double>(evidence.recording.offered);
   Finding finding;
   finding.id = "missing";
   finding.severity = percent > 1.0 ? Severity::kWarning : Severity::kNote;
-  finding.what = counted(count, "sample") + " of " + std::to_string(evidence.recording.offered) + " refused: " + describeRefusals(rejected);
+  finding.what = counted(count, "sample") + " of " + std::to_string(evidence.recording.offered) +
+                 " refused: " + describeRefusals(rejected);
   finding.meaning = "they are left out, nothing is put in their place";
   finding.value = percent;
   finding.unit = "%";
@@ -226,9 +240,11 @@ std::vector<Finding> findGaps(const Evidence& evidence) {
   const double longest = *std::max_element(gaps.length.begin(), gaps.length.end());
   Finding finding;
   finding.id = "gaps";
-  finding.severity = total > kLargeGapShare * durationOf(evidence.series) && !areAlike(gaps.length) ? Severity::kWarning : Severity::kNote;
-  finding.what =
-      counted(gaps.length.size(), "gap") + " without samples, " + number(total) + " s in all, the longest " + number(longest) + " s";
+  finding.severity = total > kLargeGapShare * durationOf(evidence.series) && !areAlike(gaps.length)
+                         ? Severity::kWarning
+                         : Severity::kNote;
+  finding.what = counted(gaps.length.size(), "gap") + " without samples, " + number(total) +
+                 " s in all, the longest " + number(longest) + " s";
   finding.meaning = meaningOf(gaps);
   finding.value = total;
   finding.unit = "s";
@@ -244,10 +260,13 @@ std::vector<Finding> findClock(const Evidence& evidence) {
   const double step = evidence.recording.largest_step_back;
   Finding finding;
   finding.id = "clock";
-  finding.severity = step > std::max(kHarmlessStep, evidence.interval) ? Severity::kWarning : Severity::kNote;
+  finding.severity =
+      step > std::max(kHarmlessStep, evidence.interval) ? Severity::kWarning : Severity::kNote;
   finding.what = describeClock(rejected, step);
-  finding.meaning = rejected.clock_step_back > 0 ? "these samples were refused; where the clock was set, durations are wrong by as much"
-                                                 : "only the first sample of each stamp was kept";
+  finding.meaning =
+      rejected.clock_step_back > 0
+          ? "these samples were refused; where the clock was set, durations are wrong by as much"
+          : "only the first sample of each stamp was kept";
   finding.value = step;
   finding.unit = "s";
   finding.samples = count;

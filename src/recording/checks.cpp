@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "check_parts.hpp"
 #include "recording/channel_statistics.hpp"
 #include "util/text.hpp"
-#include "check_parts.hpp"
 
 namespace battery_sof {
 namespace check_parts {
@@ -28,7 +28,8 @@ bool isExcited(const Evidence& evidence) {
   if (evidence.edges && std::abs(evidence.edges->correlation) >= kClearCorrelation) return true;
   const Channel& current = evidence.current;
   const double range = current.highest - current.lowest;
-  return range > 0.0 && range > kFewestSigmas * current.noise && range > 3.0 * current.step.value_or(0.0);
+  return range > 0.0 && range > kFewestSigmas * current.noise &&
+         range > 3.0 * current.step.value_or(0.0);
 }
 
 }  // namespace
@@ -62,7 +63,9 @@ std::string number(double value) {
 
 std::string twoDigits(double value) { return format("%.2g", value); }
 
-std::string counted(std::size_t count, const std::string& noun) { return std::to_string(count) + " " + noun + (count == 1 ? "" : "s"); }
+std::string counted(std::size_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
 
 }  // namespace check_parts
 
@@ -70,10 +73,12 @@ namespace {
 
 using Part = std::vector<Finding> (*)(const check_parts::Evidence&);
 
-constexpr Part kParts[] = {check_parts::findVoltageLevel, check_parts::findSign,  check_parts::findExcitation,   check_parts::findRate,
-                           check_parts::findSkew,         check_parts::findStuck, check_parts::findClipping,     check_parts::findMissing,
-                           check_parts::findClock,        check_parts::findGaps,  check_parts::findQuantisation, check_parts::findOffset,
-                           check_parts::findAliasing};
+constexpr Part kParts[] = {
+    check_parts::findVoltageLevel, check_parts::findSign,         check_parts::findExcitation,
+    check_parts::findRate,         check_parts::findSkew,         check_parts::findStuck,
+    check_parts::findClipping,     check_parts::findMissing,      check_parts::findClock,
+    check_parts::findGaps,         check_parts::findQuantisation, check_parts::findOffset,
+    check_parts::findAliasing};
 
 }  // namespace
 

@@ -25,14 +25,17 @@ std::vector<IndexRange> clippedStretches(const Series& series, const InstrumentL
   return stretches;
 }
 
-/// From steps that reach most of the way to the limit: the flanks of what is cut off, in the same direction, under as much current.
-double resistanceNear(double limit, const Series& series, const InstrumentLimits& limits, double interval) {
+/// From steps that reach most of the way to the limit: the flanks of what is cut off, in the same
+/// direction, under as much current.
+double resistanceNear(double limit, const Series& series, const InstrumentLimits& limits,
+                      double interval) {
   const auto stride = static_cast<std::size_t>(std::max(1L, std::lround(kStride / interval)));
   double products = 0.0, squares = 0.0;
   for (std::size_t k = stride; k < series.size(); ++k) {
     const double by = series.current[k] - series.current[k - stride];
     const double reached = std::max(series.current[k] / limit, series.current[k - stride] / limit);
-    if (std::abs(by) < kStep || reached < kNear || limits.masked[k] || limits.masked[k - stride]) continue;
+    if (std::abs(by) < kStep || reached < kNear || limits.masked[k] || limits.masked[k - stride])
+      continue;
     products += by * (series.voltage[k] - series.voltage[k - stride]);
     squares += by * by;
   }
@@ -62,7 +65,8 @@ Series withEstimatedCurrent(const Series& series, const InstrumentLimits& limits
     if (!(resistance > 0.0)) continue;
     for (const IndexRange& stretch : clippedStretches(series, limits)) {
       const bool has_neighbours = stretch.first > 0 && stretch.last < series.size();
-      if (series.current[stretch.first] == limit && has_neighbours) estimate(series, stretch, resistance, estimated);
+      if (series.current[stretch.first] == limit && has_neighbours)
+        estimate(series, stretch, resistance, estimated);
     }
   }
   return estimated;
@@ -70,9 +74,10 @@ Series withEstimatedCurrent(const Series& series, const InstrumentLimits& limits
 
 void maskBehindUnknownCharge(const Series& series, InstrumentLimits& limits) {
   for (const IndexRange& stretch : clippedStretches(series, limits)) {
-    const bool is_unknown = std::any_of(series.voltage.begin() + static_cast<std::ptrdiff_t>(stretch.first),
-                                        series.voltage.begin() + static_cast<std::ptrdiff_t>(stretch.last),
-                                        [&](double voltage) { return contains(limits.voltage_limits, voltage); });
+    const bool is_unknown =
+        std::any_of(series.voltage.begin() + static_cast<std::ptrdiff_t>(stretch.first),
+                    series.voltage.begin() + static_cast<std::ptrdiff_t>(stretch.last),
+                    [&](double voltage) { return contains(limits.voltage_limits, voltage); });
     if (!is_unknown) continue;
     const double until = series.time[stretch.last - 1] + kRemembered;
     for (std::size_t k = stretch.last; k < series.size() && series.time[k] <= until; ++k) {

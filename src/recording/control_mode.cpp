@@ -16,7 +16,7 @@ namespace {
 constexpr double kBeta = 35.0;               // [1/V], start-stop cars' batteries: 22 to 56
 constexpr double kHelpShare = 0.2;           // of the largest twentieth; beyond it engines stand
 constexpr double kClearlyCurrent = 3.0;      // sigma_i
-constexpr double kMinChargeShare = 0.01;   // of all charge that flows
+constexpr double kMinChargeShare = 0.01;     // of all charge that flows
 constexpr double kBand = 8.0;                // sigma, range of a thousand samples of noise
 constexpr double kSetPointAccuracy = 0.005;  // of a programmed current
 constexpr double kRegulation = 0.001;        // of a regulated voltage
@@ -50,7 +50,8 @@ struct ChangeSizes {
 };
 
 template <typename Within>
-ChangeSums changesWithin(const Series& series, const ControlModeRule& rule, ChangeSizes sizes, Within within) {
+ChangeSums changesWithin(const Series& series, const ControlModeRule& rule, ChangeSizes sizes,
+                         Within within) {
   ChangeSums sums;
   for (std::size_t k = 1; k < series.size(); ++k) {
     const double di = series.current[k] - series.current[k - 1];
@@ -85,18 +86,22 @@ double rangeOf(const std::vector<double>& values) {
   return values.empty() ? 0.0 : *high - *low;
 }
 
-double withHalfStep(double noise, std::optional<double> step) { return std::max(noise, 0.5 * step.value_or(0.0)); }
+double withHalfStep(double noise, std::optional<double> step) {
+  return std::max(noise, 0.5 * step.value_or(0.0));
+}
 
 /// Noise, resistance and gap: what is known of the instrument before anything is known of the
 /// source.
 ControlModeRule instrumentOf(const Series& series) {
   ControlModeRule rule;
   const auto current_step = findStep(series.current), voltage_step = findStep(series.voltage);
-  rule.current_noise = std::max(noiseLevel(series.current, current_step), kFinestShare * rangeOf(series.current));
+  rule.current_noise =
+      std::max(noiseLevel(series.current, current_step), kFinestShare * rangeOf(series.current));
   rule.voltage_noise = withHalfStep(noiseLevel(series.voltage, voltage_step), voltage_step);
   rule.max_gap = gapThreshold(series);
   const auto edges = edgeResponse(series);
-  if (edges && edges->resistance > 0.0 && edges->correlation > 0.0) rule.resistance = edges->resistance;
+  if (edges && edges->resistance > 0.0 && edges->correlation > 0.0)
+    rule.resistance = edges->resistance;
   return rule;
 }
 
@@ -113,7 +118,8 @@ bool holdsVoltageInDischarge(const Series& series, const ControlModeRule& rule, 
   const auto is_light = [&](double i) { return is_load(i) && i > lowest; };
   const double edge = kEdgeShare * rangeOf(series.current);
   const auto heavy = changesWithin(series, rule, {edge}, is_load);
-  const auto light = changesWithin(series, rule, {kLargeChange * rule.current_noise, edge}, is_light);
+  const auto light =
+      changesWithin(series, rule, {kLargeChange * rule.current_noise, edge}, is_light);
   if (heavy.count < kFewestEdges || light.count < kFewestChanges) return false;
   const double unexplained = light.voltage / light.current - light.slope() * light.slope();
   const double error = std::sqrt(std::max(0.0, unexplained) / static_cast<double>(light.count));
@@ -135,7 +141,8 @@ bool followsCurrent(const Series& series, const ControlModeRule& rule) {
   double highest = 0.0;
   for (const double current : series.current) highest = std::max(highest, current);
   const auto sums = changesWithin(series, rule, {kEdgeShare * highest}, is_charge);
-  return sums.count >= kFewestChanges && sums.voltage > 0.0 && sums.slope() > 0.0 && sums.explained() >= kFollows;
+  return sums.count >= kFewestChanges && sums.voltage > 0.0 && sums.slope() > 0.0 &&
+         sums.explained() >= kFollows;
 }
 
 struct Judged {
@@ -169,10 +176,14 @@ Judged judgeAll(const Series& series, const ControlModeRule& rule) {
 }
 
 ControlMode controlModeOf(ControlModeReason reason) {
-  return reason == ControlModeReason::kHeldVoltage || reason == ControlModeReason::kSource ? ControlMode::kVoltage : ControlMode::kCurrent;
+  return reason == ControlModeReason::kHeldVoltage || reason == ControlModeReason::kSource
+             ? ControlMode::kVoltage
+             : ControlMode::kCurrent;
 }
 
-std::vector<ControlModeStretch> stretchesOf(const Series& series, const std::vector<ControlModeReason>& reasons, double max_gap) {
+std::vector<ControlModeStretch> stretchesOf(const Series& series,
+                                            const std::vector<ControlModeReason>& reasons,
+                                            double max_gap) {
   std::vector<ControlModeStretch> stretches;
   for (const IndexRange& range : contiguousRanges(series, max_gap)) {
     std::size_t first = range.first;
@@ -187,21 +198,28 @@ std::vector<ControlModeStretch> stretchesOf(const Series& series, const std::vec
 
 std::string summaryOf(const ControlModes& source) {
   if (!source.seen) return "Nothing charges the battery: the current is controlled throughout.";
-  if (source.share == 0.0) return "The battery is charged by a source that controls the current; no voltage is held.";
-  return format("A source holds the voltage in %.3g %% of the samples, those above %.3g A%s.", 100.0 * source.share,
-                  source.rule.min_current,
-                  source.rule.charge_begins == ControlMode::kCurrent ? "; charges begin with a controlled current" : "");
+  if (source.share == 0.0)
+    return "The battery is charged by a source that controls the current; no voltage is held.";
+  return format("A source holds the voltage in %.3g %% of the samples, those above %.3g A%s.",
+                100.0 * source.share, source.rule.min_current,
+                source.rule.charge_begins == ControlMode::kCurrent
+                    ? "; charges begin with a controlled current"
+                    : "");
 }
 
 void requireValid(const ControlModeRule& rule) {
-  const bool valid = std::isfinite(rule.min_current) && std::isfinite(rule.current_noise) && rule.current_noise >= 0.0 &&
-                     std::isfinite(rule.voltage_noise) && rule.voltage_noise >= 0.0 && std::isfinite(rule.max_gap) && rule.max_gap > 0.0 &&
-                     (!rule.resistance || (std::isfinite(*rule.resistance) && *rule.resistance > 0.0));
+  const bool valid =
+      std::isfinite(rule.min_current) && std::isfinite(rule.current_noise) &&
+      rule.current_noise >= 0.0 && std::isfinite(rule.voltage_noise) && rule.voltage_noise >= 0.0 &&
+      std::isfinite(rule.max_gap) && rule.max_gap > 0.0 &&
+      (!rule.resistance || (std::isfinite(*rule.resistance) && *rule.resistance > 0.0));
   if (valid) return;
-  throw std::invalid_argument("ControlModeRule: least_current is " + std::to_string(rule.min_current) + " A, current_noise " +
-                              std::to_string(rule.current_noise) + " A, voltage_noise " + std::to_string(rule.voltage_noise) +
-                              " V (both expected at least 0), max_gap " + std::to_string(rule.max_gap) + " s and resistance " +
-                              std::to_string(rule.resistance.value_or(1.0)) + " Ohm (both expected above 0)");
+  throw std::invalid_argument(
+      "ControlModeRule: least_current is " + std::to_string(rule.min_current) +
+      " A, current_noise " + std::to_string(rule.current_noise) + " A, voltage_noise " +
+      std::to_string(rule.voltage_noise) + " V (both expected at least 0), max_gap " +
+      std::to_string(rule.max_gap) + " s and resistance " +
+      std::to_string(rule.resistance.value_or(1.0)) + " Ohm (both expected above 0)");
 }
 
 }  // namespace
@@ -210,11 +228,14 @@ std::string toString(ControlModeReason reason) {
   switch (reason) {
     case ControlModeReason::kNoSource: return "nothing in the recording charges the battery";
     case ControlModeReason::kLoad: return "a load: the current is below what a source lets through";
-    case ControlModeReason::kConstantCurrent: return "the current is held within its noise while the voltage moves one way";
+    case ControlModeReason::kConstantCurrent:
+      return "the current is held within its noise while the voltage moves one way";
     case ControlModeReason::kRestApart: return "a rest apart from any source: the voltage relaxes";
-    case ControlModeReason::kChargeAsBefore: return "a charge that begins as this recording's charges do, with a controlled current";
+    case ControlModeReason::kChargeAsBefore:
+      return "a charge that begins as this recording's charges do, with a controlled current";
     case ControlModeReason::kHeldVoltage: return "the voltage is held while the current moves";
-    case ControlModeReason::kSource: return "a source is connected: the current is above what loads leave";
+    case ControlModeReason::kSource:
+      return "a source is connected: the current is above what loads leave";
   }
   throw std::invalid_argument("describe: not a reason");
 }
@@ -230,7 +251,9 @@ void ControlModeDetector::Run::begin(double time, double held, double other) {
   last = other_lowest = other_highest = other;
 }
 
-double ControlModeDetector::Run::spreadWith(double held) const { return std::max(highest, held) - std::min(lowest, held); }
+double ControlModeDetector::Run::spreadWith(double held) const {
+  return std::max(highest, held) - std::min(lowest, held);
+}
 
 void ControlModeDetector::Run::extend(double held, double other) {
   ++samples;
@@ -244,25 +267,32 @@ void ControlModeDetector::Run::extend(double held, double other) {
   last = other;
 }
 
-ControlModeDetector::ControlModeDetector(const ControlModeRule& rule) : rule_(rule) { requireValid(rule); }
+ControlModeDetector::ControlModeDetector(const ControlModeRule& rule) : rule_(rule) {
+  requireValid(rule);
+}
 
 double ControlModeDetector::currentBand(double current) const {
   return std::max(kBand * rule_.current_noise, kSetPointAccuracy * std::abs(current));
 }
 
-double ControlModeDetector::voltageBand(double voltage) const { return std::max(kBand * rule_.voltage_noise, kRegulation * std::abs(voltage)); }
+double ControlModeDetector::voltageBand(double voltage) const {
+  return std::max(kBand * rule_.voltage_noise, kRegulation * std::abs(voltage));
+}
 
 void ControlModeDetector::beginCharge() {
   charging_ = true;
   steady_current_ = steady_voltage_ = Run{};
-  reason_ = rule_.charge_begins == ControlMode::kCurrent ? ControlModeReason::kChargeAsBefore : ControlModeReason::kSource;
+  reason_ = rule_.charge_begins == ControlMode::kCurrent ? ControlModeReason::kChargeAsBefore
+                                                         : ControlModeReason::kSource;
 }
 
 void ControlModeDetector::follow(double time, double current, double voltage) {
   Run& by_current = steady_current_;
   Run& by_voltage = steady_voltage_;
-  const bool current_stays = by_current.samples > 0 && by_current.spreadWith(current) <= currentBand(current);
-  const bool voltage_stays = by_voltage.samples > 0 && by_voltage.spreadWith(voltage) <= voltageBand(voltage);
+  const bool current_stays =
+      by_current.samples > 0 && by_current.spreadWith(current) <= currentBand(current);
+  const bool voltage_stays =
+      by_voltage.samples > 0 && by_voltage.spreadWith(voltage) <= voltageBand(voltage);
   voltage_fell_ = by_voltage.samples > 0 && !voltage_stays && voltage < by_voltage.lowest;
   if (current_stays)
     by_current.extend(current, voltage);
@@ -272,7 +302,8 @@ void ControlModeDetector::follow(double time, double current, double voltage) {
     by_voltage.extend(voltage, current);
   else
     by_voltage.begin(time, voltage, current);
-  if (!current_stays && rule_.charge_begins == ControlMode::kVoltage && reason_ == ControlModeReason::kConstantCurrent)
+  if (!current_stays && rule_.charge_begins == ControlMode::kVoltage &&
+      reason_ == ControlModeReason::kConstantCurrent)
     reason_ = ControlModeReason::kSource;
 }
 
@@ -281,34 +312,39 @@ bool ControlModeDetector::movedOneWay() const {
   const double moved = std::max(run.rise, run.fall);
   const double ohmic = kAboveOhmic * rule_.resistance.value_or(0.0) * run.spread();
   return run.samples >= kFewestSamples && moved >= std::max(kMoved * rule_.voltage_noise, ohmic) &&
-         std::min(run.rise, run.fall) <= kTurned * rule_.voltage_noise && run.largest_step <= kLargestStep * moved;
+         std::min(run.rise, run.fall) <= kTurned * rule_.voltage_noise &&
+         run.largest_step <= kLargestStep * moved;
 }
 
-bool ControlModeDetector::isConstantCurrent() const { return steady_current_.lowest >= kTakesCurrent * rule_.current_noise && movedOneWay(); }
+bool ControlModeDetector::isConstantCurrent() const {
+  return steady_current_.lowest >= kTakesCurrent * rule_.current_noise && movedOneWay();
+}
 
 bool ControlModeDetector::isNoCurrent() const {
   const Run& run = steady_current_;
-  return std::max(std::abs(run.lowest), std::abs(run.highest)) <= kClearlyCurrent * rule_.current_noise;
+  return std::max(std::abs(run.lowest), std::abs(run.highest)) <=
+         kClearlyCurrent * rule_.current_noise;
 }
 
 bool ControlModeDetector::isRestApart(double time) const {
   const bool let_go = rule_.charge_begins == ControlMode::kCurrent && voltage_fell_;
-  const bool relaxes =
-      time - steady_current_.from >= kRestDuration && steady_current_.spread() <= kRestBand * rule_.current_noise && movedOneWay();
+  const bool relaxes = time - steady_current_.from >= kRestDuration &&
+                       steady_current_.spread() <= kRestBand * rule_.current_noise && movedOneWay();
   return isNoCurrent() && (let_go || relaxes);
 }
 
 bool ControlModeDetector::isHeldVoltage() const {
   const Run& run = steady_voltage_;
   const double held = std::max(run.spread(), kTurned * rule_.voltage_noise);
-  return run.samples >= kFewestSamples && run.fall > currentBand(run.other_highest) && rule_.resistance &&
-         *rule_.resistance * run.fall >= held / kHeldShare;
+  return run.samples >= kFewestSamples && run.fall > currentBand(run.other_highest) &&
+         rule_.resistance && *rule_.resistance * run.fall >= held / kHeldShare;
 }
 
 bool ControlModeDetector::add(double time, double current, double voltage) {
   if (!std::isfinite(time) || !std::isfinite(current) || !std::isfinite(voltage))
-    throw std::invalid_argument("ControlModeDetector::add: time is " + std::to_string(time) + " s, current " + std::to_string(current) +
-                                " A and voltage " + std::to_string(voltage) + " V; all are expected finite");
+    throw std::invalid_argument("ControlModeDetector::add: time is " + std::to_string(time) +
+                                " s, current " + std::to_string(current) + " A and voltage " +
+                                std::to_string(voltage) + " V; all are expected finite");
   const bool joined = last_time_ && time > *last_time_ && time - *last_time_ <= rule_.max_gap;
   last_time_ = time;
   reach_ = 0;
@@ -357,7 +393,8 @@ ControlModes detectControlMode(const Series& series) {
     source.voltage_controlled[k] = controlModeOf(judged.reasons[k]) == ControlMode::kVoltage;
     controlled += source.voltage_controlled[k] ? 1 : 0;
   }
-  if (!series.empty()) source.share = static_cast<double>(controlled) / static_cast<double>(series.size());
+  if (!series.empty())
+    source.share = static_cast<double>(controlled) / static_cast<double>(series.size());
   source.stretches = stretchesOf(series, judged.reasons, source.rule.max_gap);
   source.summary = summaryOf(source);
   return source;

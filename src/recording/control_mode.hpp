@@ -38,21 +38,25 @@ std::string toString(ControlModeReason reason);
  * A default-constructed rule knows no source: every sample's current is controlled.
  */
 struct ControlModeRule {
-  bool present = false;                       ///< something charges the battery
-  double min_current = 0.0;                 ///< [A]; below it a load controls the current. Negative, as a source
-                                              ///< may let the battery help out
-  ControlMode charge_begins = ControlMode::kVoltage;  ///< taken for a charge as long as nothing is known of it
-  double current_noise = 0.0;                 ///< [A], standard deviation; at least what the channel's steps make
-  double voltage_noise = 0.0;                 ///< [V], the same, at least half a step
-  std::optional<double> resistance;           ///< [Ohm], dv/di at edges of the current
-  double max_gap = 5.0;                       ///< [s]; what was known before a longer gap says nothing of what follows
+  bool present = false;  ///< something charges the battery
+  /// [A]; below it a load controls the current. Negative, as a source
+  double min_current = 0.0;
+  ///< may let the battery help out
+  /// taken for a charge as long as nothing is known of it
+  ControlMode charge_begins = ControlMode::kVoltage;
+  /// [A], standard deviation; at least what the channel's steps make
+  double current_noise = 0.0;
+  double voltage_noise = 0.0;        ///< [V], the same, at least half a step
+  std::optional<double> resistance;  ///< [Ohm], dv/di at edges of the current
+  /// [s]; what was known before a longer gap says nothing of what follows
+  double max_gap = 5.0;
 };
 
 /**
  * @brief Judges a stream sample by sample, without looking ahead.
  *
- * At or below the least current a load controls the current. Above it a source controls the voltage,
- * until the current stays in a band
+ * At or below the least current a load controls the current. Above it a source controls the
+ * voltage, until the current stays in a band
  *
  *     max i - min i <= b_i = max(8 sigma_i, 0.5 % of i)   while the voltage moves one way by max(10
  * sigma_v, 10 r (max i - min i)),
@@ -70,8 +74,8 @@ struct ControlModeRule {
  * such a move is a rest apart from the source; where charges begin with a controlled current a fall
  * of the voltage out of its band is one too.
  *
- * @note A current that a source is reported from outside and that changes all the time (hardware in the
- * loop) is known by the rule's charge_begins alone, which needs a recording. A source's current
+ * @note A current that a source is reported from outside and that changes all the time (hardware in
+ * the loop) is known by the rule's charge_begins alone, which needs a recording. A source's current
  * limit is known once the voltage has risen.
  */
 class ControlModeDetector {
@@ -137,10 +141,10 @@ struct ControlModeStretch {
 struct ControlModes {
   std::vector<char> voltage_controlled;  ///< one a sample; 1 where the voltage is controlled
   ControlModeRule rule;
-  double share = 0.0;                    ///< of the samples whose voltage is controlled [0, 1]
-  bool seen = false;                     ///< something charges the battery
+  double share = 0.0;                         ///< of the samples whose voltage is controlled [0, 1]
+  bool seen = false;                          ///< something charges the battery
   std::vector<ControlModeStretch> stretches;  ///< every sample in one, in order
-  std::string summary;                   ///< one or two sentences
+  std::string summary;                        ///< one or two sentences
 };
 
 /**
@@ -160,10 +164,10 @@ struct ControlModes {
  * of current by less than half of what they answer to large ones, the voltage is held there too and
  * the least current moves down to half a crank's (EventLimits::crank_current).
  *
- * Charges begin with a controlled current when half of them show constant current, or when changes of
- * voltage follow those of current in charges (r^2 of 0.9 and more), as in a profile that is played
- * to a battery. Each sample is then judged by ControlModeDetector; a judgement reaches back over the
- * stretch that proves it.
+ * Charges begin with a controlled current when half of them show constant current, or when changes
+ * of voltage follow those of current in charges (r^2 of 0.9 and more), as in a profile that is
+ * played to a battery. Each sample is then judged by ControlModeDetector; a judgement reaches back
+ * over the stretch that proves it.
  *
  * @param series any sampling.
  * @return nothing seen for an empty series.

@@ -15,7 +15,9 @@ double endOf(const ControlModeStretch& stretch, const Series& series, double max
 
 }  // namespace
 
-std::string toString(ControlMode controlled) { return controlled == ControlMode::kVoltage ? "voltage" : "current"; }
+std::string toString(ControlMode controlled) {
+  return controlled == ControlMode::kVoltage ? "voltage" : "current";
+}
 
 std::vector<ControlModeTotals> totalsOf(const ControlModes& source) {
   std::map<std::string, ControlModeTotals> by_reason;
@@ -33,13 +35,15 @@ std::vector<ControlModeTotals> totalsOf(const ControlModes& source) {
 
 ControlModeOverview overviewOf(const ControlModes& source, const Series& series) {
   if (source.voltage_controlled.size() != series.size())
-    throw std::invalid_argument("overviewOf: source of " + std::to_string(source.voltage_controlled.size()) + " samples, series of " +
-                                std::to_string(series.size()));
+    throw std::invalid_argument("overviewOf: source of " +
+                                std::to_string(source.voltage_controlled.size()) +
+                                " samples, series of " + std::to_string(series.size()));
   ControlModeOverview overview{source.seen, source.share, source.summary, totalsOf(source), {}};
   std::vector<ControlledTime>& times = overview.voltage_controlled;
   for (const ControlModeStretch& stretch : source.stretches) {
     if (stretch.mode != ControlMode::kVoltage) continue;
-    const double from = series.time[stretch.range.first], to = endOf(stretch, series, source.rule.max_gap);
+    const double from = series.time[stretch.range.first],
+                 to = endOf(stretch, series, source.rule.max_gap);
     if (!times.empty() && times.back().to == from)
       times.back().to = to;
     else

@@ -21,10 +21,10 @@ struct ControlledTime {
 
 /// Operating mode in a recording, as a reader needs it; times in place of indices.
 struct ControlModeOverview {
-  bool seen = false;                         ///< something charges the battery
-  double share = 0.0;                        ///< of the samples whose voltage is controlled [0, 1]
-  std::string summary;                       ///< one or two sentences
-  std::vector<ControlModeTotals> totals;         ///< one a reason, in alphabetical order
+  bool seen = false;                      ///< something charges the battery
+  double share = 0.0;                     ///< of the samples whose voltage is controlled [0, 1]
+  std::string summary;                    ///< one or two sentences
+  std::vector<ControlModeTotals> totals;  ///< one a reason, in alphabetical order
   std::vector<ControlledTime> voltage_controlled;  ///< in order; see overviewOf()
 };
 
@@ -37,8 +37,8 @@ std::vector<ControlModeTotals> totalsOf(const ControlModes& source);
 /**
  * @brief The whole of a source's judgement without its samples.
  *
- * voltage_controlled: each stretch from its first sample to the first one behind it, or to its last one before a gap and at the
- * end. Neighbours of one judgement for different reasons are one.
+ * voltage_controlled: each stretch from its first sample to the first one behind it, or to its last
+ * one before a gap and at the end. Neighbours of one judgement for different reasons are one.
  *
  * @param series the one that the source was found in.
  * @throws std::invalid_argument when source and series differ in length.

@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "util/atomic_file.hpp"
 #include "battery_sof/intake.hpp"
+#include "battery_sof/sample_list.hpp"
+#include "util/atomic_file.hpp"
 #include "util/number_text.hpp"
 #include "util/printable.hpp"
-#include "battery_sof/sample_list.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -38,7 +38,8 @@ std::string_view unquoted(std::string_view cell) {
   return trimmed(cell.substr(1, cell.size() - 2));
 }
 
-/// Position of the separator that ends the cell beginning at first; those between quotes do not count.
+/// Position of the separator that ends the cell beginning at first; those between quotes do not
+/// count.
 std::size_t endOfCell(std::string_view line, std::size_t first, char separator) {
   bool quoted = false;
   for (std::size_t k = first; k < line.size(); ++k) {
@@ -70,7 +71,8 @@ struct Layout {
 
 std::string separatorHint(const Layout& layout) {
   if (layout.names.size() != 1) return "";
-  if (layout.names.front().rfind("#ROSBAG", 0) == 0) return "; this is a bag, which is read from a file, not from a pipe";
+  if (layout.names.front().rfind("#ROSBAG", 0) == 0)
+    return "; this is a bag, which is read from a file, not from a pipe";
   const bool other = layout.names.front().find_first_of("|\t") != std::string::npos;
   return other ? "; the file does not look comma-separated" : "";
 }
@@ -78,8 +80,8 @@ std::string separatorHint(const Layout& layout) {
 std::size_t columnIndex(const Layout& layout, const std::string& name) {
   const auto first = std::find(layout.names.begin(), layout.names.end(), name);
   if (first == layout.names.end()) {
-    throw RecordingError(layout.path.string() + ": has no column \"" + shortened(name) + "\"; its columns are: " + someOf(layout.names) +
-                         separatorHint(layout));
+    throw RecordingError(layout.path.string() + ": has no column \"" + shortened(name) +
+                         "\"; its columns are: " + someOf(layout.names) + separatorHint(layout));
   }
   if (std::find(first + 1, layout.names.end(), name) != layout.names.end()) {
     throw RecordingError(layout.path.string() + ": has column \"" + shortened(name) +
@@ -97,12 +99,13 @@ void takeNames(std::string_view line, Layout& layout) {
 
 Layout readLayout(const std::filesystem::path& path, TextLines& lines, const CsvColumns& columns) {
   if (!lines.next()) {
-    throw RecordingError(path.string() + ": is empty, expected a header line with the columns " + columns.time + ", " + columns.current +
-                         ", " + columns.voltage);
+    throw RecordingError(path.string() + ": is empty, expected a header line with the columns " +
+                         columns.time + ", " + columns.current + ", " + columns.voltage);
   }
   Layout layout{path, {}};
   takeNames(lines.line(), layout);
-  const bool has_time = std::find(layout.names.begin(), layout.names.end(), columns.time) != layout.names.end();
+  const bool has_time =
+      std::find(layout.names.begin(), layout.names.end(), columns.time) != layout.names.end();
   if (!has_time && endOfCell(lines.line(), 0, ';') < lines.line().size()) {
     layout.separator = ';';
     takeNames(lines.line(), layout);
@@ -125,14 +128,17 @@ Layout readLayout(const std::filesystem::path& path, TextLines& lines, const Csv
 std::string withPoint(std::string_view cell, char separator) {
   std::string text(cell);
   const std::size_t comma = text.find(',');
-  const bool is_decimal = separator == ';' && comma != std::string::npos && text.find_first_of(",.", comma + 1) == std::string::npos &&
+  const bool is_decimal = separator == ';' && comma != std::string::npos &&
+                          text.find_first_of(",.", comma + 1) == std::string::npos &&
                           text.find('.') == std::string::npos;
   if (is_decimal) text[comma] = '.';
   return text;
 }
 
 /// The whole cell as a number, NaN for an empty one; nothing when it is text.
-std::optional<double> parseNumber(std::string_view cell) { return cell.empty() ? kMissing : numberOf(cell); }
+std::optional<double> parseNumber(std::string_view cell) {
+  return cell.empty() ? kMissing : numberOf(cell);
+}
 
 /// Days from 1970-01-01 to a date of the Gregorian calendar; nothing for a date it does not have.
 std::optional<double> daysSinceEpoch(int year, int month, int day) {
@@ -151,11 +157,13 @@ std::optional<double> parseDateTime(std::string_view cell) {
   int year = 0, month = 0, day = 0, hour = 0, minute = 0, used = 0;
   char separator = 0;
   const std::string text(cell.back() == 'Z' ? cell.substr(0, cell.size() - 1) : cell);
-  const int read = std::sscanf(text.c_str(), "%4d-%2d-%2d%c%2d:%2d:%n", &year, &month, &day, &separator, &hour, &minute, &used);
+  const int read = std::sscanf(text.c_str(), "%4d-%2d-%2d%c%2d:%2d:%n", &year, &month, &day,
+                               &separator, &hour, &minute, &used);
   if (read != 6 || used == 0 || (separator != ' ' && separator != 'T')) return std::nullopt;
   const std::optional<double> second = parseNumber(std::string_view(text).substr(used));
   const std::optional<double> days = daysSinceEpoch(year, month, day);
-  const bool valid = days && hour >= 0 && hour <= 24 && minute >= 0 && minute <= 59 && second && *second >= 0.0 && *second < 61.0;
+  const bool valid = days && hour >= 0 && hour <= 24 && minute >= 0 && minute <= 59 && second &&
+                     *second >= 0.0 && *second < 61.0;
   if (!valid) return std::nullopt;
   return 86400.0 * *days + 3600.0 * hour + 60.0 * minute + *second;
 }
@@ -167,8 +175,9 @@ struct Row {
   std::size_t line;
 
   [[noreturn]] void refuse(std::size_t column, const std::string& expected) const {
-    throw RecordingError(layout.path.string() + ", line " + std::to_string(line) + ", column \"" + shortened(layout.names[column]) +
-                         "\": \"" + shortened(cells[column]) + "\" is not " + expected);
+    throw RecordingError(layout.path.string() + ", line " + std::to_string(line) + ", column \"" +
+                         shortened(layout.names[column]) + "\": \"" + shortened(cells[column]) +
+                         "\" is not " + expected);
   }
 
   double number(std::size_t column) const {
@@ -205,11 +214,13 @@ void requireWholeRow(const Row& row) {
   const std::size_t expected = row.layout.names.size(), found = row.cells.size();
   const bool trailing_comma = found == expected + 1 && row.cells.back().empty();
   if (found == expected || trailing_comma) return;
-  throw RecordingError(row.layout.path.string() + ", line " + std::to_string(row.line) + ": has " + std::to_string(found) +
-                       " cells, the header has " + std::to_string(expected));
+  throw RecordingError(row.layout.path.string() + ", line " + std::to_string(row.line) + ": has " +
+                       std::to_string(found) + " cells, the header has " +
+                       std::to_string(expected));
 }
 
-void readRows(TextLines& lines, const Layout& layout, const CsvColumns& columns, Recording& recording) {
+void readRows(TextLines& lines, const Layout& layout, const CsvColumns& columns,
+              Recording& recording) {
   constexpr RawSample kCutOff{kMissing, kMissing, kMissing, std::nullopt};
   Intake intake;
   std::vector<std::string_view> cells;
@@ -251,7 +262,8 @@ void appendNumber(std::string& text, double value) {
 }
 
 void appendCelsius(std::string& text, double kelvin) {
-  appendDigits(text, kelvin - kZeroCelsius, [kelvin](double read) { return read + kZeroCelsius == kelvin; });
+  appendDigits(text, kelvin - kZeroCelsius,
+               [kelvin](double read) { return read + kZeroCelsius == kelvin; });
 }
 
 /// Writes series in order of time, merging the samples with the temperatures' own time base.

@@ -7,19 +7,21 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kSpan = 0.1;            // [s], longer than any sensor holds a value
-constexpr double kFineSpan = 0.02;       // [s], shorter than the battery's fast polarisation
-constexpr double kLongestLag = 0.5;      // [s]
-constexpr double kFastInterval = 0.05;   // [s], 20 Hz
-constexpr double kMinInterval = 2e-4;  // [s]: a thousandth of what separates two channels reports nothing more
-constexpr double kEdgeShare = 0.1;       // of the range of current
+constexpr double kSpan = 0.1;           // [s], longer than any sensor holds a value
+constexpr double kFineSpan = 0.02;      // [s], shorter than the battery's fast polarisation
+constexpr double kLongestLag = 0.5;     // [s]
+constexpr double kFastInterval = 0.05;  // [s], 20 Hz
+// [s]: a thousandth of what separates two channels reports nothing more
+constexpr double kMinInterval = 2e-4;
+constexpr double kEdgeShare = 0.1;  // of the range of current
 constexpr double kFineCorrelation = 0.5;
 constexpr std::size_t kMaxEdges = 400;
 
 using Lag = std::ptrdiff_t;
 
 /// Changes of a channel over span samples; zero where they would reach across a missing sample.
-std::vector<double> changesOver(const Series& series, const std::vector<double>& values, std::size_t span, double interval) {
+std::vector<double> changesOver(const Series& series, const std::vector<double>& values,
+                                std::size_t span, double interval) {
   std::vector<double> changes(series.size() - span);
   for (std::size_t k = 0; k < changes.size(); ++k) {
     const double duration = series.time[k + span] - series.time[k];
@@ -33,7 +35,8 @@ std::vector<IndexRange> findEdges(const std::vector<double>& changes, double thr
   std::vector<IndexRange> edges;
   for (std::size_t k = 0; k < changes.size(); ++k) {
     if (std::abs(changes[k]) < threshold) continue;
-    const bool continues = !edges.empty() && edges.back().last == k && changes[k] * changes[edges.back().first] > 0.0;
+    const bool continues =
+        !edges.empty() && edges.back().last == k && changes[k] * changes[edges.back().first] > 0.0;
     if (!continues) edges.push_back({k, k});
     edges.back().last = k + 1;
   }
@@ -51,9 +54,12 @@ std::vector<IndexRange> thinned(const std::vector<IndexRange>& edges) {
 /// centre.
 class CrossProducts {
  public:
-  CrossProducts(Lag centre, Lag reach) : lowest_(centre - reach), product_(2 * reach + 1) { voltage_squares_.resize(product_.size()); }
+  CrossProducts(Lag centre, Lag reach) : lowest_(centre - reach), product_(2 * reach + 1) {
+    voltage_squares_.resize(product_.size());
+  }
 
-  void add(IndexRange edge, const std::vector<double>& current, const std::vector<double>& voltage) {
+  void add(IndexRange edge, const std::vector<double>& current,
+           const std::vector<double>& voltage) {
     for (std::size_t k = edge.first; k < edge.last; ++k) {
       current_squares_ += current[k] * current[k];
       for (std::size_t j = 0; j < product_.size(); ++j) {
@@ -83,7 +89,9 @@ class CrossProducts {
     return scale > 0.0 ? product_[lag - lowest_] / scale : 0.0;
   }
 
-  double resistance() const { return current_squares_ > 0.0 ? product_[indexOfBest()] / current_squares_ : 0.0; }
+  double resistance() const {
+    return current_squares_ > 0.0 ? product_[indexOfBest()] / current_squares_ : 0.0;
+  }
 
  private:
   std::size_t indexOfBest() const {
@@ -104,7 +112,8 @@ struct Comparison {
     const auto [low, high] = std::minmax_element(series.current.begin(), series.current.end());
     const auto current = changesOver(series, series.current, span, interval);
     const auto voltage = changesOver(series, series.voltage, span, interval);
-    const auto found = *low == *high ? std::vector<IndexRange>{} : thinned(findEdges(current, kEdgeShare * (*high - *low)));
+    const auto found = *low == *high ? std::vector<IndexRange>{}
+                                     : thinned(findEdges(current, kEdgeShare * (*high - *low)));
     edges = found.size();
     for (std::size_t k = 0; k < edges; ++k) {
       all.add(found[k], current, voltage);
@@ -116,7 +125,9 @@ struct Comparison {
   CrossProducts all, first, second;
 };
 
-std::size_t samplesIn(double duration, double interval) { return static_cast<std::size_t>(std::max(1L, std::lround(duration / interval))); }
+std::size_t samplesIn(double duration, double interval) {
+  return static_cast<std::size_t>(std::max(1L, std::lround(duration / interval)));
+}
 
 EdgeResponse respond(const Comparison& comparison, double interval) {
   EdgeResponse response;
@@ -152,8 +163,10 @@ Series everyNth(const Series& series, std::size_t stride) {
 std::optional<EdgeResponse> edgeResponse(const Series& series) {
   const double interval = medianInterval(series);
   if (interval <= 0.0) return std::nullopt;
-  const auto stride = static_cast<std::size_t>(std::min(std::ceil(kMinInterval / interval), static_cast<double>(series.size())));
-  if (stride > 1) return series.size() > 2 * stride ? edgeResponse(everyNth(series, stride)) : std::nullopt;
+  const auto stride = static_cast<std::size_t>(
+      std::min(std::ceil(kMinInterval / interval), static_cast<double>(series.size())));
+  if (stride > 1)
+    return series.size() > 2 * stride ? edgeResponse(everyNth(series, stride)) : std::nullopt;
   const bool is_fast = interval <= kFastInterval;
   const std::size_t span = is_fast ? samplesIn(kSpan, interval) : 1;
   const Lag longest = is_fast ? static_cast<Lag>(samplesIn(kLongestLag, interval)) : 1;
@@ -162,7 +175,8 @@ std::optional<EdgeResponse> edgeResponse(const Series& series) {
   EdgeResponse response = respond(coarse, interval);
   if (!is_fast) return response;
   refineLags(coarse, interval, response);
-  const Comparison fine(series, interval, samplesIn(kFineSpan, interval), coarse.all.best(), static_cast<Lag>(span));
+  const Comparison fine(series, interval, samplesIn(kFineSpan, interval), coarse.all.best(),
+                        static_cast<Lag>(span));
   const bool is_clear = std::abs(fine.all.correlation(fine.all.best())) >= kFineCorrelation;
   if (is_clear) refineLags(fine, interval, response);
   return response;

@@ -10,12 +10,14 @@ namespace {
 constexpr double kLongCharge = 10.0;  // [s]
 
 void requireValid(const EventLimits& limits) {
-  const bool valid = std::isfinite(limits.crank_current) && limits.crank_current < 0.0 && std::isfinite(limits.crank_max_duration) &&
-                     limits.crank_max_duration >= 0.0 && std::isfinite(limits.rest_current) && limits.rest_current >= 0.0;
+  const bool valid = std::isfinite(limits.crank_current) && limits.crank_current < 0.0 &&
+                     std::isfinite(limits.crank_max_duration) && limits.crank_max_duration >= 0.0 &&
+                     std::isfinite(limits.rest_current) && limits.rest_current >= 0.0;
   if (valid) return;
-  throw std::invalid_argument("EventLimits: crank_current is " + std::to_string(limits.crank_current) +
-                              " A (expected below 0), crank_max_duration " + std::to_string(limits.crank_max_duration) +
-                              " s and rest_current " + std::to_string(limits.rest_current) + " A (expected at least 0)");
+  throw std::invalid_argument(
+      "EventLimits: crank_current is " + std::to_string(limits.crank_current) +
+      " A (expected below 0), crank_max_duration " + std::to_string(limits.crank_max_duration) +
+      " s and rest_current " + std::to_string(limits.rest_current) + " A (expected at least 0)");
 }
 
 EventKind kindBySign(double current, const EventLimits& limits) {
@@ -25,20 +27,25 @@ EventKind kindBySign(double current, const EventLimits& limits) {
 
 /// The stretch around a sample, within bounds and without a gap, in which the current stays at or
 /// below half the crank current.
-IndexRange widened(const Series& series, std::size_t sample, IndexRange bounds, double half, double max_gap) {
+IndexRange widened(const Series& series, std::size_t sample, IndexRange bounds, double half,
+                   double max_gap) {
   const auto joined = [&](std::size_t n) { return series.time[n] - series.time[n - 1] <= max_gap; };
   IndexRange range{sample, sample + 1};
-  while (range.first > bounds.first && series.current[range.first - 1] <= half && joined(range.first)) --range.first;
-  while (range.last < bounds.last && series.current[range.last] <= half && joined(range.last)) ++range.last;
+  while (range.first > bounds.first && series.current[range.first - 1] <= half &&
+         joined(range.first))
+    --range.first;
+  while (range.last < bounds.last && series.current[range.last] <= half && joined(range.last))
+    ++range.last;
   return range;
 }
 
-std::vector<IndexRange> crankRanges(const Series& series, IndexRange bounds, const EventLimits& limits, double max_gap) {
+std::vector<IndexRange> crankRanges(const Series& series, IndexRange bounds,
+                                    const EventLimits& limits, double max_gap) {
   std::vector<IndexRange> cranks;
   const auto end = series.current.begin() + static_cast<std::ptrdiff_t>(bounds.last);
   for (std::size_t from = bounds.first;;) {
-    const auto low =
-        std::find_if(series.current.begin() + static_cast<std::ptrdiff_t>(from), end, [&](double i) { return i <= limits.crank_current; });
+    const auto low = std::find_if(series.current.begin() + static_cast<std::ptrdiff_t>(from), end,
+                                  [&](double i) { return i <= limits.crank_current; });
     if (low == end) return cranks;
     const auto k = static_cast<std::size_t>(low - series.current.begin());
     const IndexRange range = widened(series, k, bounds, 0.5 * limits.crank_current, max_gap);
@@ -48,9 +55,11 @@ std::vector<IndexRange> crankRanges(const Series& series, IndexRange bounds, con
   }
 }
 
-std::vector<EventKind> kindOfEverySample(const Series& series, const EventLimits& limits, double max_gap) {
+std::vector<EventKind> kindOfEverySample(const Series& series, const EventLimits& limits,
+                                         double max_gap) {
   std::vector<EventKind> kinds(series.size());
-  std::transform(series.current.begin(), series.current.end(), kinds.begin(), [&](double current) { return kindBySign(current, limits); });
+  std::transform(series.current.begin(), series.current.end(), kinds.begin(),
+                 [&](double current) { return kindBySign(current, limits); });
   for (const IndexRange& range : crankRanges(series, {0, series.size()}, limits, max_gap))
     std::fill(kinds.begin() + range.first, kinds.begin() + range.last, EventKind::kCrank);
   return kinds;
@@ -59,7 +68,8 @@ std::vector<EventKind> kindOfEverySample(const Series& series, const EventLimits
 double chargeOf(const Series& series, IndexRange range) {
   double charge = 0.0;
   for (std::size_t k = range.first + 1; k < range.last; ++k) {
-    charge += 0.5 * (series.current[k] + series.current[k - 1]) * (series.time[k] - series.time[k - 1]);
+    charge +=
+        0.5 * (series.current[k] + series.current[k - 1]) * (series.time[k] - series.time[k - 1]);
   }
   return charge;
 }
@@ -74,14 +84,17 @@ Event describeEvent(const Series& series, IndexRange range, EventKind kind) {
   event.from = series.time[range.first];
   event.to = series.time[range.last - 1];
   event.charge = chargeOf(series, range);
-  event.peak_current = *std::max_element(current + range.first, current + range.last, lower_magnitude);
-  event.mean_current = range.size() == 1 ? series.current[range.first] : event.charge / event.duration();
+  event.peak_current =
+      *std::max_element(current + range.first, current + range.last, lower_magnitude);
+  event.mean_current =
+      range.size() == 1 ? series.current[range.first] : event.charge / event.duration();
   event.min_voltage = *extremes.first;
   event.max_voltage = *extremes.second;
   return event;
 }
 
-void cutIntoEvents(const Series& series, IndexRange stretch, const std::vector<EventKind>& kinds, std::vector<Event>& events) {
+void cutIntoEvents(const Series& series, IndexRange stretch, const std::vector<EventKind>& kinds,
+                   std::vector<Event>& events) {
   std::size_t first = stretch.first;
   for (std::size_t k = stretch.first + 1; k <= stretch.last; ++k) {
     if (k < stretch.last && kinds[k] == kinds[first]) continue;
@@ -131,11 +144,13 @@ std::vector<Event> detectEvents(const Series& series, const EventLimits& limits)
   const double max_gap = gapThreshold(series);
   const std::vector<EventKind> kinds = kindOfEverySample(series, limits, max_gap);
   std::vector<Event> events;
-  for (const IndexRange& stretch : contiguousRanges(series, max_gap)) cutIntoEvents(series, stretch, kinds, events);
+  for (const IndexRange& stretch : contiguousRanges(series, max_gap))
+    cutIntoEvents(series, stretch, kinds, events);
   return events;
 }
 
-std::vector<Event> detectCranks(const Series& series, IndexRange range, const EventLimits& limits, double max_gap) {
+std::vector<Event> detectCranks(const Series& series, IndexRange range, const EventLimits& limits,
+                                double max_gap) {
   requireValid(limits);
   std::vector<Event> cranks;
   for (const IndexRange& crank : crankRanges(series, range, limits, max_gap))

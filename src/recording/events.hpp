@@ -17,12 +17,14 @@ std::string toString(EventKind kind);
 
 /// Limits that distinguish events.
 struct EventLimits {
-  double crank_current = -150.0;    ///< [A]; a crank falls to this or below (paper, section V: pulses and weighting)
+  /// [A]; a crank falls to this or below (paper, section V: pulses and weighting)
+  double crank_current = -150.0;
   double crank_max_duration = 5.0;  ///< [s]; longer stretches are discharges
   double rest_current = 0.5;        ///< [A]; |current| below it is rest
 };
 
-/// A stretch of one kind of load. Ranges of neighbouring events do not overlap; every sample belongs to one event.
+/// A stretch of one kind of load. Ranges of neighbouring events do not overlap; every sample
+/// belongs to one event.
 struct Event {
   EventKind kind = EventKind::kRest;
   IndexRange range;
@@ -39,22 +41,26 @@ struct Event {
 /**
  * @brief Cuts a series into cranks, discharges, charges and rests.
  *
- * A crank is a run of samples at or below crank_current, widened on both sides while the current stays at or below
- * half of it, and no longer than crank_max_duration. The rest of the samples is cut by the sign of the current with
- * rest_current as dead band. Events never span a gap (gapThreshold).
+ * A crank is a run of samples at or below crank_current, widened on both sides while the current
+ * stays at or below half of it, and no longer than crank_max_duration. The rest of the samples is
+ * cut by the sign of the current with rest_current as dead band. Events never span a gap
+ * (gapThreshold).
  *
- * @throws std::invalid_argument when crank_current is not negative or a limit is not finite or below zero.
+ * @throws std::invalid_argument when crank_current is not negative or a limit is not finite or
+ * below zero.
  */
 std::vector<Event> detectEvents(const Series& series, const EventLimits& limits = {});
 
 /**
- * @brief The cranks alone, as detectEvents() finds them in slice(series, range); for those who ask for nothing else.
+ * @brief The cranks alone, as detectEvents() finds them in slice(series, range); for those who ask
+ * for nothing else.
  *
  * @param range of the series; the events' ranges are the series' too.
  * @param max_gap [s], longest interval that is joined: gapThreshold() of the range.
  * @throws as detectEvents().
  */
-std::vector<Event> detectCranks(const Series& series, IndexRange range, const EventLimits& limits, double max_gap);
+std::vector<Event> detectCranks(const Series& series, IndexRange range, const EventLimits& limits,
+                                double max_gap);
 
 /// How often one kind of event happened and how long in all.
 struct EventTotals {
@@ -62,11 +68,14 @@ struct EventTotals {
   double duration = 0.0;  ///< [s]
 };
 
-/// What happened in a series, added up. An event lasts until the next one begins, or to its last sample before a gap.
+/// What happened in a series, added up. An event lasts until the next one begins, or to its last
+/// sample before a gap.
 struct EventSummary {
-  std::array<EventTotals, 4> totals;                             ///< in the order of EventKind
-  double charge_in = 0.0;                                        ///< [As], what flowed into the battery; gaps count nothing
-  double charge_out = 0.0;                                       ///< [As], negative, what flowed out of it
+  std::array<EventTotals, 4> totals;  ///< in the order of EventKind
+  /// [As], what flowed into the battery; gaps count nothing
+  double charge_in = 0.0;
+  /// [As], negative, what flowed out of it
+  double charge_out = 0.0;
   double longest_charge = 0.0;                                   ///< [s]
   std::size_t long_charges = 0;                                  ///< charges longer than 10 s
   std::optional<double> min_charge_voltage, max_charge_voltage;  ///< [V], none without a charge

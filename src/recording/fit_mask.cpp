@@ -21,7 +21,8 @@ std::size_t mask(std::vector<char>& masked, IndexRange range, SampleFault fault)
   return added;
 }
 
-std::size_t mask(std::vector<char>& masked, const std::vector<IndexRange>& ranges, SampleFault fault) {
+std::size_t mask(std::vector<char>& masked, const std::vector<IndexRange>& ranges,
+                 SampleFault fault) {
   std::size_t added = 0;
   for (const IndexRange& range : ranges) added += mask(masked, range, fault);
   return added;
@@ -38,7 +39,9 @@ std::vector<IndexRange> samplesAt(const std::vector<double>& limits, const Chann
   return samples;
 }
 
-double roundingDeviation(const Channel& channel) { return channel.step.value_or(0.0) / std::sqrt(12.0); }
+double roundingDeviation(const Channel& channel) {
+  return channel.step.value_or(0.0) / std::sqrt(12.0);
+}
 
 std::string describeMasked(const InstrumentLimits& limits) {
   std::string causes;
@@ -49,8 +52,8 @@ std::string describeMasked(const InstrumentLimits& limits) {
   add(limits.stuck, "stuck");
   add(limits.repeated, "repeated");
   if (causes.empty()) return "";
-  return check_parts::counted(limits.maskedSamples(), "sample") + " of " + std::to_string(limits.masked.size()) +
-         " left out of the fit: " + causes + ".";
+  return check_parts::counted(limits.maskedSamples(), "sample") + " of " +
+         std::to_string(limits.masked.size()) + " left out of the fit: " + causes + ".";
 }
 
 }  // namespace
@@ -64,8 +67,10 @@ InstrumentLimits instrumentLimits(const Series& series) {
   limits.masked.assign(series.size(), 0);
   limits.current_limits = provenLimits(evidence, evidence.current);
   limits.voltage_limits = provenLimits(evidence, evidence.voltage);
-  limits.clipped = mask(limits.masked, samplesAt(limits.current_limits, evidence.current), SampleFault::kClipped) +
-                   mask(limits.masked, samplesAt(limits.voltage_limits, evidence.voltage), SampleFault::kClipped);
+  limits.clipped = mask(limits.masked, samplesAt(limits.current_limits, evidence.current),
+                        SampleFault::kClipped) +
+                   mask(limits.masked, samplesAt(limits.voltage_limits, evidence.voltage),
+                        SampleFault::kClipped);
   for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
     limits.stuck += mask(limits.masked, frozenRuns(evidence, *channel), SampleFault::kStuck);
   }

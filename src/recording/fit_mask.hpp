@@ -14,17 +14,24 @@ enum class SampleFault : char { kClipped = 1, kStuck = 2, kRepeated = 3, kBehind
 /// What a fit must know of the instrument: samples that are no measurement, and how finely the
 /// others are known.
 struct InstrumentLimits {
-  /// One per sample of the series; a SampleFault for a sample that is no measurement, else 0. Its current
-  /// still drives the simulation: nothing better is known.
+  /// One per sample of the series; a SampleFault for a sample that is no measurement, else 0. Its
+  /// current still drives the simulation: nothing better is known.
   std::vector<char> masked;
-  std::size_t clipped = 0;                             ///< samples masked because a channel reads exactly its limit
-  std::size_t stuck = 0;                               ///< because a channel repeats one value while the other moves
-  std::size_t repeated = 0;                            ///< because both channels repeat the sample before
-  std::size_t behind_clipped = 0;                      ///< because the charge before is unknown (maskBehindUnknownCharge)
-  std::vector<double> current_limits, voltage_limits;  ///< [A], [V], at which the channels are cut off
-  double voltage_lsb_std = 0.0;                        ///< [V], step / sqrt(12) when quantised, else 0: white noise
-  double current_lsb_std = 0.0;                        ///< [A], the same of the current
-  std::string message;                                 ///< one sentence with the counts; empty when nothing is masked
+  /// samples masked because a channel reads exactly its limit
+  std::size_t clipped = 0;
+  /// because a channel repeats one value while the other moves
+  std::size_t stuck = 0;
+  /// because both channels repeat the sample before
+  std::size_t repeated = 0;
+  /// because the charge before is unknown (maskBehindUnknownCharge)
+  std::size_t behind_clipped = 0;
+  /// [A], [V], at which the channels are cut off
+  std::vector<double> current_limits, voltage_limits;
+  /// [V], step / sqrt(12) when quantised, else 0: white noise
+  double voltage_lsb_std = 0.0;
+  double current_lsb_std = 0.0;  ///< [A], the same of the current
+  /// one sentence with the counts; empty when nothing is masked
+  std::string message;
 
   /// A sample is counted under its first reason, in the order of the members.
   std::size_t maskedSamples() const { return clipped + stuck + repeated + behind_clipped; }
@@ -34,8 +41,8 @@ struct InstrumentLimits {
 };
 
 /**
- * @brief Samples that a fit must leave out, and the noise that quantisation adds (docs/physics.md#quantisation,
- * docs/physics.md#clipping, docs/physics.md#dropouts).
+ * @brief Samples that a fit must leave out, and the noise that quantisation adds
+ * (docs/physics.md#quantisation, docs/physics.md#clipping, docs/physics.md#dropouts).
  *
  * - clipped: every sample at a limit that the clipping check proves. A current held by a source and
  *   a voltage held by a regulator are not clipped.

@@ -8,13 +8,16 @@ namespace battery_sof {
 namespace {
 
 bool isTemperatureAlone(const RawSample& sample) {
-  return std::isnan(sample.current) && std::isnan(sample.voltage) && sample.temperature && std::isfinite(*sample.temperature);
+  return std::isnan(sample.current) && std::isnan(sample.voltage) && sample.temperature &&
+         std::isfinite(*sample.temperature);
 }
 
 void requireClockAhead(const Series& series, double time) {
   if (series.empty() || time > series.time.back()) return;
-  throw std::invalid_argument("append: time " + std::to_string(time) + " s is not after the recording's last sample at " +
-                              std::to_string(series.time.back()) + " s; the intake and the recording do not belong together");
+  throw std::invalid_argument("append: time " + std::to_string(time) +
+                              " s is not after the recording's last sample at " +
+                              std::to_string(series.time.back()) +
+                              " s; the intake and the recording do not belong together");
 }
 
 void appendTemperature(Series& series, double time, double temperature) {
@@ -51,23 +54,28 @@ std::string toString(SampleFate fate) {
 std::string toString(const RejectedCounts& rejected) {
   std::string reasons;
   const auto add = [&](std::size_t count, SampleFate fate) {
-    if (count > 0) reasons += (reasons.empty() ? "" : ", ") + std::to_string(count) + " " + toString(fate);
+    if (count > 0)
+      reasons += (reasons.empty() ? "" : ", ") + std::to_string(count) + " " + toString(fate);
   };
   add(rejected.missing_value, SampleFate::kMissingValue);
   add(rejected.not_finite, SampleFate::kNotFinite);
   add(rejected.duplicate_stamp, SampleFate::kDuplicateStamp);
   add(rejected.clock_step_back, SampleFate::kClockStepBack);
   add(rejected.out_of_range, SampleFate::kOutOfRange);
-  return std::to_string(rejected.total()) + " rejected" + (reasons.empty() ? "" : " (" + reasons + ")");
+  return std::to_string(rejected.total()) + " rejected" +
+         (reasons.empty() ? "" : " (" + reasons + ")");
 }
 
 Intake::Intake(IntakeLimits limits) : limits_(limits) {
   if (!(limits.max_abs_current > 0.0) || !(limits.max_abs_voltage > 0.0)) {
-    throw std::invalid_argument("IntakeLimits: max_abs_current is " + std::to_string(limits.max_abs_current) + " A and max_abs_voltage " +
-                                std::to_string(limits.max_abs_voltage) + " V; both must be above 0");
+    throw std::invalid_argument("IntakeLimits: max_abs_current is " +
+                                std::to_string(limits.max_abs_current) + " A and max_abs_voltage " +
+                                std::to_string(limits.max_abs_voltage) +
+                                " V; both must be above 0");
   }
   if (!(limits.max_abs_time > 0.0) || !(limits.min_interval > 0.0)) {
-    throw std::invalid_argument("IntakeLimits: max_abs_time is " + std::to_string(limits.max_abs_time) + " s and least_interval " +
+    throw std::invalid_argument("IntakeLimits: max_abs_time is " +
+                                std::to_string(limits.max_abs_time) + " s and least_interval " +
                                 std::to_string(limits.min_interval) + " s; both must be above 0");
   }
 }
@@ -96,7 +104,8 @@ SampleFate Intake::judgeValues(const RawSample& sample) const {
   if (std::isinf(sample.time) || std::isinf(sample.current) || std::isinf(sample.voltage)) {
     return SampleFate::kNotFinite;
   }
-  const bool in_range = std::abs(sample.current) <= limits_.max_abs_current && std::abs(sample.voltage) <= limits_.max_abs_voltage &&
+  const bool in_range = std::abs(sample.current) <= limits_.max_abs_current &&
+                        std::abs(sample.voltage) <= limits_.max_abs_voltage &&
                         std::abs(sample.time) <= limits_.max_abs_time;
   return in_range ? SampleFate::kAccepted : SampleFate::kOutOfRange;
 }

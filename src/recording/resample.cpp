@@ -16,14 +16,16 @@ namespace {
 
 using Complex = std::complex<double>;
 constexpr int kOrder = 8;
-constexpr double kGapIntervals = 10.0;   // more missing input samples than this are not bridged (gapThreshold)
+// more missing input samples than this are not bridged (gapThreshold)
+constexpr double kGapIntervals = 10.0;
 constexpr double kRateTolerance = 1e-6;  // 1 / median interval of a 200 Hz file is 199.99999 Hz
 
 /// Reverse Bessel polynomial of order 8: a_k = (2n - k)! / (2^(n-k) k! (n-k)!), rising powers.
 Eigen::Matrix<double, kOrder + 1, 1> reverseBessel() {
   Eigen::Matrix<double, kOrder + 1, 1> a;
   for (int k = 0; k <= kOrder; ++k) {
-    a[k] = std::tgamma(2 * kOrder - k + 1) / (std::exp2(kOrder - k) * std::tgamma(k + 1) * std::tgamma(kOrder - k + 1));
+    a[k] = std::tgamma(2 * kOrder - k + 1) /
+           (std::exp2(kOrder - k) * std::tgamma(k + 1) * std::tgamma(kOrder - k + 1));
   }
   return a.array().round();
 }
@@ -48,7 +50,8 @@ std::array<Complex, kOrder / 2> upperPoles() {
   for (const Complex& root : solver.roots()) {
     if (root.imag() > 0.0) poles.at(count++) = root / halfPowerFrequency(coefficients);
   }
-  std::sort(poles.begin(), poles.end(), [](const Complex& a, const Complex& b) { return a.real() < b.real(); });
+  std::sort(poles.begin(), poles.end(),
+            [](const Complex& a, const Complex& b) { return a.real() < b.real(); });
   return poles;
 }
 
@@ -62,41 +65,51 @@ Biquad sectionOf(const Complex& pole, double rate) {
 
 void requirePositive(const char* name, double value) {
   if (std::isfinite(value) && value > 0.0) return;
-  throw std::invalid_argument(std::string("Decimator: ") + name + " is " + std::to_string(value) + " Hz, expected above 0");
+  throw std::invalid_argument(std::string("Decimator: ") + name + " is " + std::to_string(value) +
+                              " Hz, expected above 0");
 }
 
-bool isAtLeastTwice(double input_rate, double rate) { return input_rate * (1.0 + kRateTolerance) >= 2.0 * rate; }
+bool isAtLeastTwice(double input_rate, double rate) {
+  return input_rate * (1.0 + kRateTolerance) >= 2.0 * rate;
+}
 
-double interpolate(double before, double after, double weight) { return before + weight * (after - before); }
+double interpolate(double before, double after, double weight) {
+  return before + weight * (after - before);
+}
 
 }  // namespace
 
 std::array<Biquad, 4> designBessel8(double cutoff, double rate) {
   if (!(rate > 0.0) || !(cutoff > 0.0) || !(cutoff < 0.5 * rate)) {
-    throw std::invalid_argument("designBessel8: cutoff is " + std::to_string(cutoff) + " Hz, expected within (0, rate / 2) for rate " +
+    throw std::invalid_argument("designBessel8: cutoff is " + std::to_string(cutoff) +
+                                " Hz, expected within (0, rate / 2) for rate " +
                                 std::to_string(rate) + " Hz");
   }
   const double warped = 2.0 * rate * std::tan(kPi * cutoff / rate);
   std::array<Biquad, 4> sections{};
   const auto poles = upperPoles();
-  std::transform(poles.begin(), poles.end(), sections.begin(), [&](const Complex& pole) { return sectionOf(warped * pole, rate); });
+  std::transform(poles.begin(), poles.end(), sections.begin(),
+                 [&](const Complex& pole) { return sectionOf(warped * pole, rate); });
   return sections;
 }
 
 double groupDelayAtZero(const std::array<Biquad, 4>& sections, double rate) {
   double samples = 0.0;
   for (const Biquad& s : sections) {
-    samples += (s.b1 + 2.0 * s.b2) / (s.b0 + s.b1 + s.b2) - (s.a1 + 2.0 * s.a2) / (1.0 + s.a1 + s.a2);
+    samples +=
+        (s.b1 + 2.0 * s.b2) / (s.b0 + s.b1 + s.b2) - (s.a1 + 2.0 * s.a2) / (1.0 + s.a1 + s.a2);
   }
   return samples / rate;
 }
 
-Decimator::Decimator(double input_rate, ResampleOptions options) : input_rate_(input_rate), options_(options) {
+Decimator::Decimator(double input_rate, ResampleOptions options)
+    : input_rate_(input_rate), options_(options) {
   requirePositive("input rate", input_rate);
   requirePositive("rate", options.rate);
   requirePositive("cutoff", options.cutoff);
   if (!isAtLeastTwice(input_rate, options.rate)) {
-    throw std::invalid_argument("Decimator: input rate is " + std::to_string(input_rate) + " Hz, expected at least twice the rate " +
+    throw std::invalid_argument("Decimator: input rate is " + std::to_string(input_rate) +
+                                " Hz, expected at least twice the rate " +
                                 std::to_string(options.rate) + " Hz");
   }
   sections_ = designBessel8(options.cutoff, input_rate);
@@ -129,8 +142,10 @@ void Decimator::startAt(const Output& sample) {
 }
 
 void Decimator::advance(const Output& input, std::vector<Output>& due) {
-  const Output filtered{input.time, filter(current_channel_, input.current), filter(voltage_channel_, input.voltage)};
-  for (double stamp = outputStamp(); isReached(stamp + delay_, filtered.time); stamp = outputStamp()) {
+  const Output filtered{input.time, filter(current_channel_, input.current),
+                        filter(voltage_channel_, input.voltage)};
+  for (double stamp = outputStamp(); isReached(stamp + delay_, filtered.time);
+       stamp = outputStamp()) {
     due.push_back(between(filtered_, filtered, stamp + delay_));
     due.back().time = stamp;
     ++outputs_;
@@ -141,7 +156,8 @@ void Decimator::advance(const Output& input, std::vector<Output>& due) {
 Decimator::Output Decimator::between(const Output& before, const Output& after, double time) {
   const double span = after.time - before.time;
   const double weight = span > 0.0 ? std::min((time - before.time) / span, 1.0) : 1.0;
-  return {time, interpolate(before.current, after.current, weight), interpolate(before.voltage, after.voltage, weight)};
+  return {time, interpolate(before.current, after.current, weight),
+          interpolate(before.voltage, after.voltage, weight)};
 }
 
 bool Decimator::isReached(double time, double now) const {
@@ -151,13 +167,17 @@ bool Decimator::isReached(double time, double now) const {
 
 double Decimator::inputTime() const { return start_ + static_cast<double>(inputs_) / input_rate_; }
 
-double Decimator::outputStamp() const { return start_ + static_cast<double>(outputs_) / options_.rate; }
+double Decimator::outputStamp() const {
+  return start_ + static_cast<double>(outputs_) / options_.rate;
+}
 
 std::vector<Decimator::Output> Decimator::push(double time, double current, double voltage) {
   const Output sample{time, current, voltage};
-  if (!std::isfinite(time) || !std::isfinite(current) || !std::isfinite(voltage) || (previous_ && time <= previous_->time)) {
-    throw std::invalid_argument("Decimator: sample (" + std::to_string(time) + " s, " + std::to_string(current) + " A, " +
-                                std::to_string(voltage) + " V) is not finite or not after the one before");
+  if (!std::isfinite(time) || !std::isfinite(current) || !std::isfinite(voltage) ||
+      (previous_ && time <= previous_->time)) {
+    throw std::invalid_argument("Decimator: sample (" + std::to_string(time) + " s, " +
+                                std::to_string(current) + " A, " + std::to_string(voltage) +
+                                " V) is not finite or not after the one before");
   }
   const bool gap = !previous_ || time - previous_->time > kGapIntervals / input_rate_;
   if (gap) startAt(sample);
@@ -178,7 +198,8 @@ Series resample(const Series& series, const ResampleOptions& options) {
   Decimator decimator(1.0 / interval, options);
   Series result;
   for (std::size_t k = 0; k < series.size(); ++k) {
-    for (const auto& output : decimator.push(series.time[k], series.current[k], series.voltage[k])) {
+    for (const auto& output :
+         decimator.push(series.time[k], series.current[k], series.voltage[k])) {
       result.time.push_back(output.time);
       result.current.push_back(output.current);
       result.voltage.push_back(output.voltage);

@@ -15,8 +15,9 @@ struct Biquad {
 };
 
 /**
- * @brief Digital 8th-order Bessel low-pass, normalised to -3 dB at the cut-off, by the bilinear transform with the
- * cut-off prewarped. It preserves the wave shape: no overshoot worth the name, constant group delay in the pass band.
+ * @brief Digital 8th-order Bessel low-pass, normalised to -3 dB at the cut-off, by the bilinear
+ * transform with the cut-off prewarped. It preserves the wave shape: no overshoot worth the name,
+ * constant group delay in the pass band.
  *
  * @param cutoff [Hz], above 0 and below rate / 2.   @param rate sampling rate [Hz].
  * @return four sections of unit gain at 0 Hz.
@@ -28,7 +29,8 @@ std::array<Biquad, 4> designBessel8(double cutoff, double rate);
 /// @return group delay of the filter at 0 Hz [s].
 double groupDelayAtZero(const std::array<Biquad, 4>& sections, double rate);
 
-/// What to filter to. The default is the paper's 100 Hz; 20 Hz is "well below half the Nyquist frequency" (25 Hz).
+/// What to filter to. The default is the paper's 100 Hz; 20 Hz is "well below half the Nyquist
+/// frequency" (25 Hz).
 struct ResampleOptions {
   double rate = 100.0;   ///< [Hz], of the result
   double cutoff = 20.0;  ///< [Hz]
@@ -37,10 +39,11 @@ struct ResampleOptions {
 /**
  * @brief Streaming anti-alias filter and decimator for one battery's current and voltage.
  *
- * Both channels pass the same filter; the stamps of the result are moved back by its group delay, so edges stay where
- * they were. Input samples are put on a regular grid of the input rate by linear interpolation, which bridges up to ten
- * missing samples. A longer gap is not bridged: the filter starts again in the steady state of the first sample behind it,
- * and the last group delay (25 ms at the defaults) before it is lost.
+ * Both channels pass the same filter; the stamps of the result are moved back by its group delay,
+ * so edges stay where they were. Input samples are put on a regular grid of the input rate by
+ * linear interpolation, which bridges up to ten missing samples. A longer gap is not bridged: the
+ * filter starts again in the steady state of the first sample behind it, and the last group delay
+ * (25 ms at the defaults) before it is lost.
  */
 class Decimator {
  public:
@@ -51,7 +54,8 @@ class Decimator {
   struct Output {
     double time, current, voltage;  ///< [s], [A], [V]
   };
-  /// Takes one sample (time strictly increasing, all finite) and returns the outputs that became due, in order.
+  /// Takes one sample (time strictly increasing, all finite) and returns the outputs that became
+  /// due, in order.
   /// @throws std::invalid_argument for a sample that is not finite or not after the one before.
   std::vector<Output> push(double time, double current, double voltage);
 
@@ -77,19 +81,22 @@ class Decimator {
   double delay_ = 0.0;
   Channel current_channel_, voltage_channel_;
   std::optional<Output> previous_;  // the last sample pushed
-  Output filtered_{};               // the last point of the filtered signal, before its delay is taken off
-  double start_ = 0.0;              // time of the first sample since the last gap
-  std::size_t inputs_ = 0;          // grid points filtered since start_
-  std::size_t outputs_ = 0;         // results given since start_
+  // the last point of the filtered signal, before its delay is taken off
+  Output filtered_{};
+  double start_ = 0.0;       // time of the first sample since the last gap
+  std::size_t inputs_ = 0;   // grid points filtered since start_
+  std::size_t outputs_ = 0;  // results given since start_
 };
 
 /**
  * @brief Low-pass and decimate a whole series; temperatures are carried over.
- * @return the series unchanged when its rate is below twice options.rate (then there is nothing to gain).
+ * @return the series unchanged when its rate is below twice options.rate (then there is nothing to
+ * gain).
  */
 Series resample(const Series& series, const ResampleOptions& options = {});
 
-/// @return the series at 100 Hz when it is sampled above 200 Hz (paper, section V), unchanged otherwise: what models are fitted to.
+/// @return the series at 100 Hz when it is sampled above 200 Hz (paper, section V), unchanged
+/// otherwise: what models are fitted to.
 Series atDesignRate(const Series& series);
 
 }  // namespace battery_sof

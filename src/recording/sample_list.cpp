@@ -18,13 +18,16 @@ void requireUsable(const std::string& name, const Recording& recording) {
   constexpr double kUnsortedShare = 0.1;  // more clock steps back than this are not a clock's
   const RejectedCounts& rejected = recording.rejected;
   if (rejected.clock_step_back > kUnsortedShare * recording.offered) {
-    throw RecordingError(name + ": is not sorted by time: " + std::to_string(rejected.clock_step_back) + " of " +
-                         std::to_string(recording.offered) + " samples go back in time");
+    throw RecordingError(name +
+                         ": is not sorted by time: " + std::to_string(rejected.clock_step_back) +
+                         " of " + std::to_string(recording.offered) + " samples go back in time");
   }
   if (recording.series.empty()) {
-    throw RecordingError(name + ": holds no usable sample: of " + std::to_string(recording.offered) + ", " +
-                         std::to_string(rejected.missing_value) + " lack a value, " + std::to_string(rejected.not_finite) +
-                         " are not finite, " + std::to_string(rejected.out_of_range) + " are out of range");
+    throw RecordingError(name + ": holds no usable sample: of " +
+                         std::to_string(recording.offered) + ", " +
+                         std::to_string(rejected.missing_value) + " lack a value, " +
+                         std::to_string(rejected.not_finite) + " are not finite, " +
+                         std::to_string(rejected.out_of_range) + " are out of range");
   }
 }
 

@@ -37,7 +37,8 @@ double probedInterval(const double* time, std::size_t n) {
   return *middle;
 }
 
-/// Whether so many of n intervals equal a value that it is their median: what evenly sampled recordings have.
+/// Whether so many of n intervals equal a value that it is their median: what evenly sampled
+/// recordings have.
 bool isMedian(double value, const double* time, std::size_t n) {
   std::size_t below = 0, above = 0;
   for (std::size_t k = 0; k < n; ++k) {
@@ -50,7 +51,9 @@ bool isMedian(double value, const double* time, std::size_t n) {
 
 }  // namespace
 
-double medianInterval(const Series& series) { return medianInterval(series.time, {0, series.size()}); }
+double medianInterval(const Series& series) {
+  return medianInterval(series.time, {0, series.size()});
+}
 
 double medianInterval(const std::vector<double>& time, IndexRange range) {
   if (range.size() < 2) return 0.0;
@@ -58,7 +61,8 @@ double medianInterval(const std::vector<double>& time, IndexRange range) {
   if (isMedian(probed, time.data() + range.first, range.size() - 1)) return probed;
   const auto first = time.begin() + range.first, last = time.begin() + range.last;
   std::vector<double> interval(range.size() - 1);
-  std::transform(first + 1, last, first, interval.begin(), [](double later, double earlier) { return later - earlier; });
+  std::transform(first + 1, last, first, interval.begin(),
+                 [](double later, double earlier) { return later - earlier; });
   const auto middle = interval.begin() + interval.size() / 2;
   std::nth_element(interval.begin(), middle, interval.end());
   if (interval.size() % 2 == 1) return *middle;
@@ -81,7 +85,9 @@ std::vector<IndexRange> contiguousRanges(const Series& series, double max_gap) {
   return ranges;
 }
 
-IndexRange indexRange(const Series& series, double from, double to) { return rangeBetween(series.time, from, to); }
+IndexRange indexRange(const Series& series, double from, double to) {
+  return rangeBetween(series.time, from, to);
+}
 
 Series slice(const Series& series, IndexRange range) {
   Series part;
@@ -89,7 +95,8 @@ Series slice(const Series& series, IndexRange range) {
   part.time = copyRange(series.time, range);
   part.current = copyRange(series.current, range);
   part.voltage = copyRange(series.voltage, range);
-  const IndexRange warm = rangeBetween(series.temperature_time, part.time.front(), part.time.back());
+  const IndexRange warm =
+      rangeBetween(series.temperature_time, part.time.front(), part.time.back());
   part.temperature_time = copyRange(series.temperature_time, warm);
   part.temperature = copyRange(series.temperature, warm);
   return part;

@@ -82,13 +82,15 @@ std::vector<double> excessOf(const std::vector<Complex>& spectrum) {
 template <typename Visit>
 void forEachBlock(const std::vector<IndexRange>& ranges, Visit visit) {
   for (std::size_t range = 0; range < ranges.size(); ++range) {
-    for (std::size_t k = ranges[range].first; k + kLineBlock <= ranges[range].last; k += kLineBlock) {
+    for (std::size_t k = ranges[range].first; k + kLineBlock <= ranges[range].last;
+         k += kLineBlock) {
       visit(range, k);
     }
   }
 }
 
-std::vector<Block> transform(const std::vector<double>& values, const std::vector<IndexRange>& ranges) {
+std::vector<Block> transform(const std::vector<double>& values,
+                             const std::vector<IndexRange>& ranges) {
   Eigen::FFT<double> fft;
   std::vector<Block> blocks;
   forEachBlock(ranges, [&](std::size_t range, std::size_t first) {
@@ -101,7 +103,8 @@ std::vector<Block> transform(const std::vector<double>& values, const std::vecto
 }
 
 double shareStandingOut(const std::vector<Block>& blocks, std::size_t bin) {
-  const auto count = std::count_if(blocks.begin(), blocks.end(), [bin](const Block& block) { return block.excess[bin] > 1.0; });
+  const auto count = std::count_if(blocks.begin(), blocks.end(),
+                                   [bin](const Block& block) { return block.excess[bin] > 1.0; });
   return static_cast<double>(count) / static_cast<double>(blocks.size());
 }
 
@@ -167,7 +170,8 @@ double magnitudeAt(const std::vector<double>& block, double frequency) {
 
 }  // namespace
 
-LineSearch findSpectralLines(const std::vector<double>& values, const std::vector<IndexRange>& ranges) {
+LineSearch findSpectralLines(const std::vector<double>& values,
+                             const std::vector<IndexRange>& ranges) {
   const std::vector<Block> blocks = transform(values, ranges);
   LineSearch search;
   search.blocks = blocks.size();
@@ -176,11 +180,13 @@ LineSearch findSpectralLines(const std::vector<double>& values, const std::vecto
     const SpectralLine line = lineAt(blocks, bin);
     if (line.steadiness >= kSteadiness) search.lines.push_back(line);
   }
-  std::sort(search.lines.begin(), search.lines.end(), [](const auto& a, const auto& b) { return a.amplitude > b.amplitude; });
+  std::sort(search.lines.begin(), search.lines.end(),
+            [](const auto& a, const auto& b) { return a.amplitude > b.amplitude; });
   return search;
 }
 
-double amplitudeAt(const std::vector<double>& values, const std::vector<IndexRange>& ranges, double frequency) {
+double amplitudeAt(const std::vector<double>& values, const std::vector<IndexRange>& ranges,
+                   double frequency) {
   constexpr double kWindowSum = 0.5 * kLineBlock;
   std::vector<double> amplitudes;
   forEachBlock(ranges, [&](std::size_t, std::size_t first) {

@@ -47,13 +47,15 @@ constexpr std::size_t kLineBlocksMin = 8;  ///< with fewer no line is looked for
  * @return no line when there are fewer than eight blocks. The frequency is known to a bin (1/256),
  * and far better where the line is not half-way between two.
  */
-LineSearch findSpectralLines(const std::vector<double>& values, const std::vector<IndexRange>& ranges);
+LineSearch findSpectralLines(const std::vector<double>& values,
+                             const std::vector<IndexRange>& ranges);
 
 /**
  * @brief Amplitude of the values at one frequency, from the same blocks.
  * @param frequency [cycles per sample], 0 to 0.5.
  * @return median over the blocks, with what noise and trends have there; 0 without a block.
  */
-double amplitudeAt(const std::vector<double>& values, const std::vector<IndexRange>& ranges, double frequency);
+double amplitudeAt(const std::vector<double>& values, const std::vector<IndexRange>& ranges,
+                   double frequency);
 
 }  // namespace battery_sof

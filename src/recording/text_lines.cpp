@@ -18,26 +18,34 @@ namespace fs = std::filesystem;
 constexpr std::size_t kBlock = 1 << 16;  // [bytes]
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-[[noreturn]] void refuse(const fs::path& path, const std::string& why) { throw RecordingError(path.string() + ": " + why); }
+[[noreturn]] void refuse(const fs::path& path, const std::string& why) {
+  throw RecordingError(path.string() + ": " + why);
+}
 
-std::string because(int error) { return "cannot be read: " + std::generic_category().message(error); }
+std::string because(int error) {
+  return "cannot be read: " + std::generic_category().message(error);
+}
 
 /// Opening a device may have effects, so it is looked at first.
 int opened(const fs::path& path) {
   struct stat facts {};
   if (::stat(path.c_str(), &facts) != 0) refuse(path, because(errno));
   if (S_ISDIR(facts.st_mode)) refuse(path, "is a directory, expected a file or a pipe");
-  if (!S_ISREG(facts.st_mode) && !S_ISFIFO(facts.st_mode)) refuse(path, "is a device or a socket, expected a file or a pipe");
+  if (!S_ISREG(facts.st_mode) && !S_ISFIFO(facts.st_mode))
+    refuse(path, "is a device or a socket, expected a file or a pipe");
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOCTTY | O_CLOEXEC);
   if (descriptor < 0) refuse(path, because(errno));
   return descriptor;
 }
 
-bool isBlank(std::string_view line) { return line.find_first_not_of(" \t\r") == std::string_view::npos; }
+bool isBlank(std::string_view line) {
+  return line.find_first_not_of(" \t\r") == std::string_view::npos;
+}
 
 }  // namespace
 
-TextLines::TextLines(const fs::path& path, BytesSeen seen) : path_(path), seen_(std::move(seen)), descriptor_(opened(path)) {}
+TextLines::TextLines(const fs::path& path, BytesSeen seen)
+    : path_(path), seen_(std::move(seen)), descriptor_(opened(path)) {}
 
 TextLines::~TextLines() { ::close(descriptor_); }
 
@@ -59,10 +67,12 @@ bool TextLines::nextOfAny() {
   if (line_.empty() && !finished_) return false;
   ++number_;
   if (line_.size() > kLongest)
-    refuse(path_, "line " + std::to_string(number_) + " is too long, expected a CSV file with lines of at most " +
+    refuse(path_, "line " + std::to_string(number_) +
+                      " is too long, expected a CSV file with lines of at most " +
                       std::to_string(kLongest) + " bytes");
   at_ += line_.size() + (finished_ ? 1 : 0);
-  if (number_ == 1 && line_.substr(0, kByteOrderMark.size()) == kByteOrderMark) line_.remove_prefix(kByteOrderMark.size());
+  if (number_ == 1 && line_.substr(0, kByteOrderMark.size()) == kByteOrderMark)
+    line_.remove_prefix(kByteOrderMark.size());
   return true;
 }
 

@@ -11,14 +11,16 @@
 namespace battery_sof {
 
 /**
- * @brief The lines of a text file or a pipe, read once and from its beginning to its end; a byte-order mark is passed over.
+ * @brief The lines of a text file or a pipe, read once and from its beginning to its end; a
+ * byte-order mark is passed over.
  *
- * What is neither a regular file nor a pipe (a device, a folder, a socket) is refused before it is opened. No more than one line and one
- * block is held at a time.
+ * What is neither a regular file nor a pipe (a device, a folder, a socket) is refused before it is
+ * opened. No more than one line and one block is held at a time.
  */
 class TextLines {
  public:
-  static constexpr std::size_t kLongest = 1 << 20;  ///< [bytes] of a line: some fifty thousand numbers
+  /// [bytes] of a line: some fifty thousand numbers
+  static constexpr std::size_t kLongest = 1 << 20;
 
   /// @throws RecordingError naming the file and why it cannot be read.
   explicit TextLines(const std::filesystem::path& path, BytesSeen seen = {});

@@ -7,14 +7,16 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kFast = 0.06;      // [s]; sampled faster, samples are averaged
-constexpr double kRow = 0.1;        // [s]
-constexpr double kFlat = 1e-9;      // [1], of a column's range: it does not move
-constexpr double kTimesNear = 0.9;  // quantile of the overpotential above which side reactions are looked for
+constexpr double kFast = 0.06;  // [s]; sampled faster, samples are averaged
+constexpr double kRow = 0.1;    // [s]
+constexpr double kFlat = 1e-9;  // [1], of a column's range: it does not move
+// quantile of the overpotential above which side reactions are looked for
+constexpr double kTimesNear = 0.9;
 
 double medianDuration(const InputSequence& inputs) {
   std::vector<double> durations;
-  for (std::size_t n = 1; n < inputs.samples.size(); ++n) durations.push_back(inputs.samples[n].step.duration);
+  for (std::size_t n = 1; n < inputs.samples.size(); ++n)
+    durations.push_back(inputs.samples[n].step.duration);
   if (durations.empty()) return 1.0;
   const auto middle = durations.begin() + static_cast<std::ptrdiff_t>(durations.size() / 2);
   std::nth_element(durations.begin(), middle, durations.end());
@@ -23,13 +25,17 @@ double medianDuration(const InputSequence& inputs) {
 
 std::size_t samplesPerRow(const InputSequence& inputs) {
   const double interval = medianDuration(inputs);
-  return interval < kFast ? static_cast<std::size_t>(std::max(1.0, std::round(kRow / interval))) : 1;
+  return interval < kFast ? static_cast<std::size_t>(std::max(1.0, std::round(kRow / interval)))
+                          : 1;
 }
 
-/// Directions as columns of seeds: resistances, u_dc and u_c2 themselves, c2 and beta by their logarithms.
+/// Directions as columns of seeds: resistances, u_dc and u_c2 themselves, c2 and beta by their
+/// logarithms.
 Eigen::MatrixXd directionSeeds(const ModelPoint& at) {
-  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(at.parameters.size() + at.state.size(), kBaseDirections);
-  for (Eigen::Index k = 0; k < kBaseRows; ++k) seeds(k, k) = k == kRowC2 || k == kRowBeta ? at.parameters[k] : 1.0;
+  Eigen::MatrixXd seeds =
+      Eigen::MatrixXd::Zero(at.parameters.size() + at.state.size(), kBaseDirections);
+  for (Eigen::Index k = 0; k < kBaseRows; ++k)
+    seeds(k, k) = k == kRowC2 || k == kRowBeta ? at.parameters[k] : 1.0;
   seeds(at.parameters.size(), kBaseDirections - 1) = 1.0;
   return seeds;
 }
@@ -38,44 +44,52 @@ Eigen::MatrixXd directionSeeds(const ModelPoint& at) {
 Eigen::VectorXd expectedFrom(const Eigen::VectorXd& parameters) {
   const std::array<ParameterInfo, 4>& known = tableOne();
   Eigen::VectorXd expected = Eigen::VectorXd::Zero(kBaseDirections);
-  for (Eigen::Index k = 0; k < 2; ++k) expected[k] = known[static_cast<std::size_t>(k)].magnitude - parameters[k];
-  for (Eigen::Index k = 2; k < 4; ++k) expected[k] = std::log(known[static_cast<std::size_t>(k)].magnitude / parameters[k]);
+  for (Eigen::Index k = 0; k < 2; ++k)
+    expected[k] = known[static_cast<std::size_t>(k)].magnitude - parameters[k];
+  for (Eigen::Index k = 2; k < 4; ++k)
+    expected[k] = std::log(known[static_cast<std::size_t>(k)].magnitude / parameters[k]);
   return expected;
 }
 
-/// How u_c2 goes on from one sample to the next with small changes: A of what it was, B of the current [1], [Ohm].
+/// How u_c2 goes on from one sample to the next with small changes: A of what it was, B of the
+/// current [1], [Ohm].
 struct Slope {
   double of_state, of_current;
 };
 
 Slope slopeOf(const BaseParameters& parameters, double overpotential, double duration) {
   const double half = 0.5 * parameters.beta * std::clamp(overpotential, -1.0, 1.0);
-  const double conductance = parameters.i0 * parameters.beta * std::cosh(std::clamp(half, -30.0, 30.0));
+  const double conductance =
+      parameters.i0 * parameters.beta * std::cosh(std::clamp(half, -30.0, 30.0));
   const double of_state = std::exp(-duration * conductance / parameters.c2);
   return {of_state, (1.0 - of_state) / conductance};
 }
 
 class Responder {
  public:
-  Responder(const BatteryModel& model, const ModelPoint& base, const InputSequence& inputs, std::size_t training)
+  Responder(const BatteryModel& model, const ModelPoint& base, const InputSequence& inputs,
+            std::size_t training)
       : inputs_(inputs),
         parameters_(baseParameters(base.parameters)),
         per_row_(samplesPerRow(inputs)),
         simulation_(model, base, directionSeeds(base)) {
     const auto rows = static_cast<Eigen::Index>(inputs.samples.size() / per_row_);
-    out_.time = out_.error = out_.weight = out_.yielding = out_.resistance = Eigen::VectorXd::Zero(rows);
+    out_.time = out_.error = out_.weight = out_.yielding = out_.resistance =
+        Eigen::VectorXd::Zero(rows);
     out_.persistence = Eigen::VectorXd::Ones(rows);
     out_.sensitivity = Eigen::MatrixXd::Zero(rows, kBaseDirections);
     out_.voltage_controlled.assign(static_cast<std::size_t>(rows), 0);
     out_.training = static_cast<Eigen::Index>(training / per_row_);
-    for (std::size_t row = 0; row <= static_cast<std::size_t>(rows); ++row) out_.first.push_back(row * per_row_);
+    for (std::size_t row = 0; row <= static_cast<std::size_t>(rows); ++row)
+      out_.first.push_back(row * per_row_);
     out_.expected = expectedFrom(base.parameters);
     out_.overpotential.reserve(inputs.samples.size());
   }
 
   Linearization run() {
     for (Eigen::Index row = 0; row < out_.time.size(); ++row) {
-      const auto begin = out_.first[static_cast<std::size_t>(row)], end = out_.first[static_cast<std::size_t>(row) + 1];
+      const auto begin = out_.first[static_cast<std::size_t>(row)],
+                 end = out_.first[static_cast<std::size_t>(row) + 1];
       double measured = 0.0;
       for (std::size_t n = begin; n < end; ++n) measured += take(row, inputs_.samples[n]);
       out_.time[row] /= static_cast<double>(end - begin);
@@ -97,7 +111,8 @@ class Responder {
     const Slope slope = slopeOf(parameters_, overpotential, sample.step.duration);
     out_.persistence[row] *= slope.of_state;
     if (sample.voltage_controlled) {
-      const double resistance = ohmicResistance(parameters_, sample.step.current) + slope.of_current;
+      const double resistance =
+          ohmicResistance(parameters_, sample.step.current) + slope.of_current;
       out_.voltage_controlled[static_cast<std::size_t>(row)] = 1;
       out_.resistance[row] = resistance;
       out_.yielding[row] = slope.of_current / resistance;
@@ -120,13 +135,16 @@ class Responder {
 };
 
 /// Context for columns: how high the overpotential goes, how fast and how long the drive is.
-RegressorContext contextOf(const InputSequence& inputs, const Linearization& response, double beta) {
+RegressorContext contextOf(const InputSequence& inputs, const Linearization& response,
+                           double beta) {
   RegressorContext context;
   context.interval = medianDuration(inputs);
   const std::size_t training = response.first[static_cast<std::size_t>(response.training)];
-  context.span = std::max(1.0, inputs.samples[std::max<std::size_t>(training, 1) - 1].step.time - inputs.first_time);
+  context.span = std::max(
+      1.0, inputs.samples[std::max<std::size_t>(training, 1) - 1].step.time - inputs.first_time);
   context.beta = beta;
-  std::vector<double> u(response.overpotential.begin(), response.overpotential.begin() + static_cast<std::ptrdiff_t>(training));
+  std::vector<double> u(response.overpotential.begin(),
+                        response.overpotential.begin() + static_cast<std::ptrdiff_t>(training));
   const double count = static_cast<double>(u.size());
   const double mean = std::accumulate(u.begin(), u.end(), 0.0) / count;
   double square = 0.0;
@@ -139,16 +157,20 @@ RegressorContext contextOf(const InputSequence& inputs, const Linearization& res
 }
 
 /// Means of a memory's columns over the rows.
-Eigen::MatrixXd rawColumns(const InputSequence& inputs, const Linearization& response, RegressorMemory& memory) {
+Eigen::MatrixXd rawColumns(const InputSequence& inputs, const Linearization& response,
+                           RegressorMemory& memory) {
   const auto columns = static_cast<Eigen::Index>(memory.columns().size());
   Eigen::MatrixXd values(response.time.size(), columns);
   Eigen::VectorXd now(columns), sum(columns);
   for (Eigen::Index row = 0; row < response.time.size(); ++row) {
     sum.setZero();
-    const auto begin = response.first[static_cast<std::size_t>(row)], end = response.first[static_cast<std::size_t>(row) + 1];
+    const auto begin = response.first[static_cast<std::size_t>(row)],
+               end = response.first[static_cast<std::size_t>(row) + 1];
     for (std::size_t n = begin; n < end; ++n) {
       const InputStep& step = inputs.samples[n].step;
-      memory.advance({step.duration, step.current, step.held, step.gap, response.overpotential[n], step.time - inputs.first_time}, now);
+      memory.advance({step.duration, step.current, step.held, step.gap, response.overpotential[n],
+                      step.time - inputs.first_time},
+                     now);
       sum += now;
     }
     values.row(row) = sum / static_cast<double>(end - begin);
@@ -165,18 +187,22 @@ std::vector<T> kept(const std::vector<T>& all, const std::vector<Eigen::Index>& 
 
 }  // namespace
 
-Linearization linearizationOf(const BatteryModel& model, const ModelPoint& start, const InputSequence& inputs, std::size_t training) {
+Linearization linearizationOf(const BatteryModel& model, const ModelPoint& start,
+                              const InputSequence& inputs, std::size_t training) {
   return Responder(model, start, inputs, training).run();
 }
 
-void takeDiscrepancyDirections(Linearization& response, const BatteryModel& model, const ModelPoint& start, const InputSequence& inputs) {
-  for (const Eigen::Index direction : {Eigen::Index{kRowC2}, Eigen::Index{kRowBeta}, kBaseDirections - 1}) {
+void takeDiscrepancyDirections(Linearization& response, const BatteryModel& model,
+                               const ModelPoint& start, const InputSequence& inputs) {
+  for (const Eigen::Index direction :
+       {Eigen::Index{kRowC2}, Eigen::Index{kRowBeta}, kBaseDirections - 1}) {
     auto discrepancy = std::make_shared<DiscrepancyModel>();
     discrepancy->context.span = 1.0;
     discrepancy->base_change = Eigen::VectorXd::Unit(kBaseDirections, direction);
     Simulation alone(model, start), moved(withDiscrepancy(model, discrepancy), start);
     for (Eigen::Index row = 0; row < response.time.size(); ++row) {
-      const auto begin = response.first[static_cast<std::size_t>(row)], end = response.first[static_cast<std::size_t>(row) + 1];
+      const auto begin = response.first[static_cast<std::size_t>(row)],
+                 end = response.first[static_cast<std::size_t>(row) + 1];
       double sum = 0.0, counted = 0.0;
       for (std::size_t n = begin; n < end; ++n) {
         const InputSample& sample = inputs.samples[n];
@@ -210,9 +236,11 @@ DesignMatrix designMatrix(const InputSequence& inputs, const Linearization& resp
   std::vector<Eigen::Index> moving;
   const Eigen::VectorXd low = training.colwise().minCoeff(), high = training.colwise().maxCoeff();
   Eigen::VectorXd centre = training.colwise().mean();
-  Eigen::VectorXd scale = (training.rowwise() - centre.transpose()).colwise().norm() / std::sqrt(static_cast<double>(response.training));
+  Eigen::VectorXd scale = (training.rowwise() - centre.transpose()).colwise().norm() /
+                          std::sqrt(static_cast<double>(response.training));
   for (Eigen::Index k = 0; k < values.cols(); ++k)
-    if (scale[k] > kFlat * (1.0 + std::max(std::abs(low[k]), std::abs(high[k])))) moving.push_back(k);
+    if (scale[k] > kFlat * (1.0 + std::max(std::abs(low[k]), std::abs(high[k]))))
+      moving.push_back(k);
   table.columns = kept(memory.columns(), moving);
   table.lower = low(moving);
   table.upper = high(moving);
@@ -221,7 +249,8 @@ DesignMatrix designMatrix(const InputSequence& inputs, const Linearization& resp
   const auto kept_columns = static_cast<Eigen::Index>(moving.size());
   for (Eigen::Index j = 0; j < kept_columns; ++j) {  // in place: a column's own is never before it
     Eigen::ArrayXd x = values.col(moving[static_cast<std::size_t>(j)]).array();
-    if (!isUnbounded(table.columns[static_cast<std::size_t>(j)].kind)) x = x.max(table.lower[j]).min(table.upper[j]);
+    if (!isUnbounded(table.columns[static_cast<std::size_t>(j)].kind))
+      x = x.max(table.lower[j]).min(table.upper[j]);
     values.col(j) = answered(response, ((x - table.centre[j]) / table.scale[j]).matrix());
   }
   values.conservativeResize(Eigen::NoChange, kept_columns);

@@ -7,35 +7,41 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kLongestAnswer = 43200.0;  // [s]; a recording with a gap of years would ask for years
+// [s]; a recording with a gap of years would ask for years
+constexpr double kLongestAnswer = 43200.0;
 
 /// The force's sum over columns as they stand.
 double summed(const DiscrepancyModel& discrepancy, const Eigen::VectorXd& values) {
   double sum = 0.0;
   for (Eigen::Index k = 0; k < discrepancy.weight.size(); ++k) {
     const bool free = isUnbounded(discrepancy.columns[static_cast<std::size_t>(k)].kind);
-    const double x = free ? values[k] : std::clamp(values[k], discrepancy.lower[k], discrepancy.upper[k]);
+    const double x =
+        free ? values[k] : std::clamp(values[k], discrepancy.lower[k], discrepancy.upper[k]);
     sum += discrepancy.weight[k] * (x - discrepancy.centre[k]) / discrepancy.scale[k];
   }
   return sum;
 }
 
 /// Standard deviation of a force's change from some columns' values to others.
-std::optional<double> changeStd(const DiscrepancyModel& discrepancy, const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
+std::optional<double> changeStd(const DiscrepancyModel& discrepancy, const Eigen::VectorXd& from,
+                                const Eigen::VectorXd& to) {
   if (discrepancy.covariance.rows() != discrepancy.weight.size()) return std::nullopt;
   Eigen::VectorXd change = to - from;
   for (Eigen::Index k = 0; k < change.size(); ++k)
     if (!isUnbounded(discrepancy.columns[static_cast<std::size_t>(k)].kind))
-      change[k] = std::clamp(to[k], discrepancy.lower[k], discrepancy.upper[k]) - std::clamp(from[k], discrepancy.lower[k], discrepancy.upper[k]);
+      change[k] = std::clamp(to[k], discrepancy.lower[k], discrepancy.upper[k]) -
+                  std::clamp(from[k], discrepancy.lower[k], discrepancy.upper[k]);
   change.array() /= discrepancy.scale.array();
   return std::sqrt(std::max(change.dot(discrepancy.covariance * change), 0.0));
 }
 
 }  // namespace
 
-std::vector<DiscrepancyAnswer> answersOf(const DiscrepancyModel& discrepancy, double current, double longest) {
+std::vector<DiscrepancyAnswer> answersOf(const DiscrepancyModel& discrepancy, double current,
+                                         double longest) {
   const double step = std::max(0.1, discrepancy.context.interval);
-  Eigen::VectorXd rest(static_cast<Eigen::Index>(discrepancy.columns.size())), up = rest, down = rest;
+  Eigen::VectorXd rest(static_cast<Eigen::Index>(discrepancy.columns.size())), up = rest,
+                                                                               down = rest;
   RegressorMemory rested(discrepancy.columns, discrepancy.context);
   rested.advance({0.0, 0.0, 0.0, false, 0.0, discrepancy.context.span}, rest);
   RegressorMemory charged = rested, discharged = rested, resting = rested;
@@ -45,14 +51,15 @@ std::vector<DiscrepancyAnswer> answersOf(const DiscrepancyModel& discrepancy, do
   const auto steps = static_cast<long>(std::floor(end / step + 1e-9));
   for (long n = 1; n <= steps; ++n) {
     const double time = static_cast<double>(n) * step;
-    const double u = 2.0 / discrepancy.context.beta * std::asinh(0.5 * current);  // the settled double layer
+    // the settled double layer
+    const double u = 2.0 / discrepancy.context.beta * std::asinh(0.5 * current);
     resting.advance({step, 0.0, 0.0, false, 0.0, discrepancy.context.span}, rest);
     charged.advance({step, current, current, false, u, discrepancy.context.span}, up);
     discharged.advance({step, -current, -current, false, -u, discrepancy.context.span}, down);
     if (time + 1e-9 < next) continue;
     const double unmoved = summed(discrepancy, rest);
-    answers.push_back(
-        {time, summed(discrepancy, up) - unmoved, summed(discrepancy, down) - unmoved, changeStd(discrepancy, rest, up), changeStd(discrepancy, rest, down)});
+    answers.push_back({time, summed(discrepancy, up) - unmoved, summed(discrepancy, down) - unmoved,
+                       changeStd(discrepancy, rest, up), changeStd(discrepancy, rest, down)});
     next *= 1.5;
   }
   return answers;

@@ -9,7 +9,8 @@ constexpr double kLate = 60.0;  // [s], of a held current: beyond a stop's trans
 
 }  // namespace
 
-std::vector<DiscrepancyAtCurrent> curveOf(const DiscrepancyModel& discrepancy, double least, double most) {
+std::vector<DiscrepancyAtCurrent> curveOf(const DiscrepancyModel& discrepancy, double least,
+                                          double most) {
   std::vector<DiscrepancyAtCurrent> curve;
   for (const double decade : {1.0, 10.0, 100.0})
     for (const double size : {decade, 2.0 * decade, 5.0 * decade}) {
@@ -17,10 +18,17 @@ std::vector<DiscrepancyAtCurrent> curveOf(const DiscrepancyModel& discrepancy, d
       const std::vector<DiscrepancyAnswer> answers = answersOf(discrepancy, size, kLate);
       if (answers.empty()) continue;
       const DiscrepancyAnswer &early = answers.front(), &late = answers.back();
-      if (size <= most) curve.push_back({size, early.charging, late.charging, early.charging_std, late.charging_std});
-      if (size <= -least) curve.push_back({-size, early.discharging, late.discharging, early.discharging_std, late.discharging_std});
+      if (size <= most)
+        curve.push_back(
+            {size, early.charging, late.charging, early.charging_std, late.charging_std});
+      if (size <= -least)
+        curve.push_back({-size, early.discharging, late.discharging, early.discharging_std,
+                         late.discharging_std});
     }
-  std::sort(curve.begin(), curve.end(), [](const DiscrepancyAtCurrent& a, const DiscrepancyAtCurrent& b) { return a.current < b.current; });
+  std::sort(curve.begin(), curve.end(),
+            [](const DiscrepancyAtCurrent& a, const DiscrepancyAtCurrent& b) {
+              return a.current < b.current;
+            });
   return curve;
 }
 

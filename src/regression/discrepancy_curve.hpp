@@ -8,17 +8,25 @@ namespace battery_sof {
 
 /// What a discrepancy model adds under a held current from rest on, less what it adds at rest.
 struct DiscrepancyAtCurrent {
-  double current = 0.0;                                                     ///< [A], positive into the battery
-  double early = 0.0;                                                       ///< [V], after a tenth of a second, or a sampling interval
-  double late = 0.0;                                                        ///< [V], after about a minute, or as long as its memory reaches
-  std::optional<double> early_std = std::nullopt, late_std = std::nullopt;  ///< [V], as of DiscrepancyAnswer
+  /// [A], positive into the battery
+  double current = 0.0;
+  /// [V], after a tenth of a second, or a sampling interval
+  double early = 0.0;
+  /// [V], after about a minute, or as long as its memory reaches
+  double late = 0.0;
+  /// [V], as of DiscrepancyAnswer
+  std::optional<double> early_std = std::nullopt, late_std = std::nullopt;
 };
 
 /**
- * @brief A discrepancy model over the current: answersOf() at 1, 2, 5, 10, ... 500 A in both directions.
- * @param least, most currents that it was estimated from [A], least <= most; none beyond them is asked for.
- * @return ascending in the current; empty where the force was estimated from too short a time to answer.
+ * @brief A discrepancy model over the current: answersOf() at 1, 2, 5, 10, ... 500 A in both
+ * directions.
+ * @param least, most currents that it was estimated from [A], least <= most; none beyond them is
+ * asked for.
+ * @return ascending in the current; empty where the force was estimated from too short a time to
+ * answer.
  */
-std::vector<DiscrepancyAtCurrent> curveOf(const DiscrepancyModel& discrepancy, double least, double most);
+std::vector<DiscrepancyAtCurrent> curveOf(const DiscrepancyModel& discrepancy, double least,
+                                          double most);
 
 }  // namespace battery_sof

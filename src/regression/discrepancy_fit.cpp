@@ -13,7 +13,8 @@ constexpr double kFirstSampleFraction = 0.05;
 constexpr int kPasses = 3;
 const std::array<double, kBaseDirections> kDirectionStd = {0.01, 0.01, 1.5, 0.7, 0.5, 0.2};
 
-/// Everything a fit of rows needs. The columns, six directions and those of the table that are used, stay where they are.
+/// Everything a fit of rows needs. The columns, six directions and those of the table that are
+/// used, stay where they are.
 struct Rows {
   const Eigen::MatrixXd& directions;
   const Eigen::MatrixXd& table;
@@ -39,7 +40,8 @@ struct Rows {
 /// Sums of the counted rows, block by block: a copy of them all would be as large as the table.
 void takeSums(Rows& rows) {
   constexpr std::size_t kBlock = 4096;
-  const Eigen::Index known = kBaseDirections, all = known + static_cast<Eigen::Index>(rows.used.size());
+  const Eigen::Index known = kBaseDirections,
+                     all = known + static_cast<Eigen::Index>(rows.used.size());
   LinearProblem& problem = rows.problem;
   problem.products.setZero(all, all);
   problem.targets.setZero(all);
@@ -50,25 +52,29 @@ void takeSums(Rows& rows) {
     Eigen::MatrixXd block(some.size(), all);
     block << rows.directions(some, Eigen::all), rows.table(some, rows.used);
     problem.products.selfadjointView<Eigen::Lower>().rankUpdate(block.transpose());
-    problem.targets += block.transpose() * rows.targets.segment(static_cast<Eigen::Index>(begin), block.rows());
+    problem.targets +=
+        block.transpose() * rows.targets.segment(static_cast<Eigen::Index>(begin), block.rows());
   }
   problem.products.triangularView<Eigen::StrictlyUpper>() = problem.products.transpose();
 }
 
-Rows rowsOf(const Linearization& response, const DesignMatrix& table, const RegressorFilter& wanted) {
+Rows rowsOf(const Linearization& response, const DesignMatrix& table,
+            const RegressorFilter& wanted) {
   Rows rows{response.sensitivity, table.values, {}, {}, {}, {}};
   for (Eigen::Index k = 0; k < table.values.cols(); ++k)
     if (!wanted || wanted(table.columns[static_cast<std::size_t>(k)])) rows.used.push_back(k);
   for (Eigen::Index row = 0; row < response.training; ++row)
     if (response.weight[row] > 0.0) rows.counted.push_back(row);
-  rows.targets = response.error(rows.counted) - response.sensitivity(rows.counted, Eigen::all) * response.expected;
+  rows.targets = response.error(rows.counted) -
+                 response.sensitivity(rows.counted, Eigen::all) * response.expected;
   takeSums(rows);
   LinearProblem& problem = rows.problem;
   problem.square = rows.targets.squaredNorm();
   problem.rows = static_cast<double>(rows.counted.size());
   problem.known_std = Eigen::Map<const Eigen::VectorXd>(kDirectionStd.data(), kBaseDirections);
   for (const Eigen::Index k : rows.used)
-    problem.group.push_back(static_cast<int>(groupOf(table.columns[static_cast<std::size_t>(k)].kind)));
+    problem.group.push_back(
+        static_cast<int>(groupOf(table.columns[static_cast<std::size_t>(k)].kind)));
   problem.groups = kRegressorGroups;
   return rows;
 }
@@ -79,11 +85,13 @@ Eigen::VectorXd withoutDiscrepancy(const Rows& rows) {
   return fitSomeGroups(rows.problem, 1.0, none).z;
 }
 
-/// RMS of a part of the force over the training rows, what the base circuit can take up of it left out.
+/// RMS of a part of the force over the training rows, what the base circuit can take up of it left
+/// out.
 double rmsBesideBase(const Rows& rows, const Eigen::VectorXd& z, Eigen::Index known) {
   const Eigen::VectorXd part = rows.free(z)(rows.counted);
   const Eigen::MatrixXd base = rows.directions(rows.counted, Eigen::all);
-  const Eigen::VectorXd taken = rows.problem.products.topLeftCorner(known, known).ldlt().solve(base.transpose() * part);
+  const Eigen::VectorXd taken =
+      rows.problem.products.topLeftCorner(known, known).ldlt().solve(base.transpose() * part);
   return std::sqrt((part - base * taken).squaredNorm() / rows.problem.rows);
 }
 
@@ -91,13 +99,18 @@ double rmsBesideBase(const Rows& rows, const Eigen::VectorXd& z, Eigen::Index kn
 Eigen::VectorXd ofMechanism(const Rows& rows, const DesignMatrix& table, Mechanism mechanism) {
   Eigen::VectorXd own(static_cast<Eigen::Index>(rows.used.size()));
   for (Eigen::Index k = 0; k < own.size(); ++k)
-    own[k] = table.columns[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(k)])].mechanism == mechanism ? 1.0 : 0.0;
+    own[k] =
+        table.columns[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(k)])].mechanism ==
+                mechanism
+            ? 1.0
+            : 0.0;
   return own;
 }
 
 /// One factor a mechanism that moves anything: how well its part is known along itself.
-std::vector<DiscrepancyModel::Part> partsOf(const Rows& rows, const DesignMatrix& table, const LinearFit& grouped,
-                                        const Eigen::VectorXd& weight) {
+std::vector<DiscrepancyModel::Part> partsOf(const Rows& rows, const DesignMatrix& table,
+                                            const LinearFit& grouped,
+                                            const Eigen::VectorXd& weight) {
   std::vector<DiscrepancyModel::Part> parts;
   const Eigen::Index known = rows.problem.known(), free = weight.size();
   for (const Mechanism mechanism : kAllMechanisms) {
@@ -107,26 +120,33 @@ std::vector<DiscrepancyModel::Part> partsOf(const Rows& rows, const DesignMatrix
     const Eigen::VectorXd along = rows.problem.products.bottomRightCorner(free, free) * part;
     const double square = part.dot(along);
     const Eigen::VectorXd direction = along.cwiseProduct(own) / std::max(square, 1e-300);
-    const double variance = direction.dot(grouped.covariance.block(known, known, free, free) * direction);
-    parts.push_back({mechanism, square > 0.0 ? std::min(1.0, std::sqrt(std::max(0.0, variance))) : 1.0});
+    const double variance =
+        direction.dot(grouped.covariance.block(known, known, free, free) * direction);
+    parts.push_back(
+        {mechanism, square > 0.0 ? std::min(1.0, std::sqrt(std::max(0.0, variance))) : 1.0});
   }
   return parts;
 }
 
-std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const DesignMatrix& table, const SparseFit& sparse, const Eigen::VectorXd& weight) {
+std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const DesignMatrix& table,
+                                          const SparseFit& sparse, const Eigen::VectorXd& weight) {
   std::array<double, kMechanisms> gain{};
   for (const SparseStep& step : sparse.path)
-    gain[static_cast<std::size_t>(table.columns[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(step.column)])].mechanism)] +=
-        step.gain;
+    gain[static_cast<std::size_t>(
+        table.columns[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(step.column)])]
+            .mechanism)] += step.gain;
   std::vector<MechanismWeight> mechanisms;
   const Eigen::Index known = rows.problem.known();
   for (const Mechanism mechanism : kAllMechanisms) {
     const Eigen::VectorXd own = weight.cwiseProduct(ofMechanism(rows, table, mechanism));
     if (gain[static_cast<std::size_t>(mechanism)] > 0.0)
-      mechanisms.push_back({mechanism, gain[static_cast<std::size_t>(mechanism)], rmsBesideBase(rows, own, known)});
+      mechanisms.push_back(
+          {mechanism, gain[static_cast<std::size_t>(mechanism)], rmsBesideBase(rows, own, known)});
   }
   std::stable_sort(mechanisms.begin(), mechanisms.end(),
-                   [](const MechanismWeight& one, const MechanismWeight& other) { return one.gain > other.gain; });
+                   [](const MechanismWeight& one, const MechanismWeight& other) {
+                     return one.gain > other.gain;
+                   });
   return mechanisms;
 }
 
@@ -135,7 +155,8 @@ LinearFit groupedFit(const Rows& rows) {
   double effective_sample_fraction = kFirstSampleFraction;
   LinearFit grouped;
   for (int pass = 0; pass < kPasses; ++pass) {
-    grouped = pass == 0 ? fitGroups(rows.problem, effective_sample_fraction) : fitGroupsFrom(rows.problem, effective_sample_fraction, grouped);
+    grouped = pass == 0 ? fitGroups(rows.problem, effective_sample_fraction)
+                        : fitGroupsFrom(rows.problem, effective_sample_fraction, grouped);
     effective_sample_fraction = independentShare(rows.left(grouped.z));
   }
   return grouped;
@@ -157,14 +178,17 @@ double gainOver(const Rows& rows, const Eigen::VectorXd& alone, const LinearFit&
   const Eigen::VectorXd left = rows.left(alone);
   const double own = independentShare(left);
   const std::vector<char> none(kRegressorGroups, 0);
-  return fitGroupsFrom(rows.problem, own, grouped).evidence - fitSomeGroups(rows.problem, own, none).evidence;
+  return fitGroupsFrom(rows.problem, own, grouped).evidence -
+         fitSomeGroups(rows.problem, own, none).evidence;
 }
 
 /// The force that weights z of all columns make. @return its base_change is left to the caller.
-DiscrepancyModel discrepancyOf(const Rows& rows, const DesignMatrix& table, const LinearFit& grouped, const Eigen::VectorXd& z) {
+DiscrepancyModel discrepancyOf(const Rows& rows, const DesignMatrix& table,
+                               const LinearFit& grouped, const Eigen::VectorXd& z) {
   const Eigen::Index free = z.size() - rows.problem.known();
   DiscrepancyModel discrepancy;
-  for (const Eigen::Index k : rows.used) discrepancy.columns.push_back(table.columns[static_cast<std::size_t>(k)]);
+  for (const Eigen::Index k : rows.used)
+    discrepancy.columns.push_back(table.columns[static_cast<std::size_t>(k)]);
   discrepancy.context = table.context;
   discrepancy.lower = table.lower(rows.used);
   discrepancy.upper = table.upper(rows.used);
@@ -178,21 +202,26 @@ DiscrepancyModel discrepancyOf(const Rows& rows, const DesignMatrix& table, cons
 
 }  // namespace
 
-double baseDirectionStd(Eigen::Index direction) { return kDirectionStd[static_cast<std::size_t>(direction)]; }
+double baseDirectionStd(Eigen::Index direction) {
+  return kDirectionStd[static_cast<std::size_t>(direction)];
+}
 
-BatteryModel withDiscrepancy(const BatteryModel& model, std::shared_ptr<const DiscrepancyModel> discrepancy) {
+BatteryModel withDiscrepancy(const BatteryModel& model,
+                             std::shared_ptr<const DiscrepancyModel> discrepancy) {
   std::vector<std::string> effects = model.effects();
   effects.push_back(kDiscrepancyEffect);
   return BatteryModel(effects, std::move(discrepancy));
 }
 
-Eigen::VectorXd withFactors(const BatteryModel& with_discrepancy, const Eigen::VectorXd& parameters) {
+Eigen::VectorXd withFactors(const BatteryModel& with_discrepancy,
+                            const Eigen::VectorXd& parameters) {
   Eigen::VectorXd all = with_discrepancy.typicalParameters();
   all.head(parameters.size()) = parameters;
   return all;
 }
 
-DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix& table, const RegressorFilter& wanted) {
+DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix& table,
+                              const RegressorFilter& wanted) {
   const Rows rows = rowsOf(response, table, wanted);
   const Eigen::Index known = rows.problem.known();
   const Eigen::VectorXd alone = withoutDiscrepancy(rows);
@@ -212,10 +241,12 @@ DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix&
   return fit;
 }
 
-LeftOutErrors leftOutErrors(const Linearization& response, const DesignMatrix& table, int blocks, const RegressorFilter& wanted) {
+LeftOutErrors leftOutErrors(const Linearization& response, const DesignMatrix& table, int blocks,
+                            const RegressorFilter& wanted) {
   double base = 0.0, discrepancy = 0.0, counted = 0.0;
   for (int block = 0; block < blocks; ++block) {
-    const Eigen::Index begin = response.training * block / blocks, end = response.training * (block + 1) / blocks;
+    const Eigen::Index begin = response.training * block / blocks,
+                       end = response.training * (block + 1) / blocks;
     Linearization rest = response;
     rest.weight.segment(begin, end - begin).setZero();
     // What the first state was shows in the first block alone: without it nothing is known of it.

@@ -6,15 +6,16 @@
 #include <optional>
 #include <vector>
 
-#include "regression/evidence.hpp"
 #include "model/battery_model.hpp"
-#include "model/input_sequence.hpp"
 #include "model/discrepancy_model.hpp"
+#include "model/input_sequence.hpp"
 #include "model/simulation.hpp"
+#include "regression/evidence.hpp"
 
 namespace battery_sof {
 
-/// @return what a direction may move by beforehand: Table I's orders of magnitude, half a volt, what a double layer holds.
+/// @return what a direction may move by beforehand: Table I's orders of magnitude, half a volt,
+/// what a double layer holds.
 double baseDirectionStd(Eigen::Index direction);
 
 /**
@@ -22,8 +23,9 @@ double baseDirectionStd(Eigen::Index direction);
  *
  *     e = u_b - u_m  where the current drives,    e = (r + B) (i_m - i_b)  where the voltage does    [V]
  *
- * with B = d u_c2 / d i of a current held over the interval: an error of the current counts as the voltage that it stands
- * for. Samples less than 60 ms apart are averaged to a tenth of a second, others are rows of their own.
+ * with B = d u_c2 / d i of a current held over the interval: an error of the current counts as the
+ * voltage that it stands for. Samples less than 60 ms apart are averaged to a tenth of a second,
+ * others are rows of their own.
  */
 struct Linearization {
   Eigen::VectorXd time;         ///< [s], of every row
@@ -34,32 +36,44 @@ struct Linearization {
   Eigen::VectorXd resistance;   ///< r + B where the voltage drives [Ohm], 0 elsewhere
   Eigen::VectorXd yielding;     ///< B / (r + B) where the voltage drives, else 0 [1]
   std::vector<char> voltage_controlled;
-  Eigen::VectorXd expected;           ///< where Table I expects the six directions, from where the circuit stands
-  std::vector<std::size_t> first;     ///< sample with which a row begins; one more entry: the number of samples
+  /// where Table I expects the six directions, from where the circuit stands
+  Eigen::VectorXd expected;
+  /// sample with which a row begins; one more entry: the number of samples
+  std::vector<std::size_t> first;
   std::vector<double> overpotential;  ///< u_c2 of every sample [V]
-  Eigen::Index training = 0;          ///< rows that belong to the training part; later ones are only predicted
+  /// rows that belong to the training part; later ones are only predicted
+  Eigen::Index training = 0;
 };
 
 /**
- * @param model the base circuit, or a composition: its effects stay as they are, the circuit's directions are free.
- * @param start its parameters and first state.  @param training samples of the drive that may be estimated from.
+ * @param model the base circuit, or a composition: its effects stay as they are, the circuit's
+ * directions are free.
+ * @param start its parameters and first state.  @param training samples of the drive that may be
+ * estimated from.
  */
-Linearization linearizationOf(const BatteryModel& model, const ModelPoint& start, const InputSequence& inputs, std::size_t training);
+Linearization linearizationOf(const BatteryModel& model, const ModelPoint& start,
+                              const InputSequence& inputs, std::size_t training);
 
-/// Takes the directions of the double layer as a DiscrepancyModel carries them along, so that what is estimated is what is used.
+/// Takes the directions of the double layer as a DiscrepancyModel carries them along, so that what
+/// is estimated is what is used.
 /// @param response of the same model, start and drive, which the current drives throughout.
-void takeDiscrepancyDirections(Linearization& response, const BatteryModel& model, const ModelPoint& start, const InputSequence& inputs);
+void takeDiscrepancyDirections(Linearization& response, const BatteryModel& model,
+                               const ModelPoint& start, const InputSequence& inputs);
 
-/// @return the composition with a force beside it, and the point with every factor as estimated. @param at in the order of `model`.
-BatteryModel withDiscrepancy(const BatteryModel& model, std::shared_ptr<const DiscrepancyModel> discrepancy);
-Eigen::VectorXd withFactors(const BatteryModel& with_discrepancy, const Eigen::VectorXd& parameters);
+/// @return the composition with a force beside it, and the point with every factor as estimated.
+/// @param at in the order of `model`.
+BatteryModel withDiscrepancy(const BatteryModel& model,
+                             std::shared_ptr<const DiscrepancyModel> discrepancy);
+Eigen::VectorXd withFactors(const BatteryModel& with_discrepancy,
+                            const Eigen::VectorXd& parameters);
 
 /**
  * @brief What a force p added to the terminal voltage would do to the rows' errors.
  *
  *     e = p + A d,   d <- (1 - c) A d - c p,   c = yielding: 0 where the current drives
  *
- * Where the voltage is controlled a force moves the current, and that the double layer (d: change of u_c2).
+ * Where the voltage is controlled a force moves the current, and that the double layer (d: change
+ * of u_c2).
  */
 Eigen::VectorXd answered(const Linearization& response, const Eigen::VectorXd& discrepancy);
 
@@ -67,19 +81,23 @@ Eigen::VectorXd answered(const Linearization& response, const Eigen::VectorXd& d
 struct DesignMatrix {
   std::vector<Regressor> columns;
   RegressorContext context;
-  Eigen::VectorXd lower, upper;   ///< of the training part, in the columns' units; a column is held inside
+  /// of the training part, in the columns' units; a column is held inside
+  Eigen::VectorXd lower, upper;
   Eigen::VectorXd centre, scale;  ///< mean and RMS about it over the training part
-  Eigen::MatrixXd values;         ///< (x - centre) / scale as the rows' errors see it, rows x columns
+  /// (x - centre) / scale as the rows' errors see it, rows x columns
+  Eigen::MatrixXd values;
 };
 
-/// @return the library's columns that move over the training part. Charge counted is not held inside its range.
+/// @return the library's columns that move over the training part. Charge counted is not held
+/// inside its range.
 DesignMatrix designMatrix(const InputSequence& inputs, const Linearization& response, double beta);
 
 /// What is held against a mechanism's columns.
 struct MechanismWeight {
   Mechanism mechanism;
   double gain = 0.0;  ///< of ln evidence along the sparse path [1]
-  double rms = 0.0;   ///< of its part of the force over the training part, the base circuit's share taken out [V]
+  /// of its part of the force over the training part, the base circuit's share taken out [V]
+  double rms = 0.0;
 };
 
 using RegressorFilter = std::function<bool(const Regressor&)>;
@@ -88,9 +106,12 @@ using RegressorFilter = std::function<bool(const Regressor&)>;
 struct DiscrepancyFit {
   DiscrepancyModel discrepancy;
   std::vector<MechanismWeight> mechanisms;  ///< strongest first
-  double noise = 0.0;                  ///< [V], RMS of what is left over the training part
-  double gain = 0.0;          ///< of ln evidence, tempered by the base circuit's own residual [1]: what speaks for there being any force
-  double rms = 0.0;           ///< of the force over the training part, the base circuit's share taken out [V]
+  double noise = 0.0;                       ///< [V], RMS of what is left over the training part
+  /// of ln evidence, tempered by the base circuit's own residual [1]: what speaks for there being
+  /// any force
+  double gain = 0.0;
+  /// of the force over the training part, the base circuit's share taken out [V]
+  double rms = 0.0;
   Eigen::VectorXd predicted;  ///< J d + X w of every row, also beyond the training part [V]
   Eigen::VectorXd base;       ///< J d' of every row, d' fitted without a force [V]
 };
@@ -98,37 +119,45 @@ struct DiscrepancyFit {
 /**
  * @brief Learns a force beside a circuit: e = J d + X w.
  *
- * Mean of a fit with one strength a group and of a sparse one, both of greatest evidence, tempered by the share of rows
- * that count as independent (docs/diagnosis.md). The circuit stays linear in its six directions. A mechanism's factor is as uncertain
- * as the grouped fit's posterior says of its part along itself.
+ * Mean of a fit with one strength a group and of a sparse one, both of greatest evidence, tempered
+ * by the share of rows that count as independent (docs/diagnosis.md). The circuit stays linear in
+ * its six directions. A mechanism's factor is as uncertain as the grouped fit's posterior says of
+ * its part along itself.
  *
  * @param wanted columns of the table that take part; none given: all.
  */
-DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix& table, const RegressorFilter& wanted = nullptr);
+DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix& table,
+                              const RegressorFilter& wanted = nullptr);
 
-/// Errors on blocks of the training part, each left out of what is estimated [V, RMS over the rows].
+/// Errors on blocks of the training part, each left out of what is estimated [V, RMS over the
+/// rows].
 struct LeftOutErrors {
-  double base = 0.0;   ///< of the composition with its circuit's directions fitted
+  double base = 0.0;         ///< of the composition with its circuit's directions fitted
   double discrepancy = 0.0;  ///< with a force beside it
 };
 
 /// @param blocks consecutive ones, at least 2.
-LeftOutErrors leftOutErrors(const Linearization& response, const DesignMatrix& table, int blocks, const RegressorFilter& wanted = nullptr);
+LeftOutErrors leftOutErrors(const Linearization& response, const DesignMatrix& table, int blocks,
+                            const RegressorFilter& wanted = nullptr);
 
 /// Whether a column has no clock of its own.
 bool isTimeless(const Regressor& column);
 
 /// What a force adds while a held current flows.
 struct DiscrepancyAnswer {
-  double time = 0.0;                                                                  ///< [s], since a rest
-  double charging = 0.0;                                                              ///< [V]
-  double discharging = 0.0;                                                           ///< [V]
-  std::optional<double> charging_std = std::nullopt, discharging_std = std::nullopt;  ///< [V], by the force's covariance; none without it
+  /// [s], since a rest
+  double time = 0.0;
+  double charging = 0.0;     ///< [V]
+  double discharging = 0.0;  ///< [V]
+  /// [V], by the force's covariance; none without it
+  std::optional<double> charging_std = std::nullopt, discharging_std = std::nullopt;
 };
 
-/// @brief A force as an engineer reads it: what it adds under a held current from rest on, less what it adds at rest.
-/// @param current [A], > 0; charged and discharged with.  @param longest [s]; never more than a third of what was estimated from, nor half a
-/// day.
-std::vector<DiscrepancyAnswer> answersOf(const DiscrepancyModel& discrepancy, double current, double longest = 1e9);
+/// @brief A force as an engineer reads it: what it adds under a held current from rest on, less
+/// what it adds at rest.
+/// @param current [A], > 0; charged and discharged with.  @param longest [s]; never more than a
+/// third of what was estimated from, nor half a day.
+std::vector<DiscrepancyAnswer> answersOf(const DiscrepancyModel& discrepancy, double current,
+                                         double longest = 1e9);
 
 }  // namespace battery_sof

@@ -27,10 +27,12 @@ struct Part {
   double square, rows;
 };
 
-Part partOf(const LinearProblem& problem, double effective_sample_fraction, const std::vector<char>& active) {
+Part partOf(const LinearProblem& problem, double effective_sample_fraction,
+            const std::vector<char>& active) {
   Part part;
   for (Eigen::Index k = 0; k < problem.products.cols(); ++k)
-    if (k < problem.known() || active[static_cast<std::size_t>(problem.group[static_cast<std::size_t>(k - problem.known())])])
+    if (k < problem.known() || active[static_cast<std::size_t>(
+                                   problem.group[static_cast<std::size_t>(k - problem.known())])])
       part.columns.push_back(k);
   part.products = effective_sample_fraction * problem.products(part.columns, part.columns);
   part.targets = effective_sample_fraction * problem.targets(part.columns);
@@ -66,7 +68,8 @@ Point evaluated(const Part& part, const Eigen::VectorXd& deviation, double noise
   const Eigen::VectorXd h = precision * deviation.cwiseProduct(part.targets);
   const Eigen::VectorXd m = llt.solve(h);
   Point point;
-  point.evidence = -0.5 * part.rows * std::log(kTwoPi * noise * noise) - 0.5 * part.square * precision + 0.5 * h.dot(m) -
+  point.evidence = -0.5 * part.rows * std::log(kTwoPi * noise * noise) -
+                   0.5 * part.square * precision + 0.5 * h.dot(m) -
                    llt.matrixLLT().diagonal().array().log().sum();
   point.mean = deviation.cwiseProduct(m);
   const Eigen::MatrixXd root = llt.matrixL().solve(Eigen::MatrixXd::Identity(m.size(), m.size()));
@@ -78,11 +81,16 @@ Point evaluated(const Part& part, const Eigen::VectorXd& deviation, double noise
 
 class GroupSearch {
  public:
-  GroupSearch(const LinearProblem& problem, double effective_sample_fraction, const std::vector<char>& active, const GroupPrior& prior)
-      : problem_(problem), part_(partOf(problem, effective_sample_fraction, active)), active_(active), prior_(prior) {}
+  GroupSearch(const LinearProblem& problem, double effective_sample_fraction,
+              const std::vector<char>& active, const GroupPrior& prior)
+      : problem_(problem),
+        part_(partOf(problem, effective_sample_fraction, active)),
+        active_(active),
+        prior_(prior) {}
 
   LinearFit run(std::vector<double> strength, double noise, int rounds) const {
-    for (std::size_t g = 0; g < strength.size(); ++g) strength[g] = std::min(strength[g], mostOf(g));
+    for (std::size_t g = 0; g < strength.size(); ++g)
+      strength[g] = std::min(strength[g], mostOf(g));
     double before = -1e300;
     Point point = at(strength, noise);
     for (int round = 0; round < rounds; ++round) {
@@ -96,8 +104,10 @@ class GroupSearch {
     fit.z = Eigen::VectorXd::Zero(problem_.products.cols());
     fit.covariance = Eigen::MatrixXd::Zero(fit.z.size(), fit.z.size());
     fit.z(part_.columns) = point.mean;
-    const Eigen::MatrixXd inverse = point.factor.solve(Eigen::MatrixXd::Identity(point.mean.size(), point.mean.size()));
-    fit.covariance(part_.columns, part_.columns) = point.deviation.asDiagonal() * inverse * point.deviation.asDiagonal();
+    const Eigen::MatrixXd inverse =
+        point.factor.solve(Eigen::MatrixXd::Identity(point.mean.size(), point.mean.size()));
+    fit.covariance(part_.columns, part_.columns) =
+        point.deviation.asDiagonal() * inverse * point.deviation.asDiagonal();
     for (std::size_t g = 0; g < strength.size(); ++g)
       if (!active_[g]) strength[g] = 0.0;
     fit.strength = std::move(strength);
@@ -120,7 +130,8 @@ class GroupSearch {
       const Eigen::Index k = part_.columns[static_cast<std::size_t>(j)];
       deviation[j] = k < problem_.known()
                          ? problem_.known_std[k]
-                         : strength[static_cast<std::size_t>(problem_.group[static_cast<std::size_t>(k - problem_.known())])];
+                         : strength[static_cast<std::size_t>(
+                               problem_.group[static_cast<std::size_t>(k - problem_.known())])];
     }
     return evaluated(part_, deviation, noise);
   }
@@ -134,7 +145,8 @@ class GroupSearch {
       all_fixed += well;
       const Eigen::Index k = part_.columns[static_cast<std::size_t>(j)];
       if (k < problem_.known()) continue;
-      const auto g = static_cast<std::size_t>(problem_.group[static_cast<std::size_t>(k - problem_.known())]);
+      const auto g =
+          static_cast<std::size_t>(problem_.group[static_cast<std::size_t>(k - problem_.known())]);
       square[g] += point.mean[j] * point.mean[j];
       fixed[g] += well;
     }
@@ -144,11 +156,15 @@ class GroupSearch {
       const double next = std::sqrt(square[g] / std::max(fixed[g] + ratio / (1.0 + ratio), 1e-12));
       strength[g] = std::clamp(next, kMinStrength, mostOf(g));
     }
-    const double rss = part_.square - 2.0 * part_.targets.dot(point.mean) + point.mean.dot(part_.products * point.mean);
-    noise = std::max(kMinNoise, std::sqrt(std::max(rss, 0.0) / std::max(part_.rows - all_fixed, 0.1 * part_.rows)));
+    const double rss = part_.square - 2.0 * part_.targets.dot(point.mean) +
+                       point.mean.dot(part_.products * point.mean);
+    noise = std::max(kMinNoise, std::sqrt(std::max(rss, 0.0) /
+                                          std::max(part_.rows - all_fixed, 0.1 * part_.rows)));
   }
 
-  double mostOf(std::size_t g) const { return problem_.most.empty() ? prior_.most : problem_.most[g]; }
+  double mostOf(std::size_t g) const {
+    return problem_.most.empty() ? prior_.most : problem_.most[g];
+  }
 
   const LinearProblem& problem_;
   Part part_;
@@ -160,21 +176,27 @@ double firstNoise(const LinearProblem& problem) {
   return std::max(kMinNoise, std::sqrt(0.3 * problem.square / std::max(problem.rows, 1.0)));
 }
 
-const LinearFit& better(const LinearFit& one, const LinearFit& other) { return other.evidence > one.evidence ? other : one; }
+const LinearFit& better(const LinearFit& one, const LinearFit& other) {
+  return other.evidence > one.evidence ? other : one;
+}
 
-/// What a fit is whose columns, as derivatives of a model that breaks away, are of 1e200: their products are no numbers.
+/// What a fit is whose columns, as derivatives of a model that breaks away, are of 1e200: their
+/// products are no numbers.
 LinearFit withoutNumbers(const LinearProblem& problem) {
   const Eigen::Index columns = problem.products.cols();
   return {Eigen::VectorXd::Zero(columns), Eigen::MatrixXd::Zero(columns, columns),
-          std::vector<double>(static_cast<std::size_t>(problem.groups), 0.0), std::sqrt(problem.square / std::max(problem.rows, 1.0)),
+          std::vector<double>(static_cast<std::size_t>(problem.groups), 0.0),
+          std::sqrt(problem.square / std::max(problem.rows, 1.0)),
           -std::numeric_limits<double>::infinity()};
 }
 
 /// Groups taken in one after the other while ln p gains more than 1.
-LinearFit greedy(const LinearProblem& problem, double effective_sample_fraction, const GroupPrior& prior) {
+LinearFit greedy(const LinearProblem& problem, double effective_sample_fraction,
+                 const GroupPrior& prior) {
   std::vector<char> active(static_cast<std::size_t>(problem.groups), 0);
   std::vector<double> strength(active.size(), 0.03);
-  LinearFit best = GroupSearch(problem, effective_sample_fraction, active, prior).run(strength, firstNoise(problem), kRounds);
+  LinearFit best = GroupSearch(problem, effective_sample_fraction, active, prior)
+                       .run(strength, firstNoise(problem), kRounds);
   while (true) {
     LinearFit next = best;
     std::size_t taken = active.size();
@@ -184,7 +206,8 @@ LinearFit greedy(const LinearProblem& problem, double effective_sample_fraction,
       with[g] = 1;
       std::vector<double> from = best.strength;
       from[g] = 0.03;
-      const LinearFit fit = GroupSearch(problem, effective_sample_fraction, with, prior).run(from, best.noise, kFewRounds);
+      const LinearFit fit = GroupSearch(problem, effective_sample_fraction, with, prior)
+                                .run(from, best.noise, kFewRounds);
       if (fit.evidence <= next.evidence) continue;
       next = fit;
       taken = g;
@@ -199,7 +222,9 @@ LinearFit greedy(const LinearProblem& problem, double effective_sample_fraction,
 class SparseSearch {
  public:
   SparseSearch(const LinearProblem& problem, double effective_sample_fraction, double max_strength)
-      : problem_(problem), effective_sample_fraction_(effective_sample_fraction), most_(max_strength) {}
+      : problem_(problem),
+        effective_sample_fraction_(effective_sample_fraction),
+        most_(max_strength) {}
 
   SparseFit run(int max_columns) {
     noise_ = firstNoise(problem_);
@@ -233,8 +258,10 @@ class SparseSearch {
     const Eigen::VectorXd targets = effective_sample_fraction_ * problem_.targets(index_);
     for (int round = 0; round < 2; ++round) {
       solve(products, targets);
-      const double rss = effective_sample_fraction_ * problem_.square - 2.0 * targets.dot(mean_) + mean_.dot(products * mean_);
-      noise_ = std::max(kMinNoise, std::sqrt(std::max(rss, 0.0) / (effective_sample_fraction_ * problem_.rows)));
+      const double rss = effective_sample_fraction_ * problem_.square - 2.0 * targets.dot(mean_) +
+                         mean_.dot(products * mean_);
+      noise_ = std::max(
+          kMinNoise, std::sqrt(std::max(rss, 0.0) / (effective_sample_fraction_ * problem_.rows)));
     }
     solve(products, targets);
   }
@@ -242,7 +269,9 @@ class SparseSearch {
   void solve(const Eigen::MatrixXd& products, const Eigen::VectorXd& targets) {
     Eigen::MatrixXd H = products / (noise_ * noise_);
     for (Eigen::Index j = 0; j < H.rows(); ++j) {
-      const double s = j < problem_.known() ? problem_.known_std[j] : strength_[static_cast<std::size_t>(j - problem_.known())];
+      const double s = j < problem_.known()
+                           ? problem_.known_std[j]
+                           : strength_[static_cast<std::size_t>(j - problem_.known())];
       H(j, j) += 1.0 / (s * s);
     }
     factor_ = factored(std::move(H));
@@ -252,9 +281,10 @@ class SparseSearch {
   Gains gainsOf() const {
     const Eigen::Index free = problem_.products.cols() - problem_.known();
     const double beta = effective_sample_fraction_ / (noise_ * noise_);
-    const Eigen::MatrixXd cross = beta * problem_.products(index_, Eigen::seqN(problem_.known(), free));
-    const Eigen::VectorXd S =
-        beta * problem_.products.diagonal().tail(free) - cross.cwiseProduct(factor_.solve(cross)).colwise().sum().transpose();
+    const Eigen::MatrixXd cross =
+        beta * problem_.products(index_, Eigen::seqN(problem_.known(), free));
+    const Eigen::VectorXd S = beta * problem_.products.diagonal().tail(free) -
+                              cross.cwiseProduct(factor_.solve(cross)).colwise().sum().transpose();
     const Eigen::VectorXd Q = beta * problem_.targets.tail(free) - cross.transpose() * mean_;
     Gains gains;
     gains.own = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(columns_.size()));
@@ -262,7 +292,8 @@ class SparseSearch {
       const auto chosen = std::find(columns_.begin(), columns_.end(), k);
       double s = S[k], q = Q[k];
       if (chosen != columns_.end()) {
-        const double alpha = std::pow(strength_[static_cast<std::size_t>(chosen - columns_.begin())], -2);
+        const double alpha =
+            std::pow(strength_[static_cast<std::size_t>(chosen - columns_.begin())], -2);
         const double left = std::max(alpha - s, 1e-12 * alpha);
         s = alpha * s / left;
         q = alpha * q / left;
@@ -274,7 +305,8 @@ class SparseSearch {
         continue;
       }
       if (!(variance > 0.0)) continue;
-      const double gain = 0.5 * q * q * variance / (1.0 + variance * s) - 0.5 * std::log1p(variance * s) - 1.0;
+      const double gain =
+          0.5 * q * q * variance / (1.0 + variance * s) - 0.5 * std::log1p(variance * s) - 1.0;
       if (gain <= gains.gain) continue;
       gains.gain = gain;
       gains.best = k;
@@ -294,7 +326,8 @@ class SparseSearch {
       const int gone = columns_[j];
       columns_.erase(columns_.begin() + static_cast<std::ptrdiff_t>(j));
       strength_.erase(strength_.begin() + static_cast<std::ptrdiff_t>(j));
-      path_.erase(std::find_if(path_.begin(), path_.end(), [gone](const SparseStep& step) { return step.column == gone; }));
+      path_.erase(std::find_if(path_.begin(), path_.end(),
+                               [gone](const SparseStep& step) { return step.column == gone; }));
       return true;
     }
     return false;
@@ -306,10 +339,12 @@ class SparseSearch {
     fit.z = Eigen::VectorXd::Zero(problem_.products.cols());
     fit.covariance = Eigen::MatrixXd::Zero(fit.z.size(), fit.z.size());
     fit.z(index_) = mean_;
-    const Eigen::MatrixXd covariance = factor_.solve(Eigen::MatrixXd::Identity(mean_.size(), mean_.size()));
+    const Eigen::MatrixXd covariance =
+        factor_.solve(Eigen::MatrixXd::Identity(mean_.size(), mean_.size()));
     fit.covariance(index_, index_) = covariance;
     fit.strength.assign(static_cast<std::size_t>(problem_.products.cols() - problem_.known()), 0.0);
-    for (std::size_t j = 0; j < columns_.size(); ++j) fit.strength[static_cast<std::size_t>(columns_[j])] = strength_[j];
+    for (std::size_t j = 0; j < columns_.size(); ++j)
+      fit.strength[static_cast<std::size_t>(columns_[j])] = strength_[j];
     fit.noise = noise_;
     for (const SparseStep& step : path_) fit.evidence += step.gain;
     sparse.path = path_;
@@ -328,46 +363,57 @@ class SparseSearch {
 
 }  // namespace
 
-LinearFit fitSomeGroups(const LinearProblem& problem, double effective_sample_fraction, const std::vector<char>& active, const GroupPrior& prior) {
+LinearFit fitSomeGroups(const LinearProblem& problem, double effective_sample_fraction,
+                        const std::vector<char>& active, const GroupPrior& prior) {
   const GroupSearch search(problem, effective_sample_fraction, active, prior);
-  const LinearFit small = search.run(std::vector<double>(active.size(), 2e-3), firstNoise(problem), kRounds);
-  const LinearFit large = search.run(std::vector<double>(active.size(), 0.6 * prior.most), small.noise, kRounds);
+  const LinearFit small =
+      search.run(std::vector<double>(active.size(), 2e-3), firstNoise(problem), kRounds);
+  const LinearFit large =
+      search.run(std::vector<double>(active.size(), 0.6 * prior.most), small.noise, kRounds);
   const LinearFit fit = better(small, large);
   return std::isfinite(fit.evidence) && fit.z.allFinite() ? fit : withoutNumbers(problem);
 }
 
-LinearFit fitGroups(const LinearProblem& problem, double effective_sample_fraction, const GroupPrior& prior) {
+LinearFit fitGroups(const LinearProblem& problem, double effective_sample_fraction,
+                    const GroupPrior& prior) {
   const std::vector<char> all(static_cast<std::size_t>(problem.groups), 1);
   const LinearFit plain = fitSomeGroups(problem, effective_sample_fraction, all, prior);
   const LinearFit taken = greedy(problem, effective_sample_fraction, prior);
   return better(plain, fitGroupsFrom(problem, effective_sample_fraction, taken, prior));
 }
 
-LinearFit fitGroupsFrom(const LinearProblem& problem, double effective_sample_fraction, const LinearFit& start, const GroupPrior& prior) {
+LinearFit fitGroupsFrom(const LinearProblem& problem, double effective_sample_fraction,
+                        const LinearFit& start, const GroupPrior& prior) {
   const std::vector<char> all(static_cast<std::size_t>(problem.groups), 1);
   std::vector<double> from = start.strength;
   for (double& s : from) s = std::max(s, kMinStrength);
-  return GroupSearch(problem, effective_sample_fraction, all, prior).run(from, start.noise, kRounds);
+  return GroupSearch(problem, effective_sample_fraction, all, prior)
+      .run(from, start.noise, kRounds);
 }
 
-double evidenceOfUnitPriors(const Eigen::MatrixXd& products, const Eigen::VectorXd& targets, double square, double rows, double effective_sample_fraction,
+double evidenceOfUnitPriors(const Eigen::MatrixXd& products, const Eigen::VectorXd& targets,
+                            double square, double rows, double effective_sample_fraction,
                             double noise) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(effective_sample_fraction * products);
   const Eigen::ArrayXd told = axes.eigenvalues().array().max(0.0);
-  const Eigen::ArrayXd squares = (effective_sample_fraction * (axes.eigenvectors().transpose() * targets)).array().square();
+  const Eigen::ArrayXd squares =
+      (effective_sample_fraction * (axes.eigenvectors().transpose() * targets)).array().square();
   const double y2 = effective_sample_fraction * square, n = effective_sample_fraction * rows;
   double s = noise;
   for (int round = 0; round < kRounds; ++round) {
     const Eigen::ArrayXd kept = told + s * s;
     const double residual = y2 - (2.0 * squares / kept - told * squares / kept.square()).sum();
-    const double next = std::max(kMinNoise, std::sqrt(std::max(residual, 0.0) / std::max(n - (told / kept).sum(), 0.1 * n)));
+    const double next = std::max(
+        kMinNoise, std::sqrt(std::max(residual, 0.0) / std::max(n - (told / kept).sum(), 0.1 * n)));
     if (std::abs(next - std::exchange(s, next)) < kSettledNoise * next) break;
   }
   const Eigen::ArrayXd kept = told + s * s;
-  return -0.5 * n * std::log(kTwoPi * s * s) - 0.5 * (y2 - (squares / kept).sum()) / (s * s) - 0.5 * (kept / (s * s)).log().sum();
+  return -0.5 * n * std::log(kTwoPi * s * s) - 0.5 * (y2 - (squares / kept).sum()) / (s * s) -
+         0.5 * (kept / (s * s)).log().sum();
 }
 
-SparseFit fitSparse(const LinearProblem& problem, double effective_sample_fraction, int max_columns, double max_strength) {
+SparseFit fitSparse(const LinearProblem& problem, double effective_sample_fraction, int max_columns,
+                    double max_strength) {
   return SparseSearch(problem, effective_sample_fraction, max_strength).run(max_columns);
 }
 
@@ -385,7 +431,9 @@ double independentShare(const Eigen::VectorXd& residual) {
   std::vector<double> products;
   fft.inv(products, spectrum);
   double sum = 0.0;
-  for (std::size_t lag = 1; lag < static_cast<std::size_t>(count) / 10 && products[lag] > 0.0; ++lag) sum += products[lag] / products[0];
+  for (std::size_t lag = 1; lag < static_cast<std::size_t>(count) / 10 && products[lag] > 0.0;
+       ++lag)
+    sum += products[lag] / products[0];
   return 1.0 / (1.0 + 2.0 * sum);
 }
 

@@ -29,7 +29,9 @@ std::string lastLine(const Answer& answer) {
   return toString(answer.code) + ": " + answer.message + "\n";
 }
 
-std::string seconds(double duration) { return std::isinf(duration) ? "no end" : format("%.1f s", duration); }
+std::string seconds(double duration) {
+  return std::isinf(duration) ? "no end" : format("%.1f s", duration);
+}
 
 /// One map's answers as arrays, row by row.
 template <typename Map, typename Value>
@@ -48,13 +50,14 @@ template <typename Answer>
 std::string cell(const Answer& answer, const std::optional<Interval>& interval, int digits) {
   if (!interval) return format("%25s", "-");
   const std::string text =
-      format("%.*f [%.*f, %.*f]%s", digits, interval->value, digits, interval->lower, digits, interval->upper, answer.valid ? "" : "*");
+      format("%.*f [%.*f, %.*f]%s", digits, interval->value, digits, interval->lower, digits,
+             interval->upper, answer.valid ? "" : "*");
   return format("%25s", text.c_str());
 }
 
 template <typename Map, typename Value>
-std::string table(const std::string& corner, const std::vector<double>& rows, const std::vector<double>& columns, const Map& map,
-                  int digits, Value&& value) {
+std::string table(const std::string& corner, const std::vector<double>& rows,
+                  const std::vector<double>& columns, const Map& map, int digits, Value&& value) {
   std::string text = format("%-18s", corner.c_str());
   for (const double column : columns) text += format("%25g", column);
   text += '\n';
@@ -67,7 +70,9 @@ std::string table(const std::string& corner, const std::vector<double>& rows, co
 }
 
 const std::optional<Interval>& lowestVoltage(const CrankingAnswer& answer) { return answer.u_min; }
-const std::optional<Interval>& meanCurrent(const ChargeAcceptanceAnswer& answer) { return answer.i_boost; }
+const std::optional<Interval>& meanCurrent(const ChargeAcceptanceAnswer& answer) {
+  return answer.i_boost;
+}
 
 }  // namespace
 
@@ -88,21 +93,25 @@ nlohmann::json chargeAcceptanceJson(const ChargeAcceptanceAnswer& answer) {
 }
 
 std::string stopTimeText(const StopTimeQuery& query, const StopTimeAnswer& answer) {
-  std::string text = format("question  longest stop at %.1f A, then a crank of %.2f s at %.1f A holds %.2f V\n", query.i_load,
-                              query.t_cranking, query.i_cranking, query.u_required);
+  std::string text =
+      format("question  longest stop at %.1f A, then a crank of %.2f s at %.1f A holds %.2f V\n",
+             query.i_load, query.t_cranking, query.i_cranking, query.u_required);
   const char* least = answer.outcome == StopTimeOutcome::kAtLeast ? "at least " : "";
   if (answer.t_stop)
-    text += format("stop      %s%s, 90 %% between %s and %s: %s%s\n", least, seconds(answer.t_stop->value).c_str(),
-                     seconds(answer.t_stop->lower).c_str(), seconds(answer.t_stop->upper).c_str(), toString(answer.outcome).c_str(),
-                     answer.monotone ? "" : "; the battery recovers at first");
+    text += format("stop      %s%s, 90 %% between %s and %s: %s%s\n", least,
+                   seconds(answer.t_stop->value).c_str(), seconds(answer.t_stop->lower).c_str(),
+                   seconds(answer.t_stop->upper).c_str(), toString(answer.outcome).c_str(),
+                   answer.monotone ? "" : "; the battery recovers at first");
   return text + lastLine(answer);
 }
 
-std::string chargeAcceptanceText(const ChargeAcceptanceQuery& query, const ChargeAcceptanceAnswer& answer) {
-  std::string text = format("question  current over %.1f s at %.2f V, at most %.0f A\n", query.t_sof2, query.u_boost, query.i_limit);
+std::string chargeAcceptanceText(const ChargeAcceptanceQuery& query,
+                                 const ChargeAcceptanceAnswer& answer) {
+  std::string text = format("question  current over %.1f s at %.2f V, at most %.0f A\n",
+                            query.t_sof2, query.u_boost, query.i_limit);
   if (answer.i_boost)
-    text +=
-        format("mean      %.1f A, 90 %% between %.1f and %.1f A\n", answer.i_boost->value, answer.i_boost->lower, answer.i_boost->upper);
+    text += format("mean      %.1f A, 90 %% between %.1f and %.1f A\n", answer.i_boost->value,
+                   answer.i_boost->lower, answer.i_boost->upper);
   return text + lastLine(answer);
 }
 
@@ -132,11 +141,13 @@ std::string mapText(const MapResult& result) {
   std::string text;
   if (result.cranking) {
     text += "lowest voltage of the crank [V], 90 % interval; * outside the identified range\n";
-    text += table("i_load \\ t_stop", result.i_load, result.t_stop, *result.cranking, 2, lowestVoltage);
+    text +=
+        table("i_load \\ t_stop", result.i_load, result.t_stop, *result.cranking, 2, lowestVoltage);
   }
   if (result.charge) {
     text += "mean charge current [A], 90 % interval; * outside the identified range\n";
-    text += table("u_boost \\ t_sof2", result.u_boost, result.t_sof2, *result.charge, 1, meanCurrent);
+    text +=
+        table("u_boost \\ t_sof2", result.u_boost, result.t_sof2, *result.charge, 1, meanCurrent);
   }
   return text + lastLine(verdictOf(result.cranking, result.charge));
 }

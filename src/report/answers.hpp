@@ -11,14 +11,15 @@
 
 namespace battery_sof {
 
-// JSON of `sof stop-time` and `sof charge`: the fields of the services' responses. Absent numbers are null, and so are
-// infinite ones, which JSON does not have: outcome says "always" then.
+// JSON of `sof stop-time` and `sof charge`: the fields of the services' responses. Absent numbers
+// are null, and so are infinite ones, which JSON does not have: outcome says "always" then.
 nlohmann::json stopTimeJson(const StopTimeAnswer& answer);
 nlohmann::json chargeAcceptanceJson(const ChargeAcceptanceAnswer& answer);
 
 // The same for a reader.
 std::string stopTimeText(const StopTimeQuery& query, const StopTimeAnswer& answer);
-std::string chargeAcceptanceText(const ChargeAcceptanceQuery& query, const ChargeAcceptanceAnswer& answer);
+std::string chargeAcceptanceText(const ChargeAcceptanceQuery& query,
+                                 const ChargeAcceptanceAnswer& answer);
 
 /// What `sof map` was asked and got; a map that was not asked has no answers.
 struct MapResult {
@@ -28,7 +29,8 @@ struct MapResult {
   std::optional<ChargeAcceptanceMap> charge;
 };
 
-/// JSON of `sof map`: the fields of PredictMap.srv, lists and answers, those of a map that was not asked left out.
+/// JSON of `sof map`: the fields of PredictMap.srv, lists and answers, those of a map that was not
+/// asked left out.
 nlohmann::json mapJson(const MapResult& result);
 /// Two tables at most, value with bounds in each cell; * marks an answer that is not valid.
 std::string mapText(const MapResult& result);

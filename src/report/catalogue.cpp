@@ -28,7 +28,9 @@ std::vector<std::string> linesOf(const std::string& text) {
 }
 
 /// "1" is the unit of numbers without one.
-std::string withUnit(const std::string& value, const std::string& unit) { return unit == "1" ? value : value + " " + unit; }
+std::string withUnit(const std::string& value, const std::string& unit) {
+  return unit == "1" ? value : value + " " + unit;
+}
 
 std::string priorOf(const ParameterInfo& info) {
   if (!info.prior_std) return "";
@@ -50,8 +52,9 @@ std::string beginningOf(const StateInfo& info) {
   if (info.begins_as_u_c2) return "begins at u_c2";
   const std::string rest = withUnit(number(info.rest), info.unit);
   if (!info.initial_std) return "begins at rest, " + rest;
-  return "estimated where a recording begins, " + rest + " +- " + withUnit(number(*info.initial_std), info.unit) + " inside " +
-         number(info.lower) + " to " + withUnit(number(info.upper), info.unit);
+  return "estimated where a recording begins, " + rest + " +- " +
+         withUnit(number(*info.initial_std), info.unit) + " inside " + number(info.lower) + " to " +
+         withUnit(number(info.upper), info.unit);
 }
 
 /// States that are alike but for their number, as one.
@@ -59,8 +62,10 @@ std::vector<std::pair<std::string, StateInfo>> namedStates(const EffectInfo& eff
   std::vector<std::pair<std::string, StateInfo>> named;
   for (const StateInfo& state : effect.states)
     if (!state.begins_as_u_c2) named.emplace_back(state.name, state);
-  const auto part = std::find_if(effect.states.begin(), effect.states.end(), [](const StateInfo& state) { return state.begins_as_u_c2; });
-  if (part != effect.states.end()) named.emplace_back(part->name + " to " + effect.states.back().name, *part);
+  const auto part = std::find_if(effect.states.begin(), effect.states.end(),
+                                 [](const StateInfo& state) { return state.begins_as_u_c2; });
+  if (part != effect.states.end())
+    named.emplace_back(part->name + " to " + effect.states.back().name, *part);
   return named;
 }
 
@@ -112,7 +117,9 @@ nlohmann::json effectJson(const EffectInfo& effect) {
 nlohmann::json mechanismsJson() {
   nlohmann::json list = nlohmann::json::array();
   for (const Mechanism mechanism : kAllMechanisms)
-    list.push_back({{"id", mechanismId(mechanism)}, {"sentence", mechanismSentence(mechanism)}, {"members", namesOf(mechanism)}});
+    list.push_back({{"id", mechanismId(mechanism)},
+                    {"sentence", mechanismSentence(mechanism)},
+                    {"members", namesOf(mechanism)}});
   return list;
 }
 
@@ -131,8 +138,9 @@ std::string linked(const std::string& source) {
 }
 
 std::string parameterRow(const ParameterInfo& info) {
-  return "| " + code(info.name) + " | " + info.symbol + " | " + info.unit + " | " + number(info.magnitude) + " | " + number(info.lower) +
-         " to " + number(info.upper) + " | " + join(rolesOf(info)) + " | " + linked(info.source) + " |\n";
+  return "| " + code(info.name) + " | " + info.symbol + " | " + info.unit + " | " +
+         number(info.magnitude) + " | " + number(info.lower) + " to " + number(info.upper) + " | " +
+         join(rolesOf(info)) + " | " + linked(info.source) + " |\n";
 }
 
 std::string effectMarkdown(const EffectInfo& effect) {
@@ -145,7 +153,8 @@ std::string effectMarkdown(const EffectInfo& effect) {
   for (const auto& [name, state] : namedStates(effect))
     text += "- State " + code(name) + " [" + state.unit + "] " + beginningOf(state) + ".\n";
   if (!effect.needs.empty()) text += "- Needs " + codes(effect.needs) + ".\n";
-  if (!effect.is_nonlinear.empty()) text += "- With it the voltage is no longer linear in " + codes(effect.is_nonlinear) + ".\n";
+  if (!effect.is_nonlinear.empty())
+    text += "- With it the voltage is no longer linear in " + codes(effect.is_nonlinear) + ".\n";
   text += "- Often confused with " + codes(effect.look_alikes) + ".\n";
   return text + "- Distinguished by: " + effect.tells_apart + ".\n\n";
 }
@@ -156,39 +165,49 @@ int tierRank(char tier) { return tier == 'S' ? 0 : tier == 'P' ? 1 : 2; }
 
 std::vector<EffectInfo> effectsByTier() {
   std::vector<EffectInfo> effects = effectCatalogue();
-  const auto rank = [](const EffectInfo& effect) { return std::pair(tierRank(effect.tier()), std::atoi(effect.code.c_str() + 1)); };
-  std::stable_sort(effects.begin(), effects.end(), [&](const EffectInfo& a, const EffectInfo& b) { return rank(a) < rank(b); });
+  const auto rank = [](const EffectInfo& effect) {
+    return std::pair(tierRank(effect.tier()), std::atoi(effect.code.c_str() + 1));
+  };
+  std::stable_sort(effects.begin(), effects.end(),
+                   [&](const EffectInfo& a, const EffectInfo& b) { return rank(a) < rank(b); });
   return effects;
 }
 
 std::string catalogueText(const std::vector<EffectInfo>& effects) {
   std::size_t width = 2, mechanism_width = 6;
   for (const EffectInfo& effect : effects) width = std::max(width, effect.id.size());
-  for (const Mechanism mechanism : kAllMechanisms) mechanism_width = std::max(mechanism_width, mechanismId(mechanism).size());
-  std::string text = padded("id", width) + padded("code", 4) + padded("mechanism", mechanism_width) + "title\n";
+  for (const Mechanism mechanism : kAllMechanisms)
+    mechanism_width = std::max(mechanism_width, mechanismId(mechanism).size());
+  std::string text =
+      padded("id", width) + padded("code", 4) + padded("mechanism", mechanism_width) + "title\n";
   for (const EffectInfo& effect : effects)
-    text += padded(effect.id, width) + padded(effect.code, 4) + padded(mechanismId(mechanismOf(effect.id)), mechanism_width) + effect.title + "\n";
+    text += padded(effect.id, width) + padded(effect.code, 4) +
+            padded(mechanismId(mechanismOf(effect.id)), mechanism_width) + effect.title + "\n";
   return text;
 }
 
 std::string effectText(const EffectInfo& effect) {
-  std::string text = effect.id + " (" + effect.code + "): " + effect.title + "\n\nmechanism\n    " + mechanismId(mechanismOf(effect.id)) + ": " +
+  std::string text = effect.id + " (" + effect.code + "): " + effect.title + "\n\nmechanism\n    " +
+                     mechanismId(mechanismOf(effect.id)) + ": " +
                      mechanismSentence(mechanismOf(effect.id)) + "\n\nequations\n";
   for (const std::string& line : linesOf(effect.equations)) text += "    " + line + "\n";
   text += "\nparameters\n";
   std::size_t width = 0;
   for (const ParameterInfo& info : effect.parameters) width = std::max(width, info.name.size());
   for (const ParameterInfo& info : effect.parameters) {
-    text += "    " + padded(info.name, width) + padded(info.symbol, 9) + padded(withUnit(number(info.magnitude), info.unit), 14) +
-            "inside " + number(info.lower) + " to " + number(info.upper) + "\n";
+    text += "    " + padded(info.name, width) + padded(info.symbol, 9) +
+            padded(withUnit(number(info.magnitude), info.unit), 14) + "inside " +
+            number(info.lower) + " to " + number(info.upper) + "\n";
     text += "    " + padded("", width) + join(rolesOf(info)) + " (" + info.source + ")\n";
   }
   if (!effect.states.empty()) text += "\nstates\n";
-  for (const auto& [name, state] : namedStates(effect)) text += "    " + name + " [" + state.unit + "], " + beginningOf(state) + "\n";
+  for (const auto& [name, state] : namedStates(effect))
+    text += "    " + name + " [" + state.unit + "], " + beginningOf(state) + "\n";
   text += "\nconfused with  " + join(effect.look_alikes) + "\n";
   text += "distinguish by " + effect.tells_apart + "\n";
   if (!effect.needs.empty()) text += "needs          " + join(effect.needs) + "\n";
-  if (!effect.is_nonlinear.empty()) text += "bends          " + join(effect.is_nonlinear) + ": no longer linear beside it\n";
+  if (!effect.is_nonlinear.empty())
+    text += "bends          " + join(effect.is_nonlinear) + ": no longer linear beside it\n";
   return text;
 }
 
@@ -201,7 +220,8 @@ nlohmann::json catalogueJson(const std::vector<EffectInfo>& effects) {
 std::string catalogueMarkdown(const std::vector<EffectInfo>& effects) {
   std::string text = "| id | code | mechanism | title |\n|---|---|---|---|\n";
   for (const EffectInfo& effect : effects)
-    text += "| " + code(effect.id) + " | " + effect.code + " | " + code(mechanismId(mechanismOf(effect.id))) + " | " + effect.title + " |\n";
+    text += "| " + code(effect.id) + " | " + effect.code + " | " +
+            code(mechanismId(mechanismOf(effect.id))) + " | " + effect.title + " |\n";
   text += "\n";
   for (const EffectInfo& effect : effects) text += effectMarkdown(effect);
   return text;

@@ -18,9 +18,10 @@ std::string catalogueText(const std::vector<EffectInfo>& effects);
 std::string effectText(const EffectInfo& effect);
 
 /**
- * {"schema": "battery_sof/effects/1", "effects": [...], "mechanisms": [{"id","sentence","members"}]};
- * what is not stated is null. Mechanisms are all of them, with the faults of sampling that are no
- * effects (namesOf()); an effect has its own under "mechanism", its tier is its code's first letter.
+ * {"schema": "battery_sof/effects/1", "effects": [...], "mechanisms":
+ * [{"id","sentence","members"}]}; what is not stated is null. Mechanisms are all of them, with the
+ * faults of sampling that are no effects (namesOf()); an effect has its own under "mechanism", its
+ * tier is its code's first letter.
  */
 nlohmann::json catalogueJson(const std::vector<EffectInfo>& effects);
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "recording/events.hpp"
 #include "recording/control_mode_overview.hpp"
+#include "recording/events.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
 
@@ -16,9 +16,12 @@ using nlohmann::json;
 
 constexpr double kZeroCelsius = 273.15;  // [K]
 constexpr double kCoulombsPerAmpereHour = 3600.0;
-constexpr EventKind kKinds[] = {EventKind::kCrank, EventKind::kDischarge, EventKind::kCharge, EventKind::kRest};
+constexpr EventKind kKinds[] = {EventKind::kCrank, EventKind::kDischarge, EventKind::kCharge,
+                                EventKind::kRest};
 
-EventSummary summaryOf(const Recording& recording) { return summarise(recording.series, detectEvents(recording.series)); }
+EventSummary summaryOf(const Recording& recording) {
+  return summarise(recording.series, detectEvents(recording.series));
+}
 
 struct Extremes {
   double low, high;
@@ -76,38 +79,47 @@ std::string describeRejected(const RejectedCounts& rejected) {
   return text.empty() ? "none" : text;
 }
 
-std::string describeRange(const std::vector<double>& values, std::optional<double> step, const std::string& unit) {
+std::string describeRange(const std::vector<double>& values, std::optional<double> step,
+                          const std::string& unit) {
   const Extremes extremes = extremesOf(values);
-  std::string text = number(extremes.low) + " " + unit + " to " + number(extremes.high) + " " + unit;
+  std::string text =
+      number(extremes.low) + " " + unit + " to " + number(extremes.high) + " " + unit;
   return step ? text + ", in steps of " + threeDigits(*step) + " " + unit : text;
 }
 
 std::string temperatureText(const Series& series) {
   if (series.temperature.empty()) return "";
   const Extremes kelvin = extremesOf(series.temperature);
-  return entry("temperature", number(kelvin.low - kZeroCelsius) + " degC to " + number(kelvin.high - kZeroCelsius) + " degC");
+  return entry("temperature", number(kelvin.low - kZeroCelsius) + " degC to " +
+                                  number(kelvin.high - kZeroCelsius) + " degC");
 }
 
 std::string overviewText(const Recording& recording, const CheckReport& report) {
   const Series& series = recording.series;
-  return entry("samples", std::to_string(report.samples) + " of " + std::to_string(recording.offered) + " over " +
-                              duration(report.to - report.from) + ", " + describeRate(report.median_interval)) +
-         entry("time", number(report.from) + " s to " + number(report.to) + " s") + entry("refused", describeRejected(recording.rejected)) +
+  return entry("samples", std::to_string(report.samples) + " of " +
+                              std::to_string(recording.offered) + " over " +
+                              duration(report.to - report.from) + ", " +
+                              describeRate(report.median_interval)) +
+         entry("time", number(report.from) + " s to " + number(report.to) + " s") +
+         entry("refused", describeRejected(recording.rejected)) +
          entry("current", describeRange(series.current, report.current_lsb, "A")) +
-         entry("voltage", describeRange(series.voltage, report.voltage_lsb, "V")) + temperatureText(series);
+         entry("voltage", describeRange(series.voltage, report.voltage_lsb, "V")) +
+         temperatureText(series);
 }
 
 std::string eventsText(const EventSummary& summary) {
   std::string text = "\n  events          count   in all\n";
   for (const EventKind kind : kKinds) {
     const EventTotals& totals = summary.of(kind);
-    text += format("    %-10s %8zu   %s\n", toString(kind).c_str(), totals.count, duration(totals.duration).c_str());
+    text += format("    %-10s %8zu   %s\n", toString(kind).c_str(), totals.count,
+                   duration(totals.duration).c_str());
   }
-  text += "    " + number(summary.charge_in / kCoulombsPerAmpereHour) + " Ah in, " + number(-summary.charge_out / kCoulombsPerAmpereHour) +
-          " Ah out\n";
+  text += "    " + number(summary.charge_in / kCoulombsPerAmpereHour) + " Ah in, " +
+          number(-summary.charge_out / kCoulombsPerAmpereHour) + " Ah out\n";
   if (!summary.max_charge_voltage) return text;
-  return text + "    charges: " + std::to_string(summary.long_charges) + " longer than 10 s, the longest " +
-         duration(summary.longest_charge) + ", at " + number(*summary.min_charge_voltage) + " V to " + number(*summary.max_charge_voltage) +
+  return text + "    charges: " + std::to_string(summary.long_charges) +
+         " longer than 10 s, the longest " + duration(summary.longest_charge) + ", at " +
+         number(*summary.min_charge_voltage) + " V to " + number(*summary.max_charge_voltage) +
          " V\n";
 }
 
@@ -116,8 +128,9 @@ std::string sourceText(const ControlModes& source) {
   for (const ControlModeTotals& totals : totalsOf(source)) {
     std::string lead = "    " + toString(totals.mode);
     lead.resize(13, ' ');
-    text += wrapped(lead, std::to_string(totals.samples) + " samples in " + std::to_string(totals.stretches) +
-                              (totals.stretches == 1 ? " stretch: " : " stretches: ") + totals.reason);
+    text += wrapped(
+        lead, std::to_string(totals.samples) + " samples in " + std::to_string(totals.stretches) +
+                  (totals.stretches == 1 ? " stretch: " : " stretches: ") + totals.reason);
   }
   return text;
 }
@@ -197,8 +210,10 @@ json eventsJson(const EventSummary& summary) {
 json sourceJson(const ControlModes& source) {
   json reasons = json::array();
   for (const ControlModeTotals& totals : totalsOf(source))
-    reasons.push_back(
-        {{"reason", totals.reason}, {"mode", toString(totals.mode)}, {"stretches", totals.stretches}, {"samples", totals.samples}});
+    reasons.push_back({{"reason", totals.reason},
+                       {"mode", toString(totals.mode)},
+                       {"stretches", totals.stretches},
+                       {"samples", totals.samples}});
   return {{"seen", source.seen},
           {"share", source.share},
           {"min_current_a", source.seen ? json(source.rule.min_current) : json(nullptr)},
@@ -221,12 +236,15 @@ json findingJson(const Finding& finding) {
 
 }  // namespace
 
-std::string checkReportText(const std::string& name, const Recording& recording, const CheckReport& report) {
-  return name + "\n" + overviewText(recording, report) + eventsText(summaryOf(recording)) + sourceText(detectControlMode(recording.series)) +
-         findingsText(report) + notJudgedText(report);
+std::string checkReportText(const std::string& name, const Recording& recording,
+                            const CheckReport& report) {
+  return name + "\n" + overviewText(recording, report) + eventsText(summaryOf(recording)) +
+         sourceText(detectControlMode(recording.series)) + findingsText(report) +
+         notJudgedText(report);
 }
 
-json checkReportJson(const std::string& name, const Recording& recording, const CheckReport& report) {
+json checkReportJson(const std::string& name, const Recording& recording,
+                     const CheckReport& report) {
   json findings = json::array();
   for (const Finding& finding : report.findings) findings.push_back(findingJson(finding));
   return {{"schema", "battery_sof/check/1"},

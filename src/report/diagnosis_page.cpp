@@ -2,11 +2,11 @@
 
 #include <stdexcept>
 
-#include "util/text.hpp"
 #include "battery_sof/version.hpp"
 #include "html.hpp"
 #include "page_assets.hpp"
 #include "page_sections.hpp"
+#include "util/text.hpp"
 #include "wording.hpp"
 
 namespace battery_sof {
@@ -19,13 +19,15 @@ constexpr char kHead[] =
     "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
     "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
     "<meta name=\"color-scheme\" content=\"light dark\">\n"
-    "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
+    "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+    "'unsafe-inline'; "
     "script-src 'unsafe-inline'; img-src data:\">\n";
 
 void requireMatching(const Recording& recording, const Diagnosis& diagnosis) {
   for (const auto* model : {&diagnosis.base_voltage, &diagnosis.extended_voltage})
     if (!model->empty() && model->size() != recording.series.size())
-      throw std::invalid_argument(format("diagnosisPage: %zu modelled voltages for %zu samples", model->size(), recording.series.size()));
+      throw std::invalid_argument(format("diagnosisPage: %zu modelled voltages for %zu samples",
+                                         model->size(), recording.series.size()));
   if (diagnosis.base_voltage.empty() != diagnosis.extended_voltage.empty())
     throw std::invalid_argument("diagnosisPage: one model's voltages without the other's");
 }
@@ -45,9 +47,11 @@ std::string verdictWords(Verdict verdict) {
   return "Not enough to judge";
 }
 
-std::string figureHtml(const std::string& what, const std::string& before, const std::string& after, const std::string& unit) {
-  const std::string value =
-      before == after ? element("b", escaped(after)) : escaped(before) + " \xe2\x86\x92 " + element("b", escaped(after));
+std::string figureHtml(const std::string& what, const std::string& before, const std::string& after,
+                       const std::string& unit) {
+  const std::string value = before == after
+                                ? element("b", escaped(after))
+                                : escaped(before) + " \xe2\x86\x92 " + element("b", escaped(after));
   return element("div", element("dt", escaped(what)) + element("dd", value + " " + escaped(unit)));
 }
 
@@ -55,45 +59,58 @@ std::string figureHtml(const std::string& what, const std::string& before, const
 std::string figuresHtml(const Diagnosis& d) {
   if (!(d.fit.holdout.to > d.fit.holdout.from)) return "";
   const ErrorMetrics &base = d.fit.base_holdout, &extended = d.fit.extended_holdout;
-  std::string html = figureHtml("RMS error, hold-out", millivolts(base.rmse), millivolts(extended.rmse), "mV");
+  std::string html =
+      figureHtml("RMS error, hold-out", millivolts(base.rmse), millivolts(extended.rmse), "mV");
   if (base.crank_mae && extended.crank_mae)
-    html += figureHtml(base.cranks == 1 ? "minimum of one crank" : format("minima of %zu cranks", base.cranks),
-                       millivolts(base.crank_mae), millivolts(extended.crank_mae), "mV");
+    html += figureHtml(
+        base.cranks == 1 ? "minimum of one crank" : format("minima of %zu cranks", base.cranks),
+        millivolts(base.crank_mae), millivolts(extended.crank_mae), "mV");
   if (base.charge_bias && extended.charge_bias)
-    html += figureHtml("bias in charges", millivolts(base.charge_bias), millivolts(extended.charge_bias), "mV");
+    html += figureHtml("bias in charges", millivolts(base.charge_bias),
+                       millivolts(extended.charge_bias), "mV");
   return element("dl", html, "class=\"figures\"");
 }
 
 std::string headerHtml(const Recording& recording, const Diagnosis& d) {
-  const std::string badge = element("p", escaped(verdictWords(d.verdict)), "class=\"badge " + toString(d.verdict) + "\"");
+  const std::string badge =
+      element("p", escaped(verdictWords(d.verdict)), "class=\"badge " + toString(d.verdict) + "\"");
   std::string origin = "Diagnosis of " + element("strong", escaped(recording.name));
   if (!recording.series.empty())
-    origin += format(", %.0f s, %zu samples", recording.series.time.back() - recording.series.time.front(), recording.series.size());
-  return element("header", element("p", origin, "class=\"origin\"") + badge + element("h1", escaped(d.summary)) + figuresHtml(d)) + "\n";
+    origin += format(", %.0f s, %zu samples",
+                     recording.series.time.back() - recording.series.time.front(),
+                     recording.series.size());
+  return element("header", element("p", origin, "class=\"origin\"") + badge +
+                               element("h1", escaped(d.summary)) + figuresHtml(d)) +
+         "\n";
 }
 
 std::string scripts(bool zoomable) {
   if (!zoomable) return "";
-  return "<!--\n" + escaped(kDygraphsNotice) + "-->\n" + element("script", kDygraphsJs) + "\n" + element("script", kPageJs) + "\n";
+  return "<!--\n" + escaped(kDygraphsNotice) + "-->\n" + element("script", kDygraphsJs) + "\n" +
+         element("script", kPageJs) + "\n";
 }
 
 }  // namespace
 
 bool hasPlotLibrary() { return kDygraphsJs[0] != '\0'; }
 
-double clockOrigin(const Series& series) { return !series.empty() && series.time.front() > kEpochClock ? series.time.front() : 0.0; }
+double clockOrigin(const Series& series) {
+  return !series.empty() && series.time.front() > kEpochClock ? series.time.front() : 0.0;
+}
 
 std::string diagnosisPage(const Recording& recording, const Diagnosis& diagnosis, bool zoomable) {
   requireMatching(recording, diagnosis);
   zoomable = zoomable && hasPlotLibrary();
-  const std::string body = headerHtml(recording, diagnosis) + plotsSection(recording, diagnosis, zoomable) +
-                           whereSection(diagnosis, clockOrigin(recording.series)) + evidenceSection(diagnosis) + effectsSection(diagnosis) +
-                           comparisonSection(diagnosis) + unexplainedSection(diagnosis) + detectionLimitsSection(diagnosis) +
-                           nextSection(diagnosis) + readingSection() +
-                           element("footer", "battery_sof " + escaped(version()) + ", sof diagnose");
+  const std::string body =
+      headerHtml(recording, diagnosis) + plotsSection(recording, diagnosis, zoomable) +
+      whereSection(diagnosis, clockOrigin(recording.series)) + evidenceSection(diagnosis) +
+      effectsSection(diagnosis) + comparisonSection(diagnosis) + unexplainedSection(diagnosis) +
+      detectionLimitsSection(diagnosis) + nextSection(diagnosis) + readingSection() +
+      element("footer", "battery_sof " + escaped(version()) + ", sof diagnose");
   return std::string(kHead) + element("title", "Diagnosis of " + escaped(recording.name)) + "\n" +
          element("style", std::string(kDygraphsCss) + "\n" + kPageCss) + "\n</head>\n" +
-         element("body", "\n" + element("main", "\n" + body) + "\n" + scripts(zoomable)) + "\n</html>\n";
+         element("body", "\n" + element("main", "\n" + body) + "\n" + scripts(zoomable)) +
+         "\n</html>\n";
 }
 
 }  // namespace battery_sof

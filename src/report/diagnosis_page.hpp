@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "diagnosis/diagnosis.hpp"
 #include "battery_sof/series.hpp"
+#include "diagnosis/diagnosis.hpp"
 
 namespace battery_sof {
 
@@ -11,14 +11,18 @@ namespace battery_sof {
 bool hasPlotLibrary();
 
 /**
- * @brief A diagnosis as one HTML document that opens from disk: style, script, plot library and data inside, no network.
+ * @brief A diagnosis as one HTML document that opens from disk: style, script, plot library and
+ * data inside, no network.
  *
- * Plots hold the drive reduced by displaySamples(), so a page stays below 3 MB however long the recording.
+ * Plots hold the drive reduced by displaySamples(), so a page stays below 3 MB however long the
+ * recording.
  *
  * @param recording the one that was diagnosed, at the same rate.
  * @param zoomable false, or no library: drawings in place of plots, and the page says why.
- * @throws std::invalid_argument when the modelled voltages are neither absent nor one a sample of the recording.
+ * @throws std::invalid_argument when the modelled voltages are neither absent nor one a sample of
+ * the recording.
  */
-std::string diagnosisPage(const Recording& recording, const Diagnosis& diagnosis, bool zoomable = hasPlotLibrary());
+std::string diagnosisPage(const Recording& recording, const Diagnosis& diagnosis,
+                          bool zoomable = hasPlotLibrary());
 
 }  // namespace battery_sof

@@ -5,7 +5,8 @@
 
 namespace battery_sof {
 
-/// A discrepancy model as MODEL.yaml holds it: columns as rows of numbers with their units, the circuit's change, factors' deviations.
+/// A discrepancy model as MODEL.yaml holds it: columns as rows of numbers with their units, the
+/// circuit's change, factors' deviations.
 YAML::Node discrepancyNode(const DiscrepancyModel& discrepancy);
 
 /// @throws ModelFileError naming the field, what was found and what was expected.

@@ -13,7 +13,8 @@ std::vector<IndexRange> bucketRanges(const Series& series, std::size_t buckets) 
   std::vector<IndexRange> ranges;
   std::size_t last_bucket = buckets;
   for (std::size_t n = 0; n < series.size(); ++n) {
-    const auto bucket = std::min(static_cast<std::size_t>((series.time[n] - begin) / width), buckets - 1);
+    const auto bucket =
+        std::min(static_cast<std::size_t>((series.time[n] - begin) / width), buckets - 1);
     if (bucket != last_bucket) ranges.push_back({n, n});
     ranges.back().last = n + 1;
     last_bucket = bucket;
@@ -32,8 +33,8 @@ void pickExtremes(IndexRange range, const Trace& trace, std::vector<std::size_t>
 
 }  // namespace
 
-std::vector<std::size_t> displaySamples(const Series& series, const std::vector<Trace>& traces, std::size_t buckets,
-                                        const std::vector<IndexRange>& whole) {
+std::vector<std::size_t> displaySamples(const Series& series, const std::vector<Trace>& traces,
+                                        std::size_t buckets, const std::vector<IndexRange>& whole) {
   std::vector<std::size_t> picked;
   if (series.size() <= 2 * buckets) {
     picked.resize(series.size());

@@ -9,7 +9,8 @@ namespace battery_sof {
 std::string escaped(const std::string& text);
 
 /// @return <name attributes>content</name>; content and attributes are HTML already.
-std::string element(const std::string& name, const std::string& content, const std::string& attributes = "");
+std::string element(const std::string& name, const std::string& content,
+                    const std::string& attributes = "");
 
 /// A cell of a table; its content is HTML already.
 struct Cell {
@@ -23,7 +24,9 @@ std::string withMinusSigns(std::string text);
 /// A number's cell, aligned right.
 Cell numberCell(const std::string& text);
 
-/// A table that scrolls sideways by itself when the page is narrow; the first cell of a row is its heading.
-std::string table(const std::vector<std::string>& head, const std::vector<std::vector<Cell>>& rows, const std::string& attributes = "");
+/// A table that scrolls sideways by itself when the page is narrow; the first cell of a row is its
+/// heading.
+std::string table(const std::vector<std::string>& head, const std::vector<std::vector<Cell>>& rows,
+                  const std::string& attributes = "");
 
 }  // namespace battery_sof

@@ -6,11 +6,12 @@ namespace battery_sof {
 namespace {
 
 constexpr double kMaxSamples = 1e12;
-constexpr double kMinStep = 1e-3;    // [s], of a phase and a charge
+constexpr double kMinStep = 1e-3;     // [s], of a phase and a charge
 constexpr std::size_t kMaxLag = 100;  // [samples], ten seconds of the slowest fast recording
 
 std::size_t countOf(const Reader& node, const char* key, double value) {
-  if (!(value >= 0.0 && value <= kMaxSamples)) node.fail(key, "counts a number of samples or events that cannot be");
+  if (!(value >= 0.0 && value <= kMaxSamples))
+    node.fail(key, "counts a number of samples or events that cannot be");
   return static_cast<std::size_t>(value);
 }
 
@@ -54,7 +55,8 @@ std::optional<BaselinePhase> phaseOf(const Reader& node) {
   p.lower_error = errors[1];
   p.upper_error = errors[2];
   p.charges = countOf(phase, "errors", errors[3]);
-  if (p.current.empty() || !(p.step >= kMinStep)) phase.fail("current_a", "must not be empty, step_s above 0");
+  if (p.current.empty() || !(p.step >= kMinStep))
+    phase.fail("current_a", "must not be empty, step_s above 0");
   return p;
 }
 
@@ -91,7 +93,8 @@ void readSource(const Reader& root, Fit& fit) {
   rule.present = true;
   rule.min_current = node.number("min_current_a", kCurrents);
   const std::string begins = node.text("charge_begins");
-  if (begins != "voltage" && begins != "current") node.fail("charge_begins", "is \"" + begins + "\", expected voltage or current");
+  if (begins != "voltage" && begins != "current")
+    node.fail("charge_begins", "is \"" + begins + "\", expected voltage or current");
   rule.charge_begins = begins == "voltage" ? ControlMode::kVoltage : ControlMode::kCurrent;
   rule.current_noise = node.number("current_noise_a", kCurrents);
   rule.voltage_noise = node.number("voltage_noise_v", kVoltages);
@@ -105,11 +108,13 @@ void readSource(const Reader& root, Fit& fit) {
   fit.source = rule;
   fit.voltage_lag = node.whole<std::size_t>("voltage_lag_samples");
   if (fit.voltage_lag > kMaxLag)
-    node.fail("voltage_lag_samples", "is " + std::to_string(fit.voltage_lag) + ", expected 0 to " + std::to_string(kMaxLag));
+    node.fail("voltage_lag_samples", "is " + std::to_string(fit.voltage_lag) + ", expected 0 to " +
+                                         std::to_string(kMaxLag));
 }
 
 /// Rows of numbers, each in its range.
-std::vector<std::vector<double>> rowsOf(const Reader& node, const std::string& key, const std::vector<Range>& ranges) {
+std::vector<std::vector<double>> rowsOf(const Reader& node, const std::string& key,
+                                        const std::vector<Range>& ranges) {
   if (!node.has(key)) return {};
   const std::string expected = "rows of " + std::to_string(ranges.size()) + " numbers";
   const auto rows = node.rows(key, expected.c_str());
@@ -123,15 +128,19 @@ std::vector<std::vector<double>> rowsOf(const Reader& node, const std::string& k
 void readEventHistory(const Reader& root, EventHistory& event_history) {
   if (!root.has("event_history")) return;
   const Reader node = root.at("event_history");
-  for (const auto& x : rowsOf(node, "cranks", {kTimes, kCurrents, kVoltages, kVoltages})) event_history.add(PastCrank{x[0], x[1], x[2], x[3]});
-  for (const auto& x : rowsOf(node, "charges", {kTimes, {kMinStep, kTimes.most}, kVoltages, kVoltages, kCurrents, kCurrents}))
+  for (const auto& x : rowsOf(node, "cranks", {kTimes, kCurrents, kVoltages, kVoltages}))
+    event_history.add(PastCrank{x[0], x[1], x[2], x[3]});
+  for (const auto& x :
+       rowsOf(node, "charges",
+              {kTimes, {kMinStep, kTimes.most}, kVoltages, kVoltages, kCurrents, kCurrents}))
     event_history.add(PastCharge{x[0], x[1], x[2], x[3], x[4], x[5]});
 }
 
 RidgeFit ridgeOf(const Reader& node) {
   const auto take = [&](const char* key) {
     const auto x = node.finiteNumbers(key, 0);
-    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size())));
+    return Eigen::VectorXd(
+        Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size())));
   };
   RidgeFit fit;
   fit.centre = take("centre");
@@ -142,24 +151,31 @@ RidgeFit ridgeOf(const Reader& node) {
   fit.constant = node.number("constant", kNumbers);
   fit.penalty = node.number("penalty");
   fit.gain = node.number("gain");
-  const bool fits = fit.centre.size() == fit.weight.size() && fit.scale.size() == fit.weight.size() &&
-                    fit.lower.size() == fit.upper.size() && (fit.lower.size() == 0 || fit.lower.size() == fit.weight.size());
-  if (!fits || !(fit.scale.array() > 0.0).all()) node.fail("weight", "and its neighbours must be as many finite numbers, scales above 0");
-  if (!(fit.lower.array() <= fit.upper.array()).all()) node.fail("lower", "must not be above upper");
+  const bool fits = fit.centre.size() == fit.weight.size() &&
+                    fit.scale.size() == fit.weight.size() && fit.lower.size() == fit.upper.size() &&
+                    (fit.lower.size() == 0 || fit.lower.size() == fit.weight.size());
+  if (!fits || !(fit.scale.array() > 0.0).all())
+    node.fail("weight", "and its neighbours must be as many finite numbers, scales above 0");
+  if (!(fit.lower.array() <= fit.upper.array()).all())
+    node.fail("lower", "must not be above upper");
   return fit;
 }
 
 void readDiscrepancy(const Reader& root, FittedModel& model) {
   if (root.at("state").has("memory"))
-    model.state.memory = InputMemory::fromNumbers(root.at("state").finiteNumbers("memory", InputMemory::kNumbers));
-  if (model.fit.discrepancy) model.state.regressor_memory = root.at("state").finiteNumbers("regressor_memory", model.fit.discrepancy->memorySize());
+    model.state.memory =
+        InputMemory::fromNumbers(root.at("state").finiteNumbers("memory", InputMemory::kNumbers));
+  if (model.fit.discrepancy)
+    model.state.regressor_memory =
+        root.at("state").finiteNumbers("regressor_memory", model.fit.discrepancy->memorySize());
   if (!root.has("residual_regression")) return;
   const Reader node = root.at("residual_regression");
   const auto read = [&](const char* key, Eigen::Index columns, RidgeFit& fit) {
     if (!node.has(key)) return;
     fit = ridgeOf(node.at(key));
     if (fit.weight.size() != columns)
-      node.at(key).fail("weight", "has " + std::to_string(fit.weight.size()) + " numbers, expected " + std::to_string(columns));
+      node.at(key).fail("weight", "has " + std::to_string(fit.weight.size()) +
+                                      " numbers, expected " + std::to_string(columns));
   };
   read("current", InputMemory::kCurrentColumns, model.fit.residual_regression.current);
   if (node.has("current")) {

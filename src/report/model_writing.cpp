@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "report/model_yaml.hpp"
 #include "battery_sof/version.hpp"
 #include "discrepancy_yaml.hpp"
+#include "report/model_yaml.hpp"
 #include "yaml_reader.hpp"
 
 namespace battery_sof {
@@ -47,7 +47,9 @@ YAML::Node stateNode(const FittedModel& model) {
   YAML::Node node;
   node["time_s"] = scalar(model.state.time);
   node["u_c2_v"] = scalar(model.state.u_c2);
-  const auto std_of = [&](Eigen::Index row) { return std::sqrt(std::max(0.0, model.fit.covariance(row, row))); };
+  const auto std_of = [&](Eigen::Index row) {
+    return std::sqrt(std::max(0.0, model.fit.covariance(row, row)));
+  };
   const BatteryModel composition = compositionOf(model.fit);
   const Eigen::Index first = composition.parameterCount();
   node["u_c2_std_v"] = scalar(std_of(first));
@@ -84,7 +86,8 @@ YAML::Node errorsNode(const FittedModel& model) {
     const ResidualState& d = model.state.residual_state;
     node["now"]["drift_v"] = scalar(d.drift);
     node["now"]["colored_v"] = scalar(d.colored);
-    for (const double p : {d.p_dd, d.p_da, d.p_aa}) node["now"]["covariance_v2"].push_back(scalar(p));
+    for (const double p : {d.p_dd, d.p_da, d.p_aa})
+      node["now"]["covariance_v2"].push_back(scalar(p));
     node["now"]["covariance_v2"].SetStyle(YAML::EmitterStyle::Flow);
   }
   node["crank_intervals"] = calibrationNode(model.intervals.crank_calibration);
@@ -107,23 +110,28 @@ YAML::Node sourceNode(const ControlModeRule& rule) {
 YAML::Node baselineNode(const BaselinePredictor& baseline) {
   YAML::Node node(YAML::NodeType::Map);
   const auto line = [](const BaselineLine& l) {
-    return flow({l.intercept, l.slope, l.std, l.lower_error, l.upper_error, l.centre, l.spread, static_cast<double>(l.samples)});
+    return flow({l.intercept, l.slope, l.std, l.lower_error, l.upper_error, l.centre, l.spread,
+                 static_cast<double>(l.samples)});
   };
   const auto history = [](const BaselineHistory& h) {
     return flow({h.median, h.last, h.lower_error, h.upper_error, static_cast<double>(h.events)});
   };
-  if (baseline.current_from_voltage) node["current_from_voltage"] = line(*baseline.current_from_voltage);
-  if (baseline.voltage_from_current) node["voltage_from_current"] = line(*baseline.voltage_from_current);
+  if (baseline.current_from_voltage)
+    node["current_from_voltage"] = line(*baseline.current_from_voltage);
+  if (baseline.voltage_from_current)
+    node["voltage_from_current"] = line(*baseline.voltage_from_current);
   if (baseline.phase) {
     const BaselinePhase& p = *baseline.phase;
     node["phase"]["current_a"] = flow(p.current);
     node["phase"]["step_s"] = scalar(p.step);
-    node["phase"]["errors"] = flow({p.std, p.lower_error, p.upper_error, static_cast<double>(p.charges)});
+    node["phase"]["errors"] =
+        flow({p.std, p.lower_error, p.upper_error, static_cast<double>(p.charges)});
   }
   if (baseline.cranks) {
     const BaselineCranks& c = *baseline.cranks;
-    node["cranks"] = flow({c.last.current, c.last.minimum, c.median.current, c.median.minimum, c.intercept, c.slope, c.lower_error,
-                           c.upper_error, static_cast<double>(c.events)});
+    node["cranks"] =
+        flow({c.last.current, c.last.minimum, c.median.current, c.median.minimum, c.intercept,
+              c.slope, c.lower_error, c.upper_error, static_cast<double>(c.events)});
   }
   if (baseline.charge_10s) node["charge_10s"] = history(*baseline.charge_10s);
   if (baseline.charge_60s) node["charge_60s"] = history(*baseline.charge_60s);
@@ -132,13 +140,17 @@ YAML::Node baselineNode(const BaselinePredictor& baseline) {
 
 YAML::Node eventHistoryNode(const EventHistory& event_history) {
   YAML::Node node(YAML::NodeType::Map);
-  for (const PastCrank& c : event_history.cranks) node["cranks"].push_back(flow({c.time, c.current, c.minimum, c.modelled}));
+  for (const PastCrank& c : event_history.cranks)
+    node["cranks"].push_back(flow({c.time, c.current, c.minimum, c.modelled}));
   for (const PastCharge& c : event_history.charges)
-    node["charges"].push_back(flow({c.time, c.duration, c.voltage, c.first_voltage, c.measured, c.modelled}));
+    node["charges"].push_back(
+        flow({c.time, c.duration, c.voltage, c.first_voltage, c.measured, c.modelled}));
   return node;
 }
 
-std::vector<double> numbersOf(const Eigen::VectorXd& values) { return {values.data(), values.data() + values.size()}; }
+std::vector<double> numbersOf(const Eigen::VectorXd& values) {
+  return {values.data(), values.data() + values.size()};
+}
 
 YAML::Node ridgeNode(const RidgeFit& fit) {
   YAML::Node node;
@@ -179,8 +191,10 @@ YAML::Node fitNode(const FittedModel& model) {
   node["iterations"] = scalar(model.fit.iterations);
   node["q_dyn_percent"] = scalar(model.fit.scores.q_dyn_percent);
   node["rmse_v"] = scalar(model.fit.scores.rmse);
-  if (model.fit.scores.current_rmse) node["current_rmse_a"] = scalar(*model.fit.scores.current_rmse);
-  if (model.fit.scores.left_out_share_percent) node["left_out_share_percent"] = scalar(*model.fit.scores.left_out_share_percent);
+  if (model.fit.scores.current_rmse)
+    node["current_rmse_a"] = scalar(*model.fit.scores.current_rmse);
+  if (model.fit.scores.left_out_share_percent)
+    node["left_out_share_percent"] = scalar(*model.fit.scores.left_out_share_percent);
   node["crank_error_v"] = scalar(model.fit.scores.crank_error_std);
   node["cranks"] = scalar(model.fit.scores.cranks);
   node["residual_correlation_time_s"] = scalar(model.fit.scores.residual_correlation_time);
@@ -192,9 +206,11 @@ YAML::Node fitNode(const FittedModel& model) {
 void takeDiscrepancy(YAML::Node& root, const ResidualRegression& residual_regression) {
   if (!residual_regression.current.empty()) {
     root["residual_regression"]["current"] = ridgeNode(residual_regression.current);
-    root["residual_regression"]["current_range_a"] = flow({residual_regression.min_current, residual_regression.max_current});
+    root["residual_regression"]["current_range_a"] =
+        flow({residual_regression.min_current, residual_regression.max_current});
   }
-  if (!residual_regression.voltage.empty()) root["residual_regression"]["voltage"] = ridgeNode(residual_regression.voltage);
+  if (!residual_regression.voltage.empty())
+    root["residual_regression"]["voltage"] = ridgeNode(residual_regression.voltage);
 }
 
 }  // namespace
@@ -209,7 +225,8 @@ std::string modelYaml(const FittedModel& model) {
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);
   root["effects"].SetStyle(YAML::EmitterStyle::Flow);
   for (const auto& effect : model.fit.effects) root["effects"].push_back(effect);
-  for (const auto& estimate : model.fit.estimates) root["parameters"][estimate.name] = parameterNode(estimate);
+  for (const auto& estimate : model.fit.estimates)
+    root["parameters"][estimate.name] = parameterNode(estimate);
   root["fixed"]["i0_a"] = scalar(model.fit.parameters.i0);
   root["fixed"]["alpha"] = scalar(model.fit.parameters.alpha);
   root["correlation"] = correlationNode(model.fit.covariance);
@@ -235,7 +252,8 @@ std::string modelYaml(const FittedModel& model) {
   out << YAML::Comment(
              "battery_sof model. Current is positive into the battery. correlation: rows and "
              "columns\n"
-             "the parameters, then u_c2 and the further states. State: where a query's event begins.")
+             "the parameters, then u_c2 and the further states. State: where a query's event "
+             "begins.")
       << YAML::Newline << root;
   return std::string(out.c_str()) + "\n";
 }

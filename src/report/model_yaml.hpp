@@ -8,7 +8,8 @@
 
 namespace battery_sof {
 
-/// A model file that cannot be used; the message names the file, the field, what was found and what was expected.
+/// A model file that cannot be used; the message names the file, the field, what was found and what
+/// was expected.
 class ModelFileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -17,7 +18,8 @@ class ModelFileError : public std::runtime_error {
 /// Version of the layout, the value of the key `schema`.
 inline constexpr char kModelSchema[] = "battery_sof/model/2";
 
-/// @return MODEL.yaml: parameters with units, standard errors, correlation, state, effects, window, scores, origin.
+/// @return MODEL.yaml: parameters with units, standard errors, correlation, state, effects, window,
+/// scores, origin.
 std::string modelYaml(const FittedModel& model);
 
 /// @param source name for messages. @throws ModelFileError.

@@ -2,17 +2,19 @@
 #include <cmath>
 #include <limits>
 
-#include "util/text.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
+#include "util/text.hpp"
 #include "wording.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kLeft = 56.0, kRight = 628.0, kTop = 12.0, kBottom = 196.0;  // of a chart of 640 by 232
-constexpr double kNormal95 = 1.96;                                            // standard deviations
-constexpr double kTicks = 5.0;                                                // about as many on an axis
+// of a chart of 640 by 232
+constexpr double kLeft = 56.0, kRight = 628.0, kTop = 12.0, kBottom = 196.0;
+constexpr double kNormal95 = 1.96;  // standard deviations
+// about as many on an axis
+constexpr double kTicks = 5.0;
 
 /// A point of a line in the axes' units; half its 95 % band is 0 where that is not known.
 struct Point {
@@ -22,14 +24,17 @@ struct Point {
 /// A line of a chart.
 struct Curve {
   std::string name, css_class;
-  bool is_round;  ///< dots and a solid line, else squares and a dashed one: distinguished without colour
+  /// dots and a solid line, else squares and a dashed one: distinguished without colour
+  bool is_round;
   std::vector<Point> points;
 };
 
 struct Axis {
   double low, high;
   bool is_log;
-  double share(double value) const { return is_log ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low); }
+  double share(double value) const {
+    return is_log ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
+  }
 };
 
 /// A step of 1, 2 or 5 times a power of ten that parts a range in about kTicks.
@@ -49,19 +54,24 @@ std::vector<double> ticksOf(const Axis& axis) {
     return ticks;
   }
   const double step = roundStep(axis.high - axis.low);
-  const auto first = static_cast<long>(std::ceil(axis.low / step - 1e-9)), last = static_cast<long>(std::floor(axis.high / step + 1e-9));
+  const auto first = static_cast<long>(std::ceil(axis.low / step - 1e-9)),
+             last = static_cast<long>(std::floor(axis.high / step + 1e-9));
   for (long k = first; k <= last; ++k) ticks.push_back(static_cast<double>(k) * step);
   return ticks;
 }
 
 double xOf(const Axis& axis, double value) { return kLeft + (kRight - kLeft) * axis.share(value); }
-double yOf(const Axis& axis, double value) { return kBottom - (kBottom - kTop) * axis.share(value); }
+double yOf(const Axis& axis, double value) {
+  return kBottom - (kBottom - kTop) * axis.share(value);
+}
 
 std::string label(double x, double y, const char* anchor, const std::string& text) {
   return element("text", text, format("x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\"", x, y, anchor));
 }
 
-std::string tickText(double value) { return withMinusSigns(format("%.4g", value == 0.0 ? 0.0 : value)); }
+std::string tickText(double value) {
+  return withMinusSigns(format("%.4g", value == 0.0 ? 0.0 : value));
+}
 
 std::string gridHtml(const Axis& x, const Axis& y, const std::string& unit) {
   std::string lines, labels;
@@ -74,7 +84,8 @@ std::string gridHtml(const Axis& x, const Axis& y, const std::string& unit) {
     labels += label(kLeft - 6.0, yOf(y, tick) + 4.0, "end", tickText(tick));
   }
   const std::string zero = format("M%.1f %.1fH%.1f", kLeft, yOf(y, 0.0), kRight);
-  return element("path", "", "class=\"grid\" d=\"" + lines + "\"") + element("path", "", "class=\"zero\" d=\"" + zero + "\"") + labels +
+  return element("path", "", "class=\"grid\" d=\"" + lines + "\"") +
+         element("path", "", "class=\"zero\" d=\"" + zero + "\"") + labels +
          label(kRight, kBottom + 32.0, "end", unit);
 }
 
@@ -84,7 +95,8 @@ std::string bandHtml(const Curve& curve, const Axis& x, const Axis& y) {
   bool is_known = false;
   for (const Point& point : curve.points) {
     is_known = is_known || point.half_band > 0.0;
-    upper += format("%s%.1f %.1f", upper.empty() ? "M" : "L", xOf(x, point.x), yOf(y, point.y + point.half_band));
+    upper += format("%s%.1f %.1f", upper.empty() ? "M" : "L", xOf(x, point.x),
+                    yOf(y, point.y + point.half_band));
     lower = format("L%.1f %.1f", xOf(x, point.x), yOf(y, point.y - point.half_band)) + lower;
   }
   return is_known ? element("path", "", "class=\"band\" d=\"" + upper + lower + "z\"") : "";
@@ -95,11 +107,16 @@ std::string curveHtml(const Curve& curve, const Axis& x, const Axis& y) {
   for (const Point& point : curve.points) {
     const double px = xOf(x, point.x), py = yOf(y, point.y);
     path += format("%s%.1f %.1f", path.empty() ? "M" : "L", px, py);
-    marks += curve.is_round ? element("circle", "", format("cx=\"%.1f\" cy=\"%.1f\" r=\"3\"", px, py))
-                            : element("rect", "", format("x=\"%.1f\" y=\"%.1f\" width=\"6\" height=\"6\"", px - 3.0, py - 3.0));
+    marks +=
+        curve.is_round
+            ? element("circle", "", format("cx=\"%.1f\" cy=\"%.1f\" r=\"3\"", px, py))
+            : element("rect", "",
+                      format("x=\"%.1f\" y=\"%.1f\" width=\"6\" height=\"6\"", px - 3.0, py - 3.0));
   }
   const std::string dashes = curve.is_round ? "" : " stroke-dasharray=\"6 4\"";
-  return element("g", element("title", curve.name) + bandHtml(curve, x, y) + element("path", "", "d=\"" + path + "\"" + dashes) + marks,
+  return element("g",
+                 element("title", curve.name) + bandHtml(curve, x, y) +
+                     element("path", "", "d=\"" + path + "\"" + dashes) + marks,
                  "class=\"" + curve.css_class + "\"");
 }
 
@@ -114,19 +131,25 @@ Axis valueAxis(const std::vector<Curve>& curves) {
   return {axis.low - room, axis.high + room, false};
 }
 
-std::string chartHtml(const std::string& title, const Axis& x, const std::string& unit, const std::vector<Curve>& curves) {
+std::string chartHtml(const std::string& title, const Axis& x, const std::string& unit,
+                      const std::vector<Curve>& curves) {
   const Axis y = valueAxis(curves);
   std::string lines = gridHtml(x, y, unit), key;
   for (const Curve& curve : curves) {
     lines += curveHtml(curve, x, y);
-    key += element("span", element("i", "",
-                                   "style=\"border-color:var(--" + curve.css_class +
-                                       ");border-top-style:" + (curve.is_round ? "solid" : "dashed") + "\"") +
-                               curve.name);
+    key += element(
+        "span", element("i", "",
+                        "style=\"border-color:var(--" + curve.css_class +
+                            ");border-top-style:" + (curve.is_round ? "solid" : "dashed") + "\"") +
+                    curve.name);
   }
-  const std::string svg =
-      element("svg", lines, "viewBox=\"0 0 640 232\" role=\"img\" aria-label=\"" + title + "; the table below has the numbers\"");
-  return element("figure", element("figcaption", element("span", title, "class=\"what\"") + element("span", key, "class=\"legend\"")) + svg,
+  const std::string svg = element("svg", lines,
+                                  "viewBox=\"0 0 640 232\" role=\"img\" aria-label=\"" + title +
+                                      "; the table below has the numbers\"");
+  return element("figure",
+                 element("figcaption", element("span", title, "class=\"what\"") +
+                                           element("span", key, "class=\"legend\"")) +
+                     svg,
                  "class=\"chart\"");
 }
 
@@ -142,10 +165,12 @@ std::string memoryChart(const DiscrepancyFinding& discrepancy) {
     charging.points.push_back(pointOf(one.time, one.charging, one.charging_std));
     discharging.points.push_back(pointOf(one.time, one.discharging, one.discharging_std));
   }
-  if (charging.points.size() < 2 || !(charging.points.back().x > charging.points.front().x)) return "";
+  if (charging.points.size() < 2 || !(charging.points.back().x > charging.points.front().x))
+    return "";
   const Axis time{charging.points.front().x, charging.points.back().x, true};
-  return chartHtml(format("What it adds after so long a current of %.0f A [mV]", discrepancy.answer_current), time, "time since a rest [s]",
-                   {charging, discharging});
+  return chartHtml(
+      format("What it adds after so long a current of %.0f A [mV]", discrepancy.answer_current),
+      time, "time since a rest [s]", {charging, discharging});
 }
 
 /// What it adds over the current: at once, and when its memory has set in.
@@ -158,26 +183,34 @@ std::string currentChart(const DiscrepancyFinding& discrepancy) {
   }
   if (early.points.size() < 2 || !(early.points.back().x > early.points.front().x)) return "";
   const Axis current{early.points.front().x, early.points.back().x, false};
-  return chartHtml("What it adds over the current [mV]", current, "current [A], positive into the battery", {early, late});
+  return chartHtml("What it adds over the current [mV]", current,
+                   "current [A], positive into the battery", {early, late});
 }
 
 std::string bandNote(const DiscrepancyFinding& discrepancy) {
   const auto has_band = [](const DiscrepancyAnswer& one) { return one.charging_std.has_value(); };
   if (std::none_of(discrepancy.answers.begin(), discrepancy.answers.end(), has_band)) return "";
-  return element("p", "Bands: 95 % by the posterior of what was estimated; what no column can follow is not in them.", "class=\"note\"");
+  return element("p",
+                 "Bands: 95 % by the posterior of what was estimated; what no column can follow is "
+                 "not in them.",
+                 "class=\"note\"");
 }
 
 std::string answerTable(const DiscrepancyFinding& discrepancy) {
   double largest = std::numeric_limits<double>::min();
-  for (const DiscrepancyAnswer& one : discrepancy.answers) largest = std::max({largest, std::abs(one.charging), std::abs(one.discharging)});
+  for (const DiscrepancyAnswer& one : discrepancy.answers)
+    largest = std::max({largest, std::abs(one.charging), std::abs(one.discharging)});
   const auto cell = [&](double value) -> Cell {
     return {withMinusSigns(format("%+.1f", 1e3 * value)),
-            format("class=\"heat %s\" style=\"--strength:%.2f\"", value > 0.0 ? "more" : "less", std::abs(value) / largest)};
+            format("class=\"heat %s\" style=\"--strength:%.2f\"", value > 0.0 ? "more" : "less",
+                   std::abs(value) / largest)};
   };
   std::vector<std::vector<Cell>> rows;
   for (const DiscrepancyAnswer& one : discrepancy.answers)
     rows.push_back({{threeDigits(one.time) + " s"}, cell(one.charging), cell(one.discharging)});
-  return rows.empty() ? "" : table({"since a rest", "charging [mV]", "discharging [mV]"}, rows, "class=\"map\"");
+  return rows.empty()
+             ? ""
+             : table({"since a rest", "charging [mV]", "discharging [mV]"}, rows, "class=\"map\"");
 }
 
 std::string currentTable(const DiscrepancyFinding& discrepancy) {
@@ -189,20 +222,26 @@ std::string currentTable(const DiscrepancyFinding& discrepancy) {
   return rows.empty() ? "" : table({"current", "at once [mV]", "after a minute [mV]"}, rows);
 }
 
-/// The catalogue's equation that speaks best for itself, of the mechanism that the force follows most.
+/// The catalogue's equation that speaks best for itself, of the mechanism that the force follows
+/// most.
 std::string nearestHtml(const Diagnosis& d) {
   if (d.discrepancy->mechanisms.empty()) return "";
   const Mechanism mechanism = d.discrepancy->mechanisms.front().mechanism;
   const Candidate* nearest = nullptr;
   for (const Candidate& c : d.candidates)
-    if (c.mechanism == mechanismId(mechanism) && (nearest == nullptr || c.evidence > nearest->evidence)) nearest = &c;
-  std::string text = "It follows most what the mechanism " + element("strong", escaped(plainName(mechanismId(mechanism)))) + " does. ";
+    if (c.mechanism == mechanismId(mechanism) &&
+        (nearest == nullptr || c.evidence > nearest->evidence))
+      nearest = &c;
+  std::string text = "It follows most what the mechanism " +
+                     element("strong", escaped(plainName(mechanismId(mechanism)))) + " does. ";
   if (nearest == nullptr)
     text += "No equation of the catalogue in it was weighed.";
   else
-    text += "Nearest equation of the catalogue: " + escaped(titleOf(nearest->id)) + " " + element("code", escaped(nearest->id)) +
+    text += "Nearest equation of the catalogue: " + escaped(titleOf(nearest->id)) + " " +
+            element("code", escaped(nearest->id)) +
             withMinusSigns(format(" (evidence %.0f; ", nearest->evidence)) +
-            (nearest->rejected_because.empty() ? "accepted, and this is left beside it)." : escaped(nearest->rejected_because) + ").");
+            (nearest->rejected_because.empty() ? "accepted, and this is left beside it)."
+                                               : escaped(nearest->rejected_because) + ").");
   return element("p", text);
 }
 
@@ -211,8 +250,11 @@ std::string nearestHtml(const Diagnosis& d) {
 std::string discrepancyHtml(const Diagnosis& d) {
   const DiscrepancyFinding& discrepancy = *d.discrepancy;
   const std::string numbers = answerTable(discrepancy) + currentTable(discrepancy);
-  return nearestHtml(d) + memoryChart(discrepancy) + currentChart(discrepancy) + bandNote(discrepancy) +
-         (numbers.empty() ? "" : element("details", element("summary", "The same in numbers") + numbers));
+  return nearestHtml(d) + memoryChart(discrepancy) + currentChart(discrepancy) +
+         bandNote(discrepancy) +
+         (numbers.empty()
+              ? ""
+              : element("details", element("summary", "The same in numbers") + numbers));
 }
 
 }  // namespace battery_sof

@@ -2,25 +2,30 @@
 #include <cmath>
 #include <limits>
 
-#include "util/text.hpp"
-#include "report/diagnosis_results.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
+#include "report/diagnosis_results.hpp"
+#include "util/text.hpp"
 #include "wording.hpp"
 
 namespace battery_sof {
 namespace {
 
 /// Whether the extended model is another than the base model.
-bool hasExtended(const Diagnosis& d) { return !d.effects.empty() || (d.discrepancy && d.discrepancy->is_used); }
+bool hasExtended(const Diagnosis& d) {
+  return !d.effects.empty() || (d.discrepancy && d.discrepancy->is_used);
+}
 
 constexpr double kFullColorZ = 15.0;  // |z| from which the map's colour no longer deepens
-constexpr double kNotableZ = 4.0;     // |z| from which a cell is set in bold: 1 in 16,000 by chance alone
+// |z| from which a cell is set in bold: 1 in 16,000 by chance alone
+constexpr double kNotableZ = 4.0;
 constexpr std::size_t kSegmentsListed = 60;
 constexpr std::size_t kCandidatesListed = 8;
 constexpr char kNone[] = "\xe2\x80\x93";
 
-std::string paragraph(const std::string& html, const std::string& attributes = "") { return element("p", html, attributes); }
+std::string paragraph(const std::string& html, const std::string& attributes = "") {
+  return element("p", html, attributes);
+}
 
 std::string code(const std::string& text) { return element("code", escaped(text)); }
 
@@ -39,7 +44,8 @@ SpokenUnit spokenUnit(double value, const std::string& unit) {
 
 /// Three significant digits, four from 1000 on; no exponent where it can be helped.
 std::string plainNumber(double value) {
-  return std::abs(value) >= 1000.0 && std::abs(value) < 1e6 ? format("%.0f", value) : threeDigits(value);
+  return std::abs(value) >= 1000.0 && std::abs(value) < 1e6 ? format("%.0f", value)
+                                                            : threeDigits(value);
 }
 
 std::string spoken(double value, const std::string& unit) {
@@ -50,16 +56,19 @@ std::string spoken(double value, const std::string& unit) {
 
 /// "8.50 ± 0.17 mΩ": as many decimals as the standard error's second digit.
 std::string withError(double value, const std::optional<double>& std, const std::string& unit) {
-  if (!std || !(*std > 0.0) || !std::isfinite(*std) || !std::isfinite(value)) return spoken(value, unit);
+  if (!std || !(*std > 0.0) || !std::isfinite(*std) || !std::isfinite(value))
+    return spoken(value, unit);
   const SpokenUnit spoken_unit = spokenUnit(value, unit);
   const double error = spoken_unit.factor * *std;
   const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(error))), 0, 6);
-  return format("%.*f \xc2\xb1 %.*f", decimals, spoken_unit.factor * value, decimals, error) + spoken_unit.name;
+  return format("%.*f \xc2\xb1 %.*f", decimals, spoken_unit.factor * value, decimals, error) +
+         spoken_unit.name;
 }
 
 /// Begins with a capital.
 std::string headline(std::string text) {
-  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z')
+    text[0] = static_cast<char>(text[0] - 'a' + 'A');
   return text;
 }
 
@@ -75,18 +84,21 @@ std::vector<std::string> namesOf(const std::vector<Item>& items, Name&& name) {
   return names;
 }
 
-Cell findingCell(const std::vector<RegimeFinding>& findings, const std::string& regime, const std::string& statistic) {
+Cell findingCell(const std::vector<RegimeFinding>& findings, const std::string& regime,
+                 const std::string& statistic) {
   for (const RegimeFinding& f : findings)
     if (f.regime == regime && f.statistic == statistic)
-      return {element(f.alarm ? "strong" : "span", withMinusSigns(millivolts(f.value))) +
-                  element("small", withMinusSigns(millivolts(f.lower) + " to " + millivolts(f.upper))),
-              f.alarm ? "class=\"number alarm\"" : "class=\"number\""};
+      return {
+          element(f.alarm ? "strong" : "span", withMinusSigns(millivolts(f.value))) +
+              element("small", withMinusSigns(millivolts(f.lower) + " to " + millivolts(f.upper))),
+          f.alarm ? "class=\"number alarm\"" : "class=\"number\""};
   return numberCell(kNone);
 }
 
 std::string regimeTable(const Diagnosis& d) {
   std::vector<std::vector<Cell>> rows;
-  for (const std::string& regime : namesOf(d.regimes, [](const RegimeFinding& f) { return f.regime; })) {
+  for (const std::string& regime :
+       namesOf(d.regimes, [](const RegimeFinding& f) { return f.regime; })) {
     std::size_t episodes = 0;
     for (const RegimeFinding& f : d.regimes)
       if (f.regime == regime) episodes = std::max(episodes, f.episodes);
@@ -99,19 +111,23 @@ std::string regimeTable(const Diagnosis& d) {
   if (rows.empty()) return "";
   return element("h3", "By operating regime") +
          paragraph(
-             "Measured minus base model, with 95 % intervals. Marked: more than chance would give, counting how many "
+             "Measured minus base model, with 95 % intervals. Marked: more than chance would give, "
+             "counting how many "
              "numbers were looked at; of fewer than seven episodes none is.",
              "class=\"note\"") +
          table({"regime", "episodes", "mean [mV]", "slope [mV/s]", "at its end [mV]"}, rows);
 }
 
-Cell parameterBiasCell(const std::vector<ParameterBias>& map, const std::string& parameter, const std::string& regime) {
+Cell parameterBiasCell(const std::vector<ParameterBias>& map, const std::string& parameter,
+                       const std::string& regime) {
   for (const ParameterBias& a : map)
     if (a.parameter == parameter && a.regime == regime) {
       const double strength = std::min(std::abs(a.z) / kFullColorZ, 1.0);
-      const std::string wish = parameter == "u_dc" ? format("%+.0f mV", 1e3 * a.change) : format("%+.0f %%", 100.0 * a.change);
-      const std::string kind = format("class=\"heat %s%s\" style=\"--strength:%.2f\"", a.z > 0.0 ? "more" : "less",
-                                        std::abs(a.z) >= kNotableZ ? " notable" : "", strength);
+      const std::string wish = parameter == "u_dc" ? format("%+.0f mV", 1e3 * a.change)
+                                                   : format("%+.0f %%", 100.0 * a.change);
+      const std::string kind =
+          format("class=\"heat %s%s\" style=\"--strength:%.2f\"", a.z > 0.0 ? "more" : "less",
+                 std::abs(a.z) >= kNotableZ ? " notable" : "", strength);
       return {withMinusSigns(format("%+.1f", a.z)) + element("small", withMinusSigns(wish)), kind};
     }
   return {kNone, "class=\"heat\""};
@@ -123,22 +139,28 @@ std::string parameterBiasTable(const Diagnosis& d) {
   std::vector<std::string> head = {"parameter"};
   for (const std::string& regime : regimes) head.push_back(escaped(plainName(regime)));
   std::vector<std::vector<Cell>> rows;
-  for (const std::string& parameter : namesOf(d.parameter_bias, [](const ParameterBias& a) { return a.parameter; })) {
+  for (const std::string& parameter :
+       namesOf(d.parameter_bias, [](const ParameterBias& a) { return a.parameter; })) {
     rows.push_back({{code(parameter)}});
-    for (const std::string& regime : regimes) rows.back().push_back(parameterBiasCell(d.parameter_bias, parameter, regime));
+    for (const std::string& regime : regimes)
+      rows.back().push_back(parameterBiasCell(d.parameter_bias, parameter, regime));
   }
   return element("h3", "Which parameter wants another value where") +
          paragraph(
-             "One value of a parameter has to serve all regimes. Each cell says how strongly a regime asks for another "
+             "One value of a parameter has to serve all regimes. Each cell says how strongly a "
+             "regime asks for another "
              "one (z, in standard errors) and for which: " +
-                 element("span", "more", "class=\"chip more\"") + " or " + element("span", "less", "class=\"chip less\"") +
+                 element("span", "more", "class=\"chip more\"") + " or " +
+                 element("span", "less", "class=\"chip less\"") +
                  ". A right model leaves this map pale.",
              "class=\"note\"") +
          table(head, rows, "class=\"map\"");
 }
 
 std::string zoomButton(double from, double to) {
-  return element("button", "show", format("type=\"button\" class=\"show\" data-from=\"%.3f\" data-to=\"%.3f\"", from, to));
+  return element(
+      "button", "show",
+      format("type=\"button\" class=\"show\" data-from=\"%.3f\" data-to=\"%.3f\"", from, to));
 }
 
 std::string segmentTable(const Diagnosis& d, double clock_origin) {
@@ -153,37 +175,51 @@ std::string segmentTable(const Diagnosis& d, double clock_origin) {
                     numberCell(millivolts(s.peak_error)),
                     numberCell(format("%.1g", s.p_value))});
   }
-  const std::string more =
-      d.mismatch.size() > kSegmentsListed
-          ? paragraph(format("The first %zu of %zu; the JSON holds all.", kSegmentsListed, d.mismatch.size()), "class=\"note\"")
-          : "";
-  return element("details", element("summary", format("Stretch by stretch (%zu)", d.mismatch.size())) +
-                                table({"stretch", "regime", "mean [mV]", "peak [mV]", "p"}, rows) + more);
+  const std::string more = d.mismatch.size() > kSegmentsListed
+                               ? paragraph(format("The first %zu of %zu; the JSON holds all.",
+                                                  kSegmentsListed, d.mismatch.size()),
+                                           "class=\"note\"")
+                               : "";
+  return element("details",
+                 element("summary", format("Stretch by stretch (%zu)", d.mismatch.size())) +
+                     table({"stretch", "regime", "mean [mV]", "peak [mV]", "p"}, rows) + more);
 }
 
 // ---------------------------------------------------------------------------------------------
 // evidence
 
 /// Share of the full width on a logarithmic axis that begins at 1.
-double onAxis(double value, double end) { return value <= 1.0 ? 0.0 : std::min(std::log(value) / std::log(end), 1.0); }
+double onAxis(double value, double end) {
+  return value <= 1.0 ? 0.0 : std::min(std::log(value) / std::log(end), 1.0);
+}
 
 std::string barHtml(const char* kind, double share) {
-  return element("span", "", format("class=\"bar %s\" style=\"width:%.1f%%\"", kind, 100.0 * share));
+  return element("span", "",
+                 format("class=\"bar %s\" style=\"width:%.1f%%\"", kind, 100.0 * share));
 }
 
 std::string candidateHtml(const Candidate& c, double end, double threshold) {
-  std::string numbers = escaped(plainName(c.mechanism)) + format(" \xc2\xb7 evidence %.0f", c.evidence);
-  if (c.holdout_gain_percent) numbers += format(" \xc2\xb7 hold-out %+.0f %%", *c.holdout_gain_percent);
-  if (c.rejected_because.empty()) numbers += " \xc2\xb7 probability " + escaped(confidenceText(c.confidence));
+  std::string numbers =
+      escaped(plainName(c.mechanism)) + format(" \xc2\xb7 evidence %.0f", c.evidence);
+  if (c.holdout_gain_percent)
+    numbers += format(" \xc2\xb7 hold-out %+.0f %%", *c.holdout_gain_percent);
+  if (c.rejected_because.empty())
+    numbers += " \xc2\xb7 probability " + escaped(confidenceText(c.confidence));
   const bool is_accepted = c.rejected_because.empty();
-  const std::string name = element("div", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id), "class=\"name\"");
-  const std::string track =
-      element("div",
-              barHtml("after", onAxis(c.evidence, end)) +
-                  element("span", "", format("class=\"threshold\" style=\"left:%.1f%%\"", 100.0 * onAxis(threshold, end))),
-              "class=\"track\"");
-  const std::string why = element("div", is_accepted ? "accepted" : "rejected: " + escaped(c.rejected_because), "class=\"why\"");
-  return element("li", name + track + element("div", withMinusSigns(numbers), "class=\"numbers\"") + why,
+  const std::string name =
+      element("div", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id),
+              "class=\"name\"");
+  const std::string track = element("div",
+                                    barHtml("after", onAxis(c.evidence, end)) +
+                                        element("span", "",
+                                                format("class=\"threshold\" style=\"left:%.1f%%\"",
+                                                       100.0 * onAxis(threshold, end))),
+                                    "class=\"track\"");
+  const std::string why =
+      element("div", is_accepted ? "accepted" : "rejected: " + escaped(c.rejected_because),
+              "class=\"why\"");
+  return element("li",
+                 name + track + element("div", withMinusSigns(numbers), "class=\"numbers\"") + why,
                  is_accepted ? "class=\"accepted\"" : "");
 }
 
@@ -204,26 +240,39 @@ double shareOfBounds(const ParameterInfo& info, double value) {
 }
 
 std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
-  if (p.at_bound) return element("strong", "at the catalogue\xe2\x80\x99s bound: not plausible as it stands");
+  if (p.at_bound)
+    return element("strong", "at the catalogue\xe2\x80\x99s bound: not plausible as it stands");
   const ParameterInfo* info = parameterInfo(id, p.name);
   if (info == nullptr) return kNone;
-  const std::string gauge =
-      element("span", element("i", "", format("style=\"left:%.0f%%\"", 100.0 * shareOfBounds(*info, p.value))), "class=\"gauge\"");
-  return gauge + element("small", escaped(spoken(info->lower, p.unit) + " to " + spoken(info->upper, p.unit)));
+  const std::string gauge = element(
+      "span",
+      element("i", "", format("style=\"left:%.0f%%\"", 100.0 * shareOfBounds(*info, p.value))),
+      "class=\"gauge\"");
+  return gauge + element("small", escaped(spoken(info->lower, p.unit) + " to " +
+                                          spoken(info->upper, p.unit)));
 }
 
 std::string effectHtml(const NamedEffect& effect) {
   std::vector<std::vector<Cell>> rows;
   for (const DiagnosedParameter& p : effect.parameters)
-    rows.push_back(
-        {{code(p.name)}, numberCell(withError(p.value, p.std, p.unit)), numberCell(intervalHtml(p)), {plausibility(effect.id, p)}});
-  std::string facts =
-      "Confidence " + confidenceText(effect.confidence) + "; it moves the voltage by " + millivolts(effect.voltage_rms) + " mV RMS.";
-  if (!effect.biased_parameters.empty()) facts += " Without it, " + escaped(join(effect.biased_parameters)) + " had taken it up.";
-  if (!effect.indistinguishable_from.empty()) facts += " This recording cannot tell it from " + escaped(join(effect.indistinguishable_from)) + ".";
-  std::string html = element("h3", escaped(headline(titleOf(effect.id))) + " " + code(effect.id)) + paragraph(facts);
-  if (const EffectInfo* info = catalogued(effect.id)) html += element("pre", escaped(info->equations));
-  return html + table({"parameter", "value", "95 % interval", "inside the catalogue\xe2\x80\x99s bounds"}, rows);
+    rows.push_back({{code(p.name)},
+                    numberCell(withError(p.value, p.std, p.unit)),
+                    numberCell(intervalHtml(p)),
+                    {plausibility(effect.id, p)}});
+  std::string facts = "Confidence " + confidenceText(effect.confidence) +
+                      "; it moves the voltage by " + millivolts(effect.voltage_rms) + " mV RMS.";
+  if (!effect.biased_parameters.empty())
+    facts += " Without it, " + escaped(join(effect.biased_parameters)) + " had taken it up.";
+  if (!effect.indistinguishable_from.empty())
+    facts +=
+        " This recording cannot tell it from " + escaped(join(effect.indistinguishable_from)) + ".";
+  std::string html = element("h3", escaped(headline(titleOf(effect.id))) + " " + code(effect.id)) +
+                     paragraph(facts);
+  if (const EffectInfo* info = catalogued(effect.id))
+    html += element("pre", escaped(info->equations));
+  return html +
+         table({"parameter", "value", "95 % interval", "inside the catalogue\xe2\x80\x99s bounds"},
+               rows);
 }
 
 std::string baseParameterTable(const Diagnosis& d) {
@@ -237,7 +286,8 @@ std::string baseParameterTable(const Diagnosis& d) {
                       numberCell(format("%+.1f %%", 100.0 * (after.value / before.value - 1.0)))});
     }
   if (rows.empty()) return "";
-  return element("h3", "What became of the base parameters") + table({"parameter", "base model", "extended model", "change"}, rows);
+  return element("h3", "What became of the base parameters") +
+         table({"parameter", "base model", "extended model", "change"}, rows);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -251,21 +301,29 @@ std::string metricTable(const Diagnosis& d) {
   const bool is_extended = hasExtended(d);
   std::vector<std::vector<Cell>> rows;
   for (const MetricRow& row : metricRows(d.fit)) {
-    rows.push_back({{escaped(row.title + " [" + row.unit + "]")}, numberCell(told(row.base_holdout, row.scale))});
-    const Cell after = {element("strong", withMinusSigns(told(row.extended_holdout, row.scale))), "class=\"number\""};
+    rows.push_back({{escaped(row.title + " [" + row.unit + "]")},
+                    numberCell(told(row.base_holdout, row.scale))});
+    const Cell after = {element("strong", withMinusSigns(told(row.extended_holdout, row.scale))),
+                        "class=\"number\""};
     if (is_extended) rows.back().push_back(after);
     rows.back().push_back(numberCell(told(row.base_train, row.scale)));
     if (is_extended) rows.back().push_back(numberCell(told(row.extended_train, row.scale)));
   }
-  const std::string beside = baselineSentence(d).empty() ? "" : element("p", escaped(headline(baselineSentence(d)) + "."));
-  const std::string cranks = crankCounts(d.fit).empty() ? "" : paragraph(headline(crankCounts(d.fit)) + ".", "class=\"note\"");
+  const std::string beside =
+      baselineSentence(d).empty() ? "" : element("p", escaped(headline(baselineSentence(d)) + "."));
+  const std::string cranks = crankCounts(d.fit).empty()
+                                 ? ""
+                                 : paragraph(headline(crankCounts(d.fit)) + ".", "class=\"note\"");
   if (!is_extended) return table({"", "hold-out", "training"}, rows) + cranks + beside;
-  return beside + cranks + table({"", "hold-out, base", "hold-out, extended", "training, base", "training, extended"}, rows);
+  return beside + cranks +
+         table({"", "hold-out, base", "hold-out, extended", "training, base", "training, extended"},
+               rows);
 }
 
 std::string changeHtml(const RegimeComparison& r) {
   return withMinusSigns((r.change > 0.0 ? "+" : "") + millivolts(r.change) + " mV") +
-         element("small", withMinusSigns(millivolts(r.change_lower) + " to " + millivolts(r.change_upper)));
+         element("small",
+                 withMinusSigns(millivolts(r.change_lower) + " to " + millivolts(r.change_upper)));
 }
 
 std::string regimeComparisonTable(const Diagnosis& d) {
@@ -273,17 +331,21 @@ std::string regimeComparisonTable(const Diagnosis& d) {
   std::vector<std::vector<Cell>> rows;
   for (const RegimeComparison& r : d.fit.regimes) {
     const Change change = changeOf(r);
-    const char* kind = change == Change::kBetter ? "better" : change == Change::kWorse ? "worse" : "open";
-    rows.push_back({{escaped(plainName(r.regime))},
-                    numberCell(std::to_string(r.samples)),
-                    numberCell(millivolts(r.base_rmse)),
-                    numberCell(millivolts(r.extended_rmse)),
-                    {changeHtml(r), "class=\"number\""},
-                    {element("span", toString(change), format("class=\"verdict-chip %s\"", kind))}});
+    const char* kind = change == Change::kBetter  ? "better"
+                       : change == Change::kWorse ? "worse"
+                                                  : "open";
+    rows.push_back(
+        {{escaped(plainName(r.regime))},
+         numberCell(std::to_string(r.samples)),
+         numberCell(millivolts(r.base_rmse)),
+         numberCell(millivolts(r.extended_rmse)),
+         {changeHtml(r), "class=\"number\""},
+         {element("span", toString(change), format("class=\"verdict-chip %s\"", kind))}});
   }
   if (rows.empty()) return "";
   return element("h3", "Regime by regime, on the hold-out") +
-         table({"regime", "samples", "base, RMS [mV]", "extended, RMS [mV]", "change, 95 %", ""}, rows);
+         table({"regime", "samples", "base, RMS [mV]", "extended, RMS [mV]", "change, 95 %", ""},
+               rows);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -291,16 +353,21 @@ std::string regimeComparisonTable(const Diagnosis& d) {
 
 std::string detectionLimitsTable(std::vector<DetectionLimit> list) {
   const auto ratio = [](const DetectionLimit& x) {
-    return !x.strength ? std::numeric_limits<double>::infinity() : x.typical != 0.0 ? std::abs(*x.strength / x.typical) : 0.0;
+    return !x.strength        ? std::numeric_limits<double>::infinity()
+           : x.typical != 0.0 ? std::abs(*x.strength / x.typical)
+                              : 0.0;
   };
-  std::stable_sort(list.begin(), list.end(), [&](const DetectionLimit& a, const DetectionLimit& b) { return ratio(a) > ratio(b); });
+  std::stable_sort(list.begin(), list.end(), [&](const DetectionLimit& a, const DetectionLimit& b) {
+    return ratio(a) > ratio(b);
+  });
   std::vector<std::vector<Cell>> rows;
   for (const DetectionLimit& x : list)
-    rows.push_back({{escaped(headline(titleOf(x.id))) + " " + code(x.id)},
-                    {code(x.parameter)},
-                    numberCell(x.strength ? spoken(*x.strength, x.unit) : "at no strength"),
-                    numberCell(spoken(x.typical, x.unit)),
-                    numberCell(x.strength && ratio(x) > 0.0 ? threeDigits(ratio(x)) + " \xc3\x97" : kNone)});
+    rows.push_back(
+        {{escaped(headline(titleOf(x.id))) + " " + code(x.id)},
+         {code(x.parameter)},
+         numberCell(x.strength ? spoken(*x.strength, x.unit) : "at no strength"),
+         numberCell(spoken(x.typical, x.unit)),
+         numberCell(x.strength && ratio(x) > 0.0 ? threeDigits(ratio(x)) + " \xc3\x97" : kNone)});
   return table({"effect", "its parameter", "shows from", "typical", "ratio"}, rows);
 }
 
@@ -318,7 +385,8 @@ std::string section(const std::string& id, const std::string& title, const std::
 }
 
 std::string whereSection(const Diagnosis& d, double clock_origin) {
-  return section("where", "Where model and measurement part", regimeTable(d) + segmentTable(d, clock_origin) + parameterBiasTable(d));
+  return section("where", "Where model and measurement part",
+                 regimeTable(d) + segmentTable(d, clock_origin) + parameterBiasTable(d));
 }
 
 std::string evidenceSection(const Diagnosis& d) {
@@ -327,17 +395,21 @@ std::string evidenceSection(const Diagnosis& d) {
   double end = 2.0 * threshold;
   for (const Candidate& c : d.candidates) end = std::max(end, c.evidence);
   std::vector<Candidate> candidates = d.candidates;
-  std::stable_partition(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.rejected_because.empty(); });
+  std::stable_partition(candidates.begin(), candidates.end(),
+                        [](const Candidate& c) { return c.rejected_because.empty(); });
   std::string items, further;
   for (std::size_t k = 0; k < candidates.size(); ++k)
-    (k < kCandidatesListed ? items : further) += candidateHtml(candidates[k], end, threshold) + "\n";
+    (k < kCandidatesListed ? items : further) +=
+        candidateHtml(candidates[k], end, threshold) + "\n";
   const std::string list = "class=\"evidence\"";
   if (!further.empty())
-    further = element("details",
-                      element("summary", format("And %zu more", d.candidates.size() - kCandidatesListed)) + element("ol", further, list));
+    further = element("details", element("summary", format("And %zu more", d.candidates.size() -
+                                                                               kCandidatesListed)) +
+                                     element("ol", further, list));
   return section("evidence", "What was weighed",
                  paragraph(element("span", "", "class=\"swatch after\"") +
-                               " gain of the evidence by a fit with it, logarithmic. The line marks what a place in the model takes.",
+                               " gain of the evidence by a fit with it, logarithmic. The line "
+                               "marks what a place in the model takes.",
                            "class=\"note\"") +
                      element("ol", items, list) + further);
 }
@@ -345,14 +417,18 @@ std::string evidenceSection(const Diagnosis& d) {
 std::string effectsSection(const Diagnosis& d) {
   std::string html;
   for (const NamedEffect& effect : d.effects) html += effectHtml(effect);
-  return html.empty() ? "" : section("effects", "What is missing, with numbers", html + baseParameterTable(d));
+  return html.empty()
+             ? ""
+             : section("effects", "What is missing, with numbers", html + baseParameterTable(d));
 }
 
 std::string comparisonSection(const Diagnosis& d) {
   if (!(d.fit.holdout.to > d.fit.holdout.from)) return "";
-  const std::string note = !hasExtended(d) ? "Nothing was added: these are the base model\xe2\x80\x99s errors. " : "";
+  const std::string note =
+      !hasExtended(d) ? "Nothing was added: these are the base model\xe2\x80\x99s errors. " : "";
   return section("comparison", "Before and after",
-                 paragraph(note + "The hold-out is the end of the drive: no fit and no choice has seen it. Better is a higher "
+                 paragraph(note + "The hold-out is the end of the drive: no fit and no choice has "
+                                  "seen it. Better is a higher "
                                   "Q_dyn and less of everything else.",
                            "class=\"note\"") +
                      metricTable(d) + regimeComparisonTable(d));
@@ -364,16 +440,21 @@ std::string detectionLimitsSection(const Diagnosis& d) {
     if (d.unexplained.isNoise() || x.strength) (x.visible ? visible : hidden).push_back(x);
   const std::string tries = "; sof diagnose --verify-detection-limits tries one on this recording.";
   std::string html;
-  if (!d.detection_limits.empty() && !d.unexplained.isNoise()) html += paragraph(whyNothingIsPromised(d.unexplained) + tries);
+  if (!d.detection_limits.empty() && !d.unexplained.isNoise())
+    html += paragraph(whyNothingIsPromised(d.unexplained) + tries);
   if (!hidden.empty() && d.unexplained.isNoise())
     html += paragraph(
-        "These may be present at their usual strength without this recording showing it. Strengths are estimates, as good as the "
+        "These may be present at their usual strength without this recording showing it. Strengths "
+        "are estimates, as good as the "
         "model that was found" +
         tries);
   if (!hidden.empty()) html += detectionLimitsTable(hidden);
   if (!visible.empty())
-    html += element("details", element("summary", format("What would have shown (%zu)", visible.size())) + detectionLimitsTable(visible));
-  if (!d.outside.empty()) html += element("h3", "Beyond any recording of current and voltage") + listHtml(d.outside);
+    html += element("details",
+                    element("summary", format("What would have shown (%zu)", visible.size())) +
+                        detectionLimitsTable(visible));
+  if (!d.outside.empty())
+    html += element("h3", "Beyond any recording of current and voltage") + listHtml(d.outside);
   if (!d.instrument.empty()) html += element("h3", "The instruments") + listHtml(d.instrument);
   return section("hidden", "Detection limits here", html);
 }
@@ -390,23 +471,31 @@ std::string unexplainedSection(const Diagnosis& d) {
 
 std::string nextSection(const Diagnosis& d) {
   if (d.next_experiment.empty()) return "";
-  return section("next", "What to record next", paragraph(escaped(d.next_experiment), "class=\"next\""));
+  return section("next", "What to record next",
+                 paragraph(escaped(d.next_experiment), "class=\"next\""));
 }
 
 std::string readingSection() {
   const char* const items[][2] = {
       {"Base model",
-       "the small circuit of the paper: two resistances, a double layer with its charge transfer, a constant "
+       "the small circuit of the paper: two resistances, a double layer with its charge transfer, "
+       "a constant "
        "open-circuit voltage. It is fitted to the training part."},
-      {"Extended model", "the base model with the effects found here, everything fitted together, and what was estimated beside them."},
+      {"Extended model",
+       "the base model with the effects found here, everything fitted together, and what was "
+       "estimated beside them."},
       {"Evidence",
-       "logarithm of how much better the data are foretold with an effect than without, errors that hang together "
+       "logarithm of how much better the data are foretold with an effect than without, errors "
+       "that hang together "
        "counted once. Twelve is needed for a place in the model."},
-      {"Probability", "of the mechanism in its place, against the other mechanisms\xe2\x80\x99 best."},
+      {"Probability",
+       "of the mechanism in its place, against the other mechanisms\xe2\x80\x99 best."},
       {"Learnt",
-       "where no equation represents what is missing, it is estimated from the currents and their memories; it is used "
+       "where no equation represents what is missing, it is estimated from the currents and their "
+       "memories; it is used "
        "where it foretells stretches it was not fitted to."},
-      {"Q_dyn", "share of the voltage\xe2\x80\x99s variation that the model reproduces (paper, eq. 6)."},
+      {"Q_dyn",
+       "share of the voltage\xe2\x80\x99s variation that the model reproduces (paper, eq. 6)."},
       {"Sign", "current is positive into the battery; errors are measured minus model."}};
   std::string list;
   for (const auto& item : items) list += element("dt", item[0]) + element("dd", item[1]);

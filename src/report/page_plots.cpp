@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "recording/events.hpp"
-#include "util/text.hpp"
-#include "report/display_samples.hpp"
 #include "html.hpp"
 #include "page_sections.hpp"
+#include "recording/events.hpp"
+#include "report/display_samples.hpp"
+#include "util/text.hpp"
 #include "wording.hpp"
 
 namespace battery_sof {
@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::size_t kBuckets = 1000;       // a plot is about 1000 pixels wide
 constexpr std::size_t kWholeSamples = 4000;  // of cranks that are shown at full rate
-constexpr double kCrankMargin = 0.5;         // [s], before and after a crank that is shown at full rate
+// [s], before and after a crank that is shown at full rate
+constexpr double kCrankMargin = 0.5;
 constexpr std::size_t kStretchesShown = 4000;
 constexpr double kHatching = 5.0;  // of a drawing's width of 1000
 
@@ -25,19 +26,23 @@ struct Drawing {
   std::vector<std::size_t> shown;
   double t0 = 0.0;  ///< [s], what the time axis counts from
   bool hasModel() const { return !diagnosis.base_voltage.empty(); }
-  bool hasExtended() const { return hasModel() && diagnosis.extended_voltage != diagnosis.base_voltage; }
+  bool hasExtended() const {
+    return hasModel() && diagnosis.extended_voltage != diagnosis.base_voltage;
+  }
 };
 
 std::vector<Event> cranksIn(const Series& series) {
   std::vector<Event> events = detectEvents(series);
-  events.erase(std::remove_if(events.begin(), events.end(), [](const Event& event) { return event.kind != EventKind::kCrank; }),
+  events.erase(std::remove_if(events.begin(), events.end(),
+                              [](const Event& event) { return event.kind != EventKind::kCrank; }),
                events.end());
   return events;
 }
 
 std::vector<Trace> tracesOf(const Recording& recording, const Diagnosis& d) {
   const Series& series = recording.series;
-  std::vector<Trace> traces = {[&](std::size_t n) { return series.voltage[n]; }, [&](std::size_t n) { return series.current[n]; }};
+  std::vector<Trace> traces = {[&](std::size_t n) { return series.voltage[n]; },
+                               [&](std::size_t n) { return series.current[n]; }};
   for (const std::vector<double>* model : {&d.base_voltage, &d.extended_voltage}) {
     if (model->empty()) continue;
     traces.push_back([model](std::size_t n) { return (*model)[n]; });
@@ -62,7 +67,8 @@ std::vector<IndexRange> wholeRanges(const Series& series, const std::vector<Even
 Drawing drawingOf(const Recording& recording, const Diagnosis& diagnosis) {
   const Series& series = recording.series;
   Drawing drawing{recording, diagnosis, cranksIn(series), {}, 0.0};
-  drawing.shown = displaySamples(series, tracesOf(recording, diagnosis), kBuckets, wholeRanges(series, drawing.cranks));
+  drawing.shown = displaySamples(series, tracesOf(recording, diagnosis), kBuckets,
+                                 wholeRanges(series, drawing.cranks));
   drawing.t0 = clockOrigin(series);
   return drawing;
 }
@@ -77,8 +83,10 @@ std::string shortNumber(double value, int decimals) {
   return text == "-0" ? "0" : text;
 }
 
-/// The shown samples of a trace; a null stands where the recording has a gap, so that lines break there.
-std::string columnText(const Drawing& drawing, const Trace& trace, int decimals, bool is_time = false) {
+/// The shown samples of a trace; a null stands where the recording has a gap, so that lines break
+/// there.
+std::string columnText(const Drawing& drawing, const Trace& trace, int decimals,
+                       bool is_time = false) {
   const Series& series = drawing.recording.series;
   const double gap = gapThreshold(series);
   std::string text = "[";
@@ -96,8 +104,8 @@ template <typename Stretch>
 std::string stretchesText(const Drawing& drawing, const std::vector<Stretch>& stretches) {
   std::string text = "[";
   for (std::size_t k = 0; k < std::min(stretches.size(), kStretchesShown); ++k)
-    text +=
-        (k > 0 ? ",[" : "[") + shortNumber(stretches[k].from - drawing.t0, 3) + "," + shortNumber(stretches[k].to - drawing.t0, 3) + "]";
+    text += (k > 0 ? ",[" : "[") + shortNumber(stretches[k].from - drawing.t0, 3) + "," +
+            shortNumber(stretches[k].to - drawing.t0, 3) + "]";
   return text + "]";
 }
 
@@ -105,8 +113,10 @@ std::string stretchesText(const Drawing& drawing, const std::vector<Stretch>& st
 std::string driveText(const Drawing& drawing) {
   const Series& series = drawing.recording.series;
   const Diagnosis& d = drawing.diagnosis;
-  std::string text = "{\"time\":" + columnText(
-                                        drawing, [&](std::size_t n) { return series.time[n] - drawing.t0; }, 3, true);
+  std::string text =
+      "{\"time\":" +
+      columnText(
+          drawing, [&](std::size_t n) { return series.time[n] - drawing.t0; }, 3, true);
   text += ",\n\"current\":" + columnText(
                                   drawing, [&](std::size_t n) { return series.current[n]; }, 2);
   text += ",\n\"measured\":" + columnText(
@@ -115,20 +125,22 @@ std::string driveText(const Drawing& drawing) {
     text += ",\n\"base\":" + columnText(
                                  drawing, [&](std::size_t n) { return d.base_voltage[n]; }, 4);
   if (drawing.hasExtended())
-    text += ",\n\"extended\":" + columnText(
-                                     drawing, [&](std::size_t n) { return d.extended_voltage[n]; }, 4);
-  text += ",\n\"mismatch\":" + stretchesText(drawing, d.mismatch) + ",\n\"cranks\":" + stretchesText(drawing, drawing.cranks);
+    text +=
+        ",\n\"extended\":" + columnText(
+                                 drawing, [&](std::size_t n) { return d.extended_voltage[n]; }, 4);
+  text += ",\n\"mismatch\":" + stretchesText(drawing, d.mismatch) +
+          ",\n\"cranks\":" + stretchesText(drawing, drawing.cranks);
   text += ",\n\"controlled\":" + stretchesText(drawing, d.source.voltage_controlled);
   if (d.fit.holdout.to > d.fit.holdout.from)
-    text +=
-        ",\n\"holdout\":[" + shortNumber(d.fit.holdout.from - drawing.t0, 3) + "," + shortNumber(d.fit.holdout.to - drawing.t0, 3) + "]";
+    text += ",\n\"holdout\":[" + shortNumber(d.fit.holdout.from - drawing.t0, 3) + "," +
+            shortNumber(d.fit.holdout.to - drawing.t0, 3) + "]";
   return text + "}";
 }
 
 std::string operatingModeKey(const Drawing& drawing) {
   const std::size_t stretches = drawing.diagnosis.source.voltage_controlled.size();
-  std::string text =
-      element("span", "", "class=\"swatch controlled\"") + format(" hatched: a source controls the voltage (%zu stretches", stretches);
+  std::string text = element("span", "", "class=\"swatch controlled\"") +
+                     format(" hatched: a source controls the voltage (%zu stretches", stretches);
   if (stretches > kStretchesShown) text += format(", the first %zu drawn", kStretchesShown);
   return text + "); elsewhere the current is controlled. ";
 }
@@ -157,19 +169,23 @@ Scale scaleOf(const Drawing& drawing, const std::vector<Line>& lines) {
   return scale;
 }
 
-/// Upright hatching where a source controls the voltage, with a solid foot, so that short stretches are seen.
+/// Upright hatching where a source controls the voltage, with a solid foot, so that short stretches
+/// are seen.
 std::string operatingModeBands(const Drawing& drawing) {
   const Series& series = drawing.recording.series;
   const std::vector<ControlledTime>& stretches = drawing.diagnosis.source.voltage_controlled;
   const Scale time{series.time.front(), series.time.back()};
   std::string lines, feet;
   for (std::size_t k = 0; k < std::min(stretches.size(), kStretchesShown); ++k) {
-    const double left = 1000.0 * time.share(stretches[k].from), right = 1000.0 * time.share(stretches[k].to);
-    for (int n = static_cast<int>(std::ceil(left / kHatching)); kHatching * n < right; ++n) lines += format("M%.1f 0V240", kHatching * n);
+    const double left = 1000.0 * time.share(stretches[k].from),
+                 right = 1000.0 * time.share(stretches[k].to);
+    for (int n = static_cast<int>(std::ceil(left / kHatching)); kHatching * n < right; ++n)
+      lines += format("M%.1f 0V240", kHatching * n);
     feet += format("M%.1f 240H%.1fV245H%.1fz", left, right, left);
   }
   if (feet.empty()) return "";
-  return element("path", element("title", "a source controls the voltage"), "class=\"controlled\" d=\"" + lines + "\"") +
+  return element("path", element("title", "a source controls the voltage"),
+                 "class=\"controlled\" d=\"" + lines + "\"") +
          element("path", "", "class=\"foot\" d=\"" + feet + "\"");
 }
 
@@ -180,26 +196,35 @@ std::string polyline(const Drawing& drawing, const Line& line, const Scale& valu
   std::string path;
   for (const std::size_t n : drawing.shown) {
     const bool is_start = path.empty() || series.time[n] - series.time[n - 1] > gap;
-    path += format("%s%.1f %.1f", is_start ? "M" : "L", 1000.0 * time.share(series.time[n]), 240.0 - 230.0 * value.share(line.trace(n)));
+    path += format("%s%.1f %.1f", is_start ? "M" : "L", 1000.0 * time.share(series.time[n]),
+                   240.0 - 230.0 * value.share(line.trace(n)));
   }
-  return element("path", element("title", escaped(line.name)), "class=\"" + line.css_class + "\" d=\"" + path + "\"");
+  return element("path", element("title", escaped(line.name)),
+                 "class=\"" + line.css_class + "\" d=\"" + path + "\"");
 }
 
-std::string drawingHtml(const Drawing& drawing, const std::string& title, const std::vector<Line>& lines, const std::string& bands = "") {
+std::string drawingHtml(const Drawing& drawing, const std::string& title,
+                        const std::vector<Line>& lines, const std::string& bands = "") {
   const Series& series = drawing.recording.series;
   const Scale value = scaleOf(drawing, lines);
   std::string paths = bands, key;
   for (const Line& line : lines) {
     paths += polyline(drawing, line, value);
-    key += element("span", element("i", "", "style=\"border-color:var(--" + line.css_class + ")\"") + line.name);
+    key +=
+        element("span", element("i", "", "style=\"border-color:var(--" + line.css_class + ")\"") +
+                            line.name);
   }
   const std::string svg =
-      element("svg", paths, "viewBox=\"0 0 1000 245\" preserveAspectRatio=\"none\" role=\"img\" aria-label=\"" + title + "\"");
-  const std::string range = withMinusSigns(format(", %.4g to %.4g, over %.1f to %.1f s", value.low, value.high,
-                                                    series.time.front() - drawing.t0, series.time.back() - drawing.t0));
+      element("svg", paths,
+              "viewBox=\"0 0 1000 245\" preserveAspectRatio=\"none\" role=\"img\" aria-label=\"" +
+                  title + "\"");
+  const std::string range =
+      withMinusSigns(format(", %.4g to %.4g, over %.1f to %.1f s", value.low, value.high,
+                            series.time.front() - drawing.t0, series.time.back() - drawing.t0));
   return element(
       "figure",
-      element("figcaption", element("span", element("span", title, "class=\"what\"") + range) + element("span", key, "class=\"legend\"")) +
+      element("figcaption", element("span", element("span", title, "class=\"what\"") + range) +
+                                element("span", key, "class=\"legend\"")) +
           svg,
       "class=\"drawing\"");
 }
@@ -211,33 +236,44 @@ std::string drawingsHtml(const Drawing& drawing) {
   std::vector<Line> voltages = {{"measured", "measured", voltage}}, errors;
   const auto add = [&](const std::string& name, const std::vector<double>& model) {
     voltages.push_back({name, name, [&model](std::size_t n) { return model[n]; }});
-    errors.push_back({name, name, [&model, &series](std::size_t n) { return 1e3 * (series.voltage[n] - model[n]); }});
+    errors.push_back({name, name, [&model, &series](std::size_t n) {
+                        return 1e3 * (series.voltage[n] - model[n]);
+                      }});
   };
   if (drawing.hasModel()) add("base", d.base_voltage);
   if (drawing.hasExtended()) add("extended", d.extended_voltage);
-  std::string html = element("p",
-                             "These plots cannot be zoomed: the program was built without the plot library "
-                             "(package libjs-dygraphs).",
-                             "class=\"note\"");
+  std::string html =
+      element("p",
+              "These plots cannot be zoomed: the program was built without the plot library "
+              "(package libjs-dygraphs).",
+              "class=\"note\"");
   html += drawingHtml(drawing, "Terminal voltage [V]", voltages, operatingModeBands(drawing));
-  if (!d.source.voltage_controlled.empty()) html += element("p", operatingModeKey(drawing), "class=\"note\"");
+  if (!d.source.voltage_controlled.empty())
+    html += element("p", operatingModeKey(drawing), "class=\"note\"");
   if (!errors.empty()) html += drawingHtml(drawing, "Measured minus model [mV]", errors);
-  return html + drawingHtml(drawing, "Current [A]", {{"current", "current", [&](std::size_t n) { return series.current[n]; }}});
+  return html +
+         drawingHtml(drawing, "Current [A]",
+                     {{"current", "current", [&](std::size_t n) { return series.current[n]; }}});
 }
 
 // ---------------------------------------------------------------------------------------------
 
-std::string button(const std::string& id, const std::string& text) { return element("button", text, "type=\"button\" id=\"" + id + "\""); }
+std::string button(const std::string& id, const std::string& text) {
+  return element("button", text, "type=\"button\" id=\"" + id + "\"");
+}
 
 std::string plotHtml(const std::string& id, const std::string& title) {
-  return element("figure", element("figcaption", element("span", title, "class=\"what\"") +
-                                                     element("span", "", "class=\"legend\" id=\"" + id + "-legend\"")) +
-                               element("div", "", "class=\"plot\" id=\"" + id + "\""));
+  return element(
+      "figure",
+      element("figcaption", element("span", title, "class=\"what\"") +
+                                element("span", "", "class=\"legend\" id=\"" + id + "-legend\"")) +
+          element("div", "", "class=\"plot\" id=\"" + id + "\""));
 }
 
 std::string plotsHtml(const Drawing& drawing) {
   std::string buttons = button("zoom-all", "Whole drive");
-  if (drawing.diagnosis.fit.holdout.to > drawing.diagnosis.fit.holdout.from) buttons += button("zoom-holdout", "Hold-out");
+  if (drawing.diagnosis.fit.holdout.to > drawing.diagnosis.fit.holdout.from)
+    buttons += button("zoom-holdout", "Hold-out");
   if (!drawing.diagnosis.mismatch.empty()) buttons += button("zoom-mismatch", "Next mismatch");
   if (!drawing.cranks.empty()) buttons += button("zoom-crank", "Next crank");
   std::string html = element("div", buttons, "class=\"buttons\"");
@@ -250,13 +286,15 @@ std::string keyHtml(const Drawing& drawing) {
   std::string text = "Drag to zoom, double-click to see all again, shift and drag to move. ";
   if (!drawing.diagnosis.source.voltage_controlled.empty()) text += operatingModeKey(drawing);
   if (!drawing.diagnosis.mismatch.empty())
-    text += element("span", "", "class=\"swatch mismatch\"") + " where the base model errs beyond chance. ";
+    text += element("span", "", "class=\"swatch mismatch\"") +
+            " where the base model errs beyond chance. ";
   if (drawing.diagnosis.fit.holdout.to > drawing.diagnosis.fit.holdout.from)
     text += element("span", "", "class=\"swatch holdout\"") + " hold-out: no fit has seen it. ";
   text += drawing.t0 > 0.0 ? "Time [s] counts from the recording\xe2\x80\x99s first sample."
                            : "Time [s] is the recording\xe2\x80\x99s own clock.";
   if (drawing.shown.size() < drawing.recording.series.size())
-    text += format(" %zu of %zu samples are drawn; every peak is among them.", drawing.shown.size(), drawing.recording.series.size());
+    text += format(" %zu of %zu samples are drawn; every peak is among them.", drawing.shown.size(),
+                   drawing.recording.series.size());
   return element("p", text, "class=\"note\"");
 }
 
@@ -265,10 +303,12 @@ std::string keyHtml(const Drawing& drawing) {
 std::string plotsSection(const Recording& recording, const Diagnosis& diagnosis, bool zoomable) {
   if (recording.series.size() < 2) return "";
   const Drawing drawing = drawingOf(recording, diagnosis);
-  if (!zoomable) return section("drive", "The drive", drawingsHtml(drawing) + sourceHtml(diagnosis));
-  return section("drive", "The drive",
-                 plotsHtml(drawing) + keyHtml(drawing) + sourceHtml(diagnosis) +
-                     element("script", driveText(drawing), "type=\"application/json\" id=\"drive-data\""));
+  if (!zoomable)
+    return section("drive", "The drive", drawingsHtml(drawing) + sourceHtml(diagnosis));
+  return section(
+      "drive", "The drive",
+      plotsHtml(drawing) + keyHtml(drawing) + sourceHtml(diagnosis) +
+          element("script", driveText(drawing), "type=\"application/json\" id=\"drive-data\""));
 }
 
 }  // namespace battery_sof

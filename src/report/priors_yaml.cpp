@@ -15,7 +15,8 @@ constexpr Range kStds{1e-9, 1e9};
 KnownParameter parameterOf(const std::string& name, const Reader& reader) {
   KnownParameter known{name, reader.number("value", kNumbers), reader.number("std", kStds),
                        reader.get<bool>("logarithmic", "true or false")};
-  if (known.logarithmic && known.value <= 0.0) reader.fail("value", "is not positive, and is the mean of logarithms");
+  if (known.logarithmic && known.value <= 0.0)
+    reader.fail("value", "is not positive, and is the mean of logarithms");
   return known;
 }
 
@@ -34,7 +35,8 @@ KnownPopulation populationOf(const Reader& reader) {
 
 }  // namespace
 
-std::vector<KnownPopulation> parsePriorsYaml(const std::string& text, const std::string& source, const std::string& vehicle_type) {
+std::vector<KnownPopulation> parsePriorsYaml(const std::string& text, const std::string& source,
+                                             const std::string& vehicle_type) {
   YAML::Node node;
   try {
     node = YAML::Load(text);
@@ -57,7 +59,8 @@ std::vector<KnownPopulation> parsePriorsYaml(const std::string& text, const std:
   return populations;
 }
 
-std::vector<KnownPopulation> readPriorsFile(const std::filesystem::path& path, const std::string& vehicle_type) {
+std::vector<KnownPopulation> readPriorsFile(const std::filesystem::path& path,
+                                            const std::string& vehicle_type) {
   std::string text;
   try {
     text = readRegularFile(path, kLargestPriors);

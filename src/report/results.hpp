@@ -11,7 +11,8 @@ namespace battery_sof {
 
 /// JSON of `sof identify`, schema battery_sof/model/1.
 nlohmann::json identifyJson(const FittedModel& model);
-/// The same for a reader: table of parameters with errors, scores, and the sentence that says how it ended.
+/// The same for a reader: table of parameters with errors, scores, and the sentence that says how
+/// it ended.
 std::string identifyText(const FittedModel& model);
 
 /// JSON of `sof predict`, schema battery_sof/prediction/1.

@@ -31,15 +31,21 @@ std::string millivolts(double volts) {
   return format(std::abs(mv) < 99.95 ? "%.1f" : "%.0f", mv);
 }
 
-std::string millivolts(const std::optional<double>& volts) { return volts ? millivolts(*volts) : "-"; }
+std::string millivolts(const std::optional<double>& volts) {
+  return volts ? millivolts(*volts) : "-";
+}
 
 std::string whyNothingIsPromised(const UnexplainedPart& left) {
-  const std::string reason = left.noise > kPlausible ? millivolts(left.noise) + " mV RMS are left, more than instruments leave"
-                                                     : "columns of the currents would take up " + millivolts(left.rmse) + " mV RMS more";
+  const std::string reason =
+      left.noise > kPlausible
+          ? millivolts(left.noise) + " mV RMS are left, more than instruments leave"
+          : "columns of the currents would take up " + millivolts(left.rmse) + " mV RMS more";
   return reason + ": any effect may be in that, and no strength of one can be promised";
 }
 
-std::string confidenceText(double confidence) { return confidence > 0.99 ? "above 99 %" : format("%.0f %%", 100.0 * confidence); }
+std::string confidenceText(double confidence) {
+  return confidence > 0.99 ? "above 99 %" : format("%.0f %%", 100.0 * confidence);
+}
 
 std::string plainName(std::string name) {
   std::replace(name.begin(), name.end(), '_', ' ');
@@ -48,7 +54,8 @@ std::string plainName(std::string name) {
 
 const EffectInfo* catalogued(const std::string& id) {
   const auto& catalogue = effectCatalogue();
-  const auto found = std::find_if(catalogue.begin(), catalogue.end(), [&](const EffectInfo& effect) { return effect.id == id; });
+  const auto found = std::find_if(catalogue.begin(), catalogue.end(),
+                                  [&](const EffectInfo& effect) { return effect.id == id; });
   return found == catalogue.end() ? nullptr : &*found;
 }
 
@@ -66,7 +73,8 @@ const ParameterInfo* parameterInfo(const std::string& id, const std::string& par
 }
 
 std::vector<MetricRow> metricRows(const Comparison& fit) {
-  const auto row = [&](const char* title, const char* unit, bool more_is_better, double scale, auto&& value) -> MetricRow {
+  const auto row = [&](const char* title, const char* unit, bool more_is_better, double scale,
+                       auto&& value) -> MetricRow {
     return {title,
             unit,
             more_is_better,
@@ -80,20 +88,27 @@ std::vector<MetricRow> metricRows(const Comparison& fit) {
   std::vector<MetricRow> rows = {
       row("Q_dyn", "%", true, 1.0, [](const ErrorMetrics& m) { return Value(m.q_dyn_percent); }),
       row("RMS error", "mV", false, 1e3, [](const ErrorMetrics& m) { return Value(m.rmse); }),
-      row("largest error", "mV", false, 1e3, [](const ErrorMetrics& m) { return Value(m.max_abs); }),
+      row("largest error", "mV", false, 1e3,
+          [](const ErrorMetrics& m) { return Value(m.max_abs); }),
       row("cranks' minima", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.crank_mae; }),
       row("bias in charges", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.charge_bias; }),
-      row("charge current", "A", false, 1.0, [](const ErrorMetrics& m) { return m.charge_current_error; }),
-      row("share, as controlled", "%", true, 1.0, [](const ErrorMetrics& m) { return m.share_percent; }),
-      row("share of the current", "%", true, 1.0, [](const ErrorMetrics& m) { return m.current_share_percent; })};
-  const auto is_empty = [](const MetricRow& r) { return !r.base_train && !r.extended_train && !r.base_holdout && !r.extended_holdout; };
+      row("charge current", "A", false, 1.0,
+          [](const ErrorMetrics& m) { return m.charge_current_error; }),
+      row("share, as controlled", "%", true, 1.0,
+          [](const ErrorMetrics& m) { return m.share_percent; }),
+      row("share of the current", "%", true, 1.0,
+          [](const ErrorMetrics& m) { return m.current_share_percent; })};
+  const auto is_empty = [](const MetricRow& r) {
+    return !r.base_train && !r.extended_train && !r.base_holdout && !r.extended_holdout;
+  };
   rows.erase(std::remove_if(rows.begin(), rows.end(), is_empty), rows.end());
   return rows;
 }
 
 std::string crankCounts(const Comparison& fit) {
   if (fit.base_train.cranks + fit.base_holdout.cranks == 0) return "";
-  return format("cranks: %zu on the hold-out, %zu in training", fit.base_holdout.cranks, fit.base_train.cranks);
+  return format("cranks: %zu on the hold-out, %zu in training", fit.base_holdout.cranks,
+                fit.base_train.cranks);
 }
 
 std::string baselineSentence(const Diagnosis& diagnosis) {
@@ -103,10 +118,15 @@ std::string baselineSentence(const Diagnosis& diagnosis) {
            (m.share_percent ? format(", share %.1f %%", *m.share_percent) : "");
   };
   std::string text;
-  if (fit.baseline_ridge) text += "without physics, on the hold-out: a ridge regression on the current's memories " + share(*fit.baseline_ridge);
-  if (fit.baseline_line) text += (text.empty() ? "without physics, on the hold-out: " : "; ") + ("a straight line " + share(*fit.baseline_line));
+  if (fit.baseline_ridge)
+    text += "without physics, on the hold-out: a ridge regression on the current's memories " +
+            share(*fit.baseline_ridge);
+  if (fit.baseline_line)
+    text += (text.empty() ? "without physics, on the hold-out: " : "; ") +
+            ("a straight line " + share(*fit.baseline_line));
   if (diagnosis.charger_share > 0.0)
-    text += format("%sa source holds the voltage in %.0f %% of the samples", text.empty() ? "" : "; ", 100.0 * diagnosis.charger_share);
+    text += format("%sa source holds the voltage in %.0f %% of the samples",
+                   text.empty() ? "" : "; ", 100.0 * diagnosis.charger_share);
   return text;
 }
 

@@ -18,11 +18,13 @@ std::string wrapped(const std::string& lead, const std::string& text);
 /// @return three significant digits.
 std::string threeDigits(double value);
 
-/// @return a voltage given in [V] as millivolts without unit: a tenth below 100 mV, whole ones above; "-" for none.
+/// @return a voltage given in [V] as millivolts without unit: a tenth below 100 mV, whole ones
+/// above; "-" for none.
 std::string millivolts(double volts);
 std::string millivolts(const std::optional<double>& volts);
 
-/// @return why no strength of an effect is promised, where what is left is not noise alone; without a full stop.
+/// @return why no strength of an effect is promised, where what is left is not noise alone; without
+/// a full stop.
 std::string whyNothingIsPromised(const UnexplainedPart& left);
 
 /// @return "97 %"; never 100 %, as no confidence counts what is in no catalogue.
@@ -51,10 +53,12 @@ struct MetricRow {
 /// @return the rows of the table before and after; those that no stretch has are left out.
 std::vector<MetricRow> metricRows(const Comparison& fit);
 
-/// @return how many cranks the two parts hold, "cranks: 2 on the hold-out, 6 in training"; empty without any.
+/// @return how many cranks the two parts hold, "cranks: 2 on the hold-out, 6 in training"; empty
+/// without any.
 std::string crankCounts(const Comparison& fit);
 
-/// @return one sentence on what needs no physics reached on the hold-out, and on the source; empty when neither is known.
+/// @return one sentence on what needs no physics reached on the hold-out, and on the source; empty
+/// when neither is known.
 std::string baselineSentence(const Diagnosis& diagnosis);
 
 /// How a regime's error changed, judged by the interval of the change.

@@ -8,18 +8,20 @@
 #include <string>
 #include <vector>
 
+#include "report/model_yaml.hpp"
 #include "util/number_text.hpp"
 #include "util/printable.hpp"
 #include "util/text.hpp"
-#include "report/model_yaml.hpp"
 
 namespace battery_sof {
 
-// Numbers go through text in the classic locale: yaml-cpp's own conversions obey std::locale::global().
+// Numbers go through text in the classic locale: yaml-cpp's own conversions obey
+// std::locale::global().
 
 /// @return a number in the digits that read back exactly, a whole number as it is.
 inline YAML::Node scalar(double value) {
-  if (!std::isfinite(value)) return YAML::Node(std::isnan(value) ? ".nan" : value > 0.0 ? ".inf" : "-.inf");
+  if (!std::isfinite(value))
+    return YAML::Node(std::isnan(value) ? ".nan" : value > 0.0 ? ".inf" : "-.inf");
   return YAML::Node(format("%.17g", value));
 }
 inline YAML::Node scalar(int value) { return YAML::Node(std::to_string(value)); }
@@ -38,7 +40,8 @@ struct YAML::convert<battery_sof::Decimal> {
     if (!node.IsScalar()) return false;
     const std::string& text = node.Scalar();
     const std::size_t sign = text.find_first_not_of("+-") == 1 ? 1 : 0;
-    const bool special = text.compare(sign, 1, ".") == 0 && text.find_first_of("nN") != std::string::npos;
+    const bool special =
+        text.compare(sign, 1, ".") == 0 && text.find_first_of("nN") != std::string::npos;
     const auto value = battery_sof::numberOf(special ? text.substr(sign + 1) : text);
     decimal.value = value.value_or(0.0);
     return value.has_value();
@@ -61,8 +64,9 @@ struct Range {
   bool holds(double value) const { return value >= least && value <= most; }
 };
 
-constexpr Range kTimes{-1e10, 1e10};       // [s], as IntakeLimits
-constexpr Range kCurrents{-1e4, 1e4};      // [A], twice IntakeLimits: an estimate may go beyond what is measured
+constexpr Range kTimes{-1e10, 1e10};  // [s], as IntakeLimits
+// [A], twice IntakeLimits: an estimate may go beyond what is measured
+constexpr Range kCurrents{-1e4, 1e4};
 constexpr Range kVoltages{-200.0, 200.0};  // [V], likewise
 constexpr Range kNumbers{-1e12, 1e12};     // of any unit: what is larger comes from no battery
 
@@ -70,7 +74,8 @@ constexpr Range kNumbers{-1e12, 1e12};     // of any unit: what is larger comes 
 class Reader {
  public:
   /// Refuses what a decimal comma makes of {std: 1,5}: a key 5 without a value.
-  Reader(const YAML::Node& node, std::string source, std::string path) : node_(node), source_(std::move(source)), path_(std::move(path)) {
+  Reader(const YAML::Node& node, std::string source, std::string path)
+      : node_(node), source_(std::move(source)), path_(std::move(path)) {
     if (!node_.IsMap() || node_.Style() != YAML::EmitterStyle::Flow) return;
     for (const auto& entry : node_)
       if (entry.second.IsNull() || (entry.first.IsScalar() && numberOf(entry.first.Scalar())))
@@ -99,7 +104,8 @@ class Reader {
   }
   std::vector<double> numbers(const std::string& key, const char* expected) const {
     const auto values = valuesOf(get<std::vector<Decimal>>(key, expected));
-    if (isUnevenlySpaced(at(key).node_)) fail(key, "has some commas with a space behind them and some without" + std::string(kPoint));
+    if (isUnevenlySpaced(at(key).node_))
+      fail(key, "has some commas with a space behind them and some without" + std::string(kPoint));
     return values;
   }
   /// A count.
@@ -113,7 +119,8 @@ class Reader {
   }
   std::vector<std::vector<double>> rows(const std::string& key, const char* expected) const {
     std::vector<std::vector<double>> rows;
-    for (const auto& row : get<std::vector<std::vector<Decimal>>>(key, expected)) rows.push_back(valuesOf(row));
+    for (const auto& row : get<std::vector<std::vector<Decimal>>>(key, expected))
+      rows.push_back(valuesOf(row));
     return rows;
   }
   double number(const std::string& key, Range range) const {
@@ -124,11 +131,13 @@ class Reader {
     fail(key, text.str());
   }
   /// A list of finite numbers; of a count when that is not zero.
-  std::vector<double> finiteNumbers(const std::string& key, std::size_t count, Range range = kNumbers) const {
+  std::vector<double> finiteNumbers(const std::string& key, std::size_t count,
+                                    Range range = kNumbers) const {
     const std::string expected = (count > 0 ? std::to_string(count) + " " : "") + "numbers";
     const auto values = numbers(key, expected.c_str());
     if (count > 0 && values.size() != count)
-      fail(key, "has " + std::to_string(values.size()) + " numbers, expected " + std::to_string(count));
+      fail(key,
+           "has " + std::to_string(values.size()) + " numbers, expected " + std::to_string(count));
     for (const double value : values) requireIn(key, value, range);
     return values;
   }
@@ -149,12 +158,15 @@ class Reader {
     return entries;
   }
   /// printable(): a file may hold any bytes.
-  std::string text(const std::string& key) const { return printable(get<std::string>(key, "text")); }
+  std::string text(const std::string& key) const {
+    return printable(get<std::string>(key, "text"));
+  }
   const YAML::Node& node() const { return node_; }
 
   [[noreturn]] void fail(const std::string& key, const std::string& what) const {
     constexpr std::size_t kMost = 1000;  // [bytes]
-    throw ModelFileError(source_ + ": " + shortened((path_ + "." + key).substr(1) + " " + what, kMost));
+    throw ModelFileError(source_ + ": " +
+                         shortened((path_ + "." + key).substr(1) + " " + what, kMost));
   }
 
  private:
@@ -164,7 +176,9 @@ class Reader {
   static bool isUnevenlySpaced(const YAML::Node& list) {
     std::size_t spaced = 0;
     for (std::size_t k = 1; k < list.size(); ++k)
-      if (list[k].Mark().pos > list[k - 1].Mark().pos + static_cast<int>(list[k - 1].Scalar().size()) + 1) ++spaced;
+      if (list[k].Mark().pos >
+          list[k - 1].Mark().pos + static_cast<int>(list[k - 1].Scalar().size()) + 1)
+        ++spaced;
     return spaced > 0 && spaced + 1 < list.size();
   }
   static std::vector<double> valuesOf(const std::vector<Decimal>& decimals) {

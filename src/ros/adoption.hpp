@@ -12,16 +12,17 @@ namespace battery_sof {
 struct Adoption {
   std::vector<std::string> effects;  ///< the extended composition; empty: nothing
   std::string sentence;
-  std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;  ///< of "discrepancy" among the effects
+  /// of "discrepancy" among the effects
+  std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;
 };
 
 /**
  * @brief Whether a diagnosis' extended composition goes on trial beside the base model.
  *
  * It does when the verdict is named or several and the composition holds structure or physics
- * (tiers S and P), and whenever it holds a force that was estimated. Instrument effects (tier I) come along with those, and the sentence names
- * them all; alone they do not: a faulty instrument wants repair, and a question's currents are true ones, not what that instrument would
- * have read.
+ * (tiers S and P), and whenever it holds a force that was estimated. Instrument effects (tier I)
+ * come along with those, and the sentence names them all; alone they do not: a faulty instrument
+ * wants repair, and a question's currents are true ones, not what that instrument would have read.
  * @param allowed parameter use_diagnosis.
  */
 Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed);

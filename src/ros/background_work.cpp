@@ -10,7 +10,10 @@ namespace {
 
 class StopWatch {
  public:
-  double milliseconds() const { return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun_).count(); }
+  double milliseconds() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun_)
+        .count();
+  }
 
  private:
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
@@ -28,12 +31,15 @@ IdentificationResult timedIdentification(const IdentificationJob& job) {
     result.message = std::string("the identification failed: ") + error.what();
   }
   if (result.model) result.model->provenance.fit_ms = watch.milliseconds();
-  if (result.extended && result.extended->model) result.extended->model->provenance.fit_ms = watch.milliseconds();
+  if (result.extended && result.extended->model)
+    result.extended->model->provenance.fit_ms = watch.milliseconds();
   return result;
 }
 
-DiagnosisReport timedDiagnosis(const Recording& recording, const std::vector<KnownPopulation>& priors,
-                               const std::function<std::string()>& why_end, const std::function<void(const std::string& stage)>& begins) {
+DiagnosisReport timedDiagnosis(const Recording& recording,
+                               const std::vector<KnownPopulation>& priors,
+                               const std::function<std::string()>& why_end,
+                               const std::function<void(const std::string& stage)>& begins) {
   const StopWatch watch;
   DiagnosisReport report;
   report.from = recording.series.time.front();

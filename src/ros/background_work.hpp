@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 
+#include "battery_sof/series.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "prediction/identification_job.hpp"
-#include "battery_sof/series.hpp"
 
 namespace battery_sof {
 
@@ -24,9 +24,11 @@ struct DiagnosisReport {
   double duration_ms = 0.0;  ///< [ms], wall time
 };
 
-/// diagnose() on one thread. @param priors see DiagnoseOptions. @param why_end asked often: what is not empty breaks it off. @param begins
-/// reported of each stage.
-DiagnosisReport timedDiagnosis(const Recording& recording, const std::vector<KnownPopulation>& priors,
-                               const std::function<std::string()>& why_end, const std::function<void(const std::string& stage)>& begins);
+/// diagnose() on one thread. @param priors see DiagnoseOptions. @param why_end asked often: what is
+/// not empty breaks it off. @param begins reported of each stage.
+DiagnosisReport timedDiagnosis(const Recording& recording,
+                               const std::vector<KnownPopulation>& priors,
+                               const std::function<std::string()>& why_end,
+                               const std::function<void(const std::string& stage)>& begins);
 
 }  // namespace battery_sof

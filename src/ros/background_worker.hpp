@@ -27,7 +27,8 @@ class BackgroundWorker {
   using Work = std::function<Outcome(Job)>;
 
   /// @param nice 0 to 19; higher gives way to more.
-  BackgroundWorker(Work work, int nice) : work_(std::move(work)), thread_([this, nice] { loop(nice); }) {}
+  BackgroundWorker(Work work, int nice)
+      : work_(std::move(work)), thread_([this, nice] { loop(nice); }) {}
   /// Lets a running job end, then joins.
   ~BackgroundWorker() { stop(); }
 

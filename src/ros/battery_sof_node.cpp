@@ -11,8 +11,8 @@
 
 #include "bag/bag_storage.hpp"
 #include "bag/battery_state_message.hpp"
-#include "util/printable.hpp"
 #include "ros/background_work.hpp"
+#include "util/printable.hpp"
 
 namespace battery_sof {
 
@@ -27,7 +27,9 @@ constexpr int kNice = 10;            // of identifications: the other threads go
 constexpr std::chrono::milliseconds kLook{50};
 
 /// [s]; a ros::Duration holds 2^31 s, and throws where a clock jumps further.
-double secondsBetween(const ros::Time& from, const ros::Time& to) { return to.toSec() - from.toSec(); }
+double secondsBetween(const ros::Time& from, const ros::Time& to) {
+  return to.toSec() - from.toSec();
+}
 
 /// Calls a function once from a callback queue.
 class Errand : public ros::CallbackInterface {
@@ -44,17 +46,21 @@ class Errand : public ros::CallbackInterface {
 
 }  // namespace
 
-BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, NodeOptions options)
+BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
+                               NodeOptions options)
     : options_(std::move(options)),
       state_file_(options_.state_file),
       node_(node),
       private_node_(private_node),
       session_(options_.session),
       worker_([this](const IdentificationJob& job) { return onIdentified(job); }, kNice),
-      diagnoses_(private_node_,
-                 {options_.diagnose_period, options_.session.identify_period, options_.use_diagnosis, options_.session.series_blocks,
-                  options_.session.identify.priors},
-                 [this](const Adoption& adoption, double from_driving) { onAdopted(adoption, from_driving); }),
+      diagnoses_(
+          private_node_,
+          {options_.diagnose_period, options_.session.identify_period, options_.use_diagnosis,
+           options_.session.series_blocks, options_.session.identify.priors},
+          [this](const Adoption& adoption, double from_driving) {
+            onAdopted(adoption, from_driving);
+          }),
       diagnostics_([this] { return snapshot(); }),
       question_spinner_(1, &question_queue_),
       map_spinner_(1, &map_queue_),
@@ -98,8 +104,9 @@ void BatterySofNode::ahead(const std::function<void()>& work) {
 }
 
 template <typename Service>
-ros::ServiceServer BatterySofNode::serve(const char* name, ros::CallbackQueue& queue,
-                                         bool (BatterySofNode::*callback)(typename Service::Request&, typename Service::Response&)) {
+ros::ServiceServer BatterySofNode::serve(
+    const char* name, ros::CallbackQueue& queue,
+    bool (BatterySofNode::*callback)(typename Service::Request&, typename Service::Response&)) {
   ros::NodeHandle node(private_node_);
   node.setCallbackQueue(&queue);
   return node.advertiseService(name, callback, this);
@@ -109,19 +116,23 @@ void BatterySofNode::advertise() {
   status_publisher_ = private_node_.advertise<SofStatus>("status", 10, true);
   model_publisher_ = private_node_.advertise<IdentifiedModel>("model", 10, true);
   using Node = BatterySofNode;
-  services_ = {serve<PredictCranking>("predict_cranking", question_queue_, &Node::onPredictCranking),
-               serve<PredictStopTime>("predict_stop_time", question_queue_, &Node::onPredictStopTime),
-               serve<PredictChargeAcceptance>("predict_charge_acceptance", question_queue_, &Node::onPredictChargeAcceptance),
-               serve<SetStandingQuery>("set_standing_query", question_queue_, &Node::onSetStandingQuery),
-               serve<CancelDiagnosis>("cancel_diagnosis", question_queue_, &Node::onCancelDiagnosis),
-               serve<PredictMap>("predict_map", map_queue_, &Node::onPredictMap),
-               serve<SimulateProfile>("simulate_profile", profile_queue_, &Node::onSimulateProfile),
-               serve<Identify>("identify", identify_queue_, &Node::onIdentify),
-               serve<Diagnose>("diagnose", diagnose_queue_, &Node::onDiagnose)};
-  subscriber_ = node_.subscribe(kDefaultTopic, kQueueSize, &BatterySofNode::onBatteryState, this, ros::TransportHints().tcpNoDelay());
+  services_ = {
+      serve<PredictCranking>("predict_cranking", question_queue_, &Node::onPredictCranking),
+      serve<PredictStopTime>("predict_stop_time", question_queue_, &Node::onPredictStopTime),
+      serve<PredictChargeAcceptance>("predict_charge_acceptance", question_queue_,
+                                     &Node::onPredictChargeAcceptance),
+      serve<SetStandingQuery>("set_standing_query", question_queue_, &Node::onSetStandingQuery),
+      serve<CancelDiagnosis>("cancel_diagnosis", question_queue_, &Node::onCancelDiagnosis),
+      serve<PredictMap>("predict_map", map_queue_, &Node::onPredictMap),
+      serve<SimulateProfile>("simulate_profile", profile_queue_, &Node::onSimulateProfile),
+      serve<Identify>("identify", identify_queue_, &Node::onIdentify),
+      serve<Diagnose>("diagnose", diagnose_queue_, &Node::onDiagnose)};
+  subscriber_ = node_.subscribe(kDefaultTopic, kQueueSize, &BatterySofNode::onBatteryState, this,
+                                ros::TransportHints().tcpNoDelay());
   ros::NodeHandle question_node(node_);
   question_node.setCallbackQueue(&question_queue_);
-  steady_timer_ = question_node.createSteadyTimer(ros::WallDuration(kStatusPeriod), &BatterySofNode::onSteadyTimer, this);
+  steady_timer_ = question_node.createSteadyTimer(ros::WallDuration(kStatusPeriod),
+                                                  &BatterySofNode::onSteadyTimer, this);
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -165,7 +176,8 @@ void BatterySofNode::beginAnew(const char* why) {
   session_.beginAnew();
   const std::string aside = stands_on_state_file_ ? state_file_.setAside() : "";
   stands_on_state_file_ = false;
-  if (!aside.empty()) state_file_fault_ = "the saved model could not be followed: " + printable(why) + "; " + aside;
+  if (!aside.empty())
+    state_file_fault_ = "the saved model could not be followed: " + printable(why) + "; " + aside;
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -174,7 +186,8 @@ void BatterySofNode::beginAnew(const char* why) {
 void BatterySofNode::onBatteryState(const SampleEvent& event) {
   const ros::SteadyTime begun = ros::SteadyTime::now();
   // The receipt is on ROS time; what is simulated is no measure of a delay.
-  const double waited = ros::Time::isSystemTime() ? secondsBetween(event.getReceiptTime(), ros::Time::now()) : 0.0;
+  const double waited =
+      ros::Time::isSystemTime() ? secondsBetween(event.getReceiptTime(), ros::Time::now()) : 0.0;
   guarded("taking a sample", [&] {
     const std::lock_guard<std::mutex> lock(mutex_);
     try {
@@ -206,12 +219,16 @@ void BatterySofNode::logCrank(const CrankComparison& crank) const {
   std::string answered = "no query was answered before";
   if (last_answer_) {
     char text[160];
-    std::snprintf(text, sizeof(text), "the last answer, %.1f s before for %.0f A, was %.2f V [%.2f, %.2f]", crank.time - last_answer_->time,
-                  last_answer_->query.i_cranking, last_answer_->u_min.value, last_answer_->u_min.lower, last_answer_->u_min.upper);
+    std::snprintf(text, sizeof(text),
+                  "the last answer, %.1f s before for %.0f A, was %.2f V [%.2f, %.2f]",
+                  crank.time - last_answer_->time, last_answer_->query.i_cranking,
+                  last_answer_->u_min.value, last_answer_->u_min.lower, last_answer_->u_min.upper);
     answered = text;
   }
-  ROS_INFO("crank at %.2f s, %.0f A: measured %.2f V; expected of this current %.2f V [%.2f, %.2f]; %s", crank.time, crank.current,
-           crank.measured_minimum, expected.value, expected.lower, expected.upper, answered.c_str());
+  ROS_INFO(
+      "crank at %.2f s, %.0f A: measured %.2f V; expected of this current %.2f V [%.2f, %.2f]; %s",
+      crank.time, crank.current, crank.measured_minimum, expected.value, expected.lower,
+      expected.upper, answered.c_str());
 }
 
 void BatterySofNode::announceWhoAnswers() {
@@ -220,8 +237,9 @@ void BatterySofNode::announceWhoAnswers() {
   const std::optional<FittedModel> model = session_.model();
   if (!model) return;
   ROS_INFO("%s", session_.status().extension.c_str());
-  question_queue_.addCallback(
-      boost::make_shared<Errand>([this, model] { guarded("the model message", [&] { model_publisher_.publish(messageOf(*model)); }); }));
+  question_queue_.addCallback(boost::make_shared<Errand>([this, model] {
+    guarded("the model message", [&] { model_publisher_.publish(messageOf(*model)); });
+  }));
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -264,7 +282,8 @@ void BatterySofNode::demandStatus() {
   const bool is_waiting = due_status_.has_value();
   due_status_.emplace(DueStatus{std::move(contents), session_.live()});
   if (!is_waiting)
-    question_queue_.addCallback(boost::make_shared<Errand>([this] { guarded("the status", [this] { publishDueStatus(); }); }));
+    question_queue_.addCallback(boost::make_shared<Errand>(
+        [this] { guarded("the status", [this] { publishDueStatus(); }); }));
 }
 
 void BatterySofNode::publishDueStatus() {

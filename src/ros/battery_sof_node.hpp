@@ -32,20 +32,25 @@ namespace battery_sof {
  *     ~identify, which waits for a fit;
  *   - diagnoses: ~diagnose, which waits for one, and refuses a second request meanwhile;
  *   - identifications and diagnoses themselves: a worker's each.
- * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to copy what a question
- * needs (OnlineSession::live()); never while a question is computed, a fit runs or a file is written, and never by a worker (ahead()).
+ * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to
+ * copy what a question needs (OnlineSession::live()); never while a question is computed, a fit
+ * runs or a file is written, and never by a worker (ahead()).
  *
- * No exception ends the node: where a callback or a timer throws, the fault is logged and reported in /diagnostics; where taking a
- * sample does, the session begins again, and the saved model it stood on is set aside.
+ * No exception ends the node: where a callback or a timer throws, the fault is logged and reported
+ * in /diagnostics; where taking a sample does, the session begins again, and the saved model it
+ * stood on is set aside.
  *
- * At a shutdown a map, a profile and whoever waits for a fit break off at once: roscpp ends no service before its callback has returned.
+ * At a shutdown a map, a profile and whoever waits for a fit break off at once: roscpp ends no
+ * service before its callback has returned.
  *
- * ~status goes out once a second of the samples' time. A timer that no clock's jump touches stands in when no samples come.
+ * ~status goes out once a second of the samples' time. A timer that no clock's jump touches stands
+ * in when no samples come.
  */
 class BatterySofNode {
  public:
   /// Starts at once. @param private_node the node's own namespace, for ~status and the services.
-  BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, NodeOptions options);
+  BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
+                 NodeOptions options);
   ~BatterySofNode();
 
  private:
@@ -69,7 +74,8 @@ class BatterySofNode {
   void advertise();
   template <typename Service>
   ros::ServiceServer serve(const char* name, ros::CallbackQueue& queue,
-                           bool (BatterySofNode::*callback)(typename Service::Request&, typename Service::Response&));
+                           bool (BatterySofNode::*callback)(typename Service::Request&,
+                                                            typename Service::Response&));
 
   void onBatteryState(const SampleEvent& event);
   void onSteadyTimer(const ros::SteadyTimerEvent& event);
@@ -77,13 +83,15 @@ class BatterySofNode {
   IdentificationOutcome identified(const IdentificationJob& job);
   IdentificationOutcome takeBack(IdentificationResult result);
   IdentificationOutcome takenBack(IdentificationResult result);
-  /// Does what needs mutex_ on the questions' thread and waits for it: a worker that gives way to other programs while it holds the mutex
-  /// keeps the samples waiting for as long as they run. What the work throws is thrown here.
+  /// Does what needs mutex_ on the questions' thread and waits for it: a worker that gives way to
+  /// other programs while it holds the mutex keeps the samples waiting for as long as they run.
+  /// What the work throws is thrown here.
   void ahead(const std::function<void()>& work);
 
   bool onPredictCranking(PredictCranking::Request& request, PredictCranking::Response& response);
   bool onPredictStopTime(PredictStopTime::Request& request, PredictStopTime::Response& response);
-  bool onPredictChargeAcceptance(PredictChargeAcceptance::Request& request, PredictChargeAcceptance::Response& response);
+  bool onPredictChargeAcceptance(PredictChargeAcceptance::Request& request,
+                                 PredictChargeAcceptance::Response& response);
   bool onSetStandingQuery(SetStandingQuery::Request& request, SetStandingQuery::Response& response);
   bool onPredictMap(PredictMap::Request& request, PredictMap::Response& response);
   bool onSimulateProfile(SimulateProfile::Request& request, SimulateProfile::Response& response);
@@ -153,7 +161,8 @@ class BatterySofNode {
   ros::Subscriber subscriber_;
   std::vector<ros::ServiceServer> services_;
   ros::SteadyTimer steady_timer_;
-  ros::AsyncSpinner question_spinner_, map_spinner_, profile_spinner_, identify_spinner_, diagnose_spinner_;
+  ros::AsyncSpinner question_spinner_, map_spinner_, profile_spinner_, identify_spinner_,
+      diagnose_spinner_;
 };
 
 }  // namespace battery_sof

@@ -3,10 +3,10 @@
 #include <cstdlib>
 #include <exception>
 
-#include "util/printable.hpp"
 #include "ros/battery_sof_node.hpp"
 #include "ros/node_options.hpp"
 #include "ros/shutdown_limit.hpp"
+#include "util/printable.hpp"
 
 namespace {
 

@@ -8,7 +8,8 @@
 namespace battery_sof {
 namespace {
 
-constexpr std::chrono::seconds kLongestWork{10};  // of a map or a profile: who waits for one gives up about then
+// of a map or a profile: who waits for one gives up about then
+constexpr std::chrono::seconds kLongestWork{10};
 constexpr std::chrono::milliseconds kLook{50};
 
 /// The outcome of background work. @throws std::future_error when the node ends first.
@@ -63,7 +64,8 @@ bool BatterySofNode::answer(const char* what, Response& response, Ask ask) {
   return true;
 }
 
-bool BatterySofNode::onPredictCranking(PredictCranking::Request& request, PredictCranking::Response& response) {
+bool BatterySofNode::onPredictCranking(PredictCranking::Request& request,
+                                       PredictCranking::Response& response) {
   const QueryTimer timer(response_clock_);
   return answer<CrankingAnswer>("the crank query", response, [&] {
     const CrankingQuery query = queryOf(request);
@@ -73,22 +75,29 @@ bool BatterySofNode::onPredictCranking(PredictCranking::Request& request, Predic
       const std::lock_guard<std::mutex> lock(mutex_);
       last_answer_ = Answered{model.model().state.time, query, *answer.u_min};
     }
-    ROS_DEBUG("crank query at %.2f s (%s): %s", model.model().state.time, toString(answer.code).c_str(), answer.message.c_str());
+    ROS_DEBUG("crank query at %.2f s (%s): %s", model.model().state.time,
+              toString(answer.code).c_str(), answer.message.c_str());
     return answer;
   });
 }
 
-bool BatterySofNode::onPredictStopTime(PredictStopTime::Request& request, PredictStopTime::Response& response) {
+bool BatterySofNode::onPredictStopTime(PredictStopTime::Request& request,
+                                       PredictStopTime::Response& response) {
   const QueryTimer timer(response_clock_);
-  return answer<StopTimeAnswer>("the stop time query", response, [&] { return live().predictStopTime(queryOf(request)); });
+  return answer<StopTimeAnswer>("the stop time query", response,
+                                [&] { return live().predictStopTime(queryOf(request)); });
 }
 
-bool BatterySofNode::onPredictChargeAcceptance(PredictChargeAcceptance::Request& request, PredictChargeAcceptance::Response& response) {
+bool BatterySofNode::onPredictChargeAcceptance(PredictChargeAcceptance::Request& request,
+                                               PredictChargeAcceptance::Response& response) {
   const QueryTimer timer(response_clock_);
-  return answer<ChargeAcceptanceAnswer>("the charge query", response, [&] { return live().predictChargeAcceptance(queryOf(request)); });
+  return answer<ChargeAcceptanceAnswer>("the charge query", response, [&] {
+    return live().predictChargeAcceptance(queryOf(request));
+  });
 }
 
-bool BatterySofNode::onSetStandingQuery(SetStandingQuery::Request& request, SetStandingQuery::Response& response) {
+bool BatterySofNode::onSetStandingQuery(SetStandingQuery::Request& request,
+                                        SetStandingQuery::Response& response) {
   const std::lock_guard<std::mutex> lock(mutex_);
   try {
     options_.standing = changedBy(request, options_.standing);
@@ -107,8 +116,11 @@ bool BatterySofNode::onPredictMap(PredictMap::Request& request, PredictMap::Resp
   return true;
 }
 
-bool BatterySofNode::onSimulateProfile(SimulateProfile::Request& request, SimulateProfile::Response& response) {
-  return answer<ProfileAnswer>("the profile", response, [&] { return live().simulateProfile(request.time, request.current, patience()); });
+bool BatterySofNode::onSimulateProfile(SimulateProfile::Request& request,
+                                       SimulateProfile::Response& response) {
+  return answer<ProfileAnswer>("the profile", response, [&] {
+    return live().simulateProfile(request.time, request.current, patience());
+  });
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -123,7 +135,8 @@ IdentificationOutcome BatterySofNode::onIdentified(const IdentificationJob& job)
 
 IdentificationOutcome BatterySofNode::identified(const IdentificationJob& job) {
   const IdentificationOutcome outcome = takeBack(timedIdentification(job));
-  ROS_INFO("identification %s: %s", outcome.accepted ? "accepted" : "refused", outcome.message.c_str());
+  ROS_INFO("identification %s: %s", outcome.accepted ? "accepted" : "refused",
+           outcome.message.c_str());
   if (outcome.accepted) {
     model_publisher_.publish(messageOf(*outcome.model));
     saveStateFile(*outcome.model);
@@ -144,7 +157,8 @@ IdentificationOutcome BatterySofNode::takenBack(IdentificationResult result) {
     result.model->provenance.recording = subscriber_.getTopic();
     fit_ms_ = result.model->provenance.fit_ms;
   }
-  if (result.extended && result.extended->model) result.extended->model->provenance.recording = subscriber_.getTopic();
+  if (result.extended && result.extended->model)
+    result.extended->model->provenance.recording = subscriber_.getTopic();
   IdentificationOutcome outcome = session_.finish(std::move(result));
   announceWhoAnswers();
   demandStatus();
@@ -195,7 +209,8 @@ void BatterySofNode::onAdopted(const Adoption& adoption, double from_driving) {
   });
 }
 
-std::optional<std::future<DiagnosisRunner::Outcome>> BatterySofNode::beginDiagnosis(Diagnose::Response& response) {
+std::optional<std::future<DiagnosisRunner::Outcome>> BatterySofNode::beginDiagnosis(
+    Diagnose::Response& response) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (session_.series().empty()) {
     response.code = Diagnose::Response::NO_DATA;
@@ -216,7 +231,8 @@ bool BatterySofNode::onDiagnose(Diagnose::Request&, Diagnose::Response& response
   return true;
 }
 
-bool BatterySofNode::onCancelDiagnosis(CancelDiagnosis::Request&, CancelDiagnosis::Response& response) {
+bool BatterySofNode::onCancelDiagnosis(CancelDiagnosis::Request&,
+                                       CancelDiagnosis::Response& response) {
   const auto said = diagnoses_.cancel();
   response.cancelled = said.has_value();
   response.message = said.value_or("no diagnosis runs");

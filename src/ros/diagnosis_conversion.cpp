@@ -1,6 +1,6 @@
 #include "bag/battery_state_message.hpp"
-#include "ros/message_conversion.hpp"
 #include "message_parts.hpp"
+#include "ros/message_conversion.hpp"
 
 namespace battery_sof {
 namespace {
@@ -76,7 +76,8 @@ void fillComparison(DiagnosisMessage& message, const Comparison& fit) {
 /// What a diagnosis that compared nothing has: no numbers.
 void clearComparison(DiagnosisMessage& message) {
   Comparison none;
-  for (ErrorMetrics* metrics : {&none.base_train, &none.base_holdout, &none.extended_train, &none.extended_holdout})
+  for (ErrorMetrics* metrics :
+       {&none.base_train, &none.base_holdout, &none.extended_train, &none.extended_holdout})
     metrics->q_dyn_percent = metrics->rmse = metrics->max_abs = kNan;
   fillComparison(message, none);
   message.train_from = message.train_to = message.holdout_from = message.holdout_to = kNan;
@@ -97,8 +98,10 @@ DiagnosisMessage messageOf(const DiagnosisReport& report, const Adoption& adopti
   message.probability = diagnosis.probability;
   message.unexplained_rmse = diagnosis.unexplained.rmse;
   for (const NamedEffect& effect : diagnosis.effects) message.effects.push_back(effectOf(effect));
-  for (const Candidate& candidate : diagnosis.candidates) message.candidates.push_back(candidateOf(candidate));
-  for (const MismatchSegment& segment : diagnosis.mismatch) message.mismatch.push_back(segmentOf(segment));
+  for (const Candidate& candidate : diagnosis.candidates)
+    message.candidates.push_back(candidateOf(candidate));
+  for (const MismatchSegment& segment : diagnosis.mismatch)
+    message.mismatch.push_back(segmentOf(segment));
   message.instrument = diagnosis.instrument;
   message.unobservable = diagnosis.outside;
   if (diagnosis.fit.train.samples > 0) {

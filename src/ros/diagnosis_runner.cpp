@@ -19,7 +19,8 @@ DiagnosisRunner::DiagnosisRunner(ros::NodeHandle& private_node, const Options& o
       next_due_(options.period),
       worker_([this](const Job& job) { return run(job); }, kNice) {}
 
-std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::begin(const Series& series, const std::string& name) {
+std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::begin(
+    const Series& series, const std::string& name) {
   const std::lock_guard<std::mutex> lock(mutex_);
   return post(series, name, 0.0);
 }
@@ -31,7 +32,8 @@ void DiagnosisRunner::beginIfDue(const Series& series, const std::string& name, 
   if (!post(series, name, driving + options_.settle)) ++line_.skipped;
 }
 
-std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::post(const Series& series, const std::string& name,
+std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::post(const Series& series,
+                                                                           const std::string& name,
                                                                            double from_driving) {
   if (line_.runs) return std::nullopt;
   line_.runs = true;
@@ -71,15 +73,17 @@ DiagnosisRunner::Outcome DiagnosisRunner::diagnosed(const Job& job) {
     stage_ = stage;
   };
   DiagnosisReport report = timedDiagnosis(job.recording, options_.priors, why_end, begins);
-  if (report.diagnosis && options_.series_blocks != 1.0) report.diagnosis->instrument.push_back(seriesBlocksSentence(options_.series_blocks));
-  const Adoption adoption = report.diagnosis ? adopt(*report.diagnosis, job.from_driving) : Adoption();
+  if (report.diagnosis && options_.series_blocks != 1.0)
+    report.diagnosis->instrument.push_back(seriesBlocksSentence(options_.series_blocks));
+  const Adoption adoption =
+      report.diagnosis ? adopt(*report.diagnosis, job.from_driving) : Adoption();
   Outcome outcome;
   outcome.fault = report.fault;
   if (report.diagnosis) {
     outcome.message = messageOf(report, adoption);
     publisher_.publish(*outcome.message);
-    ROS_INFO("diagnosis (%s) after %.1f s: %s", outcome.message->verdict.c_str(), 1e-3 * report.duration_ms,
-             outcome.message->summary.c_str());
+    ROS_INFO("diagnosis (%s) after %.1f s: %s", outcome.message->verdict.c_str(),
+             1e-3 * report.duration_ms, outcome.message->summary.c_str());
   } else {
     ROS_WARN("%s", report.fault.c_str());
   }
@@ -118,7 +122,8 @@ std::optional<std::string> DiagnosisRunner::cancel() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!line_.runs) return std::nullopt;
   cancelled_ = true;
-  return format("cancelled after %.1f s while ", (ros::SteadyTime::now() - begun_).toSec()) + stage_;
+  return format("cancelled after %.1f s while ", (ros::SteadyTime::now() - begun_).toSec()) +
+         stage_;
 }
 
 void DiagnosisRunner::stop() {

@@ -40,7 +40,8 @@ class DiagnosisRunner {
     double period = 0.0;  ///< [s] of driving; 0: only on request
     double settle = 600.0;
     bool adopt = false;
-    double series_blocks = 1.0;                       ///< 12 V blocks in series; what is diagnosed is one of them
+    /// 12 V blocks in series; what is diagnosed is one of them
+    double series_blocks = 1.0;
     std::vector<KnownPopulation> priors = {};  ///< see DiagnoseOptions
   };
   using Outcome = DiagnosisOutcome;
@@ -53,11 +54,13 @@ class DiagnosisRunner {
 
   /// @param series not empty. @return the outcome to come; none when another one runs.
   std::optional<std::future<Outcome>> begin(const Series& series, const std::string& name);
-  /// Begins one when it is due: by one thread at a time, which waits for the worker only then. @param driving [s].
+  /// Begins one when it is due: by one thread at a time, which waits for the worker only then.
+  /// @param driving [s].
   void beginIfDue(const Series& series, const std::string& name, double driving);
 
   DiagnosisLine line();
-  /// Breaks a running diagnosis off. @return how long it had run and what it was at, one sentence; none when none runs.
+  /// Breaks a running diagnosis off. @return how long it had run and what it was at, one sentence;
+  /// none when none runs.
   std::optional<std::string> cancel();
   void stop();
 
@@ -67,7 +70,8 @@ class DiagnosisRunner {
     double from_driving = 0.0;  // [s]
   };
 
-  std::optional<std::future<Outcome>> post(const Series& series, const std::string& name, double from_driving);
+  std::optional<std::future<Outcome>> post(const Series& series, const std::string& name,
+                                           double from_driving);
   Outcome run(const Job& job);
   Outcome diagnosed(const Job& job);
   Adoption adopt(const Diagnosis& diagnosis, double from_driving);

@@ -23,14 +23,19 @@ std::optional<double> EventTally::meanAbsError() const {
 void EventTallies::add(const SessionEvents& events) {
   for (const CrankComparison& crank : events.cranks) {
     cranks.add(crank.measured_minimum, crank.expected_minimum);
-    if (crank.baseline_minimum) baseline_cranks.add(crank.measured_minimum, *crank.baseline_minimum);
-    answered_cranks.add(crank.measured_minimum, crank.baseline_answered ? *crank.baseline_minimum : crank.expected_minimum);
+    if (crank.baseline_minimum)
+      baseline_cranks.add(crank.measured_minimum, *crank.baseline_minimum);
+    answered_cranks.add(crank.measured_minimum,
+                        crank.baseline_answered ? *crank.baseline_minimum : crank.expected_minimum);
     last_crank = crank;
   }
   for (const ChargeComparison& charge : events.charges) {
     charges.add(charge.measured_current, charge.expected_current);
-    if (charge.baseline_current) baseline_charges.add(charge.measured_current, *charge.baseline_current);
-    answered_charges.add(charge.measured_current, charge.baseline_answered ? *charge.baseline_current : charge.expected_current);
+    if (charge.baseline_current)
+      baseline_charges.add(charge.measured_current, *charge.baseline_current);
+    answered_charges.add(charge.measured_current, charge.baseline_answered
+                                                      ? *charge.baseline_current
+                                                      : charge.expected_current);
     last_charge = charge;
   }
 }

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "bag/battery_state_message.hpp"
-#include "report/model_yaml.hpp"
 #include "message_parts.hpp"
+#include "report/model_yaml.hpp"
 
 namespace battery_sof {
 namespace {
@@ -26,12 +26,15 @@ void append(PredictMap::Response& response, const ChargeAcceptanceAnswer& answer
   response.i_boost_code.push_back(codeOf(answer.code));
 }
 
-CrankingMap crankingMapOf(const ModelSnapshot& model, const PredictMap::Request& request, const WorkWatch& watch) {
-  const CrankingQuery query = asked(CrankingQuery{0.0, 0.0, request.i_cranking, request.t_cranking, request.u_required});
+CrankingMap crankingMapOf(const ModelSnapshot& model, const PredictMap::Request& request,
+                          const WorkWatch& watch) {
+  const CrankingQuery query =
+      asked(CrankingQuery{0.0, 0.0, request.i_cranking, request.t_cranking, request.u_required});
   return model.mapCranking(query, request.i_load, request.t_stop, watch);
 }
 
-ChargeAcceptanceMap chargeMapOf(const ModelSnapshot& model, const PredictMap::Request& request, const WorkWatch& watch) {
+ChargeAcceptanceMap chargeMapOf(const ModelSnapshot& model, const PredictMap::Request& request,
+                                const WorkWatch& watch) {
   ChargeAcceptanceQuery query;
   query.i_limit = request.i_limit;
   return model.mapChargeAcceptance(asked(query), request.u_boost, request.t_sof2, watch);
@@ -51,31 +54,40 @@ void fillEstimates(IdentifiedModel& message, const Fit& fit) {
 }  // namespace
 
 CrankingQuery queryOf(const PredictCranking::Request& request) {
-  CrankingQuery query{request.i_load, request.t_stop, request.i_cranking, request.t_cranking, request.u_required};
+  CrankingQuery query{request.i_load, request.t_stop, request.i_cranking, request.t_cranking,
+                      request.u_required};
   query.load = {request.load_time, request.load_current};
   query.crank = {request.cranking_time, request.cranking_current};
   return asked(std::move(query));
 }
 
 StopTimeQuery queryOf(const PredictStopTime::Request& request) {
-  return asked(StopTimeQuery{request.i_load, request.i_cranking, request.t_cranking, request.u_required});
+  return asked(
+      StopTimeQuery{request.i_load, request.i_cranking, request.t_cranking, request.u_required});
 }
 
 ChargeAcceptanceQuery queryOf(const PredictChargeAcceptance::Request& request) {
   return asked(ChargeAcceptanceQuery{request.u_boost, request.t_sof2, request.i_limit});
 }
 
-PredictCranking::Response responseOf(const CrankingAnswer& answer) { return messageAs<PredictCranking::Response>(answer); }
-PredictStopTime::Response responseOf(const StopTimeAnswer& answer) { return messageAs<PredictStopTime::Response>(answer); }
+PredictCranking::Response responseOf(const CrankingAnswer& answer) {
+  return messageAs<PredictCranking::Response>(answer);
+}
+PredictStopTime::Response responseOf(const StopTimeAnswer& answer) {
+  return messageAs<PredictStopTime::Response>(answer);
+}
 PredictChargeAcceptance::Response responseOf(const ChargeAcceptanceAnswer& answer) {
   return messageAs<PredictChargeAcceptance::Response>(answer);
 }
 
-PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Request& request, const WorkWatch& watch) {
+PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Request& request,
+                            const WorkWatch& watch) {
   std::optional<CrankingMap> cranking;
   std::optional<ChargeAcceptanceMap> charge;
-  if (!request.i_load.empty() || !request.t_stop.empty()) cranking = crankingMapOf(model, request, watch);
-  if (!request.u_boost.empty() || !request.t_sof2.empty()) charge = chargeMapOf(model, request, watch);
+  if (!request.i_load.empty() || !request.t_stop.empty())
+    cranking = crankingMapOf(model, request, watch);
+  if (!request.u_boost.empty() || !request.t_sof2.empty())
+    charge = chargeMapOf(model, request, watch);
   PredictMap::Response response;
   if (cranking)
     for (const CrankingAnswer& answer : cranking->answers) append(response, answer);

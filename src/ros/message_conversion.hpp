@@ -12,7 +12,8 @@
 
 namespace battery_sof {
 
-// The queries of requests: what was left out (askedFor()) is not asked, or its default. Nothing is judged here: see faultsOf().
+// The queries of requests: what was left out (askedFor()) is not asked, or its default. Nothing is
+// judged here: see faultsOf().
 CrankingQuery queryOf(const PredictCranking::Request& request);
 StopTimeQuery queryOf(const PredictStopTime::Request& request);
 ChargeAcceptanceQuery queryOf(const PredictChargeAcceptance::Request& request);
@@ -22,8 +23,10 @@ PredictCranking::Response responseOf(const CrankingAnswer& answer);
 PredictStopTime::Response responseOf(const StopTimeAnswer& answer);
 PredictChargeAcceptance::Response responseOf(const ChargeAcceptanceAnswer& answer);
 
-/// @return both maps of a request, those with lists, asked of a model. @param watch see mapCranking().
-PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Request& request, const WorkWatch& watch = nullptr);
+/// @return both maps of a request, those with lists, asked of a model. @param watch see
+/// mapCranking().
+PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Request& request,
+                            const WorkWatch& watch = nullptr);
 
 /// @return the response; absent arrays are empty.
 SimulateProfile::Response responseOf(const ProfileAnswer& answer);
@@ -34,7 +37,8 @@ IdentifiedModel messageOf(const FittedModel& model);
 /// @return the response to ~identify; code REFUSED unless accepted.
 Identify::Response responseOf(const IdentificationOutcome& outcome);
 
-/// @return the message of a finished diagnosis with header.stamp at the recording's end; absent numbers are NaN.
+/// @return the message of a finished diagnosis with header.stamp at the recording's end; absent
+/// numbers are NaN.
 DiagnosisMessage messageOf(const DiagnosisReport& report, const Adoption& adoption);
 
 /// What came of a diagnosis.

@@ -19,7 +19,8 @@ inline constexpr Interval kNoInterval{kNan, kNan, kNan};
 
 inline std::uint8_t codeOf(AnswerCode code) { return static_cast<std::uint8_t>(code); }
 
-// A service's response and the answer in the status have the same fields (CrankAnswer.msg, StopTimeAnswer.msg, ChargeAnswer.msg).
+// A service's response and the answer in the status have the same fields (CrankAnswer.msg,
+// StopTimeAnswer.msg, ChargeAnswer.msg).
 
 /// What all answers have.
 template <typename Message, typename Answer>

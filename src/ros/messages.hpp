@@ -1,8 +1,8 @@
 #pragma once
 
-// The package's messages and services. ROS puts them into the core's namespace: the message IdentifiedModel is the core's
-// FittedModel on the wire. A Diagnosis and a StopTimeAnswer are both: the messages go by the names DiagnosisMessage and
-// StopTimeMessage here.
+// The package's messages and services. ROS puts them into the core's namespace: the message
+// IdentifiedModel is the core's FittedModel on the wire. A Diagnosis and a StopTimeAnswer are both:
+// the messages go by the names DiagnosisMessage and StopTimeMessage here.
 #define Diagnosis DiagnosisMessage
 #define StopTimeAnswer StopTimeMessage
 #include <battery_sof/Diagnose.h>

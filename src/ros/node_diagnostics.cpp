@@ -11,10 +11,13 @@ using Level = diagnostic_msgs::DiagnosticStatus;
 
 constexpr double kLateSample = 100.0;  // [ms], ten samples of the design rate
 
-std::string shown(const std::optional<double>& value, double factor = 1.0) { return value ? std::to_string(factor * *value) : "none"; }
+std::string shown(const std::optional<double>& value, double factor = 1.0) {
+  return value ? std::to_string(factor * *value) : "none";
+}
 
 /// [Hz] by the stamps, between two snapshots.
-std::optional<double> rateBetween(const DiagnosticsSnapshot& before, const DiagnosticsSnapshot& now) {
+std::optional<double> rateBetween(const DiagnosticsSnapshot& before,
+                                  const DiagnosticsSnapshot& now) {
   if (!before.status.newest_time || !now.status.newest_time) return std::nullopt;
   const double passed = *now.status.newest_time - *before.status.newest_time;
   if (!(passed > 0.0)) return std::nullopt;
@@ -22,8 +25,8 @@ std::optional<double> rateBetween(const DiagnosticsSnapshot& before, const Diagn
 }
 
 /// How one kind of event compares with what was expected of it.
-void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events, const char* unit, const EventTally& tally,
-         const IntervalCalibration& scale) {
+void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events,
+         const char* unit, const EventTally& tally, const IntervalCalibration& scale) {
   status.add(events, tally.count);
   status.add(events + " inside their interval", tally.inside);
   status.add(events + "' share inside [%]", shown(tally.coverageOf(), 100.0));
@@ -32,20 +35,24 @@ void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string&
 }
 
 /// The baseline predictor beside it, over what the contest remembers.
-void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events, const char* unit, const EventTally& baseline,
-         const EventTally& answered, const BaselineScore& selector) {
+void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events,
+         const char* unit, const EventTally& baseline, const EventTally& answered,
+         const BaselineScore& selector) {
   const std::string in_unit = std::string(" [") + unit + "]";
   status.add(events + "' mean absolute error, baseline" + in_unit, shown(baseline.meanAbsError()));
-  status.add(events + "' mean absolute error, as answered" + in_unit, shown(answered.meanAbsError()));
+  status.add(events + "' mean absolute error, as answered" + in_unit,
+             shown(answered.meanAbsError()));
   status.add(events + " answered by", selector.baseline_selected ? "baseline" : "model");
   status.add(events + " compared with the baseline predictor lately", selector.events);
   status.add(events + " lately, mean error of the model" + in_unit, selector.model_error);
-  status.add(events + " lately, mean error of the baseline predictor" + in_unit, selector.baseline_error);
+  status.add(events + " lately, mean error of the baseline predictor" + in_unit,
+             selector.baseline_error);
 }
 
 }  // namespace
 
-NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot) : take_snapshot_(std::move(take_snapshot)) {
+NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot)
+    : take_snapshot_(std::move(take_snapshot)) {
   updater_.setHardwareID("battery");
   updater_.add("data rate", this, &NodeDiagnostics::reportDataRate);
   updater_.add("rejected samples", this, &NodeDiagnostics::reportRejected);
@@ -64,7 +71,8 @@ void NodeDiagnostics::publish() {
 void NodeDiagnostics::reportDataRate(Status& status) {
   const std::optional<double> rate = rateBetween(before_, now_);
   if (!now_.status.newest_time) {
-    status.summary(Level::WARN, now_.status.state == SessionState::kNoSample ? now_.status.reason : "no sample yet");
+    status.summary(Level::WARN, now_.status.state == SessionState::kNoSample ? now_.status.reason
+                                                                             : "no sample yet");
   } else if (now_.no_data_for) {
     status.summaryf(Level::ERROR, "no sample for %.1f s", *now_.no_data_for);
   } else {
@@ -120,16 +128,19 @@ void NodeDiagnostics::reportPredictionError(Status& status) {
   if (!backtest.q_dyn_percent) {
     status.summary(Level::OK, "nothing to compare yet");
   } else if (*backtest.q_dyn_percent < 0.0) {
-    status.summaryf(Level::WARN, "Q_dyn is %.1f %%: a constant would predict better", *backtest.q_dyn_percent);
+    status.summaryf(Level::WARN, "Q_dyn is %.1f %%: a constant would predict better",
+                    *backtest.q_dyn_percent);
   } else {
     status.summaryf(Level::OK, "Q_dyn is %.1f %%", *backtest.q_dyn_percent);
   }
   status.add("Q_dyn [%]", shown(backtest.q_dyn_percent));
   status.add("compared over [s]", backtest.duration);
   add(status, "cranks", "V", events.cranks, events.crank_calibration);
-  add(status, "cranks", "V", events.baseline_cranks, events.answered_cranks, now_.status.crank_selector);
+  add(status, "cranks", "V", events.baseline_cranks, events.answered_cranks,
+      now_.status.crank_selector);
   add(status, "charges", "A", events.charges, events.charge_calibration);
-  add(status, "charges", "A", events.baseline_charges, events.answered_charges, now_.status.charge_selector);
+  add(status, "charges", "A", events.baseline_charges, events.answered_charges,
+      now_.status.charge_selector);
 }
 
 void NodeDiagnostics::reportResponseTimes(Status& status) {
@@ -137,7 +148,8 @@ void NodeDiagnostics::reportResponseTimes(Status& status) {
   if (times.sample_longest_ms > kLateSample) {
     status.summaryf(Level::WARN, "a sample waited %.0f ms", times.sample_longest_ms);
   } else {
-    status.summaryf(Level::OK, "%zu queries, 99 %% of the last within %.2f ms", times.queries, times.query_p99_ms);
+    status.summaryf(Level::OK, "%zu queries, 99 %% of the last within %.2f ms", times.queries,
+                    times.query_p99_ms);
   }
   status.add("queries", times.queries);
   status.add("query work p99 [ms]", times.query_p99_ms);

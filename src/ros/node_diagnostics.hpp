@@ -27,8 +27,8 @@ struct DiagnosticsSnapshot {
   std::string state_file_fault;  ///< empty when the last access went well
 };
 
-/// Publishes data rate, rejected samples by reason, identification, prediction error, response times and diagnosis on
-/// /diagnostics.
+/// Publishes data rate, rejected samples by reason, identification, prediction error, response
+/// times and diagnosis on /diagnostics.
 class NodeDiagnostics {
  public:
   using TakeSnapshot = std::function<DiagnosticsSnapshot()>;

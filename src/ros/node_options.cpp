@@ -5,9 +5,9 @@
 #include <sstream>
 
 #include "recording/series_blocks.hpp"
-#include "util/text.hpp"
 #include "report/model_yaml.hpp"
 #include "report/priors_yaml.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 
@@ -38,14 +38,16 @@ std::string shown(double value) {
 
 /// The keys of one map of parameters, each with what takes its value.
 /// Parameters of 0.2 under their old names.
-const std::map<std::string, std::string> kRenamed = {
-    {"blocks", "series_blocks"}, {"adopt_diagnosis", "use_diagnosis"}, {"min_suitability", "min_window_quality"}};
+const std::map<std::string, std::string> kRenamed = {{"blocks", "series_blocks"},
+                                                     {"adopt_diagnosis", "use_diagnosis"},
+                                                     {"min_suitability", "min_window_quality"}};
 
 class Schema {
  public:
   using Reader = std::function<void(Value&, const std::string& name, Faults&)>;
 
-  void number(const std::string& key, double lower, double upper, const std::function<void(double)>& store) {
+  void number(const std::string& key, double lower, double upper,
+              const std::function<void(double)>& store) {
     readers_[key] = [=](Value& value, const std::string& name, Faults& faults) {
       const bool integer = value.getType() == Value::TypeInt;
       if (!integer && value.getType() != Value::TypeDouble) {
@@ -54,7 +56,8 @@ class Schema {
       }
       const double number = integer ? static_cast<int&>(value) : static_cast<double&>(value);
       if (number >= lower && number <= upper) return store(number);
-      faults.push_back(name + " is " + shown(number) + ", expected " + shown(lower) + " to " + shown(upper));
+      faults.push_back(name + " is " + shown(number) + ", expected " + shown(lower) + " to " +
+                       shown(upper));
     };
   }
 
@@ -80,7 +83,9 @@ class Schema {
   }
 
   void map(const std::string& key, const Schema& schema) {
-    readers_[key] = [=](Value& value, const std::string& name, Faults& faults) { schema.read(value, name + "/", faults); };
+    readers_[key] = [=](Value& value, const std::string& name, Faults& faults) {
+      schema.read(value, name + "/", faults);
+    };
   }
 
   void read(Value& values, const std::string& prefix, Faults& faults) const {
@@ -93,7 +98,9 @@ class Schema {
       const auto reader = readers_.find(key);
       if (reader == readers_.end()) {
         const auto renamed = kRenamed.find(key);
-        faults.push_back(prefix + key + (renamed == kRenamed.end() ? " is unknown; known are " + known() : " is " + renamed->second + " since 0.3"));
+        faults.push_back(prefix + key +
+                         (renamed == kRenamed.end() ? " is unknown; known are " + known()
+                                                    : " is " + renamed->second + " since 0.3"));
       } else {
         reader->second(value, prefix + key, faults);
       }
@@ -129,7 +136,8 @@ Schema standingQuerySchema(StandingQueries& standing) {
   schema.number("t_stop_s", 0.0, 86400.0, into(query.t_stop));
   schema.number("i_cranking_a", -2000.0, -1.0, into(query.i_cranking));
   schema.number("t_cranking_s", 0.01, 60.0, into(query.t_cranking));
-  schema.number("u_required_v", 0.0, 100.0, [&query](double value) { query.u_required = askedFor(value); });
+  schema.number("u_required_v", 0.0, 100.0,
+                [&query](double value) { query.u_required = askedFor(value); });
   schema.number("u_boost_v", 0.0, 100.0, [&standing](double value) {
     standing.u_boost_is_given = askedFor(value).has_value();
     if (standing.u_boost_is_given) standing.charge.u_boost = value;
@@ -150,7 +158,8 @@ Schema fitSchema(IdentifyOptions& fit) {
   });
   schema.number("crank_weight", 1.0, 1000.0, into(fit.crank_weight));
   schema.number("crank_weight_current_a", -2000.0, -1.0, into(fit.crank_weight_current));
-  schema.number("max_iterations", 1.0, 1000.0, [&fit](double value) { fit.max_iterations = static_cast<int>(value); });
+  schema.number("max_iterations", 1.0, 1000.0,
+                [&fit](double value) { fit.max_iterations = static_cast<int>(value); });
   return schema;
 }
 
@@ -181,7 +190,9 @@ Schema schemaOf(NodeOptions& options) {
 /// The defaults, those in volts of as many blocks as are asked for.
 NodeOptions defaultsFor(Value& parameters) {
   NodeOptions options;
-  if (!parameters.valid() || parameters.getType() != Value::TypeStruct || !parameters.hasMember("series_blocks")) return options;
+  if (!parameters.valid() || parameters.getType() != Value::TypeStruct ||
+      !parameters.hasMember("series_blocks"))
+    return options;
   Value& given = parameters["series_blocks"];
   Schema only_blocks;
   double series_blocks = 1.0;
@@ -197,24 +208,33 @@ NodeOptions defaultsFor(Value& parameters) {
 
 void findContradictions(const NodeOptions& options, Faults& faults) {
   const SessionOptions& session = options.session;
-  if (!areSeriesBlocks(session.series_blocks)) faults.push_back("~series_blocks is " + shown(session.series_blocks) + ", expected " + kAllowedSeriesBlocks);
+  if (!areSeriesBlocks(session.series_blocks))
+    faults.push_back("~series_blocks is " + shown(session.series_blocks) + ", expected " +
+                     kAllowedSeriesBlocks);
   if (session.window_length && *session.window_length < 60.0) {
-    faults.push_back("~window_s is " + shown(*session.window_length) + ", expected 0 (automatic) or 60 to 14400");
+    faults.push_back("~window_s is " + shown(*session.window_length) +
+                     ", expected 0 (automatic) or 60 to 14400");
   }
   if (options.standing.charge.u_boost < kMinBoost)
     faults.push_back("~standing_query/u_boost_v is " + shown(options.standing.charge.u_boost) +
-                     ", expected 0 (at which the battery was charged lately) or " + shown(kMinBoost) + " to 100");
+                     ", expected 0 (at which the battery was charged lately) or " +
+                     shown(kMinBoost) + " to 100");
   if (options.diagnose_period > 0.0 && options.diagnose_period < 60.0) {
-    faults.push_back("~diagnose_period_s is " + shown(options.diagnose_period) + ", expected 0 (only on request) or 60 to 86400");
+    faults.push_back("~diagnose_period_s is " + shown(options.diagnose_period) +
+                     ", expected 0 (only on request) or 60 to 86400");
   }
   if (options.use_diagnosis && session.identify.start == FitStart::kPaper) {
-    faults.push_back("~use_diagnosis is true and ~fit/start paper, expected robust: effects are not fitted otherwise");
+    faults.push_back(
+        "~use_diagnosis is true and ~fit/start paper, expected robust: effects are not fitted "
+        "otherwise");
   }
   if (session.window_length && *session.window_length > session.buffer) {
-    faults.push_back("~window_s is " + shown(*session.window_length) + ", expected at most ~buffer_s, which is " + shown(session.buffer));
+    faults.push_back("~window_s is " + shown(*session.window_length) +
+                     ", expected at most ~buffer_s, which is " + shown(session.buffer));
   }
   if (!options.vehicle_type.empty() && options.priors.empty())
-    faults.push_back("~vehicle_type is '" + options.vehicle_type + "', expected with ~priors, whose types it is one of");
+    faults.push_back("~vehicle_type is '" + options.vehicle_type +
+                     "', expected with ~priors, whose types it is one of");
 }
 
 void readPriors(NodeOptions& options, Faults& faults) {
@@ -243,7 +263,8 @@ ChargeAcceptanceQuery StandingQueries::chargeAt(const std::optional<double>& lat
   return query;
 }
 
-NodeOptionsError::NodeOptionsError(const std::vector<std::string>& faults) : std::runtime_error(join(faults, "\n")) {}
+NodeOptionsError::NodeOptionsError(const std::vector<std::string>& faults)
+    : std::runtime_error(join(faults, "\n")) {}
 
 NodeOptions parseNodeOptions(XmlRpc::XmlRpcValue parameters) {
   NodeOptions options = defaultsFor(parameters);

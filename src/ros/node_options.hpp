@@ -10,27 +10,31 @@
 
 namespace battery_sof {
 
-/// The questions asked again with every status: SOF1, the longest stop before the same crank, and SOF2. Voltages are those of one block
-/// by default; parseNodeOptions() makes them those of the row.
+/// The questions asked again with every status: SOF1, the longest stop before the same crank, and
+/// SOF2. Voltages are those of one block by default; parseNodeOptions() makes them those of the
+/// row.
 struct StandingQueries {
   CrankingQuery cranking{-20.0, 30.0, -200.0, 1.0, 7.2};
   ChargeAcceptanceQuery charge{14.2, 10.0, 5000.0};
-  bool u_boost_is_given = false;  ///< else it is asked at the voltage at which the battery was charged lately, see chargeAt()
+  /// else it is asked at the voltage at which the battery was charged lately, see chargeAt()
+  bool u_boost_is_given = false;
   /// @return without an u_required where that is not asked.
   StopTimeQuery stopTime() const;
   /// @param lately [V], OnlineSession::chargeVoltage().
   ChargeAcceptanceQuery chargeAt(const std::optional<double>& lately) const;
 };
 
-/// Everything the node is reported by its private parameters; config/battery_sof.yaml explains each.
+/// Everything the node is reported by its private parameters; config/battery_sof.yaml explains
+/// each.
 struct NodeOptions {
   SessionOptions session;
   StandingQueries standing;
   double diagnose_period = 0.0;  ///< [s] of driving; 0: only on request
-  bool use_diagnosis = false;  ///< what is diagnosed goes on trial beside the base model
+  bool use_diagnosis = false;    ///< what is diagnosed goes on trial beside the base model
   std::string state_file;        ///< empty: the model is not kept
-  std::string priors;            ///< PRIORS.yaml that session.identify.priors came from; empty: the catalogue's
-  std::string vehicle_type;      ///< of the priors; empty: those of all types
+  /// PRIORS.yaml that session.identify.priors came from; empty: the catalogue's
+  std::string priors;
+  std::string vehicle_type;  ///< of the priors; empty: those of all types
 };
 
 /// Parameters the node does not start with; the message has one line a fault.

@@ -17,7 +17,8 @@ void ResponseClock::Ring::add(double value) {
 double ResponseClock::Ring::quantile(double share) const {
   if (values.empty()) return 0.0;
   std::vector<double> sorted = values;
-  const auto index = static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(sorted.size() - 1)));
+  const auto index =
+      static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(sorted.size() - 1)));
   std::nth_element(sorted.begin(), sorted.begin() + index, sorted.end());
   return sorted[static_cast<std::size_t>(index)];
 }

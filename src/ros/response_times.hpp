@@ -8,10 +8,11 @@ namespace battery_sof {
 
 /// What a report says of response times.
 struct ResponseTimes {
-  std::size_t queries = 0;         ///< since the start
-  double query_p99_ms = 0.0;       ///< 99th percentile of the last kKept queries' work
-  double query_longest_ms = 0.0;   ///< of the same
-  double sample_p99_ms = 0.0;      ///< of the last kKept samples, from arrival (simulated time: from callback) to done
+  std::size_t queries = 0;        ///< since the start
+  double query_p99_ms = 0.0;      ///< 99th percentile of the last kKept queries' work
+  double query_longest_ms = 0.0;  ///< of the same
+  /// of the last kKept samples, from arrival (simulated time: from callback) to done
+  double sample_p99_ms = 0.0;
   double sample_longest_ms = 0.0;  ///< since the report before
 };
 

@@ -30,7 +30,8 @@ void ShutdownLimit::watch() {
   while (!ros::isShuttingDown())
     if (changed_.wait_for(lock, kLook, [this] { return is_over_; })) return;
   if (changed_.wait_for(lock, kGrace, [this] { return is_over_; })) return;
-  std::fputs("battery_sof_node: ended in the middle of a computation, of which nothing is kept\n", stderr);
+  std::fputs("battery_sof_node: ended in the middle of a computation, of which nothing is kept\n",
+             stderr);
   std::_Exit(EXIT_SUCCESS);
 }
 

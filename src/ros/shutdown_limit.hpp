@@ -7,10 +7,12 @@
 namespace battery_sof {
 
 /**
- * @brief Ends the program when ROS's shutdown and what follows it take longer than a second, whatever is being computed.
+ * @brief Ends the program when ROS's shutdown and what follows it take longer than a second,
+ * whatever is being computed.
  *
- * Maps, profiles and diagnoses break off by themselves; a fit and a single answer have no place to. Nothing is lost: what they would have
- * come to is for nobody any more, and files are written beside and renamed.
+ * Maps, profiles and diagnoses break off by themselves; a fit and a single answer have no place to.
+ * Nothing is lost: what they would have come to is for nobody any more, and files are written
+ * beside and renamed.
  */
 class ShutdownLimit {
  public:

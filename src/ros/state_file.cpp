@@ -6,9 +6,9 @@
 #include <exception>
 #include <system_error>
 
+#include "report/model_yaml.hpp"
 #include "util/atomic_file.hpp"
 #include "util/printable.hpp"
-#include "report/model_yaml.hpp"
 
 namespace battery_sof {
 namespace {
@@ -30,13 +30,15 @@ bool isGone(pid_t process) { return ::kill(process, 0) != 0 && errno == ESRCH; }
 void removeDrafts(const fs::path& path) {
   const std::string begin = "." + path.filename().string() + ".";
   std::error_code error;
-  for (fs::directory_iterator entry(fs::absolute(path, error).parent_path(), error), end; !error && entry != end; entry.increment(error)) {
+  for (fs::directory_iterator entry(fs::absolute(path, error).parent_path(), error), end;
+       !error && entry != end; entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     if (name.compare(0, begin.size(), begin) != 0) continue;
     char* rest = nullptr;
     const long process = std::strtol(name.c_str() + begin.size(), &rest, 10);
     std::error_code ignored;
-    if (process > 0 && *rest == '-' && isGone(static_cast<pid_t>(process))) fs::remove(entry->path(), ignored);
+    if (process > 0 && *rest == '-' && isGone(static_cast<pid_t>(process)))
+      fs::remove(entry->path(), ignored);
   }
 }
 
@@ -46,7 +48,8 @@ fs::path freeName(const fs::path& file) {
   first += ".refused";
   fs::path free = first;
   std::error_code none;
-  for (int n = 1; fs::exists(fs::symlink_status(free, none)); ++n) (free = first) += "." + std::to_string(n);
+  for (int n = 1; fs::exists(fs::symlink_status(free, none)); ++n)
+    (free = first) += "." + std::to_string(n);
   return free;
 }
 
@@ -93,7 +96,8 @@ std::string StateFile::setAside() const {
   const fs::path file = linkTarget(path_), aside = freeName(file);
   std::error_code error;
   fs::rename(file, aside, error);
-  return error ? "it cannot be set aside: " + error.message() : "it was set aside as " + printable(aside.string());
+  return error ? "it cannot be set aside: " + error.message()
+               : "it was set aside as " + printable(aside.string());
 }
 
 }  // namespace battery_sof

@@ -11,9 +11,10 @@ namespace battery_sof {
 /**
  * @brief The file in which the accepted model outlives the node.
  *
- * Read once, at the start. What cannot be used is set aside as FILE.refused (FILE.refused.1, .2 ... where there is one), so that it
- * is not read again and again; what is no regular file (a device, a pipe, a loop of links) is neither read, moved nor written. A
- * symbolic link stays: the file that it names is read, set aside and written, and may be missing. Nothing here throws or waits.
+ * Read once, at the start. What cannot be used is set aside as FILE.refused (FILE.refused.1, .2 ...
+ * where there is one), so that it is not read again and again; what is no regular file (a device, a
+ * pipe, a loop of links) is neither read, moved nor written. A symbolic link stays: the file that
+ * it names is read, set aside and written, and may be missing. Nothing here throws or waits.
  */
 class StateFile {
  public:
@@ -32,7 +33,8 @@ class StateFile {
   /// Writes the model whole or not at all, and only where read() would take it back.
   Result save(const FittedModel& model) const;
 
-  /// Puts the file aside, under a name that is free. @return where it is now, or why it could not be moved.
+  /// Puts the file aside, under a name that is free. @return where it is now, or why it could not
+  /// be moved.
   std::string setAside() const;
 
   const std::filesystem::path& path() const { return path_; }

@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "ros/message_conversion.hpp"
 #include "message_parts.hpp"
+#include "ros/message_conversion.hpp"
 
 namespace battery_sof {
 namespace {
@@ -44,7 +44,8 @@ void fillAnswers(SofStatus& message, const StandingAnswers& answers) {
 }
 
 /// What the record of one kind of event says of all of them.
-EventRecord recordOf(const EventTally& model, const EventTally& baseline, const EventTally& answered, const IntervalCalibration& scale,
+EventRecord recordOf(const EventTally& model, const EventTally& baseline,
+                     const EventTally& answered, const IntervalCalibration& scale,
                      const BaselineScore& selector) {
   EventRecord record;
   record.count = static_cast<std::uint32_t>(model.count);
@@ -58,7 +59,8 @@ EventRecord recordOf(const EventTally& model, const EventTally& baseline, const 
 }
 
 /// The last event's part of a record.
-void fillLast(EventRecord& record, double time, double given, double measured, const Interval& expected) {
+void fillLast(EventRecord& record, double time, double given, double measured,
+              const Interval& expected) {
   record.time = time;
   record.stimulus = given;
   record.measured = measured;
@@ -68,19 +70,24 @@ void fillLast(EventRecord& record, double time, double given, double measured, c
 }
 
 EventRecord cranksOf(const EventTallies& events, const BaselineScore& selector) {
-  EventRecord record = recordOf(events.cranks, events.baseline_cranks, events.answered_cranks, events.crank_calibration, selector);
+  EventRecord record = recordOf(events.cranks, events.baseline_cranks, events.answered_cranks,
+                                events.crank_calibration, selector);
   record.duration = kNan;
   fillLast(record, kNan, kNan, kNan, kNoInterval);
-  if (const auto& last = events.last_crank) fillLast(record, last->time, last->current, last->measured_minimum, last->expected_minimum);
+  if (const auto& last = events.last_crank)
+    fillLast(record, last->time, last->current, last->measured_minimum, last->expected_minimum);
   return record;
 }
 
 EventRecord chargesOf(const EventTallies& events, const BaselineScore& selector) {
-  EventRecord record = recordOf(events.charges, events.baseline_charges, events.answered_charges, events.charge_calibration, selector);
+  EventRecord record = recordOf(events.charges, events.baseline_charges, events.answered_charges,
+                                events.charge_calibration, selector);
   const auto& last = events.last_charge;
   record.duration = last ? last->duration : kNan;
   fillLast(record, kNan, kNan, kNan, kNoInterval);
-  if (last) fillLast(record, last->time, last->mean_voltage, last->measured_current, last->expected_current);
+  if (last)
+    fillLast(record, last->time, last->mean_voltage, last->measured_current,
+             last->expected_current);
   return record;
 }
 
@@ -88,7 +95,8 @@ void fillSource(SofStatus& message, const SessionStatus& session) {
   message.charger_present = session.charger_present;
   message.charger_share = orNan(session.charger_share);
   message.voltage_controlled = session.voltage_controlled;
-  const ExpectedSample expected = session.expected.value_or(ExpectedSample{kNan, std::nullopt, std::nullopt});
+  const ExpectedSample expected =
+      session.expected.value_or(ExpectedSample{kNan, std::nullopt, std::nullopt});
   message.expected_time = expected.time;
   message.expected_voltage = orNan(expected.voltage);
   message.expected_current = orNan(expected.current);

@@ -15,18 +15,21 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const fs::path& path, int error) {
-  throw std::runtime_error("cannot write " + path.string() + ": " + std::generic_category().message(error));
+  throw std::runtime_error("cannot write " + path.string() + ": " +
+                           std::generic_category().message(error));
 }
 
-/// A file being written that has no name until it is complete, where the file system can do that: a process that is ended leaves
-/// nothing behind. Elsewhere it has a name of its own, and is removed again unless it is given its final one.
+/// A file being written that has no name until it is complete, where the file system can do that: a
+/// process that is ended leaves nothing behind. Elsewhere it has a name of its own, and is removed
+/// again unless it is given its final one.
 class Draft {
  public:
   Draft(const fs::path& beside, const fs::path& reported) : path_(beside), reported_(reported) {
     const fs::path folder = beside.has_parent_path() ? beside.parent_path() : ".";
     descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
     has_name_ = descriptor_ < 0;
-    if (has_name_) descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (has_name_)
+      descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor_ < 0) fail(reported_, errno);
   }
   Draft(const Draft&) = delete;
@@ -37,11 +40,15 @@ class Draft {
   }
 
   int descriptor() const { return descriptor_; }
-  fs::path name() const { return has_name_ ? path_ : fs::path("/proc/self/fd/" + std::to_string(descriptor_)); }
+  fs::path name() const {
+    return has_name_ ? path_ : fs::path("/proc/self/fd/" + std::to_string(descriptor_));
+  }
 
   void renameTo(const fs::path& target) {
     if (::fsync(descriptor_) != 0) fail(reported_, errno);
-    if (!has_name_ && ::linkat(AT_FDCWD, name().c_str(), AT_FDCWD, path_.c_str(), AT_SYMLINK_FOLLOW) != 0) fail(reported_, errno);
+    if (!has_name_ &&
+        ::linkat(AT_FDCWD, name().c_str(), AT_FDCWD, path_.c_str(), AT_SYMLINK_FOLLOW) != 0)
+      fail(reported_, errno);
     has_name_ = true;
     if (std::rename(path_.c_str(), target.c_str()) != 0) fail(reported_, errno);
     has_name_ = false;
@@ -76,10 +83,12 @@ void writeDevice(const fs::path& path, const std::string& content) {
 
 fs::path pathBeside(const fs::path& target) {
   static std::atomic<unsigned> drafts{0};
-  return target.parent_path() / ("." + target.filename().string() + "." + std::to_string(::getpid()) + "-" + std::to_string(drafts++));
+  return target.parent_path() / ("." + target.filename().string() + "." +
+                                 std::to_string(::getpid()) + "-" + std::to_string(drafts++));
 }
 
-/// What is there, links followed. @throws std::runtime_error for a folder and for what the system cannot say (a loop of links).
+/// What is there, links followed. @throws std::runtime_error for a folder and for what the system
+/// cannot say (a loop of links).
 fs::file_status writableStatus(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);

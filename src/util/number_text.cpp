@@ -28,9 +28,11 @@ std::optional<double> numberOf(std::string_view text) {
   if (text.empty() || kBlanks.find(text.front()) != std::string_view::npos) return std::nullopt;
   if (text.find_first_of("xX") != std::string_view::npos) return std::nullopt;
 #ifdef __cpp_lib_to_chars
-  const std::string_view unsigned_text = text.substr(text.front() == '+' && text.substr(1, 1) != "-" ? 1 : 0);
+  const std::string_view unsigned_text =
+      text.substr(text.front() == '+' && text.substr(1, 1) != "-" ? 1 : 0);
   double value = 0.0;
-  const auto [end, error] = std::from_chars(unsigned_text.data(), unsigned_text.data() + unsigned_text.size(), value);
+  const auto [end, error] =
+      std::from_chars(unsigned_text.data(), unsigned_text.data() + unsigned_text.size(), value);
   if (error == std::errc() && end == text.data() + text.size()) return value;
   if (error != std::errc::result_out_of_range) return std::nullopt;
 #endif

@@ -5,16 +5,22 @@
 namespace battery_sof {
 namespace {
 
-/// Bytes of the UTF-8 character that begins there; 0 where none does. Overlong forms and surrogates are none.
+/// Bytes of the UTF-8 character that begins there; 0 where none does. Overlong forms and surrogates
+/// are none.
 std::size_t lengthOfCharacter(const std::string& text, std::size_t at) {
-  const auto byte = [&](std::size_t k) { return at + k < text.size() ? static_cast<unsigned char>(text[at + k]) : 0u; };
+  const auto byte = [&](std::size_t k) {
+    return at + k < text.size() ? static_cast<unsigned char>(text[at + k]) : 0u;
+  };
   const auto follows = [&](std::size_t k) { return (byte(k) & 0xC0u) == 0x80u; };
   const unsigned first = byte(0);
   if (first < 0x80u) return 1;
   if (first >= 0xC2u && first <= 0xDFu && follows(1)) return 2;
-  const bool is_overlong = first == 0xE0u && byte(1) < 0xA0u, is_surrogate = first == 0xEDu && byte(1) >= 0xA0u;
-  if ((first & 0xF0u) == 0xE0u && follows(1) && follows(2) && !is_overlong && !is_surrogate) return 3;
-  const bool in_range = (first == 0xF0u && byte(1) >= 0x90u) || (first > 0xF0u && first < 0xF4u) || (first == 0xF4u && byte(1) < 0x90u);
+  const bool is_overlong = first == 0xE0u && byte(1) < 0xA0u,
+             is_surrogate = first == 0xEDu && byte(1) >= 0xA0u;
+  if ((first & 0xF0u) == 0xE0u && follows(1) && follows(2) && !is_overlong && !is_surrogate)
+    return 3;
+  const bool in_range = (first == 0xF0u && byte(1) >= 0x90u) || (first > 0xF0u && first < 0xF4u) ||
+                        (first == 0xF4u && byte(1) < 0x90u);
   return in_range && follows(1) && follows(2) && follows(3) ? 4 : 0;
 }
 
@@ -26,7 +32,8 @@ bool isControl(const std::string& text, std::size_t at, std::size_t length) {
 
 void appendEscaped(std::string& shown, char byte) {
   char code[8];
-  std::snprintf(code, sizeof code, "\\x%02x", static_cast<unsigned>(static_cast<unsigned char>(byte)));
+  std::snprintf(code, sizeof code, "\\x%02x",
+                static_cast<unsigned>(static_cast<unsigned char>(byte)));
   shown += byte == '\n' ? "\\n" : byte == '\t' ? "\\t" : code;
 }
 

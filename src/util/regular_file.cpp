@@ -19,7 +19,8 @@ namespace {
 class OpenFile {
  public:
   // Without O_NONBLOCK opening a pipe waits for its writer.
-  explicit OpenFile(const std::filesystem::path& path) : descriptor_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)) {
+  explicit OpenFile(const std::filesystem::path& path)
+      : descriptor_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)) {
     if (descriptor_ < 0) refuse(path, "cannot be read: " + std::generic_category().message(errno));
   }
   OpenFile(const OpenFile&) = delete;
@@ -36,10 +37,12 @@ class OpenFile {
 std::string readRegularFile(const std::filesystem::path& path, std::size_t largest) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) refuse(path, "is no regular file");
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    refuse(path, "is no regular file");
   const OpenFile file(path);
   struct stat facts {};
-  if (::fstat(file.descriptor(), &facts) != 0) refuse(path, "cannot be read: " + std::generic_category().message(errno));
+  if (::fstat(file.descriptor(), &facts) != 0)
+    refuse(path, "cannot be read: " + std::generic_category().message(errno));
   if (!S_ISREG(facts.st_mode)) refuse(path, "is no regular file");
   std::string text;
   char block[65536];

@@ -28,15 +28,18 @@ bool isOneFile(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-void requireSeparateFiles(const std::vector<std::string>& read, const std::vector<std::string>& written) {
+void requireSeparateFiles(const std::vector<std::string>& read,
+                          const std::vector<std::string>& written) {
   for (std::size_t k = 0; k < written.size(); ++k) {
     if (!isCompared(written[k])) continue;
     for (const std::string& input : read)
       if (isCompared(input) && isOneFile(input, written[k]))
-        throw std::invalid_argument(written[k] + " would be written over " + input + ", which is read: expected another file");
+        throw std::invalid_argument(written[k] + " would be written over " + input +
+                                    ", which is read: expected another file");
     for (std::size_t j = 0; j < k; ++j)
       if (isCompared(written[j]) && isOneFile(written[j], written[k]))
-        throw std::invalid_argument(written[k] + " and " + written[j] + " are one file to write: expected two");
+        throw std::invalid_argument(written[k] + " and " + written[j] +
+                                    " are one file to write: expected two");
   }
 }
 

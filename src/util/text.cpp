@@ -14,7 +14,8 @@ std::string sentenceOf(const char* pattern, std::va_list arguments) {
   std::va_list again;
   va_copy(again, arguments);
   std::array<char, 128> room;
-  const auto length = static_cast<std::size_t>(std::vsnprintf(room.data(), room.size(), pattern, arguments));
+  const auto length =
+      static_cast<std::size_t>(std::vsnprintf(room.data(), room.size(), pattern, arguments));
   std::string text(room.data(), std::min(length, room.size() - 1));
   if (text.size() < length) {
     text.resize(length);

@@ -29,6 +29,7 @@ std::string join(const Names& names, const char* between = ", ") {
 __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...);
 
 /// format() for functions that take a pattern's arguments themselves.
-__attribute__((format(printf, 1, 0))) std::string sentenceOf(const char* pattern, std::va_list arguments);
+__attribute__((format(printf, 1, 0))) std::string sentenceOf(const char* pattern,
+                                                             std::va_list arguments);
 
 }  // namespace battery_sof

@@ -38,7 +38,8 @@ TEST(Documents, HoldNoPlaceholder) {
     for (std::string line; std::getline(in, line);) {
       ++number;
       std::smatch match;
-      EXPECT_FALSE(std::regex_search(line, match, kPlaceholder)) << file << ":" << number << ": " << match.str();
+      EXPECT_FALSE(std::regex_search(line, match, kPlaceholder))
+          << file << ":" << number << ": " << match.str();
     }
   }
 }

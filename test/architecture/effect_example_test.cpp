@@ -34,15 +34,19 @@ struct Compiled {
 
 /// The code as the file of an effect, with the package's warnings as errors.
 Compiled compiled(const std::string& code) {
-  const fs::path file = fs::temp_directory_path() / ("battery_sof example " + std::to_string(getpid()) + ".cpp");
+  const fs::path file =
+      fs::temp_directory_path() / ("battery_sof example " + std::to_string(getpid()) + ".cpp");
   std::ofstream(file) << code;
-  const std::string command = std::string(BATTERY_SOF_CXX) + " -std=c++17 -fsyntax-only -Wall -Wextra -Wpedantic -Wshadow -Werror -I\"" +
-                              (kRoot / "include").string() + "\" -I\"" + (kRoot / "src" / "model" / "effects").string() + "\" -isystem \"" +
-                              BATTERY_SOF_EIGEN_DIR + "\" \"" + file.string() + "\" 2>&1";
+  const std::string command =
+      std::string(BATTERY_SOF_CXX) +
+      " -std=c++17 -fsyntax-only -Wall -Wextra -Wpedantic -Wshadow -Werror -I\"" +
+      (kRoot / "include").string() + "\" -I\"" + (kRoot / "src" / "model" / "effects").string() +
+      "\" -isystem \"" + BATTERY_SOF_EIGEN_DIR + "\" \"" + file.string() + "\" 2>&1";
   Compiled result{-1, ""};
   std::array<char, 4096> buffer{};
   FILE* pipe = popen(command.c_str(), "r");
-  while (pipe != nullptr && std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) result.output += buffer.data();
+  while (pipe != nullptr && std::fgets(buffer.data(), buffer.size(), pipe) != nullptr)
+    result.output += buffer.data();
   if (pipe != nullptr) result.code = pclose(pipe);
   fs::remove(file);
   return result;
@@ -70,7 +74,8 @@ TEST(EffectsPage, TellsTheLineThatBelongsToTheExample) {
 
 TEST(EffectsPage, NamesEveryHookAnEffectMayHave) {
   const std::string page = contentOf(kRoot / "docs" / "effects.md");
-  const std::string header = contentOf(kRoot / "src" / "model" / "effects" / "effect_definition.hpp");
+  const std::string header =
+      contentOf(kRoot / "src" / "model" / "effects" / "effect_definition.hpp");
   const std::regex hook(R"(BATTERY_SOF_HOOK\(Has\w+, (\w+)\))");
   int hooks = 0;
   for (std::sregex_iterator at(header.begin(), header.end(), hook), end; at != end; ++at, ++hooks)
@@ -83,7 +88,8 @@ TEST(EffectsPage, NamesOnlyTestsThatExist) {
   const std::regex name(R"(`(\w+_test\.cpp)`)");
   for (std::sregex_iterator at(page.begin(), page.end(), name), end; at != end; ++at) {
     bool found = false;
-    for (const auto& entry : fs::recursive_directory_iterator(kRoot / "test")) found = found || entry.path().filename() == (*at)[1].str();
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / "test"))
+      found = found || entry.path().filename() == (*at)[1].str();
     EXPECT_TRUE(found) << (*at)[1];
   }
 }

@@ -37,13 +37,15 @@ std::size_t endOfQuiet(const std::string& text, std::size_t at) {
   };
   if (text.compare(at, 2, "//") == 0) return behind("\n", at) - 1;
   if (text.compare(at, 2, "/*") == 0) return behind("*/", at);
-  if (text.compare(at, 2, "R\"") == 0) return behind(")" + text.substr(at + 2, text.find('(', at) - at - 2) + "\"", at);
+  if (text.compare(at, 2, "R\"") == 0)
+    return behind(")" + text.substr(at + 2, text.find('(', at) - at - 2) + "\"", at);
   if (text[at] == '#' && (at == 0 || text[at - 1] == '\n')) {
     std::size_t end = text.find('\n', at);
     while (end != std::string::npos && text[end - 1] == '\\') end = text.find('\n', end + 1);
     return end == std::string::npos ? text.size() : end;
   }
-  const bool is_separator = text[at] == '\'' && at > 0 && std::isalnum(static_cast<unsigned char>(text[at - 1]));
+  const bool is_separator =
+      text[at] == '\'' && at > 0 && std::isalnum(static_cast<unsigned char>(text[at - 1]));
   if ((text[at] != '"' && text[at] != '\'') || is_separator) return at;
   std::size_t end = at + 1;
   while (end < text.size() && text[end] != text[at]) end += text[end] == '\\' ? 2 : 1;
@@ -63,9 +65,11 @@ std::string codeOf(const std::string& text) {
 }
 
 bool isFunction(const std::string& head) {
-  static const std::regex scope(R"(^(inline\s+)?namespace\b|^(template\s*<[^{}]*>\s*)?(class|struct|enum|union)\b)");
+  static const std::regex scope(
+      R"(^(inline\s+)?namespace\b|^(template\s*<[^{}]*>\s*)?(class|struct|enum|union)\b)");
   static const std::regex value(R"(=\s*$)");
-  return head.find(')') != std::string::npos && !std::regex_search(head, scope) && !std::regex_search(head, value);
+  return head.find(')') != std::string::npos && !std::regex_search(head, scope) &&
+         !std::regex_search(head, value);
 }
 
 /// Reads code a character at a time; what stands inside a function, a lambda too, is part of it.
@@ -114,7 +118,8 @@ class FunctionReader {
   bool inside_ = false;
 };
 
-/// A function ends before the first line that is not further in than its def; lines of a long text do not count.
+/// A function ends before the first line that is not further in than its def; lines of a long text
+/// do not count.
 std::vector<Function> pythonFunctions(const std::string& text) {
   static const std::regex def(R"(^( *)(async )?def \w+)");
   std::istringstream in(text);
@@ -125,7 +130,9 @@ std::vector<Function> pythonFunctions(const std::string& text) {
   for (std::string line; std::getline(in, line);) {
     ++number;
     const bool was_in_text = in_text;
-    for (std::size_t at = line.find("\"\"\""); at != std::string::npos; at = line.find("\"\"\"", at + 3)) in_text = !in_text;
+    for (std::size_t at = line.find("\"\"\""); at != std::string::npos;
+         at = line.find("\"\"\"", at + 3))
+      in_text = !in_text;
     const std::size_t indent = line.find_first_not_of(' ');
     if (indent == std::string::npos) continue;
     while (!was_in_text && !open.empty() && indent <= open.back().second && line[indent] != ')') {
@@ -144,16 +151,21 @@ std::vector<Function> pythonFunctions(const std::string& text) {
 }
 
 std::vector<Function> functionsOf(const fs::path& file, const std::string& text) {
-  if (file.extension() == ".cpp" || file.extension() == ".hpp") return FunctionReader().read(codeOf(text));
-  if (file.extension() == ".py" || text.substr(0, text.find('\n')).find("python") != std::string::npos) return pythonFunctions(text);
+  if (file.extension() == ".cpp" || file.extension() == ".hpp")
+    return FunctionReader().read(codeOf(text));
+  if (file.extension() == ".py" ||
+      text.substr(0, text.find('\n')).find("python") != std::string::npos)
+    return pythonFunctions(text);
   return {};
 }
 
 std::vector<fs::path> ownFiles() {
   std::vector<fs::path> files;
-  for (const char* folder : {"src", "include", "simulator", "tools", "scripts", "test/architecture"})
+  for (const char* folder :
+       {"src", "include", "simulator", "tools", "scripts", "test/architecture"})
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
-      if (entry.is_regular_file() && entry.path().extension() != ".pyc") files.push_back(entry.path());
+      if (entry.is_regular_file() && entry.path().extension() != ".pyc")
+        files.push_back(entry.path());
   return files;
 }
 
@@ -170,22 +182,25 @@ TEST(Lengths, NoFunctionIsLongerThan40Lines) {
   for (const fs::path& file : ownFiles())
     for (const Function& function : functionsOf(file, textOf(file))) {
       ++seen;
-      EXPECT_LE(function.lines, kMaxFunctionLines) << fs::relative(file, kRoot).string() << ":" << function.line << " " << function.head;
+      EXPECT_LE(function.lines, kMaxFunctionLines)
+          << fs::relative(file, kRoot).string() << ":" << function.line << " " << function.head;
     }
   EXPECT_GT(seen, 2500u);
 }
 
 TEST(Lengths, AreThoseOfWholeFunctions) {
-  const auto cpp =
-      functionsOf("a.cpp",
-                  "#define A(x) \\\n  {\nnamespace a {\nstruct B {\n  int c = f();\n};\n// void no() {\n\nint d(\n    int e = 1'000) {\n"
-                  "  const auto g = [](char c) {\n    return c == '{' ? \"}\" : R\"(})\";\n  };\n  return 1;\n}\n}\n");
+  const auto cpp = functionsOf("a.cpp",
+                               "#define A(x) \\\n  {\nnamespace a {\nstruct B {\n  int c = "
+                               "f();\n};\n// void no() {\n\nint d(\n    int e = 1'000) {\n"
+                               "  const auto g = [](char c) {\n    return c == '{' ? \"}\" : "
+                               "R\"(})\";\n  };\n  return 1;\n}\n}\n");
   ASSERT_EQ(cpp.size(), 1u);
   EXPECT_EQ(cpp[0].head, "int d(");
   EXPECT_EQ(cpp[0].line, 9);
   EXPECT_EQ(cpp[0].lines, 7);
   const auto python = functionsOf("a.py",
-                                  "def a(\n    b\n):\n    c = \"\"\"\ndef d():\n\"\"\"\n    return c\n\n\nclass E:\n    def f(self):\n     "
+                                  "def a(\n    b\n):\n    c = \"\"\"\ndef d():\n\"\"\"\n    return "
+                                  "c\n\n\nclass E:\n    def f(self):\n     "
                                   "   def g():\n            pass\n        g()\n");
   ASSERT_EQ(python.size(), 3u);
   EXPECT_EQ(python[0].lines, 7);

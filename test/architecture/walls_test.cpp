@@ -14,9 +14,12 @@ namespace fs = std::filesystem;
 const fs::path kRoot = BATTERY_SOF_SOURCE_DIR;
 
 /// Stages in the order of the data flow: each may include itself and those before it.
-const std::vector<std::string> kStages = {"util", "recording", "baseline", "model", "regression", "estimation", "prediction", "diagnosis", "report"};
+const std::vector<std::string> kStages = {"util",       "recording",  "baseline",
+                                          "model",      "regression", "estimation",
+                                          "prediction", "diagnosis",  "report"};
 
-const std::regex kRosHeader(R"((/ros/|/rosbag/|/rosbag_storage/|/[a-z_]+_msgs/)[A-Za-z_]+\.(h|hpp))");
+const std::regex kRosHeader(
+    R"((/ros/|/rosbag/|/rosbag_storage/|/[a-z_]+_msgs/)[A-Za-z_]+\.(h|hpp))");
 
 std::vector<fs::path> sourcesIn(const fs::path& folder) {
   std::vector<fs::path> files;
@@ -45,12 +48,15 @@ std::vector<std::string> includesOf(const fs::path& file) {
 
 /// Everything a translation unit reads, as the preprocessor sees it.
 std::string preprocessorDependencies(const fs::path& file) {
-  const std::string command = std::string(BATTERY_SOF_CXX) + " -std=c++17 -M -x c++ -I\"" + (kRoot / "include").string() + "\" -I\"" + (kRoot / "src").string() +
-                              "\" -isystem \"" + BATTERY_SOF_EIGEN_DIR + "\" \"" + file.string() + "\" 2>&1";
+  const std::string command = std::string(BATTERY_SOF_CXX) + " -std=c++17 -M -x c++ -I\"" +
+                              (kRoot / "include").string() + "\" -I\"" + (kRoot / "src").string() +
+                              "\" -isystem \"" + BATTERY_SOF_EIGEN_DIR + "\" \"" + file.string() +
+                              "\" 2>&1";
   std::string output;
   std::array<char, 4096> buffer{};
   FILE* pipe = popen(command.c_str(), "r");
-  while (pipe != nullptr && std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) output += buffer.data();
+  while (pipe != nullptr && std::fgets(buffer.data(), buffer.size(), pipe) != nullptr)
+    output += buffer.data();
   EXPECT_EQ(pipe != nullptr ? pclose(pipe) : -1, 0) << command << "\n" << output;
   return output;
 }
@@ -75,7 +81,8 @@ TEST(Architecture, TheCoreReadsNoRosHeaderAtAll) {
       if (file.extension() != ".cpp") continue;
       std::smatch match;
       const std::string dependencies = preprocessorDependencies(file);
-      EXPECT_FALSE(std::regex_search(dependencies, match, kRosHeader)) << file << " reads " << match.str();
+      EXPECT_FALSE(std::regex_search(dependencies, match, kRosHeader))
+          << file << " reads " << match.str();
     }
 }
 
@@ -88,7 +95,8 @@ TEST(Architecture, TheWallWouldSeeARosHeader) {
 }
 
 TEST(Architecture, OnlyReportReadsJsonAndYaml) {
-  for (const auto& stage : {"recording", "baseline", "model", "estimation", "prediction", "diagnosis"})
+  for (const auto& stage :
+       {"recording", "baseline", "model", "estimation", "prediction", "diagnosis"})
     for (const auto& file : sourcesOf(stage))
       for (const auto& include : includesOf(file)) {
         EXPECT_EQ(include.find("nlohmann"), std::string::npos) << file;
@@ -101,7 +109,8 @@ TEST(Architecture, PublicHeadersAreFewAndReadNoOthers) {
   EXPECT_LE(headers.size(), 25u);
   for (const auto& header : headers)
     for (const auto& include : includesOf(header))
-      EXPECT_TRUE(include.rfind("battery_sof/", 0) == 0 || include.find('/') == std::string::npos) << header << " includes " << include;
+      EXPECT_TRUE(include.rfind("battery_sof/", 0) == 0 || include.find('/') == std::string::npos)
+          << header << " includes " << include;
 }
 
 TEST(Architecture, TheReferenceIncludesNothingOfTheProduct) {
@@ -109,12 +118,14 @@ TEST(Architecture, TheReferenceIncludesNothingOfTheProduct) {
   for (const auto& file : sourcesIn(kRoot / "simulator"))
     for (const auto& include : includesOf(file)) {
       EXPECT_NE(include.rfind("battery_sof/", 0), 0u) << file << " includes " << include;
-      for (const auto& stage : kStages) EXPECT_NE(include.rfind(stage + "/", 0), 0u) << file << " includes " << include;
+      for (const auto& stage : kStages)
+        EXPECT_NE(include.rfind(stage + "/", 0), 0u) << file << " includes " << include;
     }
 }
 
 TEST(Architecture, NothingOfTheProductIncludesTheReference) {
-  for (const auto& folder : {"recording", "baseline", "model", "estimation", "prediction", "diagnosis", "report", "bag", "ros", "cli"})
+  for (const auto& folder : {"recording", "baseline", "model", "estimation", "prediction",
+                             "diagnosis", "report", "bag", "ros", "cli"})
     for (const auto& file : sourcesOf(folder)) {
       if (file.filename() == "sof_main.cpp") continue;  // the program puts the two side by side
       for (const auto& include : includesOf(file))
@@ -133,11 +144,13 @@ TEST(Architecture, MainFilesOnlyWire) {
 }
 
 TEST(Architecture, TheCoreNeitherPrintsNorReadsAClock) {
-  const std::regex forbidden(R"((std::cout|std::cerr|\bprintf\(|fprintf\(|system_clock|steady_clock|\btime\(nullptr))");
+  const std::regex forbidden(
+      R"((std::cout|std::cerr|\bprintf\(|fprintf\(|system_clock|steady_clock|\btime\(nullptr))");
   for (const auto& stage : kStages)
     for (const auto& file : sourcesOf(stage)) {
       std::ifstream in(file);
-      for (std::string line; std::getline(in, line);) EXPECT_FALSE(std::regex_search(line, forbidden)) << file << ": " << line;
+      for (std::string line; std::getline(in, line);)
+        EXPECT_FALSE(std::regex_search(line, forbidden)) << file << ": " << line;
     }
 }
 

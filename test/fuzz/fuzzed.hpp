@@ -12,7 +12,8 @@
 /// What fuzz targets share.
 namespace battery_sof::fuzz {
 
-/// Ends the program, so that the input is kept, when a law is broken. @param broken the law; empty when none is.
+/// Ends the program, so that the input is kept, when a law is broken. @param broken the law; empty
+/// when none is.
 inline void require(const std::string& broken) {
   if (broken.empty()) return;
   std::fprintf(stderr, "broken: %s\n", broken.c_str());
@@ -32,7 +33,8 @@ class MemoryFile {
 
   /// Replaces the content.
   void fill(const void* data, std::size_t size) {
-    const bool is_filled = ::ftruncate(descriptor_, 0) == 0 && ::pwrite(descriptor_, data, size, 0) == static_cast<ssize_t>(size);
+    const bool is_filled = ::ftruncate(descriptor_, 0) == 0 &&
+                           ::pwrite(descriptor_, data, size, 0) == static_cast<ssize_t>(size);
     if (!is_filled) throw std::runtime_error("the file in memory cannot be written");
   }
   std::filesystem::path path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }

@@ -19,7 +19,8 @@ inline double anyNumber(FuzzedDataProvider& data, double lower, double upper) {
                              std::numeric_limits<double>::quiet_NaN(),
                              std::numeric_limits<double>::infinity(),
                              -std::numeric_limits<double>::infinity()};
-  if (data.ConsumeIntegralInRange<int>(0, 15) > 0) return data.ConsumeFloatingPointInRange<double>(lower, upper);
+  if (data.ConsumeIntegralInRange<int>(0, 15) > 0)
+    return data.ConsumeFloatingPointInRange<double>(lower, upper);
   return data.ConsumeBool() ? data.PickValueInArray(kOdd) : data.ConsumeFloatingPoint<double>();
 }
 
@@ -30,7 +31,8 @@ inline std::vector<std::string> effectsIn(FuzzedDataProvider& data, int most = k
   std::vector<std::string> ids;
   for (int k = data.ConsumeIntegralInRange<int>(0, most); k > 0; --k) {
     const auto& all = effectCatalogue();
-    for (const std::string& id : test::withNeeds(all[data.ConsumeIntegralInRange<std::size_t>(0, all.size() - 1)].id))
+    for (const std::string& id :
+         test::withNeeds(all[data.ConsumeIntegralInRange<std::size_t>(0, all.size() - 1)].id))
       if (std::find(ids.begin(), ids.end(), id) == ids.end()) ids.push_back(id);
   }
   return ids;
@@ -38,11 +40,13 @@ inline std::vector<std::string> effectsIn(FuzzedDataProvider& data, int most = k
 
 /// A model with parameters anywhere inside their bounds.
 inline FittedModel modelIn(FuzzedDataProvider& data, int max_effects = kMaxEffects) {
-  FittedModel model = test::uncertainModel(data.ConsumeFloatingPointInRange(0.0, 1.0), effectsIn(data, max_effects));
+  FittedModel model = test::uncertainModel(data.ConsumeFloatingPointInRange(0.0, 1.0),
+                                           effectsIn(data, max_effects));
   const BatteryModel composition = compositionOf(model.fit);
   for (std::size_t j = 0; j < model.fit.estimates.size(); ++j) {
     const ParameterInfo& info = composition.parameters()[j];
-    if (data.ConsumeBool()) model.fit.estimates[j].value = data.ConsumeFloatingPointInRange(info.lower, info.upper);
+    if (data.ConsumeBool())
+      model.fit.estimates[j].value = data.ConsumeFloatingPointInRange(info.lower, info.upper);
   }
   test::takeEstimates(model.fit);
   model.state.u_c2 = data.ConsumeFloatingPointInRange(-5.0, 5.0);

@@ -7,7 +7,8 @@ using namespace battery_sof;
 
 constexpr int kMaxPoints = 6;  // of a profile
 
-/// [s]: mostly a short one, which shows as much in a hundredth of the time; now and then one of any length that may be asked for.
+/// [s]: mostly a short one, which shows as much in a hundredth of the time; now and then one of any
+/// length that may be asked for.
 double durationIn(FuzzedDataProvider& data, double usual, double longest) {
   return fuzz::anyNumber(data, 0.0, data.ConsumeIntegralInRange<int>(0, 31) > 0 ? usual : longest);
 }
@@ -24,7 +25,8 @@ CurrentProfile profileIn(FuzzedDataProvider& data) {
 }
 
 std::optional<double> perhaps(FuzzedDataProvider& data, double lower, double upper) {
-  return data.ConsumeBool() ? std::optional<double>(fuzz::anyNumber(data, lower, upper)) : std::nullopt;
+  return data.ConsumeBool() ? std::optional<double>(fuzz::anyNumber(data, lower, upper))
+                            : std::nullopt;
 }
 
 void askCrank(FuzzedDataProvider& data, const FittedModel& model, double capacity) {
@@ -52,19 +54,22 @@ void askStopTime(FuzzedDataProvider& data, const FittedModel& model, double capa
 }
 
 void askCharge(FuzzedDataProvider& data, const FittedModel& model, double capacity) {
-  const ChargeAcceptanceQuery query{fuzz::anyNumber(data, 0.0, 100.0), durationIn(data, 5.0, 3600.0), fuzz::anyNumber(data, 0.0, 5000.0),
-                                    perhaps(data, 200.0, 350.0)};
+  const ChargeAcceptanceQuery query{
+      fuzz::anyNumber(data, 0.0, 100.0), durationIn(data, 5.0, 3600.0),
+      fuzz::anyNumber(data, 0.0, 5000.0), perhaps(data, 200.0, 350.0)};
   fuzz::require(test::brokenLaw(predictChargeAcceptance(model, query, capacity), query, capacity));
 }
 
 void askProfile(FuzzedDataProvider& data, const FittedModel& model) {
   const CurrentProfile profile = profileIn(data);
-  fuzz::require(test::brokenLaw(simulateProfile(model, profile.time, profile.current), profile.time.size()));
+  fuzz::require(
+      test::brokenLaw(simulateProfile(model, profile.time, profile.current), profile.time.size()));
 }
 
 }  // namespace
 
-/// Whatever is asked of whatever model, one question an input, the answer keeps the laws of answers.
+/// Whatever is asked of whatever model, one question an input, the answer keeps the laws of
+/// answers.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   FuzzedDataProvider data(bytes, size);
   const FittedModel model = fuzz::modelIn(data);

@@ -1,6 +1,6 @@
-#include "prediction/online_session.hpp"
 #include "fuzzed.hpp"
 #include "fuzzed_model.hpp"
+#include "prediction/online_session.hpp"
 
 namespace {
 
@@ -17,7 +17,10 @@ class FuzzedDrive {
     switch (data_.ConsumeIntegralInRange<int>(0, 9)) {
       case 0: return jump();
       case 1:
-        return offer({fuzz::anyNumber(data_, 0.0, 2e9), fuzz::anyNumber(data_, -6000.0, 6000.0), fuzz::anyNumber(data_, -10.0, 110.0), {}});
+        return offer({fuzz::anyNumber(data_, 0.0, 2e9),
+                      fuzz::anyNumber(data_, -6000.0, 6000.0),
+                      fuzz::anyNumber(data_, -10.0, 110.0),
+                      {}});
       case 2: return identify();
       case 3: return ask();
       case 4: return extend();
@@ -50,19 +53,22 @@ class FuzzedDrive {
     fuzz::require(session_.counts().accepted >= before, "counts never fall");
   }
 
-  /// A piece of a lively minute, driven in a tenth of it so that a window of 60 samples has all of it, with what noise the bytes have.
+  /// A piece of a lively minute, driven in a tenth of it so that a window of 60 samples has all of
+  /// it, with what noise the bytes have.
   void drive() {
     const std::size_t count = data_.ConsumeIntegralInRange<std::size_t>(1, 80);
     const double noise = data_.ConsumeFloatingPointInRange(0.0, 0.1);
     for (std::size_t n = 0; n < count; ++n) {
       const std::size_t at = kQuicker * driven_++ % minute_.size();
       time_ += interval_;
-      offer({time_, minute_.current[at], 12.5 + 0.006 * minute_.current[at] + noise * random_.normal(), temperature_});
+      offer({time_, minute_.current[at],
+             12.5 + 0.006 * minute_.current[at] + noise * random_.normal(), temperature_});
     }
   }
 
   void jump() {
-    constexpr double kJumps[] = {0.0, 1e-8, 5.0, 30.0, 61.0, 4000.0, 1e9, -0.5, -11.0, -4000.0, -1e9};
+    constexpr double kJumps[] = {0.0, 1e-8, 5.0,   30.0,    61.0, 4000.0,
+                                 1e9, -0.5, -11.0, -4000.0, -1e9};
     time_ += data_.PickValueInArray(kJumps);
     if (data_.ConsumeBool()) interval_ = data_.ConsumeFloatingPointInRange(1e-3, 10.0);
     if (data_.ConsumeBool()) temperature_ = fuzz::anyNumber(data_, 200.0, 350.0);
@@ -89,7 +95,8 @@ class FuzzedDrive {
     const StopTimeQuery stop{-20.0, -200.0, 0.5, 7.2};
     fuzz::require(test::brokenLaw(session_.predictStopTime(stop), stop, session_.capacity()));
     const ChargeAcceptanceQuery charge{14.4, 10.0};
-    fuzz::require(test::brokenLaw(session_.predictChargeAcceptance(charge), charge, session_.capacity()));
+    fuzz::require(
+        test::brokenLaw(session_.predictChargeAcceptance(charge), charge, session_.capacity()));
     fuzz::require(!session_.status().reason.empty(), "a status has a reason");
   }
 
@@ -105,7 +112,8 @@ class FuzzedDrive {
 
 }  // namespace
 
-/// Whatever a clock, a sensor and the callers do, no exception leaves the session, and its answers keep the laws of answers.
+/// Whatever a clock, a sensor and the callers do, no exception leaves the session, and its answers
+/// keep the laws of answers.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   FuzzedDataProvider data(bytes, size);
   FuzzedDrive drive(data);

@@ -1,4 +1,5 @@
-// Identifies a window of a recording and asks whether a crank after a stop would succeed: ask REC.csv FROM_S TO_S
+// Identifies a window of a recording and asks whether a crank after a stop would succeed: ask
+// REC.csv FROM_S TO_S
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -25,8 +26,8 @@ int ask(const char* file, double from, double to) {
     std::fprintf(stderr, "%s\n", answer.message.c_str());
     return 1;
   }
-  std::printf("u_min %.6f V, 90 %% between %.6f and %.6f V, capable %d\n", answer.u_min->value, answer.u_min->lower, answer.u_min->upper,
-              answer.capable.value_or(false) ? 1 : 0);
+  std::printf("u_min %.6f V, 90 %% between %.6f and %.6f V, capable %d\n", answer.u_min->value,
+              answer.u_min->lower, answer.u_min->upper, answer.capable.value_or(false) ? 1 : 0);
   return 0;
 }
 

@@ -24,20 +24,25 @@ int wanted(const char* name, int usual) {
 bool happens(Random& random, double share) { return random.uniform(0.0, 1.0) < share; }
 
 /// Between two numbers above zero, every order of magnitude alike.
-double magnitude(Random& random, double low, double high) { return low * std::pow(high / low, random.uniform(0.0, 1.0)); }
+double magnitude(Random& random, double low, double high) {
+  return low * std::pow(high / low, random.uniform(0.0, 1.0));
+}
 
 /// Inside the bounds, or at one of them.
 double drawnParameter(Random& random, const ParameterInfo& info) {
   if (happens(random, 0.1)) return happens(random, 0.5) ? info.lower : info.upper;
   if (info.name == "u_dc") return random.uniform(11.5, 13.2) * (happens(random, 0.2) ? 2.0 : 1.0);
-  return info.lower > 0.0 ? magnitude(random, info.lower, info.upper) : random.uniform(info.lower, info.upper);
+  return info.lower > 0.0 ? magnitude(random, info.lower, info.upper)
+                          : random.uniform(info.lower, info.upper);
 }
 
 std::vector<std::string> drawnEffects(Random& random) {
   std::vector<std::string> ids;
   const auto& all = effectCatalogue();
   for (int wanted = static_cast<int>(random.uniform(0.0, 5.0)); wanted > 0; --wanted)
-    for (const auto& id : withNeeds(all[static_cast<std::size_t>(random.uniform(0.0, static_cast<double>(all.size())))].id))
+    for (const auto& id : withNeeds(
+             all[static_cast<std::size_t>(random.uniform(0.0, static_cast<double>(all.size())))]
+                 .id))
       if (std::find(ids.begin(), ids.end(), id) == ids.end()) ids.push_back(id);
   return ids;
 }
@@ -67,8 +72,8 @@ FittedModel drawnModel(Random& random) {
   takeEstimates(model.fit);
   model.fit.excited.max_voltage = random.uniform(13.0, 16.0);
   if (happens(random, 0.5))
-    model.fit.noise = NoiseModel{magnitude(random, 1e-4, 0.1), magnitude(random, 1e-4, 0.1), magnitude(random, 0.1, 1000.0),
-                                 magnitude(random, 1e-6, 0.01)};
+    model.fit.noise = NoiseModel{magnitude(random, 1e-4, 0.1), magnitude(random, 1e-4, 0.1),
+                                 magnitude(random, 0.1, 1000.0), magnitude(random, 1e-6, 0.01)};
   driveSomewhere(model, random);
   return model;
 }
@@ -89,7 +94,8 @@ StopTimeQuery drawnStop(Random& random) {
 }
 
 ChargeAcceptanceQuery drawnCharge(Random& random) {
-  return {random.uniform(10.0, 17.0), magnitude(random, 0.1, 3600.0), happens(random, 0.5) ? 5000.0 : magnitude(random, 1.0, 500.0)};
+  return {random.uniform(10.0, 17.0), magnitude(random, 0.1, 3600.0),
+          happens(random, 0.5) ? 5000.0 : magnitude(random, 1.0, 500.0)};
 }
 
 /// What the sensor shows of a battery that is left alone [A].
@@ -142,8 +148,10 @@ auto counted(Tally& tally, const FittedModel& model, Ask ask) {
 }
 
 void print(const char* name, const Tally& tally) {
-  std::printf("%d %s, %d valid, %d of these below 0; %.2f ms each, the slowest %.2f s (%s)\n", tally.asked, name, tally.valid,
-              tally.negative, 1e3 * tally.total / std::max(1, tally.asked), tally.slowest, tally.slowest_of.c_str());
+  std::printf("%d %s, %d valid, %d of these below 0; %.2f ms each, the slowest %.2f s (%s)\n",
+              tally.asked, name, tally.valid, tally.negative,
+              1e3 * tally.total / std::max(1, tally.asked), tally.slowest,
+              tally.slowest_of.c_str());
 }
 
 }  // namespace
@@ -157,19 +165,26 @@ TEST(Answers, OfAnyModelInAnyStateToAnyQuestionKeepTheLawsOfAnswers) {
     const FittedModel model = drawnModel(random);
     const double capacity = magnitude(random, 5.0, 300.0);
     const CrankingQuery crank = drawnCrank(random);
-    const CrankingAnswer cranked = counted(cranks, model, [&] { return predictCranking(model, crank, capacity); });
-    EXPECT_EQ(brokenLaw(cranked, model.fit), "") << "model " << k << " " << join(model.fit) << ": " << cranked.message;
+    const CrankingAnswer cranked =
+        counted(cranks, model, [&] { return predictCranking(model, crank, capacity); });
+    EXPECT_EQ(brokenLaw(cranked, model.fit), "")
+        << "model " << k << " " << join(model.fit) << ": " << cranked.message;
     const StopTimeQuery stop = drawnStop(random);
-    const StopTimeAnswer stopped = counted(stops, model, [&] { return predictStopTime(model, stop, capacity); });
-    EXPECT_EQ(brokenLaw(stopped, stop, capacity), "") << "model " << k << " " << join(model.fit) << ": " << stopped.message;
+    const StopTimeAnswer stopped =
+        counted(stops, model, [&] { return predictStopTime(model, stop, capacity); });
+    EXPECT_EQ(brokenLaw(stopped, stop, capacity), "")
+        << "model " << k << " " << join(model.fit) << ": " << stopped.message;
     const ChargeAcceptanceQuery charge = drawnCharge(random);
-    const ChargeAcceptanceAnswer charged = counted(charges, model, [&] { return predictChargeAcceptance(model, charge, capacity); });
+    const ChargeAcceptanceAnswer charged =
+        counted(charges, model, [&] { return predictChargeAcceptance(model, charge, capacity); });
     charges.negative += charged.valid && charged.i_boost->value < 0.0;
     if (charged.valid && charge.u_boost > highestAlone(model, charge.t_sof2)) {
       ++above;
-      EXPECT_GE(charged.i_boost->value, 0.0) << "model " << k << " " << join(model.fit) << ": " << charged.message;
+      EXPECT_GE(charged.i_boost->value, 0.0)
+          << "model " << k << " " << join(model.fit) << ": " << charged.message;
     }
-    EXPECT_EQ(brokenLaw(charged, charge, capacity), "") << "model " << k << " " << join(model.fit) << ": " << charged.message;
+    EXPECT_EQ(brokenLaw(charged, charge, capacity), "")
+        << "model " << k << " " << join(model.fit) << ": " << charged.message;
   }
   print("cranks", cranks);
   print("stops", stops);

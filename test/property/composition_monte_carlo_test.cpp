@@ -18,7 +18,8 @@ Series drawnDrive(const BatteryModel& model, const Eigen::VectorXd& truth, std::
   constexpr double kInterval = 0.1, kWhite = 0.002, kColored = 0.002;
   Series series;
   series.current = dataSetOneCurrent(300.0, kInterval, seed);
-  for (std::size_t n = 0; n < series.current.size(); ++n) series.time.push_back(kInterval * static_cast<double>(n));
+  for (std::size_t n = 0; n < series.current.size(); ++n)
+    series.time.push_back(kInterval * static_cast<double>(n));
   series.voltage.assign(series.time.size(), 0.0);
   series.voltage = voltages(model, pointOf(model, truth), inputSequence(series, whole(series)));
   Random random(seed * 31 + 7);
@@ -55,8 +56,10 @@ void expectCoverage(bool whiten, double least) {
   double all = 0.0, of = 0.0;
   for (std::size_t j = 0; j < count; ++j) {
     if (known[j] == 0) continue;
-    std::printf("%-24s within 2 standard errors in %5.1f %% of %d drives with a standard error (%s)\n", model.parameters()[j].name.c_str(),
-                100.0 * inside[j] / known[j], known[j], whiten ? "whitened" : "weighted");
+    std::printf(
+        "%-24s within 2 standard errors in %5.1f %% of %d drives with a standard error (%s)\n",
+        model.parameters()[j].name.c_str(), 100.0 * inside[j] / known[j], known[j],
+        whiten ? "whitened" : "weighted");
     EXPECT_GE(inside[j], least * known[j]) << model.parameters()[j].name;
     all += inside[j];
     of += known[j];
@@ -64,9 +67,13 @@ void expectCoverage(bool whiten, double least) {
   EXPECT_GE(all, 0.9 * of);
 }
 
-TEST(IdentifyWithEffects, TwoWhitenedStandardErrorsHoldTheTruthNineTimesInTenOverAllParameters) { expectCoverage(true, 0.78); }
+TEST(IdentifyWithEffects, TwoWhitenedStandardErrorsHoldTheTruthNineTimesInTenOverAllParameters) {
+  expectCoverage(true, 0.78);
+}
 
-TEST(IdentifyWithEffects, TwoSandwichStandardErrorsHoldTheTruthNineTimesInTenOverAllParameters) { expectCoverage(false, 0.78); }
+TEST(IdentifyWithEffects, TwoSandwichStandardErrorsHoldTheTruthNineTimesInTenOverAllParameters) {
+  expectCoverage(false, 0.78);
+}
 
 }  // namespace
 }  // namespace battery_sof

@@ -9,9 +9,11 @@ using namespace battery_sof::test;
 
 namespace {
 
-/// A value anywhere inside the bounds; as a logarithm where these span more than two decades above zero.
+/// A value anywhere inside the bounds; as a logarithm where these span more than two decades above
+/// zero.
 double drawn(Random& random, const ParameterInfo& info) {
-  if (info.lower > 0.0 && info.upper / info.lower > 3.0) return info.lower * std::pow(info.upper / info.lower, random.uniform(0.0, 1.0));
+  if (info.lower > 0.0 && info.upper / info.lower > 3.0)
+    return info.lower * std::pow(info.upper / info.lower, random.uniform(0.0, 1.0));
   return random.uniform(info.lower, info.upper);
 }
 
@@ -20,7 +22,8 @@ std::vector<std::string> drawnEffects(Random& random) {
   const auto& all = effectCatalogue();
   const int wanted = static_cast<int>(random.uniform(0.0, 6.0));
   while (static_cast<int>(ids.size()) < wanted) {
-    const auto& info = all[static_cast<std::size_t>(random.uniform(0.0, static_cast<double>(all.size())))];
+    const auto& info =
+        all[static_cast<std::size_t>(random.uniform(0.0, static_cast<double>(all.size())))];
     std::vector<std::string> more = info.needs;
     more.push_back(info.id);
     for (const auto& id : more)
@@ -38,7 +41,8 @@ std::string join(const BatteryModel& model) {
 /// Parameters of a composition anywhere inside their bounds.
 Eigen::VectorXd drawnPoint(Random& random, const BatteryModel& model) {
   Eigen::VectorXd p(model.parameterCount());
-  for (Eigen::Index j = 0; j < p.size(); ++j) p[j] = drawn(random, model.parameters()[static_cast<std::size_t>(j)]);
+  for (Eigen::Index j = 0; j < p.size(); ++j)
+    p[j] = drawn(random, model.parameters()[static_cast<std::size_t>(j)]);
   p[kRowUDc] = random.uniform(11.5, 13.2);
   return p;
 }
@@ -54,9 +58,11 @@ InputStep drawnStep(Random& random, double time) {
 
 }  // namespace
 
-// Of 40,000 draws five part by more than a millivolt, at most by 2.4 mV, all of them charged with three to twelve times
-// their limiting current. Which draws these are changes with the number of effects.
-TEST(Compositions, StayWithinAMillivoltOfAHundredTimesFinerStepsButForOneInAThousandThatStaysWithinFour) {
+// Of 40,000 draws five part by more than a millivolt, at most by 2.4 mV, all of them charged with
+// three to twelve times their limiting current. Which draws these are changes with the number of
+// effects.
+TEST(Compositions,
+     StayWithinAMillivoltOfAHundredTimesFinerStepsButForOneInAThousandThatStaysWithinFour) {
   Random random(77);
   const int draws = 3000;
   double worst = 0.0;
@@ -66,7 +72,8 @@ TEST(Compositions, StayWithinAMillivoltOfAHundredTimesFinerStepsButForOneInAThou
     auto ids = drawnEffects(random);
     // Takes the voltage as linear between samples: finer samples are another input to it.
     ids.erase(std::remove(ids.begin(), ids.end(), "sensor_lag"), ids.end());
-    // Ill-posed from the current: it amplifies the error of any step (its own test in the direction it is fitted in is next).
+    // Ill-posed from the current: it amplifies the error of any step (its own test in the direction
+    // it is fitted in is next).
     ids.erase(std::remove(ids.begin(), ids.end(), "fresh_sulphate"), ids.end());
     const BatteryModel model(ids);
     const Eigen::VectorXd p = drawnPoint(random, model);
@@ -82,12 +89,13 @@ TEST(Compositions, StayWithinAMillivoltOfAHundredTimesFinerStepsButForOneInAThou
         fine.advance(part);
       }
       time = step.time;
-      // Where exponents leave the range of numbers the reaction is cut off (Simulation): volts of overpotential.
+      // Where exponents leave the range of numbers the reaction is cut off (Simulation): volts of
+      // overpotential.
       if (std::abs(p[kRowBeta] * fine.state()[0]) > 500.0) break;
       const double error = std::abs(coarse.voltage() - fine.voltage());
       worst_of_draw = std::max(worst_of_draw, error);
-      EXPECT_LT(error, 4e-3) << "draw " << k << ", step " << n << " of " << step.duration << " s at " << step.held
-                             << " A: " << join(model) << p.transpose();
+      EXPECT_LT(error, 4e-3) << "draw " << k << ", step " << n << " of " << step.duration
+                             << " s at " << step.held << " A: " << join(model) << p.transpose();
     }
     worst = std::max(worst, worst_of_draw);
     beyond += worst_of_draw >= 1e-3;
@@ -96,9 +104,11 @@ TEST(Compositions, StayWithinAMillivoltOfAHundredTimesFinerStepsButForOneInAThou
   std::printf("%d draws, %d beyond 1 mV, largest difference %.3f mV\n", draws, beyond, 1e3 * worst);
 }
 
-// A second of followVoltage() is two holds. Where the reservoir empties faster than that (tau_s below a second) its first seconds
-// are the step's own error, up to three times the current; from the sixth on what is left is first-order error while it empties.
-TEST(Compositions, OfFreshSulphateWhoseVoltageDrivesStayWithinAShareOfTheCurrentOfTenTimesFinerHolds) {
+// A second of followVoltage() is two holds. Where the reservoir empties faster than that (tau_s
+// below a second) its first seconds are the step's own error, up to three times the current; from
+// the sixth on what is left is first-order error while it empties.
+TEST(Compositions,
+     OfFreshSulphateWhoseVoltageDrivesStayWithinAShareOfTheCurrentOfTenTimesFinerHolds) {
   Random random(78);
   const int draws = 300;
   std::vector<double> worst;
@@ -107,7 +117,8 @@ TEST(Compositions, OfFreshSulphateWhoseVoltageDrivesStayWithinAShareOfTheCurrent
     Eigen::VectorXd p = model.typicalParameters();
     for (Eigen::Index j = 0; j < p.size(); ++j) {
       const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
-      if (!info.held && info.prior_std && j != kRowUDc) p[j] *= std::exp(*info.prior_std * std::clamp(random.normal(), -2.0, 2.0));
+      if (!info.held && info.prior_std && j != kRowUDc)
+        p[j] *= std::exp(*info.prior_std * std::clamp(random.normal(), -2.0, 2.0));
     }
     p[kRowUDc] = random.uniform(12.2, 12.9);
     p[kRowRCharge] = p[kRowRDischarge];
@@ -132,8 +143,8 @@ TEST(Compositions, OfFreshSulphateWhoseVoltageDrivesStayWithinAShareOfTheCurrent
     worst.push_back(apart / (1.0 + most));
   }
   std::sort(worst.begin(), worst.end());
-  std::printf("%d draws: half within %.1f %%, nine in ten within %.1f %%, all within %.1f %%\n", draws, 100.0 * worst[draws / 2],
-              100.0 * worst[9 * draws / 10], 100.0 * worst.back());
+  std::printf("%d draws: half within %.1f %%, nine in ten within %.1f %%, all within %.1f %%\n",
+              draws, 100.0 * worst[draws / 2], 100.0 * worst[9 * draws / 10], 100.0 * worst.back());
   EXPECT_LT(worst[draws / 2], 0.08);
   EXPECT_LT(worst.back(), 0.6);
 }

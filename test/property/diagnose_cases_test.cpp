@@ -4,9 +4,9 @@
 
 #include "diagnosis/diagnose.hpp"
 #include "simulator/case_draft.hpp"
+#include "simulator/out_of_model_case.hpp"
 #include "simulator/scenario_file.hpp"
 #include "simulator/simulation.hpp"
-#include "simulator/out_of_model_case.hpp"
 
 namespace battery_sof {
 namespace {
@@ -25,9 +25,11 @@ Recording recordingOf(const std::string& name, const reference::Scenario& scenar
   return recording;
 }
 
-Recording recordingOf(const reference::CaseKind& kind, std::uint64_t seed, double duration, double scale = 1.0) {
+Recording recordingOf(const reference::CaseKind& kind, std::uint64_t seed, double duration,
+                      double scale = 1.0) {
   constexpr double kRate = 100.0;  // [Hz]
-  return recordingOf(kind.mechanism, reference::recordedScenario(reference::drawCase(kind, seed, duration, kRate, {scale})));
+  return recordingOf(kind.mechanism, reference::recordedScenario(reference::drawCase(
+                                         kind, seed, duration, kRate, {scale})));
 }
 
 Diagnosis diagnosisOf(const Recording& recording) {
@@ -45,26 +47,32 @@ std::vector<std::string> namesBeyondStructure(const Diagnosis& diagnosis) {
   return ids;
 }
 
-/// A filter before the sampling does not commute with a resistance that changes with the current's sign.
+/// A filter before the sampling does not commute with a resistance that changes with the current's
+/// sign.
 TEST(DiagnoseCases, WhatTheFilterLeavesWhereTheCurrentChangesSignIsNoMismatch) {
   for (const std::uint64_t seed : {7021u, 7139u}) {
     const Diagnosis diagnosis = diagnose(recordingOf({"null", "-"}, seed, 1200.0));
-    EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << "seed " << seed << ": " << diagnosis.summary;
+    EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict)
+        << "seed " << seed << ": " << diagnosis.summary;
   }
 }
 
-/// Several effects of structure together do what its columns do. A fast arc and a lag are one to any recording.
+/// Several effects of structure together do what its columns do. A fast arc and a lag are one to
+/// any recording.
 TEST(DiagnoseCases, AModelThatTheEdgesChangeLastIsAnswered) {
-  const Diagnosis diagnosis = diagnosisOf(recordingOf({"structural_null", "-"}, 5825019654786576155u, 400.0));
+  const Diagnosis diagnosis =
+      diagnosisOf(recordingOf({"structural_null", "-"}, 5825019654786576155u, 400.0));
   EXPECT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
   EXPECT_EQ(Mechanism::kStructure, diagnosis.mechanism) << diagnosis.summary;
-  for (const std::string& id : namesBeyondStructure(diagnosis)) EXPECT_EQ("sensor_lag", id) << diagnosis.summary;
+  for (const std::string& id : namesBeyondStructure(diagnosis))
+    EXPECT_EQ("sensor_lag", id) << diagnosis.summary;
   EXPECT_FALSE(diagnosis.detection_limits.empty());
 }
 
 /// The instant of the step lies far from any that a coarse grid tries.
 TEST(DiagnoseCases, AContactThatChangesIsNamedAndItsInstantFound) {
-  const Diagnosis diagnosis = diagnosisOf(recordingOf({"decoy", "contact_resistance"}, 998998567892690526u, 1200.0));
+  const Diagnosis diagnosis =
+      diagnosisOf(recordingOf({"decoy", "contact_resistance"}, 998998567892690526u, 1200.0));
   ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
   const NamedEffect& first = diagnosis.effects.front();
   ASSERT_EQ("contact_resistance", first.id);
@@ -75,26 +83,32 @@ TEST(DiagnoseCases, AContactThatChangesIsNamedAndItsInstantFound) {
 
 /// A second electrode of tenths of a millivolt is there and does not matter.
 TEST(DiagnoseCases, AnEffectOfTenthsOfAMillivoltIsTooSmallToTell) {
-  const Diagnosis diagnosis = diagnose(recordingOf({"effect", "second_electrode"}, 801829060974603479u, 1200.0, 0.00739));
+  const Diagnosis diagnosis =
+      diagnose(recordingOf({"effect", "second_electrode"}, 801829060974603479u, 1200.0, 0.00739));
   EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
   EXPECT_LT(diagnosis.unexplained.rmse, diagnosis.unexplained.limits.rmse);
 }
 
-/// Two electrodes that deplete: an effect of physics stood where the second electrode belongs until structure was put in its place.
+/// Two electrodes that deplete: an effect of physics stood where the second electrode belongs until
+/// structure was put in its place.
 TEST(DiagnoseCases, PhysicsGivesWayToStructureThatDoesBetter) {
-  const Diagnosis diagnosis = diagnosisOf(recordingOf({"structural_effect", "charge_acceptance"}, 890001706149500371u, 1200.0));
-  EXPECT_EQ(std::vector<std::string>{"charge_acceptance"}, namesBeyondStructure(diagnosis)) << diagnosis.summary;
+  const Diagnosis diagnosis = diagnosisOf(
+      recordingOf({"structural_effect", "charge_acceptance"}, 890001706149500371u, 1200.0));
+  EXPECT_EQ(std::vector<std::string>{"charge_acceptance"}, namesBeyondStructure(diagnosis))
+      << diagnosis.summary;
   ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
   EXPECT_EQ("charge_acceptance", diagnosis.effects.front().id) << diagnosis.summary;
 }
 
-/// What happens between two samples had been called structure, acceptance or a shift in one of four.
+/// What happens between two samples had been called structure, acceptance or a shift in one of
+/// four.
 TEST(DiagnoseCases, OneSampleASecondOfNothingIsNoMismatch) {
   int alarms = 0;
   std::string told;
   for (std::uint64_t seed = 5301; seed <= 5330; ++seed) {
-    const Diagnosis diagnosis =
-        diagnose(recordingOf("null", reference::recordedScenario(reference::drawCase({"null", "-"}, seed, 300.0, 1.0, {1.0}))));
+    const Diagnosis diagnosis = diagnose(recordingOf(
+        "null",
+        reference::recordedScenario(reference::drawCase({"null", "-"}, seed, 300.0, 1.0, {1.0}))));
     if (diagnosis.verdict == Verdict::kNoMismatch) continue;
     ++alarms;
     told += std::to_string(seed) + ": " + diagnosis.summary + "\n";
@@ -102,28 +116,36 @@ TEST(DiagnoseCases, OneSampleASecondOfNothingIsNoMismatch) {
   EXPECT_LE(alarms, 3) << told;
 }
 
-/// What a sulphate history adds to the acceptance that it needs stood where gassing belongs, weighed as one with it.
+/// What a sulphate history adds to the acceptance that it needs stood where gassing belongs,
+/// weighed as one with it.
 TEST(DiagnoseCases, GassingIsNamedBesideTheAcceptanceThatLetsTheVoltageRise) {
-  const Diagnosis diagnosis = diagnosisOf(recordingOf({"effect", "gassing"}, 1675836588586451672u, 1200.0, 0.247));
-  EXPECT_EQ((std::vector<std::string>{"charge_acceptance", "gassing"}), namesBeyondStructure(diagnosis)) << diagnosis.summary;
+  const Diagnosis diagnosis =
+      diagnosisOf(recordingOf({"effect", "gassing"}, 1675836588586451672u, 1200.0, 0.247));
+  EXPECT_EQ((std::vector<std::string>{"charge_acceptance", "gassing"}),
+            namesBeyondStructure(diagnosis))
+      << diagnosis.summary;
 }
 
 /// The search of the acceptance gained nothing from its best start, though its score promised 1400.
 TEST(DiagnoseCases, ASearchThatStoppedShortIsBegunAnew) {
-  const Diagnosis diagnosis = diagnosisOf(recordingOf({"absent", "gassing"}, 2936437471462363330u, 2400.0));
-  EXPECT_EQ(std::vector<std::string>{"charge_acceptance"}, namesBeyondStructure(diagnosis)) << diagnosis.summary;
+  const Diagnosis diagnosis =
+      diagnosisOf(recordingOf({"absent", "gassing"}, 2936437471462363330u, 2400.0));
+  EXPECT_EQ(std::vector<std::string>{"charge_acceptance"}, namesBeyondStructure(diagnosis))
+      << diagnosis.summary;
 }
 
 /// A second electrode that is kept from being fast stood first here, and nothing fitted beside it.
 TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
-  reference::Scenario scenario = reference::loadScenario(std::string(BATTERY_SOF_SOURCE_DIR) + "/config/scenarios/city_drive.yaml");
+  reference::Scenario scenario = reference::loadScenario(std::string(BATTERY_SOF_SOURCE_DIR) +
+                                                         "/config/scenarios/city_drive.yaml");
   scenario.duration = 1200.0;
   const Diagnosis diagnosis = diagnosisOf(recordingOf("city_drive", scenario));
   ASSERT_EQ(Verdict::kSeveral, diagnosis.verdict) << diagnosis.summary;
   std::vector<std::string> ids;
   for (const NamedEffect& effect : diagnosis.effects) ids.push_back(effect.id);
   std::sort(ids.begin(), ids.end());
-  EXPECT_EQ((std::vector<std::string>{"cpe2", "current_dependent_resistance"}), ids) << diagnosis.summary;
+  EXPECT_EQ((std::vector<std::string>{"cpe2", "current_dependent_resistance"}), ids)
+      << diagnosis.summary;
   EXPECT_EQ(Mechanism::kStructure, diagnosis.mechanism) << diagnosis.summary;
   EXPECT_TRUE(namesBeyondStructure(diagnosis).empty()) << diagnosis.summary;
 }
@@ -146,9 +168,11 @@ TEST(DiagnoseCases, AFamilyThatComesAndGoesIsAnswered) {
   EXPECT_EQ(Mechanism::kAcceptance, diagnosis.mechanism) << diagnosis.summary;
 }
 
-/// The catalogue's structure is not quite this circuit: what is left of it had been called a gain error.
+/// The catalogue's structure is not quite this circuit: what is left of it had been called a gain
+/// error.
 TEST(DiagnoseCases, WhatStructureLeavesOfAnotherCircuitIsNotNamed) {
-  const Diagnosis diagnosis = diagnosisOf(recordingOf({"structural_null", "-"}, 5869412862424578606u, 1200.0));
+  const Diagnosis diagnosis =
+      diagnosisOf(recordingOf({"structural_null", "-"}, 5869412862424578606u, 1200.0));
   for (const std::string& id : namesBeyondStructure(diagnosis))
     EXPECT_TRUE(id == "sensor_lag" || id == "time_skew") << id << ": " << diagnosis.summary;
 }

@@ -11,7 +11,9 @@ namespace {
 
 constexpr int kSeeds = 200;
 
-std::array<double, 5> valuesOf(const BaseParameters& p) { return {p.r_discharge, p.r_charge, p.c2, p.beta, p.u_dc}; }
+std::array<double, 5> valuesOf(const BaseParameters& p) {
+  return {p.r_discharge, p.r_charge, p.c2, p.beta, p.u_dc};
+}
 
 /// A start anywhere in Table I's box, uniform in the logarithm.
 IdentifyOptions randomStart(std::uint64_t seed) {
@@ -31,11 +33,13 @@ TEST(Identify, ParametersLieWithinTwoStandardErrorsInNineOfTenDrives) {
     const Series series = test::baseDrive(seed);
     const FittedModel model = identify(series, {0, series.size()});
     for (std::size_t j = 0; j < 5; ++j)
-      inside[j] += std::abs(model.fit.estimates[j].value - truth[j]) < 2.0 * model.fit.estimates[j].std.value_or(0.0);
+      inside[j] += std::abs(model.fit.estimates[j].value - truth[j]) <
+                   2.0 * model.fit.estimates[j].std.value_or(0.0);
   }
   for (std::size_t j = 0; j < 5; ++j) {
     const std::string name = j < 4 ? tableOne()[j].name : "u_dc";
-    std::printf("%-12s within 2 standard errors in %5.1f %% of %d drives\n", name.c_str(), 100.0 * inside[j] / kSeeds, kSeeds);
+    std::printf("%-12s within 2 standard errors in %5.1f %% of %d drives\n", name.c_str(),
+                100.0 * inside[j] / kSeeds, kSeeds);
     EXPECT_GE(inside[j], 0.90 * kSeeds) << name;
   }
 }
@@ -52,7 +56,8 @@ TEST(Identify, ReachesTheOptimumFromAlmostAnyStartInTableOnesBox) {
     for (std::size_t j = 0; j < 5; ++j) same = same && std::abs(b[j] / a[j] - 1.0) < 1e-4;
     reached += same;
   }
-  std::printf("same optimum (1e-4) from a random start in %5.1f %% of %d drives\n", 100.0 * reached / kSeeds, kSeeds);
+  std::printf("same optimum (1e-4) from a random start in %5.1f %% of %d drives\n",
+              100.0 * reached / kSeeds, kSeeds);
   EXPECT_GE(reached, 0.99 * kSeeds);
 }
 
@@ -62,7 +67,8 @@ TEST(Identify, DoesNotDependOnTheClocksOrigin) {
   for (double& t : series.time) t += 4096.0;  // exact in binary
   const FittedModel after = identify(series, {0, series.size()});
   for (std::size_t j = 0; j < 5; ++j)
-    EXPECT_NEAR(after.fit.estimates[j].value, before.fit.estimates[j].value, 1e-6 * before.fit.estimates[j].value);
+    EXPECT_NEAR(after.fit.estimates[j].value, before.fit.estimates[j].value,
+                1e-6 * before.fit.estimates[j].value);
 }
 
 TEST(Identify, ShiftsTheOpenCircuitVoltageWithTheVoltageAndNothingElse) {
@@ -72,7 +78,8 @@ TEST(Identify, ShiftsTheOpenCircuitVoltageWithTheVoltageAndNothingElse) {
   const FittedModel after = identify(series, {0, series.size()});
   EXPECT_NEAR(after.fit.parameters.u_dc, before.fit.parameters.u_dc + 0.75, 1e-6);
   for (std::size_t j = 0; j < 4; ++j)
-    EXPECT_NEAR(after.fit.estimates[j].value, before.fit.estimates[j].value, 1e-5 * before.fit.estimates[j].value);
+    EXPECT_NEAR(after.fit.estimates[j].value, before.fit.estimates[j].value,
+                1e-5 * before.fit.estimates[j].value);
 }
 
 TEST(Identify, FindsBatteriesAllOverTheBox) {
@@ -84,9 +91,12 @@ TEST(Identify, FindsBatteriesAllOverTheBox) {
     truth.c2 = random.uniform(300.0, 4000.0);
     truth.beta = random.uniform(8.0, 60.0);
     truth.u_dc = random.uniform(11.8, 13.2);
-    const Series series = test::answered(truth, test::dataSetOneCurrent(240.0, 0.01, 300 + k), 0.01, 0.002, 300 + k);
-    const auto found = valuesOf(identify(series, {0, series.size()}).fit.parameters), wanted = valuesOf(truth);
-    for (std::size_t j = 0; j < 5; ++j) EXPECT_NEAR(found[j] / wanted[j], 1.0, 0.02) << k << " parameter " << j;
+    const Series series =
+        test::answered(truth, test::dataSetOneCurrent(240.0, 0.01, 300 + k), 0.01, 0.002, 300 + k);
+    const auto found = valuesOf(identify(series, {0, series.size()}).fit.parameters),
+               wanted = valuesOf(truth);
+    for (std::size_t j = 0; j < 5; ++j)
+      EXPECT_NEAR(found[j] / wanted[j], 1.0, 0.02) << k << " parameter " << j;
   }
 }
 

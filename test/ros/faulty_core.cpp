@@ -1,5 +1,6 @@
-// Preloaded into a node it stands before the core: where a test asks for it by a current that nothing else uses, a function of the
-// core throws or loses its numbers. All else goes on to the core.
+// Preloaded into a node it stands before the core: where a test asks for it by a current that
+// nothing else uses, a function of the core throws or loses its numbers. All else goes on to the
+// core.
 #include <dlfcn.h>
 
 #include <limits>
@@ -10,7 +11,9 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kThrowsInPush = -66.6, kThrowsInQuery = -77.7, kThrowsInFit = -44.4, kLosesNumbers = -55.5;  // [A]
+// [A]
+constexpr double kThrowsInPush = -66.6, kThrowsInQuery = -77.7, kThrowsInFit = -44.4,
+                 kLosesNumbers = -55.5;
 
 /// A function of the core by its linker's name. `this` is the first argument of a member.
 template <typename Function>
@@ -23,30 +26,33 @@ Function* inCore(const char* name) {
 }  // namespace
 
 SessionEvents OnlineSession::push(const RawSample& sample) {
-  static auto* const in_core =
-      inCore<SessionEvents(OnlineSession*, const RawSample&)>("_ZN11battery_sof13OnlineSession4pushERKNS_9RawSampleE");
+  static auto* const in_core = inCore<SessionEvents(OnlineSession*, const RawSample&)>(
+      "_ZN11battery_sof13OnlineSession4pushERKNS_9RawSampleE");
   if (sample.current == kThrowsInPush) throw std::runtime_error("thrown in a push");
   return in_core(this, sample);
 }
 
 FollowedSample Follower::follow(const InputSample& sample) {
-  static auto* const in_core =
-      inCore<FollowedSample(Follower*, const InputSample&)>("_ZN11battery_sof8Follower6followERKNS_11InputSampleE");
+  static auto* const in_core = inCore<FollowedSample(Follower*, const InputSample&)>(
+      "_ZN11battery_sof8Follower6followERKNS_11InputSampleE");
   FollowedSample followed = in_core(this, sample);
-  if (sample.step.current == kLosesNumbers) followed.voltage = std::numeric_limits<double>::quiet_NaN();
+  if (sample.step.current == kLosesNumbers)
+    followed.voltage = std::numeric_limits<double>::quiet_NaN();
   return followed;
 }
 
-CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query, double capacity) {
-  static auto* const in_core = inCore<CrankingAnswer(const FittedModel&, const CrankingQuery&, double)>(
-      "_ZN11battery_sof15predictCrankingERKNS_11FittedModelERKNS_13CrankingQueryEd");
+CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
+                               double capacity) {
+  static auto* const in_core =
+      inCore<CrankingAnswer(const FittedModel&, const CrankingQuery&, double)>(
+          "_ZN11battery_sof15predictCrankingERKNS_11FittedModelERKNS_13CrankingQueryEd");
   if (query.i_cranking == kThrowsInQuery) throw std::runtime_error("thrown in a query");
   return in_core(model, query, capacity);
 }
 
 IdentificationResult runIdentification(const IdentificationJob& job) {
-  static auto* const in_core =
-      inCore<IdentificationResult(const IdentificationJob&)>("_ZN11battery_sof17runIdentificationERKNS_17IdentificationJobE");
+  static auto* const in_core = inCore<IdentificationResult(const IdentificationJob&)>(
+      "_ZN11battery_sof17runIdentificationERKNS_17IdentificationJobE");
   if (job.series.current.back() == kThrowsInFit) throw std::runtime_error("thrown in a fit");
   return in_core(job);
 }

@@ -17,8 +17,8 @@ inline BaseParameters drivenBattery() {
   return p;
 }
 
-/// Current like the paper's data set 1 (docs/physics.md#drives): charges and discharges of 2 to 9 s, rests,
-/// and a 1 s pulse every minute or so. The first pulse comes within 40 s. [A]
+/// Current like the paper's data set 1 (docs/physics.md#drives): charges and discharges of 2 to 9
+/// s, rests, and a 1 s pulse every minute or so. The first pulse comes within 40 s. [A]
 inline std::vector<double> dataSetOneCurrent(double duration, double interval, std::uint64_t seed) {
   Random random(seed);
   std::vector<double> current;
@@ -27,7 +27,8 @@ inline std::vector<double> dataSetOneCurrent(double duration, double interval, s
   for (long n = 0; n < std::lround(duration / interval); ++n) {
     const double t = static_cast<double>(n) * interval;
     if (t >= until) {
-      const bool charging = charge < 0.0 ? random.uniform(0.0, 1.0) < 0.7 : random.uniform(0.0, 1.0) < 0.3;
+      const bool charging =
+          charge < 0.0 ? random.uniform(0.0, 1.0) < 0.7 : random.uniform(0.0, 1.0) < 0.3;
       level = charging ? random.uniform(8.0, 42.0) : random.uniform(-60.0, -8.0);
       if (random.uniform(0.0, 1.0) < 0.15) level = 0.0;
       until = t + random.uniform(2.0, 9.0);
@@ -41,8 +42,8 @@ inline std::vector<double> dataSetOneCurrent(double duration, double interval, s
 }
 
 /// The base model's answer to a current linear between samples, with white noise on the voltage.
-inline Series answered(const BaseParameters& battery, const std::vector<double>& current, double interval, double noise, std::uint64_t seed,
-                       double u_c2_first = 0.0) {
+inline Series answered(const BaseParameters& battery, const std::vector<double>& current,
+                       double interval, double noise, std::uint64_t seed, double u_c2_first = 0.0) {
   Random random(seed ^ 0x5EEDULL);
   const OverpotentialStep step(battery);
   Series series;

@@ -8,7 +8,8 @@
 #include <locale>
 #include <string>
 
-/// Surroundings in which numbers are written with a comma, as programs around the core may set them.
+/// Surroundings in which numbers are written with a comma, as programs around the core may set
+/// them.
 namespace battery_sof::test {
 
 /// While it lives, C++ streams write and read 1.234,5.
@@ -26,8 +27,8 @@ class CommaStreams {
   std::locale before_;
 };
 
-/// While it lives, printf and strtod of the process write and read 1234,5, where a German locale is installed or the package
-/// `locales` is there to make one of.
+/// While it lives, printf and strtod of the process write and read 1234,5, where a German locale is
+/// installed or the package `locales` is there to make one of.
 class CommaPrintf {
  public:
   CommaPrintf() : before_(std::setlocale(LC_ALL, nullptr)), set_(setGerman() || makeGerman()) {}
@@ -47,9 +48,11 @@ class CommaPrintf {
     return false;
   }
   bool makeGerman() {
-    made_ = std::filesystem::temp_directory_path() / ("battery_sof_locale_" + std::to_string(getpid()));
+    made_ =
+        std::filesystem::temp_directory_path() / ("battery_sof_locale_" + std::to_string(getpid()));
     std::filesystem::create_directories(made_);
-    const std::string call = "localedef -i de_DE -f UTF-8 '" + (made_ / "de_DE.UTF-8").string() + "' >/dev/null 2>&1";
+    const std::string call =
+        "localedef -i de_DE -f UTF-8 '" + (made_ / "de_DE.UTF-8").string() + "' >/dev/null 2>&1";
     if (std::system(call.c_str()) != 0) return false;
     setenv("LOCPATH", made_.c_str(), 1);
     return setGerman();

@@ -30,7 +30,8 @@ class InFolder : public testing::Test {
  protected:
   /// @param name reports the tests of one program apart.
   explicit InFolder(const std::string& name)
-      : folder_(std::filesystem::temp_directory_path() / ("battery_sof " + name + " " + std::to_string(getpid()))) {
+      : folder_(std::filesystem::temp_directory_path() /
+                ("battery_sof " + name + " " + std::to_string(getpid()))) {
     std::filesystem::create_directories(folder_);
   }
   ~InFolder() override { std::filesystem::remove_all(folder_); }

@@ -53,7 +53,8 @@ inline ModelPoint pointOf(const BatteryModel& model, const Eigen::VectorXd& para
 }
 
 /// Voltages of a composition over a drive.
-inline std::vector<double> voltages(const BatteryModel& model, const ModelPoint& start, const InputSequence& inputs) {
+inline std::vector<double> voltages(const BatteryModel& model, const ModelPoint& start,
+                                    const InputSequence& inputs) {
   Simulation simulation(model, start);
   std::vector<double> u;
   for (const InputSample& sample : inputs.samples) {
@@ -70,9 +71,11 @@ inline Series recordingOf(const std::vector<std::string>& effects, double durati
   const BatteryModel model(effects);
   Series series;
   series.current = dataSetOneCurrent(duration, 0.05, 6);
-  for (std::size_t n = 0; n < series.current.size(); ++n) series.time.push_back(0.05 * static_cast<double>(n));
+  for (std::size_t n = 0; n < series.current.size(); ++n)
+    series.time.push_back(0.05 * static_cast<double>(n));
   series.voltage.assign(series.time.size(), 0.0);
-  series.voltage = voltages(model, pointOf(model, typicalPoint(model)), inputSequence(series, whole(series)));
+  series.voltage =
+      voltages(model, pointOf(model, typicalPoint(model)), inputSequence(series, whole(series)));
   Random random(66);
   for (double& u : series.voltage) u += 0.002 * random.normal();
   return series;

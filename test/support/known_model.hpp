@@ -3,7 +3,8 @@
 #include "estimation/fitted_model.hpp"
 #include "support/composed.hpp"
 
-/// Models whose parameters are known exactly and whose window excited nearly everything, for tests of queries.
+/// Models whose parameters are known exactly and whose window excited nearly everything, for tests
+/// of queries.
 namespace battery_sof::test {
 
 inline FittedModel knownModel(const std::vector<std::string>& effects = {}, double u_c2 = 0.0) {
@@ -50,10 +51,13 @@ inline FittedModel uncertainModel(double share, const std::vector<std::string>& 
 /// Takes the base parameters over from the estimates.
 inline void takeEstimates(Fit& fit) {
   Eigen::VectorXd p(static_cast<Eigen::Index>(kBaseRows));
-  for (Eigen::Index j = 0; j < p.size(); ++j) p[j] = fit.estimates[static_cast<std::size_t>(j)].value;
+  for (Eigen::Index j = 0; j < p.size(); ++j)
+    p[j] = fit.estimates[static_cast<std::size_t>(j)].value;
   fit.parameters = baseParameters(p);
 }
 
-inline bool holds(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }
+inline bool holds(const std::string& text, const std::string& piece) {
+  return text.find(piece) != std::string::npos;
+}
 
 }  // namespace battery_sof::test

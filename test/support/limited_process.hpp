@@ -11,7 +11,8 @@
 namespace battery_sof::test {
 
 /**
- * @brief What a command says on standard error in a process that may write files of so many bytes at most; it must exit with 2.
+ * @brief What a command says on standard error in a process that may write files of so many bytes
+ * at most; it must exit with 2.
  * @param command int(err).
  */
 template <typename Command>
@@ -30,7 +31,8 @@ std::string limitedTo(rlim_t bytes, Command&& command) {
   ::close(ends[1]);
   std::string said;
   char block[4096];
-  for (ssize_t count = 0; (count = ::read(ends[0], block, sizeof block)) > 0;) said.append(block, static_cast<std::size_t>(count));
+  for (ssize_t count = 0; (count = ::read(ends[0], block, sizeof block)) > 0;)
+    said.append(block, static_cast<std::size_t>(count));
   ::close(ends[0]);
   int status = 0;
   ::waitpid(child, &status, 0);

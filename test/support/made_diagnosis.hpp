@@ -6,7 +6,8 @@
 #include "diagnosis/diagnosis.hpp"
 #include "support/known_model.hpp"
 
-/// Diagnoses made by hand, with the drive they pretend to be of: for tests of what reports make of them.
+/// Diagnoses made by hand, with the drive they pretend to be of: for tests of what reports make of
+/// them.
 namespace battery_sof::test {
 
 struct MadeDiagnosis {
@@ -43,15 +44,20 @@ inline ControlModeOverview madeSource(const Series& series) {
   source.seen = true;
   source.summary = "A source holds the voltage in a third of the samples, those above -3 A.";
   std::size_t held = 0;
-  for (const double t : series.time) held += std::fmod(t, 150.0) >= 25.8 && std::fmod(t, 150.0) < 75.0 ? 1 : 0;
+  for (const double t : series.time)
+    held += std::fmod(t, 150.0) >= 25.8 && std::fmod(t, 150.0) < 75.0 ? 1 : 0;
   source.share = static_cast<double>(held) / static_cast<double>(series.size());
-  source.totals = {{"a load: the current is below what a source lets through", ControlMode::kCurrent, 8, series.size() - held},
+  source.totals = {{"a load: the current is below what a source lets through",
+                    ControlMode::kCurrent, 8, series.size() - held},
                    {"the voltage is held while the current moves", ControlMode::kVoltage, 8, held}};
-  for (int k = 0; k < 8; ++k) source.voltage_controlled.push_back({std::max(150.0 * k + 25.8, k == 5 ? 820.0 : 0.0), 150.0 * k + 75.0});
+  for (int k = 0; k < 8; ++k)
+    source.voltage_controlled.push_back(
+        {std::max(150.0 * k + 25.8, k == 5 ? 820.0 : 0.0), 150.0 * k + 75.0});
   return source;
 }
 
-/// The drive's measured voltage is the base model's plus `missing` of a slow overpotential of charging [V].
+/// The drive's measured voltage is the base model's plus `missing` of a slow overpotential of
+/// charging [V].
 inline MadeDiagnosis madeDrivenBy(double missing) {
   MadeDiagnosis made;
   Random random(11);
@@ -72,7 +78,8 @@ inline MadeDiagnosis madeDrivenBy(double missing) {
   made.recording.series = series;
   made.diagnosis.base = knownModel();
   made.diagnosis.extended = knownModel();
-  made.diagnosis.base.provenance.recording = made.diagnosis.extended.provenance.recording = made.recording.name;
+  made.diagnosis.base.provenance.recording = made.diagnosis.extended.provenance.recording =
+      made.recording.name;
   made.diagnosis.source = madeSource(made.recording.series);
   made.diagnosis.charger_share = made.diagnosis.source.share;
   made.diagnosis.fit.train = {0.0, 900.0, 16000};
@@ -95,8 +102,10 @@ inline MadeDiagnosis madeNamed() {
   Diagnosis& d = made.diagnosis;
   d.verdict = Verdict::kEffect;
   d.summary =
-      "The battery takes charge less and less readily than the base model says: the charging reaction runs out of "
-      "dissolved lead (charge_acceptance), which lowers the error of the held-out drive from 121 to 6 mV.";
+      "The battery takes charge less and less readily than the base model says: the charging "
+      "reaction runs out of "
+      "dissolved lead (charge_acceptance), which lowers the error of the held-out drive from 121 "
+      "to 6 mV.";
   d.extended = uncertainModel(0.02, {"charge_acceptance"});
   d.extended.provenance.recording = made.recording.name;
   d.base.fit.estimates[1].value *= 1.31;
@@ -105,8 +114,9 @@ inline MadeDiagnosis madeNamed() {
   effect.confidence = 0.97;
   effect.biased_parameters = {"r_charge", "beta"};
   for (const ParameterInfo& info : effectInfo(effect.id).parameters)
-    effect.parameters.push_back(
-        {info.name, info.unit, 1.2 * info.magnitude, 0.1 * std::abs(info.magnitude), info.magnitude, 1.4 * info.magnitude, false});
+    effect.parameters.push_back({info.name, info.unit, 1.2 * info.magnitude,
+                                 0.1 * std::abs(info.magnitude), info.magnitude,
+                                 1.4 * info.magnitude, false});
   effect.parameters.back().upper.reset();
   effect.parameters.back().at_bound = true;
   effect.evidence = 1840.0;
@@ -120,33 +130,41 @@ inline MadeDiagnosis madeNamed() {
   d.evidence_extended = 7050.0;
   d.effective_sample_fraction = 0.11;
   d.unexplained = {0.0004, 0.002, 0.006, {0.0015, 0.010, 0.03}, 0.0007};
-  d.candidates = {{"charge_acceptance", 1840.0, 0.97, "", "acceptance", 95.0},
-                  {"acid_transport", 1610.0, 0.0, "what was taken instead explains more of the error", "acid"},
-                  {"sulphate_history", 410.0, 0.0, "what was taken instead explains more of the error", "acceptance"},
-                  {"gassing", 38.0, 0.0, "what was taken instead explains more of the error", "side_reactions"},
-                  {"current_offset", 9.5, 0.0, "the recording hardly speaks for it", "instrument"},
-                  {"charge_transfer", 0.4, 0.0, "the recording hardly speaks for it", "structure"},
-                  {"time_skew", -1.2, 0.0, "the recording hardly speaks for it", "instrument"}};
+  d.candidates = {
+      {"charge_acceptance", 1840.0, 0.97, "", "acceptance", 95.0},
+      {"acid_transport", 1610.0, 0.0, "what was taken instead explains more of the error", "acid"},
+      {"sulphate_history", 410.0, 0.0, "what was taken instead explains more of the error",
+       "acceptance"},
+      {"gassing", 38.0, 0.0, "what was taken instead explains more of the error", "side_reactions"},
+      {"current_offset", 9.5, 0.0, "the recording hardly speaks for it", "instrument"},
+      {"charge_transfer", 0.4, 0.0, "the recording hardly speaks for it", "structure"},
+      {"time_skew", -1.2, 0.0, "the recording hardly speaks for it", "instrument"}};
   for (int k = 0; k < 8; ++k) {
     const double from = 150.0 * k + 37.0;
     if (from > 690.0 && from < 820.0) continue;
     d.mismatch.push_back({from, from + 38.0, "long_charge", 0.17 + 0.004 * k, 0.31, 1e-6});
   }
-  d.regimes = {
-      {"long_charge", "mean", 7, 0.168, 0.151, 0.185, 0.001, true}, {"long_charge", "slope", 7, 0.0021, 0.0015, 0.0027, 0.002, true},
-      {"long_charge", "end", 7, 0.141, 0.120, 0.162, 0.001, true},  {"discharge", "mean", 24, -0.051, -0.060, -0.042, 0.001, true},
-      {"crank", "mean", 7, -0.004, -0.012, 0.004, 0.31, false},     {"post_charge_rest", "mean", 6, 0.031, -0.002, 0.064, 0.06, false}};
-  const std::vector<std::string> regimes = {"edge", "crank", "long_charge", "short_charge", "discharge", "post_charge_rest"};
+  d.regimes = {{"long_charge", "mean", 7, 0.168, 0.151, 0.185, 0.001, true},
+               {"long_charge", "slope", 7, 0.0021, 0.0015, 0.0027, 0.002, true},
+               {"long_charge", "end", 7, 0.141, 0.120, 0.162, 0.001, true},
+               {"discharge", "mean", 24, -0.051, -0.060, -0.042, 0.001, true},
+               {"crank", "mean", 7, -0.004, -0.012, 0.004, 0.31, false},
+               {"post_charge_rest", "mean", 6, 0.031, -0.002, 0.064, 0.06, false}};
+  const std::vector<std::string> regimes = {"edge",         "crank",     "long_charge",
+                                            "short_charge", "discharge", "post_charge_rest"};
   const std::vector<std::string> parameters = {"r_discharge", "r_charge", "c2", "beta", "u_dc"};
   for (std::size_t p = 0; p < parameters.size(); ++p)
     for (std::size_t r = 0; r < regimes.size(); ++r) {
-      const double z = 14.0 * std::sin(1.7 * static_cast<double>(p) + 0.9 * static_cast<double>(r) + 0.4);
+      const double z =
+          14.0 * std::sin(1.7 * static_cast<double>(p) + 0.9 * static_cast<double>(r) + 0.4);
       d.parameter_bias.push_back({parameters[p], regimes[r], z, p == 4 ? 0.002 * z : 0.011 * z});
     }
   d.instrument = {"The voltage is quantised to 1 mV: finer effects than 0.3 mV cannot show.",
                   "2 of 24,000 samples were refused: duplicate stamps."};
   d.detection_limits = madeDetectionLimit();
-  d.outside = {"A wrong gain of the voltage sensor, a constant cable resistance: the base parameters take them up whole."};
+  d.outside = {
+      "A wrong gain of the voltage sensor, a constant cable resistance: the base parameters take "
+      "them up whole."};
   d.fit.base_train = {38.0, 0.118, 0.402, 0.034, 0.171, 12.5};
   d.fit.extended_train = {96.4, 0.006, 0.049, 0.011, 0.003, 0.8};
   d.fit.base_holdout = {35.5, 0.121, 0.411, 0.036, 0.176, 13.1};
@@ -156,7 +174,8 @@ inline MadeDiagnosis madeNamed() {
                    {"crank", 64, 0.036, 0.033, -0.003, -0.011, 0.006},
                    {"post_charge_rest", 480, 0.004, 0.0075, 0.0035, 0.0012, 0.0058}};
   d.next_experiment =
-      "After a drive, hold 14.4 V for ten minutes, then 13.6 V for ten: the current that stays reports gassing from a "
+      "After a drive, hold 14.4 V for ten minutes, then 13.6 V for ten: the current that stays "
+      "reports gassing from a "
       "sensor's offset (12 mV apart at the end).";
   return made;
 }
@@ -166,7 +185,8 @@ inline MadeDiagnosis madeNoMismatch() {
   MadeDiagnosis made = madeDrivenBy(0.0);
   Diagnosis& d = made.diagnosis;
   d.verdict = Verdict::kNoMismatch;
-  d.summary = "Base model and measurement agree to 3 mV everywhere; no effect of the catalogue shows.";
+  d.summary =
+      "Base model and measurement agree to 3 mV everywhere; no effect of the catalogue shows.";
   d.candidates = {{"time_skew", 2.1, 0.0, "the recording hardly speaks for it", "instrument"},
                   {"cpe2", -0.7, 0.0, "the recording hardly speaks for it", "structure"}};
   d.unexplained = {0.0003, 0.001, 0.002, {0.0015, 0.010, 0.03}};
@@ -179,28 +199,39 @@ inline MadeDiagnosis madeNoMismatch() {
   return made;
 }
 
-/// Something is missing that the catalogue does not hold: it is estimated. Metrics are absent, one is not a number.
+/// Something is missing that the catalogue does not hold: it is estimated. Metrics are absent, one
+/// is not a number.
 inline MadeDiagnosis madeUnknown() {
   MadeDiagnosis made = madeDrivenBy(0.006);
   Diagnosis& d = made.diagnosis;
   d.verdict = Verdict::kUnexplained;
-  d.summary = "Of what is missing the kind is known and the form is not: charging is limited by how fast the battery takes charge up.";
+  d.summary =
+      "Of what is missing the kind is known and the form is not: charging is limited by how fast "
+      "the battery takes charge up.";
   d.mechanism = Mechanism::kAcceptance;
   d.probability = 0.94;
   d.mismatch = {{187.0, 225.0, "long_charge", 0.08, 0.15, 1e-4}};
-  d.candidates = {{"acid_transport", 55.0, 0.0, "what was taken instead explains more of the error", "acid"}};
+  d.candidates = {
+      {"acid_transport", 55.0, 0.0, "what was taken instead explains more of the error", "acid"}};
   DiscrepancyFinding discrepancy;
   discrepancy.is_used = true;
   discrepancy.left_out = {0.064, 0.021};
   discrepancy.rms = 0.061;
-  discrepancy.mechanisms = {{Mechanism::kAcceptance, 340.0, 0.058}, {Mechanism::kAcid, 12.0, 0.004}};
+  discrepancy.mechanisms = {{Mechanism::kAcceptance, 340.0, 0.058},
+                            {Mechanism::kAcid, 12.0, 0.004}};
   discrepancy.answers = {{0.1, 0.0002, 0.0, 0.0001, 0.0001},
-                     {1.0, 0.0061, 0.0001, 0.001, 0.0005},
-                     {10.0, 0.052, -0.0004, 0.004, 0.002},
-                     {100.0, 0.113, -0.0011, 0.011, 0.005}};
-  discrepancy.curve = {{-100.0, -0.0002, -0.006}, {-10.0, 0.0, -0.001}, {1.0, 0.0001, 0.004}, {10.0, 0.0001, 0.05}, {50.0, 0.0004, 0.21}};
+                         {1.0, 0.0061, 0.0001, 0.001, 0.0005},
+                         {10.0, 0.052, -0.0004, 0.004, 0.002},
+                         {100.0, 0.113, -0.0011, 0.011, 0.005}};
+  discrepancy.curve = {{-100.0, -0.0002, -0.006},
+                       {-10.0, 0.0, -0.001},
+                       {1.0, 0.0001, 0.004},
+                       {10.0, 0.0001, 0.05},
+                       {50.0, 0.0004, 0.21}};
   discrepancy.terms = {"memory of charging over 10 s", "memory of charging over 30 s"};
-  discrepancy.description = "What the currents and their memory say beside the equations moves the voltage by 61.0 mV RMS.";
+  discrepancy.description =
+      "What the currents and their memory say beside the equations moves the voltage by 61.0 mV "
+      "RMS.";
   d.discrepancy = discrepancy;
   d.unexplained = {0.0004, 0.001, 0.004, {0.0015, 0.010, 0.03}};
   d.detection_limits = madeDetectionLimit();

@@ -20,13 +20,16 @@ inline DiscrepancyModel madeDiscrepancyModel() {
   discrepancy.centre = Eigen::VectorXd::LinSpaced(size, -0.5, 0.5);
   discrepancy.scale = Eigen::VectorXd::Constant(size, 10.0);
   for (Eigen::Index k = 0; k < size; ++k)
-    if (discrepancy.columns[static_cast<std::size_t>(k)].kind == RegressorKind::kWarmCurrent) discrepancy.scale[k] = 1e4;
+    if (discrepancy.columns[static_cast<std::size_t>(k)].kind == RegressorKind::kWarmCurrent)
+      discrepancy.scale[k] = 1e4;
   discrepancy.weight = Eigen::VectorXd::LinSpaced(size, 0.001, 0.004);
   discrepancy.base_change.resize(kBaseDirections);
   discrepancy.base_change << 0.0005, 0.001, 0.1, -0.2, 0.05, 0.01;
   for (const Mechanism mechanism : kAllMechanisms)
     for (const Regressor& column : discrepancy.columns)
-      if (column.mechanism == mechanism && (discrepancy.parts.empty() || discrepancy.parts.back().mechanism != mechanism)) discrepancy.parts.push_back({mechanism, 0.1});
+      if (column.mechanism == mechanism &&
+          (discrepancy.parts.empty() || discrepancy.parts.back().mechanism != mechanism))
+        discrepancy.parts.push_back({mechanism, 0.1});
   return discrepancy;
 }
 

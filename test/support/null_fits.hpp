@@ -6,20 +6,26 @@
 #include "diagnosis/whitened_fit.hpp"
 #include "support/base_drive.hpp"
 
-/// Fits of the base model to its own voltage plus any error, linear in the parameters: one simulation for all draws.
+/// Fits of the base model to its own voltage plus any error, linear in the parameters: one
+/// simulation for all draws.
 namespace battery_sof::test {
 
-/// White, coloured and walking noise as NoiseModel has it [V], one a sample of the drive; 0 where count is 0.
-inline Eigen::VectorXd drawnNoise(const NoiseModel& noise, const InputSequence& inputs, std::uint64_t seed) {
+/// White, coloured and walking noise as NoiseModel has it [V], one a sample of the drive; 0 where
+/// count is 0.
+inline Eigen::VectorXd drawnNoise(const NoiseModel& noise, const InputSequence& inputs,
+                                  std::uint64_t seed) {
   Random random(seed * 0x2545F4914F6CDD1DULL + 7);
   Eigen::VectorXd error(static_cast<Eigen::Index>(inputs.samples.size()));
   double drift = 0.0, colored = noise.ar_std * random.normal();
   for (Eigen::Index n = 0; n < error.size(); ++n) {
     const InputSample& sample = inputs.samples[static_cast<std::size_t>(n)];
     const double persistence = std::exp(-sample.step.duration / noise.ar_time);
-    colored = persistence * colored + noise.ar_std * std::sqrt(1.0 - persistence * persistence) * random.normal();
+    colored = persistence * colored +
+              noise.ar_std * std::sqrt(1.0 - persistence * persistence) * random.normal();
     drift += noise.walk_std * std::sqrt(sample.step.duration) * random.normal();
-    error[n] = sample.count > 0.0 ? drift + colored + noise.white_std / std::sqrt(sample.count) * random.normal() : 0.0;
+    error[n] = sample.count > 0.0
+                   ? drift + colored + noise.white_std / std::sqrt(sample.count) * random.normal()
+                   : 0.0;
   }
   return error;
 }
@@ -36,13 +42,16 @@ inline InputSequence exactInputs(double duration) {
 class NullFits {
  public:
   /// @param drive kept by reference.
-  explicit NullFits(const InputSequence& inputs, const BaseParameters& battery = drivenBattery()) : inputs_(inputs) {
+  explicit NullFits(const InputSequence& inputs, const BaseParameters& battery = drivenBattery())
+      : inputs_(inputs) {
     const BatteryModel model;
     CompositionPoint truth{Eigen::VectorXd(kBaseRows), model.restState()};
-    truth.parameters << battery.r_discharge, battery.r_charge, battery.c2, battery.beta, battery.u_dc;
+    truth.parameters << battery.r_discharge, battery.r_charge, battery.c2, battery.beta,
+        battery.u_dc;
     const CompositionProblem problem(model, inputs, FitCost{}, truth);
     const Eigen::MatrixXd seeds = problem.seedsAt(problem.coordinatesOf(truth));
-    Simulation simulation(model, {truth.parameters, truth.state, inputs.first_time, inputs.first_time}, seeds);
+    Simulation simulation(
+        model, {truth.parameters, truth.state, inputs.first_time, inputs.first_time}, seeds);
     fit_.model = model;
     fit_.point = truth;
     fit_.jacobian.resize(static_cast<Eigen::Index>(inputs.samples.size()), seeds.cols());
@@ -55,7 +64,8 @@ class NullFits {
     for (Eigen::Index k = 0; k < problem.size(); ++k) fit_.rows.push_back(problem.rowOf(k));
   }
 
-  /// As fitWhitened() would: parameters by squares, noise of what is left, parameters again, noise again.
+  /// As fitWhitened() would: parameters by squares, noise of what is left, parameters again, noise
+  /// again.
   WhitenedFit of(const Eigen::VectorXd& error) const {
     WhitenedFit fit = fit_;
     Eigen::MatrixXd columns = fit.jacobian;
@@ -70,7 +80,8 @@ class NullFits {
     fit.noise = fitNoise(fit.residual, inputs_.samples);
     for (int round = 0; round < 2; ++round) {
       const Whitening whitening(fit.noise, inputs_.samples);
-      for (Eigen::Index k = 0; k < columns.cols(); ++k) columns.col(k) = whitening.whitened(fit.jacobian.col(k));
+      for (Eigen::Index k = 0; k < columns.cols(); ++k)
+        columns.col(k) = whitening.whitened(fit.jacobian.col(k));
       const auto qr = columns.householderQr();
       fit.residual = error - fit.jacobian * qr.solve(whitening.whitened(error));
       clearMasked(fit.residual);

@@ -5,7 +5,8 @@
 #include "support/known_model.hpp"
 #include "support/synthetic_recording.hpp"
 
-/// Drives of a car whose source controls the voltage, at one sample a second, answered by a model that is known exactly.
+/// Drives of a car whose source controls the voltage, at one sample a second, answered by a model
+/// that is known exactly.
 namespace battery_sof::test {
 
 /// What is put wrong in the voltage channel.
@@ -14,14 +15,17 @@ struct VoltageFaults {
   std::size_t drop_each = 0;  ///< [samples], between drop-outs; 0 for none
 };
 
-/// Stops of 8 to 20 s, a crank, then a source that holds 13.4 to 14.6 V and moves every few seconds.
-inline Series sourcedDrive(std::size_t samples, const FittedModel& battery, std::uint64_t seed, const VoltageFaults& faults = {}) {
+/// Stops of 8 to 20 s, a crank, then a source that holds 13.4 to 14.6 V and moves every few
+/// seconds.
+inline Series sourcedDrive(std::size_t samples, const FittedModel& battery, std::uint64_t seed,
+                           const VoltageFaults& faults = {}) {
   Random random(seed);
   Follower follower(battery);
   MissedCrank missed;
   Series series;
   std::vector<double> shown;
-  double current = battery.state.current, held = 14.0, stop_until = 0.0, next_stop = 20.0, next_level = 0.0;
+  double current = battery.state.current, held = 14.0, stop_until = 0.0, next_stop = 20.0,
+         next_level = 0.0;
   for (std::size_t n = 0; n < samples; ++n) {
     const auto t = static_cast<double>(n);
     if (t >= next_stop) {
@@ -35,11 +39,14 @@ inline Series sourcedDrive(std::size_t samples, const FittedModel& battery, std:
     InputSample sample;
     sample.voltage_controlled = t >= stop_until + 1.0;
     sample.voltage = held + 0.02 * random.normal();
-    const double drawn = t < stop_until ? random.uniform(-28.0, -18.0) : random.uniform(-220.0, -180.0);
+    const double drawn =
+        t < stop_until ? random.uniform(-28.0, -18.0) : random.uniform(-220.0, -180.0);
     const double before = battery.state.time + t;
     sample.step = inputStep(before, current, before + 1.0, drawn, 10.0);
-    sample.step.missed = missed.add(1.0, sample.voltage_controlled ? 10.0 : drawn, sample.voltage_controlled);
-    for (int k = 0; k < 3 && sample.voltage_controlled; ++k) {  // the current that goes with the voltage
+    sample.step.missed =
+        missed.add(1.0, sample.voltage_controlled ? 10.0 : drawn, sample.voltage_controlled);
+    // the current that goes with the voltage
+    for (int k = 0; k < 3 && sample.voltage_controlled; ++k) {
       const double missed_before = sample.step.missed;
       Follower trial = follower;
       sample.step = inputStep(before, current, before + 1.0, trial.follow(sample).current, 10.0);
@@ -53,7 +60,9 @@ inline Series sourcedDrive(std::size_t samples, const FittedModel& battery, std:
   }
   for (std::size_t n = 0; n < samples; ++n) {
     series.voltage.push_back(shown[n < faults.lag ? 0 : n - faults.lag]);
-    if (faults.drop_each > 0 && n % faults.drop_each == faults.drop_each - 1 && series.current[n] > -60.0) series.voltage[n] -= 1.5;
+    if (faults.drop_each > 0 && n % faults.drop_each == faults.drop_each - 1 &&
+        series.current[n] > -60.0)
+      series.voltage[n] -= 1.5;
   }
   return series;
 }

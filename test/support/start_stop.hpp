@@ -26,10 +26,12 @@ struct StartStopOptions {
 };
 
 /**
- * Stops of 15 to 30 s under loads of 10 to 30 A, a crank of one sample at -180 to -240 A, then 45 to 90 s of a source whose set
- * point changes every 10 s or so. Under load the voltage is the model's, at the source the current.
+ * Stops of 15 to 30 s under loads of 10 to 30 A, a crank of one sample at -180 to -240 A, then 45
+ * to 90 s of a source whose set point changes every 10 s or so. Under load the voltage is the
+ * model's, at the source the current.
  */
-inline StartStopDrive startStopDrive(const BatteryModel& model, const Eigen::VectorXd& p, const StartStopOptions& options = {}) {
+inline StartStopDrive startStopDrive(const BatteryModel& model, const Eigen::VectorXd& p,
+                                     const StartStopOptions& options = {}) {
   Random random(options.seed), noise(options.seed + 1000);
   Simulation simulation(model, pointOf(model, p));
   StartStopDrive inputs;
@@ -37,7 +39,8 @@ inline StartStopDrive startStopDrive(const BatteryModel& model, const Eigen::Vec
   Series clean;
   const auto take = [&](bool source, double wanted) {
     InputSample sample;
-    sample.step = inputStep(clean.empty() ? time : clean.time.back(), current, time, source ? 0.0 : wanted, 5.0);
+    sample.step = inputStep(clean.empty() ? time : clean.time.back(), current, time,
+                            source ? 0.0 : wanted, 5.0);
     sample.voltage_controlled = source;
     sample.voltage = wanted;
     const double error = simulation.follow(sample);

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "recording/resample.hpp"
 #include "battery_sof/series.hpp"
+#include "recording/resample.hpp"
 
 /// Recordings with known properties, for tests of recording/ and report/. Seeded: the same on every
 /// machine.
@@ -40,8 +40,8 @@ class SyntheticBattery {
   /// Voltage after interval [s] of the wished current [A], which is lowered when it would exceed
   /// the limit.
   double step(double& current, double interval) {
-    constexpr double kResistance = 0.005, kFast = 0.002, kFastTime = 0.2, kSlow = 0.004, kSlowTime = 40.0,
-                     kVoltPerCoulomb = 1.3 / (60.0 * 3600.0);
+    constexpr double kResistance = 0.005, kFast = 0.002, kFastTime = 0.2, kSlow = 0.004,
+                     kSlowTime = 40.0, kVoltPerCoulomb = 1.3 / (60.0 * 3600.0);
     const double rest = 12.6 + kVoltPerCoulomb * charge_;
     current = std::min(current, (kVoltageLimit - rest - fast_ - slow_) / kResistance);
     fast_ += (kFast * current - fast_) * (1.0 - std::exp(-interval / kFastTime));
@@ -60,7 +60,9 @@ class SyntheticBattery {
 inline std::vector<double> driveProfile(double duration, std::uint64_t seed) {
   Random random(seed);
   std::vector<double> current(120000, 0.0);
-  const auto hold = [&](double level, double seconds) { current.insert(current.end(), static_cast<std::size_t>(1000.0 * seconds), level); };
+  const auto hold = [&](double level, double seconds) {
+    current.insert(current.end(), static_cast<std::size_t>(1000.0 * seconds), level);
+  };
   // Drawn one after the other: a compiler evaluates arguments in an order of its own.
   const auto hold_any = [&](double lowest, double highest, double shortest, double longest) {
     const double seconds = random.uniform(shortest, longest);
@@ -108,7 +110,8 @@ inline Series everyNth(const Series& series, std::size_t n) {
 }
 
 /// White noise on both channels.
-inline void addNoise(Series& series, double current_noise, double voltage_noise, std::uint64_t seed) {
+inline void addNoise(Series& series, double current_noise, double voltage_noise,
+                     std::uint64_t seed) {
   Random random(seed);
   for (std::size_t k = 0; k < series.size(); ++k) {
     series.current[k] += current_noise * random.normal();

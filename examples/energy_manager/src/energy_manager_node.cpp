@@ -15,14 +15,17 @@
 namespace energy_manager {
 namespace {
 
-/// A parameter that has to be a number in a range. @throws std::runtime_error naming it, its value and the range.
-double parameter(const ros::NodeHandle& own, const std::string& name, double value, double low, double high) {
+/// A parameter that has to be a number in a range. @throws std::runtime_error naming it, its value
+/// and the range.
+double parameter(const ros::NodeHandle& own, const std::string& name, double value, double low,
+                 double high) {
   XmlRpc::XmlRpcValue given;
   const bool is_given = own.getParam(name, given);
-  if (is_given && !own.getParam(name, value)) throw std::runtime_error(own.resolveName(name) + " is not a number");
+  if (is_given && !own.getParam(name, value))
+    throw std::runtime_error(own.resolveName(name) + " is not a number");
   if (!(value >= low && value <= high)) {
-    throw std::runtime_error(own.resolveName(name) + " is " + std::to_string(value) + ", expected " + std::to_string(low) + " to " +
-                             std::to_string(high));
+    throw std::runtime_error(own.resolveName(name) + " is " + std::to_string(value) +
+                             ", expected " + std::to_string(low) + " to " + std::to_string(high));
   }
   return value;
 }
@@ -48,8 +51,9 @@ Answer answerOf(const Response& response) {
 }
 
 /**
- * Asks battery_sof in a thread of its own, and decides in another: a service that does not come back delays no decision.
- * How old status and answers are is measured by the computer's clock, as a node that hangs stops no clock of the car.
+ * Asks battery_sof in a thread of its own, and decides in another: a service that does not come
+ * back delays no decision. How old status and answers are is measured by the computer's clock, as a
+ * node that hangs stops no clock of the car.
  */
 class EnergyManager {
  public:
@@ -62,7 +66,8 @@ class EnergyManager {
     sample_ = node.subscribe("battery_state", 1000, &EnergyManager::onSample, this);
     engine_ = node.subscribe("engine_off", 10, &EnergyManager::onEngine, this);
     status_ = node.subscribe(battery_ + "/status", 10, &EnergyManager::onStatus, this);
-    timer_ = node.createSteadyTimer(ros::WallDuration(0.1), [this](const ros::SteadyTimerEvent&) { publish(); });
+    timer_ = node.createSteadyTimer(ros::WallDuration(0.1),
+                                    [this](const ros::SteadyTimerEvent&) { publish(); });
     asker_ = std::thread([this] { askOnAndOn(); });
   }
 
@@ -75,7 +80,8 @@ class EnergyManager {
  private:
   void onSample(const sensor_msgs::BatteryState& sample) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (engine_is_off_ && sample.current > 0.5 * rule_.i_cranking && std::isfinite(sample.current)) habits_.addStanding(sample.current);
+    if (engine_is_off_ && sample.current > 0.5 * rule_.i_cranking && std::isfinite(sample.current))
+      habits_.addStanding(sample.current);
   }
 
   void onEngine(const std_msgs::Bool& off) {
@@ -131,7 +137,8 @@ class EnergyManager {
   }
 
   static double age(const ros::SteadyTime& then) {
-    return then.isZero() ? std::numeric_limits<double>::infinity() : (ros::SteadyTime::now() - then).toSec();
+    return then.isZero() ? std::numeric_limits<double>::infinity()
+                         : (ros::SteadyTime::now() - then).toSec();
   }
 
   /// Why the answers are not to be used; empty when they are.
@@ -153,7 +160,9 @@ class EnergyManager {
     decision.longest_stop = decision.may_stop ? verdict.longest_stop : 0.0;
     decision.reserve = verdict.reserve;
     decision.planned_charge = verdict.planned_charge;
-    decision.reason = verdict.may_stop && restart_ ? "the engine is to start, as was decided in this stop" : verdict.reason;
+    decision.reason = verdict.may_stop && restart_
+                          ? "the engine is to start, as was decided in this stop"
+                          : verdict.reason;
     decisions_.publish(decision);
   }
 

@@ -5,9 +5,11 @@ namespace {
 
 struct ChargeTransfer {
   static EffectInfo info() {
-    ParameterInfo exchange = shape("exchange_current", "I_0", "A", 1.0, 0.2, 5.0, 0.3, "docs/physics.md#charge_transfer");
+    ParameterInfo exchange = shape("exchange_current", "I_0", "A", 1.0, 0.2, 5.0, 0.3,
+                                   "docs/physics.md#charge_transfer");
     exchange.vanishes_at = 1.0;
-    ParameterInfo symmetry{"transfer_symmetry", "alpha", "1", 0.5, 0.3, 0.7, "docs/physics.md#charge_transfer"};
+    ParameterInfo symmetry{
+        "transfer_symmetry", "alpha", "1", 0.5, 0.3, 0.7, "docs/physics.md#charge_transfer"};
     symmetry.prior_std = 0.05;
     symmetry.vanishes_at = 0.5;
     return {"charge_transfer",

@@ -23,7 +23,8 @@ struct Cpe2 {
     }
     return info;
   }
-  // The ladder is part of the double layer's step (double_layer.hpp), which reads the exponent here.
+  // The ladder is part of the double layer's step (double_layer.hpp), which reads the exponent
+  // here.
   template <typename S>
   static void adapt(const S* p, const S*, Present<S>& present) {
     present.dispersion = p[0];

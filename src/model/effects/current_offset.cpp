@@ -5,17 +5,18 @@ namespace {
 
 struct CurrentOffset {
   static EffectInfo info() {
-    return {"current_offset",
-            "I1",
-            "the current sensor reads an offset",
-            "i = i_measured - i_o",
-            {strength("current_offset", "i_o", "A", 0.5, -5.0, 5.0, "docs/physics.md#current_offset")},
-            {},
-            {"gassing", "charge_transfer", "parasitic_load"},
-            "the reading with the battery disconnected",
-            {},
-            {},
-            {"parasitic_load"}};
+    return {
+        "current_offset",
+        "I1",
+        "the current sensor reads an offset",
+        "i = i_measured - i_o",
+        {strength("current_offset", "i_o", "A", 0.5, -5.0, 5.0, "docs/physics.md#current_offset")},
+        {},
+        {"gassing", "charge_transfer", "parasitic_load"},
+        "the reading with the battery disconnected",
+        {},
+        {},
+        {"parasitic_load"}};
   }
   template <typename S>
   static void sense(const S* p, const InputStep& step, S& mean, S& end) {

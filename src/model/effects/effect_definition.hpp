@@ -1,7 +1,8 @@
 #pragma once
 
-// What an effect's file is written in. The hooks are templates over the scalar, so one definition serves values,
-// derivatives and the solver; effectOf<Definition>() turns them into what a simulation calls.
+// What an effect's file is written in. The hooks are templates over the scalar, so one definition
+// serves values, derivatives and the solver; effectOf<Definition>() turns them into what a
+// simulation calls.
 
 #include <Eigen/Core>
 #include <memory>
@@ -10,8 +11,8 @@
 #include <vector>
 
 #include "model/closed_form_step.hpp"
-#include "model/input_sequence.hpp"
 #include "model/effect.hpp"
+#include "model/input_sequence.hpp"
 
 namespace battery_sof {
 
@@ -47,10 +48,12 @@ struct Present {
 /// An interval that was passed through.
 template <typename S>
 struct Passage {
-  const S& current;   ///< [A], held
-  double duration;    ///< [s]
-  const S& u_c2;      ///< [V], mean of the double layer's voltage over the interval
-  const S& reaction;  ///< [A], mean of what reacted: the held current less what the double layer stored and side currents
+  const S& current;  ///< [A], held
+  double duration;   ///< [s]
+  const S& u_c2;     ///< [V], mean of the double layer's voltage over the interval
+  /// [A], mean of what reacted: the held current less what the double layer stored and side
+  /// currents
+  const S& reaction;
   const Present<S>& present;
 };
 
@@ -70,7 +73,8 @@ struct ReactionRates {
   const S& discharging;  ///< I_0 exp((alpha - 1) beta u) [A]
 };
 
-/// What a simulation calls of an effect, in arithmetic S. p and x point to the effect's own parameters and states.
+/// What a simulation calls of an effect, in arithmetic S. p and x point to the effect's own
+/// parameters and states.
 template <typename S>
 class EffectKernel {
  public:
@@ -82,7 +86,8 @@ class EffectKernel {
   /// @return current past the double layer's reaction [A].
   virtual S sideCurrent(const S* p, const S& u_c2, const Present<S>& present) const = 0;
   /// @return activity after an implicit Euler step of `duration` from `before`.
-  virtual S activity(const S* p, const S& before, const ReactionRates<S>& rates, const Present<S>& present, double duration) const = 0;
+  virtual S activity(const S* p, const S& before, const ReactionRates<S>& rates,
+                     const Present<S>& present, double duration) const = 0;
   /// Moves the effect's own states over an interval.
   virtual void advance(const S* p, S* x, const Passage<S>& passage) const = 0;
   /// @return voltage in series with the battery [V].
@@ -93,11 +98,14 @@ class EffectKernel {
 
 /// Which hooks an effect has.
 struct EffectHooks {
-  bool sense = false, adapt = false, side_current = false, activity = false, advance = false, voltage = false, show = false;
-  bool is_ladder = false;        ///< its states are the ladder of a fractional double layer
-  bool steps_finely = false;     ///< its states are stepped on both sides of the double layer's step
+  bool sense = false, adapt = false, side_current = false, activity = false, advance = false,
+       voltage = false, show = false;
+  bool is_ladder = false;  ///< its states are the ladder of a fractional double layer
+  /// its states are stepped on both sides of the double layer's step
+  bool steps_finely = false;
   bool limits_reaction = false;  ///< sets reactivity and inverse_supply
-  double longest_piece = 0.0;    ///< [s], intervals are cut to it: its states act back within them; 0: never
+  /// [s], intervals are cut to it: its states act back within them; 0: never
+  double longest_piece = 0.0;
 };
 
 #define BATTERY_SOF_HOOK(Name, hook)     \
@@ -124,7 +132,8 @@ struct LimitsReaction : std::false_type {};
 template <typename D>
 struct LimitsReaction<D, std::void_t<decltype(D::kLimitsReaction)>> : std::true_type {};
 
-/// [s], of the pieces that intervals are cut to where an effect acts back on others; 0 where it does not.
+/// [s], of the pieces that intervals are cut to where an effect acts back on others; 0 where it
+/// does not.
 template <typename D, typename = void>
 struct LongestPiece {
   static constexpr double value = StepsFinely<D>::value ? 0.1 : 0.0;
@@ -163,7 +172,8 @@ class KernelOf final : public EffectKernel<S> {
     if constexpr (HasSideCurrent<D>::value) return D::sideCurrent(p, u_c2, present);
     return S(0.0);
   }
-  S activity(const S* p, const S& before, const ReactionRates<S>& rates, const Present<S>& present, double duration) const override {
+  S activity(const S* p, const S& before, const ReactionRates<S>& rates, const Present<S>& present,
+             double duration) const override {
     if constexpr (HasActivity<D>::value) return D::activity(p, before, rates, present, duration);
     return before;
   }
@@ -198,9 +208,10 @@ Effect effectOf() {
   effect.info.on_request = OnRequest<D>::value;
   effect.info.acts_at_edges = ActsAtEdges<D>::value;
   effect.info.takes_short_steps = IsLadder<D>::value || LongestPiece<D>::value > 0.0;
-  effect.hooks = {HasSense<D>::value,    HasAdapt<D>::value,       HasSideCurrent<D>::value, HasActivity<D>::value,
-                  HasAdvance<D>::value,  HasVoltage<D>::value,     HasShow<D>::value,        IsLadder<D>::value,
-                  StepsFinely<D>::value, LimitsReaction<D>::value, LongestPiece<D>::value};
+  effect.hooks = {HasSense<D>::value,       HasAdapt<D>::value,    HasSideCurrent<D>::value,
+                  HasActivity<D>::value,    HasAdvance<D>::value,  HasVoltage<D>::value,
+                  HasShow<D>::value,        IsLadder<D>::value,    StepsFinely<D>::value,
+                  LimitsReaction<D>::value, LongestPiece<D>::value};
   effect.values = std::make_unique<KernelOf<D, double>>();
   effect.slopes = std::make_unique<KernelOf<D, Slope>>();
   effect.dual8 = std::make_unique<KernelOf<D, Dual<8>>>();
@@ -213,11 +224,18 @@ Effect effectOf() {
 inline const EffectKernel<double>& kernelOf(const Effect& e, double) { return *e.values; }
 inline const EffectKernel<Slope>& kernelOf(const Effect& e, const Slope&) { return *e.slopes; }
 inline const EffectKernel<Dual<8>>& kernelOf(const Effect& e, const Dual<8>&) { return *e.dual8; }
-inline const EffectKernel<Dual<16>>& kernelOf(const Effect& e, const Dual<16>&) { return *e.dual16; }
-inline const EffectKernel<Dual<24>>& kernelOf(const Effect& e, const Dual<24>&) { return *e.dual24; }
-inline const EffectKernel<Dual<48>>& kernelOf(const Effect& e, const Dual<48>&) { return *e.dual48; }
+inline const EffectKernel<Dual<16>>& kernelOf(const Effect& e, const Dual<16>&) {
+  return *e.dual16;
+}
+inline const EffectKernel<Dual<24>>& kernelOf(const Effect& e, const Dual<24>&) {
+  return *e.dual24;
+}
+inline const EffectKernel<Dual<48>>& kernelOf(const Effect& e, const Dual<48>&) {
+  return *e.dual48;
+}
 
-/// @return every effect, in the order in which a simulation applies them: instruments on the current first.
+/// @return every effect, in the order in which a simulation applies them: instruments on the
+/// current first.
 const std::vector<Effect>& allEffects();
 
 // ------------------------------------------------------------------------------------- what many effects need
@@ -247,25 +265,29 @@ S relaxed(const S& x, const S& target, const S& tau, double duration) {
 inline constexpr double kSecondsPerHour = 3600.0;  // also [As] per [Ah]
 
 /// A strength: zero removes its effect.
-inline ParameterInfo strength(std::string name, std::string symbol, std::string unit, double magnitude, double lower, double upper,
-                              std::string source) {
-  ParameterInfo info{std::move(name), std::move(symbol), std::move(unit), magnitude, lower, upper, std::move(source)};
+inline ParameterInfo strength(std::string name, std::string symbol, std::string unit,
+                              double magnitude, double lower, double upper, std::string source) {
+  ParameterInfo info{std::move(name), std::move(symbol), std::move(unit), magnitude, lower,
+                     upper,           std::move(source)};
   info.vanishes_at = 0.0;
   return info;
 }
 
 /// A strength in which the voltage is linear.
-inline ParameterInfo linearStrength(std::string name, std::string symbol, std::string unit, double magnitude, double lower, double upper,
+inline ParameterInfo linearStrength(std::string name, std::string symbol, std::string unit,
+                                    double magnitude, double lower, double upper,
                                     std::string source) {
-  ParameterInfo info = strength(std::move(name), std::move(symbol), std::move(unit), magnitude, lower, upper, std::move(source));
+  ParameterInfo info = strength(std::move(name), std::move(symbol), std::move(unit), magnitude,
+                                lower, upper, std::move(source));
   info.linear = true;
   return info;
 }
 
 /// A time constant, capacitance or rate: known by its order of magnitude, to a factor e^prior_std.
-inline ParameterInfo shape(std::string name, std::string symbol, std::string unit, double magnitude, double lower, double upper,
-                           double prior_std, std::string source) {
-  ParameterInfo info{std::move(name), std::move(symbol), std::move(unit), magnitude, lower, upper, std::move(source)};
+inline ParameterInfo shape(std::string name, std::string symbol, std::string unit, double magnitude,
+                           double lower, double upper, double prior_std, std::string source) {
+  ParameterInfo info{std::move(name), std::move(symbol), std::move(unit), magnitude, lower,
+                     upper,           std::move(source)};
   info.logarithmic = true;
   info.prior_std = prior_std;
   return info;

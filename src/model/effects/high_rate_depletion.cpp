@@ -4,7 +4,8 @@ namespace battery_sof {
 namespace {
 
 struct HighRateDepletion {
-  // Where the acid in the pores is used up the logarithm ends; a linear continuation keeps the voltage finite.
+  // Where the acid in the pores is used up the logarithm ends; a linear continuation keeps the
+  // voltage finite.
   static constexpr double kMinLeft = 0.02;
 
   static EffectInfo info() {
@@ -12,9 +13,12 @@ struct HighRateDepletion {
             "P7",
             "acid in the pores is used up during heavy discharges",
             "tau dx/dt = (-i)^+ / i_L - x,  u += kappa ln(1 - x)",
-            {strength("inverse_depletion_current", "1/i_L", "1/A", 1.0 / 400.0, 0.0, 1.0 / 300.0, "docs/physics.md#high_rate_depletion"),
-             shape("depletion_time", "tau", "s", 25.0, 10.0, 60.0, 0.4, "docs/physics.md#high_rate_depletion"),
-             held(shape("depletion_voltage", "kappa", "V", 0.15, 0.1, 0.25, 0.3, "docs/physics.md#high_rate_depletion"))},
+            {strength("inverse_depletion_current", "1/i_L", "1/A", 1.0 / 400.0, 0.0, 1.0 / 300.0,
+                      "docs/physics.md#high_rate_depletion"),
+             shape("depletion_time", "tau", "s", 25.0, 10.0, 60.0, 0.4,
+                   "docs/physics.md#high_rate_depletion"),
+             held(shape("depletion_voltage", "kappa", "V", 0.15, 0.1, 0.25, 0.3,
+                        "docs/physics.md#high_rate_depletion"))},
             {{"drawn_current", "A"}},
             {"acid_transport", "cpe2"},
             "a crank after 1 s and one after 60 s of -100 A",

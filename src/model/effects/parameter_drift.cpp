@@ -7,17 +7,19 @@ struct ParameterDrift {
   static constexpr bool kStepsFinely = true;
 
   static EffectInfo info() {
-    return {"parameter_drift",
-            "P10",
-            "the parameters themselves drift",
-            "r(t) = r exp(d_r t), C_2(t) = C_2 exp(d_c t), beta(t) = beta exp(d_b t)",
-            {strength("resistance_drift", "d_r", "1/h", 0.1, -2.0, 2.0, "docs/physics.md#parameter_drift"),
-             strength("c2_drift", "d_c", "1/h", 0.1, -2.0, 2.0, "docs/physics.md#parameter_drift"),
-             strength("beta_drift", "d_b", "1/h", 0.1, -2.0, 2.0, "docs/physics.md#parameter_drift")},
-            {},
-            {"self_heating", "contact_resistance"},
-            "a second recording of the same regime an hour later",
-            {}};
+    return {
+        "parameter_drift",
+        "P10",
+        "the parameters themselves drift",
+        "r(t) = r exp(d_r t), C_2(t) = C_2 exp(d_c t), beta(t) = beta exp(d_b t)",
+        {strength("resistance_drift", "d_r", "1/h", 0.1, -2.0, 2.0,
+                  "docs/physics.md#parameter_drift"),
+         strength("c2_drift", "d_c", "1/h", 0.1, -2.0, 2.0, "docs/physics.md#parameter_drift"),
+         strength("beta_drift", "d_b", "1/h", 0.1, -2.0, 2.0, "docs/physics.md#parameter_drift")},
+        {},
+        {"self_heating", "contact_resistance"},
+        "a second recording of the same regime an hour later",
+        {}};
   }
   template <typename S>
   static void adapt(const S* p, const S*, Present<S>& present) {

@@ -29,7 +29,8 @@ struct SensorLag {
     const double rise = step.trace->at(step.time) - step.trace->at(step.time - step.duration);
     held = S(held - lag * (rise / step.duration));
   }
-  /// The exact filter of a voltage that is linear between samples. The states count from u_dc, where a battery rests.
+  /// The exact filter of a voltage that is linear between samples. The states count from u_dc,
+  /// where a battery rests.
   template <typename S>
   static void show(const S* p, S* x, const Instant<S>& instant, S& voltage) {
     using std::exp;
@@ -37,7 +38,8 @@ struct SensorLag {
     const double dt = instant.duration;
     if (dt > 0.0 && valueOf(p[0]) >= 0.0) {
       const S& lag = p[0];
-      // Below a fortieth of the interval nothing of the past is left, and the exponent's slope would not be a number.
+      // Below a fortieth of the interval nothing of the past is left, and the exponent's slope
+      // would not be a number.
       const S kept = valueOf(lag) > dt / 40.0 ? S(exp(S(-dt / lag))) : S(0.0);
       const S rise = (now - x[1]) / dt;
       voltage = S(voltage - lag * rise * (1.0 - kept) + (x[0] - x[1]) * kept);

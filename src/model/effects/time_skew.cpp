@@ -11,7 +11,8 @@ struct TimeSkew {
             "I3",
             "current and voltage channels are shifted in time",
             "i(t) = i_measured(t - d); d > 0: the voltage comes late",
-            {strength("channel_skew", "d", "s", 0.01, -2.5, 2.5, "docs/physics.md#time_skew; bounds: two samples of a logger at 1 Hz")},
+            {strength("channel_skew", "d", "s", 0.01, -2.5, 2.5,
+                      "docs/physics.md#time_skew; bounds: two samples of a logger at 1 Hz")},
             {},
             {"inductance", "fast_arc", "sensor_lag"},
             "edges up and down: the error is antisymmetric and follows r di/dt",
@@ -28,10 +29,13 @@ struct TimeSkew {
       return;
     }
     const CurrentTrace& trace = *step.trace;
-    if (!step.averaged) end = S(end + (trace.at(step.time - d) - trace.at(step.time)) - trace.slopeAt(step.time - d) * (skew - d));
+    if (!step.averaged)
+      end = S(end + (trace.at(step.time - d) - trace.at(step.time)) -
+              trace.slopeAt(step.time - d) * (skew - d));
     if (step.duration <= 0.0) return;
     const double from = step.time - step.duration;
-    const double moved = trace.meanBetween(from - d, step.time - d) - trace.meanBetween(from, step.time);
+    const double moved =
+        trace.meanBetween(from - d, step.time - d) - trace.meanBetween(from, step.time);
     const double rate = (trace.at(step.time - d) - trace.at(from - d)) / step.duration;
     held = S(held + moved - rate * (skew - d));
   }

@@ -25,7 +25,9 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 class BagStorage : public ::testing::Test {
  protected:
-  BagStorage() : folder_(std::filesystem::temp_directory_path() / ("battery sof bag test " + std::to_string(::getpid()))) {
+  BagStorage()
+      : folder_(std::filesystem::temp_directory_path() /
+                ("battery sof bag test " + std::to_string(::getpid()))) {
     std::filesystem::create_directories(folder_);
   }
   ~BagStorage() override { std::filesystem::remove_all(folder_); }
@@ -37,7 +39,8 @@ class BagStorage : public ::testing::Test {
     return std::distance(begin(entries), end(entries));
   }
 
-  static std::string refusal(const std::filesystem::path& path, const std::string& topic = kDefaultTopic) {
+  static std::string refusal(const std::filesystem::path& path,
+                             const std::string& topic = kDefaultTopic) {
     try {
       readBag(path, topic);
     } catch (const RecordingError& error) {
@@ -75,7 +78,9 @@ std::string bytesOf(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-void writeBytes(const std::filesystem::path& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+void writeBytes(const std::filesystem::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
 
 TEST_F(BagStorage, RoundTripKeepsEverySampleAsItWas) {
   const Series series = someSeries();
@@ -108,13 +113,15 @@ TEST_F(BagStorage, CsvToBagToCsvKeepsTimesOfAnEpochClockToTheNanosecondADoubleCa
 }
 
 TEST_F(BagStorage, CsvToBagToCsvIsTheSameFileWhenTheClockStartsAtZero) {
-  writeCsv(file("a.csv"), readCsv([&] {
-                            writeBytes(file("in.csv"),
-                                       "time_s,current_a,voltage_v,temperature_c\n"
-                                       "0,-15.3,12.275,45\n1.01,-0.1,12.3,\n1.5,,,44.5\n2.123456789,55.2,14.025,\n");
-                            return file("in.csv");
-                          }())
-                              .series);
+  writeCsv(file("a.csv"),
+           readCsv([&] {
+             writeBytes(
+                 file("in.csv"),
+                 "time_s,current_a,voltage_v,temperature_c\n"
+                 "0,-15.3,12.275,45\n1.01,-0.1,12.3,\n1.5,,,44.5\n2.123456789,55.2,14.025,\n");
+             return file("in.csv");
+           }())
+               .series);
   writeBag(file("a.bag"), readCsv(file("a.csv")).series);
   writeCsv(file("b.csv"), readBag(file("a.bag")).series);
   EXPECT_EQ(bytesOf(file("a.csv")), bytesOf(file("b.csv")));
@@ -135,13 +142,15 @@ TEST_F(BagStorage, TopicIsFoundWithAndWithoutALeadingSlash) {
 TEST_F(BagStorage, MissingTopicIsRefusedWithTheTopicsThereAre) {
   writeBag(file("a.bag"), someSeries(), "/front/battery");
   EXPECT_THAT(refusal(file("a.bag")),
-              AllOf(HasSubstr("a.bag"), HasSubstr("battery_state"), HasSubstr("/front/battery (sensor_msgs/BatteryState)")));
+              AllOf(HasSubstr("a.bag"), HasSubstr("battery_state"),
+                    HasSubstr("/front/battery (sensor_msgs/BatteryState)")));
 }
 
 TEST_F(BagStorage, OtherMessageTypeIsRefusedByName) {
   std_msgs::Float64 message;
   writeOne(file("a.bag"), "/battery_state", message);
-  EXPECT_THAT(refusal(file("a.bag")), AllOf(HasSubstr("carries std_msgs/Float64"), HasSubstr("expected sensor_msgs/BatteryState")));
+  EXPECT_THAT(refusal(file("a.bag")), AllOf(HasSubstr("carries std_msgs/Float64"),
+                                            HasSubstr("expected sensor_msgs/BatteryState")));
 }
 
 TEST_F(BagStorage, EveryTruncationOfAGoodBagIsRefused) {
@@ -171,7 +180,8 @@ TEST_F(BagStorage, IndexThatPointsNowhereIsRefusedWithTheByte) {
   ASSERT_NE(index, std::string::npos);
   damaged.replace(damaged.find("ver=", index) + 12 + 8, 4, 4, '\x01');
   writeBytes(file("damaged.bag"), damaged);
-  EXPECT_THAT(refusal(file("damaged.bag")), AllOf(HasSubstr("damaged bag, at byte"), HasSubstr("an index points to where no")));
+  EXPECT_THAT(refusal(file("damaged.bag")),
+              AllOf(HasSubstr("damaged bag, at byte"), HasSubstr("an index points to where no")));
 }
 
 TEST_F(BagStorage, FilesThatAreNoBagsAreRefused) {
@@ -192,10 +202,11 @@ TEST_F(BagStorage, BagOfUnusableMessagesIsRefusedWithTheirNumber) {
 TEST_F(BagStorage, MissingAndImpossibleValuesAreCountedByReason) {
   rosbag::Bag bag(file("a.bag").string(), rosbag::bagmode::Write);
   const double infinite = std::numeric_limits<double>::infinity();
-  const std::vector<sensor_msgs::BatteryState> messages = {batteryStateOf(1.0, -5.0, 12.0, 300.0),  batteryStateOf(2.0, kNan, 12.0, {}),
-                                                           batteryStateOf(3.0, infinite, 12.0, {}), batteryStateOf(1.0, -5.0, 12.0, {}),
-                                                           batteryStateOf(0.5, -5.0, 12.0, {}),     batteryStateOf(4.0, -5.0, 900.0, {}),
-                                                           batteryStateOf(5.0, -6.0, 12.0, {})};
+  const std::vector<sensor_msgs::BatteryState> messages = {
+      batteryStateOf(1.0, -5.0, 12.0, 300.0),  batteryStateOf(2.0, kNan, 12.0, {}),
+      batteryStateOf(3.0, infinite, 12.0, {}), batteryStateOf(1.0, -5.0, 12.0, {}),
+      batteryStateOf(0.5, -5.0, 12.0, {}),     batteryStateOf(4.0, -5.0, 900.0, {}),
+      batteryStateOf(5.0, -6.0, 12.0, {})};
   for (std::size_t n = 0; n < messages.size(); ++n) {
     bag.write("battery_state", ros::Time(100.0 + n), messages[n]);
   }
@@ -221,7 +232,8 @@ TEST_F(BagStorage, WrittenFileAppearsWholeOrNotAtAll) {
 
 TEST_F(BagStorage, OtherFieldsOfAWrittenMessageAreNotMeasured) {
   const sensor_msgs::BatteryState message = batteryStateOf(1.0, -5.0, 12.0, {});
-  for (float value : {message.temperature, message.charge, message.capacity, message.design_capacity, message.percentage}) {
+  for (float value : {message.temperature, message.charge, message.capacity,
+                      message.design_capacity, message.percentage}) {
     EXPECT_TRUE(std::isnan(value));
   }
   EXPECT_TRUE(message.present);
@@ -231,7 +243,8 @@ TEST_F(BagStorage, ChunkThatClaimsMoreThanItsBytesCanHoldIsRefusedBeforeAnything
   for (const auto compression : {rosbag::compression::Uncompressed, rosbag::compression::BZ2}) {
     rosbag::Bag bag(file("a.bag").string(), rosbag::bagmode::Write);
     bag.setCompression(compression);
-    for (int n = 1; n < 100; ++n) bag.write("battery_state", ros::Time(n), batteryStateOf(n, -5.0, 12.0, {}));
+    for (int n = 1; n < 100; ++n)
+      bag.write("battery_state", ros::Time(n), batteryStateOf(n, -5.0, 12.0, {}));
     bag.close();
     EXPECT_EQ(readBag(file("a.bag")).series.size(), 99u);
     std::string damaged = bytesOf(file("a.bag"));
@@ -277,7 +290,8 @@ TEST_F(BagStorage, ConnectionWhoseFieldIsLongerThanItIsRefused) {
     std::string damaged = whole;
     damaged.replace(at - 4, 4, "\xff\xff\x01\x01");
     writeBytes(file("damaged.bag"), damaged);
-    EXPECT_THAT(refusal(file("damaged.bag")), AllOf(HasSubstr("damaged bag, at byte "), HasSubstr("a record's header is damaged")));
+    EXPECT_THAT(refusal(file("damaged.bag")), AllOf(HasSubstr("damaged bag, at byte "),
+                                                    HasSubstr("a record's header is damaged")));
   }
 }
 
@@ -303,11 +317,13 @@ TEST_F(BagStorage, AThousandDamagedBagsAreReadOrRefusedWithASentence) {
   int refused = 0;
   for (int round = 0; round < 1000; ++round) {
     std::string damaged = whole;
-    for (std::size_t k = random() % 4 + 1; k > 0; --k) damaged[random() % damaged.size()] = static_cast<char>(random());
+    for (std::size_t k = random() % 4 + 1; k > 0; --k)
+      damaged[random() % damaged.size()] = static_cast<char>(random());
     writeBytes(file("damaged.bag"), damaged);
     const std::string said = refusal(file("damaged.bag"));
     refused += !said.empty();
-    EXPECT_TRUE(said.empty() || said.find("damaged.bag: ") != std::string::npos) << round << ": " << said;
+    EXPECT_TRUE(said.empty() || said.find("damaged.bag: ") != std::string::npos)
+        << round << ": " << said;
   }
   EXPECT_GT(refused, 20);
   EXPECT_LT(refused, 1000);
@@ -319,7 +335,8 @@ TEST(RosTime, IsExactToTheNanosecondAndRefusesWhatAStampCannotHold) {
   }
   EXPECT_EQ(secondsOf(rosTime(1490425206.9)), 1490425206.9);
   EXPECT_EQ(rosTime(0.9999999999).toSec(), 1.0);
-  EXPECT_EQ(secondsOf(rosTime(secondsOf(ros::TIME_MAX))), secondsOf(ros::TIME_MAX)) << "each stamp that comes in can go out again";
+  EXPECT_EQ(secondsOf(rosTime(secondsOf(ros::TIME_MAX))), secondsOf(ros::TIME_MAX))
+      << "each stamp that comes in can go out again";
   for (double time : {-1e-9, 4294967297.0, kNan, std::numeric_limits<double>::infinity()}) {
     EXPECT_THROW(rosTime(time), std::invalid_argument);
   }

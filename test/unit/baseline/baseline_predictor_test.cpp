@@ -44,15 +44,19 @@ Driven drive(int stops, double interval, double noise = 0.0) {
 
 TEST(ChargePhases, BeginAtTheFirstChargedSampleAfterADischarge) {
   const Driven driven = drive(3, 1.0);
-  EXPECT_EQ(chargeBeginnings(driven.series, driven.all(), driven.voltage_controlled), (std::vector<std::size_t>{30, 150, 270}));
-  EXPECT_EQ(chargeBeginnings(driven.series, {40, 290}, driven.voltage_controlled), (std::vector<std::size_t>{150, 270}));
+  EXPECT_EQ(chargeBeginnings(driven.series, driven.all(), driven.voltage_controlled),
+            (std::vector<std::size_t>{30, 150, 270}));
+  EXPECT_EQ(chargeBeginnings(driven.series, {40, 290}, driven.voltage_controlled),
+            (std::vector<std::size_t>{150, 270}));
 }
 
 TEST(ChargePhases, TenSecondsAreTenSamplesAtOneHertzAndAThousandAtAHundred) {
   for (const double interval : {1.0, 0.01}) {
     const Driven driven = drive(1, interval);
-    const auto first = chargeBeginnings(driven.series, driven.all(), driven.voltage_controlled).at(0);
-    const auto samples = beginningOfCharge(driven.series, driven.all(), first, 10.0, driven.voltage_controlled);
+    const auto first =
+        chargeBeginnings(driven.series, driven.all(), driven.voltage_controlled).at(0);
+    const auto samples =
+        beginningOfCharge(driven.series, driven.all(), first, 10.0, driven.voltage_controlled);
     ASSERT_TRUE(samples);
     EXPECT_EQ(samples->size(), static_cast<std::size_t>(std::lround(10.0 / interval)));
   }
@@ -75,11 +79,14 @@ TEST(ChargePhases, SlowSamplingShowsNoTenSeconds) {
 TEST(FitBaseline, OfAWindowThatTheCurrentDrivesIsTheSameFromItsCranks) {
   const Driven driven = drive(6, 1.0, 0.5);
   const IndexRange window{10, driven.series.size() - 5};
-  const BaselinePredictor by_mask = fitBaseline(driven.series, window, std::vector<char>(driven.series.size(), 0));
-  const BaselinePredictor by_cranks = fitBaselineDrivenByCurrent(driven.series, window, detectCranks(driven.series, window, {}, 10.0));
+  const BaselinePredictor by_mask =
+      fitBaseline(driven.series, window, std::vector<char>(driven.series.size(), 0));
+  const BaselinePredictor by_cranks = fitBaselineDrivenByCurrent(
+      driven.series, window, detectCranks(driven.series, window, {}, 10.0));
   ASSERT_TRUE(by_cranks.voltage_from_current);
   EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->slope, by_mask.voltage_from_current->slope);
-  EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->lower_error, by_mask.voltage_from_current->lower_error);
+  EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->lower_error,
+                   by_mask.voltage_from_current->lower_error);
   EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->std, by_mask.voltage_from_current->std);
   ASSERT_TRUE(by_cranks.cranks);
   EXPECT_EQ(by_cranks.cranks->events, 6U);
@@ -91,7 +98,8 @@ TEST(FitBaseline, OfAWindowThatTheCurrentDrivesIsTheSameFromItsCranks) {
 
 TEST(FitBaseline, FindsTheLineOfTheLoads) {
   const Driven driven = drive(4, 1.0);
-  const BaselinePredictor baseline = fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
+  const BaselinePredictor baseline =
+      fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
   ASSERT_TRUE(baseline.voltage_from_current);
   EXPECT_NEAR(baseline.voltage_from_current->slope, 0.006, 1e-9);
   EXPECT_NEAR(baseline.voltage_from_current->at(0.0), 12.5, 1e-9);
@@ -100,7 +108,8 @@ TEST(FitBaseline, FindsTheLineOfTheLoads) {
 
 TEST(FitBaseline, ALineOverOneVoltageIsTheMeanCurrent) {
   const Driven driven = drive(4, 1.0);
-  const BaselinePredictor baseline = fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
+  const BaselinePredictor baseline =
+      fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
   ASSERT_TRUE(baseline.current_from_voltage);
   EXPECT_EQ(baseline.current_from_voltage->slope, 0.0);
   EXPECT_GT(baseline.current_from_voltage->std, 1.0);
@@ -109,11 +118,13 @@ TEST(FitBaseline, ALineOverOneVoltageIsTheMeanCurrent) {
 TEST(FitBaseline, ThePhaseIsTheMedianOfPastCharges) {
   for (const double interval : {1.0, 0.1}) {
     const Driven driven = drive(5, interval, 0.2);
-    const BaselinePredictor baseline = fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
+    const BaselinePredictor baseline =
+        fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
     ASSERT_TRUE(baseline.phase);
     EXPECT_EQ(baseline.phase->charges, 5U);
     ASSERT_GE(baseline.phase->current.size(), 90U);
-    for (const std::size_t age : {5U, 20U, 60U}) EXPECT_NEAR(baseline.phase->current[age], chargeAtAge(static_cast<double>(age)), 0.3);
+    for (const std::size_t age : {5U, 20U, 60U})
+      EXPECT_NEAR(baseline.phase->current[age], chargeAtAge(static_cast<double>(age)), 0.3);
   }
 }
 
@@ -121,7 +132,8 @@ TEST(FitBaseline, ThePhaseEndsWhereMostChargesHaveEnded) {
   Driven driven = drive(3, 1.0);
   for (std::size_t k = 60; k < 240; ++k)
     if (k % 120 >= 60) driven.voltage_controlled[k] = 0;
-  const BaselinePredictor baseline = fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
+  const BaselinePredictor baseline =
+      fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
   ASSERT_TRUE(baseline.phase);
   EXPECT_EQ(baseline.phase->current.size(), 30U);
 }
@@ -129,24 +141,28 @@ TEST(FitBaseline, ThePhaseEndsWhereMostChargesHaveEnded) {
 TEST(FitBaseline, AWindowWithNothingInItKnowsNothing) {
   const Driven driven = drive(1, 1.0);
   const BaselinePredictor baseline = fitBaseline(driven.series, {3, 3}, driven.voltage_controlled);
-  EXPECT_FALSE(baseline.current_from_voltage || baseline.voltage_from_current || baseline.phase || baseline.cranks || baseline.charge_10s ||
-               baseline.charge_60s);
+  EXPECT_FALSE(baseline.current_from_voltage || baseline.voltage_from_current || baseline.phase ||
+               baseline.cranks || baseline.charge_10s || baseline.charge_60s);
   EXPECT_FALSE(baselineCrankMinimum(baseline, -200.0));
   EXPECT_FALSE(baselineChargeCurrent(baseline, 14.0, 10.0));
-  EXPECT_TRUE(predictBaseline(baseline, driven.series, driven.all(), driven.voltage_controlled).current.empty());
+  EXPECT_TRUE(predictBaseline(baseline, driven.series, driven.all(), driven.voltage_controlled)
+                  .current.empty());
 }
 
 TEST(FitBaseline, AMaskOfAnotherSizeIsRefused) {
   const Driven driven = drive(1, 1.0);
   EXPECT_THROW(fitBaseline(driven.series, driven.all(), {}), std::invalid_argument);
-  EXPECT_THROW(fitBaseline(driven.series, {0, 1000}, driven.voltage_controlled), std::invalid_argument);
+  EXPECT_THROW(fitBaseline(driven.series, {0, 1000}, driven.voltage_controlled),
+               std::invalid_argument);
 }
 
 TEST(PredictBaseline, APhaseSeenBeforeIsPredictedExactly) {
   const Driven driven = drive(6, 1.0);
   const IndexRange later{360, 720};
-  const BaselinePredictor baseline = fitBaseline(driven.series, {0, 360}, driven.voltage_controlled);
-  const BaselineSeries predicted = predictBaseline(baseline, driven.series, later, driven.voltage_controlled);
+  const BaselinePredictor baseline =
+      fitBaseline(driven.series, {0, 360}, driven.voltage_controlled);
+  const BaselineSeries predicted =
+      predictBaseline(baseline, driven.series, later, driven.voltage_controlled);
   ASSERT_EQ(predicted.current.size(), later.size());
   ASSERT_EQ(predicted.voltage.size(), later.size());
   for (std::size_t k = later.first; k < later.last; ++k) {
@@ -162,22 +178,26 @@ TEST(PredictBaseline, APhaseSeenBeforeIsPredictedExactly) {
 TEST(PredictBaseline, NineInTenFurtherCurrentsLieInTheirBounds) {
   const Driven driven = drive(20, 1.0, 0.5);
   const IndexRange later{1200, 2400};
-  const BaselinePredictor baseline = fitBaseline(driven.series, {0, 1200}, driven.voltage_controlled);
-  const BaselineSeries predicted = predictBaseline(baseline, driven.series, later, driven.voltage_controlled);
+  const BaselinePredictor baseline =
+      fitBaseline(driven.series, {0, 1200}, driven.voltage_controlled);
+  const BaselineSeries predicted =
+      predictBaseline(baseline, driven.series, later, driven.voltage_controlled);
   double inside = 0.0, samples = 0.0;
   for (std::size_t k = later.first; k < later.last; ++k) {
     if (!driven.voltage_controlled[k]) continue;
     const std::size_t n = k - later.first;
     const double current = driven.series.current[k];
     samples += 1.0;
-    if (current >= predicted.current_lower[n] && current <= predicted.current_upper[n]) inside += 1.0;
+    if (current >= predicted.current_lower[n] && current <= predicted.current_upper[n])
+      inside += 1.0;
   }
   EXPECT_NEAR(inside / samples, 0.9, 0.06);
 }
 
 TEST(BaselineCrankMinimum, LiesOnTheLineWhereCranksDo) {
   const Driven driven = drive(4, 1.0);
-  const BaselinePredictor baseline = fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
+  const BaselinePredictor baseline =
+      fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
   ASSERT_TRUE(baseline.cranks);
   EXPECT_EQ(baseline.cranks->events, 4U);
   EXPECT_NEAR(baseline.cranks->last.current, -255.0, 1e-9);
@@ -188,10 +208,12 @@ TEST(BaselineCrankMinimum, FollowsRecentCranksBelowTheLine) {
   Driven driven = drive(8, 1.0);
   for (std::size_t k = 0; k < driven.series.size(); ++k)
     if (driven.series.current[k] < -200.0) driven.series.voltage[k] -= k > 480 ? 1.0 : 0.0;
-  const BaselinePredictor baseline = fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
+  const BaselinePredictor baseline =
+      fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
   const double last = baseline.cranks->last.minimum;
   const auto minimum = baselineCrankMinimum(baseline, baseline.cranks->last.current);
-  EXPECT_LT(std::abs(minimum->value - last), std::abs(baseline.voltage_from_current->at(baseline.cranks->last.current) - last));
+  EXPECT_LT(std::abs(minimum->value - last),
+            std::abs(baseline.voltage_from_current->at(baseline.cranks->last.current) - last));
   EXPECT_LT(minimum->lower, last);
 }
 
@@ -209,16 +231,20 @@ TEST(BaselineCrankMinimum, FromLightLoadsAloneIsWiderThanALightLoad) {
     const double current = random.uniform(-20.0, -5.0);
     driven.add(1.0, current, 12.5 + 0.006 * current + 0.02 * random.normal(), false);
   }
-  const BaselinePredictor baseline = fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
-  const auto light = baselineCrankMinimum(baseline, -12.0), crank = baselineCrankMinimum(baseline, -300.0);
+  const BaselinePredictor baseline =
+      fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
+  const auto light = baselineCrankMinimum(baseline, -12.0),
+             crank = baselineCrankMinimum(baseline, -300.0);
   EXPECT_GT(crank->upper - crank->lower, 4.0 * (light->upper - light->lower));
 }
 
 TEST(BaselineChargeCurrent, IsTheMeanOfPastChargesOverTheDuration) {
   const Driven driven = drive(5, 1.0);
-  const BaselinePredictor baseline = fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
+  const BaselinePredictor baseline =
+      fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
   ASSERT_TRUE(baseline.charge_10s && baseline.charge_60s);
-  EXPECT_NEAR(baselineChargeCurrent(baseline, 14.0, 10.0)->value, baseline.charge_10s->median, 1e-9);
+  EXPECT_NEAR(baselineChargeCurrent(baseline, 14.0, 10.0)->value, baseline.charge_10s->median,
+              1e-9);
   EXPECT_NEAR(baselineChargeCurrent(baseline, 14.0, 60.0)->value, baseline.charge_60s->last, 1e-9);
   EXPECT_GT(baseline.charge_10s->median, baseline.charge_60s->median);
 }
@@ -226,7 +252,8 @@ TEST(BaselineChargeCurrent, IsTheMeanOfPastChargesOverTheDuration) {
 TEST(BaselineChargeCurrent, WithoutChargesIsTheLineOverVoltage) {
   Driven driven;
   for (int k = 0; k < 50; ++k) driven.add(1.0, 1.0 + 0.1 * k, 13.0 + 0.02 * k, true);
-  const BaselinePredictor baseline = fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
+  const BaselinePredictor baseline =
+      fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
   EXPECT_FALSE(baseline.phase);
   EXPECT_NEAR(baselineChargeCurrent(baseline, 13.5, 10.0)->value, 3.5, 1e-9);
   EXPECT_THROW(baselineChargeCurrent(baseline, 13.5, 0.0), std::invalid_argument);

@@ -23,7 +23,8 @@ Regression regression(Eigen::Index rows, double noise, Eigen::Index columns = 3)
   Regression made{Eigen::MatrixXd(rows, columns), Eigen::VectorXd(rows)};
   for (Eigen::Index n = 0; n < rows; ++n) {
     for (Eigen::Index j = 0; j < columns; ++j)
-      made.X(n, j) = 5.0 * static_cast<double>(j) + (1.0 + static_cast<double>(j)) * random.normal();
+      made.X(n, j) =
+          5.0 * static_cast<double>(j) + (1.0 + static_cast<double>(j)) * random.normal();
     made.y[n] = 3.0 + 2.0 * made.X(n, 0) - 0.5 * made.X(n, 1) + noise * random.normal();
   }
   return made;
@@ -35,18 +36,23 @@ RidgeOptions with(std::vector<double> penalties) {
   return options;
 }
 
-/// argmin |y - c - Z w|^2 + lambda (|w|^2 + p c^2) by its normal equations, and what it predicts of `at`.
-double closedForm(const Regression& of, double penalty, double constant_penalty, const Eigen::VectorXd& at) {
+/// argmin |y - c - Z w|^2 + lambda (|w|^2 + p c^2) by its normal equations, and what it predicts of
+/// `at`.
+double closedForm(const Regression& of, double penalty, double constant_penalty,
+                  const Eigen::VectorXd& at) {
   const Eigen::RowVectorXd mean = of.X.colwise().mean();
   const Eigen::MatrixXd centred = of.X.rowwise() - mean;
-  const Eigen::RowVectorXd scale = (centred.colwise().squaredNorm() / static_cast<double>(of.X.rows())).cwiseSqrt();
+  const Eigen::RowVectorXd scale =
+      (centred.colwise().squaredNorm() / static_cast<double>(of.X.rows())).cwiseSqrt();
   Eigen::MatrixXd Z(of.X.rows(), of.X.cols() + 1);
   Z << Eigen::VectorXd::Ones(of.X.rows()), (centred.array().rowwise() / scale.array()).matrix();
   Eigen::VectorXd penalties = Eigen::VectorXd::Constant(Z.cols(), penalty);
   penalties[0] *= constant_penalty;
   const Eigen::MatrixXd products = Z.transpose() * Z + Eigen::MatrixXd(penalties.asDiagonal());
   const Eigen::VectorXd w = products.fullPivLu().solve(Z.transpose() * of.y);
-  return w[0] + ((at.transpose() - mean).array() / scale.array() * w.tail(of.X.cols()).transpose().array()).sum();
+  return w[0] +
+         ((at.transpose() - mean).array() / scale.array() * w.tail(of.X.cols()).transpose().array())
+             .sum();
 }
 
 TEST(FitRidge, APenaltyOfTheMeanIsOneOfTheSumTimesTheRows) {
@@ -103,7 +109,8 @@ TEST(FitRidge, LeftOutPredictionsAreThoseOfFitsWithoutTheBlock) {
 }
 
 TEST(FitRidge, TakesThePenaltyThatErrsLeastOnLeftOutBlocks) {
-  // Thirty columns that say nothing, forty rows: a small penalty learns the noise, a large one loses the two that count.
+  // Thirty columns that say nothing, forty rows: a small penalty learns the noise, a large one
+  // loses the two that count.
   const Regression made = regression(60, 1.0, 30);
   const std::vector<double> penalties = {1e-3, 1.0, 30.0, 1e5};
   double least = HUGE_VAL, best = 0.0;
@@ -122,7 +129,8 @@ TEST(FitRidge, TakesThePenaltyThatErrsLeastOnLeftOutBlocks) {
 }
 
 TEST(FitRidge, ShrinksToNothingOnNoise) {
-  // Of twenty draws of noise alone the left-out blocks ask for nothing in most and for little in the rest.
+  // Of twenty draws of noise alone the left-out blocks ask for nothing in most and for little in
+  // the rest.
   test::Random random(5);
   int nothing = 0;
   for (int draw = 0; draw < 20; ++draw) {
@@ -155,7 +163,8 @@ TEST(FitRidge, WhereEverythingIsExplainedNothingIsShrunk) {
   options.shrunk = true;
   const RidgeFit fit = fitRidge(made.X, made.y, options);
   EXPECT_NEAR(fit.gain, 1.0, 1e-6);
-  for (Eigen::Index n = 0; n < 60; ++n) EXPECT_NEAR(fit.at(made.X.row(n).transpose()), made.y[n], 1e-5);
+  for (Eigen::Index n = 0; n < 60; ++n)
+    EXPECT_NEAR(fit.at(made.X.row(n).transpose()), made.y[n], 1e-5);
 }
 
 TEST(FitRidge, ClippedColumnsStayInsideWhatTheFitSaw) {

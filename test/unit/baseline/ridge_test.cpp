@@ -27,7 +27,8 @@ Series steps(std::size_t samples, double interval, double noise) {
 
 double rmse(const Series& series, IndexRange range, const std::vector<double>& voltage) {
   double squares = 0.0;
-  for (std::size_t k = range.first; k < range.last; ++k) squares += std::pow(series.voltage[k] - voltage[k - range.first], 2);
+  for (std::size_t k = range.first; k < range.last; ++k)
+    squares += std::pow(series.voltage[k] - voltage[k - range.first], 2);
   return std::sqrt(squares / static_cast<double>(range.size()));
 }
 
@@ -60,7 +61,8 @@ TEST(RidgeVoltage, NoiseAloneIsPredictedByItsMean) {
 TEST(RidgeVoltage, AConstantCurrentIsNoObstacle) {
   Series series = steps(300, 1.0, 0.001);
   for (double& current : series.current) current = -10.0;
-  for (const double voltage : ridgeVoltage(series, {0, 200}, {200, 300}).voltage) EXPECT_TRUE(std::isfinite(voltage));
+  for (const double voltage : ridgeVoltage(series, {0, 200}, {200, 300}).voltage)
+    EXPECT_TRUE(std::isfinite(voltage));
 }
 
 TEST(RidgeVoltage, VeryLongRangesAreThinned) {

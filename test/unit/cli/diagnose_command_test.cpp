@@ -45,7 +45,9 @@ TEST_F(SofDiagnose, FindsAnUnwritableResultBeforeTheWork) {
 TEST_F(SofDiagnose, ReadsWhatAFleetKnows) {
   std::ofstream(path("priors.yaml")) << "schema: battery_sof/priors/1\npriors: []\n";
   std::ofstream(path("other.yaml")) << "schema: other\n";
-  EXPECT_EQ(sof({"diagnose", stub_, "--priors", path("priors.yaml"), "--vehicle-type", "van"}).code, 1) << "two seconds are too short";
+  EXPECT_EQ(sof({"diagnose", stub_, "--priors", path("priors.yaml"), "--vehicle-type", "van"}).code,
+            1)
+      << "two seconds are too short";
   const Outcome refused = sof({"diagnose", stub_, "--priors", path("other.yaml")});
   EXPECT_EQ(refused.code, 2);
   EXPECT_NE(refused.err.find("schema is \"other\""), std::string::npos) << refused.err;
@@ -55,8 +57,9 @@ TEST_F(SofDiagnose, ReadsWhatAFleetKnows) {
 }
 
 TEST_F(SofDiagnose, ExitsWithOneOnTooLittleDataAndTellsWhy) {
-  const Outcome outcome = sof(
-      {"diagnose", stub_, "--json", path("d.json"), "--report", path("page.html"), "--out", path("m.yaml"), "--base-out", path("b.yaml")});
+  const Outcome outcome =
+      sof({"diagnose", stub_, "--json", path("d.json"), "--report", path("page.html"), "--out",
+           path("m.yaml"), "--base-out", path("b.yaml")});
   EXPECT_EQ(outcome.code, 1) << outcome.err;
   EXPECT_NE(outcome.err.find("no diagnosis"), std::string::npos);
   EXPECT_NE(outcome.out.find("insufficient_data"), std::string::npos);
@@ -78,15 +81,18 @@ TEST_F(SofDiagnose, NamesWhatADriveHasAndWritesModelsThatPredict) {
   Series series;
   const BatteryModel truth({"current_dependent_resistance"});
   series.current = test::dataSetOneCurrent(600.0, 0.1, 5);
-  for (std::size_t n = 0; n < series.current.size(); ++n) series.time.push_back(0.1 * static_cast<double>(n));
+  for (std::size_t n = 0; n < series.current.size(); ++n)
+    series.time.push_back(0.1 * static_cast<double>(n));
   series.voltage.assign(series.size(), 12.0);
-  series.voltage = test::voltages(truth, test::pointOf(truth, test::typicalPoint(truth)), inputSequence(series, {0, series.size()}));
+  series.voltage = test::voltages(truth, test::pointOf(truth, test::typicalPoint(truth)),
+                                  inputSequence(series, {0, series.size()}));
   test::Random random(3);
   for (double& u : series.voltage) u += 0.002 * random.normal();
   writeCsv(path("drive.csv"), series);
   const Outcome outcome =
-      sof({"diagnose", path("drive.csv"), "--json", path("d.json"), "--report", path("page.html"), "--out", path("m.yaml"), "--base-out",
-           path("b.yaml"), "--hypotheses", "current_dependent_resistance,gassing,time_skew"});
+      sof({"diagnose", path("drive.csv"), "--json", path("d.json"), "--report", path("page.html"),
+           "--out", path("m.yaml"), "--base-out", path("b.yaml"), "--hypotheses",
+           "current_dependent_resistance,gassing,time_skew"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("named"), std::string::npos) << outcome.out;
   std::ifstream file(path("d.json"));
@@ -94,7 +100,8 @@ TEST_F(SofDiagnose, NamesWhatADriveHasAndWritesModelsThatPredict) {
   EXPECT_EQ(json["effects"].at(0)["id"], "current_dependent_resistance") << json["summary"];
   EXPECT_LT(json["fit"]["extended"]["holdout"]["rmse_v"], json["fit"]["base"]["holdout"]["rmse_v"]);
   EXPECT_GT(fs::file_size(path("page.html")), 50000u);
-  for (const char* model : {"m.yaml", "b.yaml"}) EXPECT_EQ(sof({"predict", path(model), path("drive.csv")}).code, 0);
+  for (const char* model : {"m.yaml", "b.yaml"})
+    EXPECT_EQ(sof({"predict", path(model), path("drive.csv")}).code, 0);
   std::ifstream extended(path("m.yaml"));
   std::stringstream yaml;
   yaml << extended.rdbuf();
@@ -103,13 +110,15 @@ TEST_F(SofDiagnose, NamesWhatADriveHasAndWritesModelsThatPredict) {
 }
 
 TEST_F(SofDiagnose, WhatIsGivenLeavesNothingToWeigh) {
-  const Outcome outcome = sof({"diagnose", path("any.csv"), "--given", "ocv_soc", "--hypotheses", "gassing"});
+  const Outcome outcome =
+      sof({"diagnose", path("any.csv"), "--given", "ocv_soc", "--hypotheses", "gassing"});
   EXPECT_EQ(outcome.code, 2);
   EXPECT_NE(outcome.err.find("--hypotheses"), std::string::npos) << outcome.err;
 }
 
 TEST_F(SofDiagnose, WhatIsGivenIsNotConfirmed) {
-  const Outcome outcome = sof({"diagnose", path("any.csv"), "--given", "ocv_soc", "--verify-detection-limits", "gassing"});
+  const Outcome outcome = sof(
+      {"diagnose", path("any.csv"), "--given", "ocv_soc", "--verify-detection-limits", "gassing"});
   EXPECT_EQ(outcome.code, 2);
   EXPECT_NE(outcome.err.find("--verify-detection-limits"), std::string::npos) << outcome.err;
 }

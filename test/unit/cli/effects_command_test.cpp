@@ -19,7 +19,9 @@ Outcome effects(std::vector<std::string> arguments) {
   return test::sof(arguments);
 }
 
-bool contains(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }
+bool contains(const std::string& text, const std::string& piece) {
+  return text.find(piece) != std::string::npos;
+}
 
 TEST(SofEffects, ListsEveryEffectWithCodeFamilyAndTitleOneALine) {
   const Outcome outcome = effects({});
@@ -55,7 +57,8 @@ TEST(SofEffects, StatesEverythingThatIsKnownOfOneEffect) {
     }
     for (const auto& other : info.look_alikes) EXPECT_TRUE(contains(outcome.out, other)) << info.id;
     EXPECT_TRUE(contains(outcome.out, info.tells_apart)) << info.id;
-    EXPECT_TRUE(contains(outcome.out, "family\n    " + mechanismId(mechanismOf(info.id)) + ": ")) << info.id;
+    EXPECT_TRUE(contains(outcome.out, "family\n    " + mechanismId(mechanismOf(info.id)) + ": "))
+        << info.id;
   }
 }
 
@@ -68,7 +71,8 @@ TEST(SofEffects, SaysWhatIsHeldWhatIsKnownBeforehandAndWhereAStrengthVanishes) {
   EXPECT_TRUE(contains(effects({"charge_transfer"}).out, "known to +- 0.05"));
   EXPECT_TRUE(contains(effects({"sulphate_history"}).out, "needs          charge_acceptance"));
   EXPECT_TRUE(contains(effects({"cpe2"}).out, "cpe2_1 to cpe2_17 [V], begins at u_c2"));
-  EXPECT_TRUE(contains(effects({"acid_transport"}).out, "acid_current_1 [A], estimated where a recording begins, 0 A +- 20 A"));
+  EXPECT_TRUE(contains(effects({"acid_transport"}).out,
+                       "acid_current_1 [A], estimated where a recording begins, 0 A +- 20 A"));
 }
 
 TEST(SofEffects, GivesTheSameAsJson) {
@@ -95,7 +99,8 @@ TEST(SofEffects, GivesTheSameAsJson) {
 
 TEST(SofEffects, JsonHasTheFamilyOfEveryEffectAndTheMembersOfEveryFamily) {
   const auto document = nlohmann::json::parse(effects({"--json", "-"}).out);
-  for (const auto& one : document["effects"]) EXPECT_EQ(one["mechanism"], mechanismId(mechanismOf(one["id"])));
+  for (const auto& one : document["effects"])
+    EXPECT_EQ(one["mechanism"], mechanismId(mechanismOf(one["id"])));
   ASSERT_EQ(document["mechanisms"].size(), kMechanisms);
   std::size_t members = 0;
   for (const auto& mechanism : document["mechanisms"])
@@ -104,11 +109,13 @@ TEST(SofEffects, JsonHasTheFamilyOfEveryEffectAndTheMembersOfEveryFamily) {
       ++members;
     }
   EXPECT_EQ(members, effectCatalogue().size() + 4);  // four faults of sampling are no effects
-  EXPECT_EQ(nlohmann::json::parse(effects({"gassing", "--json", "-"}).out)["families"].size(), kMechanisms);
+  EXPECT_EQ(nlohmann::json::parse(effects({"gassing", "--json", "-"}).out)["families"].size(),
+            kMechanisms);
 }
 
 TEST(SofEffects, WritesTheJsonOfOneEffectToAFile) {
-  const auto path = std::filesystem::temp_directory_path() / ("battery_sof effects " + std::to_string(getpid()) + ".json");
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("battery_sof effects " + std::to_string(getpid()) + ".json");
   EXPECT_EQ(effects({"ocv_soc", "--json", path.string()}).code, 0);
   std::ifstream file(path);
   const auto document = nlohmann::json::parse(file);

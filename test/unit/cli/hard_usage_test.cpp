@@ -6,11 +6,11 @@
 #include <thread>
 
 #include "battery_sof/csv.hpp"
-#include "util/separate_files.hpp"
 #include "simulator/simulate_command.hpp"
 #include "support/base_drive.hpp"
 #include "support/limited_process.hpp"
 #include "support/sof_command.hpp"
+#include "util/separate_files.hpp"
 
 namespace battery_sof {
 namespace {
@@ -38,7 +38,8 @@ class HardUsage : public test::InFolder {
 
   std::string model() const {
     const std::string file = drive();
-    EXPECT_EQ(sof({"identify", file, "--from", "0", "--to", "240", "--out", path("model.yaml")}).code, 0);
+    EXPECT_EQ(
+        sof({"identify", file, "--from", "0", "--to", "240", "--out", path("model.yaml")}).code, 0);
     return path("model.yaml");
   }
 
@@ -47,7 +48,8 @@ class HardUsage : public test::InFolder {
     const std::string before = bytesOf(kept);
     const Outcome outcome = sof(call);
     EXPECT_EQ(outcome.code, 2) << call[0];
-    EXPECT_NE(outcome.err.find("written over"), std::string::npos) << call[0] << " said " << outcome.err;
+    EXPECT_NE(outcome.err.find("written over"), std::string::npos)
+        << call[0] << " said " << outcome.err;
     EXPECT_TRUE(bytesOf(kept) == before) << call[0] << " changed " << kept;
   }
 };
@@ -89,12 +91,15 @@ TEST_F(HardUsage, NoCommandWritesOverWhatItReads) {
   expectKept(csv, {"diagnose", csv, "--base-out", csv});
   expectKept(csv, {"predict", yaml, csv, "--csv", csv});
   expectKept(yaml, {"predict", yaml, csv, "--json", yaml});
-  expectKept(yaml, {"crank", yaml, "--i-load", "-20", "--t-stop", "10", "--i-cranking", "-200", "--json", yaml});
-  expectKept(yaml, {"stop-time", yaml, "--i-load", "-20", "--i-cranking", "-200", "--u-required", "8", "--json", yaml});
+  expectKept(yaml, {"crank", yaml, "--i-load", "-20", "--t-stop", "10", "--i-cranking", "-200",
+                    "--json", yaml});
+  expectKept(yaml, {"stop-time", yaml, "--i-load", "-20", "--i-cranking", "-200", "--u-required",
+                    "8", "--json", yaml});
   expectKept(yaml, {"charge", yaml, "--u-boost", "14", "--json", yaml});
   expectKept(yaml, {"map", yaml, "--u-boost", "14", "--t-sof2", "10", "--json", yaml});
   const std::string profile = write("profile.csv", "time_s,current_a\n0,-20\n");
-  expectKept(profile, {"crank", yaml, "--load-profile", profile, "--i-cranking", "-200", "--json", profile});
+  expectKept(profile,
+             {"crank", yaml, "--load-profile", profile, "--i-cranking", "-200", "--json", profile});
   fs::create_symlink(csv, path("link.csv"));
   expectKept(csv, {"identify", csv, "--out", path("link.csv")});
 }
@@ -119,10 +124,15 @@ TEST_F(HardUsage, TheSimulatorIsToldWhichFilesItWouldReadAndWrite) {
 
 TEST_F(HardUsage, NumbersAreDecimal) {
   const std::string file = drive();
-  EXPECT_NE(sof({"identify", file, "--out", path("m.yaml"), "--from", "0x10"}).err.find("expected seconds"), std::string::npos);
-  EXPECT_NE(sof({"charge", model(), "--u-boost", "0x0e"}).err.find("--u-boost is \"0x0e\", expected a decimal number"), std::string::npos);
-  const Outcome seed = test::outcomeOf([](auto&... all) { return battery_sof_reference::runSimulate(all...); },
-                                       {path("s.yaml"), path("o.csv"), "--seed", "-1"});
+  EXPECT_NE(sof({"identify", file, "--out", path("m.yaml"), "--from", "0x10"})
+                .err.find("expected seconds"),
+            std::string::npos);
+  EXPECT_NE(sof({"charge", model(), "--u-boost", "0x0e"})
+                .err.find("--u-boost is \"0x0e\", expected a decimal number"),
+            std::string::npos);
+  const Outcome seed =
+      test::outcomeOf([](auto&... all) { return battery_sof_reference::runSimulate(all...); },
+                      {path("s.yaml"), path("o.csv"), "--seed", "-1"});
   EXPECT_EQ(seed.code, 2);
   EXPECT_NE(seed.err.find("is no seed"), std::string::npos) << seed.err;
 }
@@ -149,13 +159,16 @@ TEST_F(HardUsage, NamesAreShownOnOneLine) {
   EXPECT_NE(usage.err.find("--a\\nb"), std::string::npos) << usage.err;
 }
 
-TEST_F(HardUsage, ErrorsAreBounded) { EXPECT_LT(sof({"check", path("none.csv"), "--" + std::string(100000, 'x')}).err.size(), 12000u); }
+TEST_F(HardUsage, ErrorsAreBounded) {
+  EXPECT_LT(sof({"check", path("none.csv"), "--" + std::string(100000, 'x')}).err.size(), 12000u);
+}
 
 TEST_F(HardUsage, AModelOfAPipeHasTheDigestOfItsBytes) {
   const std::string file = drive(), pipe = path("pipe");
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   const auto hashOf = [&](const std::string& recording) {
-    const Outcome outcome = sof({"identify", recording, "--from", "0", "--to", "240", "--out", path("m.yaml"), "--json", "-"});
+    const Outcome outcome = sof({"identify", recording, "--from", "0", "--to", "240", "--out",
+                                 path("m.yaml"), "--json", "-"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     const std::string yaml = bytesOf(path("m.yaml"));
     return yaml.substr(yaml.find("sha256:"), 71);
@@ -182,15 +195,20 @@ TEST_F(HardUsage, StandardOutputThatCannotBeWrittenIsTold) {
   std::ofstream full("/dev/full");
   std::ostringstream err;
   EXPECT_EQ(runSof({"effects"}, full, err), 2);
-  EXPECT_NE(err.str().find("standard output cannot be written: No space left"), std::string::npos) << err.str();
+  EXPECT_NE(err.str().find("standard output cannot be written: No space left"), std::string::npos)
+      << err.str();
 }
 
 TEST_F(HardUsage, AFileNameThatIsNoUtf8IsNoObstacle) {
   fs::rename(drive(), path("dr\xFFive.csv"));
-  const Outcome outcome = sof({"identify", path("dr\xFFive.csv"), "--out", path("m.yaml"), "--json", path("o.json")});
+  const Outcome outcome =
+      sof({"identify", path("dr\xFFive.csv"), "--out", path("m.yaml"), "--json", path("o.json")});
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_TRUE(nlohmann::json::accept(bytesOf(path("o.json"))));
-  EXPECT_EQ(sof({"crank", path("m.yaml"), "--i-load", "-20", "--t-stop", "10", "--i-cranking", "-200"}).code, 0);
+  EXPECT_EQ(
+      sof({"crank", path("m.yaml"), "--i-load", "-20", "--t-stop", "10", "--i-cranking", "-200"})
+          .code,
+      0);
 }
 
 }  // namespace

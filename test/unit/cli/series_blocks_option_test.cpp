@@ -6,7 +6,8 @@
 #include "cli/sof.hpp"
 #include "support/drive_in_folder.hpp"
 
-/// --series-blocks: a series string is checked, identified and diagnosed as one block, and answered for in its own volts.
+/// --series-blocks: a series string is checked, identified and diagnosed as one block, and answered
+/// for in its own volts.
 namespace battery_sof {
 namespace {
 
@@ -36,25 +37,31 @@ class SeriesBlocksOption : public test::DriveInFolder {
 };
 
 TEST_F(SeriesBlocksOption, IdentifiesTheSameBlockAndAnswersWithTwiceTheVoltage) {
-  const Json one = told({"identify", inputs_, "--out", model_}), row = told({"identify", row_inputs_, "--out", row_model_, "--series-blocks", "2"});
+  const Json one = told({"identify", inputs_, "--out", model_}),
+             row = told({"identify", row_inputs_, "--out", row_model_, "--series-blocks", "2"});
   EXPECT_EQ(one["series_blocks"], 1.0);
   EXPECT_EQ(row["blocks"], 2.0);
   EXPECT_EQ(row["parameters"], one["parameters"]);
   EXPECT_EQ(row["suitability"], one["window_quality"]);
   const auto crank = [&](const std::string& model, const std::string& u_required) {
-    return told({"crank", model, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200", "--u-required", u_required});
+    return told({"crank", model, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200",
+                 "--u-required", u_required});
   };
   const Json of_one = crank(model_, "7.2"), of_row = crank(row_model_, "14.4");
-  for (const char* number : {"u_min", "lower", "upper"}) EXPECT_EQ(of_row[number].get<double>(), 2.0 * of_one[number].get<double>());
+  for (const char* number : {"u_min", "lower", "upper"})
+    EXPECT_EQ(of_row[number].get<double>(), 2.0 * of_one[number].get<double>());
   EXPECT_EQ(of_row["capable"], of_one["capable"]);
-  const auto charge = [&](const std::string& model, const std::string& u_boost) { return told({"charge", model, "--u-boost", u_boost}); };
+  const auto charge = [&](const std::string& model, const std::string& u_boost) {
+    return told({"charge", model, "--u-boost", u_boost});
+  };
   EXPECT_EQ(charge(row_model_, "26.4")["i_boost"], charge(model_, "13.2")["i_boost"]);
 }
 
 TEST_F(SeriesBlocksOption, PredictsARecordingOfTheRow) {
   told({"identify", inputs_, "--out", model_});
   told({"identify", row_inputs_, "--out", row_model_, "--series-blocks", "2"});
-  const Json one = told({"predict", model_, inputs_}), row = told({"predict", row_model_, row_inputs_, "--csv", path("row_out.csv")});
+  const Json one = told({"predict", model_, inputs_}),
+             row = told({"predict", row_model_, row_inputs_, "--csv", path("row_out.csv")});
   EXPECT_EQ(row["q_dyn_percent"], one["q_dyn_percent"]);
   EXPECT_EQ(row["rmse_v"].get<double>(), 2.0 * one["rmse_v"].get<double>());
   std::ifstream csv(path("row_out.csv"));
@@ -62,19 +69,27 @@ TEST_F(SeriesBlocksOption, PredictsARecordingOfTheRow) {
   std::getline(csv, header);
   std::getline(csv, first);
   double time = 0.0, current = 0.0, measured = 0.0, predicted = 0.0;
-  ASSERT_EQ(std::sscanf(first.c_str(), "%lf,%lf,%lf,%lf", &time, &current, &measured, &predicted), 4) << first;
+  ASSERT_EQ(std::sscanf(first.c_str(), "%lf,%lf,%lf,%lf", &time, &current, &measured, &predicted),
+            4)
+      << first;
   EXPECT_NEAR(measured, 25.4, 2.0);
   EXPECT_NEAR(predicted, measured, 0.5);
 }
 
 TEST_F(SeriesBlocksOption, IsCheckedAndDiagnosedWithoutAWarningOfItsVoltage) {
   EXPECT_NE(sof({"check", row_inputs_}).out.find("(--series-blocks 2)"), std::string::npos);
-  EXPECT_NE(sof({"identify", row_inputs_, "--out", row_model_}).err.find("not a 12 V lead-acid block"), std::string::npos);
+  EXPECT_NE(
+      sof({"identify", row_inputs_, "--out", row_model_}).err.find("not a 12 V lead-acid block"),
+      std::string::npos);
   const Outcome checked = sof({"check", row_inputs_, "--series-blocks", "2"});
   EXPECT_EQ(checked.out.find("not a 12 V lead-acid block"), std::string::npos) << checked.out;
-  EXPECT_EQ(checked.out.find("2 blocks of 12 V in series: volts and ohms reported here are those of one block"), 0u) << checked.out;
+  EXPECT_EQ(checked.out.find(
+                "2 blocks of 12 V in series: volts and ohms reported here are those of one block"),
+            0u)
+      << checked.out;
   EXPECT_EQ(sof({"identify", row_inputs_, "--out", row_model_, "--series-blocks", "2"}).err, "");
-  const Json one = told({"diagnose", inputs_}), row = told({"diagnose", row_inputs_, "--series-blocks", "2"});
+  const Json one = told({"diagnose", inputs_}),
+             row = told({"diagnose", row_inputs_, "--series-blocks", "2"});
   EXPECT_EQ(row["verdict"], one["verdict"]);
   EXPECT_EQ(row["summary"], one["summary"]);
   EXPECT_NE(row["instrument"].dump().find("2 blocks of 12 V in series"), std::string::npos);
@@ -86,7 +101,8 @@ TEST_F(SeriesBlocksOption, RefusesWhatIsNoRow) {
     if (call[0] == "identify") call.insert(call.end(), {"--out", model_});
     const Outcome outcome = sof(call);
     EXPECT_EQ(outcome.code, 2);
-    EXPECT_NE(outcome.err.find("--series-blocks is 0.3, expected 0.5 (6 V), 1 (12 V), 2 (24 V), 4 (48 V) or another multiple of 0.5 up to 6"),
+    EXPECT_NE(outcome.err.find("--series-blocks is 0.3, expected 0.5 (6 V), 1 (12 V), 2 (24 V), 4 "
+                               "(48 V) or another multiple of 0.5 up to 6"),
               std::string::npos)
         << outcome.err;
   }

@@ -26,7 +26,8 @@ using Sof = test::DriveInFolder;
 TEST_F(Sof, PrintsItsVersionAndHelpAndSucceeds) {
   EXPECT_EQ(sof({"--version"}).code, 0);
   EXPECT_NE(sof({"--version"}).out.find("sof "), std::string::npos);
-  for (const char* command : {"check", "convert", "identify", "predict", "crank", "stop-time", "charge", "map", "effects", "diagnose"}) {
+  for (const char* command : {"check", "convert", "identify", "predict", "crank", "stop-time",
+                              "charge", "map", "effects", "diagnose"}) {
     EXPECT_NE(sof({"--help"}).out.find(command), std::string::npos);
     EXPECT_EQ(sof({command, "--help"}).code, 0);
   }
@@ -44,7 +45,8 @@ TEST_F(Sof, ExitsWithTwoOnWrongUsage) {
 }
 
 TEST_F(Sof, IdentifiesAWindowAndWritesTheModel) {
-  const Outcome outcome = sof({"identify", inputs_, "--from", "0", "--to", "240", "--out", model_, "--json", "-"});
+  const Outcome outcome =
+      sof({"identify", inputs_, "--from", "0", "--to", "240", "--out", model_, "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["status"], "converged");
@@ -57,7 +59,8 @@ TEST_F(Sof, IdentifiesAWindowAndWritesTheModel) {
 }
 
 TEST_F(Sof, ChoosesTheWindowUnlessBothEndsAreGivenAndCarriesTheStateToTheEnd) {
-  const Outcome outcome = sof({"identify", inputs_, "--from", "30", "--out", model_, "--json", path("result.json")});
+  const Outcome outcome =
+      sof({"identify", inputs_, "--from", "30", "--out", model_, "--json", path("result.json")});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("r_discharge"), std::string::npos);
   std::ifstream file(path("result.json"));
@@ -70,18 +73,22 @@ TEST_F(Sof, CountsTimesWithAPlusFromTheFirstSample) {
   Series late = test::baseDrive(1, 300.0);
   for (double& t : late.time) t += 1.7e9;
   writeCsv(path("late.csv"), late);
-  for (const auto& from_to : {std::pair("+0", "+240"), std::pair("0", "240"), std::pair("1700000000", "1700000240")}) {
-    const Outcome outcome =
-        sof({"identify", path("late.csv"), "--from", from_to.first, "--to", from_to.second, "--out", model_, "--json", "-"});
+  for (const auto& from_to :
+       {std::pair("+0", "+240"), std::pair("0", "240"), std::pair("1700000000", "1700000240")}) {
+    const Outcome outcome = sof({"identify", path("late.csv"), "--from", from_to.first, "--to",
+                                 from_to.second, "--out", model_, "--json", "-"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_NEAR(nlohmann::json::parse(outcome.out)["window"]["to_s"].get<double>(), 1.70000024e9, 1e-3);
+    EXPECT_NEAR(nlohmann::json::parse(outcome.out)["window"]["to_s"].get<double>(), 1.70000024e9,
+                1e-3);
   }
 }
 
 TEST_F(Sof, SaysSoWhenAWindowCannotBeIdentified) {
-  Series rest = test::answered(test::drivenBattery(), std::vector<double>(3000, -1.0), 0.01, 0.002, 1);
+  Series rest =
+      test::answered(test::drivenBattery(), std::vector<double>(3000, -1.0), 0.01, 0.002, 1);
   writeCsv(path("rest.csv"), rest);
-  const Outcome outcome = sof({"identify", path("rest.csv"), "--out", model_, "--json", path("result.json")});
+  const Outcome outcome =
+      sof({"identify", path("rest.csv"), "--out", model_, "--json", path("result.json")});
   EXPECT_EQ(outcome.code, 1);
   EXPECT_NE(outcome.err.find("no model"), std::string::npos);
   EXPECT_FALSE(fs::exists(model_));
@@ -91,7 +98,8 @@ TEST_F(Sof, SaysSoWhenAWindowCannotBeIdentified) {
 
 TEST_F(Sof, PredictsAndWritesThePredictionSampleBySample) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome = sof({"predict", model_, inputs_, "--from", "240", "--csv", path("prediction.csv"), "--json", "-"});
+  const Outcome outcome = sof({"predict", model_, inputs_, "--from", "240", "--csv",
+                               path("prediction.csv"), "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["schema"], "battery_sof/prediction/1");
@@ -99,7 +107,9 @@ TEST_F(Sof, PredictsAndWritesThePredictionSampleBySample) {
   std::ifstream file(path("prediction.csv"));
   std::string header;
   std::getline(file, header);
-  EXPECT_EQ(header, "time_s,current_a,voltage_v,predicted_v,lower_v,upper_v,driven_by,predicted_a,lower_a,upper_a");
+  EXPECT_EQ(header,
+            "time_s,current_a,voltage_v,predicted_v,lower_v,upper_v,driven_by,predicted_a,lower_a,"
+            "upper_a");
 }
 
 namespace {
@@ -134,11 +144,14 @@ std::vector<std::string> column(const std::string& path, const std::string& name
 
 TEST_F(Sof, PredictsInTheDirectionThatASourceImposesAndFromTheCurrentAlone) {
   writeCsv(path("car.csv"), startStop());
-  const Outcome fit = sof({"identify", path("car.csv"), "--from", "0", "--to", "900", "--out", model_, "--json", "-"});
+  const Outcome fit = sof(
+      {"identify", path("car.csv"), "--from", "0", "--to", "900", "--out", model_, "--json", "-"});
   ASSERT_EQ(fit.code, 0) << fit.err;
   EXPECT_EQ(nlohmann::json::parse(fit.out)["effects"], nlohmann::json({"fresh_sulphate"}));
   const auto predict = [&](std::vector<std::string> more) {
-    std::vector<std::string> arguments = {"predict", model_, path("car.csv"), "--from", "900", "--csv", path("out.csv"), "--json", "-"};
+    std::vector<std::string> arguments = {"predict",       model_,   path("car.csv"),
+                                          "--from",        "900",    "--csv",
+                                          path("out.csv"), "--json", "-"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const Outcome outcome = sof(arguments);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
@@ -147,7 +160,8 @@ TEST_F(Sof, PredictsInTheDirectionThatASourceImposesAndFromTheCurrentAlone) {
   const auto fitted = predict({});
   ASSERT_TRUE(fitted["mixed"].is_object());
   EXPECT_GT(fitted["mixed"]["share_percent"].get<double>(), 80.0);
-  EXPECT_GT(fitted["mixed"]["share_percent"].get<double>(), fitted["naive"]["share_percent"].get<double>());
+  EXPECT_GT(fitted["mixed"]["share_percent"].get<double>(),
+            fitted["naive"]["share_percent"].get<double>());
   EXPECT_FALSE(fitted["mixed"]["charges"].empty());
   const auto driven = column(path("out.csv"), "driven_by");
   EXPECT_GT(std::count(driven.begin(), driven.end(), "voltage"), 100);
@@ -158,7 +172,8 @@ TEST_F(Sof, PredictsInTheDirectionThatASourceImposesAndFromTheCurrentAlone) {
   EXPECT_TRUE(from_current["mixed"].is_null());
   EXPECT_EQ(from_current["q_dyn_percent"], fitted["q_dyn_percent"]);
   const auto by_current = column(path("out.csv"), "driven_by");
-  EXPECT_EQ(std::count(by_current.begin(), by_current.end(), "current"), static_cast<long>(by_current.size()));
+  EXPECT_EQ(std::count(by_current.begin(), by_current.end(), "current"),
+            static_cast<long>(by_current.size()));
   EXPECT_EQ(column(path("out.csv"), "predicted_a").size(), by_current.size());
 
   const Outcome text = sof({"predict", model_, path("car.csv"), "--from", "900"});
@@ -179,7 +194,8 @@ TEST_F(Sof, PredictsBothWaysWithAModelThatWasFittedWithoutASourceWhereItIsAskedT
 }
 
 TEST_F(Sof, RefusesAMixedDriveWhereNoSourceIsSeenAndAnotherDrive) {
-  Series rest = test::answered(test::drivenBattery(), std::vector<double>(3000, 0.0), 0.1, 0.001, 1);
+  Series rest =
+      test::answered(test::drivenBattery(), std::vector<double>(3000, 0.0), 0.1, 0.001, 1);
   for (std::size_t n = 0; n < rest.size(); ++n) rest.current[n] = n % 100 < 50 ? -20.0 : -1.0;
   writeCsv(path("loads.csv"), rest);
   ASSERT_EQ(identify().code, 0);
@@ -193,8 +209,9 @@ TEST_F(Sof, RefusesAMixedDriveWhereNoSourceIsSeenAndAnotherDrive) {
 
 TEST_F(Sof, AnswersACrank) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome = sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200", "--t-cranking", "0.8",
-                               "--u-required", "7.2", "--json", "-"});
+  const Outcome outcome =
+      sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200",
+           "--t-cranking", "0.8", "--u-required", "7.2", "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["capable"], true);
@@ -203,7 +220,8 @@ TEST_F(Sof, AnswersACrank) {
 
 TEST_F(Sof, AnswersACrankOfARestedBattery) {
   ASSERT_EQ(identify().code, 0);
-  const std::vector<std::string> query = {"crank", model_, "--i-load", "0", "--t-stop", "0", "--i-cranking", "-200", "--json", "-"};
+  const std::vector<std::string> query = {"crank", model_,         "--i-load", "0",      "--t-stop",
+                                          "0",     "--i-cranking", "-200",     "--json", "-"};
   auto rested = query;
   rested.push_back("--rested");
   const double now = nlohmann::json::parse(sof(query).out)["u_min"];
@@ -212,15 +230,18 @@ TEST_F(Sof, AnswersACrankOfARestedBattery) {
 
 TEST_F(Sof, ExitsWithOneWhenTheAnswerIsAnExtrapolation) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome = sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-900"});
+  const Outcome outcome =
+      sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-900"});
   EXPECT_EQ(outcome.code, 1);
   EXPECT_NE(outcome.err.find("draws -900 A"), std::string::npos);
 }
 
 TEST_F(Sof, RefusesImpossibleCranksByName) {
   ASSERT_EQ(identify().code, 0);
-  const auto refused = [&](const std::string& load, const std::string& stop, const std::string& cranking, const char* name) {
-    const Outcome outcome = sof({"crank", model_, "--i-load", load, "--t-stop", stop, "--i-cranking", cranking});
+  const auto refused = [&](const std::string& load, const std::string& stop,
+                           const std::string& cranking, const char* name) {
+    const Outcome outcome =
+        sof({"crank", model_, "--i-load", load, "--t-stop", stop, "--i-cranking", cranking});
     EXPECT_EQ(outcome.code, 2) << name;
     EXPECT_NE(outcome.err.find(name), std::string::npos) << outcome.err;
     EXPECT_TRUE(outcome.out.empty());
@@ -236,31 +257,38 @@ TEST_F(Sof, AnswersACrankOfProfilesAsOneOfTheHeldCurrentsTheyStandFor) {
   ASSERT_EQ(identify().code, 0);
   const std::string load = write("load.csv", "time_s,current_a\n0,-20\n30,-20\n");
   const std::string crank = write("crank.csv", "current_a, time_s\r\n-200,0\r\n-200,0.8\r\n");
-  const Outcome held =
-      sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200", "--t-cranking", "0.8", "--json", "-"});
-  const Outcome profiled = sof({"crank", model_, "--load-profile", load, "--crank-profile", crank, "--json", "-"});
+  const Outcome held = sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking",
+                            "-200", "--t-cranking", "0.8", "--json", "-"});
+  const Outcome profiled =
+      sof({"crank", model_, "--load-profile", load, "--crank-profile", crank, "--json", "-"});
   ASSERT_EQ(profiled.code, 0) << profiled.err;
-  EXPECT_NEAR(nlohmann::json::parse(profiled.out)["u_min"].get<double>(), nlohmann::json::parse(held.out)["u_min"].get<double>(), 1e-9);
+  EXPECT_NEAR(nlohmann::json::parse(profiled.out)["u_min"].get<double>(),
+              nlohmann::json::parse(held.out)["u_min"].get<double>(), 1e-9);
 }
 
 TEST_F(Sof, RefusesProfilesWithAFaultAndNamesFileLineAndExpectation) {
   ASSERT_EQ(identify().code, 0);
   const auto refused = [&](const std::string& content, const std::vector<std::string>& pieces) {
-    const Outcome outcome = sof({"crank", model_, "--i-cranking", "-200", "--load-profile", write("load.csv", content)});
+    const Outcome outcome = sof(
+        {"crank", model_, "--i-cranking", "-200", "--load-profile", write("load.csv", content)});
     EXPECT_EQ(outcome.code, 2) << content;
     EXPECT_NE(outcome.err.find("load.csv"), std::string::npos) << outcome.err;
-    for (const auto& piece : pieces) EXPECT_NE(outcome.err.find(piece), std::string::npos) << outcome.err;
+    for (const auto& piece : pieces)
+      EXPECT_NE(outcome.err.find(piece), std::string::npos) << outcome.err;
   };
   refused("", {"is empty", "time_s,current_a"});
   refused("time_s,current_a\n", {"no row"});
   refused("t,amps\n0,-20\n", {"line 1", "no column \"time_s\"", "time_s,current_a"});
-  refused("time_s,current_a\n0,-20\n1,lots\n", {"line 3", "current_a is \"lots\"", "expected a finite number"});
-  refused("time_s,current_a\n0,nan\n", {"line 2", "current_a is \"nan\"", "expected a finite number"});
+  refused("time_s,current_a\n0,-20\n1,lots\n",
+          {"line 3", "current_a is \"lots\"", "expected a finite number"});
+  refused("time_s,current_a\n0,nan\n",
+          {"line 2", "current_a is \"nan\"", "expected a finite number"});
   refused("time_s,current_a\n0,\n", {"line 2", "current_a", "expected a finite number"});
   refused("time_s,current_a\n0\n", {"line 2", "current_a", "expected a finite number"});
   refused("time_s,current_a\n0,-5\n0,-5\n", {"line 3", "time_s is 0", "expected more than"});
   refused("time_s,current_a\n-1,-5\n", {"line 2", "time_s is -1", "expected 0 or more"});
-  EXPECT_EQ(sof({"crank", model_, "--i-cranking", "-200", "--load-profile", path("none.csv")}).code, 2);
+  EXPECT_EQ(sof({"crank", model_, "--i-cranking", "-200", "--load-profile", path("none.csv")}).code,
+            2);
 }
 
 TEST_F(Sof, WantsEitherNumbersOrAProfile) {
@@ -269,32 +297,42 @@ TEST_F(Sof, WantsEitherNumbersOrAProfile) {
   EXPECT_EQ(missing.code, 2);
   EXPECT_NE(missing.err.find("--t-stop or --load-profile"), std::string::npos) << missing.err;
   const std::string load = write("load.csv", "time_s,current_a\n0,-20\n");
-  EXPECT_EQ(sof({"crank", model_, "--i-load", "-20", "--load-profile", load, "--i-cranking", "-200"}).code, 2);
+  EXPECT_EQ(
+      sof({"crank", model_, "--i-load", "-20", "--load-profile", load, "--i-cranking", "-200"})
+          .code,
+      2);
 }
 
 TEST_F(Sof, AnswersTheLongestStop) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome finite = sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200", "--u-required", "11.3", "--capacity-ah",
-                              "1000", "--rested", "--json", "-"});
+  const Outcome finite =
+      sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200", "--u-required", "11.3",
+           "--capacity-ah", "1000", "--rested", "--json", "-"});
   ASSERT_EQ(finite.code, 0) << finite.err;
   const auto json = nlohmann::json::parse(finite.out);
   EXPECT_EQ(json["outcome"], "finite");
   EXPECT_LT(json["lower"].get<double>(), json["t_stop"].get<double>());
-  const Outcome least = sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200", "--u-required", "7.2", "--json", "-"});
+  const Outcome least = sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200",
+                             "--u-required", "7.2", "--json", "-"});
   ASSERT_EQ(least.code, 0) << least.err;
   EXPECT_EQ(nlohmann::json::parse(least.out)["outcome"], "at_least");
   EXPECT_NEAR(nlohmann::json::parse(least.out)["t_stop"].get<double>(), 72.0, 1e-9);
-  const Outcome always = sof({"stop-time", model_, "--i-load", "0", "--i-cranking", "-200", "--u-required", "7.2", "--json", "-"});
+  const Outcome always = sof({"stop-time", model_, "--i-load", "0", "--i-cranking", "-200",
+                              "--u-required", "7.2", "--json", "-"});
   ASSERT_EQ(always.code, 0) << always.err;
   EXPECT_TRUE(nlohmann::json::parse(always.out)["t_stop"].is_null());
   EXPECT_EQ(nlohmann::json::parse(always.out)["outcome"], "always");
   EXPECT_EQ(sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200"}).code, 2);
-  EXPECT_EQ(sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200", "--u-required", "nan"}).code, 2);
+  EXPECT_EQ(
+      sof({"stop-time", model_, "--i-load", "-25", "--i-cranking", "-200", "--u-required", "nan"})
+          .code,
+      2);
 }
 
 TEST_F(Sof, AnswersACharge) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome = sof({"charge", model_, "--u-boost", "13", "--t-sof2", "5", "--json", "-"});
+  const Outcome outcome =
+      sof({"charge", model_, "--u-boost", "13", "--t-sof2", "5", "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_GT(json["i_boost"].get<double>(), 0.0);
@@ -309,19 +347,23 @@ TEST_F(Sof, AnswersACharge) {
 
 TEST_F(Sof, PrintsMaps) {
   ASSERT_EQ(identify().code, 0);
-  const Outcome outcome = sof({"map", model_, "--i-load", "-10,-20,-30", "--t-stop", "0,10", "--i-cranking", "-200", "--u-boost", "13",
-                               "--t-sof2", "1,5", "--json", "-"});
+  const Outcome outcome =
+      sof({"map", model_, "--i-load", "-10,-20,-30", "--t-stop", "0,10", "--i-cranking", "-200",
+           "--u-boost", "13", "--t-sof2", "1,5", "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["u_min"].size(), 6u);
   EXPECT_EQ(json["i_boost"].size(), 2u);
-  const auto alone =
-      nlohmann::json::parse(sof({"crank", model_, "--i-load", "-20", "--t-stop", "10", "--i-cranking", "-200", "--json", "-"}).out);
+  const auto alone = nlohmann::json::parse(sof({"crank", model_, "--i-load", "-20", "--t-stop",
+                                                "10", "--i-cranking", "-200", "--json", "-"})
+                                               .out);
   EXPECT_EQ(json["u_min"][3], alone["u_min"]);
   EXPECT_EQ(sof({"map", model_}).code, 2);
-  EXPECT_EQ(sof({"map", model_, "--i-load", "-10", "--t-stop", "0,x", "--i-cranking", "-200"}).code, 2);
+  EXPECT_EQ(sof({"map", model_, "--i-load", "-10", "--t-stop", "0,x", "--i-cranking", "-200"}).code,
+            2);
   EXPECT_EQ(sof({"map", model_, "--i-load", "-10", "--t-stop", "0"}).code, 2);
-  EXPECT_EQ(sof({"map", model_, "--i-load", "-10,5", "--t-stop", "0", "--i-cranking", "-200"}).code, 2);
+  EXPECT_EQ(sof({"map", model_, "--i-load", "-10,5", "--t-stop", "0", "--i-cranking", "-200"}).code,
+            2);
 }
 
 TEST_F(Sof, RefusesAModelFileThatIsNone) {
@@ -335,14 +377,17 @@ TEST_F(Sof, RefusesAMissingFile) { expectRefused(path("nothing.csv"), {"nothing.
 
 TEST_F(Sof, RefusesAnEmptyFile) { expectRefused(write("empty.csv", ""), {"empty.csv", "empty"}); }
 
-TEST_F(Sof, RefusesAHeaderOnly) { expectRefused(write("header.csv", "time_s,current_a,voltage_v\n"), {"header.csv"}); }
+TEST_F(Sof, RefusesAHeaderOnly) {
+  expectRefused(write("header.csv", "time_s,current_a,voltage_v\n"), {"header.csv"});
+}
 
 TEST_F(Sof, RefusesAWrongColumnAndListsTheFilesColumns) {
   expectRefused(write("columns.csv", "time_s,amps,voltage_v\n0,1,12\n"), {"current_a", "amps"});
 }
 
 TEST_F(Sof, RefusesTextInANumberAndSaysWhere) {
-  expectRefused(write("text.csv", "time_s,current_a,voltage_v\n0,1,12\n1,lots,12\n"), {"text.csv", "3", "current_a", "lots"});
+  expectRefused(write("text.csv", "time_s,current_a,voltage_v\n0,1,12\n1,lots,12\n"),
+                {"text.csv", "3", "current_a", "lots"});
 }
 
 TEST_F(Sof, RefusesAnUnsortedFile) {
@@ -352,7 +397,8 @@ TEST_F(Sof, RefusesAnUnsortedFile) {
 }
 
 TEST_F(Sof, RefusesAFileWithoutASingleFiniteSample) {
-  expectRefused(write("nan.csv", "time_s,current_a,voltage_v\n0,nan,12\n1,,12\n2,inf,12\n"), {"nan.csv"});
+  expectRefused(write("nan.csv", "time_s,current_a,voltage_v\n0,nan,12\n1,,12\n2,inf,12\n"),
+                {"nan.csv"});
 }
 
 TEST_F(Sof, CountsMissingInfiniteAndRepeatedSamplesByReason) {
@@ -390,7 +436,8 @@ TEST_F(Sof, HasAnAnswerForEveryRealRecording) {
   for (const auto& recording : recordings) {
     SCOPED_TRACE(recording[0]);
     const std::string file = (data / recording[0]).string();
-    std::vector<std::string> columns = {"--time-column", recording[1], "--current-column", recording[2], "--voltage-column", recording[3]};
+    std::vector<std::string> columns = {"--time-column", recording[1],       "--current-column",
+                                        recording[2],    "--voltage-column", recording[3]};
     columns.insert(columns.end(), recording.begin() + 4, recording.end());
     const auto call = [&](std::vector<std::string> arguments) {
       arguments.insert(arguments.end(), columns.begin(), columns.end());

@@ -62,7 +62,8 @@ TEST(ErrorMetrics, AreThoseOfAPredictionsScores) {
 
 TEST(ErrorMetrics, ChargeBiasIsPositiveWhereTheModelReadsTooLow) {
   const Series series = test::baseDrive(4, 120.0);
-  const ErrorMetrics metrics = errorMetrics(series, wholeOf(series), shifted(series.voltage, -0.05), 1.5);
+  const ErrorMetrics metrics =
+      errorMetrics(series, wholeOf(series), shifted(series.voltage, -0.05), 1.5);
   ASSERT_TRUE(metrics.charge_bias.has_value());
   EXPECT_NEAR(*metrics.charge_bias, 0.05, 1e-12);
   EXPECT_EQ(metrics.charge_current_error, 1.5);
@@ -76,7 +77,8 @@ TEST(ErrorMetrics, MaskedSamplesAreLeftOut) {
     series.voltage[n] = 20.0;
     masked[n] = 1;
   }
-  const ErrorMetrics metrics = errorMetrics(series, wholeOf(series), modelled, std::nullopt, masked);
+  const ErrorMetrics metrics =
+      errorMetrics(series, wholeOf(series), modelled, std::nullopt, masked);
   EXPECT_NEAR(metrics.rmse, 0.01, 1e-12);
   EXPECT_NEAR(metrics.max_abs, 0.01, 1e-12);
   EXPECT_NEAR(*metrics.charge_bias, 0.01, 1e-12);
@@ -117,7 +119,8 @@ TEST(CompareRegimes, EquallyGoodModelsRarelyDifferSignificantly) {
     Series base = series, extended = series;
     test::addNoise(base, 0.0, 0.01, 100 + seed);
     test::addNoise(extended, 0.0, 0.01, 200 + seed);
-    for (const RegimeComparison& c : compareRegimes(series, wholeOf(series), base.voltage, extended.voltage)) {
+    for (const RegimeComparison& c :
+         compareRegimes(series, wholeOf(series), base.voltage, extended.voltage)) {
       significant += c.change_lower > 0.0 || c.change_upper < 0.0;
       ++all;
     }
@@ -126,28 +129,32 @@ TEST(CompareRegimes, EquallyGoodModelsRarelyDifferSignificantly) {
 }
 
 TEST(ChargeCurrentError, TheModelsOwnVoltageAsksForItsOwnCurrent) {
-  const Series series = test::answered(test::drivenBattery(), test::dataSetOneCurrent(240.0, 0.01, 4), 0.01, 0.0, 4);
+  const Series series =
+      test::answered(test::drivenBattery(), test::dataSetOneCurrent(240.0, 0.01, 4), 0.01, 0.0, 4);
   const auto error = chargeCurrentError(modelAtStart(), series, wholeOf(series));
   ASSERT_TRUE(error.has_value());
   EXPECT_LT(*error, 0.5);
 }
 
 TEST(ChargeCurrentError, AVoltageOffByFiftyMillivoltsAsksForAnotherCurrent) {
-  Series series = test::answered(test::drivenBattery(), test::dataSetOneCurrent(240.0, 0.01, 4), 0.01, 0.0, 4);
+  Series series =
+      test::answered(test::drivenBattery(), test::dataSetOneCurrent(240.0, 0.01, 4), 0.01, 0.0, 4);
   const double before = *chargeCurrentError(modelAtStart(), series, wholeOf(series));
   series.voltage = shifted(series.voltage, 0.05);
   EXPECT_GT(*chargeCurrentError(modelAtStart(), series, wholeOf(series)), before + 1.0);
 }
 
 TEST(ChargeCurrentError, ARangeLaterThanTheModelIsReachedThroughTheSamplesBetween) {
-  const Series series = test::answered(test::drivenBattery(), test::dataSetOneCurrent(240.0, 0.01, 4), 0.01, 0.0, 4);
+  const Series series =
+      test::answered(test::drivenBattery(), test::dataSetOneCurrent(240.0, 0.01, 4), 0.01, 0.0, 4);
   const auto error = chargeCurrentError(modelAtStart(), series, {12000, 24000});
   ASSERT_TRUE(error.has_value());
   EXPECT_LT(*error, 0.5);
 }
 
 TEST(ChargeCurrentError, ARangeThatBeginsBeforeTheStateIsReachedFromTheFirstState) {
-  const Series series = test::answered(test::drivenBattery(), test::dataSetOneCurrent(240.0, 0.01, 4), 0.01, 0.0, 4);
+  const Series series =
+      test::answered(test::drivenBattery(), test::dataSetOneCurrent(240.0, 0.01, 4), 0.01, 0.0, 4);
   FittedModel model = modelAtStart();
   model.state.time = 240.0;
   model.state.u_c2 = 0.3;

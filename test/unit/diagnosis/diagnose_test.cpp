@@ -8,9 +8,9 @@
 
 #include "diagnosis/verdict.hpp"
 #include "model/mechanism.hpp"
-#include "util/pi.hpp"
 #include "report/diagnosis_results.hpp"
 #include "support/base_drive.hpp"
+#include "util/pi.hpp"
 
 namespace battery_sof {
 namespace {
@@ -44,7 +44,8 @@ TEST(Diagnose, ADriveOfTheBaseModelShowsNoMismatch) {
   EXPECT_EQ(diagnosis.base_voltage, diagnosis.extended_voltage);
 }
 
-/// The rest of what is estimated from hardly knows where the first quarter begins: no reason to call anything unknown.
+/// The rest of what is estimated from hardly knows where the first quarter begins: no reason to
+/// call anything unknown.
 TEST(Diagnose, AnotherDriveOfTheBaseModelShowsNoMismatch) {
   Recording recording;
   recording.name = "drive";
@@ -75,7 +76,8 @@ TEST(Diagnose, WhatLastsAndFollowsNothingIsUnknown) {
   const Diagnosis diagnosis = diagnose(recording);
   EXPECT_TRUE(hasNoEquation(diagnosis.verdict));
   EXPECT_NEAR(0.015, diagnosis.unexplained.noise, 0.003);
-  for (const DetectionLimit& one : diagnosis.detection_limits) EXPECT_FALSE(one.strength) << one.id << " is promised";
+  for (const DetectionLimit& one : diagnosis.detection_limits)
+    EXPECT_FALSE(one.strength) << one.id << " is promised";
 }
 
 TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {
@@ -89,14 +91,17 @@ TEST(Diagnose, OneThreadAndTwoGiveTheSameAnswerByteForByte) {
   one.threads = 1;
   two.threads = 2;
   const Recording recording = withSlope(0.1, 2.0);
-  EXPECT_EQ(diagnosisJson(diagnose(recording, one)).dump(), diagnosisJson(diagnose(recording, two)).dump());
+  EXPECT_EQ(diagnosisJson(diagnose(recording, one)).dump(),
+            diagnosisJson(diagnose(recording, two)).dump());
 }
 
 /// What a diagnosis says before it opens the part that was held out.
 nlohmann::json beforeTheHoldOut(const Recording& recording) {
   nlohmann::json said = diagnosisJson(diagnose(recording));
-  // What the last step compares on the hold-out: the fits, what needs no physics, operating mode there.
-  for (const char* opened : {"fit", "summary", "naive", "naive_line", "source", "imposed"}) said.erase(opened);
+  // What the last step compares on the hold-out: the fits, what needs no physics, operating mode
+  // there.
+  for (const char* opened : {"fit", "summary", "naive", "naive_line", "source", "imposed"})
+    said.erase(opened);
   for (nlohmann::json& candidate : said["candidates"]) candidate.erase("holdout_gain_percent");
   return said;
 }
@@ -108,17 +113,20 @@ TEST(Diagnose, WhatTheHoldOutHoldsChangesNothingButTheComparison) {
   std::vector<double> flicker(recording.series.size());
   for (std::size_t k = 0; k < flicker.size(); ++k) {
     flicker[k] = 0.1 * normal(generator);
-    recording.series.current[k] = std::max(-200.0, recording.series.current[k] + flicker[k]);  // a sensor that cuts off
+    // a sensor that cuts off
+    recording.series.current[k] = std::max(-200.0, recording.series.current[k] + flicker[k]);
   }
   other = recording;
-  for (std::size_t k = 3 * flicker.size() / 4; k < flicker.size(); ++k) other.series.voltage[k] += 0.2 + 0.1 * flicker[k];
+  for (std::size_t k = 3 * flicker.size() / 4; k < flicker.size(); ++k)
+    other.series.voltage[k] += 0.2 + 0.1 * flicker[k];
   EXPECT_EQ(beforeTheHoldOut(recording), beforeTheHoldOut(other));
 }
 
 TEST(Diagnose, WhatIsGivenIsModelledAndNothingElseIsNamed) {
   DiagnoseOptions options;
   options.given = {"ocv_soc", "acid_transport"};
-  const Diagnosis given = diagnose(withSlope(0.1, 2.0), options), searched = diagnose(withSlope(0.1, 2.0));
+  const Diagnosis given = diagnose(withSlope(0.1, 2.0), options),
+                  searched = diagnose(withSlope(0.1, 2.0));
   EXPECT_EQ((std::vector<std::string>{"acid_transport", "ocv_soc"}), given.extended.fit.effects);
   EXPECT_LT(given.fit.extended_holdout.rmse, 1.1 * searched.fit.extended_holdout.rmse);
   options.given = {"no_such_effect"};
@@ -143,7 +151,8 @@ TEST(Diagnose, AFleetsPriorHoldsAParameterWhereItIsSharpAndLeavesItWhereItIsWide
   options.priors = {{{"ocv_soc"}, {{"ocv_slope", 0.05, 10.0, true}}}};
   EXPECT_NEAR(valueOf(diagnose(recording, options).extended, "ocv_slope"), alone, 0.01 * alone);
   options.priors = {{{"ocv_soc", "gassing"}, {{"ocv_slope", 0.05, 1e-5, true}}}};
-  EXPECT_EQ(valueOf(diagnose(recording, options).extended, "ocv_slope"), alone) << "a population of other effects says nothing";
+  EXPECT_EQ(valueOf(diagnose(recording, options).extended, "ocv_slope"), alone)
+      << "a population of other effects says nothing";
 }
 
 TEST(Diagnose, AFleetsPriorOfABatteryWithoutEffectsHoldsTheBaseCircuit) {
@@ -151,7 +160,8 @@ TEST(Diagnose, AFleetsPriorOfABatteryWithoutEffectsHoldsTheBaseCircuit) {
   const Recording recording = recordingOfDrive(600.0);
   const FittedModel alone = diagnose(recording, options).base;
   options.priors = {{{}, {{"c2", 2.0 * alone.fit.parameters.c2, 1e-5, true}}}};
-  EXPECT_NEAR(diagnose(recording, options).base.fit.parameters.c2, 2.0 * alone.fit.parameters.c2, 0.02 * alone.fit.parameters.c2);
+  EXPECT_NEAR(diagnose(recording, options).base.fit.parameters.c2, 2.0 * alone.fit.parameters.c2,
+              0.02 * alone.fit.parameters.c2);
 }
 
 TEST(Diagnose, WhatIsConfirmedIsNamedOnceItIsPutIn) {
@@ -223,7 +233,9 @@ TEST(Diagnose, ABatteryAtRestIsInsufficientData) {
   EXPECT_EQ(Verdict::kInsufficientData, diagnose(recording).verdict);
 }
 
-TEST(Diagnose, AnEmptyRecordingIsInsufficientData) { EXPECT_EQ(Verdict::kInsufficientData, diagnose(Recording()).verdict); }
+TEST(Diagnose, AnEmptyRecordingIsInsufficientData) {
+  EXPECT_EQ(Verdict::kInsufficientData, diagnose(Recording()).verdict);
+}
 
 TEST(Diagnose, UnknownHypothesesAreRefusedByName) {
   DiagnoseOptions options;
@@ -243,7 +255,8 @@ TEST(Diagnose, UnknownHypothesesAreRefusedByName) {
 TEST(Diagnose, WhatPredictsTheHoldOutWorseThanTheBaseModelIsToldAndNotGiven) {
   Recording recording = withSlope(0.1, 2.0);
   const Series plain = recordingOfDrive(900.0).series;
-  for (std::size_t k = 3 * plain.size() / 4; k < plain.size(); ++k)  // from here on the slope is the other way round
+  // from here on the slope is the other way round
+  for (std::size_t k = 3 * plain.size() / 4; k < plain.size(); ++k)
     recording.series.voltage[k] = 2.0 * plain.voltage[k] - recording.series.voltage[k];
   const Diagnosis diagnosis = diagnose(recording);
   ASSERT_TRUE(diagnosis.withheld_rmse) << diagnosis.summary;
@@ -251,18 +264,22 @@ TEST(Diagnose, WhatPredictsTheHoldOutWorseThanTheBaseModelIsToldAndNotGiven) {
   EXPECT_EQ(diagnosis.fit.base_holdout.rmse, diagnosis.fit.extended_holdout.rmse);
   EXPECT_TRUE(diagnosis.extended.fit.effects.empty());
   EXPECT_EQ(diagnosis.base_voltage, diagnosis.extended_voltage);
-  EXPECT_NE(std::string::npos, diagnosis.summary.find("so the base model is given")) << diagnosis.summary;
+  EXPECT_NE(std::string::npos, diagnosis.summary.find("so the base model is given"))
+      << diagnosis.summary;
 }
 
-/// A resistance that grows by 3 mOhm and then no more, a law that no effect has. What it came to is in the model that is given.
+/// A resistance that grows by 3 mOhm and then no more, a law that no effect has. What it came to is
+/// in the model that is given.
 TEST(Diagnose, WhatAgedStaysInTheExtendedModel) {
   Recording recording = recordingOfDrive(900.0);
   Series& series = recording.series;
   for (std::size_t n = 0; n < series.size(); ++n)
-    series.voltage[n] += 0.0015 * (1.0 - std::cos(kPi * std::min(series.time[n] / 300.0, 1.0))) * series.current[n];
+    series.voltage[n] +=
+        0.0015 * (1.0 - std::cos(kPi * std::min(series.time[n] / 300.0, 1.0))) * series.current[n];
   const Diagnosis diagnosis = diagnose(recording);
   ASSERT_TRUE(diagnosis.discrepancy && diagnosis.discrepancy->is_used) << diagnosis.summary;
-  EXPECT_LT(diagnosis.fit.extended_holdout.rmse, 0.5 * diagnosis.fit.base_holdout.rmse) << diagnosis.summary;
+  EXPECT_LT(diagnosis.fit.extended_holdout.rmse, 0.5 * diagnosis.fit.base_holdout.rmse)
+      << diagnosis.summary;
 }
 
 TEST(Diagnose, AHoldoutOfEverythingIsRefused) {

@@ -15,12 +15,14 @@ using namespace test;
 const std::vector<std::string> kSome = {"charge_acceptance", "ocv_soc", "time_skew"};
 
 /// Four minutes at 10 Hz with a millivolt of white noise, of a composition.
-Series inputsOf(const std::vector<std::string>& effects, const std::string& parameter = "", double value = 0.0) {
+Series inputsOf(const std::vector<std::string>& effects, const std::string& parameter = "",
+                double value = 0.0) {
   const BatteryModel model(effects);
   Eigen::VectorXd parameters = typicalPoint(model);
   if (!parameter.empty()) parameters[*model.parameterRow(parameter)] = value;
   Series series = test::answered(drivenBattery(), dataSetOneCurrent(240.0, 0.1, 8), 0.1, 0.0, 8);
-  series.voltage = voltages(model, pointOf(model, parameters), inputSequence(series, whole(series)));
+  series.voltage =
+      voltages(model, pointOf(model, parameters), inputSequence(series, whole(series)));
   addNoise(series, 0.0, 0.001, 8);
   return series;
 }
@@ -36,10 +38,12 @@ Series driveOfNoEquation() {
   return series;
 }
 
-Explanation explained(const Series& series, const std::vector<std::string>& ids, const std::vector<std::string>& given = {}) {
+Explanation explained(const Series& series, const std::vector<std::string>& ids,
+                      const std::vector<std::string>& given = {}) {
   const InputSequence inputs = inputSequence(series, whole(series));
   const CompositionPoint base{typicalPoint(BatteryModel()), BatteryModel().restState()};
-  const Linearization response = linearizationOf(BatteryModel(), {base.parameters, base.state, 0.0, 0.0}, inputs, inputs.samples.size());
+  const Linearization response = linearizationOf(
+      BatteryModel(), {base.parameters, base.state, 0.0, 0.0}, inputs, inputs.samples.size());
   const DesignMatrix table = designMatrix(inputs, response, drivenBattery().beta);
   return explain(inputs, inputs.samples.size(), table, base, ids, given, {});
 }
@@ -82,7 +86,8 @@ TEST(Explain, WithoutEquationsAFamilysColumnsStandForThemselves) {
 }
 
 TEST(Explain, WhatIsGivenIsTakenAndNothingElseIsLookedFor) {
-  const Explanation found = explained(inputsOf({"ocv_soc"}, "ocv_slope", 0.2), kSome, {"acid_transport"});
+  const Explanation found =
+      explained(inputsOf({"ocv_soc"}, "ocv_slope", 0.2), kSome, {"acid_transport"});
   EXPECT_EQ((std::vector<std::string>{"acid_transport"}), found.model.effects());
   ASSERT_EQ(1u, found.terms.size());
   EXPECT_EQ("acid_transport", found.terms.front().member);
@@ -93,20 +98,24 @@ TEST(Explain, TheSameSetHasOneScoreByAnyPath) {
   Eigen::VectorXd parameters = typicalPoint(model);
   parameters[*model.parameterRow("ocv_slope")] = 0.2;
   Series series = test::answered(drivenBattery(), dataSetOneCurrent(240.0, 0.1, 8), 0.1, 0.0, 8);
-  series.voltage = voltages(model, pointOf(model, parameters), inputSequence(series, whole(series)));
+  series.voltage =
+      voltages(model, pointOf(model, parameters), inputSequence(series, whole(series)));
   addNoise(series, 0.0, 0.001, 8);
   const Explanation one = explained(series, kSome, {"charge_acceptance", "ocv_soc"}),
-                    other = explained(series, kSome, {"ocv_soc", "charge_acceptance"}), found = explained(series, kSome);
+                    other = explained(series, kSome, {"ocv_soc", "charge_acceptance"}),
+                    found = explained(series, kSome);
   EXPECT_EQ(one.evidence, other.evidence);
   ASSERT_EQ(2u, found.terms.size());
   for (const std::string& id : one.model.effects())
-    EXPECT_TRUE(std::any_of(found.terms.begin(), found.terms.end(), [&](const SelectedTerm& part) { return part.member == id; }))
-        << id;
+    EXPECT_TRUE(std::any_of(found.terms.begin(), found.terms.end(), [&](const SelectedTerm& part) {
+      return part.member == id;
+    })) << id;
   EXPECT_NEAR(one.evidence, found.evidence, 0.5);
 }
 
 TEST(Explain, LeastStrengthsAreToldOfWhatIsNotInIt) {
-  const Explanation found = explained(inputsOf({"ocv_soc"}, "ocv_slope", 0.2), {"ocv_soc", "current_offset"});
+  const Explanation found =
+      explained(inputsOf({"ocv_soc"}, "ocv_slope", 0.2), {"ocv_soc", "current_offset"});
   ASSERT_EQ(1u, found.least.size());
   const LinearDetectionLimit& least = found.least.front();
   EXPECT_EQ("current_offset", least.id);

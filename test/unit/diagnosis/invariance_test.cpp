@@ -7,17 +7,17 @@
 #include <utility>
 #include <vector>
 
+#include "battery_sof/csv.hpp"
 #include "diagnosis/diagnose.hpp"
 #include "recording/series_blocks.hpp"
-#include "battery_sof/csv.hpp"
 #include "report/diagnosis_results.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {
 namespace {
 
-// What a diagnosis names must not depend on how the same drive was written down. One short drive, whose open-circuit voltage
-// follows the charge, for all of them.
+// What a diagnosis names must not depend on how the same drive was written down. One short drive,
+// whose open-circuit voltage follows the charge, for all of them.
 
 Recording recordingOf(Series series) {
   Recording recording;
@@ -28,8 +28,10 @@ Recording recordingOf(Series series) {
 }
 
 Recording slopedDrive() {
-  constexpr double kInterval = 0.125, kSlope = 0.1, kOffset = 2.0;  // [s], [V/Ah], [A]: clearly seen in ten minutes
-  Series series = test::answered(test::drivenBattery(), test::dataSetOneCurrent(600.0, kInterval, 14), kInterval, 0.001, 14);
+  // [s], [V/Ah], [A]: clearly seen in ten minutes
+  constexpr double kInterval = 0.125, kSlope = 0.1, kOffset = 2.0;
+  Series series = test::answered(
+      test::drivenBattery(), test::dataSetOneCurrent(600.0, kInterval, 14), kInterval, 0.001, 14);
   double charge = 0.0;
   for (std::size_t k = 1; k < series.size(); ++k) {
     charge += (series.current[k] + kOffset) * kInterval / 3600.0;
@@ -45,9 +47,11 @@ DiagnoseOptions weighing(std::vector<std::string> hypotheses) {
   return options;
 }
 
-const std::vector<std::string> kHypotheses = {"ocv_soc", "acid_transport", "time_skew", "current_offset", "charge_transfer"};
+const std::vector<std::string> kHypotheses = {"ocv_soc", "acid_transport", "time_skew",
+                                              "current_offset", "charge_transfer"};
 
-std::string saidOf(const Recording& recording, const DiagnoseOptions& options = weighing(kHypotheses)) {
+std::string saidOf(const Recording& recording,
+                   const DiagnoseOptions& options = weighing(kHypotheses)) {
   return diagnosisJson(diagnose(recording, options)).dump(1);
 }
 
@@ -99,8 +103,9 @@ TEST_F(Invariance, TheOrderOfTheHypothesesChangesNoByte) {
   EXPECT_EQ(said(), saidOf(drive(), weighing(order)));
 }
 
-/// Times and their differences are exact in binary, so nothing but the clock may change. With steps that round (0.1 s) the same names and
-/// probabilities come out, but parameters that the recording hardly distinguishes (two of one ridge) move by some of their standard error.
+/// Times and their differences are exact in binary, so nothing but the clock may change. With steps
+/// that round (0.1 s) the same names and probabilities come out, but parameters that the recording
+/// hardly distinguishes (two of one ridge) move by some of their standard error.
 TEST_F(Invariance, AnotherBeginningOfTheClockChangesNothingButTimes) {
   constexpr double kShift = 4096.0;
   Recording later = drive();
@@ -111,19 +116,22 @@ TEST_F(Invariance, AnotherBeginningOfTheClockChangesNothingButTimes) {
   EXPECT_EQ(diagnosis().probability, shifted.probability);
   EXPECT_EQ(diagnosis().fit.holdout.from + kShift, shifted.fit.holdout.from);
   const nlohmann::json one = diagnosisJson(diagnosis()), other = diagnosisJson(shifted);
-  for (const char* part : {"effects", "candidates", "absorption", "evidence"}) EXPECT_EQ(one[part].dump(1), other[part].dump(1)) << part;
+  for (const char* part : {"effects", "candidates", "absorption", "evidence"})
+    EXPECT_EQ(one[part].dump(1), other[part].dump(1)) << part;
 }
 
-/// Volts and amperes in other columns, another sign, semicolons and decimal commas, through a file; a row of two blocks: 24 V.
+/// Volts and amperes in other columns, another sign, semicolons and decimal commas, through a file;
+/// a row of two blocks: 24 V.
 TEST_F(Invariance, TheSameDriveFromAnotherFormOfFileChangesNoByte) {
-  const std::filesystem::path path = std::filesystem::temp_directory_path() / ("invariance_" + std::to_string(getpid()) + ".csv");
+  const std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("invariance_" + std::to_string(getpid()) + ".csv");
   {
     std::ofstream out(path);
     out << "u;t;discharge\n";
     const Series& series = drive().series;
     for (std::size_t k = 0; k < series.size(); ++k) {
-      std::string row =
-          formatExactly(2.0 * series.voltage[k]) + ";" + formatExactly(series.time[k]) + ";" + formatExactly(-series.current[k]);
+      std::string row = formatExactly(2.0 * series.voltage[k]) + ";" +
+                        formatExactly(series.time[k]) + ";" + formatExactly(-series.current[k]);
       std::replace(row.begin(), row.end(), '.', ',');
       out << row << "\n";
     }

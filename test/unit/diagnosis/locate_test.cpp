@@ -42,10 +42,12 @@ WhitenedFit fitOf(const Ground& ground, const Eigen::VectorXd& effect, std::uint
 }
 
 WhitenedFit nullFit(const Ground& ground, std::uint64_t seed) {
-  return fitOf(ground, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(ground.regimes.size())), seed);
+  return fitOf(ground, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(ground.regimes.size())),
+               seed);
 }
 
-const RegimeFinding* findingOf(const std::vector<RegimeFinding>& findings, const std::string& regime, const std::string& statistic) {
+const RegimeFinding* findingOf(const std::vector<RegimeFinding>& findings,
+                               const std::string& regime, const std::string& statistic) {
   for (const RegimeFinding& finding : findings)
     if (finding.regime == regime && finding.statistic == statistic) return &finding;
   return nullptr;
@@ -56,7 +58,8 @@ TEST(Locate, SlowNoiseAloneRaisesNoAlarm) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const WhitenedFit fit = nullFit(tenMinutes(), seed);
     const auto findings = regimeFindings(fit, tenMinutes().inputs, tenMinutes().regimes);
-    alarmed += std::any_of(findings.begin(), findings.end(), [](const auto& finding) { return finding.alarm; });
+    alarmed += std::any_of(findings.begin(), findings.end(),
+                           [](const auto& finding) { return finding.alarm; });
     segmented += !mismatchSegments(fit, tenMinutes().inputs, tenMinutes().regimes).empty();
     for (const RegimeFinding& finding : findings) small += finding.p_value <= 0.1;
     all += static_cast<int>(findings.size());
@@ -88,7 +91,8 @@ TEST(RegimeFindings, AnErrorThatGrowsDuringDischargesShowsAsTheirSlope) {
     if (episode.regime == Regime::kDischarge)
       for (std::size_t n = episode.range.first; n < episode.range.last; ++n)
         effect[static_cast<Eigen::Index>(n)] =
-            -0.002 * (ground.inputs.samples[n].step.time - ground.inputs.samples[episode.range.first].step.time);
+            -0.002 * (ground.inputs.samples[n].step.time -
+                      ground.inputs.samples[episode.range.first].step.time);
   const auto findings = regimeFindings(fitOf(ground, effect, 4), ground.inputs, ground.regimes);
   const RegimeFinding* slope = findingOf(findings, "discharge", "slope");
   ASSERT_NE(slope, nullptr);
@@ -98,7 +102,8 @@ TEST(RegimeFindings, AnErrorThatGrowsDuringDischargesShowsAsTheirSlope) {
 }
 
 TEST(RegimeFindings, FewerThanFiveEpisodesAreNotJudged) {
-  const auto findings = regimeFindings(nullFit(halfAnHour(), 1), halfAnHour().inputs, halfAnHour().regimes);
+  const auto findings =
+      regimeFindings(nullFit(halfAnHour(), 1), halfAnHour().inputs, halfAnHour().regimes);
   EXPECT_EQ(findingOf(findings, "long discharge", "mean"), nullptr);
   for (const RegimeFinding& finding : findings) EXPECT_GE(finding.episodes, 5u);
 }
@@ -108,7 +113,8 @@ TEST(MismatchSegments, AnErrorOfHalfAMinuteIsFoundWhereItIs) {
   Eigen::VectorXd effect = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(ground.regimes.size()));
   for (std::size_t n = 0; n < ground.regimes.size(); ++n) {
     const InputStep& step = ground.inputs.samples[n].step;
-    if (step.time > 300.0 && step.time < 330.0) effect[static_cast<Eigen::Index>(n)] = std::copysign(0.008, step.current);
+    if (step.time > 300.0 && step.time < 330.0)
+      effect[static_cast<Eigen::Index>(n)] = std::copysign(0.008, step.current);
   }
   const WhitenedFit fit = fitOf(ground, effect, 5);
   const auto segments = mismatchSegments(fit, ground.inputs, ground.regimes, kNoise);
@@ -128,15 +134,18 @@ TEST(MismatchSegments, AnErrorOfHalfAMinuteIsFoundWhereItIs) {
 TEST(MismatchSegments, ErrorsInLongChargesGiveAboutAsManySegmentsUnderTheNoiseOfTheRightModel) {
   const Ground& ground = halfAnHour();
   const Eigen::VectorXd charges = inside(ground, Regime::kLongCharge);
-  const auto segments = mismatchSegments(fitOf(ground, 0.01 * charges, 6), ground.inputs, ground.regimes, kNoise);
+  const auto segments =
+      mismatchSegments(fitOf(ground, 0.01 * charges, 6), ground.inputs, ground.regimes, kNoise);
   EXPECT_GE(segments.size(), 20u);
   EXPECT_LE(segments.size(), 60u);
   double both = 0.0, either = 0.0;
   for (std::size_t n = 0; n < ground.regimes.size(); ++n) {
     const InputStep& step = ground.inputs.samples[n].step;
     const bool true_one = charges[static_cast<Eigen::Index>(n)] > 0.0;
-    const bool found = std::any_of(segments.begin(), segments.end(),
-                                   [&](const MismatchSegment& segment) { return step.time >= segment.from && step.time <= segment.to; });
+    const bool found =
+        std::any_of(segments.begin(), segments.end(), [&](const MismatchSegment& segment) {
+          return step.time >= segment.from && step.time <= segment.to;
+        });
     both += (true_one && found) * step.duration;
     either += (true_one || found) * step.duration;
   }

@@ -20,7 +20,8 @@ double largest(const std::vector<ParameterBias>& map) {
   return most;
 }
 
-const ParameterBias* entryOf(const std::vector<ParameterBias>& map, const std::string& parameter, const std::string& regime) {
+const ParameterBias* entryOf(const std::vector<ParameterBias>& map, const std::string& parameter,
+                             const std::string& regime) {
   for (const ParameterBias& entry : map)
     if (entry.parameter == parameter && entry.regime == regime) return &entry;
   return nullptr;
@@ -52,7 +53,8 @@ TEST(ParameterBiases, NoParameterWantsAnotherValueAnywhereWhenTheModelIsRight) {
 
 TEST(ParameterBiases, ChargingResistanceThatRisesInLongChargesIsSeenThereByAsMuchAsItRises) {
   const auto regimes = regimesOf(tenMinutes());
-  const Eigen::VectorXd effect = changedWhere(kRowRCharge, 0.1, [&](std::size_t n) { return regimes[n] == Regime::kLongCharge; });
+  const Eigen::VectorXd effect = changedWhere(
+      kRowRCharge, 0.1, [&](std::size_t n) { return regimes[n] == Regime::kLongCharge; });
   const auto map = parameterBiases(fitOf(effect, 2), tenMinutes(), regimes);
   const ParameterBias* entry = entryOf(map, "r_charge", "long charge");
   ASSERT_NE(entry, nullptr);
@@ -63,7 +65,8 @@ TEST(ParameterBiases, ChargingResistanceThatRisesInLongChargesIsSeenThereByAsMuc
 
 TEST(ParameterBiases, ACapacityThatFallsOverTheDriveIsSeenInItsThirds) {
   const double middle = 0.5 * tenMinutes().samples.back().step.time;
-  const Eigen::VectorXd effect = changedWhere(kRowC2, -0.15, [&](std::size_t n) { return tenMinutes().samples[n].step.time > middle; });
+  const Eigen::VectorXd effect = changedWhere(
+      kRowC2, -0.15, [&](std::size_t n) { return tenMinutes().samples[n].step.time > middle; });
   const auto map = parameterBiases(fitOf(effect, 3), tenMinutes(), regimesOf(tenMinutes()));
   ASSERT_NE(entryOf(map, "c2", "last third"), nullptr);
   EXPECT_LT(entryOf(map, "c2", "last third")->z, -4.0);
@@ -86,7 +89,8 @@ struct TwoHalves {
 
 TwoHalves fittedHalves() {
   const Series series = test::baseDrive(8, 240.0);
-  const InputSequence first = compressedInputs(series, {0, 12000}), second = compressedInputs(series, {12000, 24000});
+  const InputSequence first = compressedInputs(series, {0, 12000}),
+                      second = compressedInputs(series, {12000, 24000});
   const BatteryModel model;
   return {first, second, fitWhitened(model, first, {typicalStart(model, first)}, std::nullopt),
           fitWhitened(model, second, {typicalStart(model, second)}, std::nullopt)};
@@ -94,13 +98,15 @@ TwoHalves fittedHalves() {
 
 TEST(OptimiserFailed, AConvergedFitIsNotBeatenByTheOtherHalfs) {
   const TwoHalves halves = fittedHalves();
-  EXPECT_FALSE(optimiserFailed(exchangeOf({&halves.first, &halves.second}, {&halves.first_fit, &halves.second_fit})));
+  EXPECT_FALSE(optimiserFailed(
+      exchangeOf({&halves.first, &halves.second}, {&halves.first_fit, &halves.second_fit})));
 }
 
 TEST(OptimiserFailed, AFitThatStoppedEarlyIsBeaten) {
   TwoHalves halves = fittedHalves();
   halves.second_fit.point.parameters[kRowC2] *= 1.3;
-  EXPECT_TRUE(optimiserFailed(exchangeOf({&halves.first, &halves.second}, {&halves.first_fit, &halves.second_fit})));
+  EXPECT_TRUE(optimiserFailed(
+      exchangeOf({&halves.first, &halves.second}, {&halves.first_fit, &halves.second_fit})));
 }
 
 }  // namespace

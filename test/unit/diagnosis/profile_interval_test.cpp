@@ -18,7 +18,8 @@ Fitted fitted(const std::vector<std::string>& truth, const std::vector<std::stri
   const Series series = recordingOf(truth, 240.0);
   Fitted fitted{inputSequence(series, whole(series)), {}};
   const BatteryModel model(effects);
-  fitted.fit = fitWhitened(model, fitted.inputs, {typicalStart(model, fitted.inputs)}, std::nullopt);
+  fitted.fit =
+      fitWhitened(model, fitted.inputs, {typicalStart(model, fitted.inputs)}, std::nullopt);
   return fitted;
 }
 
@@ -36,7 +37,9 @@ TEST(ProfileInterval, DoesNotDependOnTheFirstStep) {
   const ProfileInterval near = profileInterval(f.fit, f.inputs, "low_current_resistance", 2e-5);
   const ProfileInterval far = profileInterval(f.fit, f.inputs, "low_current_resistance", 5e-4);
   ASSERT_TRUE(near.upper && far.upper);
-  EXPECT_NEAR(*near.upper, *far.upper, 0.1 * (*near.upper - f.fit.point.parameters[*f.fit.model.parameterRow("low_current_resistance")]));
+  EXPECT_NEAR(*near.upper, *far.upper,
+              0.1 * (*near.upper -
+                     f.fit.point.parameters[*f.fit.model.parameterRow("low_current_resistance")]));
 }
 
 TEST(ProfileInterval, OfAStrengthThatIsNotThereIsOpenBelow) {

@@ -13,7 +13,8 @@ namespace {
 using test::SyntheticBattery;
 
 /// Samples every `interval` seconds of currents that are held for so many seconds.
-Series heldCurrents(double interval, const std::vector<std::pair<double, double>>& parts, double voltage = 12.5) {
+Series heldCurrents(double interval, const std::vector<std::pair<double, double>>& parts,
+                    double voltage = 12.5) {
   Series series;
   for (const auto& [current, seconds] : parts)
     for (long n = 0; n < std::lround(seconds / interval); ++n) {
@@ -24,21 +25,32 @@ Series heldCurrents(double interval, const std::vector<std::pair<double, double>
   return series;
 }
 
-std::vector<Regime> regimesOfWhole(const Series& series) { return regimesOf(series, {0, series.size()}); }
+std::vector<Regime> regimesOfWhole(const Series& series) {
+  return regimesOf(series, {0, series.size()});
+}
 
-Regime regimeAt(const Series& series, double time) { return regimesOfWhole(series)[indexRange(series, time, series.time.back()).first]; }
+Regime regimeAt(const Series& series, double time) {
+  return regimesOfWhole(series)[indexRange(series, time, series.time.back()).first];
+}
 
 std::map<Regime, double> shares(const InputSequence& inputs) {
   std::map<Regime, double> time;
   const std::vector<Regime> regimes = regimesOf(inputs);
-  for (std::size_t n = 0; n < regimes.size(); ++n) time[regimes[n]] += inputs.samples[n].step.duration;
+  for (std::size_t n = 0; n < regimes.size(); ++n)
+    time[regimes[n]] += inputs.samples[n].step.duration;
   const double span = inputs.samples.back().step.time - inputs.samples.front().step.time;
   for (auto& [regime, share] : time) share /= span;
   return time;
 }
 
 TEST(Regimes, EveryRegimeIsRecognisedByItsDefinition) {
-  const Series series = heldCurrents(0.01, {{0.0, 5.0}, {-25.0, 25.0}, {-260.0, 1.0}, {-10.0, 8.0}, {20.0, 15.0}, {0.1, 5.0}, {20.0, 6.0}});
+  const Series series = heldCurrents(0.01, {{0.0, 5.0},
+                                            {-25.0, 25.0},
+                                            {-260.0, 1.0},
+                                            {-10.0, 8.0},
+                                            {20.0, 15.0},
+                                            {0.1, 5.0},
+                                            {20.0, 6.0}});
   EXPECT_EQ(regimeAt(series, 2.0), Regime::kPostDischargeRest);
   EXPECT_EQ(regimeAt(series, 20.0), Regime::kLongDischarge);
   EXPECT_EQ(regimeAt(series, 30.1), Regime::kEdge);
@@ -47,7 +59,8 @@ TEST(Regimes, EveryRegimeIsRecognisedByItsDefinition) {
   EXPECT_EQ(regimeAt(series, 39.5), Regime::kLongCharge);
   EXPECT_EQ(regimeAt(series, 56.0), Regime::kPostChargeRest);
   EXPECT_EQ(regimeAt(series, 61.0), Regime::kShortCharge);
-  EXPECT_EQ(regimeAt(heldCurrents(0.01, {{0.0, 5.0}, {1.0, 60.0}}, 14.4), 30.0), Regime::kHighVoltageCharge);
+  EXPECT_EQ(regimeAt(heldCurrents(0.01, {{0.0, 5.0}, {1.0, 60.0}}, 14.4), 30.0),
+            Regime::kHighVoltageCharge);
 }
 
 TEST(Regimes, AnEdgeReachesAFewTenthsOfASecondAndNotBeyond) {
@@ -57,7 +70,8 @@ TEST(Regimes, AnEdgeReachesAFewTenthsOfASecondAndNotBeyond) {
 }
 
 TEST(Regimes, OneSampleASecondMarksTheSampleBehindAJumpAndKeepsTheCrank) {
-  const Series series = heldCurrents(1.0, {{0.0, 30.0}, {-20.0, 30.0}, {-240.0, 1.0}, {15.0, 30.0}, {70.0, 20.0}});
+  const Series series =
+      heldCurrents(1.0, {{0.0, 30.0}, {-20.0, 30.0}, {-240.0, 1.0}, {15.0, 30.0}, {70.0, 20.0}});
   const auto regimes = regimesOfWhole(series);
   EXPECT_EQ(regimes[60], Regime::kCrank);
   EXPECT_EQ(regimes[61], Regime::kEdge);
@@ -70,7 +84,8 @@ TEST(Regimes, ACompressedDriveSpendsItsTimeAsTheFullOneDoes) {
   const auto full = shares(inputSequence(series, {0, series.size()}));
   auto compressed = shares(compressedInputs(series, {0, series.size()}));
   EXPECT_GT(full.size(), 5u);
-  for (const auto& [regime, share] : full) EXPECT_NEAR(compressed[regime], share, 0.02) << regimeName(regime);
+  for (const auto& [regime, share] : full)
+    EXPECT_NEAR(compressed[regime], share, 0.02) << regimeName(regime);
 }
 
 TEST(Regimes, NoiseAroundZeroDoesNotCutARestUp) {

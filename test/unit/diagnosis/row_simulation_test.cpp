@@ -9,20 +9,28 @@ namespace {
 
 using namespace test;
 
-CompositionPoint pointAtRest(const BatteryModel& model) { return {typicalPoint(model), model.restState()}; }
+CompositionPoint pointAtRest(const BatteryModel& model) {
+  return {typicalPoint(model), model.restState()};
+}
 
-/// A drive at 100 Hz, or at one sample a second where a source controls the voltage every other half minute.
+/// A drive at 100 Hz, or at one sample a second where a source controls the voltage every other
+/// half minute.
 struct Rows {
   explicit Rows(bool slow) {
-    series = test::answered(drivenBattery(), dataSetOneCurrent(slow ? 240.0 : 60.0, slow ? 1.0 : 0.01, 6), slow ? 1.0 : 0.01, 0.001, 6);
+    series = test::answered(drivenBattery(),
+                            dataSetOneCurrent(slow ? 240.0 : 60.0, slow ? 1.0 : 0.01, 6),
+                            slow ? 1.0 : 0.01, 0.001, 6);
     std::vector<char> drives(series.size(), 0);
     for (std::size_t n = 0; slow && n < drives.size(); ++n) drives[n] = n % 60 >= 30;
     inputs = inputSequence(series, whole(series), {}, drives);
     const CompositionPoint base = pointAtRest(BatteryModel());
-    response = linearizationOf(BatteryModel(), {base.parameters, base.state, 0.0, 0.0}, inputs, inputs.samples.size());
+    response = linearizationOf(BatteryModel(), {base.parameters, base.state, 0.0, 0.0}, inputs,
+                               inputs.samples.size());
   }
 
-  RowSimulation simulation() const { return RowSimulation(inputs, response, pointAtRest(BatteryModel())); }
+  RowSimulation simulation() const {
+    return RowSimulation(inputs, response, pointAtRest(BatteryModel()));
+  }
 
   Series series;
   InputSequence inputs;
@@ -40,7 +48,8 @@ TEST(RowSimulation, OfTheBaseCircuitLeavesWhatTheFullRateLeaves) {
 
 TEST(RowSimulation, OfAnEffectThatVanishesIsThatOfTheBaseCircuit) {
   const Rows rows(false);
-  for (const char* id : {"ocv_soc", "acid_transport", "time_skew"}) {  // the last acts at edges: another grid
+  // the last acts at edges: another grid
+  for (const char* id : {"ocv_soc", "acid_transport", "time_skew"}) {
     const BatteryModel model(withNeeds(id));
     CompositionPoint point = pointAtRest(model);
     for (Eigen::Index j = kBaseRows; j < model.parameterCount(); ++j) {
@@ -65,12 +74,17 @@ TEST(RowSimulation, LanesAgreeWithDifferencesInBothDirections) {
     for (Eigen::Index tangent = 0; tangent < count; ++tangent) {
       CompositionPoint up = point, down = point;
       const bool is_parameter = tangent < model.parameterCount();
-      const double value = is_parameter ? point.parameters[tangent] : point.state[tangent - model.parameterCount()];
+      const double value =
+          is_parameter ? point.parameters[tangent] : point.state[tangent - model.parameterCount()];
       const double step = 1e-6 * std::max(std::abs(value), is_parameter ? 1e-3 : 1e-2);
       (is_parameter ? up.parameters[tangent] : up.state[tangent - model.parameterCount()]) += step;
-      (is_parameter ? down.parameters[tangent] : down.state[tangent - model.parameterCount()]) -= step;
-      const Eigen::VectorXd slope = -(simulation.errors(model, up).error - simulation.errors(model, down).error) / (2.0 * step);
-      EXPECT_LT((slope - with.sensitivity.col(tangent)).norm(), 1e-3 * slope.norm() + 1e-8) << "lane " << tangent << (slow ? ", both ways" : "");
+      (is_parameter ? down.parameters[tangent] : down.state[tangent - model.parameterCount()]) -=
+          step;
+      const Eigen::VectorXd slope =
+          -(simulation.errors(model, up).error - simulation.errors(model, down).error) /
+          (2.0 * step);
+      EXPECT_LT((slope - with.sensitivity.col(tangent)).norm(), 1e-3 * slope.norm() + 1e-8)
+          << "lane " << tangent << (slow ? ", both ways" : "");
     }
   }
 }
@@ -80,7 +94,8 @@ TEST(RowSimulation, LanesDoNotChangeTheErrors) {
   const BatteryModel model({"charge_acceptance"});
   const CompositionPoint point = pointAtRest(model);
   const Eigen::Index count = model.parameterCount() + model.stateCount();
-  const RowErrors with = rows.simulation().errors(model, point, Eigen::MatrixXd::Identity(count, count)),
+  const RowErrors with = rows.simulation().errors(model, point,
+                                                  Eigen::MatrixXd::Identity(count, count)),
                   without = rows.simulation().errors(model, point);
   EXPECT_LT((with.error - without.error).cwiseAbs().maxCoeff(), 1e-9);
 }

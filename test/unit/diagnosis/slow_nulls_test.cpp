@@ -12,19 +12,23 @@ namespace {
 constexpr int kSteps = 50;        // of the truth in a second
 constexpr double kNoise = 0.003;  // [V]
 
-/// A bench at one sample a second: charges and discharges of a held current, rests of all lengths, each reached by a second's ramp.
+/// A bench at one sample a second: charges and discharges of a held current, rests of all lengths,
+/// each reached by a second's ramp.
 std::vector<double> benchCurrent(std::uint64_t seed, double duration) {
   test::Random random(seed);
   std::vector<double> second = {0.0};
   while (static_cast<double>(second.size()) < duration) {
     const double chance = random.uniform(0.0, 1.0);
-    const double level = chance < 0.35 ? 0.0 : chance < 0.7 ? random.uniform(10.0, 55.0) : -random.uniform(5.0, 40.0);
+    const double level = chance < 0.35  ? 0.0
+                         : chance < 0.7 ? random.uniform(10.0, 55.0)
+                                        : -random.uniform(5.0, 40.0);
     const auto length = static_cast<std::size_t>(random.uniform(3.0, 50.0));
     second.insert(second.end(), length, level);
   }
   std::vector<double> current;
   for (std::size_t n = 0; n + 1 < second.size(); ++n)
-    for (int k = 0; k < kSteps; ++k) current.push_back(second[n] + (second[n + 1] - second[n]) * k / kSteps);
+    for (int k = 0; k < kSteps; ++k)
+      current.push_back(second[n] + (second[n + 1] - second[n]) * k / kSteps);
   return current;
 }
 
@@ -33,7 +37,8 @@ class SlowNull : public testing::TestWithParam<std::uint64_t> {};
 TEST_P(SlowNull, OfABenchThatRampsItsCurrentLacksNothing) {
   BaseParameters battery = test::drivenBattery();
   battery.c2 = 380.0;  // fast beside a second while it charges
-  const Series truth = test::answered(battery, benchCurrent(GetParam(), 300.0), 1.0 / kSteps, kNoise, GetParam());
+  const Series truth =
+      test::answered(battery, benchCurrent(GetParam(), 300.0), 1.0 / kSteps, kNoise, GetParam());
   const Diagnosis diagnosis = diagnose(test::toRecording(test::everyNth(truth, kSteps)));
   EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
   EXPECT_LT(diagnosis.fit.base_holdout.rmse, 1.25 * kNoise) << "a ramp held at its mean adds to it";

@@ -17,7 +17,8 @@ const InputSequence& fifteenMinutes() {
   return inputs;
 }
 
-/// The base model's fit to its own voltage, noise and a tone [V] that is there in the first three quarters of every minute.
+/// The base model's fit to its own voltage, noise and a tone [V] that is there in the first three
+/// quarters of every minute.
 WhitenedFit fitWithTone(double amplitude, double period, std::uint64_t seed) {
   static const test::NullFits fits(fifteenMinutes());
   Eigen::VectorXd error = test::drawnNoise(kNoise, fifteenMinutes(), seed);
@@ -37,11 +38,13 @@ TEST(SlowTone, ATonePartOfTheTimeIsFoundWithItsPeriodAndMostOfItsAmplitude) {
 
 TEST(SlowTone, NoiseAloneHoldsNone) {
   int found = 0;
-  for (std::uint64_t seed = 1; seed <= 60; ++seed) found += slowTone(fitWithTone(0.0, 37.0, seed), fifteenMinutes()).has_value();
+  for (std::uint64_t seed = 1; seed <= 60; ++seed)
+    found += slowTone(fitWithTone(0.0, 37.0, seed), fifteenMinutes()).has_value();
   EXPECT_LE(found, 1);  // one in a thousand by chance
 }
 
-/// Five minutes at one sample a second, where the level around a line is as uncertain as it gets: one of a thousand has a tone by chance.
+/// Five minutes at one sample a second, where the level around a line is as uncertain as it gets:
+/// one of a thousand has a tone by chance.
 TEST(SlowTone, IsAsRareByChanceAsPromised) {
   Series series;
   for (int n = 0; n < 300; ++n) {
@@ -71,7 +74,8 @@ TEST(SlowTone, AMinuteIsTooShortToTell) {
 
 TEST(SlowTone, IsNotLookedForWhereMostOfTheDriveIsAGap) {
   InputSequence late = fifteenMinutes();
-  for (std::size_t n = late.samples.size() / 2; n < late.samples.size(); ++n) late.samples[n].step.time += 1e9;
+  for (std::size_t n = late.samples.size() / 2; n < late.samples.size(); ++n)
+    late.samples[n].step.time += 1e9;
   EXPECT_FALSE(slowTone(fitWithTone(0.02, 37.0, 1), late).has_value());
 }
 

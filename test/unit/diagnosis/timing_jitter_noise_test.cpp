@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kSamples = 40;
 
-/// Steps of 20 A between the third and the fourth sample and of 5 A between the tenth and the eleventh.
+/// Steps of 20 A between the third and the fourth sample and of 5 A between the tenth and the
+/// eleventh.
 Series stepped(double interval) {
   Series series;
   for (int n = 0; n < kSamples; ++n) {
@@ -26,10 +27,13 @@ Series stepped(double interval) {
 }
 
 struct Stepped {
-  explicit Stepped(double interval = 1.0) : inputs(inputSequence(stepped(interval), {0, kSamples})) {
+  explicit Stepped(double interval = 1.0)
+      : inputs(inputSequence(stepped(interval), {0, kSamples})) {
     const BatteryModel circuit;
     const CompositionPoint base = typicalStart(circuit, inputs);
-    response = linearizationOf(circuit, {base.parameters, base.state, inputs.first_time, inputs.first_time}, inputs, inputs.samples.size());
+    response = linearizationOf(circuit,
+                               {base.parameters, base.state, inputs.first_time, inputs.first_time},
+                               inputs, inputs.samples.size());
     counted.resize(static_cast<std::size_t>(response.error.size()));
     std::iota(counted.begin(), counted.end(), 0);
   }
@@ -43,14 +47,16 @@ struct Stepped {
 /// Covariance of the rows over s^2, as the header has it.
 Eigen::MatrixXd covarianceOf(const Stepped& rows, double jitter, double charge) {
   const auto count = static_cast<Eigen::Index>(rows.counted.size());
-  Eigen::MatrixXd brought = Eigen::MatrixXd::Zero(count, count);  // x of every row by what came at every row
+  // x of every row by what came at every row
+  Eigen::MatrixXd brought = Eigen::MatrixXd::Zero(count, count);
   Eigen::VectorXd white = Eigen::VectorXd::Ones(count);
   for (Eigen::Index n = 0; n < count; ++n) {
     const auto at = static_cast<std::size_t>(n);
     const auto current = [&](std::size_t k) { return rows.inputs.samples[k].step.current; };
     if (n > 0) {
       brought.row(n) = rows.response.persistence[n] * brought.row(n - 1);
-      brought(n, n) = charge * std::abs(current(at) - current(at - 1)) * rows.inputs.samples[at].step.duration;
+      brought(n, n) =
+          charge * std::abs(current(at) - current(at - 1)) * rows.inputs.samples[at].step.duration;
       white[n] += jitter * std::pow(current(at) - current(at - 1), 2);
     }
     if (n + 1 < count) white[n] += jitter * std::pow(current(at + 1) - current(at), 2);
@@ -64,7 +70,8 @@ TEST(TimingJitterNoise, InnovationsHaveTheLikelihoodOfTheRowsCovariance) {
   const Stepped rows;
   Eigen::VectorXd error(kSamples);
   for (Eigen::Index n = 0; n < kSamples; ++n) error[n] = std::sin(1.7 * static_cast<double>(n * n));
-  for (const auto& [jitter, charge] : {std::make_pair(0.01, 0.0), std::make_pair(0.0, 0.2), std::make_pair(0.003, 0.05)}) {
+  for (const auto& [jitter, charge] :
+       {std::make_pair(0.01, 0.0), std::make_pair(0.0, 0.2), std::make_pair(0.003, 0.05)}) {
     const TimingJitterNoise noise = rows.noise().with(jitter, charge);
     const Eigen::LLT<Eigen::MatrixXd> factor(covarianceOf(rows, jitter, charge));
     EXPECT_NEAR(noise.whitened(error).squaredNorm(), error.dot(factor.solve(error)), 1e-9);
@@ -98,12 +105,18 @@ TEST(TimingJitterNoise, AGapIsNoStep) {
 
 TEST(TimingJitterNoise, TheBestIsWhereTheEvidenceIs) {
   const TimingJitterNoise best = Stepped().noise().best([](const TimingJitterNoise& noise) {
-    const auto distance = [](double value, double wanted) { return std::abs(std::log10(std::max(value, 1e-9) / wanted)); };
+    const auto distance = [](double value, double wanted) {
+      return std::abs(std::log10(std::max(value, 1e-9) / wanted));
+    };
     return -distance(noise.jitter(), 3e-3) - distance(noise.charge(), 0.2);
   });
   EXPECT_NEAR(std::log10(best.jitter()), std::log10(3e-3), 0.26);
   EXPECT_NEAR(std::log10(best.charge()), std::log10(0.2), 0.26);
-  EXPECT_TRUE(Stepped().noise().best([](const TimingJitterNoise& noise) { return -noise.jitter() - noise.charge(); }).isWhite());
+  EXPECT_TRUE(
+      Stepped()
+          .noise()
+          .best([](const TimingJitterNoise& noise) { return -noise.jitter() - noise.charge(); })
+          .isWhite());
 }
 
 TEST(TimingJitterNoise, ARowAsWideAsTheNoiseCountsHalf) {

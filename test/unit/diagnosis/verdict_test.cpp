@@ -5,11 +5,14 @@
 namespace battery_sof {
 namespace {
 
-SelectedTerm effect(const std::string& id, const std::vector<std::string>& indistinguishable = {}) { return {mechanismOf(id), id, 100.0, 0.01, indistinguishable, 1.0}; }
+SelectedTerm effect(const std::string& id, const std::vector<std::string>& indistinguishable = {}) {
+  return {mechanismOf(id), id, 100.0, 0.01, indistinguishable, 1.0};
+}
 
 SelectedTerm columnsOf(Mechanism mechanism) { return {mechanism, "", 100.0, 0.01, {}, 1.0}; }
 
-Verdict verdictOf(const std::vector<SelectedTerm>& terms, const std::vector<std::string>& faults = {}, const Unexplained& rest = {}) {
+Verdict verdictOf(const std::vector<SelectedTerm>& terms,
+                  const std::vector<std::string>& faults = {}, const Unexplained& rest = {}) {
   Explanation explanation;
   explanation.terms = terms;
   return judge(explanation, {faults, {}}, rest);
@@ -21,7 +24,9 @@ Unexplained discrepancy() {
   return rest;
 }
 
-TEST(Verdict, NothingExplainedAndNothingLeftIsNoMismatch) { EXPECT_EQ(Verdict::kNoMismatch, verdictOf({})); }
+TEST(Verdict, NothingExplainedAndNothingLeftIsNoMismatch) {
+  EXPECT_EQ(Verdict::kNoMismatch, verdictOf({}));
+}
 
 TEST(Verdict, NothingExplainedButSomethingLeftIsUnknown) {
   EXPECT_EQ(Verdict::kUnexplained, verdictOf({}, {}, discrepancy()));
@@ -36,7 +41,8 @@ TEST(Verdict, NothingExplainedButSomethingLeftIsUnknown) {
 
 TEST(Verdict, AFamilyThatNoEffectStandsForIsUnknown) {
   EXPECT_EQ(Verdict::kUnexplained, verdictOf({columnsOf(Mechanism::kAcceptance)}));
-  EXPECT_EQ(Verdict::kUnexplained, verdictOf({columnsOf(Mechanism::kAcceptance), effect("ocv_soc")}));
+  EXPECT_EQ(Verdict::kUnexplained,
+            verdictOf({columnsOf(Mechanism::kAcceptance), effect("ocv_soc")}));
 }
 
 TEST(Verdict, AnEffectThatExplainsMoreThanAFamilyBesideItIsNamed) {
@@ -50,7 +56,8 @@ TEST(Verdict, OneEffectIsNamedAndTwoAreSeveral) {
 
 TEST(Verdict, AnEffectThatAnotherCouldReplaceIsAmbiguous) {
   EXPECT_EQ(Verdict::kAmbiguous, verdictOf({effect("acid_transport", {"high_rate_depletion"})}));
-  EXPECT_EQ(Verdict::kAmbiguous, verdictOf({effect("ocv_soc"), effect("acid_transport", {"high_rate_depletion"})}));
+  EXPECT_EQ(Verdict::kAmbiguous,
+            verdictOf({effect("ocv_soc"), effect("acid_transport", {"high_rate_depletion"})}));
 }
 
 TEST(Verdict, AnEffectOfTheInstrumentsAloneIsASensorFault) {
@@ -73,7 +80,8 @@ TEST(Verdict, FaultsOfTheInstrumentsDoNotHideATone) {
 
 TEST(Verdict, WhatLooksLikeTheInstrumentsIsTheirFaultOnlyWhereTheyHaveOne) {
   EXPECT_EQ(Verdict::kUnexplained, verdictOf({columnsOf(Mechanism::kInstrument)}));
-  EXPECT_EQ(Verdict::kSensorFault, verdictOf({columnsOf(Mechanism::kInstrument)}, {"quantisation"}));
+  EXPECT_EQ(Verdict::kSensorFault,
+            verdictOf({columnsOf(Mechanism::kInstrument)}, {"quantisation"}));
 }
 
 TEST(Summary, SaysWhatIsPartOfSomethingUnknown) {
@@ -106,12 +114,16 @@ TEST(Summary, SaysWhetherTheErrorOnWhatWasHeldOutFalls) {
   diagnosis.effects.front().id = "ocv_soc";
   diagnosis.fit.base_holdout.rmse = 0.3;
   diagnosis.fit.extended_holdout.rmse = 0.1;
-  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("the error falls from 300.0 mV to 100.0 mV"));
+  EXPECT_NE(std::string::npos,
+            summaryOf(diagnosis).find("the error falls from 300.0 mV to 100.0 mV"));
   diagnosis.fit.extended_holdout.rmse = 0.4;
-  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("the error does not fall: it goes from 300.0 mV to 400.0 mV"));
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find(
+                                   "the error does not fall: it goes from 300.0 mV to 400.0 mV"));
   diagnosis.fit.extended_holdout.rmse = 0.3;
   diagnosis.withheld_rmse = 0.4;
-  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("it goes from 300.0 mV to 400.0 mV RMS, so the base model is given"));
+  EXPECT_NE(std::string::npos,
+            summaryOf(diagnosis).find(
+                "it goes from 300.0 mV to 400.0 mV RMS, so the base model is given"));
 }
 
 TEST(Summary, NamesTheLargestMeanErrorOfTheTableMarkedOrNot) {
@@ -121,7 +133,9 @@ TEST(Summary, NamesTheLargestMeanErrorOfTheTableMarkedOrNot) {
                        {"high-voltage charge", "mean", 5, 0.899, 0.864, 0.933, 0.06, false},
                        {"post-charge rest", "mean", 345, 0.158, 0.0895, 0.226, 0.0002, true},
                        {"short charge", "end", 650, 1.2, 1.1, 1.3, 0.0002, true}};
-  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("largest in high-voltage charge: +899 mV (95 % +864 to +933 mV, 5 episodes)"));
+  EXPECT_NE(std::string::npos,
+            summaryOf(diagnosis).find(
+                "largest in high-voltage charge: +899 mV (95 % +864 to +933 mV, 5 episodes)"));
   diagnosis.regimes = {{"crank", "mean", 6, -1.0, -2.0, 0.5, 0.3, false}};
   EXPECT_EQ(std::string::npos, summaryOf(diagnosis).find("largest"));
 }
@@ -134,7 +148,8 @@ TEST(NextExperiment, TellsTheIndistinguishableApart) {
   acid.indistinguishable_from = {"ocv_soc"};
   diagnosis.effects = {acid};
   EXPECT_NE(std::string::npos, nextExperiment(diagnosis).find("ocv_soc"));
-  EXPECT_NE(std::string::npos, nextExperiment(diagnosis).find(effectInfo("acid_transport").tells_apart));
+  EXPECT_NE(std::string::npos,
+            nextExperiment(diagnosis).find(effectInfo("acid_transport").tells_apart));
 }
 
 }  // namespace

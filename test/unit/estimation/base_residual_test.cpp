@@ -17,14 +17,16 @@ const Eigen::Vector3d kLinear(0.0061, 0.0083, 12.71);
 
 /// What BaseResidual says, from stored columns.
 struct Stored {
-  Stored(const std::vector<BaseNormalEquations::Sample>& samples, const BaseNormalEquations& equations,
-         const OverpotentialSweep::Point& point, const Eigen::Vector3d& linear) {
+  Stored(const std::vector<BaseNormalEquations::Sample>& samples,
+         const BaseNormalEquations& equations, const OverpotentialSweep::Point& point,
+         const Eigen::Vector3d& linear) {
     const BaseNormalEquations::Columns all = equations.columns(point);
     columns = all.leftCols(kScoreColumns);
     residual = all.col(kColumnTarget) - linear[0] * all.col(0) - linear[1] * all.col(1);
     residual.array() -= linear[2] - equations.offset();
     weight.resize(residual.size());
-    for (std::size_t n = 0; n < samples.size(); ++n) weight[static_cast<Eigen::Index>(n)] = samples[n].weight;
+    for (std::size_t n = 0; n < samples.size(); ++n)
+      weight[static_cast<Eigen::Index>(n)] = samples[n].weight;
   }
   Eigen::MatrixXd columns;
   Eigen::VectorXd residual, weight;
@@ -43,10 +45,13 @@ TEST(BaseResidual, IsThatOfTheColumnsWhateverTheBlocksHold) {
     const BaseNormalEquations equations(samples, 1.0);
     const Stored stored(samples, equations, kPoint, kLinear);
     const BaseResidual left = BaseNormalEquations(equations).residual(kPoint, kLinear);
-    for (std::size_t n = 0; n < samples.size(); ++n) ASSERT_NEAR(left.at(n), stored.residual[static_cast<Eigen::Index>(n)], 1e-12);
+    for (std::size_t n = 0; n < samples.size(); ++n)
+      ASSERT_NEAR(left.at(n), stored.residual[static_cast<Eigen::Index>(n)], 1e-12);
     EXPECT_NEAR(left.squares() / stored.residual.squaredNorm(), 1.0, 1e-10);
     EXPECT_NEAR(left.lagOne(), lagOneCorrelation(stored.residual), 1e-9);
-    EXPECT_LT(differenceOf(left.information, stored.columns.transpose() * stored.weight.asDiagonal() * stored.columns), 1e-10);
+    EXPECT_LT(differenceOf(left.information, stored.columns.transpose() *
+                                                 stored.weight.asDiagonal() * stored.columns),
+              1e-10);
     const auto last = stored.columns.bottomRows(1);
     EXPECT_NEAR(left.last.d_c2, last(0, kColumnLogC2) / kPoint.c2, 1e-15);
     EXPECT_NEAR(left.last.d_beta, last(0, kColumnLogBeta) / kPoint.beta, 1e-12);
@@ -62,13 +67,17 @@ TEST(BaseResidual, ANarrowKernelIsExact) {
     const Stored stored(samples, equations, kPoint, kLinear);
     const BaseResidual left = BaseNormalEquations(equations).residual(kPoint, kLinear);
     for (const Eigen::Index width : {1, 2, 7, 31, 32})
-      EXPECT_LT(differenceOf(left.bartlettProducts(width), sandwichParts(stored.columns, stored.residual, stored.weight, width).B), 1e-9)
+      EXPECT_LT(
+          differenceOf(left.bartlettProducts(width),
+                       sandwichParts(stored.columns, stored.residual, stored.weight, width).B),
+          1e-9)
           << duration << " s, width " << width;
   }
 }
 
 TEST(BaseResidual, AWideKernelOverSumsOfSamplesGivesTheSameStandardErrors) {
-  // What a fit leaves of a drive whose battery is not the model's: residuals correlated over seconds.
+  // What a fit leaves of a drive whose battery is not the model's: residuals correlated over
+  // seconds.
   double most = 0.0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Series series = test::baseDrive(seed, 60.0);
@@ -77,7 +86,8 @@ TEST(BaseResidual, AWideKernelOverSumsOfSamplesGivesTheSameStandardErrors) {
     const Stored stored(samples, equations, kPoint, kLinear);
     const BaseResidual left = BaseNormalEquations(equations).residual(kPoint, kLinear);
     for (const Eigen::Index width : {33, 35, 42, 63, 150, 700, 1199}) {
-      const Eigen::MatrixXd exact = combined(sandwichParts(stored.columns, stored.residual, stored.weight, width));
+      const Eigen::MatrixXd exact =
+          combined(sandwichParts(stored.columns, stored.residual, stored.weight, width));
       const Eigen::MatrixXd quick = combined({left.information, left.bartlettProducts(width)});
       const Eigen::ArrayXd ratio = (quick.diagonal().array() / exact.diagonal().array()).sqrt();
       most = std::max(most, (ratio - 1.0).abs().maxCoeff());
@@ -96,7 +106,9 @@ TEST(BaseResidual, NoWeightNoScore) {
   const Stored stored(samples, equations, kPoint, kLinear);
   EXPECT_EQ(stored.weight[700], 0.0);
   const BaseResidual left = BaseNormalEquations(equations).residual(kPoint, kLinear);
-  EXPECT_LT(differenceOf(left.bartlettProducts(5), sandwichParts(stored.columns, stored.residual, stored.weight, 5).B), 1e-9);
+  EXPECT_LT(differenceOf(left.bartlettProducts(5),
+                         sandwichParts(stored.columns, stored.residual, stored.weight, 5).B),
+            1e-9);
   EXPECT_NEAR(left.squares() / stored.residual.squaredNorm(), 1.0, 1e-10);
 }
 
@@ -107,8 +119,9 @@ TEST(ScoresKernel, IsTheSameWithEveryInstructionSet) {
   DerivativeBlock derivatives = {};
   test::Random random(1);
   for (int n = 0; n < kBlockSize; ++n) {
-    for (double* value : {measured.discharge, measured.charge, measured.voltage, measured.weight, states.u_c2, derivatives.d_log_c2,
-                          derivatives.d_log_beta, derivatives.d_initial})
+    for (double* value :
+         {measured.discharge, measured.charge, measured.voltage, measured.weight, states.u_c2,
+          derivatives.d_log_c2, derivatives.d_log_beta, derivatives.d_initial})
       value[n] = random.normal();
   }
   const double linear[kLinearColumns] = {0.1, 0.2, 0.3};
@@ -138,7 +151,8 @@ TEST(ScoresKernel, IsTheSameWithEveryInstructionSet) {
     near(other.left.voltage, plain.left.voltage, kBlockSize);
     near(other.residual.residual, plain.residual.residual, 3 * kLanes);
     near(other.sums.scores[0][0], plain.sums.scores[0][0], kScoreSums * kScoreColumns * kLanes);
-    for (int j = 0; j < kScoreColumns; ++j) near(other.products.sums[j][0], plain.products.sums[j][0], (j + 1) * kLanes);
+    for (int j = 0; j < kScoreColumns; ++j)
+      near(other.products.sums[j][0], plain.products.sums[j][0], (j + 1) * kLanes);
   }
 }
 
@@ -149,7 +163,8 @@ TEST(WindowSamples, AddUpAsTheirCopiesDo) {
   const auto copies = window.copied();
   const auto fitted = fitSamples(series, {3, series.size()}, 10.0, -150.0);
   ASSERT_EQ(copies.size(), fitted.size());
-  for (std::size_t n = 0; n < copies.size(); ++n) EXPECT_EQ(copies[n].held.current, fitted[n].held.current);
+  for (std::size_t n = 0; n < copies.size(); ++n)
+    EXPECT_EQ(copies[n].held.current, fitted[n].held.current);
   EXPECT_EQ(copies.front().held.duration, 0.0);
   for (const std::size_t factor : {1U, 7U, 10U, 20U}) {
     const auto a = coarsened(window, factor), b = coarsened(copies, factor);
@@ -176,7 +191,8 @@ TEST(Coarsened, MeansAreHeldFromMiddleToMiddle) {
   EXPECT_NEAR(coarse[2].held.duration, duration, 1e-12);
   EXPECT_NEAR(coarse[2].held.current, charge / duration, 1e-10);
   EXPECT_NEAR(coarse[2].voltage, voltage, 1e-12);
-  EXPECT_NEAR(coarse[10].held.duration, 0.08, 1e-12) << "the last five samples: from sample 95 to the middle of five";
+  EXPECT_NEAR(coarse[10].held.duration, 0.08, 1e-12)
+      << "the last five samples: from sample 95 to the middle of five";
 }
 
 }  // namespace

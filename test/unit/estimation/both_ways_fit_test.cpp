@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "estimation/composition_fit.hpp"
-#include "estimation/residual_filter.hpp"
 #include "estimation/follower.hpp"
 #include "estimation/identification.hpp"
+#include "estimation/residual_filter.hpp"
 #include "support/start_stop.hpp"
 
 namespace battery_sof {
@@ -39,7 +39,8 @@ StartStopDrive baseTwin(double current_noise, double voltage_noise) {
   return startStopDrive(base, p, options);
 }
 
-StartStopDrive freshTwin(double current_noise, double voltage_noise, double duration = 900.0, std::uint64_t seed = 1) {
+StartStopDrive freshTwin(double current_noise, double voltage_noise, double duration = 900.0,
+                         std::uint64_t seed = 1) {
   const BatteryModel model({"fresh_sulphate"});
   StartStopOptions options;
   options.duration = duration;
@@ -91,8 +92,15 @@ TEST(IdentifyBothWays, AFleetsPriorHoldsAParameterWhereItIsSharpAndLeavesItWhere
   const StartStopDrive inputs = freshTwin(0.3, 0.012);
   const IndexRange whole{0, inputs.series.size()};
   const double alone = estimate(fitted(inputs, {"fresh_sulphate"}).fit, "pore_time").value;
-  const double held = estimate(identify(inputs.series, whole, knowing(inputs, {"pore_time", 30.0, 1e-3, true})).fit, "pore_time").value;
-  const double wide = estimate(identify(inputs.series, whole, knowing(inputs, {"pore_time", alone, 10.0, true})).fit, "pore_time").value;
+  const double held =
+      estimate(identify(inputs.series, whole, knowing(inputs, {"pore_time", 30.0, 1e-3, true})).fit,
+               "pore_time")
+          .value;
+  const double wide =
+      estimate(
+          identify(inputs.series, whole, knowing(inputs, {"pore_time", alone, 10.0, true})).fit,
+          "pore_time")
+          .value;
   EXPECT_NEAR(held, 30.0, 0.3);
   EXPECT_NEAR(wide, alone, 0.5 * alone);
 }
@@ -110,8 +118,8 @@ TEST(IdentifyBothWays, RecoversFreshSulphate) {
   const BatteryModel composition({"fresh_sulphate"});
   const Eigen::VectorXd truth = freshBattery(composition);
   EXPECT_TRUE(isUsable(model.fit)) << model.fit.message;
-  // Priors pull, as only a hundredth of the samples counts as independent: I_0, reported from S_q and beta by little, stays near its
-  // magnitude of 2 A (truth 1.5 A), and the rest is found.
+  // Priors pull, as only a hundredth of the samples counts as independent: I_0, reported from S_q
+  // and beta by little, stays near its magnitude of 2 A (truth 1.5 A), and the rest is found.
   const std::vector<std::pair<const char*, double>> bounds = {{"r_discharge", 0.03},
                                                               {"steady_supply", 0.02},
                                                               {"dissolution_time", 0.02},
@@ -122,7 +130,9 @@ TEST(IdentifyBothWays, RecoversFreshSulphate) {
                                                               {"beta", 0.05},
                                                               {"c2", 0.02}};
   for (const auto& [name, share] : bounds)
-    EXPECT_NEAR(estimate(model.fit, name).value / truth[*composition.parameterRow(name)], 1.0, share) << name;
+    EXPECT_NEAR(estimate(model.fit, name).value / truth[*composition.parameterRow(name)], 1.0,
+                share)
+        << name;
   EXPECT_NEAR(model.fit.parameters.u_dc, truth[kRowUDc], 0.02);
   EXPECT_LT(*model.fit.scores.current_rmse, 0.3);
   EXPECT_LT(model.fit.scores.rmse, 0.01);
@@ -133,7 +143,8 @@ TEST(IdentifyBothWays, TruthLiesWithinFourStandardErrors) {
   const FittedModel model = fitted(freshTwin(0.2, 0.006), {"fresh_sulphate"});
   const BatteryModel composition({"fresh_sulphate"});
   const Eigen::VectorXd truth = freshBattery(composition);
-  for (const char* name : {"r_discharge", "steady_supply", "dissolution_time", "pore_resistance", "u_dc"}) {
+  for (const char* name :
+       {"r_discharge", "steady_supply", "dissolution_time", "pore_resistance", "u_dc"}) {
     const ParameterEstimate& e = estimate(model.fit, name);
     ASSERT_TRUE(e.std) << name;
     EXPECT_LT(std::abs(e.value - truth[*composition.parameterRow(name)]), 4.0 * *e.std) << name;
@@ -162,9 +173,11 @@ TEST(IdentifyBothWays, WithNoImposedSampleInTheWindowIsTheFitWithoutASource) {
   nowhere.repair.dropped.assign(series.size(), 0);
   for (int k = 0; k < 2; ++k) {
     if (k == 1) with.source = nowhere;
-    const FittedModel one = identify(series, {0, series.size()}, plain), other = identify(series, {0, series.size()}, with);
+    const FittedModel one = identify(series, {0, series.size()}, plain),
+                      other = identify(series, {0, series.size()}, with);
     for (std::size_t j = 0; j < one.fit.estimates.size(); ++j) {
-      EXPECT_EQ(one.fit.estimates[j].value, other.fit.estimates[j].value) << one.fit.estimates[j].name;
+      EXPECT_EQ(one.fit.estimates[j].value, other.fit.estimates[j].value)
+          << one.fit.estimates[j].name;
       EXPECT_EQ(one.fit.estimates[j].std, other.fit.estimates[j].std);
     }
     EXPECT_EQ(one.fit.covariance, other.fit.covariance);
@@ -193,7 +206,8 @@ TEST(ChannelErrors, CostAndGradientAreThoseOfTheRobustErrorsOfBothChannels) {
     FitCost cost;
     cost.channels.emplace();
     cost.priors = false;
-    CompositionPoint point{effects.empty() ? typicalPoint(model) : freshBattery(model), model.restState()};
+    CompositionPoint point{effects.empty() ? typicalPoint(model) : freshBattery(model),
+                           model.restState()};
     point.parameters[kRowUDc] += 0.05;
     const CompositionProblem problem(model, inputs, cost, point);
     const Eigen::VectorXd x = problem.coordinatesOf(point), e = problem.residual(x);
@@ -212,7 +226,8 @@ TEST(ChannelErrors, CostAndGradientAreThoseOfTheRobustErrorsOfBothChannels) {
       ASSERT_TRUE(problem.evaluate(x + h * Eigen::VectorXd::Unit(problem.size(), j), up));
       ASSERT_TRUE(problem.evaluate(x - h * Eigen::VectorXd::Unit(problem.size(), j), down));
       const double difference = (up.cost - down.cost) / (4.0 * h);
-      EXPECT_NEAR(at.gradient[j], difference, 2e-3 * std::sqrt(at.hessian(j, j) * at.cost) + 1e-6) << "row " << problem.rowOf(j);
+      EXPECT_NEAR(at.gradient[j], difference, 2e-3 * std::sqrt(at.hessian(j, j) * at.cost) + 1e-6)
+          << "row " << problem.rowOf(j);
     }
   }
 }
@@ -239,7 +254,8 @@ TEST(ChargerControl, IsSeenInAStartStopDriveAtOneHertzAndInNoFastOne) {
   const auto source = chargerControl(inputs.series);
   ASSERT_TRUE(source);
   std::size_t alike = 0;
-  for (std::size_t n = 0; n < inputs.controlled.size(); ++n) alike += source->voltage_controlled[n] == inputs.controlled[n];
+  for (std::size_t n = 0; n < inputs.controlled.size(); ++n)
+    alike += source->voltage_controlled[n] == inputs.controlled[n];
   EXPECT_GT(static_cast<double>(alike) / static_cast<double>(inputs.controlled.size()), 0.97);
   EXPECT_EQ(source->repair.lag, 0u);
   EXPECT_FALSE(chargerControl(baseDrive(1, 60.0)));
@@ -249,8 +265,9 @@ TEST(ChargerControl, IsSeenInAStartStopDriveAtOneHertzAndInNoFastOne) {
 TEST(FollowWindow, KeepsCranksAndChargesOfTheWindowBesideWhatWasExpectedOfThem) {
   const StartStopDrive inputs = freshTwin(0.1, 0.01);
   const FittedModel model = fitted(inputs, {"fresh_sulphate"});
-  const auto sources = static_cast<std::size_t>(
-      std::count_if(inputs.series.current.begin(), inputs.series.current.end(), [](double i) { return i < -150.0; }));
+  const auto sources = static_cast<std::size_t>(std::count_if(inputs.series.current.begin(),
+                                                              inputs.series.current.end(),
+                                                              [](double i) { return i < -150.0; }));
   EXPECT_GE(sources, 6u);
   EXPECT_EQ(model.intervals.event_history.cranks.size(), sources);
   for (const PastCrank& crank : model.intervals.event_history.cranks) {
@@ -276,11 +293,15 @@ TEST(FollowWindow, KeepsCranksAndChargesOfTheWindowBesideWhatWasExpectedOfThem) 
 TEST(EventHistory, KeepsTheNewestInOrderOfTime) {
   EventHistory past;
   for (int n = 0; n < 100; ++n)
-    for (const double duration : {10.0, 60.0}) past.add(PastCharge{10.0 * n, duration, 14.0, 14.0, 5.0, 5.0});
+    for (const double duration : {10.0, 60.0})
+      past.add(PastCharge{10.0 * n, duration, 14.0, 14.0, 5.0, 5.0});
   ASSERT_EQ(past.charges.size(), 2 * EventHistory::kMost);
-  for (std::size_t k = 1; k < past.charges.size(); ++k) EXPECT_GE(past.charges[k].time, past.charges[k - 1].time);
+  for (std::size_t k = 1; k < past.charges.size(); ++k)
+    EXPECT_GE(past.charges[k].time, past.charges[k - 1].time);
   EXPECT_EQ(past.charges.front().time, 600.0);
-  EXPECT_EQ(std::count_if(past.charges.begin(), past.charges.end(), [](const PastCharge& c) { return c.duration == 10.0; }), 40);
+  EXPECT_EQ(std::count_if(past.charges.begin(), past.charges.end(),
+                          [](const PastCharge& c) { return c.duration == 10.0; }),
+            40);
   for (int n = 0; n < 100; ++n) past.add(PastCrank{1.0 * n, -200.0, 10.0, 10.0});
   ASSERT_EQ(past.cranks.size(), EventHistory::kMost);
   EXPECT_EQ(past.cranks.front().time, 60.0);
@@ -311,7 +332,8 @@ TEST(CarryState, GoesThroughWhatASourceImposedAsTheFollowerDoes) {
 }
 
 TEST(CarryState, InTwoStretchesIsTheSameAsInOne) {
-  // Cut under load, so that the discharge under way begins in the second stretch as the judgement of the source does.
+  // Cut under load, so that the discharge under way begins in the second stretch as the judgement
+  // of the source does.
   const StartStopDrive inputs = freshTwin(0.1, 0.01);
   const std::size_t half = inputs.series.size() / 2;
   IdentifyOptions options;
@@ -326,7 +348,8 @@ TEST(CarryState, InTwoStretchesIsTheSameAsInOne) {
   carryState(twice, inputs.series, inputs.series.size() - 1);
   EXPECT_NEAR(twice.state.u_c2, once.state.u_c2, 1e-3);
   for (std::size_t j = 0; j < once.state.further.size(); ++j)
-    EXPECT_NEAR(twice.state.further[j], once.state.further[j], 0.02 * (1.0 + std::abs(once.state.further[j])));
+    EXPECT_NEAR(twice.state.further[j], once.state.further[j],
+                0.02 * (1.0 + std::abs(once.state.further[j])));
 }
 
 TEST(Follower, BegunAtASavedStateGoesOnAsIfItHadNotStopped) {
@@ -334,9 +357,11 @@ TEST(Follower, BegunAtASavedStateGoesOnAsIfItHadNotStopped) {
   const StartStopDrive inputs = freshTwin(0.0, 0.0);
   FittedModel model = fitted(inputs, {"fresh_sulphate"});
   model.fit.residual_regression = {};
-  const InputSequence samples = inputSequence(inputs.series, {0, inputs.series.size()}, {}, inputs.controlled);
+  const InputSequence samples =
+      inputSequence(inputs.series, {0, inputs.series.size()}, {}, inputs.controlled);
   ModelPoint at = pointOf(model);
-  at.state = Eigen::Map<const Eigen::VectorXd>(model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
+  at.state = Eigen::Map<const Eigen::VectorXd>(
+      model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
   at.time = at.reference_time = 0.0;
   Follower whole_way(Simulation(compositionOf(model.fit), at));
   std::size_t cuts = 0;
@@ -347,7 +372,8 @@ TEST(Follower, BegunAtASavedStateGoesOnAsIfItHadNotStopped) {
     saved.state.time = inputs.series.time[n];
     takeState(saved, whole_way, inputs.series.current[n]);
     Follower begun(saved), goes_on = whole_way;
-    EXPECT_NEAR(begun.follow(samples.samples[n + 1]).current, goes_on.follow(samples.samples[n + 1]).current, 1e-4);
+    EXPECT_NEAR(begun.follow(samples.samples[n + 1]).current,
+                goes_on.follow(samples.samples[n + 1]).current, 1e-4);
     ++cuts;
   }
   EXPECT_GT(cuts, 5u);
@@ -358,9 +384,11 @@ TEST(Follower, PredictsTheQuantityThatIsNotImposed) {
   const FittedModel model = fitted(inputs, {"fresh_sulphate"});
   FittedModel start = model;
   start.fit.residual_regression = {};
-  const InputSequence samples = inputSequence(inputs.series, {0, inputs.series.size()}, {}, inputs.controlled);
+  const InputSequence samples =
+      inputSequence(inputs.series, {0, inputs.series.size()}, {}, inputs.controlled);
   ModelPoint at = pointOf(start);
-  at.state = Eigen::Map<const Eigen::VectorXd>(model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
+  at.state = Eigen::Map<const Eigen::VectorXd>(
+      model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
   at.time = at.reference_time = 0.0;
   Follower follower(Simulation(compositionOf(start.fit), at));
   for (std::size_t n = 0; n < samples.samples.size(); ++n) {
@@ -383,7 +411,8 @@ TEST(Follower, AddsWhatWasLearntInsideTheWindowsCurrents) {
   FittedModel model = fitted(inputs, {"fresh_sulphate"});
   // A constant of 1000 A is estimated: the prediction stays inside the window's range.
   model.fit.residual_regression.current = RidgeFit();
-  model.fit.residual_regression.current.centre = model.fit.residual_regression.current.weight = Eigen::VectorXd::Zero(InputMemory::kCurrentColumns);
+  model.fit.residual_regression.current.centre = model.fit.residual_regression.current.weight =
+      Eigen::VectorXd::Zero(InputMemory::kCurrentColumns);
   model.fit.residual_regression.current.scale = Eigen::VectorXd::Ones(InputMemory::kCurrentColumns);
   model.fit.residual_regression.current.constant = 1000.0;
   model.fit.residual_regression.min_current = -2.0;
@@ -398,18 +427,21 @@ TEST(Follower, AddsWhatWasLearntInsideTheWindowsCurrents) {
   const FollowedSample followed = follower.follow(sample);
   EXPECT_DOUBLE_EQ(followed.current, 33.0);
   EXPECT_GT(followed.variance, 0.0);
-  EXPECT_NEAR(followed.current - followed.regression_correction + followed.physics_error, 5.0, 1e-9);
+  EXPECT_NEAR(followed.current - followed.regression_correction + followed.physics_error, 5.0,
+              1e-9);
 }
 
 TEST(InputsOf, WithoutASourceIsTheCurrentsDrive) {
   const StartStopDrive inputs = freshTwin(0.1, 0.01, 200.0);
   FittedModel model;
   const InputSequence plain = inputsOf(model.fit, inputs.series, {0, inputs.series.size()});
-  EXPECT_TRUE(std::none_of(plain.samples.begin(), plain.samples.end(), [](const InputSample& s) { return s.voltage_controlled; }));
+  EXPECT_TRUE(std::none_of(plain.samples.begin(), plain.samples.end(),
+                           [](const InputSample& s) { return s.voltage_controlled; }));
   model.fit.source = detectControlMode(inputs.series).rule;
   model.fit.voltage_lag = 1;
   const InputSequence driven = inputsOf(model.fit, inputs.series, {0, inputs.series.size()});
-  EXPECT_TRUE(std::any_of(driven.samples.begin(), driven.samples.end(), [](const InputSample& s) { return s.voltage_controlled; }));
+  EXPECT_TRUE(std::any_of(driven.samples.begin(), driven.samples.end(),
+                          [](const InputSample& s) { return s.voltage_controlled; }));
   EXPECT_EQ(driven.samples[10].voltage, inputs.series.voltage[11]);
   EXPECT_TRUE(inputsOf(model.fit, inputs.series, {5, 5}).samples.empty());
 }

@@ -14,13 +14,15 @@ namespace {
 using namespace test;
 
 /// A composition's answer to the current of data set 1, with white noise.
-Series answeredBy(const BatteryModel& model, const Eigen::VectorXd& parameters, double duration, double noise, std::uint64_t seed,
-                  double interval = 0.1) {
+Series answeredBy(const BatteryModel& model, const Eigen::VectorXd& parameters, double duration,
+                  double noise, std::uint64_t seed, double interval = 0.1) {
   Series series;
   series.current = dataSetOneCurrent(duration, interval, seed);
-  for (std::size_t n = 0; n < series.current.size(); ++n) series.time.push_back(interval * static_cast<double>(n));
+  for (std::size_t n = 0; n < series.current.size(); ++n)
+    series.time.push_back(interval * static_cast<double>(n));
   series.voltage.assign(series.time.size(), 0.0);
-  series.voltage = voltages(model, pointOf(model, parameters), inputSequence(series, whole(series)));
+  series.voltage =
+      voltages(model, pointOf(model, parameters), inputSequence(series, whole(series)));
   Random random(seed ^ 0xA015EULL);
   for (double& u : series.voltage) u += noise * random.normal();
   return series;
@@ -65,11 +67,13 @@ std::string join(const BatteryModel& model) {
 
 bool stepsImplicitly(const BatteryModel& model) {
   for (const std::string& id : model.effects())
-    if (id == "gassing" || id == "charge_acceptance" || id == "cpe2" || id == "fresh_sulphate") return true;
+    if (id == "gassing" || id == "charge_acceptance" || id == "cpe2" || id == "fresh_sulphate")
+      return true;
   return false;
 }
 
-/// A law of its own has its strength held where it acts, so that a fit of it holds no smaller model; this is where it holds one.
+/// A law of its own has its strength held where it acts, so that a fit of it holds no smaller
+/// model; this is where it holds one.
 CompositionPoint withHeldStrengthsVanished(const BatteryModel& model, CompositionPoint point) {
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
     const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
@@ -119,7 +123,8 @@ TEST_P(Recovered, ParametersLieWithinFourStandardErrorsOfTheTruth) {
   const FitCost cost = whitened(0.001);
   const CompositionPoint nested = embedded(BatteryModel(), baseOptimum(inputs, cost), model);
   CompositionPoint strong = nested;
-  strong.parameters.tail(truth.size() - kBaseRows) = model.typicalParameters().tail(truth.size() - kBaseRows);
+  strong.parameters.tail(truth.size() - kBaseRows) =
+      model.typicalParameters().tail(truth.size() - kBaseRows);
   const CompositionProblem problem(model, inputs, cost, nested);
   const CompositionFit fit = fitComposition(problem, {nested, strong});
   EXPECT_EQ(fit.status, FitStatus::kConverged) << join(model);
@@ -131,24 +136,28 @@ TEST_P(Recovered, ParametersLieWithinFourStandardErrorsOfTheTruth) {
         << join(model) << ", row " << problem.rowOf(k) << ": " << fit.x[k] << " for " << x_true[k];
 }
 
-INSTANTIATE_TEST_SUITE_P(Compositions, Recovered,
-                         ::testing::Values(std::vector<std::string>{}, std::vector<std::string>{"ocv_soc"},
-                                           std::vector<std::string>{"charge_acceptance"}, std::vector<std::string>{"cpe2"},
-                                           std::vector<std::string>{"charge_transfer"}, std::vector<std::string>{"second_electrode"},
-                                           std::vector<std::string>{"time_skew", "fast_arc"},
-                                           std::vector<std::string>{"high_rate_depletion", "voltage_drift"},
-                                           std::vector<std::string>{"current_dependent_resistance", "acid_transport"},
-                                           std::vector<std::string>{"charge_acceptance", "acid_transport", "time_skew"}));
+INSTANTIATE_TEST_SUITE_P(
+    Compositions, Recovered,
+    ::testing::Values(std::vector<std::string>{}, std::vector<std::string>{"ocv_soc"},
+                      std::vector<std::string>{"charge_acceptance"},
+                      std::vector<std::string>{"cpe2"}, std::vector<std::string>{"charge_transfer"},
+                      std::vector<std::string>{"second_electrode"},
+                      std::vector<std::string>{"time_skew", "fast_arc"},
+                      std::vector<std::string>{"high_rate_depletion", "voltage_drift"},
+                      std::vector<std::string>{"current_dependent_resistance", "acid_transport"},
+                      std::vector<std::string>{"charge_acceptance", "acid_transport",
+                                               "time_skew"}));
 
 // ---------------------------------------------------------------------------------- one pass
 
 class Pass : public ::testing::TestWithParam<bool> {};
 
 TEST_P(Pass, GradientAndHessianAreThoseOfTheResiduals) {
-  for (const std::vector<std::string>& ids : {std::vector<std::string>{},
-                                              {"acid_transport", "current_dependent_resistance", "time_skew"},
-                                              {"charge_acceptance", "gassing", "cpe2"},
-                                              {"second_electrode", "sensor_lag", "self_heating"}}) {
+  for (const std::vector<std::string>& ids :
+       {std::vector<std::string>{},
+        {"acid_transport", "current_dependent_resistance", "time_skew"},
+        {"charge_acceptance", "gassing", "cpe2"},
+        {"second_electrode", "sensor_lag", "self_heating"}}) {
     const BatteryModel model(ids);
     const Series series = answeredBy(model, livelyPoint(model), 60.0, 0.005, 4);
     const InputSequence inputs = compressedInputs(series, whole(series));
@@ -161,7 +170,8 @@ TEST_P(Pass, GradientAndHessianAreThoseOfTheResiduals) {
     const auto weighted = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
       Eigen::VectorXd e = problem.residual(at);
       if (cost.noise) return Whitening(*cost.noise, inputs.samples).whitened(e);
-      for (Eigen::Index k = 0; k < e.size(); ++k) e[k] *= std::sqrt(problem.weightOf(static_cast<std::size_t>(k)));
+      for (Eigen::Index k = 0; k < e.size(); ++k)
+        e[k] *= std::sqrt(problem.weightOf(static_cast<std::size_t>(k)));
       return e;
     };
     const Eigen::VectorXd e = weighted(x);
@@ -176,7 +186,8 @@ TEST_P(Pass, GradientAndHessianAreThoseOfTheResiduals) {
     EXPECT_NEAR(at.cost, e.squaredNorm(), 1e-7 * e.squaredNorm());
     const Eigen::VectorXd norm = J.colwise().norm();
     for (Eigen::Index j = 0; j < problem.size(); ++j) {
-      EXPECT_NEAR(at.gradient[j], J.col(j).dot(e), 3e-3 * norm[j] * e.norm() + 1e-9) << join(model) << " row " << problem.rowOf(j);
+      EXPECT_NEAR(at.gradient[j], J.col(j).dot(e), 3e-3 * norm[j] * e.norm() + 1e-9)
+          << join(model) << " row " << problem.rowOf(j);
       for (Eigen::Index k = 0; k < problem.size(); ++k)
         EXPECT_NEAR(at.hessian(j, k), J.col(j).dot(J.col(k)), 6e-3 * norm[j] * norm[k] + 1e-9)
             << join(model) << " rows " << problem.rowOf(j) << ", " << problem.rowOf(k);
@@ -184,8 +195,9 @@ TEST_P(Pass, GradientAndHessianAreThoseOfTheResiduals) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Costs, Pass, ::testing::Bool(),
-                         [](const auto& instance) { return instance.param ? std::string("Whitened") : std::string("Weighted"); });
+INSTANTIATE_TEST_SUITE_P(Costs, Pass, ::testing::Bool(), [](const auto& instance) {
+  return instance.param ? std::string("Whitened") : std::string("Weighted");
+});
 
 TEST(CompositionProblem, PriorsAddTheirSquaresInStandardDeviations) {
   const BatteryModel model({"charge_transfer", "acid_transport"});
@@ -196,11 +208,13 @@ TEST(CompositionProblem, PriorsAddTheirSquaresInStandardDeviations) {
     FitCost with = white ? whitened(0.002) : FitCost();
     FitCost without = with;
     without.priors = false;
-    const CompositionProblem priors(model, inputs, with, start), bare(model, inputs, without, start);
+    const CompositionProblem priors(model, inputs, with, start),
+        bare(model, inputs, without, start);
     Eigen::VectorXd x = priors.coordinatesOf(start);
     NormalEquations a, b;
     ASSERT_TRUE(priors.evaluate(x, a) && bare.evaluate(x, b));
-    EXPECT_NEAR(a.cost, b.cost, 1e-12 * b.cost) << "at its magnitudes and at rest nothing is surprising";
+    EXPECT_NEAR(a.cost, b.cost, 1e-12 * b.cost)
+        << "at its magnitudes and at rest nothing is surprising";
     // One standard deviation each: e^0.5 in a time constant, 0.05 in alpha, 20 A in a state.
     CompositionPoint moved = start;
     moved.parameters[*model.parameterRow("acid_time_1")] *= std::exp(0.5);
@@ -209,7 +223,10 @@ TEST(CompositionProblem, PriorsAddTheirSquaresInStandardDeviations) {
     x = priors.coordinatesOf(moved);
     ASSERT_TRUE(priors.evaluate(x, a) && bare.evaluate(x, b));
     EXPECT_NEAR(a.cost - b.cost, 3.0 * priors.priorWeight(), 1e-9 * b.cost);
-    EXPECT_TRUE((a.hessian - b.hessian).isApprox(Eigen::MatrixXd((priors.priorWeight() * priors.priorPrecision()).asDiagonal()), 1e-6));
+    EXPECT_TRUE((a.hessian - b.hessian)
+                    .isApprox(Eigen::MatrixXd(
+                                  (priors.priorWeight() * priors.priorPrecision()).asDiagonal()),
+                              1e-6));
     EXPECT_EQ(bare.priorPrecision().norm(), 0.0);
     EXPECT_NEAR(priors.priorWeight(), white ? 1.0 : 1e-4 * 50.0, 1e-6) << "5 s of 10 Hz at 10 mV";
   }
@@ -220,7 +237,8 @@ TEST(CompositionProblem, HeldParametersStayUnlessSetFreeAndFixedOnesStay) {
   const Series series = answeredBy(model, livelyPoint(model), 30.0, 0.002, 5);
   const InputSequence inputs = inputSequence(series, whole(series));
   const CompositionPoint start = {livelyPoint(model), model.restState()};
-  const CompositionProblem usual(model, inputs, {}, start), freed(model, inputs, {}, start, {"oxygen_limit"}),
+  const CompositionProblem usual(model, inputs, {}, start),
+      freed(model, inputs, {}, start, {"oxygen_limit"}),
       fixed(model, inputs, {}, start, {}, {"beta", "gassing_slope"});
   EXPECT_EQ(usual.size(), 8);  // five, two of gassing, u_c2
   EXPECT_EQ(freed.size(), 9);
@@ -228,7 +246,8 @@ TEST(CompositionProblem, HeldParametersStayUnlessSetFreeAndFixedOnesStay) {
   const CompositionPoint moved = fixed.pointAt(fixed.coordinatesOf(start) * 1.01);
   EXPECT_EQ(moved.parameters[kRowBeta], start.parameters[kRowBeta]);
   EXPECT_NE(moved.parameters[kRowC2], start.parameters[kRowC2]);
-  EXPECT_THROW(CompositionProblem(model, inputs, {}, start, {"oxigen_limit"}), std::invalid_argument);
+  EXPECT_THROW(CompositionProblem(model, inputs, {}, start, {"oxigen_limit"}),
+               std::invalid_argument);
   EXPECT_THROW(CompositionProblem(model, inputs, {}, start, {}, {"r3"}), std::invalid_argument);
   EXPECT_THROW(CompositionProblem(model, InputSequence(), {}, start), std::invalid_argument);
 }
@@ -270,10 +289,13 @@ double curvature(const BatteryModel& model, const InputSequence& inputs, std::ui
     const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
     if (info.linear) step[j] = random.uniform(0.2, 0.8) * std::abs(info.magnitude);
   }
-  const auto at = [&](double share) { return voltages(model, pointOf(model, p + share * step), inputs); };
+  const auto at = [&](double share) {
+    return voltages(model, pointOf(model, p + share * step), inputs);
+  };
   const auto a = at(0.0), b = at(0.5), c = at(1.0);
   double most = 0.0;
-  for (std::size_t n = 0; n < a.size(); ++n) most = std::max(most, std::abs(a[n] - 2.0 * b[n] + c[n]));
+  for (std::size_t n = 0; n < a.size(); ++n)
+    most = std::max(most, std::abs(a[n] - 2.0 * b[n] + c[n]));
   return most;
 }
 
@@ -306,16 +328,20 @@ TEST_P(EveryEffect, NeverCostsMoreThanTheOptimumOfTheModelNestedInIt) {
   // A battery with more physics than either model, so that the optima lie where they like, and one
   // with none, so that nothing is there to be gained.
   for (const BatteryModel& battery :
-       {BatteryModel({"acid_transport", "current_dependent_resistance", "charge_acceptance"}), BatteryModel()}) {
+       {BatteryModel({"acid_transport", "current_dependent_resistance", "charge_acceptance"}),
+        BatteryModel()}) {
     const Series series = answeredBy(battery, typicalPoint(battery), 120.0, 0.002, 8);
     const InputSequence inputs = inputSequence(series, whole(series));
     for (FitCost cost : {FitCost(), whitened(0.002, 0.002)}) {
-      // A law on request has priors of its own for the base parameters: beside them nothing is nested.
+      // A law on request has priors of its own for the base parameters: beside them nothing is
+      // nested.
       if (effectInfo(GetParam()).on_request) cost.priors = false;
       const BatteryModel smaller(effectInfo(GetParam()).needs);
       const CompositionPoint start = embedded(BatteryModel(), baseOptimum(inputs, cost), smaller);
-      const CompositionFit before = fitComposition(CompositionProblem(smaller, inputs, cost, start), {start});
-      const CompositionPoint from = withHeldStrengthsVanished(model_, embedded(smaller, before.point, model_));
+      const CompositionFit before =
+          fitComposition(CompositionProblem(smaller, inputs, cost, start), {start});
+      const CompositionPoint from =
+          withHeldStrengthsVanished(model_, embedded(smaller, before.point, model_));
       const CompositionProblem problem(model_, inputs, cost, from);
       CompositionSearch search;
       search.max_iterations = 15;
@@ -329,7 +355,8 @@ TEST_P(EveryEffect, NeverCostsMoreThanTheOptimumOfTheModelNestedInIt) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, ::testing::ValuesIn(allIds()), [](const auto& instance) { return instance.param; });
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, ::testing::ValuesIn(allIds()),
+                         [](const auto& instance) { return instance.param; });
 
 TEST(FitComposition, GivesTheSameBitsWithOneThreadAndWithTwo) {
   const BatteryModel model({"charge_acceptance", "acid_transport"});
@@ -352,8 +379,10 @@ TEST(FitComposition, GivesTheSameBitsWithOneThreadAndWithTwo) {
 }
 
 TEST(FitComposition, ReachesTheSameOptimumWithEliminationAndWithout) {
-  for (const std::vector<std::string>& ids :
-       {std::vector<std::string>{}, {"ocv_soc"}, {"current_dependent_resistance", "acid_transport"}, {"charge_acceptance"}}) {
+  for (const std::vector<std::string>& ids : {std::vector<std::string>{},
+                                              {"ocv_soc"},
+                                              {"current_dependent_resistance", "acid_transport"},
+                                              {"charge_acceptance"}}) {
     const BatteryModel model(ids);
     const Series series = answeredBy(model, typicalPoint(model), 240.0, 0.002, 10);
     const InputSequence inputs = inputSequence(series, whole(series));
@@ -366,7 +395,8 @@ TEST(FitComposition, ReachesTheSameOptimumWithEliminationAndWithout) {
     EXPECT_NEAR(with.at.cost, without.at.cost, 1e-3) << join(model);
     const Eigen::VectorXd error = standardErrors(with.at.hessian);
     for (Eigen::Index k = 0; k < problem.size(); ++k)
-      EXPECT_NEAR(with.x[k], without.x[k], 0.05 * error[k]) << join(model) << " row " << problem.rowOf(k);
+      EXPECT_NEAR(with.x[k], without.x[k], 0.05 * error[k])
+          << join(model) << " row " << problem.rowOf(k);
   }
 }
 
@@ -374,7 +404,8 @@ TEST(FitComposition, WithEliminationFindsTheOptimumInsideTheBoundsOfManyLinearSt
   // Strengths of either sign in the data, of one sign in the bounds: which bounds hold is part of
   // the question. With the rest fixed the cost has one optimum, which a search without elimination
   // finds too.
-  const BatteryModel model({"ocv_soc", "fast_arc", "current_dependent_resistance", "contact_resistance", "coup_de_fouet", "voltage_drift"});
+  const BatteryModel model({"ocv_soc", "fast_arc", "current_dependent_resistance",
+                            "contact_resistance", "coup_de_fouet", "voltage_drift"});
   std::vector<std::string> fixed;
   for (const ParameterInfo& info : model.parameters())
     if (!info.linear) fixed.push_back(info.name);
@@ -387,30 +418,38 @@ TEST(FitComposition, WithEliminationFindsTheOptimumInsideTheBoundsOfManyLinearSt
       if (info.linear) truth[j] *= random.uniform(-1.0, 1.0);
       if (info.vanishes_at) start.parameters[j] = *info.vanishes_at;
     }
-    const Series series = answeredBy(model, truth, 120.0, 0.002, 100 + static_cast<std::uint64_t>(draw));
+    const Series series =
+        answeredBy(model, truth, 120.0, 0.002, 100 + static_cast<std::uint64_t>(draw));
     const InputSequence inputs = inputSequence(series, whole(series));
     const CompositionProblem problem(model, inputs, whitened(0.002), start, {}, fixed);
     CompositionSearch search;
     const CompositionFit with = fitComposition(problem, {start}, search);
     search.eliminate = false;
     search.max_iterations = 300;
-    EXPECT_LE(with.at.cost, fitComposition(problem, {start}, search).at.cost + 1e-2) << "draw " << draw;
-    EXPECT_TRUE((with.x.array() >= problem.lower().array()).all() && (with.x.array() <= problem.upper().array()).all());
+    EXPECT_LE(with.at.cost, fitComposition(problem, {start}, search).at.cost + 1e-2)
+        << "draw " << draw;
+    EXPECT_TRUE((with.x.array() >= problem.lower().array()).all() &&
+                (with.x.array() <= problem.upper().array()).all());
   }
 }
 
 TEST(FitComposition, OfACompressedDriveEndsWithinAThirdOfAStandardErrorOfTheFullRate) {
   for (const std::vector<std::string>& ids :
-       {std::vector<std::string>{"current_dependent_resistance", "acid_transport"}, {"charge_acceptance"}}) {
+       {std::vector<std::string>{"current_dependent_resistance", "acid_transport"},
+        {"charge_acceptance"}}) {
     const BatteryModel model(ids);
     const Series series = answeredBy(model, typicalPoint(model), 240.0, 0.002, 12, 0.01);
-    const InputSequence full = inputSequence(series, whole(series)), compressed = compressedInputs(series, whole(series));
+    const InputSequence full = inputSequence(series, whole(series)),
+                        compressed = compressedInputs(series, whole(series));
     const CompositionPoint start{typicalPoint(model), model.restState()};
-    const CompositionProblem at_full(model, full, whitened(0.002), start), at_compressed(model, compressed, whitened(0.002), start);
-    const CompositionFit fine = fitComposition(at_full, {start}), coarse = fitComposition(at_compressed, {start});
+    const CompositionProblem at_full(model, full, whitened(0.002), start),
+        at_compressed(model, compressed, whitened(0.002), start);
+    const CompositionFit fine = fitComposition(at_full, {start}),
+                         coarse = fitComposition(at_compressed, {start});
     const Eigen::VectorXd error = standardErrors(fine.at.hessian);
     for (Eigen::Index k = 0; k < at_full.size(); ++k)
-      EXPECT_LT(std::abs(fine.x[k] - coarse.x[k]), error[k] / 3.0) << join(model) << " row " << at_full.rowOf(k);
+      EXPECT_LT(std::abs(fine.x[k] - coarse.x[k]), error[k] / 3.0)
+          << join(model) << " row " << at_full.rowOf(k);
   }
 }
 
@@ -431,12 +470,15 @@ TEST(FitComposition, KeepsTheBestOfItsStarts) {
 // ---------------------------------------------------------------------------------- points
 
 TEST(Embedded, KeepsWhatIsNestedAndPutsTheRestWhereItVanishesOrIsTypical) {
-  const BatteryModel nested({"acid_transport"}), larger({"gassing", "acid_transport", "charge_transfer", "cpe2"});
+  const BatteryModel nested({"acid_transport"}),
+      larger({"gassing", "acid_transport", "charge_transfer", "cpe2"});
   CompositionPoint point{typicalPoint(nested) * 1.1, nested.restState()};
   point.state << 0.05, 3.0, -2.0;
   const CompositionPoint out = embedded(nested, point, larger);
   for (Eigen::Index j = 0; j < nested.parameterCount(); ++j)
-    EXPECT_EQ(out.parameters[*larger.parameterRow(nested.parameters()[static_cast<std::size_t>(j)].name)], point.parameters[j]);
+    EXPECT_EQ(
+        out.parameters[*larger.parameterRow(nested.parameters()[static_cast<std::size_t>(j)].name)],
+        point.parameters[j]);
   EXPECT_EQ(out.parameters[*larger.parameterRow("gassing_current")], 0.0);
   EXPECT_EQ(out.parameters[*larger.parameterRow("gassing_slope")], 1.83);
   EXPECT_EQ(out.parameters[*larger.parameterRow("exchange_current")], 1.0);
@@ -469,7 +511,8 @@ TEST(TypicalStart, TakesTheRestVoltageFromTheDrivesMean) {
   double sum = 0.0;
   for (double u : series.voltage) sum += u;
   EXPECT_NEAR(full.parameters[kRowUDc], sum / static_cast<double>(series.size()), 1e-9);
-  EXPECT_NEAR(typicalStart(model, compressedInputs(series, whole(series))).parameters[kRowUDc], full.parameters[kRowUDc], 1e-9);
+  EXPECT_NEAR(typicalStart(model, compressedInputs(series, whole(series))).parameters[kRowUDc],
+              full.parameters[kRowUDc], 1e-9);
   EXPECT_EQ(full.parameters[kRowC2], 1000.0);
 }
 

@@ -17,7 +17,8 @@ Eigen::MatrixXd lineColumns(Eigen::Index n) {
 }
 
 /// The double sum of the header, term by term.
-Eigen::MatrixXd bySums(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, const Eigen::VectorXd& w, Eigen::Index width) {
+Eigen::MatrixXd bySums(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, const Eigen::VectorXd& w,
+                       Eigen::Index width) {
   const Eigen::MatrixXd g = (e.cwiseProduct(w)).asDiagonal() * J;
   Eigen::MatrixXd B = Eigen::MatrixXd::Zero(J.cols(), J.cols());
   for (Eigen::Index a = 0; a < J.rows(); ++a)
@@ -46,7 +47,8 @@ TEST(SandwichCovariance, IsTheBartlettWeightedDoubleSum) {
   const Eigen::VectorXd e = noise(n, 0.5, 4);
   Eigen::VectorXd w = Eigen::VectorXd::Ones(n);
   w.segment(100, 50).setConstant(100.0);
-  for (Eigen::Index width : {1, 7, 140}) EXPECT_TRUE(sandwichCovariance(J, e, w, width).isApprox(bySums(J, e, w, width), 1e-9)) << width;
+  for (Eigen::Index width : {1, 7, 140})
+    EXPECT_TRUE(sandwichCovariance(J, e, w, width).isApprox(bySums(J, e, w, width), 1e-9)) << width;
 }
 
 /// Share of seeds in which the estimated intercept and slope (truth 0) lie within two standard
@@ -73,7 +75,8 @@ TEST(SandwichCovariance, HoldsItsPromiseForCorrelatedNoise) { EXPECT_GT(coverage
 TEST(SandwichCovariance, LeavesAnEmptyColumnAtZero) {
   Eigen::MatrixXd J = lineColumns(100);
   J.col(1).setZero();
-  const Eigen::MatrixXd V = sandwichCovariance(J, noise(100, 0.0, 1), Eigen::VectorXd::Ones(100), 1);
+  const Eigen::MatrixXd V =
+      sandwichCovariance(J, noise(100, 0.0, 1), Eigen::VectorXd::Ones(100), 1);
   EXPECT_GT(V(0, 0), 0.0);
   EXPECT_DOUBLE_EQ(V(1, 1), 0.0);
 }

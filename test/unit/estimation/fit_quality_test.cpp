@@ -18,16 +18,22 @@ TEST(QDyn, IsEquationSix) {
   EXPECT_NEAR(*qDyn({12.0, 13.0, 14.0}, {11.5, 13.0, 14.5}), 50.0, 1e-12);
 }
 
-TEST(QDyn, IsNegativeWhenAConstantWouldDoBetter) { EXPECT_LT(*qDyn({12.0, 13.0}, {13.0, 12.0}), 0.0); }
+TEST(QDyn, IsNegativeWhenAConstantWouldDoBetter) {
+  EXPECT_LT(*qDyn({12.0, 13.0}, {13.0, 12.0}), 0.0);
+}
 
-TEST(QDyn, IsUndefinedForAVoltageThatNeverChanges) { EXPECT_FALSE(qDyn({12.6, 12.6, 12.6}, {12.5, 12.6, 12.7}).has_value()); }
+TEST(QDyn, IsUndefinedForAVoltageThatNeverChanges) {
+  EXPECT_FALSE(qDyn({12.6, 12.6, 12.6}, {12.5, 12.6, 12.7}).has_value());
+}
 
 TEST(QDyn, RefusesDifferentLengthsAndNothing) {
   EXPECT_THROW(qDyn({12.0}, {12.0, 13.0}), std::invalid_argument);
   EXPECT_THROW(qDyn({}, {}), std::invalid_argument);
 }
 
-TEST(RootMeanSquareError, IsTheRootOfTheMeanSquare) { EXPECT_DOUBLE_EQ(rootMeanSquareError({1.0, 2.0}, {4.0, 6.0}), std::sqrt(12.5)); }
+TEST(RootMeanSquareError, IsTheRootOfTheMeanSquare) {
+  EXPECT_DOUBLE_EQ(rootMeanSquareError({1.0, 2.0}, {4.0, 6.0}), std::sqrt(12.5));
+}
 
 }  // namespace
 }  // namespace battery_sof

@@ -22,14 +22,18 @@ Eigen::MatrixXd randomCovariance(Eigen::Index size, Eigen::Index rank, std::uint
 /// A composition at its magnitudes with a covariance, standing at 100 s.
 FittedModel modelOf(const std::vector<std::string>& effects) {
   const Series series = livelyMinute(0.1);
-  FittedModel model = unfitted(series, whole(series), BatteryModel(effects), FitStatus::kConverged, "");
+  FittedModel model =
+      unfitted(series, whole(series), BatteryModel(effects), FitStatus::kConverged, "");
   const BatteryModel composition(effects);
   const Eigen::VectorXd p = typicalPoint(composition);
   model.fit.parameters = baseParameters(p);
-  for (Eigen::Index j = 0; j < p.size(); ++j) model.fit.estimates[static_cast<std::size_t>(j)].value = p[j];
+  for (Eigen::Index j = 0; j < p.size(); ++j)
+    model.fit.estimates[static_cast<std::size_t>(j)].value = p[j];
   Eigen::VectorXd std(composition.parameterCount() + composition.stateCount());
   for (Eigen::Index j = 0; j < p.size(); ++j)
-    std[j] = 0.01 * std::max(std::abs(p[j]), std::abs(composition.parameters()[static_cast<std::size_t>(j)].magnitude));
+    std[j] =
+        0.01 * std::max(std::abs(p[j]),
+                        std::abs(composition.parameters()[static_cast<std::size_t>(j)].magnitude));
   std.tail(composition.stateCount()).setConstant(0.002);
   model.fit.covariance = std.cwiseAbs2().asDiagonal();
   model.state.time = 100.0;
@@ -43,7 +47,8 @@ TEST(CovarianceFactor, TimesItsTransposeIsTheCovariance) {
     const Eigen::MatrixXd L = covarianceFactor(V);
     EXPECT_EQ(L.cols(), rank);
     for (Eigen::Index j = 0; j < 12; ++j)
-      for (Eigen::Index k = 0; k < 12; ++k) EXPECT_NEAR((L * L.transpose())(j, k), V(j, k), 1e-8 * std::sqrt(V(j, j) * V(k, k)));
+      for (Eigen::Index k = 0; k < 12; ++k)
+        EXPECT_NEAR((L * L.transpose())(j, k), V(j, k), 1e-8 * std::sqrt(V(j, j) * V(k, k)));
   }
 }
 
@@ -86,7 +91,8 @@ TEST(Rested, PutsEveryStateAtRestAndKnowsItThere) {
     EXPECT_EQ(at_rest.state.time, model.state.time);
     const Eigen::Index parameters = composition.parameterCount();
     EXPECT_EQ(at_rest.fit.covariance.bottomRows(composition.stateCount()).norm(), 0.0);
-    EXPECT_EQ(at_rest.fit.covariance.topLeftCorner(parameters, parameters), model.fit.covariance.topLeftCorner(parameters, parameters));
+    EXPECT_EQ(at_rest.fit.covariance.topLeftCorner(parameters, parameters),
+              model.fit.covariance.topLeftCorner(parameters, parameters));
   }
 }
 
@@ -136,7 +142,8 @@ TEST(TakeState, PutsStateAndItsCovarianceWhereTheSimulationStands) {
   const Eigen::MatrixXd expected = T * before.fit.covariance * T.transpose();
   for (Eigen::Index j = 0; j < size; ++j)
     for (Eigen::Index k = 0; k < size; ++k)
-      EXPECT_NEAR(after.fit.covariance(j, k), expected(j, k), 1e-3 * std::sqrt(expected(j, j) * expected(k, k)) + 1e-15);
+      EXPECT_NEAR(after.fit.covariance(j, k), expected(j, k),
+                  1e-3 * std::sqrt(expected(j, j) * expected(k, k)) + 1e-15);
 }
 
 TEST(TakeState, OfASimulationWithoutLanesLeavesTheCovarianceAlone) {
@@ -155,13 +162,15 @@ TEST(TakeState, OfASimulationWithoutLanesLeavesTheCovarianceAlone) {
 
 TEST(CarryState, OfACompositionGoesThroughEverySampleToTheLast) {
   const Series series = baseDrive(4, 60.0);
-  for (const std::vector<std::string>& ids : {std::vector<std::string>{"acid_transport"}, {"charge_acceptance", "cpe2"}}) {
+  for (const std::vector<std::string>& ids :
+       {std::vector<std::string>{"acid_transport"}, {"charge_acceptance", "cpe2"}}) {
     FittedModel model = modelOf(ids);
     model.state.time = series.time[1000];
     model.state.current = series.current[1000];
     Simulation by_hand = simulationOf(model);
     for (std::size_t n = 1001; n <= 3000; ++n)
-      by_hand.advance(inputStep(series.time[n - 1], series.current[n - 1], series.time[n], series.current[n], gapThreshold(series)));
+      by_hand.advance(inputStep(series.time[n - 1], series.current[n - 1], series.time[n],
+                                series.current[n], gapThreshold(series)));
     carryState(model, series, 3000);
     EXPECT_EQ(model.state.time, series.time[3000]);
     EXPECT_TRUE(pointOf(model).state.isApprox(by_hand.state(), 1e-10));

@@ -34,7 +34,8 @@ TEST(Identify, RecoversTheParametersOfANoiselessDrive) {
 
 TEST(Identify, EstimatesTheStateOfAWindowThatOpensFarFromRest) {
   const BaseParameters truth = test::drivenBattery();
-  const Series series = test::answered(truth, test::dataSetOneCurrent(240.0, 0.01, 5), 0.01, 0.002, 5, -0.35);
+  const Series series =
+      test::answered(truth, test::dataSetOneCurrent(240.0, 0.01, 5), 0.01, 0.002, 5, -0.35);
   const FittedModel model = identify(series, whole(series));
   EXPECT_NEAR(model.fit.parameters.c2, truth.c2, 0.02 * truth.c2);
   EXPECT_NEAR(model.fit.parameters.u_dc, truth.u_dc, 0.005);
@@ -57,8 +58,10 @@ TEST(Identify, ARobustStartSurvivesAWindowThatOpensOnACurrentEdgeThePapersDoesNo
   const double truth = test::drivenBattery().c2;
   IdentifyOptions paper;
   paper.start = FitStart::kPaper;
-  const double robust_error = std::abs(identify(series, whole(series)).fit.parameters.c2 / truth - 1.0);
-  const double paper_error = std::abs(identify(series, whole(series), paper).fit.parameters.c2 / truth - 1.0);
+  const double robust_error =
+      std::abs(identify(series, whole(series)).fit.parameters.c2 / truth - 1.0);
+  const double paper_error =
+      std::abs(identify(series, whole(series), paper).fit.parameters.c2 / truth - 1.0);
   EXPECT_LT(robust_error, 0.005);
   EXPECT_GT(paper_error, 0.02);
 }
@@ -79,7 +82,8 @@ TEST(Identify, ThePapersStartFindsTheParametersOfACleanWindow) {
 TEST(Identify, ThePapersPenaltyKeepsParametersNearTableOne) {
   BaseParameters outside = test::drivenBattery();
   outside.r_charge = 0.0002;  // below the lower bound of 0.001
-  const Series series = test::answered(outside, test::dataSetOneCurrent(240.0, 0.01, 2), 0.01, 0.002, 2);
+  const Series series =
+      test::answered(outside, test::dataSetOneCurrent(240.0, 0.01, 2), 0.01, 0.002, 2);
   IdentifyOptions options;
   options.start = FitStart::kPaper;
   const FittedModel model = identify(series, whole(series), options);
@@ -90,7 +94,8 @@ TEST(Identify, ThePapersPenaltyKeepsParametersNearTableOne) {
 TEST(Identify, ReportsAParameterThatEndsAtABoundWithoutAStandardError) {
   BaseParameters outside = test::drivenBattery();
   outside.r_charge = 0.0002;
-  const Series series = test::answered(outside, test::dataSetOneCurrent(240.0, 0.01, 2), 0.01, 0.002, 2);
+  const Series series =
+      test::answered(outside, test::dataSetOneCurrent(240.0, 0.01, 2), 0.01, 0.002, 2);
   const FittedModel model = identify(series, whole(series));
   const auto& r_charge = estimate(model.fit, "r_charge");
   EXPECT_TRUE(r_charge.at_bound);
@@ -119,7 +124,8 @@ TEST(Identify, RefusesAWindowTooShortToFit) {
 }
 
 TEST(Identify, RefusesAWindowWhoseCurrentNeverChanges) {
-  const Series series = test::answered(test::drivenBattery(), std::vector<double>(1000, -5.0), 0.01, 0.002, 1);
+  const Series series =
+      test::answered(test::drivenBattery(), std::vector<double>(1000, -5.0), 0.01, 0.002, 1);
   const FittedModel model = identify(series, whole(series));
   EXPECT_EQ(model.fit.status, FitStatus::kNotExcited);
   EXPECT_FALSE(isUsable(model.fit));
@@ -130,7 +136,8 @@ TEST(Identify, TakesAGapInsideTheWindowForARest) {
   const std::size_t half = series.size() / 2;
   const OverpotentialStep step(test::drivenBattery());
   // The drive stops, the car represents ten minutes, and goes on from the state it rested to.
-  double u = series.voltage[half - 1] - terminalVoltage(test::drivenBattery(), series.current[half - 1], 0.0);
+  double u = series.voltage[half - 1] -
+             terminalVoltage(test::drivenBattery(), series.current[half - 1], 0.0);
   u = step.advance(u, 0.0, 600.0);
   for (std::size_t n = half; n < series.size(); ++n) {
     series.time[n] += 600.0 - 0.01;
@@ -172,7 +179,8 @@ TEST(CarryState, MovesTheStateAsTheModelWould) {
   FittedModel model = identify(series, {0, 24000});
   carryState(model, series, series.size() - 1);
   EXPECT_DOUBLE_EQ(model.state.time, series.time.back());
-  const double ohmic = ohmicResistance(test::drivenBattery(), series.current.back()) * series.current.back();
+  const double ohmic =
+      ohmicResistance(test::drivenBattery(), series.current.back()) * series.current.back();
   EXPECT_NEAR(model.state.u_c2, series.voltage.back() - test::drivenBattery().u_dc - ohmic, 2e-4);
   EXPECT_THROW(carryState(model, series, 10), std::invalid_argument);
 }
@@ -186,9 +194,14 @@ TEST(BaseNormalEquations, ColumnsMatchCentralDifferences) {
     return Eigen::VectorXd(equations.columns({c2, beta, first}).col(kColumnTarget));
   };
   const double h = 1e-5;
-  const Eigen::VectorXd of_c2 = (target(900.0 * std::exp(-h), 25.0, 0.03) - target(900.0 * std::exp(h), 25.0, 0.03)) / (2 * h);
-  const Eigen::VectorXd of_beta = (target(900.0, 25.0 * std::exp(-h), 0.03) - target(900.0, 25.0 * std::exp(h), 0.03)) / (2 * h);
-  const Eigen::VectorXd of_first = (target(900.0, 25.0, 0.03 - h) - target(900.0, 25.0, 0.03 + h)) / (2 * h);
+  const Eigen::VectorXd of_c2 =
+      (target(900.0 * std::exp(-h), 25.0, 0.03) - target(900.0 * std::exp(h), 25.0, 0.03)) /
+      (2 * h);
+  const Eigen::VectorXd of_beta =
+      (target(900.0, 25.0 * std::exp(-h), 0.03) - target(900.0, 25.0 * std::exp(h), 0.03)) /
+      (2 * h);
+  const Eigen::VectorXd of_first =
+      (target(900.0, 25.0, 0.03 - h) - target(900.0, 25.0, 0.03 + h)) / (2 * h);
   EXPECT_LT((columns.col(kColumnLogC2) - of_c2).cwiseAbs().maxCoeff(), 1e-7);
   EXPECT_LT((columns.col(kColumnLogBeta) - of_beta).cwiseAbs().maxCoeff(), 1e-7);
   EXPECT_LT((columns.col(kColumnInitial) - of_first).cwiseAbs().maxCoeff(), 1e-6);
@@ -201,13 +214,15 @@ TEST(BaseNormalEquations, SumsAreThoseOfTheColumns) {
   const OverpotentialSweep::Point point{900.0, 25.0, 0.03};
   const auto columns = equations.columns(point);
   Eigen::VectorXd weight(static_cast<Eigen::Index>(samples.size()));
-  for (std::size_t n = 0; n < samples.size(); ++n) weight[static_cast<Eigen::Index>(n)] = samples[n].weight;
+  for (std::size_t n = 0; n < samples.size(); ++n)
+    weight[static_cast<Eigen::Index>(n)] = samples[n].weight;
   const Eigen::MatrixXd expected = columns.transpose() * weight.asDiagonal() * columns;
   for (const auto set : {InstructionSet::kPlain, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
     if (set > widestInstructionSet()) continue;
     const Eigen::MatrixXd sums = equations.sums(point, set).weighted;
     for (int j = 0; j < kBaseColumns; ++j)
-      for (int k = 0; k < kBaseColumns; ++k) EXPECT_NEAR(sums(j, k), expected(j, k), 1e-10 * std::sqrt(expected(j, j) * expected(k, k)));
+      for (int k = 0; k < kBaseColumns; ++k)
+        EXPECT_NEAR(sums(j, k), expected(j, k), 1e-10 * std::sqrt(expected(j, j) * expected(k, k)));
   }
   EXPECT_TRUE(equations.means(point).isApprox(columns.colwise().mean().transpose(), 1e-10));
 }

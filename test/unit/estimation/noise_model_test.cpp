@@ -16,14 +16,17 @@ const NoiseModel kTruth{0.002, 0.004, 3.0, 2e-4};
 std::vector<InputSample> unevenSamples(int count, double interval) {
   std::vector<InputSample> samples(static_cast<std::size_t>(count));
   for (int n = 0; n < count; ++n) {
-    samples[static_cast<std::size_t>(n)].step.duration = n == 0 ? 0.0 : n % 7 == 0 ? 3.0 * interval : interval;
+    samples[static_cast<std::size_t>(n)].step.duration = n == 0       ? 0.0
+                                                         : n % 7 == 0 ? 3.0 * interval
+                                                                      : interval;
     samples[static_cast<std::size_t>(n)].count = n % 5 == 0 ? 4.0 : 1.0;
   }
   return samples;
 }
 
 /// Noise made as the header says: a walk, an AR(1) and white noise.
-Eigen::VectorXd simulated(const NoiseModel& noise, const std::vector<InputSample>& samples, std::uint64_t seed) {
+Eigen::VectorXd simulated(const NoiseModel& noise, const std::vector<InputSample>& samples,
+                          std::uint64_t seed) {
   test::Random random(seed);
   Eigen::VectorXd e(static_cast<Eigen::Index>(samples.size()));
   double d = 0.0, a = noise.ar_std * random.normal();
@@ -34,7 +37,8 @@ Eigen::VectorXd simulated(const NoiseModel& noise, const std::vector<InputSample
       d += noise.walk_std * std::sqrt(dt) * random.normal();
       a = kept * a + noise.ar_std * std::sqrt(1.0 - kept * kept) * random.normal();
     }
-    e[static_cast<Eigen::Index>(n)] = d + a + noise.white_std / std::sqrt(samples[n].count) * random.normal();
+    e[static_cast<Eigen::Index>(n)] =
+        d + a + noise.white_std / std::sqrt(samples[n].count) * random.normal();
   }
   return e;
 }
@@ -44,13 +48,15 @@ Eigen::MatrixXd covarianceOf(const NoiseModel& noise, const std::vector<InputSam
   const auto size = static_cast<Eigen::Index>(samples.size());
   Eigen::VectorXd time(size);
   double t = 0.0;
-  for (Eigen::Index n = 0; n < size; ++n) time[n] = t += samples[static_cast<std::size_t>(n)].step.duration;
+  for (Eigen::Index n = 0; n < size; ++n)
+    time[n] = t += samples[static_cast<std::size_t>(n)].step.duration;
   Eigen::MatrixXd V(size, size);
   for (Eigen::Index j = 0; j < size; ++j)
     for (Eigen::Index k = 0; k < size; ++k) {
       V(j, k) = std::pow(noise.walk_std, 2) * std::min(time[j], time[k]) +
                 std::pow(noise.ar_std, 2) * std::exp(-std::abs(time[j] - time[k]) / noise.ar_time);
-      if (j == k) V(j, k) += std::pow(noise.white_std, 2) / samples[static_cast<std::size_t>(j)].count;
+      if (j == k)
+        V(j, k) += std::pow(noise.white_std, 2) / samples[static_cast<std::size_t>(j)].count;
     }
   return V;
 }
@@ -79,7 +85,8 @@ TEST(Whitening, TellsTheVarianceOfEveryInnovationAndNoneOfASampleItDoesNotTakeIn
   const Whitening without(kTruth, samples);
   EXPECT_EQ(without.logVariance(0), 0.0);
   EXPECT_EQ(without.logVariance(30), 0.0);
-  EXPECT_GT(without.logVariance(31), whole.logVariance(31)) << "what the sample would have reported is missing";
+  EXPECT_GT(without.logVariance(31), whole.logVariance(31))
+      << "what the sample would have reported is missing";
 }
 
 TEST(Whitening, TurnsItsNoiseIntoIndependentNumbersOfUnitVariance) {
@@ -99,7 +106,8 @@ TEST(Whitening, TreatsEveryColumnAlikeAndIsLinear) {
   const auto samples = unevenSamples(200, 0.1);
   const Whitening whitening(kTruth, samples);
   const Eigen::VectorXd a = simulated(kTruth, samples, 1), b = simulated(kTruth, samples, 2);
-  EXPECT_TRUE(whitening.whitened(2.0 * a - 3.0 * b).isApprox(2.0 * whitening.whitened(a) - 3.0 * whitening.whitened(b), 1e-10));
+  EXPECT_TRUE(whitening.whitened(2.0 * a - 3.0 * b)
+                  .isApprox(2.0 * whitening.whitened(a) - 3.0 * whitening.whitened(b), 1e-10));
   using Row = Eigen::Array2d;
   Whitening::Memory<Row> memory{Row::Zero(), Row::Zero()};
   const Eigen::VectorXd alone = whitening.whitened(b);
@@ -114,7 +122,8 @@ TEST(Whitening, OfWhiteNoiseAloneDividesByItsStandardDeviation) {
   const auto samples = unevenSamples(100, 0.1);
   const Eigen::VectorXd e = simulated(kTruth, samples, 4);
   const Eigen::VectorXd v = Whitening({0.002, 0.0, 1.0, 0.0}, samples).whitened(e);
-  for (Eigen::Index n = 0; n < e.size(); ++n) ASSERT_NEAR(v[n], e[n] / 0.002 * std::sqrt(samples[static_cast<std::size_t>(n)].count), 1e-9);
+  for (Eigen::Index n = 0; n < e.size(); ++n)
+    ASSERT_NEAR(v[n], e[n] / 0.002 * std::sqrt(samples[static_cast<std::size_t>(n)].count), 1e-9);
 }
 
 TEST(Whitening, RefusesANoiseThatIsNoneAndNamesThePart) {
@@ -161,10 +170,22 @@ TEST(FitNoise, IsNoLessLikelyThanTheTruthAndThanAnyNeighbour) {
   const double least = deviance(found, e, samples);
   EXPECT_LE(least, deviance(kTruth, e, samples));
   for (double factor : {0.9, 1.1}) {
-    EXPECT_LE(least, deviance({factor * found.white_std, found.ar_std, found.ar_time, found.walk_std}, e, samples) + 1e-3);
-    EXPECT_LE(least, deviance({found.white_std, factor * found.ar_std, found.ar_time, found.walk_std}, e, samples) + 1e-3);
-    EXPECT_LE(least, deviance({found.white_std, found.ar_std, factor * found.ar_time, found.walk_std}, e, samples) + 1e-3);
-    EXPECT_LE(least, deviance({found.white_std, found.ar_std, found.ar_time, factor * found.walk_std}, e, samples) + 1e-3);
+    EXPECT_LE(least,
+              deviance({factor * found.white_std, found.ar_std, found.ar_time, found.walk_std}, e,
+                       samples) +
+                  1e-3);
+    EXPECT_LE(least,
+              deviance({found.white_std, factor * found.ar_std, found.ar_time, found.walk_std}, e,
+                       samples) +
+                  1e-3);
+    EXPECT_LE(least,
+              deviance({found.white_std, found.ar_std, factor * found.ar_time, found.walk_std}, e,
+                       samples) +
+                  1e-3);
+    EXPECT_LE(least,
+              deviance({found.white_std, found.ar_std, found.ar_time, factor * found.walk_std}, e,
+                       samples) +
+                  1e-3);
   }
 }
 
@@ -187,7 +208,8 @@ TEST(Deviance, IsMinusTwiceTheLogarithmOfTheGaussianDensity) {
   const Eigen::MatrixXd V = covarianceOf(kTruth, samples);
   const Eigen::LLT<Eigen::MatrixXd> factor(V);
   const Eigen::MatrixXd L = factor.matrixL();
-  EXPECT_NEAR(deviance(kTruth, e, samples), 2.0 * L.diagonal().array().log().sum() + e.dot(factor.solve(e)), 1e-8);
+  EXPECT_NEAR(deviance(kTruth, e, samples),
+              2.0 * L.diagonal().array().log().sum() + e.dot(factor.solve(e)), 1e-8);
 }
 
 }  // namespace

@@ -29,7 +29,8 @@ TEST_F(RecordingFit, TheWindowIsChosenInsideWhereOneEndIsMissingOrItIsAskedFor) 
   const FitPlan open = planFit(series_, request_);
   ASSERT_TRUE(open.window.range);
   EXPECT_GE(series_.time[open.window.range->first], 20.0);
-  EXPECT_NEAR(series_.time[open.window.range->last - 1] - series_.time[open.window.range->first], 240.0, 1.0);
+  EXPECT_NEAR(series_.time[open.window.range->last - 1] - series_.time[open.window.range->first],
+              240.0, 1.0);
   request_.to = 390.0;
   request_.chooses_window = true;
   EXPECT_NEAR(planFit(series_, request_).window.range->size(), open.window.range->size(), 2.0);
@@ -66,7 +67,10 @@ TEST_F(RecordingFit, ARangeWithoutSamplesIsRefusedWithWhatThereIs) {
     samplesBetween(series_, 500.0, 600.0);
     FAIL();
   } catch (const std::invalid_argument& error) {
-    EXPECT_EQ(std::string(error.what()).rfind("no sample from 500.000 to 600.000 s; the recording holds 0.000 to ", 0), 0u) << error.what();
+    EXPECT_EQ(std::string(error.what())
+                  .rfind("no sample from 500.000 to 600.000 s; the recording holds 0.000 to ", 0),
+              0u)
+        << error.what();
   }
   EXPECT_THROW(samplesBetween({}, 0.0, 1.0), std::invalid_argument);
 }

@@ -24,8 +24,9 @@ std::vector<Moment> startStop(std::size_t samples, std::uint64_t seed = 3) {
       level = random.uniform(13.2, 14.4);
     }
     const bool source = phase >= 20.0;
-    drive.push_back({n == 0 ? 0.0 : 1.0, source, source ? level + 0.02 * random.normal() : 12.3 + 0.01 * load,
-                     source ? 2.0 + 20.0 * std::exp(-(phase - 20.0) / 10.0) : load + random.normal()});
+    drive.push_back(
+        {n == 0 ? 0.0 : 1.0, source, source ? level + 0.02 * random.normal() : 12.3 + 0.01 * load,
+         source ? 2.0 + 20.0 * std::exp(-(phase - 20.0) / 10.0) : load + random.normal()});
   }
   return drive;
 }
@@ -57,12 +58,14 @@ TEST(InputMemory, ComesBackFromItsNumbersAndGoesOnAsItWould) {
   InputMemory back = InputMemory::fromNumbers(memory.numbers());
   EXPECT_EQ(back.numbers(), memory.numbers());
   EXPECT_TRUE(back.begun);
-  for (std::size_t n = 137; n < drive.size(); ++n) EXPECT_EQ(back.advance(drive[n]), memory.advance(drive[n])) << n;
+  for (std::size_t n = 137; n < drive.size(); ++n)
+    EXPECT_EQ(back.advance(drive[n]), memory.advance(drive[n])) << n;
   EXPECT_FALSE(InputMemory::fromNumbers(InputMemory().numbers()).begun);
 }
 
 TEST(InputMemory, RefusesAnotherNumberOfNumbers) {
-  EXPECT_THROW(InputMemory::fromNumbers(std::vector<double>(InputMemory::kNumbers - 1, 0.0)), std::invalid_argument);
+  EXPECT_THROW(InputMemory::fromNumbers(std::vector<double>(InputMemory::kNumbers - 1, 0.0)),
+               std::invalid_argument);
   EXPECT_THROW(InputMemory::fromNumbers({}), std::invalid_argument);
 }
 
@@ -70,7 +73,8 @@ TEST(InputMemory, HasItsOwnColumnsForEachOfTheTwoQuantities) {
   InputMemory memory;
   for (const Moment& moment : startStop(100)) {
     const Eigen::VectorXd columns = memory.advance(moment);
-    EXPECT_EQ(columns.size(), moment.voltage_controlled ? InputMemory::kCurrentColumns : InputMemory::kVoltageColumns);
+    EXPECT_EQ(columns.size(), moment.voltage_controlled ? InputMemory::kCurrentColumns
+                                                        : InputMemory::kVoltageColumns);
     EXPECT_TRUE(columns.allFinite());
   }
 }
@@ -83,7 +87,8 @@ TEST(InputMemory, LaterSamplesChangeNoEarlierColumns) {
     changed[n].voltage_controlled = !changed[n].voltage_controlled;
   }
   InputMemory one, other;
-  for (std::size_t n = 0; n < 150; ++n) ASSERT_EQ(one.advance(drive[n]), other.advance(changed[n])) << n;
+  for (std::size_t n = 0; n < 150; ++n)
+    ASSERT_EQ(one.advance(drive[n]), other.advance(changed[n])) << n;
 }
 
 TEST(InputMemory, CountsTheTimesSinceEachOfTheTwoDrove) {
@@ -108,9 +113,11 @@ TEST(InputMemory, LowPassesOfAHeldDriveEndAtIt) {
 TEST(FitResidualRegression, LearnsAnErrorThatItsColumnsHold) {
   // 4 A/V of what the low pass of 30 s is behind the voltage; 2 mOhm of the current.
   test::Random random(21);
-  const ResidualSamples samples = samplesOf(startStop(1800), [&](const Moment& moment, const Eigen::VectorXd& x) {
-    return moment.voltage_controlled ? 4.0 * x[3] + 0.05 * random.normal() : 0.002 * x[0] + 0.001 * random.normal();
-  });
+  const ResidualSamples samples =
+      samplesOf(startStop(1800), [&](const Moment& moment, const Eigen::VectorXd& x) {
+        return moment.voltage_controlled ? 4.0 * x[3] + 0.05 * random.normal()
+                                         : 0.002 * x[0] + 0.001 * random.normal();
+      });
   std::vector<double> left_out;
   const ResidualRegression residual_regression = fitResidualRegression(samples, &left_out);
   ASSERT_FALSE(residual_regression.current.empty());
@@ -130,13 +137,14 @@ TEST(FitResidualRegression, LearnsAnErrorThatItsColumnsHold) {
 }
 
 TEST(FitResidualRegression, LearnsNothingToSpeakOfFromNoise) {
-  // Of ten draws of noise: what is estimated takes out at most a fiftieth of its square (9 columns, 400 samples of a voltage), and
-  // in half of the cases or more nothing is.
+  // Of ten draws of noise: what is estimated takes out at most a fiftieth of its square (9 columns,
+  // 400 samples of a voltage), and in half of the cases or more nothing is.
   int empty = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     test::Random random(seed);
     const ResidualSamples samples =
-        samplesOf(startStop(1200, seed), [&](const Moment&, const Eigen::VectorXd&) { return random.normal(); });
+        samplesOf(startStop(1200, seed),
+                  [&](const Moment&, const Eigen::VectorXd&) { return random.normal(); });
     const ResidualRegression residual_regression = fitResidualRegression(samples);
     empty += residual_regression.current.empty() ? 1 : 0;
     empty += residual_regression.voltage.empty() ? 1 : 0;
@@ -150,7 +158,8 @@ TEST(FitResidualRegression, LearnsNothingFromTooFewSamples) {
   const auto error = [](const Moment&, const Eigen::VectorXd& x) { return x[0]; };
   // 30 samples of a voltage are not there, nor 60 of a current.
   EXPECT_TRUE(fitResidualRegression(samplesOf(startStop(65), error)).empty());
-  const ResidualRegression residual_regression = fitResidualRegression(samplesOf(startStop(110), error));
+  const ResidualRegression residual_regression =
+      fitResidualRegression(samplesOf(startStop(110), error));
   EXPECT_FALSE(residual_regression.voltage.empty());  // 40 of them
   EXPECT_FALSE(residual_regression.current.empty());  // 70
   EXPECT_TRUE(fitResidualRegression(ResidualSamples{}).empty());
@@ -158,7 +167,9 @@ TEST(FitResidualRegression, LearnsNothingFromTooFewSamples) {
 
 TEST(FitResidualRegression, PredictionsOutsideTheWindowsRangeStayAtItsEnds) {
   const ResidualSamples samples =
-      samplesOf(startStop(1200), [](const Moment& moment, const Eigen::VectorXd& x) { return moment.voltage_controlled ? x[0] : x[0] * 1e-3; });
+      samplesOf(startStop(1200), [](const Moment& moment, const Eigen::VectorXd& x) {
+        return moment.voltage_controlled ? x[0] : x[0] * 1e-3;
+      });
   const ResidualRegression residual_regression = fitResidualRegression(samples);
   Eigen::VectorXd far = residual_regression.voltage.upper;
   const double at_end = residual_regression.voltage.at(far);

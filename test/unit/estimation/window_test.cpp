@@ -9,13 +9,15 @@ namespace {
 
 TEST(DefaultWindowLength, IsThePapersFourMinutesOrNineHundredSamples) {
   EXPECT_DOUBLE_EQ(defaultWindowLength(test::baseDrive(1, 10.0)), 240.0);
-  const Series slow = test::answered(test::drivenBattery(), std::vector<double>(100, -1.0), 1.0, 0.0, 1);
+  const Series slow =
+      test::answered(test::drivenBattery(), std::vector<double>(100, -1.0), 1.0, 0.0, 1);
   EXPECT_DOUBLE_EQ(defaultWindowLength(slow), 900.0);
 }
 
 TEST(WindowQuality, IsHigherForADriveThanForARest) {
   const Series drive = test::baseDrive(1, 60.0);
-  const Series rest = test::answered(test::drivenBattery(), std::vector<double>(6000, -1.0), 0.01, 0.002, 1);
+  const Series rest =
+      test::answered(test::drivenBattery(), std::vector<double>(6000, -1.0), 0.01, 0.002, 1);
   EXPECT_GT(windowExcitation(drive, {0, 6000}), 0.5);
   EXPECT_LT(windowExcitation(rest, {0, 6000}), 0.1);
 }
@@ -109,8 +111,10 @@ TEST(ExcitedRange, AddsUpIntervalsAndRunsAsTheirDefinitionSays) {
     Series series;
     double level = 0.0;
     for (int k = 0; k < 500; ++k) {
-      if (random.uniform(0.0, 1.0) < 0.1) level = random.uniform(0.0, 1.0) < 0.3 ? 0.0 : random.uniform(-2.0, 2.0);
-      series.time.push_back((series.empty() ? 0.0 : series.time.back()) + (random.uniform(0.0, 1.0) < 0.02 ? 30.0 : 1.0));
+      if (random.uniform(0.0, 1.0) < 0.1)
+        level = random.uniform(0.0, 1.0) < 0.3 ? 0.0 : random.uniform(-2.0, 2.0);
+      series.time.push_back((series.empty() ? 0.0 : series.time.back()) +
+                            (random.uniform(0.0, 1.0) < 0.02 ? 30.0 : 1.0));
       series.current.push_back(level);
       series.voltage.push_back(12.0 + 0.1 * random.normal());
     }
@@ -119,7 +123,9 @@ TEST(ExcitedRange, AddsUpIntervalsAndRunsAsTheirDefinitionSays) {
     const IndexRange range{7, 480};
     for (std::size_t n = range.first + 1; n < range.last; ++n) {
       const double between = series.time[n] - series.time[n - 1];
-      charge.push_back(charge.back() + (between > 10.0 ? 0.0 : between * 0.5 * (series.current[n - 1] + series.current[n])));
+      charge.push_back(
+          charge.back() +
+          (between > 10.0 ? 0.0 : between * 0.5 * (series.current[n - 1] + series.current[n])));
       for (const int way : {0, 1}) {
         const double i = way == 0 ? series.current[n] : -series.current[n];
         const double interval = series.time[n] - series.time[n - 1];
@@ -144,7 +150,8 @@ TEST(WindowExcitation, AsksForNoWeights) {
   const std::vector<char> masked(series.size(), 1);
   const IndexRange range{17, series.size()};
   const WindowSamples samples(series, range, {10.0, -20.0}, 5.0, masked);
-  EXPECT_DOUBLE_EQ(windowExcitation(samples, series.time.back() - series.time[17]), windowExcitation(series, range));
+  EXPECT_DOUBLE_EQ(windowExcitation(samples, series.time.back() - series.time[17]),
+                   windowExcitation(series, range));
 }
 
 }  // namespace

@@ -14,9 +14,12 @@ namespace {
 using test::drivenBattery;
 
 /// Classical Runge-Kutta over an interval, the reference for every step.
-double fineReference(const BaseParameters& p, double u, const std::function<double(double)>& current, double dt, int steps) {
+double fineReference(const BaseParameters& p, double u,
+                     const std::function<double(double)>& current, double dt, int steps) {
   const double h = dt / steps;
-  const auto rate = [&](double t, double v) { return (current(t) - chargeTransferCurrent(p, v)) / p.c2; };
+  const auto rate = [&](double t, double v) {
+    return (current(t) - chargeTransferCurrent(p, v)) / p.c2;
+  };
   for (int k = 0; k < steps; ++k) {
     const double t = k * h;
     const double k1 = rate(t, u);
@@ -58,7 +61,8 @@ TEST(TableOne, HoldsThePapersMagnitudesAndBounds) {
 TEST(ChargeTransferCurrent, IsEquationOne) {
   const BaseParameters p = with(1000.0, 20.0, 0.3);
   const double u = 0.07;
-  EXPECT_DOUBLE_EQ(chargeTransferCurrent(p, u), std::exp(0.3 * 20.0 * u) - std::exp(-0.7 * 20.0 * u));
+  EXPECT_DOUBLE_EQ(chargeTransferCurrent(p, u),
+                   std::exp(0.3 * 20.0 * u) - std::exp(-0.7 * 20.0 * u));
   EXPECT_DOUBLE_EQ(chargeTransferCurrent(p, 0.0), 0.0);
 }
 
@@ -118,14 +122,17 @@ TEST(OverpotentialStep, StaysBetweenStateAndSettledValueOverTheWholeBox) {
             const BaseParameters p = with(c2, beta);
             const double settled = settledOverpotential(p, current);
             const double next = OverpotentialStep(p).advance(u, current, dt);
-            EXPECT_GE(next, std::min(u, settled) - 1e-12) << c2 << " F " << beta << " 1/V " << dt << " s";
-            EXPECT_LE(next, std::max(u, settled) + 1e-12) << c2 << " F " << beta << " 1/V " << dt << " s";
+            EXPECT_GE(next, std::min(u, settled) - 1e-12)
+                << c2 << " F " << beta << " 1/V " << dt << " s";
+            EXPECT_LE(next, std::max(u, settled) + 1e-12)
+                << c2 << " F " << beta << " 1/V " << dt << " s";
           }
 }
 
 TEST(OverpotentialStep, SettlesUnderALongHeldCurrent) {
   for (double current : {-300.0, -20.0, 5.0, 120.0})
-    EXPECT_NEAR(OverpotentialStep(drivenBattery()).advance(0.4, current, 3600.0), settledOverpotential(drivenBattery(), current), 1e-12);
+    EXPECT_NEAR(OverpotentialStep(drivenBattery()).advance(0.4, current, 3600.0),
+                settledOverpotential(drivenBattery(), current), 1e-12);
 }
 
 TEST(OverpotentialStep, IsExactUnderAHeldCurrent) {
@@ -161,7 +168,8 @@ TEST(OverpotentialStep, WithUnevenSymmetryFollowsTheFineReference) {
         const BaseParameters p = with(900.0, 25.0, alpha);
         const double reference = fineReference(
             p, 0.04, [&](double) { return current; }, dt, 200000);
-        EXPECT_NEAR(OverpotentialStep(p).advance(0.04, current, dt), reference, 2e-5) << alpha << " " << current;
+        EXPECT_NEAR(OverpotentialStep(p).advance(0.04, current, dt), reference, 2e-5)
+            << alpha << " " << current;
       }
 }
 
@@ -186,7 +194,9 @@ TEST(OverpotentialStep, ImplicitAndClosedFormMeetAtEvenSymmetry) {
 }
 
 /// Central difference of a step in one of its inputs.
-double centralDifference(const std::function<double(double)>& f, double x, double h) { return (f(x + h) - f(x - h)) / (2.0 * h); }
+double centralDifference(const std::function<double(double)>& f, double x, double h) {
+  return (f(x + h) - f(x - h)) / (2.0 * h);
+}
 
 TEST(OverpotentialStep, DerivativesMatchCentralDifferencesInsideAndAtTheBounds) {
   for (double alpha : {0.5, 0.35})
@@ -194,15 +204,26 @@ TEST(OverpotentialStep, DerivativesMatchCentralDifferencesInsideAndAtTheBounds) 
       for (double beta : {1.0, 22.0, 1000.0})
         for (double current : {-250.0, -1e-3, 0.0, 30.0}) {
           const double u = 0.3 / beta, dt = 0.5;
-          const Overpotential after = OverpotentialStep(with(c2, beta, alpha)).advance(Overpotential{u, 1.0, 0.0, 0.0}, current, dt);
-          const auto of_c2 = [&](double x) { return OverpotentialStep(with(x, beta, alpha)).advance(u, current, dt); };
-          const auto of_beta = [&](double x) { return OverpotentialStep(with(c2, x, alpha)).advance(u, current, dt); };
-          const auto of_u = [&](double x) { return OverpotentialStep(with(c2, beta, alpha)).advance(x, current, dt); };
-          const double tolerance = alpha == 0.5 ? 1e-6 : 2e-3;  // step control moves between differences
+          const Overpotential after = OverpotentialStep(with(c2, beta, alpha))
+                                          .advance(Overpotential{u, 1.0, 0.0, 0.0}, current, dt);
+          const auto of_c2 = [&](double x) {
+            return OverpotentialStep(with(x, beta, alpha)).advance(u, current, dt);
+          };
+          const auto of_beta = [&](double x) {
+            return OverpotentialStep(with(c2, x, alpha)).advance(u, current, dt);
+          };
+          const auto of_u = [&](double x) {
+            return OverpotentialStep(with(c2, beta, alpha)).advance(x, current, dt);
+          };
+          // step control moves between differences
+          const double tolerance = alpha == 0.5 ? 1e-6 : 2e-3;
           const double scale = std::abs(after.value) + u;
-          EXPECT_NEAR(after.d_c2 * c2, centralDifference(of_c2, c2, 1e-4 * c2) * c2, tolerance * scale);
-          EXPECT_NEAR(after.d_beta * beta, centralDifference(of_beta, beta, 1e-4 * beta) * beta, tolerance * scale);
-          EXPECT_NEAR(after.d_initial * u, centralDifference(of_u, u, 1e-4 * u) * u, tolerance * scale);
+          EXPECT_NEAR(after.d_c2 * c2, centralDifference(of_c2, c2, 1e-4 * c2) * c2,
+                      tolerance * scale);
+          EXPECT_NEAR(after.d_beta * beta, centralDifference(of_beta, beta, 1e-4 * beta) * beta,
+                      tolerance * scale);
+          EXPECT_NEAR(after.d_initial * u, centralDifference(of_u, u, 1e-4 * u) * u,
+                      tolerance * scale);
         }
 }
 

@@ -27,7 +27,8 @@ InputSequence lively() {
 
 /// Base parameters and factors one after the other, then u_c2 at the start.
 Eigen::MatrixXd everyDirection(const BatteryModel& model) {
-  return Eigen::MatrixXd::Identity(model.parameterCount() + model.stateCount(), model.parameterCount() + 1);
+  return Eigen::MatrixXd::Identity(model.parameterCount() + model.stateCount(),
+                                   model.parameterCount() + 1);
 }
 
 /// Where no column has a kink.
@@ -39,12 +40,15 @@ ModelPoint startOf(const BatteryModel& model) {
 
 ModelPoint moved(const ModelPoint& start, Eigen::Index direction, double by) {
   ModelPoint at = start;
-  (direction < start.parameters.size() ? at.parameters[direction] : at.state[direction - start.parameters.size()]) += by;
+  (direction < start.parameters.size() ? at.parameters[direction]
+                                       : at.state[direction - start.parameters.size()]) += by;
   return at;
 }
 
 double stepOf(const ModelPoint& start, Eigen::Index direction) {
-  return direction < start.parameters.size() ? 1e-5 * std::max(0.01, std::abs(start.parameters[direction])) : 1e-6;
+  return direction < start.parameters.size()
+             ? 1e-5 * std::max(0.01, std::abs(start.parameters[direction]))
+             : 1e-6;
 }
 
 TEST(DiscrepancyEffect, StandsInACompositionWithAFactorAFamily) {
@@ -57,29 +61,36 @@ TEST(DiscrepancyEffect, StandsInACompositionWithAFactorAFamily) {
 
 TEST(DiscrepancyEffect, NeedsItsForceAndAForceItsName) {
   EXPECT_THROW(BatteryModel({"learned"}), std::invalid_argument);
-  EXPECT_THROW(BatteryModel({"gassing"}, std::make_shared<const DiscrepancyModel>(madeDiscrepancyModel())), std::invalid_argument);
+  EXPECT_THROW(
+      BatteryModel({"gassing"}, std::make_shared<const DiscrepancyModel>(madeDiscrepancyModel())),
+      std::invalid_argument);
   DiscrepancyModel odd = madeDiscrepancyModel();
   odd.scale[3] = 0.0;
-  EXPECT_THROW(BatteryModel({"learned"}, std::make_shared<const DiscrepancyModel>(odd)), std::invalid_argument);
+  EXPECT_THROW(BatteryModel({"learned"}, std::make_shared<const DiscrepancyModel>(odd)),
+               std::invalid_argument);
   odd = madeDiscrepancyModel();
   odd.weight[0] = std::nan("");
-  EXPECT_THROW(BatteryModel({"learned"}, std::make_shared<const DiscrepancyModel>(odd)), std::invalid_argument);
+  EXPECT_THROW(BatteryModel({"learned"}, std::make_shared<const DiscrepancyModel>(odd)),
+               std::invalid_argument);
 }
 
 TEST(DiscrepancyEffect, OfFactorsZeroAndNoChangeOfTheCircuitIsTheBaseCircuit) {
   DiscrepancyModel discrepancy = madeDiscrepancyModel();
   discrepancy.base_change.setZero();
-  const BatteryModel model({"learned"}, std::make_shared<const DiscrepancyModel>(discrepancy)), base;
+  const BatteryModel model({"learned"}, std::make_shared<const DiscrepancyModel>(discrepancy)),
+      base;
   Eigen::VectorXd parameters = typicalPoint(model);
   parameters.tail(model.parameterCount() - kBaseRows).setZero();
-  EXPECT_EQ(voltages(base, pointOf(base, typicalPoint(base)), lively()), voltages(model, pointOf(model, parameters), lively()));
+  EXPECT_EQ(voltages(base, pointOf(base, typicalPoint(base)), lively()),
+            voltages(model, pointOf(model, parameters), lively()));
 }
 
 TEST(DiscrepancyEffect, AddsItsColumnsTimesTheirWeights) {
   const BatteryModel model = madeModelWithDiscrepancy(), base;
   DiscrepancyModel discrepancy = madeDiscrepancyModel();
   const InputSequence inputs = lively();
-  Simulation with(model, pointOf(model, typicalPoint(model))), without(base, pointOf(base, typicalPoint(base)));
+  Simulation with(model, pointOf(model, typicalPoint(model))),
+      without(base, pointOf(base, typicalPoint(base)));
   RegressorMemory memory(discrepancy.columns, discrepancy.context);
   Eigen::VectorXd values(discrepancy.weight.size());
   DiscrepancyModel circuit = discrepancy;
@@ -90,14 +101,18 @@ TEST(DiscrepancyEffect, AddsItsColumnsTimesTheirWeights) {
     with.advance(sample.step);
     without.advance(sample.step);
     of_circuit.advance(sample.step);
-    memory.advance({sample.step.duration, sample.step.current, sample.step.held, false, without.state()[0], sample.step.time}, values);
-    const double expected = ((values - discrepancy.centre).cwiseQuotient(discrepancy.scale)).dot(discrepancy.weight);
+    memory.advance({sample.step.duration, sample.step.current, sample.step.held, false,
+                    without.state()[0], sample.step.time},
+                   values);
+    const double expected =
+        ((values - discrepancy.centre).cwiseQuotient(discrepancy.scale)).dot(discrepancy.weight);
     ASSERT_NEAR(of_circuit.voltage() + expected, with.voltage(), 1e-10) << sample.step.time;
   }
 }
 
 TEST(DiscrepancyEffect, DerivativesAgreeWithDifferencesUnderACurrent) {
-  for (const std::vector<std::string>& effects : {std::vector<std::string>{}, std::vector<std::string>{"charge_acceptance", "ocv_soc"}}) {
+  for (const std::vector<std::string>& effects :
+       {std::vector<std::string>{}, std::vector<std::string>{"charge_acceptance", "ocv_soc"}}) {
     const BatteryModel model = madeModelWithDiscrepancy(effects);
     const ModelPoint start = startOf(model);
     Simulation carried(model, start, everyDirection(model));
@@ -111,15 +126,18 @@ TEST(DiscrepancyEffect, DerivativesAgreeWithDifferencesUnderACurrent) {
       const auto up = voltages(model, moved(start, direction, step), lively()),
                  down = voltages(model, moved(start, direction, -step), lively());
       double largest = 0.0;
-      for (std::size_t n = 0; n < up.size(); ++n) largest = std::max(largest, std::abs(slopes[n][direction]));
       for (std::size_t n = 0; n < up.size(); ++n)
-        ASSERT_NEAR((up[n] - down[n]) / (2.0 * step), slopes[n][direction], 1e-4 * largest + 1e-9) << direction << " at sample " << n;
+        largest = std::max(largest, std::abs(slopes[n][direction]));
+      for (std::size_t n = 0; n < up.size(); ++n)
+        ASSERT_NEAR((up[n] - down[n]) / (2.0 * step), slopes[n][direction], 1e-4 * largest + 1e-9)
+            << direction << " at sample " << n;
     }
   }
 }
 
 TEST(DiscrepancyEffect, DerivativesOfTheCurrentAgreeWithDifferencesBehindASource) {
-  for (const std::vector<std::string>& effects : {std::vector<std::string>{}, std::vector<std::string>{"fresh_sulphate"}}) {
+  for (const std::vector<std::string>& effects :
+       {std::vector<std::string>{}, std::vector<std::string>{"fresh_sulphate"}}) {
     const BatteryModel model = madeModelWithDiscrepancy(effects);
     const ModelPoint start = startOf(model);
     const auto currents = [&](Simulation simulation, std::vector<Eigen::VectorXd>* slopes) {
@@ -138,9 +156,11 @@ TEST(DiscrepancyEffect, DerivativesOfTheCurrentAgreeWithDifferencesBehindASource
       const auto up = currents(Simulation(model, moved(start, direction, step)), nullptr),
                  down = currents(Simulation(model, moved(start, direction, -step)), nullptr);
       double largest = 0.0;
-      for (std::size_t n = 0; n < up.size(); ++n) largest = std::max(largest, std::abs(slopes[n][direction]));
       for (std::size_t n = 0; n < up.size(); ++n)
-        ASSERT_NEAR((up[n] - down[n]) / (2.0 * step), slopes[n][direction], 1e-3 * largest + 1e-12 / step)
+        largest = std::max(largest, std::abs(slopes[n][direction]));
+      for (std::size_t n = 0; n < up.size(); ++n)
+        ASSERT_NEAR((up[n] - down[n]) / (2.0 * step), slopes[n][direction],
+                    1e-3 * largest + 1e-12 / step)
             << (effects.empty() ? "base" : effects.front()) << " " << direction << " at step " << n;
     }
   }
@@ -173,9 +193,11 @@ TEST(DiscrepancyEffect, IsHeldInsideWhatItWasLearntOnAndSaysByHowMuch) {
   discrepancy.weight = one(0.01);
   discrepancy.base_change.setZero();
   discrepancy.parts = {{Mechanism::kStructure, 0.1}};
-  const BatteryModel model({"learned"}, std::make_shared<const DiscrepancyModel>(discrepancy)), base;
+  const BatteryModel model({"learned"}, std::make_shared<const DiscrepancyModel>(discrepancy)),
+      base;
   const auto added = [&](double current, double* beyond) {
-    Simulation with(model, pointOf(model, typicalPoint(model))), without(base, pointOf(base, typicalPoint(base)));
+    Simulation with(model, pointOf(model, typicalPoint(model))),
+        without(base, pointOf(base, typicalPoint(base)));
     hold(with, current, 1.0);
     hold(without, current, 1.0);
     *beyond = with.beyondIdentified();
@@ -204,11 +226,14 @@ TEST(DiscrepancyEffect, AChangeOfTheCircuitIsThatOfItsParametersWhereItIsSmall) 
       changed.parameters[direction] *= std::exp(by);
     else
       changed.parameters[direction] += by;
-    const auto expected = voltages(base, changed, inputs), alone = voltages(base, pointOf(base, typicalPoint(base)), inputs);
+    const auto expected = voltages(base, changed, inputs),
+               alone = voltages(base, pointOf(base, typicalPoint(base)), inputs);
     const auto found = voltages(model, pointOf(model, typicalPoint(model)), inputs);
     double largest = 0.0;
-    for (std::size_t n = 0; n < found.size(); ++n) largest = std::max(largest, std::abs(expected[n] - alone[n]));
-    for (std::size_t n = 0; n < found.size(); ++n) ASSERT_NEAR(expected[n], found[n], 0.02 * largest) << direction << " at sample " << n;
+    for (std::size_t n = 0; n < found.size(); ++n)
+      largest = std::max(largest, std::abs(expected[n] - alone[n]));
+    for (std::size_t n = 0; n < found.size(); ++n)
+      ASSERT_NEAR(expected[n], found[n], 0.02 * largest) << direction << " at sample " << n;
   }
 }
 
@@ -216,13 +241,16 @@ TEST(DiscrepancyEffect, RestedMemoryLetsMemoriesFadeAndKeepsTheChargeCounted) {
   const BatteryModel model = madeModelWithDiscrepancy();
   Simulation simulation(model, pointOf(model, typicalPoint(model)));
   for (const InputSample& sample : lively().samples) simulation.advance(sample.step);
-  const std::vector<double> before = simulation.regressorMemory(), rested = restedMemory(*model.discrepancy(), before);
+  const std::vector<double> before = simulation.regressorMemory(),
+                            rested = restedMemory(*model.discrepancy(), before);
   ASSERT_EQ(before.size(), rested.size());
   for (std::size_t k = 0; k < model.discrepancy()->columns.size(); ++k)
     if (model.discrepancy()->columns[k].kind == RegressorKind::kChargeMemory) {
       EXPECT_NEAR(0.0, rested[k], 1e-6);
     }
-  EXPECT_EQ(before[model.discrepancy()->columns.size()], rested[model.discrepancy()->columns.size()]) << "charge counted";
+  EXPECT_EQ(before[model.discrepancy()->columns.size()],
+            rested[model.discrepancy()->columns.size()])
+      << "charge counted";
 }
 
 }  // namespace

@@ -28,14 +28,15 @@ Eigen::VectorXd vanished(const BatteryModel& model) {
   return p;
 }
 
-/// Largest difference between the derivatives a simulation carries and central differences, relative to the largest
-/// derivative of the lane [1], and where.
+/// Largest difference between the derivatives a simulation carries and central differences,
+/// relative to the largest derivative of the lane [1], and where.
 struct DerivativeError {
   double relative = 0.0;
   std::string where;
 };
 
-DerivativeError worstDerivative(const BatteryModel& model, const Eigen::VectorXd& p, const Eigen::VectorXd& x, const InputSequence& inputs,
+DerivativeError worstDerivative(const BatteryModel& model, const Eigen::VectorXd& p,
+                                const Eigen::VectorXd& x, const InputSequence& inputs,
                                 const std::set<std::string>& skipped = {}) {
   const Eigen::Index tangents = p.size() + 1;
   Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(p.size() + x.size(), tangents);
@@ -49,10 +50,15 @@ DerivativeError worstDerivative(const BatteryModel& model, const Eigen::VectorXd
   }
   DerivativeError worst;
   for (Eigen::Index j = 0; j < tangents; ++j) {
-    const std::string name = j < p.size() ? model.parameters()[static_cast<std::size_t>(j)].name : "u_c2 at the start";
+    const std::string name =
+        j < p.size() ? model.parameters()[static_cast<std::size_t>(j)].name : "u_c2 at the start";
     if (skipped.count(name)) continue;
     const double h =
-        j < p.size() ? 1e-4 * std::max(std::abs(p[j]), 0.01 * model.parameters()[static_cast<std::size_t>(j)].magnitude + 1e-9) : 1e-4;
+        j < p.size()
+            ? 1e-4 *
+                  std::max(std::abs(p[j]),
+                           0.01 * model.parameters()[static_cast<std::size_t>(j)].magnitude + 1e-9)
+            : 1e-4;
     const auto moved = [&](double by) {
       Eigen::VectorXd q = p, y = x;
       (j < p.size() ? q[j] : y[0]) += by;
@@ -61,7 +67,8 @@ DerivativeError worstDerivative(const BatteryModel& model, const Eigen::VectorXd
     const auto up = moved(h), down = moved(-h);
     Eigen::VectorXd difference(exact.rows());
     for (Eigen::Index n = 0; n < exact.rows(); ++n)
-      difference[n] = (up[static_cast<std::size_t>(n)] - down[static_cast<std::size_t>(n)]) / (2.0 * h);
+      difference[n] =
+          (up[static_cast<std::size_t>(n)] - down[static_cast<std::size_t>(n)]) / (2.0 * h);
     // What a microvolt in the differences amounts to is not counted against the derivative.
     const double scale = exact.col(j).cwiseAbs().maxCoeff() + 1e-6 / h;
     const double error = (difference - exact.col(j)).cwiseAbs().maxCoeff() / scale;
@@ -104,8 +111,10 @@ TEST(EffectCatalogue, HoldsEveryEquationOfTheThreeTiersUnderItsOwnName) {
 TEST(EffectCatalogue, NamesOfParametersAndStatesAreUnique) {
   std::set<std::string> names = {"r_discharge", "r_charge", "c2", "beta", "u_dc", "u_c2"};
   for (const EffectInfo& info : effectCatalogue()) {
-    for (const auto& parameter : info.parameters) EXPECT_TRUE(names.insert(parameter.name).second) << parameter.name;
-    for (const auto& state : info.states) EXPECT_TRUE(names.insert(state.name).second) << state.name;
+    for (const auto& parameter : info.parameters)
+      EXPECT_TRUE(names.insert(parameter.name).second) << parameter.name;
+    for (const auto& state : info.states)
+      EXPECT_TRUE(names.insert(state.name).second) << state.name;
   }
 }
 
@@ -146,8 +155,10 @@ TEST_P(EveryEffect, WithoutStrengthIsTheBaseModelExactly) {
   // Effects on the double layer are stepped implicitly: equal to that step's own tolerance.
   bool implicit = false;
   for (const std::string& id : model_.effects())
-    implicit = implicit || id == "gassing" || id == "charge_acceptance" || id == "cpe2" || id == "fresh_sulphate";
-  for (std::size_t n = 0; n < plain.size(); ++n) ASSERT_NEAR(composed[n], plain[n], implicit ? 5e-5 : 1e-12) << n;
+    implicit = implicit || id == "gassing" || id == "charge_acceptance" || id == "cpe2" ||
+               id == "fresh_sulphate";
+  for (std::size_t n = 0; n < plain.size(); ++n)
+    ASSERT_NEAR(composed[n], plain[n], implicit ? 5e-5 : 1e-12) << n;
 }
 
 TEST_P(EveryEffect, AtItsMagnitudeChangesTheVoltage) {
@@ -159,8 +170,10 @@ TEST_P(EveryEffect, AtItsMagnitudeChangesTheVoltage) {
   const auto with = voltages(model_, pointOf(model_, p), inputs);
   const auto without = voltages(model_, pointOf(model_, vanished(model_)), inputs);
   double most = 0.0;
-  for (std::size_t n = 0; n < with.size(); ++n) most = std::max(most, std::abs(with[n] - without[n]));
-  // A minute barely warms a battery, and side reactions hide (docs/physics.md#what-the-base-circuit-absorbs).
+  for (std::size_t n = 0; n < with.size(); ++n)
+    most = std::max(most, std::abs(with[n] - without[n]));
+  // A minute barely warms a battery, and side reactions hide
+  // (docs/physics.md#what-the-base-circuit-absorbs).
   EXPECT_GT(most, 1e-5);
 }
 
@@ -183,8 +196,9 @@ TEST_P(EveryEffect, CarriesDerivativesWhereItVanishes) {
   // One-sided there: skew and lag change sides, widths and rates are bounded by zero.
   const DerivativeError worst =
       worstDerivative(model_, p, model_.restState(), inputs,
-                      {"channel_skew", "channel_lag", "transition_width", "dispersion", "b3", "inverse_limiting_current",
-                       "inverse_depletion_current", "inverse_history_charge", "inverse_heat_capacity", "gassing_current"});
+                      {"channel_skew", "channel_lag", "transition_width", "dispersion", "b3",
+                       "inverse_limiting_current", "inverse_depletion_current",
+                       "inverse_history_charge", "inverse_heat_capacity", "gassing_current"});
   EXPECT_LT(worst.relative, 2e-3) << worst.where;
 }
 
@@ -206,15 +220,19 @@ TEST_P(EveryEffect, StepsOfASecondStayWithinAMillivoltOfAHundredTimesFinerOnes) 
       part.time = series.time[n - 1] + part.duration * k;
       fine.advance(part);
     }
-    // A lag of the voltage channel takes the voltage as linear between samples: that is its own input, not its error.
-    if (GetParam() != "sensor_lag") worst = std::max(worst, std::abs(coarse.voltage() - fine.voltage()));
+    // A lag of the voltage channel takes the voltage as linear between samples: that is its own
+    // input, not its error.
+    if (GetParam() != "sensor_lag")
+      worst = std::max(worst, std::abs(coarse.voltage() - fine.voltage()));
     if (series.time[n] <= 20.0) {
       EXPECT_LT(worst, 1e-3) << series.time[n];
     }
   }
-  // 35 A forced on a reservoir that empties is what fresh_sulphate is ill-posed for (it is fitted where the voltage drives): there
-  // its first-order steps of half a second differ by more, 11.6 mV at most. Discharges, cranks and 11 s of charge are above.
+  // 35 A forced on a reservoir that empties is what fresh_sulphate is ill-posed for (it is fitted
+  // where the voltage drives): there its first-order steps of half a second differ by more, 11.6 mV
+  // at most. Discharges, cranks and 11 s of charge are above.
   EXPECT_LT(worst, GetParam() == "fresh_sulphate" ? 0.013 : 1e-3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, ::testing::ValuesIn(allIds()), [](const auto& instance) { return instance.param; });
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, ::testing::ValuesIn(allIds()),
+                         [](const auto& instance) { return instance.param; });

@@ -13,14 +13,17 @@ namespace {
 
 const std::vector<std::vector<std::string>> kCompositions = {{}, {"fresh_sulphate"}};
 
-std::string join(const std::vector<std::string>& effects) { return effects.empty() ? "base" : effects.front(); }
+std::string join(const std::vector<std::string>& effects) {
+  return effects.empty() ? "base" : effects.front();
+}
 
 /// Parameters of a battery as each composition has them.
 Eigen::VectorXd parametersOf(const BatteryModel& model) {
   return model.effects().empty() ? typicalPoint(model) : model.typicalParameters();
 }
 
-InputSample sampleAt(double time, double duration, double current, double voltage, bool voltage_controlled) {
+InputSample sampleAt(double time, double duration, double current, double voltage,
+                     bool voltage_controlled) {
   InputSample sample;
   sample.step.time = time;
   sample.step.duration = duration;
@@ -30,16 +33,18 @@ InputSample sampleAt(double time, double duration, double current, double voltag
   return sample;
 }
 
-/// A stop of 20 s at -20 A, then a source whose voltage moves between 13 and 14.2 V, at 1 Hz. Where the voltage drives the
-/// current is the model's own.
-std::vector<InputSample> startStop(const BatteryModel& model, const Eigen::VectorXd& p, double shift = 0.0) {
+/// A stop of 20 s at -20 A, then a source whose voltage moves between 13 and 14.2 V, at 1 Hz. Where
+/// the voltage drives the current is the model's own.
+std::vector<InputSample> startStop(const BatteryModel& model, const Eigen::VectorXd& p,
+                                   double shift = 0.0) {
   Simulation simulation(model, pointOf(model, p));
   std::vector<InputSample> inputs;
   for (int n = 0; n < 100; ++n) {
     const double phase = n % 50;
     const bool source = phase >= 20;
     const double wanted = 13.6 + 0.6 * std::sin(0.15 * n);
-    InputSample sample = sampleAt(n, n == 0 ? 0.0 : 1.0, -20.0 - 0.3 * phase, source ? wanted : 12.0, source);
+    InputSample sample =
+        sampleAt(n, n == 0 ? 0.0 : 1.0, -20.0 - 0.3 * phase, source ? wanted : 12.0, source);
     if (source) {
       sample.step.current = 0.0;
       simulation.followVoltage(sample.step, sample.voltage);
@@ -74,8 +79,8 @@ TEST(FollowVoltage, DrivenByItsOwnVoltageASimulationGivesBackItsOwnCurrent) {
 }
 
 TEST(FollowVoltage, CurrentsOfTheCurrentDriveComeBackFromTheirVoltages) {
-  // Charges and discharges held for seconds; sampled at 10 Hz, so that what one implicit step misses of the layer's movement
-  // stays small: 0.06 A from two seconds after an edge of 25 A on.
+  // Charges and discharges held for seconds; sampled at 10 Hz, so that what one implicit step
+  // misses of the layer's movement stays small: 0.06 A from two seconds after an edge of 25 A on.
   for (const auto& effects : kCompositions) {
     const BatteryModel model(effects);
     const ModelPoint start = pointOf(model, parametersOf(model));
@@ -97,33 +102,43 @@ TEST(FollowVoltage, CarriesTheDerivativesOfTheCurrentsError) {
     const BatteryModel model(effects);
     const Eigen::VectorXd p = parametersOf(model);
     const std::vector<InputSample> inputs = startStop(model, p, 1.5);
-    const Eigen::Index parameters = model.parameterCount(), tangents = parameters + model.stateCount();
+    const Eigen::Index parameters = model.parameterCount(),
+                       tangents = parameters + model.stateCount();
     const auto errorsAt = [&](const Eigen::VectorXd& q, const Eigen::VectorXd& x) {
       Simulation simulation(model, {q, x, 0.0, 0.0});
       Eigen::VectorXd errors(static_cast<Eigen::Index>(inputs.size()));
       for (std::size_t n = 0; n < inputs.size(); ++n) {
         simulation.follow(inputs[n]);
-        errors[static_cast<Eigen::Index>(n)] = inputs[n].voltage_controlled ? simulation.currentError() : 0.0;
+        errors[static_cast<Eigen::Index>(n)] =
+            inputs[n].voltage_controlled ? simulation.currentError() : 0.0;
       }
       return errors;
     };
     const Eigen::VectorXd x = model.restState();
     Simulation carried(model, {p, x, 0.0, 0.0}, Eigen::MatrixXd::Identity(tangents, tangents));
-    Eigen::MatrixXd exact = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(inputs.size()), tangents);
+    Eigen::MatrixXd exact =
+        Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(inputs.size()), tangents);
     for (std::size_t n = 0; n < inputs.size(); ++n) {
       carried.follow(inputs[n]);
-      if (inputs[n].voltage_controlled) exact.row(static_cast<Eigen::Index>(n)) = carried.currentErrorDerivatives().transpose();
+      if (inputs[n].voltage_controlled)
+        exact.row(static_cast<Eigen::Index>(n)) = carried.currentErrorDerivatives().transpose();
     }
     for (Eigen::Index j = 0; j < tangents; ++j) {
       const bool is_state = j >= parameters;
-      const double magnitude = is_state ? 1.0 : model.parameters()[static_cast<std::size_t>(j)].magnitude;
-      if (!is_state && model.parameters()[static_cast<std::size_t>(j)].name == "fresh_sulphate_share") continue;  // ends at 1
-      const double h = 2e-5 * std::max(std::abs(is_state ? x[j - parameters] : p[j]), std::abs(magnitude) * 0.05);
+      const double magnitude =
+          is_state ? 1.0 : model.parameters()[static_cast<std::size_t>(j)].magnitude;
+      // ends at 1
+      if (!is_state &&
+          model.parameters()[static_cast<std::size_t>(j)].name == "fresh_sulphate_share")
+        continue;
+      const double h = 2e-5 * std::max(std::abs(is_state ? x[j - parameters] : p[j]),
+                                       std::abs(magnitude) * 0.05);
       Eigen::VectorXd up = p, down = p, x_up = x, x_down = x;
       (is_state ? x_up[j - parameters] : up[j]) += h;
       (is_state ? x_down[j - parameters] : down[j]) -= h;
       const Eigen::VectorXd difference = (errorsAt(up, x_up) - errorsAt(down, x_down)) / (2.0 * h);
-      // What the solver's 1e-7 A amounts to in the differences is not counted against the derivative.
+      // What the solver's 1e-7 A amounts to in the differences is not counted against the
+      // derivative.
       const double scale = exact.col(j).cwiseAbs().maxCoeff() + 1e-4 / h;
       EXPECT_LT((difference - exact.col(j)).cwiseAbs().maxCoeff() / scale, 3e-3)
           << join(effects) << " "
@@ -138,19 +153,23 @@ TEST(FollowVoltage, LanesChangeNothingOfTheCurrent) {
     const BatteryModel model(effects);
     const Eigen::VectorXd p = parametersOf(model);
     const Eigen::Index rows = model.parameterCount() + model.stateCount();
-    Simulation plain(model, pointOf(model, p)), carried(model, pointOf(model, p), Eigen::MatrixXd::Identity(rows, rows));
+    Simulation plain(model, pointOf(model, p)),
+        carried(model, pointOf(model, p), Eigen::MatrixXd::Identity(rows, rows));
     for (const InputSample& sample : startStop(model, p))
-      ASSERT_NEAR(plain.follow(sample), carried.follow(sample), 1e-6) << join(effects) << " " << sample.step.time;
+      ASSERT_NEAR(plain.follow(sample), carried.follow(sample), 1e-6)
+          << join(effects) << " " << sample.step.time;
   }
 }
 
 TEST(FollowVoltage, DerivativesAreTheSameWhetherTheCurrentHasALaneOfItsOwnOrNot) {
-  // 8 and 16 lanes fill their arrays: then the last trial's slopes stand in for those along the current.
-  const std::vector<std::vector<std::string>> compositions = {{"charge_transfer"},
-                                                              {"gassing"},
-                                                              {"charge_acceptance"},
-                                                              {"charge_acceptance", "gassing", "acid_transport"},
-                                                              {"ocv_soc", "contact_resistance"}};
+  // 8 and 16 lanes fill their arrays: then the last trial's slopes stand in for those along the
+  // current.
+  const std::vector<std::vector<std::string>> compositions = {
+      {"charge_transfer"},
+      {"gassing"},
+      {"charge_acceptance"},
+      {"charge_acceptance", "gassing", "acid_transport"},
+      {"ocv_soc", "contact_resistance"}};
   for (const auto& effects : compositions) {
     const BatteryModel model(effects);
     const ModelPoint start = pointOf(model, typicalPoint(model));
@@ -159,7 +178,8 @@ TEST(FollowVoltage, DerivativesAreTheSameWhetherTheCurrentHasALaneOfItsOwnOrNot)
       const Eigen::Index tangents = std::min<Eigen::Index>(filled, rows);
       Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(rows, filled);
       seeds.leftCols(tangents) = Eigen::MatrixXd::Identity(rows, rows).leftCols(tangents);
-      Simulation full(model, start, seeds), spare(model, start, seeds.leftCols(std::min<Eigen::Index>(tangents, filled - 1)));
+      Simulation full(model, start, seeds),
+          spare(model, start, seeds.leftCols(std::min<Eigen::Index>(tangents, filled - 1)));
       Eigen::ArrayXd worst = Eigen::ArrayXd::Zero(spare.tangents()), largest = worst;
       for (const InputSample& sample : startStop(model, start.parameters, 0.3)) {
         ASSERT_NEAR(full.follow(sample), spare.follow(sample), 1e-6) << join(effects);
@@ -169,28 +189,34 @@ TEST(FollowVoltage, DerivativesAreTheSameWhetherTheCurrentHasALaneOfItsOwnOrNot)
         largest = largest.max(expected.abs());
       }
       // An implicit step's slope is good to 1e-5 (DoubleLayer).
-      EXPECT_TRUE((worst <= 1e-5 * largest).all()) << join(effects) << " " << filled << ": " << (worst / largest).transpose();
+      EXPECT_TRUE((worst <= 1e-5 * largest).all())
+          << join(effects) << " " << filled << ": " << (worst / largest).transpose();
     }
   }
 }
 
 TEST(FollowVoltage, ARampAtOneHertzAgreesWithAFinerOne) {
-  // 13 to 14.2 V within 2 s, held, and back: the two holds of a second against ten of 0.1 s. What differs is the first-order
-  // error of the implicit step: 2 % of the largest current (141 A) in the base model, settled eight seconds later; 16 % of 10.6 A
-  // with fresh_sulphate, at the very first second of a source, when half of a double layer of 5 F is charged in one step.
+  // 13 to 14.2 V within 2 s, held, and back: the two holds of a second against ten of 0.1 s. What
+  // differs is the first-order error of the implicit step: 2 % of the largest current (141 A) in
+  // the base model, settled eight seconds later; 16 % of 10.6 A with fresh_sulphate, at the very
+  // first second of a source, when half of a double layer of 5 F is charged in one step.
   for (const auto& effects : kCompositions) {
     const bool is_base = effects.empty();
     const BatteryModel model(effects);
     const ModelPoint start = pointOf(model, parametersOf(model));
     Simulation coarse(model, start), fine(model, start);
     const auto voltageAt = [](double t) {
-      return t < 30.0 ? 13.0 + 1.2 * std::clamp((t - 10.0) / 2.0, 0.0, 1.0) : 14.2 - 1.2 * std::clamp((t - 30.0) / 5.0, 0.0, 1.0);
+      return t < 30.0 ? 13.0 + 1.2 * std::clamp((t - 10.0) / 2.0, 0.0, 1.0)
+                      : 14.2 - 1.2 * std::clamp((t - 30.0) / 5.0, 0.0, 1.0);
     };
     double largest = 0.0, worst = 0.0, worst_late = 0.0;
     for (int n = 1; n <= 45; ++n) {
       coarse.followVoltage(sampleAt(n, 1.0, 0.0, 0.0, true).step, voltageAt(n));
-      for (int k = 1; k <= 10; ++k) fine.followVoltage(sampleAt(n - 1 + 0.1 * k, 0.1, 0.0, 0.0, true).step, voltageAt(n - 1 + 0.1 * k));
-      const double i = -fine.currentError(), apart = std::abs(coarse.currentError() - fine.currentError());
+      for (int k = 1; k <= 10; ++k)
+        fine.followVoltage(sampleAt(n - 1 + 0.1 * k, 0.1, 0.0, 0.0, true).step,
+                           voltageAt(n - 1 + 0.1 * k));
+      const double i = -fine.currentError(),
+                   apart = std::abs(coarse.currentError() - fine.currentError());
       largest = std::max(largest, std::abs(i));
       worst = std::max(worst, apart);
       if (n >= 20 && n <= 30) worst_late = std::max(worst_late, apart);
@@ -217,7 +243,8 @@ TEST(FollowVoltage, InAGapTheBatteryRestsUntilItsLastSecond) {
     const ModelPoint start = pointOf(model, parametersOf(model));
     Simulation gap(model, start), rest(model, start);
     for (Simulation* simulation : {&gap, &rest})
-      for (int n = 1; n <= 10; ++n) simulation->followVoltage(sampleAt(n, 1.0, 0.0, 0.0, true).step, 13.8);
+      for (int n = 1; n <= 10; ++n)
+        simulation->followVoltage(sampleAt(n, 1.0, 0.0, 0.0, true).step, 13.8);
     InputSample sample = sampleAt(610.0, 600.0, 5.0, 13.8, true);
     sample.step.held = 0.0;
     sample.step.gap = true;
@@ -227,7 +254,9 @@ TEST(FollowVoltage, InAGapTheBatteryRestsUntilItsLastSecond) {
     rest.advance(slept.step);
     rest.followVoltage(sampleAt(610.0, 1.0, 5.0, 13.8, true).step, 13.8);
     // The ramp begins where the voltage stood at rest.
-    EXPECT_NEAR(gap.currentError(), rest.currentError(), 1e-5 * (1.0 + std::abs(rest.currentError()))) << join(effects);
+    EXPECT_NEAR(gap.currentError(), rest.currentError(),
+                1e-5 * (1.0 + std::abs(rest.currentError())))
+        << join(effects);
     EXPECT_LT((gap.state() - rest.state()).cwiseAbs().maxCoeff(), 1e-5);
     EXPECT_EQ(gap.time(), 610.0);
   }
@@ -283,7 +312,8 @@ TEST(FollowVoltage, ResistanceOverATimeIsTheSlopeOfTheVoltageAndMovesNothing) {
       other.advance(sampleAt(2.0, 1.0, current, 0.0, false).step);
       return other.voltage();
     };
-    EXPECT_NEAR(resistance, (voltageAfter(-19.9) - voltageAfter(-20.1)) / 0.2, 1e-3 * resistance) << join(effects);
+    EXPECT_NEAR(resistance, (voltageAfter(-19.9) - voltageAfter(-20.1)) / 0.2, 1e-3 * resistance)
+        << join(effects);
     EXPECT_GT(resistance, 0.0);
   }
 }

@@ -32,7 +32,8 @@ double chargeOf(const Series& series, double max_gap) {
 
 double chargeOf(const InputSequence& inputs) {
   double charge = 0.0;
-  for (const InputSample& sample : inputs.samples) charge += sample.step.held * sample.step.duration;
+  for (const InputSample& sample : inputs.samples)
+    charge += sample.step.held * sample.step.duration;
   return charge;
 }
 
@@ -74,7 +75,8 @@ TEST(CurrentTrace, HasTheSlopeOfTheSegmentThatEndsAtATimeAndNoneOutside) {
 TEST(CurrentTrace, MeanOverAnyIntervalIsThatOfItsValues) {
   const Series series = livelyMinute(0.5);
   const CurrentTrace trace(series, whole(series), 5.0);
-  for (const auto& [from, to] : {std::pair(2.9, 3.4), std::pair(5.0, 9.3), std::pair(-1.0, 70.0), std::pair(6.1, 6.2)}) {
+  for (const auto& [from, to] :
+       {std::pair(2.9, 3.4), std::pair(5.0, 9.3), std::pair(-1.0, 70.0), std::pair(6.1, 6.2)}) {
     const int parts = 200000;
     double sum = 0.0;
     for (int k = 0; k < parts; ++k) sum += trace.at(from + (to - from) * (k + 0.5) / parts);
@@ -157,8 +159,10 @@ TEST(FullInputs, OfNothingIsNothing) {
 
 TEST(CompressedInputs, ConservesChargeBetweenItsFirstAndItsLastMiddle) {
   const Series series = driveWithAGap();
-  const InputSequence full = inputSequence(series, whole(series)), compressed = compressedInputs(series, whole(series));
-  const double from = compressed.samples.front().step.time, to = compressed.samples.back().step.time;
+  const InputSequence full = inputSequence(series, whole(series)),
+                      compressed = compressedInputs(series, whole(series));
+  const double from = compressed.samples.front().step.time,
+               to = compressed.samples.back().step.time;
   EXPECT_NEAR(chargeOf(compressed), full.trace->meanBetween(from, to) * (to - from), 1e-6);
 }
 
@@ -182,13 +186,16 @@ TEST(CompressedInputs, IsAtFullRateAroundEveryEdge) {
   std::vector<double> single;  // times of samples that stand alone
   for (const InputSample& sample : compressed.samples)
     if (sample.count == 1.0) single.push_back(sample.step.time);
-  const auto alone = [&](std::size_t n) { return std::binary_search(single.begin(), single.end(), series.time[n]); };
+  const auto alone = [&](std::size_t n) {
+    return std::binary_search(single.begin(), single.end(), series.time[n]);
+  };
   int edges = 0;
   for (std::size_t n = 6; n + 6 < series.size(); ++n) {
     if (std::abs(series.current[n] - series.current[n - 1]) <= Compression{}.edge_current) continue;
     ++edges;
     // Five before it; after it until a quarter of the time since then holds a second sample.
-    for (std::size_t k = n - 5; k <= n + 3; ++k) ASSERT_TRUE(alone(k)) << "edge " << n << " sample " << k;
+    for (std::size_t k = n - 5; k <= n + 3; ++k)
+      ASSERT_TRUE(alone(k)) << "edge " << n << " sample " << k;
   }
   EXPECT_GT(edges, 30);
 }
@@ -232,7 +239,8 @@ TEST(CompressedInputs, GivesTheFullDrivesMeanVoltageToAFewHundredMicrovolts) {
   const Series series = baseDrive(9, 240.0, 0.0);
   const BatteryModel model({"acid_transport", "ocv_hysteresis"});
   const ModelPoint start = pointOf(model, typicalPoint(model));
-  const InputSequence full = inputSequence(series, whole(series)), compressed = compressedInputs(series, whole(series));
+  const InputSequence full = inputSequence(series, whole(series)),
+                      compressed = compressedInputs(series, whole(series));
   const auto fine = voltages(model, start, full), coarse = voltages(model, start, compressed);
   std::size_t n = 0;
   double worst = 0.0;

@@ -16,7 +16,8 @@ TEST(Mechanism, EveryEffectOfTheCatalogueIsAMemberOfItsOneFamily) {
     for (const Mechanism mechanism : kAllMechanisms) {
       const std::vector<std::string> members = membersOf(mechanism);
       const auto listed = std::count(members.begin(), members.end(), effect.id);
-      EXPECT_EQ(mechanismOf(effect.id) == mechanism ? 1 : 0, listed) << effect.id << " in " << mechanismId(mechanism);
+      EXPECT_EQ(mechanismOf(effect.id) == mechanism ? 1 : 0, listed)
+          << effect.id << " in " << mechanismId(mechanism);
     }
 }
 
@@ -39,7 +40,9 @@ TEST(Mechanism, EveryFamilyHasAMemberAnIdAndASentenceOfItsOwn) {
   }
   EXPECT_EQ(kMechanisms, ids.size());
   EXPECT_EQ(kMechanisms, sentences.size());
-  EXPECT_EQ((std::set<std::string>{"acceptance", "side_reactions", "acid", "open_circuit", "structure", "ageing", "instrument"}), ids);
+  EXPECT_EQ((std::set<std::string>{"acceptance", "side_reactions", "acid", "open_circuit",
+                                   "structure", "ageing", "instrument"}),
+            ids);
 }
 
 TEST(Mechanism, FaultsThatTheInstrumentScreenFindsAreTheInstruments) {

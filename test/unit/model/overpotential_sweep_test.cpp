@@ -7,7 +7,8 @@
 namespace battery_sof {
 namespace {
 
-std::vector<Overpotential> stepByStep(const std::vector<HeldCurrent>& held, const BaseParameters& p, double first) {
+std::vector<Overpotential> stepByStep(const std::vector<HeldCurrent>& held, const BaseParameters& p,
+                                      double first) {
   const OverpotentialStep step(p);
   std::vector<Overpotential> states;
   Overpotential state{first, 1.0, 0.0, 0.0};
@@ -36,17 +37,18 @@ TEST(OverpotentialSweep, EqualsTheStepSampleBySample) {
     p.c2 = 300.0;
     const double first = 0.5 / beta;
     const auto expected = stepByStep(held, p, first);
-    OverpotentialSweep(held, p.i0).run({p.c2, p.beta, first}, [&](Eigen::Index block, const auto& states) {
-      for (int k = 0; k < OverpotentialSweep::kBlock; ++k) {
-        const auto n = static_cast<std::size_t>(block * OverpotentialSweep::kBlock + k);
-        if (n >= expected.size()) break;
-        const double scale = 1.0 / beta;
-        EXPECT_NEAR(states.u_c2[k], expected[n].value, 1e-11 * scale);
-        EXPECT_NEAR(states.d_log_c2[k], expected[n].d_c2 * p.c2, 1e-9 * scale);
-        EXPECT_NEAR(states.d_log_beta[k], expected[n].d_beta * p.beta, 1e-9 * scale);
-        EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9);
-      }
-    });
+    OverpotentialSweep(held, p.i0)
+        .run({p.c2, p.beta, first}, [&](Eigen::Index block, const auto& states) {
+          for (int k = 0; k < OverpotentialSweep::kBlock; ++k) {
+            const auto n = static_cast<std::size_t>(block * OverpotentialSweep::kBlock + k);
+            if (n >= expected.size()) break;
+            const double scale = 1.0 / beta;
+            EXPECT_NEAR(states.u_c2[k], expected[n].value, 1e-11 * scale);
+            EXPECT_NEAR(states.d_log_c2[k], expected[n].d_c2 * p.c2, 1e-9 * scale);
+            EXPECT_NEAR(states.d_log_beta[k], expected[n].d_beta * p.beta, 1e-9 * scale);
+            EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9);
+          }
+        });
   }
 }
 
@@ -60,15 +62,16 @@ TEST(OverpotentialSweep, StaysInRangeWhenEverySampleTurnsTheStateRound) {
   p.c2 = 100.0;
   const auto expected = stepByStep(held, p, -0.6);
   const double rounding = 1e-8;  // of 1 - charging, which is (I_0 / R)^2 = 4e-8 here
-  OverpotentialSweep(held, p.i0).run({p.c2, p.beta, -0.6}, [&](Eigen::Index block, const auto& states) {
-    for (int k = 0; k < OverpotentialSweep::kBlock; ++k) {
-      const auto n = static_cast<std::size_t>(block * OverpotentialSweep::kBlock + k);
-      if (n >= expected.size()) break;
-      EXPECT_NEAR(states.u_c2[k], expected[n].value, rounding / p.beta) << n;
-      EXPECT_NEAR(states.d_log_beta[k], expected[n].d_beta * p.beta, rounding / p.beta) << n;
-      EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9) << n;
-    }
-  });
+  OverpotentialSweep(held, p.i0)
+      .run({p.c2, p.beta, -0.6}, [&](Eigen::Index block, const auto& states) {
+        for (int k = 0; k < OverpotentialSweep::kBlock; ++k) {
+          const auto n = static_cast<std::size_t>(block * OverpotentialSweep::kBlock + k);
+          if (n >= expected.size()) break;
+          EXPECT_NEAR(states.u_c2[k], expected[n].value, rounding / p.beta) << n;
+          EXPECT_NEAR(states.d_log_beta[k], expected[n].d_beta * p.beta, rounding / p.beta) << n;
+          EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9) << n;
+        }
+      });
 }
 
 TEST(OverpotentialSweep, IsTheSameOnEveryInstructionSetOfThisProcessor) {
@@ -77,7 +80,8 @@ TEST(OverpotentialSweep, IsTheSameOnEveryInstructionSetOfThisProcessor) {
   const OverpotentialSweep sweep(held, 1.0);
   const OverpotentialSweep::Point point{900.0, 25.0, 0.03};
   std::vector<OverpotentialStates> expected;
-  sweep.runInLanes(point, InstructionSet::kPlain, [&](Eigen::Index, const auto& states) { expected.push_back(states); });
+  sweep.runInLanes(point, InstructionSet::kPlain,
+                   [&](Eigen::Index, const auto& states) { expected.push_back(states); });
   for (const auto set : {InstructionSet::kAvx2, InstructionSet::kAvx512}) {
     if (set > widestInstructionSet()) continue;
     sweep.runInLanes(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {

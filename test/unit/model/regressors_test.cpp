@@ -29,25 +29,31 @@ std::vector<RegressorInput> drive(std::size_t count, std::uint64_t seed) {
   for (std::size_t n = 0; n < count; ++n) {
     const double before = current;
     if (random.uniform(0.0, 1.0) < 0.03)
-      current = random.uniform(0.0, 1.0) < 0.2 ? random.uniform(-800.0, -200.0) : random.uniform(-80.0, 80.0);
+      current = random.uniform(0.0, 1.0) < 0.2 ? random.uniform(-800.0, -200.0)
+                                               : random.uniform(-80.0, 80.0);
     const bool gap = n == count / 2;
     const double duration = n == 0 ? 0.0 : gap ? 3600.0 : kStep;
     time += duration;
-    moments.push_back({duration, current, gap ? 0.0 : 0.5 * (before + current), gap, random.uniform(-0.4, 0.4), time});
+    moments.push_back({duration, current, gap ? 0.0 : 0.5 * (before + current), gap,
+                       random.uniform(-0.4, 0.4), time});
   }
   return moments;
 }
 
 std::vector<RegressorInput> held(double current, std::size_t count) {
   std::vector<RegressorInput> moments = {{}};
-  for (std::size_t n = 1; n < count; ++n) moments.push_back({kStep, current, current, false, 0.0, kStep * static_cast<double>(n)});
+  for (std::size_t n = 1; n < count; ++n)
+    moments.push_back({kStep, current, current, false, 0.0, kStep * static_cast<double>(n)});
   return moments;
 }
 
 /// A row a moment.
-Eigen::MatrixXd valuesAlong(RegressorMemory& memory, const std::vector<RegressorInput>& moments, std::size_t begin, std::size_t end) {
-  Eigen::MatrixXd values(static_cast<Eigen::Index>(memory.columns().size()), static_cast<Eigen::Index>(end - begin));
-  for (std::size_t n = begin; n < end; ++n) memory.advance(moments[n], values.col(static_cast<Eigen::Index>(n - begin)));
+Eigen::MatrixXd valuesAlong(RegressorMemory& memory, const std::vector<RegressorInput>& moments,
+                            std::size_t begin, std::size_t end) {
+  Eigen::MatrixXd values(static_cast<Eigen::Index>(memory.columns().size()),
+                         static_cast<Eigen::Index>(end - begin));
+  for (std::size_t n = begin; n < end; ++n)
+    memory.advance(moments[n], values.col(static_cast<Eigen::Index>(n - begin)));
   return values.transpose();
 }
 
@@ -75,37 +81,65 @@ double slowness(const Regressor& column) {
 TEST(Regressors, LowPassesAnswerAStepByTheirClosedForm) {
   const std::size_t count = 301;
   const double time = kStep * static_cast<double>(count - 1), rise = -std::expm1(-time / 20.0);
-  EXPECT_NEAR(30.0 * rise, lastOf({RegressorKind::kMemory, Mechanism::kStructure, 20.0}, held(30.0, count)), 1e-10);
-  EXPECT_NEAR(-30.0 * rise, lastOf({RegressorKind::kMemory, Mechanism::kStructure, 20.0}, held(-30.0, count)), 1e-10);
-  EXPECT_NEAR(30.0 * rise, lastOf({RegressorKind::kChargeMemory, Mechanism::kAcceptance, 20.0}, held(30.0, count)), 1e-10);
-  EXPECT_EQ(0.0, lastOf({RegressorKind::kChargeMemory, Mechanism::kAcceptance, 20.0}, held(-30.0, count)));
-  EXPECT_NEAR(30.0 * rise, lastOf({RegressorKind::kDischargeMemory, Mechanism::kAcid, 20.0}, held(-30.0, count)), 1e-10);
-  EXPECT_NEAR(30.0 * (1.0 - rise), lastOf({RegressorKind::kEdge, Mechanism::kStructure, 20.0}, held(30.0, count)), 1e-10);
-  EXPECT_NEAR(std::log1p(30.0 * rise / 5.0), lastOf({RegressorKind::kLogChargeMemory, Mechanism::kAcceptance, 20.0, 5.0}, held(30.0, count)),
+  EXPECT_NEAR(30.0 * rise,
+              lastOf({RegressorKind::kMemory, Mechanism::kStructure, 20.0}, held(30.0, count)),
+              1e-10);
+  EXPECT_NEAR(-30.0 * rise,
+              lastOf({RegressorKind::kMemory, Mechanism::kStructure, 20.0}, held(-30.0, count)),
+              1e-10);
+  EXPECT_NEAR(
+      30.0 * rise,
+      lastOf({RegressorKind::kChargeMemory, Mechanism::kAcceptance, 20.0}, held(30.0, count)),
+      1e-10);
+  EXPECT_EQ(0.0, lastOf({RegressorKind::kChargeMemory, Mechanism::kAcceptance, 20.0},
+                        held(-30.0, count)));
+  EXPECT_NEAR(30.0 * rise,
+              lastOf({RegressorKind::kDischargeMemory, Mechanism::kAcid, 20.0}, held(-30.0, count)),
+              1e-10);
+  EXPECT_NEAR(30.0 * (1.0 - rise),
+              lastOf({RegressorKind::kEdge, Mechanism::kStructure, 20.0}, held(30.0, count)),
+              1e-10);
+  EXPECT_NEAR(std::log1p(30.0 * rise / 5.0),
+              lastOf({RegressorKind::kLogChargeMemory, Mechanism::kAcceptance, 20.0, 5.0},
+                     held(30.0, count)),
               1e-10);
 }
 
 TEST(Regressors, AReserveIsEmptiedAndFilledByItsClosedForm) {
   const double current = 20.0, time = 60.0, charge = 200.0;
-  const double filling = 1.0 / time, emptying = current / charge, end = filling / (filling + emptying);
+  const double filling = 1.0 / time, emptying = current / charge,
+               end = filling / (filling + emptying);
   const double left = end + (1.0 - end) * std::exp(-30.0 * (filling + emptying));
   const Regressor reserve{RegressorKind::kAcceptanceReserve, Mechanism::kAcceptance, time, charge};
   EXPECT_NEAR(-std::log(left), lastOf(reserve, held(current, 301)), 1e-10);
   EXPECT_NEAR(0.0, lastOf(reserve, held(-current, 301)), 1e-12) << "a full reserve stays full";
-  EXPECT_NEAR(std::log(left), lastOf({RegressorKind::kDischargeReserve, Mechanism::kAcid, time, charge}, held(-current, 301)), 1e-10);
+  EXPECT_NEAR(std::log(left),
+              lastOf({RegressorKind::kDischargeReserve, Mechanism::kAcid, time, charge},
+                     held(-current, 301)),
+              1e-10);
 }
 
 TEST(Regressors, ChargeIsCountedInAmpereHoursAndItsPathByWhatFlowed) {
   const double hours = 30.0 / 3600.0;
-  EXPECT_NEAR(40.0 * hours, lastOf({RegressorKind::kCharge, Mechanism::kOpenCircuit}, held(40.0, 301)), 1e-12);
-  EXPECT_NEAR(1.0 - std::exp(-40.0 * 30.0 / 400.0), lastOf({RegressorKind::kPath, Mechanism::kOpenCircuit, 0.0, 400.0}, held(40.0, 301)), 1e-10);
-  EXPECT_NEAR(std::exp(-10.0 * 30.0 / 300.0), lastOf({RegressorKind::kSinceCharge, Mechanism::kOpenCircuit, 0.0, 300.0}, held(-10.0, 301)), 1e-10);
+  EXPECT_NEAR(40.0 * hours,
+              lastOf({RegressorKind::kCharge, Mechanism::kOpenCircuit}, held(40.0, 301)), 1e-12);
+  EXPECT_NEAR(1.0 - std::exp(-40.0 * 30.0 / 400.0),
+              lastOf({RegressorKind::kPath, Mechanism::kOpenCircuit, 0.0, 400.0}, held(40.0, 301)),
+              1e-10);
+  EXPECT_NEAR(
+      std::exp(-10.0 * 30.0 / 300.0),
+      lastOf({RegressorKind::kSinceCharge, Mechanism::kOpenCircuit, 0.0, 300.0}, held(-10.0, 301)),
+      1e-10);
 }
 
-/// What has drifted stays as the training part left it: its clock runs from 0 to the span and no further.
+/// What has drifted stays as the training part left it: its clock runs from 0 to the span and no
+/// further.
 TEST(Regressors, AClockStandsStillBeforeAndBehindWhatWasLearntFrom) {
-  const auto at = [](RegressorKind kind, double time) { return lastOf({kind, Mechanism::kAgeing}, {{kStep, 30.0, 30.0, false, 0.2, time}}); };
-  for (const RegressorKind kind : {RegressorKind::kTimeCurrent, RegressorKind::kTimeMagnitude, RegressorKind::kTimeSquaredCurrent}) {
+  const auto at = [](RegressorKind kind, double time) {
+    return lastOf({kind, Mechanism::kAgeing}, {{kStep, 30.0, 30.0, false, 0.2, time}});
+  };
+  for (const RegressorKind kind : {RegressorKind::kTimeCurrent, RegressorKind::kTimeMagnitude,
+                                   RegressorKind::kTimeSquaredCurrent}) {
     EXPECT_NEAR(30.0, at(kind, 600.0), 1e-12);
     EXPECT_EQ(at(kind, 600.0), at(kind, 6000.0)) << "kind " << kindId(kind);
     EXPECT_EQ(0.0, at(kind, -50.0)) << "kind " << kindId(kind);
@@ -118,19 +152,25 @@ TEST(Regressors, AGapIsARestThatMovesNoCharge) {
   std::vector<RegressorInput> moments = held(30.0, 301);
   moments.push_back({20.0, 30.0, 0.0, true, 0.0, 50.0});
   const double before = -30.0 * std::expm1(-30.0 / 20.0);
-  EXPECT_NEAR(before * std::exp(-1.0), lastOf({RegressorKind::kMemory, Mechanism::kStructure, 20.0}, moments), 1e-10);
-  EXPECT_NEAR(30.0 * 30.0 / 3600.0, lastOf({RegressorKind::kCharge, Mechanism::kOpenCircuit}, moments), 1e-12);
+  EXPECT_NEAR(before * std::exp(-1.0),
+              lastOf({RegressorKind::kMemory, Mechanism::kStructure, 20.0}, moments), 1e-10);
+  EXPECT_NEAR(30.0 * 30.0 / 3600.0,
+              lastOf({RegressorKind::kCharge, Mechanism::kOpenCircuit}, moments), 1e-12);
 }
 
 TEST(RegressorMemory, BeginsAtTheFirstSamplesValue) {
-  EXPECT_EQ(25.0, lastOf({RegressorKind::kMemory, Mechanism::kStructure, 100.0}, {{0.0, 25.0, 25.0, false, 0.0, 0.0}}));
-  EXPECT_EQ(0.0, lastOf({RegressorKind::kEdge, Mechanism::kStructure, 0.1}, {{0.0, 25.0, 25.0, false, 0.0, 0.0}}));
-  EXPECT_EQ(0.0, lastOf({RegressorKind::kChange, Mechanism::kInstrument}, {{0.0, 25.0, 25.0, false, 0.0, 0.0}}));
+  EXPECT_EQ(25.0, lastOf({RegressorKind::kMemory, Mechanism::kStructure, 100.0},
+                         {{0.0, 25.0, 25.0, false, 0.0, 0.0}}));
+  EXPECT_EQ(0.0, lastOf({RegressorKind::kEdge, Mechanism::kStructure, 0.1},
+                        {{0.0, 25.0, 25.0, false, 0.0, 0.0}}));
+  EXPECT_EQ(0.0, lastOf({RegressorKind::kChange, Mechanism::kInstrument},
+                        {{0.0, 25.0, 25.0, false, 0.0, 0.0}}));
 }
 
 TEST(RegressorMemory, CarriedOnFromItsStateEqualsOneRunThroughBitForBit) {
   const std::vector<RegressorInput> moments = drive(2000, 4);
-  RegressorMemory through(regressorLibrary(tenMinutes()), tenMinutes()), first = through, second = through;
+  RegressorMemory through(regressorLibrary(tenMinutes()), tenMinutes()), first = through,
+                                                                         second = through;
   const Eigen::MatrixXd whole = valuesAlong(through, moments);
   for (const std::size_t cut : {1u, 777u, 1001u}) {
     RegressorMemory before = first, after = second;
@@ -157,7 +197,8 @@ TEST(RegressorMemory, EveryValueOfARandomDriveIsFinite) {
     RegressorMemory memory(regressorLibrary(tenMinutes()), tenMinutes());
     const Eigen::MatrixXd values = valuesAlong(memory, drive(3000, seed));
     for (Eigen::Index k = 0; k < values.cols(); ++k)
-      EXPECT_TRUE(values.col(k).allFinite()) << toString(memory.columns()[static_cast<std::size_t>(k)]) << ", seed " << seed;
+      EXPECT_TRUE(values.col(k).allFinite())
+          << toString(memory.columns()[static_cast<std::size_t>(k)]) << ", seed " << seed;
   }
 }
 

@@ -14,7 +14,8 @@ using namespace battery_sof::test;
 
 namespace {
 
-const std::vector<std::string> kFive = {"charge_acceptance", "gassing", "acid_transport", "cpe2", "current_dependent_resistance"};
+const std::vector<std::string> kFive = {"charge_acceptance", "gassing", "acid_transport", "cpe2",
+                                        "current_dependent_resistance"};
 
 }  // namespace
 
@@ -38,7 +39,9 @@ TEST(Simulation, GivesTheSameVoltageWithAndWithoutDerivatives) {
   const ModelPoint start = pointOf(model, typicalPoint(model));
   for (Eigen::Index tangents : {1, 8, 9, 16, 17, 24, 30, 48}) {
     Simulation plain(model, start);
-    Simulation carried(model, start, Eigen::MatrixXd::Ones(model.parameterCount() + model.stateCount(), tangents) * 1e-3);
+    Simulation carried(
+        model, start,
+        Eigen::MatrixXd::Ones(model.parameterCount() + model.stateCount(), tangents) * 1e-3);
     for (const InputSample& sample : inputs.samples) {
       plain.advance(sample.step);
       carried.advance(sample.step);
@@ -62,15 +65,18 @@ TEST(Simulation, TheSameDerivativesComeOutOfLanesThatAllReachTheDoubleLayer) {
     const Eigen::Index tangents = std::min<Eigen::Index>(rows, Simulation::kMaxTangents);
     // Mirrored at (1, ..., 1): every lane holds a share of everything.
     const Eigen::MatrixXd mirror =
-        Eigen::MatrixXd::Identity(tangents, tangents) - Eigen::MatrixXd::Constant(tangents, tangents, 2.0 / static_cast<double>(tangents));
+        Eigen::MatrixXd::Identity(tangents, tangents) -
+        Eigen::MatrixXd::Constant(tangents, tangents, 2.0 / static_cast<double>(tangents));
     Eigen::MatrixXd seeds = Eigen::MatrixXd::Identity(rows, tangents);
-    for (Eigen::Index j = 0; j < model.parameterCount(); ++j) seeds.row(j) *= std::abs(start.parameters[j]) + 1e-3;
+    for (Eigen::Index j = 0; j < model.parameterCount(); ++j)
+      seeds.row(j) *= std::abs(start.parameters[j]) + 1e-3;
     Simulation apart(model, start, seeds), mixed(model, start, seeds * mirror);
     for (const InputSample& sample : inputs.samples) {
       apart.advance(sample.step);
       mixed.advance(sample.step);
       const Eigen::VectorXd expected = mirror * apart.voltageDerivatives();
-      ASSERT_NEAR((expected - mixed.voltageDerivatives()).cwiseAbs().maxCoeff(), 0.0, 1e-9 * (1.0 + expected.cwiseAbs().maxCoeff()))
+      ASSERT_NEAR((expected - mixed.voltageDerivatives()).cwiseAbs().maxCoeff(), 0.0,
+                  1e-9 * (1.0 + expected.cwiseAbs().maxCoeff()))
           << effects.front();
     }
   }
@@ -79,7 +85,8 @@ TEST(Simulation, TheSameDerivativesComeOutOfLanesThatAllReachTheDoubleLayer) {
 TEST(Simulation, WhatFadesAwayEndsAtZeroInsteadOfSlowingTheProcessor) {
   const BatteryModel model({"charge_acceptance", "acid_transport"});
   const Eigen::Index rows = model.parameterCount() + model.stateCount();
-  Simulation simulation(model, pointOf(model, typicalPoint(model)), Eigen::MatrixXd::Identity(rows, rows));
+  Simulation simulation(model, pointOf(model, typicalPoint(model)),
+                        Eigen::MatrixXd::Identity(rows, rows));
   for (int n = 1; n <= 60000; ++n) {
     InputStep step;
     step.time = n;
@@ -139,7 +146,8 @@ TEST(Simulation, CurrentAtAHeldVoltageCarriesItsDerivatives) {
     for (int k = 0; k < 20; ++k) i = simulation.advanceAtVoltage(14.0, 0.5, 500.0);
     return i;
   };
-  Simulation carried(model, pointOf(model, p), Eigen::MatrixXd::Identity(rows, model.parameterCount()));
+  Simulation carried(model, pointOf(model, p),
+                     Eigen::MatrixXd::Identity(rows, model.parameterCount()));
   for (int k = 0; k < 20; ++k) carried.advanceAtVoltage(14.0, 0.5, 500.0);
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
     Eigen::VectorXd up = p, down = p;
@@ -169,12 +177,14 @@ TEST(Simulation, RefusesWhatDoesNotFitWithWhatWasExpected) {
   EXPECT_THROW(simulation.advanceAtVoltage(14.0, 0.0, 10.0), std::invalid_argument);
 }
 
-// Kinetics that fade for a day put the layer at 1e12 V and more, where rounding alone is beyond any tolerance in volts.
+// Kinetics that fade for a day put the layer at 1e12 V and more, where rounding alone is beyond any
+// tolerance in volts.
 TEST(Simulation, OfParametersThatDriftForADayEndsWithFiniteNumbers) {
   for (const char* beside : {"cpe2", "gassing", "charge_acceptance"}) {
     const BatteryModel model({"parameter_drift", beside});
     Eigen::VectorXd p = typicalPoint(model);
-    for (const char* name : {"resistance_drift", "c2_drift", "beta_drift"}) p[*model.parameterRow(name)] = -2.0;
+    for (const char* name : {"resistance_drift", "c2_drift", "beta_drift"})
+      p[*model.parameterRow(name)] = -2.0;
     Simulation simulation(model, pointOf(model, p));
     InputStep day;
     day.time = day.duration = 86400.0;
@@ -218,9 +228,11 @@ ModelPoint fastPointOf(const BatteryModel& model) {
 double missedBy(const BatteryModel& model, const InputSequence& slow) {
   const Series series = steppingCurrent(0.01);
   const auto at_second = voltages(model, fastPointOf(model), slow);
-  const auto at_hundredth = voltages(model, fastPointOf(model), inputSequence(series, whole(series)));
+  const auto at_hundredth =
+      voltages(model, fastPointOf(model), inputSequence(series, whole(series)));
   double worst = 0.0;
-  for (std::size_t n = 0; n < at_second.size(); ++n) worst = std::max(worst, std::abs(at_second[n] - at_hundredth[100 * n]));
+  for (std::size_t n = 0; n < at_second.size(); ++n)
+    worst = std::max(worst, std::abs(at_second[n] - at_hundredth[100 * n]));
   return worst;
 }
 
@@ -228,7 +240,8 @@ double missedBy(const BatteryModel& model, const InputSequence& slow) {
 
 TEST(Simulation, ASecondsRampOfTheCurrentEndsWhereItDoesInFineSteps) {
   const Series series = steppingCurrent(1.0);
-  for (const std::vector<std::string>& effects : {std::vector<std::string>{}, {"charge_acceptance", "gassing"}, {"cpe2"}})
+  for (const std::vector<std::string>& effects :
+       {std::vector<std::string>{}, {"charge_acceptance", "gassing"}, {"cpe2"}})
     EXPECT_LT(missedBy(BatteryModel(effects), inputSequence(series, whole(series))), 1e-3);
 }
 
@@ -248,5 +261,6 @@ TEST(Simulation, AShiftedRampKeepsItsCharge) {
   start.parameters[*model.parameterRow("channel_skew")] = 0.3;
   const auto at_second = voltages(model, start, inputSequence(slow, whole(slow)));
   const auto at_hundredth = voltages(model, start, inputSequence(fine, whole(fine)));
-  for (std::size_t n = 1; n < at_second.size(); ++n) EXPECT_NEAR(at_second[n], at_hundredth[100 * n], 0.01) << n << " s";
+  for (std::size_t n = 1; n < at_second.size(); ++n)
+    EXPECT_NEAR(at_second[n], at_hundredth[100 * n], 0.01) << n << " s";
 }

@@ -6,7 +6,8 @@ using namespace battery_sof;
 
 namespace {
 
-/// Steps that an interval takes whose steps all end within the tolerance or all miss it. @param step [s], wanted throughout.
+/// Steps that an interval takes whose steps all end within the tolerance or all miss it. @param
+/// step [s], wanted throughout.
 int stepsOf(double duration, double step, bool is_within) {
   LayerPace pace;
   StepsTaken taken(pace);
@@ -14,7 +15,8 @@ int stepsOf(double duration, double step, bool is_within) {
   while (left > 0.0) {
     const double h = taken.next(left, step);
     if (taken.accept(h, is_within)) left -= h;
-    if (!is_within && step > kShortestStep) step = step / 2.0 > kShortestStep ? step / 2.0 : kShortestStep;
+    if (!is_within && step > kShortestStep)
+      step = step / 2.0 > kShortestStep ? step / 2.0 : kShortestStep;
   }
   return taken.tried;
 }
@@ -26,9 +28,13 @@ TEST(StepsTaken, AreAsManyAsTheToleranceAsksForInTheEnd) {
   EXPECT_EQ(stepsOf(1.0, 3.0, true), 1);
 }
 
-TEST(StepsTaken, AreFewWhereEvenTheShortestMissTheTolerance) { EXPECT_LT(stepsOf(1000.0, 1.0, false), kMaxMissed + 40); }
+TEST(StepsTaken, AreFewWhereEvenTheShortestMissTheTolerance) {
+  EXPECT_LT(stepsOf(1000.0, 1.0, false), kMaxMissed + 40);
+}
 
-TEST(StepsTaken, ComeToAnEndWhereAllAreWithinTheToleranceButShort) { EXPECT_EQ(stepsOf(1000.0, 1e-6, true), kMaxTried + 1); }
+TEST(StepsTaken, ComeToAnEndWhereAllAreWithinTheToleranceButShort) {
+  EXPECT_EQ(stepsOf(1000.0, 1e-6, true), kMaxTried + 1);
+}
 
 TEST(StepsTaken, ThatMissTheToleranceAndCanBeShorterDoNotCount) {
   LayerPace pace;

@@ -15,7 +15,8 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Charges of 10 A, expected by a model and by a baseline predictor that err by as much as they are reported.
+/// Charges of 10 A, expected by a model and by a baseline predictor that err by as much as they are
+/// reported.
 class Charges {
  public:
   void pass(double model_error, double baseline_error) {
@@ -25,11 +26,13 @@ class Charges {
     baseline_ += std::abs(baseline_error);
     answered_ += std::abs(baseline_answered ? baseline_error : model_error);
     const double value = 10.0 - baseline_error;
-    last = selector.add({time_, 14.0, 10.0, 10.0, 10.0 - model_error, {value, value - 1.0, value + 1.0}});
+    last = selector.add(
+        {time_, 14.0, 10.0, 10.0, 10.0 - model_error, {value, value - 1.0, value + 1.0}});
     if (last.lower <= 10.0 && 10.0 <= last.upper) ++inside;
     ++events;
   }
-  /// An event with normal errors, drawn one after the other: a compiler evaluates arguments in an order of its own.
+  /// An event with normal errors, drawn one after the other: a compiler evaluates arguments in an
+  /// order of its own.
   void draw(test::Random& random, double model_std) {
     const double baseline_error = random.normal();
     pass(model_std * random.normal(), baseline_error);
@@ -85,7 +88,8 @@ TEST(BaselineSelector, ABetterModelAnswersThroughout) {
   }
 }
 
-TEST(BaselineSelector, OneThatIsHardlyBetterDoesNotTakeOverAndOneThatAnswersGivesWayToTheSmallerError) {
+TEST(BaselineSelector,
+     OneThatIsHardlyBetterDoesNotTakeOverAndOneThatAnswersGivesWayToTheSmallerError) {
   Charges charges;
   for (int k = 0; k < 30; ++k) charges.pass(1.04, 1.0);
   EXPECT_FALSE(charges.selector.isBaselineSelected());
@@ -131,9 +135,11 @@ TEST(BaselineSelector, AJumpOfTheClockKeepsWhatWasCompared) {
 
 FittedModel modelWithBaseline() {
   FittedModel model = test::knownModel();
-  model.fit.baseline.current_from_voltage = BaselineLine{-100.0, 8.0, 1.0, -2.0, 2.0, 13.5, 0.5, 100};
+  model.fit.baseline.current_from_voltage =
+      BaselineLine{-100.0, 8.0, 1.0, -2.0, 2.0, 13.5, 0.5, 100};
   model.fit.baseline.phase = BaselinePhase{1.0, std::vector<double>(20, 12.0), 1.0, -2.0, 2.0, 8};
-  model.fit.baseline.cranks = BaselineCranks{{-210.0, 9.4}, {-205.0, 9.5}, 11.4, 0.01, -0.1, 0.2, 8};
+  model.fit.baseline.cranks =
+      BaselineCranks{{-210.0, 9.4}, {-205.0, 9.5}, 11.4, 0.01, -0.1, 0.2, 8};
   return model;
 }
 
@@ -148,7 +154,8 @@ BaselineSelection selection(double least, double most, double duration) {
 }
 
 ModelSnapshot liveBaseline() {
-  return ModelSnapshot(modelWithBaseline(), std::nullopt, 50.0, {selection(-210.0, -190.0, 0.0), selection(13.8, 14.4, 10.0), {}});
+  return ModelSnapshot(modelWithBaseline(), std::nullopt, 50.0,
+                       {selection(-210.0, -190.0, 0.0), selection(13.8, 14.4, 10.0), {}});
 }
 
 TEST(ModelSnapshot, ACrankIsAnsweredByTheLineThroughPastCranksWhereThatWasBetter) {
@@ -159,52 +166,70 @@ TEST(ModelSnapshot, ACrankIsAnsweredByTheLineThroughPastCranksWhereThatWasBetter
   EXPECT_NEAR(answer.u_min->upper, 9.8, 1e-9);
   EXPECT_FALSE(*answer.capable);
   EXPECT_TRUE(answer.valid);
-  EXPECT_THAT(answer.message, HasSubstr("9.40 V, 90 % between 9.20 and 9.80 V: may not hold 9.30 V; the straight line through "
-                                        "past cranks answers: it missed 1.200 V where the model missed 2.000 V"));
+  EXPECT_THAT(
+      answer.message,
+      HasSubstr(
+          "9.40 V, 90 % between 9.20 and 9.80 V: may not hold 9.30 V; the straight line through "
+          "past cranks answers: it missed 1.200 V where the model missed 2.000 V"));
 }
 
 TEST(ModelSnapshot, AChargeIsAnsweredByTheMedianOfPastChargesWhereThatWasBetter) {
-  const ChargeAcceptanceAnswer answer = liveBaseline().predictChargeAcceptance({14.0, 10.0, 13.0, {}});
+  const ChargeAcceptanceAnswer answer =
+      liveBaseline().predictChargeAcceptance({14.0, 10.0, 13.0, {}});
   EXPECT_NEAR(answer.i_boost->value, 12.0, 1e-9);
   EXPECT_NEAR(answer.i_boost->lower, 8.0, 1e-9);
   EXPECT_NEAR(answer.i_boost->upper, 13.0, 1e-9) << "the source gives no more";
-  EXPECT_THAT(answer.message, HasSubstr("the median of past charges answers: it missed 1.2 A where the model missed 2.0 A"));
+  EXPECT_THAT(
+      answer.message,
+      HasSubstr(
+          "the median of past charges answers: it missed 1.2 A where the model missed 2.0 A"));
 }
 
 TEST(ModelSnapshot, LongChargesHaveAContestOfTheirOwn) {
   const BaselineSelections baseline{{}, {}, selection(13.8, 14.4, 60.0)};
   const ModelSnapshot live(modelWithBaseline(), std::nullopt, 50.0, baseline);
   const ModelSnapshot model(modelWithBaseline(), std::nullopt, 50.0);
-  EXPECT_THAT(live.predictChargeAcceptance({14.0, 60.0}).message, HasSubstr("the median of past charges answers"));
-  EXPECT_NEAR(live.predictChargeAcceptance({14.0, 60.0}).i_boost->value, 12.0, 1e-9) << "12 A on the line, too";
-  EXPECT_EQ(live.predictChargeAcceptance({14.0, 10.0}).message, model.predictChargeAcceptance({14.0, 10.0}).message);
+  EXPECT_THAT(live.predictChargeAcceptance({14.0, 60.0}).message,
+              HasSubstr("the median of past charges answers"));
+  EXPECT_NEAR(live.predictChargeAcceptance({14.0, 60.0}).i_boost->value, 12.0, 1e-9)
+      << "12 A on the line, too";
+  EXPECT_EQ(live.predictChargeAcceptance({14.0, 10.0}).message,
+            model.predictChargeAcceptance({14.0, 10.0}).message);
 }
 
 TEST(ModelSnapshot, QuestionsUnlikeWhatWasComparedAreTheModels) {
   const ModelSnapshot live = liveBaseline();
   const ModelSnapshot model(modelWithBaseline(), std::nullopt, 50.0);
-  EXPECT_EQ(live.predictCranking({-20.0, 5.0, -300.0, 0.5}).message, model.predictCranking({-20.0, 5.0, -300.0, 0.5}).message);
-  EXPECT_EQ(live.predictCranking({-1.0, 3600.0, -200.0, 0.5}).message, model.predictCranking({-1.0, 3600.0, -200.0, 0.5}).message);
-  for (const ChargeAcceptanceQuery& query : {ChargeAcceptanceQuery{13.2, 10.0}, ChargeAcceptanceQuery{14.0, 60.0}})
-    EXPECT_EQ(live.predictChargeAcceptance(query).message, model.predictChargeAcceptance(query).message);
+  EXPECT_EQ(live.predictCranking({-20.0, 5.0, -300.0, 0.5}).message,
+            model.predictCranking({-20.0, 5.0, -300.0, 0.5}).message);
+  EXPECT_EQ(live.predictCranking({-1.0, 3600.0, -200.0, 0.5}).message,
+            model.predictCranking({-1.0, 3600.0, -200.0, 0.5}).message);
+  for (const ChargeAcceptanceQuery& query :
+       {ChargeAcceptanceQuery{13.2, 10.0}, ChargeAcceptanceQuery{14.0, 60.0}})
+    EXPECT_EQ(live.predictChargeAcceptance(query).message,
+              model.predictChargeAcceptance(query).message);
 }
 
 TEST(ModelSnapshot, WithoutNumbersNobodyAnswersInTheModelsPlace) {
-  EXPECT_EQ(liveBaseline().predictCranking({5.0, 5.0, -200.0, 0.5}).code, AnswerCode::kInvalidQuery);
+  EXPECT_EQ(liveBaseline().predictCranking({5.0, 5.0, -200.0, 0.5}).code,
+            AnswerCode::kInvalidQuery);
   EXPECT_FALSE(liveBaseline().predictCranking({5.0, 5.0, -200.0, 0.5}).u_min);
-  const ModelSnapshot none({}, "nothing identified yet", 50.0, {selection(-210.0, -190.0, 0.0), {}, {}});
+  const ModelSnapshot none({}, "nothing identified yet", 50.0,
+                           {selection(-210.0, -190.0, 0.0), {}, {}});
   EXPECT_EQ(none.predictCranking({-20.0, 5.0, -200.0, 0.5}).message, "nothing identified yet");
 }
 
 TEST(ModelSnapshot, MapsAreAnsweredAsTheirCells) {
   const ModelSnapshot live = liveBaseline();
-  const CrankingMap cranks = live.mapCranking({-20.0, 5.0, -200.0, 0.5}, {-10.0, -20.0}, {5.0, 3600.0});
+  const CrankingMap cranks =
+      live.mapCranking({-20.0, 5.0, -200.0, 0.5}, {-10.0, -20.0}, {5.0, 3600.0});
   EXPECT_NEAR(cranks.answers[0].u_min->value, 9.4, 1e-9);
   EXPECT_THAT(cranks.answers[1].message, Not(HasSubstr("answers: it missed")));
   EXPECT_NEAR(cranks.answers[2].u_min->value, 9.4, 1e-9);
   const ChargeAcceptanceMap charges = live.mapChargeAcceptance({}, {13.0, 14.0}, {10.0, 60.0});
   EXPECT_NEAR(charges.answers[2].i_boost->value, 12.0, 1e-9);
-  for (const std::size_t k : {0u, 1u, 3u}) EXPECT_THAT(charges.answers[k].message, Not(HasSubstr("answers: it missed")));
+  for (const std::size_t k : {0u, 1u, 3u})
+    EXPECT_THAT(charges.answers[k].message, Not(HasSubstr("answers: it missed")));
 }
 
 TEST(ModelSnapshot, AStopTimeStaysTheModelsAndSaysSo) {
@@ -213,8 +238,10 @@ TEST(ModelSnapshot, AStopTimeStaysTheModelsAndSaysSo) {
   query.i_cranking = -200.0;
   query.u_required = 7.2;
   const ModelSnapshot model(modelWithBaseline(), std::nullopt, 50.0);
-  EXPECT_EQ(liveBaseline().predictStopTime(query).t_stop->value, model.predictStopTime(query).t_stop->value);
-  EXPECT_THAT(liveBaseline().predictStopTime(query).message, HasSubstr("is better at cranks at present"));
+  EXPECT_EQ(liveBaseline().predictStopTime(query).t_stop->value,
+            model.predictStopTime(query).t_stop->value);
+  EXPECT_THAT(liveBaseline().predictStopTime(query).message,
+              HasSubstr("is better at cranks at present"));
 }
 
 }  // namespace

@@ -87,10 +87,12 @@ TEST_F(BothWays, UsesOnlyWhatDrivesOfTheRangeAndNothingThatComesLater) {
   }
   EXPECT_EQ(predictMixed(*model_, later, part).current, before.current);
   EXPECT_EQ(predictMixed(*model_, later, part).voltage, before.voltage);
-  // The answers in the range itself: the current of a source moves a little, the voltage under load, too.
+  // The answers in the range itself: the current of a source moves a little, the voltage under
+  // load, too.
   Series answers = inputs_->series;
   for (std::size_t n = part.first; n < part.last; ++n)
-    if (before.voltage_controlled[n - part.first] && answers.current[n] > 1.0 && answers.current[n - 1] > 1.0 && answers.current[n + 1] > 1.0)
+    if (before.voltage_controlled[n - part.first] && answers.current[n] > 1.0 &&
+        answers.current[n - 1] > 1.0 && answers.current[n + 1] > 1.0)
       answers.current[n] += 0.4;
   const FollowedPrediction with = predictMixed(*model_, answers, part);
   ASSERT_EQ(with.voltage_controlled, before.voltage_controlled);
@@ -106,11 +108,15 @@ TEST_F(BothWays, WithoutASourceIsThePredictionFromTheCurrent) {
   model.fit.residual_regression = {};
   const FollowedPrediction mixed = predictMixed(model, inputs_->series, rest());
   const PredictedVoltage plain = predictSeries(model, inputs_->series, rest());
-  EXPECT_TRUE(std::none_of(mixed.voltage_controlled.begin(), mixed.voltage_controlled.end(), [](char c) { return c; }));
-  for (std::size_t k = 0; k < rest().size(); ++k) ASSERT_NEAR(mixed.voltage[k], plain.voltage[k], 1e-9);
+  EXPECT_TRUE(std::none_of(mixed.voltage_controlled.begin(), mixed.voltage_controlled.end(),
+                           [](char c) { return c; }));
+  for (std::size_t k = 0; k < rest().size(); ++k)
+    ASSERT_NEAR(mixed.voltage[k], plain.voltage[k], 1e-9);
 }
 
-TEST_F(BothWays, OfNothingIsNothing) { EXPECT_TRUE(predictMixed(*model_, inputs_->series, {5, 5}).voltage.empty()); }
+TEST_F(BothWays, OfNothingIsNothing) {
+  EXPECT_TRUE(predictMixed(*model_, inputs_->series, {5, 5}).voltage.empty());
+}
 
 TEST_F(BothWays, AVoltageThatIsBehindIsPredictedAsItIsShown) {
   FittedModel model = *model_;
@@ -123,7 +129,8 @@ TEST_F(BothWays, AVoltageThatIsBehindIsPredictedAsItIsShown) {
   const FollowedPrediction shown = predictMixed(model, late, rest());
   ASSERT_EQ(shown.voltage.size(), prompt.voltage.size());
   int alike = 0;
-  for (std::size_t k = 1; k < rest().size(); ++k) alike += std::abs(shown.voltage[k] - prompt.voltage[k - 1]) < 0.02;
+  for (std::size_t k = 1; k < rest().size(); ++k)
+    alike += std::abs(shown.voltage[k] - prompt.voltage[k - 1]) < 0.02;
   // All but where the judgement of a late voltage is another.
   EXPECT_GT(alike, static_cast<int>(0.95 * static_cast<double>(rest().size())));
 }
@@ -142,7 +149,8 @@ TEST_F(BothWays, AnExactPredictionHasAFullShareAndExactEvents) {
   const BothWaysScores scores = scoreBothWays(model, inputs_->series, rest(), exact);
   EXPECT_DOUBLE_EQ(*scores.mixed.share_percent, 100.0);
   EXPECT_DOUBLE_EQ(*scores.crank_mean_abs_error, 0.0);
-  for (const ChargeScore& charge : scores.mixed.charges) EXPECT_DOUBLE_EQ(charge.predicted.value, charge.measured);
+  for (const ChargeScore& charge : scores.mixed.charges)
+    EXPECT_DOUBLE_EQ(charge.predicted.value, charge.measured);
 }
 
 TEST_F(BothWays, PastCranksCorrectThePredictedOnes) {
@@ -154,21 +162,27 @@ TEST_F(BothWays, PastCranksCorrectThePredictedOnes) {
   // Equations that read every crank 0.4 V too low, in the past as now.
   for (double& u : low.equations_voltage) u -= 0.4;
   for (PastCrank& crank : baseline_model.intervals.event_history.cranks) crank.modelled -= 0.4;
-  const double corrected = *scoreBothWays(baseline_model, inputs_->series, rest(), low).crank_mean_abs_error;
+  const double corrected =
+      *scoreBothWays(baseline_model, inputs_->series, rest(), low).crank_mean_abs_error;
   EXPECT_GT(*scoreBothWays(ignorant, inputs_->series, rest(), low).crank_mean_abs_error, 0.3);
   EXPECT_LT(corrected, 0.15);
 }
 
 TEST_F(BothWays, TheNaivePredictorsAreScoredOnTheSameSamples) {
-  const std::vector<char> mask(inputs_->controlled.begin() + static_cast<std::ptrdiff_t>(half()), inputs_->controlled.end());
-  const BothWaysScores baseline = scoreBaseline(model_->fit.baseline, inputs_->series, rest(), mask);
-  const BothWaysScores model = scoreBothWays(*model_, inputs_->series, rest(), predictMixed(*model_, inputs_->series, rest()));
+  const std::vector<char> mask(inputs_->controlled.begin() + static_cast<std::ptrdiff_t>(half()),
+                               inputs_->controlled.end());
+  const BothWaysScores baseline =
+      scoreBaseline(model_->fit.baseline, inputs_->series, rest(), mask);
+  const BothWaysScores model = scoreBothWays(*model_, inputs_->series, rest(),
+                                             predictMixed(*model_, inputs_->series, rest()));
   ASSERT_TRUE(baseline.mixed.share_percent);
   EXPECT_LT(*baseline.mixed.share_percent, *model.mixed.share_percent);
   EXPECT_EQ(baseline.cranks.size(), model.cranks.size());
   const PredictedVoltage line = baselineVoltage(model_->fit.baseline, inputs_->series, rest());
   ASSERT_EQ(line.voltage.size(), rest().size());
-  EXPECT_NEAR(line.voltage[3], model_->fit.baseline.voltage_from_current->at(inputs_->series.current[half() + 3]), 1e-12);
+  EXPECT_NEAR(line.voltage[3],
+              model_->fit.baseline.voltage_from_current->at(inputs_->series.current[half() + 3]),
+              1e-12);
   EXPECT_TRUE(baselineVoltage({}, inputs_->series, rest()).voltage.empty());
   EXPECT_FALSE(scoreBaseline({}, inputs_->series, rest(), mask).mixed.share_percent);
 }
@@ -176,10 +190,13 @@ TEST_F(BothWays, TheNaivePredictorsAreScoredOnTheSameSamples) {
 TEST_F(BothWays, TheLiveTrackerIsWhereCarryingTheStateOfflinePutsIt) {
   FittedModel offline = *model_;
   StateTracker tracker(*model_, gapThreshold(inputs_->series));
-  // Judgements of a live source begin with the model: offline ones look back a little. A sample settles with the one behind it.
+  // Judgements of a live source begin with the model: offline ones look back a little. A sample
+  // settles with the one behind it.
   std::vector<char> live;
   for (std::size_t n = half(); n < inputs_->series.size(); ++n) {
-    if (!tracker.follow(inputs_->series.time[n], inputs_->series.current[n], inputs_->series.voltage[n])) continue;
+    if (!tracker.follow(inputs_->series.time[n], inputs_->series.current[n],
+                        inputs_->series.voltage[n]))
+      continue;
     const double current = inputs_->series.current[n - 1];
     live.push_back(tracker.last().voltage_controlled);
     if (tracker.last().voltage_controlled) {
@@ -194,12 +211,14 @@ TEST_F(BothWays, TheLiveTrackerIsWhereCarryingTheStateOfflinePutsIt) {
   const FittedModel now = tracker.modelNow();
   const FollowedPrediction predicted = predictMixed(*model_, inputs_->series, rest());
   std::size_t alike = 0;
-  for (std::size_t k = 0; k < live.size(); ++k) alike += static_cast<bool>(live[k]) == static_cast<bool>(predicted.voltage_controlled[k]);
+  for (std::size_t k = 0; k < live.size(); ++k)
+    alike += static_cast<bool>(live[k]) == static_cast<bool>(predicted.voltage_controlled[k]);
   EXPECT_GT(static_cast<double>(alike) / static_cast<double>(live.size()), 0.99);
   EXPECT_EQ(now.state.time, offline.state.time);
   EXPECT_NEAR(now.state.u_c2, offline.state.u_c2, 1e-3);
   for (std::size_t j = 0; j < now.state.further.size(); ++j)
-    EXPECT_NEAR(now.state.further[j], offline.state.further[j], 0.01 * (1.0 + std::abs(offline.state.further[j])));
+    EXPECT_NEAR(now.state.further[j], offline.state.further[j],
+                0.01 * (1.0 + std::abs(offline.state.further[j])));
 }
 
 }  // namespace

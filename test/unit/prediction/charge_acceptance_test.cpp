@@ -12,8 +12,10 @@ namespace {
 
 using namespace test;
 
-/// Mean current of the base model at a held voltage, in steps so short that their order does not matter.
-double byFineSteps(const BaseParameters& b, double u_c2, double u_boost, double duration, double i_limit) {
+/// Mean current of the base model at a held voltage, in steps so short that their order does not
+/// matter.
+double byFineSteps(const BaseParameters& b, double u_c2, double u_boost, double duration,
+                   double i_limit) {
   constexpr double kStep = 2e-4;
   const OverpotentialStep step(b);
   double charge = 0.0;
@@ -27,7 +29,8 @@ double byFineSteps(const BaseParameters& b, double u_c2, double u_boost, double 
   return charge / duration;
 }
 
-/// The same by the query's own steps, each solved by bisection: i = (u_boost - u_dc - u_c2) / r at the step's end.
+/// The same by the query's own steps, each solved by bisection: i = (u_boost - u_dc - u_c2) / r at
+/// the step's end.
 double byItsOwnSteps(const BaseParameters& b, double u_c2, double u_boost, double duration) {
   const OverpotentialStep step(b);
   double charge = 0.0, since = 0.0, dt = 0.02;
@@ -51,7 +54,8 @@ TEST(PredictChargeAcceptance, IsTheBaseModelsOwnCurrentStepByStep) {
   for (const double u_boost : {12.4, 13.2, 14.2, 14.8})
     for (const double duration : {0.5, 10.0, 60.0})
       for (const double u_c2 : {-0.3, 0.0, 0.2}) {
-        const ChargeAcceptanceAnswer answer = predictChargeAcceptance(knownModel({}, u_c2), {u_boost, duration, 5000.0}, 1000.0);
+        const ChargeAcceptanceAnswer answer =
+            predictChargeAcceptance(knownModel({}, u_c2), {u_boost, duration, 5000.0}, 1000.0);
         ASSERT_TRUE(answer.i_boost) << answer.message;
         EXPECT_NEAR(answer.i_boost->value, byItsOwnSteps(battery, u_c2, u_boost, duration), 1e-5);
         const double fine = byFineSteps(battery, u_c2, u_boost, duration, 5000.0);
@@ -77,7 +81,8 @@ TEST(PredictChargeAcceptance, StaysAtTheSourcesLimitAndLeavesItWhenTheBatteryFil
 
 TEST(PredictChargeAcceptance, PastChargesTakeNoBoundBeyondTheSourcesLimit) {
   FittedModel model = knownModel();
-  for (int k = 0; k < 6; ++k) model.intervals.event_history.add(PastCharge{10.0 * k, 10.0, 14.2, 14.2, 90.0 + k, 60.0});
+  for (int k = 0; k < 6; ++k)
+    model.intervals.event_history.add(PastCharge{10.0 * k, 10.0, 14.2, 14.2, 90.0 + k, 60.0});
   const ChargeAcceptanceAnswer answer = predictChargeAcceptance(model, {14.2, 10.0, 40.0});
   EXPECT_LE(answer.i_boost->lower, answer.i_boost->value);
   EXPECT_LE(answer.i_boost->value, answer.i_boost->upper);
@@ -99,8 +104,9 @@ TEST(PredictChargeAcceptance, IntervalFollowsFromTheParametersErrors) {
   double variance = 0.0;
   const ChargeAcceptanceQuery query{14.2, 10.0, 5000.0};
   const auto at = [&](FittedModel moved, int row, double by) {
-    double* const values[] = {&moved.fit.parameters.r_discharge, &moved.fit.parameters.r_charge, &moved.fit.parameters.c2,
-                              &moved.fit.parameters.beta, &moved.fit.parameters.u_dc};
+    double* const values[] = {&moved.fit.parameters.r_discharge, &moved.fit.parameters.r_charge,
+                              &moved.fit.parameters.c2, &moved.fit.parameters.beta,
+                              &moved.fit.parameters.u_dc};
     *values[row] += by;
     return predictChargeAcceptance(moved, query).i_boost->value;
   };
@@ -117,7 +123,8 @@ TEST(PredictChargeAcceptance, IntervalFollowsFromTheParametersErrors) {
 }
 
 TEST(PredictChargeAcceptance, RefusesImpossibleQueriesAndNamesWhatWasExpected) {
-  const auto refused = [](ChargeAcceptanceQuery query, const std::string& name, const std::string& expected) {
+  const auto refused = [](ChargeAcceptanceQuery query, const std::string& name,
+                          const std::string& expected) {
     const ChargeAcceptanceAnswer answer = predictChargeAcceptance(knownModel(), query);
     EXPECT_EQ(answer.code, AnswerCode::kInvalidQuery) << name;
     EXPECT_FALSE(answer.i_boost || answer.valid) << name;

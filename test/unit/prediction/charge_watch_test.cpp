@@ -13,7 +13,8 @@ using namespace test;
 
 constexpr double kMaxGap = 5.0;
 
-/// Runs currents at 10 Hz past a watch whose tracker knows the battery, and counts what came of them.
+/// Runs currents at 10 Hz past a watch whose tracker knows the battery, and counts what came of
+/// them.
 class Ride {
  public:
   std::vector<ChargeComparison> comparisons;

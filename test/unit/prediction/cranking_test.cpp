@@ -175,7 +175,8 @@ TEST(PredictCranking, ProfilesEqualTheHeldCurrentsTheyStandFor) {
   profiled.i_load = profiled.t_stop = profiled.i_cranking = profiled.t_cranking = std::nan("");
   profiled.load = {{0.0, 30.0}, {-25.0, -25.0}};
   profiled.crank = {{0.0, 0.8}, {-200.0, -200.0}};
-  const CrankingAnswer of_held = predictCranking(model, held), of_profile = predictCranking(model, profiled);
+  const CrankingAnswer of_held = predictCranking(model, held),
+                       of_profile = predictCranking(model, profiled);
   ASSERT_TRUE(of_profile.u_min) << of_profile.message;
   EXPECT_NEAR(of_profile.u_min->value, of_held.u_min->value, 1e-9);
   EXPECT_NEAR(of_profile.u_min->lower, of_held.u_min->lower, 1e-9);
@@ -187,7 +188,8 @@ TEST(PredictCranking, AProfileThatBeginsLateIsHeldFromTheBeginning) {
   const FittedModel model = driveModel();
   CrankingQuery held = usualQuery(), late = usualQuery();
   late.load = {{20.0, 30.0}, {-25.0, -25.0}};
-  EXPECT_NEAR(predictCranking(model, late).u_min->value, predictCranking(model, held).u_min->value, 1e-9);
+  EXPECT_NEAR(predictCranking(model, late).u_min->value, predictCranking(model, held).u_min->value,
+              1e-9);
   late.load.current = {-100.0, -100.0};  // 30 s of it: 0.83 Ah of 50 Ah
   EXPECT_FALSE(predictCranking(model, late, 50.0).valid);
 }
@@ -198,7 +200,8 @@ TEST(PredictCranking, AnInrushMakesTheMinimumEarly) {
   inrush.crank = {{0.0, 0.05, 0.1, 0.8}, {-260.0, -260.0, -160.0, -160.0}};
   CrankingQuery plateau = usualQuery();
   plateau.i_cranking = -160.0;
-  EXPECT_LT(predictCranking(model, inrush).u_min->value, predictCranking(model, plateau).u_min->value - 0.3);
+  EXPECT_LT(predictCranking(model, inrush).u_min->value,
+            predictCranking(model, plateau).u_min->value - 0.3);
 }
 
 TEST(PredictCranking, RefusesProfilesWithAFaultAndSaysWhich) {
@@ -207,9 +210,18 @@ TEST(PredictCranking, RefusesProfilesWithAFaultAndSaysWhich) {
     change(query);
     return faultsOf(query);
   };
-  EXPECT_NE(fault([](auto& q) { q.load = {{0.0, 1.0}, {-5.0}}; }).find("load has 2 times"), std::string::npos);
-  EXPECT_NE(fault([](auto& q) { q.crank = {{0.0, 61.0}, {-200.0, -200.0}}; }).find("up to 60"), std::string::npos);
-  EXPECT_NE(fault([](auto& q) { q.crank = {{0.0, 1.0}, {0.0, 5.0}}; }).find("below 0"), std::string::npos);
+  EXPECT_NE(fault([](auto& q) {
+              q.load = {{0.0, 1.0}, {-5.0}};
+            }).find("load has 2 times"),
+            std::string::npos);
+  EXPECT_NE(fault([](auto& q) {
+              q.crank = {{0.0, 61.0}, {-200.0, -200.0}};
+            }).find("up to 60"),
+            std::string::npos);
+  EXPECT_NE(fault([](auto& q) {
+              q.crank = {{0.0, 1.0}, {0.0, 5.0}};
+            }).find("below 0"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -15,7 +15,8 @@ namespace {
 using namespace test;
 using ::testing::HasSubstr;
 
-/// A battery with a memory of charging, and the model that estimated it from two thirds of the recording.
+/// A battery with a memory of charging, and the model that estimated it from two thirds of the
+/// recording.
 struct Learnt {
   Series series = withMemoryOfCharging(600.0);
   IndexRange window = {0, 2 * series.size() / 3}, later = {window.last, series.size()};
@@ -40,7 +41,8 @@ double rmseOf(const FittedModel& model) {
   const PredictedVoltage predicted = predictSeries(model, estimated().series, estimated().later);
   double sum = 0.0;
   for (std::size_t n = 0; n < predicted.voltage.size(); ++n)
-    sum += std::pow(estimated().series.voltage[estimated().later.first + n] - predicted.voltage[n], 2);
+    sum +=
+        std::pow(estimated().series.voltage[estimated().later.first + n] - predicted.voltage[n], 2);
   return std::sqrt(sum / static_cast<double>(predicted.voltage.size()));
 }
 
@@ -59,7 +61,9 @@ std::string with(std::string text, const std::string& from, const std::string& t
   return text.replace(at, from.size(), to);
 }
 
-TEST(DiscrepancyAnswers, WhatComesAfterTheWindowIsPredictedBetter) { EXPECT_LT(rmseOf(estimated().model), 0.5 * rmseOf(estimated().base)); }
+TEST(DiscrepancyAnswers, WhatComesAfterTheWindowIsPredictedBetter) {
+  EXPECT_LT(rmseOf(estimated().model), 0.5 * rmseOf(estimated().base));
+}
 
 TEST(DiscrepancyAnswers, FactorsAreFittedNearWhatWasLearnt) {
   for (const ParameterEstimate& estimate : estimated().model.fit.estimates)
@@ -76,8 +80,10 @@ TEST(DiscrepancyAnswers, AModelFileGivesTheSameAnswers) {
   const FittedModel back = parseModelYaml(modelYaml(model), "model.yaml");
   EXPECT_EQ(modelYaml(back), modelYaml(model));
   const CrankingQuery crank{-25.0, 20.0, -200.0, 0.5, 7.2};
-  EXPECT_NEAR(predictCranking(model, crank).u_min->value, predictCranking(back, crank).u_min->value, 1e-9);
-  EXPECT_NEAR(predictCranking(model, crank).u_min->lower, predictCranking(back, crank).u_min->lower, 1e-6);
+  EXPECT_NEAR(predictCranking(model, crank).u_min->value, predictCranking(back, crank).u_min->value,
+              1e-9);
+  EXPECT_NEAR(predictCranking(model, crank).u_min->lower, predictCranking(back, crank).u_min->lower,
+              1e-6);
   EXPECT_NEAR(rmseOf(model), rmseOf(back), 1e-9);
 }
 
@@ -85,9 +91,12 @@ TEST(DiscrepancyAnswers, AModelFileWhoseForceIsDamagedIsRefusedByField) {
   const std::string good = modelYaml(estimated().model);
   EXPECT_THAT(errorOf(with(good, "kind: charge_memory", "kind: perpetual_memory")),
               HasSubstr("kind is \"perpetual_memory\", expected one of charge_memory"));
-  EXPECT_THAT(errorOf(with(good, "\nforce:\n", "\nforce_of_habit:\n")), HasSubstr("effects cannot be used"));
-  EXPECT_THAT(errorOf(with(good, "  circuit: [", "  circuit: [1, ")), HasSubstr("force.circuit has 7 numbers, expected 6"));
-  EXPECT_THAT(errorOf(with(good, "  force_memory: [", "  force_memory: [1, ")), HasSubstr("state.force_memory has"));
+  EXPECT_THAT(errorOf(with(good, "\nforce:\n", "\nforce_of_habit:\n")),
+              HasSubstr("effects cannot be used"));
+  EXPECT_THAT(errorOf(with(good, "  circuit: [", "  circuit: [1, ")),
+              HasSubstr("force.circuit has 7 numbers, expected 6"));
+  EXPECT_THAT(errorOf(with(good, "  force_memory: [", "  force_memory: [1, ")),
+              HasSubstr("state.force_memory has"));
   EXPECT_THAT(errorOf(with(good, "  factor_std:\n", "  factor_std:\n    ageing: -1\n")),
               HasSubstr("deviation must be finite and at least 0"));
 }
@@ -108,11 +117,13 @@ TEST(DiscrepancyAnswers, ACrankFarBeyondWhatWasLearntOnIsNotVouchedForAndWider) 
   unbounded->upper.setConstant(1e9);
   wide.fit.discrepancy = unbounded;
   const CrankingQuery crank{-25.0, 20.0, -200.0, 0.5, 7.2};
-  const CrankingAnswer inside = predictCranking(wide, crank), outside = predictCranking(narrow, crank);
+  const CrankingAnswer inside = predictCranking(wide, crank),
+                       outside = predictCranking(narrow, crank);
   EXPECT_TRUE(inside.valid) << inside.message;
   EXPECT_FALSE(outside.valid);
   EXPECT_EQ(AnswerCode::kExtrapolation, outside.code);
-  EXPECT_THAT(outside.message, HasSubstr("what was estimated beside the equations is held at its range's end"));
+  EXPECT_THAT(outside.message,
+              HasSubstr("what was estimated beside the equations is held at its range's end"));
   EXPECT_GT(outside.u_min->upper - outside.u_min->lower, inside.u_min->upper - inside.u_min->lower);
   const StopTimeAnswer stop = predictStopTime(narrow, {-25.0, -200.0, 0.5, 7.2});
   EXPECT_THAT(stop.message, HasSubstr("held at its range's end"));
@@ -126,7 +137,8 @@ TEST(DiscrepancyAnswers, AChargeIsAnsweredByTheSameForce) {
   Simulation after = simulationOf(estimated().model);
   double charge = 0.0;
   for (int n = 0; n < 1000; ++n) charge += 0.01 * after.advanceAtVoltage(14.2, 0.01, 300.0);
-  EXPECT_NEAR(charge / 10.0, with_discrepancy.i_boost->value, 0.02 * with_discrepancy.i_boost->value);
+  EXPECT_NEAR(charge / 10.0, with_discrepancy.i_boost->value,
+              0.02 * with_discrepancy.i_boost->value);
 }
 
 TEST(DiscrepancyAnswers, ARestedModelHasForgottenWhatDroveIt) {

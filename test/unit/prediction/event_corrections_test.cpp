@@ -13,13 +13,17 @@ using namespace test;
 
 constexpr Interval kModelled = {10.0, 9.8, 10.3};
 
-/// Cranks of which the equations miss `bias` and noise; with a baseline line that misses nothing of v = 12 + 0.01 i.
-FittedModel cranked(std::size_t cranks, double bias, double noise = 0.0, bool line = false, std::uint64_t seed = 2) {
+/// Cranks of which the equations miss `bias` and noise; with a baseline line that misses nothing of
+/// v = 12 + 0.01 i.
+FittedModel cranked(std::size_t cranks, double bias, double noise = 0.0, bool line = false,
+                    std::uint64_t seed = 2) {
   Random random(seed);
   FittedModel model = knownModel();
   for (std::size_t k = 0; k < cranks; ++k) {
     const double current = random.uniform(-240.0, -160.0), modelled = 12.0 + 0.01 * current;
-    model.intervals.event_history.add(PastCrank{10.0 * static_cast<double>(k), current, modelled + bias + noise * random.normal(), modelled});
+    model.intervals.event_history.add(PastCrank{10.0 * static_cast<double>(k), current,
+                                                modelled + bias + noise * random.normal(),
+                                                modelled});
   }
   if (line) {
     model.fit.baseline.voltage_from_current.emplace();
@@ -29,13 +33,15 @@ FittedModel cranked(std::size_t cranks, double bias, double noise = 0.0, bool li
   return model;
 }
 
-FittedModel charged(std::size_t charges, double bias, double noise = 0.0, double voltage = 14.0, std::uint64_t seed = 3) {
+FittedModel charged(std::size_t charges, double bias, double noise = 0.0, double voltage = 14.0,
+                    std::uint64_t seed = 3) {
   Random random(seed);
   FittedModel model = knownModel();
   for (std::size_t k = 0; k < charges; ++k) {
     const double modelled = random.uniform(8.0, 12.0);
-    model.intervals.event_history.add(PastCharge{100.0 * static_cast<double>(k), 10.0, voltage + random.uniform(-0.1, 0.1), voltage - 0.3,
-                                              modelled + bias + noise * random.normal(), modelled});
+    model.intervals.event_history.add(
+        PastCharge{100.0 * static_cast<double>(k), 10.0, voltage + random.uniform(-0.1, 0.1),
+                   voltage - 0.3, modelled + bias + noise * random.normal(), modelled});
   }
   return model;
 }
@@ -77,7 +83,8 @@ TEST(CorrectCrankPrediction, AsksTheNaiveLineOnlyFromFourCranksOn) {
     FittedModel with = cranked(cranks, 0.0), without = with;
     with.fit.baseline.voltage_from_current.emplace();
     with.fit.baseline.voltage_from_current->intercept = 8.0;  // misses all of them by 2 V
-    const double apart = std::abs(correctCrankPrediction(with, -200.0, kModelled).value - correctCrankPrediction(without, -200.0, kModelled).value);
+    const double apart = std::abs(correctCrankPrediction(with, -200.0, kModelled).value -
+                                  correctCrankPrediction(without, -200.0, kModelled).value);
     if (cranks < 4)
       EXPECT_EQ(apart, 0.0);
     else
@@ -87,13 +94,15 @@ TEST(CorrectCrankPrediction, AsksTheNaiveLineOnlyFromFourCranksOn) {
 
 TEST(CorrectCrankPrediction, IsTheMeanOfEquationsAndLineEachCorrected) {
   const FittedModel model = cranked(6, 0.0, 0.0, true);
-  EXPECT_NEAR(correctCrankPrediction(model, -200.0, {10.4, 10.0, 10.8}).value, 0.5 * (10.4 + 10.0), 1e-9);
+  EXPECT_NEAR(correctCrankPrediction(model, -200.0, {10.4, 10.0, 10.8}).value, 0.5 * (10.4 + 10.0),
+              1e-9);
 }
 
 TEST(CorrectCrankPrediction, TheSensorsEndOfRangeHasACorrectionOfItsOwn) {
   FittedModel model = knownModel();
   for (int k = 0; k < 10; ++k) {
-    model.intervals.event_history.add(PastCrank{2.0 * k, -250.0, 9.0, 9.5});  // clipped: more flows than is seen
+    // clipped: more flows than is seen
+    model.intervals.event_history.add(PastCrank{2.0 * k, -250.0, 9.0, 9.5});
     model.intervals.event_history.add(PastCrank{2.0 * k + 1.0, -200.0, 10.0, 10.0});
   }
   EXPECT_NEAR(correctCrankPrediction(model, -250.0, kModelled).value, 9.5, 0.03);
@@ -107,7 +116,8 @@ TEST(CorrectCrankPrediction, ItsIntervalHoldsNineOfTenNextCranks) {
     const FittedModel model = cranked(3 + seed % 10, 0.2, 0.1, seed % 2 == 0, seed);
     const double current = random.uniform(-240.0, -160.0), modelled = 12.0 + 0.01 * current;
     const double measured = modelled + 0.2 + 0.1 * random.normal();
-    const Interval corrected = correctCrankPrediction(model, current, {modelled, modelled - 0.01, modelled + 0.01});
+    const Interval corrected =
+        correctCrankPrediction(model, current, {modelled, modelled - 0.01, modelled + 0.01});
     inside += measured > corrected.lower && measured < corrected.upper;
     ++cases;
   }
@@ -129,11 +139,14 @@ TEST(CorrectCrankPrediction, ItsWidthGrowsWithTheScaleOfPastIntervals) {
 
 TEST(CorrectChargePrediction, WithFewerThanThreePastChargesIsTheModelsAnswer) {
   for (const std::size_t charges : {0u, 1u, 2u})
-    EXPECT_TRUE(same(correctChargePrediction(charged(charges, 3.0), kBeginning, kModelled), kModelled)) << charges;
+    EXPECT_TRUE(
+        same(correctChargePrediction(charged(charges, 3.0), kBeginning, kModelled), kModelled))
+        << charges;
 }
 
 TEST(CorrectChargePrediction, ChargesAtOtherVoltagesAndDurationsSayNothing) {
-  EXPECT_TRUE(same(correctChargePrediction(charged(10, 3.0, 0.0, 13.0), kBeginning, kModelled), kModelled));
+  EXPECT_TRUE(
+      same(correctChargePrediction(charged(10, 3.0, 0.0, 13.0), kBeginning, kModelled), kModelled));
   ChargeBeginning minute = kBeginning;
   minute.duration = 60.0;
   EXPECT_TRUE(same(correctChargePrediction(charged(10, 3.0), minute, kModelled), kModelled));
@@ -155,7 +168,8 @@ TEST(CorrectChargePrediction, AModelThatIsFarOffGivesWayToTheMedian) {
   FittedModel model = knownModel();
   Random random(4);
   for (int k = 0; k < 3; ++k)  // with three: model and median alone
-    model.intervals.event_history.add(PastCharge{1.0 * k, 10.0, 14.0, 13.7, 5.0 + 0.01 * k, random.uniform(15.0, 60.0)});
+    model.intervals.event_history.add(
+        PastCharge{1.0 * k, 10.0, 14.0, 13.7, 5.0 + 0.01 * k, random.uniform(15.0, 60.0)});
   EXPECT_NEAR(correctChargePrediction(model, kBeginning, {40.0, 30.0, 50.0}).value, 5.01, 0.5);
 }
 
@@ -164,8 +178,10 @@ TEST(CorrectChargePrediction, ItsIntervalHoldsNineOfTenNextCharges) {
   int inside = 0, cases = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     const FittedModel model = charged(3 + seed % 12, 1.0, 0.5, 14.0, seed);
-    const double modelled = random.uniform(8.0, 12.0), measured = modelled + 1.0 + 0.5 * random.normal();
-    const Interval corrected = correctChargePrediction(model, kBeginning, {modelled, modelled, modelled});
+    const double modelled = random.uniform(8.0, 12.0),
+                 measured = modelled + 1.0 + 0.5 * random.normal();
+    const Interval corrected =
+        correctChargePrediction(model, kBeginning, {modelled, modelled, modelled});
     inside += measured > corrected.lower && measured < corrected.upper;
     ++cases;
   }
@@ -179,7 +195,8 @@ TEST(ChargeEvidence, VouchesFromThreeChargesAlikeThatWereForeseenOn) {
   EXPECT_EQ(chargeEvidence({}, 14.0, 10.0).charges, 0);
   EXPECT_FALSE(chargeEvidence({}, 14.0, 10.0).is_supported);
   EXPECT_FALSE(chargeEvidence(charged(2, 0.1).intervals.event_history, 14.0, 10.0).is_supported);
-  const ChargeEvidence evidence = chargeEvidence(charged(3, 0.1).intervals.event_history, 14.0, 10.0);
+  const ChargeEvidence evidence =
+      chargeEvidence(charged(3, 0.1).intervals.event_history, 14.0, 10.0);
   EXPECT_EQ(evidence.charges, 3);
   EXPECT_NEAR(evidence.median_error, 0.1, 1e-9);
   EXPECT_GT(evidence.typical, 8.0);

@@ -27,7 +27,8 @@ struct Player {
 
   void play(const Series& series, std::size_t first, std::size_t last) {
     for (std::size_t n = first; n < last; ++n) {
-      const SessionEvents events = session.push({series.time[n], series.current[n], series.voltage[n], {}});
+      const SessionEvents events =
+          session.push({series.time[n], series.current[n], series.voltage[n], {}});
       cranks.insert(cranks.end(), events.cranks.begin(), events.cranks.end());
       if (const auto job = session.takeDueJob()) {
         taken.push_back(series.time[n]);
@@ -119,7 +120,8 @@ TEST(ExtendedSession, AnotherCompositionTakesThePlaceWhenItFitsAsWell) {
   ASSERT_TRUE(session.doesExtendedAnswer());
   session.extendWith({"current_dependent_resistance", "acid_transport"});
   player.play(series, 11000, 11100);
-  EXPECT_THAT(session.status().effects, ElementsAre("current_dependent_resistance", "acid_transport"));
+  EXPECT_THAT(session.status().effects,
+              ElementsAre("current_dependent_resistance", "acid_transport"));
 }
 
 TEST(ExtendedSession, AnotherCompositionThatFitsWorseLeavesTheOneBeforeInUse) {
@@ -132,7 +134,8 @@ TEST(ExtendedSession, AnotherCompositionThatFitsWorseLeavesTheOneBeforeInUse) {
   session.extendWith({"gassing"});
   player.play(series, 11000, 11100);
   EXPECT_THAT(session.status().effects, ElementsAre(kMissing[0]));
-  EXPECT_THAT(session.status().extension, HasSubstr("the fit with gassing was refused: on the most recent"));
+  EXPECT_THAT(session.status().extension,
+              HasSubstr("the fit with gassing was refused: on the most recent"));
 }
 
 TEST(ExtendedSession, WhatWasLearntAnswersWhereItErrsLess) {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "estimation/residual_filter.hpp"
 #include "estimation/fit_description.hpp"
 #include "estimation/identification.hpp"
+#include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
 #include "prediction/online_session.hpp"
 #include "prediction/state_tracker.hpp"
@@ -15,8 +15,10 @@ using namespace test;
 
 /// A composition at its magnitudes, one per cent uncertain, its state at rest at a sample of the
 /// recording.
-FittedModel standingAt(const std::vector<std::string>& effects, const Series& series, std::size_t n) {
-  FittedModel model = unfitted(series, {0, n + 1}, BatteryModel(effects), FitStatus::kConverged, "");
+FittedModel standingAt(const std::vector<std::string>& effects, const Series& series,
+                       std::size_t n) {
+  FittedModel model =
+      unfitted(series, {0, n + 1}, BatteryModel(effects), FitStatus::kConverged, "");
   const BatteryModel composition(effects);
   Eigen::VectorXd p = typicalPoint(composition);
   if (const auto row = composition.parameterRow("contact_time")) p[*row] = series.time[n] + 20.0;
@@ -39,7 +41,8 @@ TEST_P(LiveEffect, TrackedSampleBySampleIsWhereCarryingTheStateOfflinePutsIt) {
   for (std::size_t n = 4000; n < series.size(); ++n) series.time[n] += 30.0;  // the recorder slept
   FittedModel offline = standingAt(withNeeds(GetParam()), series, 1000);
   StateTracker tracker(offline, gapThreshold(series));
-  for (std::size_t n = 1001; n < series.size(); ++n) tracker.follow(series.time[n], series.current[n], series.voltage[n]);
+  for (std::size_t n = 1001; n < series.size(); ++n)
+    tracker.follow(series.time[n], series.current[n], series.voltage[n]);
   carryState(offline, series, series.size() - 1);
   const FittedModel live = tracker.modelNow();
   EXPECT_EQ(live.state.time, offline.state.time);
@@ -69,7 +72,8 @@ std::vector<std::string> allIds() {
   return ids;
 }
 
-INSTANTIATE_TEST_SUITE_P(Catalogue, LiveEffect, ::testing::ValuesIn(allIds()), [](const auto& instance) { return instance.param; });
+INSTANTIATE_TEST_SUITE_P(Catalogue, LiveEffect, ::testing::ValuesIn(allIds()),
+                         [](const auto& instance) { return instance.param; });
 
 TEST(OnlineSession, WithEffectsGivesTheSameAnswersAsTheOfflineFunctions) {
   const std::vector<std::string> effects = {"acid_transport", "current_dependent_resistance"};
@@ -96,12 +100,14 @@ TEST(OnlineSession, WithEffectsGivesTheSameAnswersAsTheOfflineFunctions) {
   FittedModel model = identify(series, *choice.range, options.identify);
   fitErrors(model, series, *choice.range);
   carryState(model, series, series.size() - 1);
-  model.intervals.crank_calibration = session.crankCalibration();  // the session has learned from the cranks it saw
+  // the session has learned from the cranks it saw
+  model.intervals.crank_calibration = session.crankCalibration();
   CrankingQuery query;
   query.i_load = -25.0;
   query.t_stop = 20.0;
   query.i_cranking = -200.0;
-  const CrankingAnswer offline = predictCranking(model, query), live = session.predictCranking(query);
+  const CrankingAnswer offline = predictCranking(model, query),
+                       live = session.predictCranking(query);
   ASSERT_TRUE(offline.u_min && live.u_min);
   EXPECT_NEAR(live.u_min->value, offline.u_min->value, 1e-9);
   EXPECT_NEAR(live.u_min->lower, offline.u_min->lower, 1e-9);

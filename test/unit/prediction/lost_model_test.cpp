@@ -11,7 +11,8 @@ namespace {
 const CrankingQuery kQuery{-25.0, 20.0, -200.0, 0.5, 7.2};
 constexpr double kStart = 1000.0;  // [s]
 
-/// A model whose voltage leaves the range of numbers some 200 s after its window began: no file may hold it.
+/// A model whose voltage leaves the range of numbers some 200 s after its window began: no file may
+/// hold it.
 FittedModel overflowing() {
   FittedModel model = test::knownModel({"voltage_drift"});
   for (ParameterEstimate& estimate : model.fit.estimates)
@@ -35,7 +36,8 @@ class LostModel : public ::testing::Test {
 
   void pushUntil(double time) {
     for (; next_ < inputs_.size() && inputs_.time[next_] < time; ++next_) {
-      session_.push({kStart + inputs_.time[next_], inputs_.current[next_], inputs_.voltage[next_], {}});
+      session_.push(
+          {kStart + inputs_.time[next_], inputs_.current[next_], inputs_.voltage[next_], {}});
       if (const auto job = session_.takeDueJob()) session_.finish(runIdentification(*job));
     }
   }

@@ -37,10 +37,13 @@ TEST(MapCranking, HoldsTheSingleAnswersRowByRow) {
 
 TEST(MapChargeAcceptance, HoldsTheSingleAnswersRowByRow) {
   const FittedModel model = knownModel();
-  const ChargeAcceptanceMap map = mapChargeAcceptance(model, {0.0, 0.0, 100.0}, {13.0, 14.2}, {1.0, 10.0});
+  const ChargeAcceptanceMap map =
+      mapChargeAcceptance(model, {0.0, 0.0, 100.0}, {13.0, 14.2}, {1.0, 10.0});
   ASSERT_EQ(map.answers.size(), 4u);
-  EXPECT_EQ(map.answers[2].i_boost->value, predictChargeAcceptance(model, {14.2, 1.0, 100.0}).i_boost->value);
-  EXPECT_EQ(map.answers[1].i_boost->value, predictChargeAcceptance(model, {13.0, 10.0, 100.0}).i_boost->value);
+  EXPECT_EQ(map.answers[2].i_boost->value,
+            predictChargeAcceptance(model, {14.2, 1.0, 100.0}).i_boost->value);
+  EXPECT_EQ(map.answers[1].i_boost->value,
+            predictChargeAcceptance(model, {13.0, 10.0, 100.0}).i_boost->value);
 }
 
 TEST(Maps, RefuseListsThatAreEmptyOrTooLongAndNameThem) {
@@ -55,7 +58,8 @@ TEST(Maps, RefuseListsThatAreEmptyOrTooLongAndNameThem) {
 
 TEST(Maps, BrokenOffHaveNoAnswersAndSayHowFarTheyCame) {
   const auto after_half = [](double share) { return share < 0.5 ? "" : "time was up"; };
-  const CrankingMap cranks = mapCranking(knownModel(), crank(), {-10.0, -20.0}, {1.0, 5.0}, 50.0, after_half);
+  const CrankingMap cranks =
+      mapCranking(knownModel(), crank(), {-10.0, -20.0}, {1.0, 5.0}, 50.0, after_half);
   EXPECT_EQ(cranks.code, AnswerCode::kInvalidQuery);
   EXPECT_EQ(cranks.message, "2 of 4 answers were there when time was up");
   EXPECT_TRUE(cranks.answers.empty());

@@ -22,7 +22,8 @@ Measured measured(double interval, std::size_t samples) {
     const double t = interval * static_cast<double>(k), phase = std::fmod(t + 1e-9, 100.0);
     const bool controlled = phase >= 20.0;
     made.series.time.push_back(t);
-    made.series.current.push_back(controlled ? 40.0 * std::exp(-(phase - 20.0) / 20.0) + 1.0 : -20.0 - std::fmod(phase, 5.0));
+    made.series.current.push_back(controlled ? 40.0 * std::exp(-(phase - 20.0) / 20.0) + 1.0
+                                             : -20.0 - std::fmod(phase, 5.0));
     made.series.voltage.push_back(controlled ? 14.0 : 12.0 + 0.01 * std::fmod(phase, 7.0));
     made.voltage_controlled.push_back(controlled ? 1 : 0);
   }
@@ -31,7 +32,8 @@ Measured measured(double interval, std::size_t samples) {
 
 TEST(ScoreMixed, APerfectPredictionHasAFullShare) {
   const Measured made = measured(1.0, 300);
-  const MixedScores scores = scoreMixed(made.series, made.all(), made.voltage_controlled, made.exact());
+  const MixedScores scores =
+      scoreMixed(made.series, made.all(), made.voltage_controlled, made.exact());
   EXPECT_DOUBLE_EQ(*scores.share_percent, 100.0);
   EXPECT_DOUBLE_EQ(*scores.current_share_percent, 100.0);
   EXPECT_DOUBLE_EQ(*scores.voltage_share_percent, 100.0);
@@ -44,11 +46,13 @@ TEST(ScoreMixed, EachQuantitysMeanHasNoShare) {
   double current = 0.0, voltage = 0.0, charged = 0.0, loaded = 0.0;
   for (std::size_t k = 0; k < 300; ++k) {
     (made.voltage_controlled[k] ? charged : loaded) += 1.0;
-    (made.voltage_controlled[k] ? current : voltage) += made.voltage_controlled[k] ? made.series.current[k] : made.series.voltage[k];
+    (made.voltage_controlled[k] ? current : voltage) +=
+        made.voltage_controlled[k] ? made.series.current[k] : made.series.voltage[k];
   }
   predicted.current.assign(300, current / charged);
   predicted.voltage.assign(300, voltage / loaded);
-  const MixedScores scores = scoreMixed(made.series, made.all(), made.voltage_controlled, predicted);
+  const MixedScores scores =
+      scoreMixed(made.series, made.all(), made.voltage_controlled, predicted);
   EXPECT_NEAR(*scores.share_percent, 0.0, 1e-9);
   EXPECT_NEAR(*scores.current_share_percent, 0.0, 1e-9);
   EXPECT_NEAR(*scores.voltage_share_percent, 0.0, 1e-9);
@@ -57,8 +61,10 @@ TEST(ScoreMixed, EachQuantitysMeanHasNoShare) {
 TEST(ScoreMixed, OnlyTheQuantityThatIsNotImposedCounts) {
   const Measured made = measured(1.0, 300);
   MixedPrediction predicted = made.exact();
-  for (std::size_t k = 0; k < 300; ++k) (made.voltage_controlled[k] ? predicted.voltage[k] : predicted.current[k]) = 1e6;
-  const MixedScores scores = scoreMixed(made.series, made.all(), made.voltage_controlled, predicted);
+  for (std::size_t k = 0; k < 300; ++k)
+    (made.voltage_controlled[k] ? predicted.voltage[k] : predicted.current[k]) = 1e6;
+  const MixedScores scores =
+      scoreMixed(made.series, made.all(), made.voltage_controlled, predicted);
   EXPECT_DOUBLE_EQ(*scores.share_percent, 100.0);
 }
 
@@ -66,7 +72,8 @@ TEST(ScoreMixed, CombinedLiesBetweenTheTwoShares) {
   const Measured made = measured(1.0, 300);
   MixedPrediction predicted = made.exact();
   for (double& current : predicted.current) current += 5.0;
-  const MixedScores scores = scoreMixed(made.series, made.all(), made.voltage_controlled, predicted);
+  const MixedScores scores =
+      scoreMixed(made.series, made.all(), made.voltage_controlled, predicted);
   EXPECT_NEAR(*scores.current_rmse, 5.0, 1e-9);
   EXPECT_GT(*scores.share_percent, *scores.current_share_percent);
   EXPECT_LT(*scores.share_percent, *scores.voltage_share_percent);
@@ -82,7 +89,8 @@ TEST(ScoreMixed, ChargesAreMeanCurrentsOverSecondsAtEveryRate) {
     for (double& current : predicted.current) current += 2.0;
     predicted.current_lower.assign(samples, 0.0);
     predicted.current_upper.assign(samples, 50.0);
-    const MixedScores scores = scoreMixed(made.series, made.all(), made.voltage_controlled, predicted);
+    const MixedScores scores =
+        scoreMixed(made.series, made.all(), made.voltage_controlled, predicted);
     ASSERT_EQ(scores.charges.size(), 6U);
     EXPECT_EQ(scores.charges[0].duration, 10.0);
     EXPECT_EQ(scores.charges[1].duration, 60.0);
@@ -98,7 +106,8 @@ TEST(ScoreMixed, WithoutAnImposedVoltageTheVoltageAloneIsScored) {
   made.voltage_controlled.assign(300, 0);
   MixedPrediction predicted = made.exact();
   predicted.current.clear();
-  const MixedScores scores = scoreMixed(made.series, made.all(), made.voltage_controlled, predicted);
+  const MixedScores scores =
+      scoreMixed(made.series, made.all(), made.voltage_controlled, predicted);
   EXPECT_FALSE(scores.current_share_percent);
   EXPECT_FALSE(scores.current_rmse);
   EXPECT_DOUBLE_EQ(*scores.share_percent, 100.0);
@@ -109,14 +118,16 @@ TEST(ScoreMixed, AQuantityWithoutPredictionLeavesNoCombinedShare) {
   const Measured made = measured(1.0, 300);
   MixedPrediction predicted = made.exact();
   predicted.current.clear();
-  const MixedScores scores = scoreMixed(made.series, made.all(), made.voltage_controlled, predicted);
+  const MixedScores scores =
+      scoreMixed(made.series, made.all(), made.voltage_controlled, predicted);
   EXPECT_FALSE(scores.share_percent);
   EXPECT_DOUBLE_EQ(*scores.voltage_share_percent, 100.0);
 }
 
 TEST(ScoreMixed, SizesThatDoNotFitAreRefused) {
   const Measured made = measured(1.0, 300);
-  EXPECT_THROW(scoreMixed(made.series, {0, 200}, made.voltage_controlled, made.exact()), std::invalid_argument);
+  EXPECT_THROW(scoreMixed(made.series, {0, 200}, made.voltage_controlled, made.exact()),
+               std::invalid_argument);
   EXPECT_THROW(scoreMixed(made.series, made.all(), {}, made.exact()), std::invalid_argument);
   EXPECT_THROW(scoreMixed(made.series, {5, 5}, made.voltage_controlled, {}), std::invalid_argument);
 }

@@ -25,7 +25,8 @@ class Rivals {
     for (int n = 0; n < 2 * seconds; ++n) {
       time_ += 0.5;
       const StreamSample sample{time_, 0.0, drivenBattery().u_dc + base_error};
-      const SessionEvents of_base = base_.follow(sample, 5.0), of_extended = extended_.follow(sample, 5.0);
+      const SessionEvents of_base = base_.follow(sample, 5.0),
+                          of_extended = extended_.follow(sample, 5.0);
       selector.add(sample, base_, of_base, extended_, of_extended);
     }
   }

@@ -102,7 +102,8 @@ TEST(OnlineSession, GivesTheSameAnswersAsTheOfflineFunctionsOnTheSameSamples) {
   FittedModel model = identify(recording.series, *choice.range);
   fitErrors(model, recording.series, *choice.range);
   carryState(model, recording.series, recording.series.size() - 1);
-  model.intervals.crank_calibration = session.crankCalibration();  // estimated from the cranks that passed
+  // estimated from the cranks that passed
+  model.intervals.crank_calibration = session.crankCalibration();
   const CrankingAnswer offline = predictCranking(model, kQuery);
   const CrankingAnswer online = session.predictCranking(kQuery);
 
@@ -222,7 +223,8 @@ TEST(OnlineSession, KnowsAtWhichVoltageTheBatteryWasChargedLately) {
   ASSERT_TRUE(session.model());
   double time = feeder.offered.back().time;
   for (const double voltage : {13.1, 13.6, 13.3})
-    for (int n = 0; n < 1600; ++n) feeder.push({time += 0.01, n < 400 ? -20.0 : 20.0, n < 400 ? 12.3 : voltage, {}});
+    for (int n = 0; n < 1600; ++n)
+      feeder.push({time += 0.01, n < 400 ? -20.0 : 20.0, n < 400 ? 12.3 : voltage, {}});
   EXPECT_NEAR(session.chargeVoltage().value_or(0.0), 13.3, 1e-9);
 }
 
@@ -348,11 +350,13 @@ TEST(OnlineSession, RestoredModelAnswersFromTheFirstSampleOn) {
   OnlineSession session;
   session.restore(*before.model());
   EXPECT_EQ(session.predictCranking(kQuery).code, AnswerCode::kNoModel);
-  EXPECT_THAT(session.predictCranking(kQuery).message, HasSubstr("saved model waits for the first sample"));
+  EXPECT_THAT(session.predictCranking(kQuery).message,
+              HasSubstr("saved model waits for the first sample"));
   EXPECT_THAT(session.status().reason, HasSubstr("saved model waits for the first sample"));
   for (int n = 0; n < 200; ++n) session.push(inputs.next());
   EXPECT_EQ(session.status().state, SessionState::kReady);
-  EXPECT_NEAR(session.predictCranking(kQuery).u_min->value, before.predictCranking(kQuery).u_min->value, 0.2);
+  EXPECT_NEAR(session.predictCranking(kQuery).u_min->value,
+              before.predictCranking(kQuery).u_min->value, 0.2);
 }
 
 TEST(OnlineSession, RestoredModelAnswersWhileTheRateIsStillMeasured) {
@@ -370,7 +374,9 @@ TEST(OnlineSession, RestoredModelAnswersWhileTheRateIsStillMeasured) {
     EXPECT_FALSE(session.whyNoModel()) << n;
     EXPECT_EQ(session.status().state, SessionState::kReady) << n;
     EXPECT_THAT(session.status().reason, HasSubstr("the saved model is in use")) << n;
-    EXPECT_NEAR(session.predictCranking(kQuery).u_min->value, before.predictCranking(kQuery).u_min->value, 1e-6) << n;
+    EXPECT_NEAR(session.predictCranking(kQuery).u_min->value,
+                before.predictCranking(kQuery).u_min->value, 1e-6)
+        << n;
   }
 }
 
@@ -462,8 +468,10 @@ TEST(SampleStream, BadValuesAreCountedByReason) {
   SampleStream stream(100.0);
   const double infinite = std::numeric_limits<double>::infinity();
   for (int n = 0; n < 20; ++n) stream.push({static_cast<double>(n), 1.0, 12.0, {}});
-  for (const RawSample& sample : {RawSample{20.0, kNan, 12.0, {}}, RawSample{20.0, infinite, 12.0, {}}, RawSample{19.0, 1.0, 12.0, {}},
-                                  RawSample{17.0, 1.0, 12.0, {}}, RawSample{20.0, 1.0, 500.0, {}}, RawSample{kNan, 1.0, 12.0, {}}}) {
+  for (const RawSample& sample :
+       {RawSample{20.0, kNan, 12.0, {}}, RawSample{20.0, infinite, 12.0, {}},
+        RawSample{19.0, 1.0, 12.0, {}}, RawSample{17.0, 1.0, 12.0, {}},
+        RawSample{20.0, 1.0, 500.0, {}}, RawSample{kNan, 1.0, 12.0, {}}}) {
     stream.push(sample);
   }
   const RejectedCounts rejected = stream.counts().rejected;

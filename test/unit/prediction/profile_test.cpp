@@ -21,11 +21,14 @@ const FittedModel& model() {
 }
 
 TEST(SimulateProfile, ContinuesFromTheSavedState) {
-  const ProfileAnswer answer = simulateProfile(model(), {0.0, 1.0, 2.0}, {model().state.current, -20.0, -20.0});
+  const ProfileAnswer answer =
+      simulateProfile(model(), {0.0, 1.0, 2.0}, {model().state.current, -20.0, -20.0});
   EXPECT_EQ(answer.code, AnswerCode::kOk);
   EXPECT_TRUE(answer.valid);
   ASSERT_EQ(answer.predicted.voltage.size(), 3u);
-  EXPECT_NEAR(answer.predicted.voltage[0], terminalVoltage(model().fit.parameters, model().state.current, model().state.u_c2), 1e-12);
+  EXPECT_NEAR(answer.predicted.voltage[0],
+              terminalVoltage(model().fit.parameters, model().state.current, model().state.u_c2),
+              1e-12);
   for (std::size_t n = 0; n < 3; ++n) {
     EXPECT_LT(answer.predicted.lower[n], answer.predicted.voltage[n]);
     EXPECT_GT(answer.predicted.upper[n], answer.predicted.voltage[n]);
@@ -51,10 +54,14 @@ TEST(SimulateProfile, RefusesProfilesThatMakeNoSenseAndSaysWhere) {
 }
 
 TEST(SimulateProfile, RefusesTimesCloserThanAnythingMoves) {
-  for (const std::vector<double>& time : {std::vector<double>{5e-324, 1e-323}, {0.0, 1e-310, 1.0}, {1.0, 1.0 + 1e-9}}) {
-    const ProfileAnswer answer = simulateProfile(model(), time, std::vector<double>(time.size(), -20.0));
+  for (const std::vector<double>& time :
+       {std::vector<double>{5e-324, 1e-323}, {0.0, 1e-310, 1.0}, {1.0, 1.0 + 1e-9}}) {
+    const ProfileAnswer answer =
+        simulateProfile(model(), time, std::vector<double>(time.size(), -20.0));
     EXPECT_EQ(answer.code, AnswerCode::kInvalidQuery);
-    EXPECT_NE(answer.message.find("expected at least 1e-07 s after the time before it"), std::string::npos) << answer.message;
+    EXPECT_NE(answer.message.find("expected at least 1e-07 s after the time before it"),
+              std::string::npos)
+        << answer.message;
   }
   EXPECT_TRUE(simulateProfile(model(), {1e-6, 2e-6}, {-20.0, -20.0}).valid);
 }
@@ -69,8 +76,9 @@ TEST(SimulateProfile, AnIntervalTooShortToDivideIsPassedAtOnce) {
 
 TEST(SimulateProfile, BreaksOffWhenItIsToldToAndSaysHowFarItCame) {
   int asked = 0;
-  const ProfileAnswer answer = simulateProfile(model(), {1.0, 2.0, 3.0, 4.0}, {-20.0, -20.0, -20.0, -20.0},
-                                               [&](double share) { return ++asked == 3 && share == 0.5 ? "time was up" : ""; });
+  const ProfileAnswer answer = simulateProfile(
+      model(), {1.0, 2.0, 3.0, 4.0}, {-20.0, -20.0, -20.0, -20.0},
+      [&](double share) { return ++asked == 3 && share == 0.5 ? "time was up" : ""; });
   EXPECT_EQ(answer.code, AnswerCode::kInvalidQuery);
   EXPECT_EQ(answer.message, "2 of 4 samples were done when time was up");
   EXPECT_TRUE(answer.predicted.voltage.empty());
@@ -87,7 +95,8 @@ TEST(PredictSeries, FollowsTheDriveThatFollowsTheWindow) {
   const Series series = test::baseDrive(2, 600.0);
   const FittedModel fitted = identify(series, {0, 24000});
   const IndexRange later = {24000, series.size()};
-  const PredictionScores scores = scorePrediction(series, later, predictSeries(fitted, series, later));
+  const PredictionScores scores =
+      scorePrediction(series, later, predictSeries(fitted, series, later));
   EXPECT_GT(*scores.q_dyn_percent, 98.0);
   EXPECT_LT(scores.rmse, 0.003);
   EXPECT_NEAR(scores.coverage_90, 0.90, 0.02);
@@ -104,7 +113,9 @@ TEST(PredictSeries, UsesOnlyTheCurrentInsideALaterRange) {
   EXPECT_EQ(predictSeries(fitted, series, {24000, 30000}).voltage, before);
 }
 
-TEST(PredictSeries, OfNothingIsNothing) { EXPECT_TRUE(predictSeries(model(), test::baseDrive(1, 10.0), {5, 5}).voltage.empty()); }
+TEST(PredictSeries, OfNothingIsNothing) {
+  EXPECT_TRUE(predictSeries(model(), test::baseDrive(1, 10.0), {5, 5}).voltage.empty());
+}
 
 TEST(ScorePrediction, RefusesAPredictionOfAnotherLength) {
   const Series series = test::baseDrive(1, 10.0);
@@ -117,7 +128,8 @@ TEST(StateTracker, EqualsCarryingTheStateOffline) {
   FittedModel offline = fitted;
   carryState(offline, series, series.size() - 1);
   StateTracker tracker(fitted, gapThreshold(series));
-  for (std::size_t n = 24000; n < series.size(); ++n) tracker.follow(series.time[n], series.current[n], series.voltage[n]);
+  for (std::size_t n = 24000; n < series.size(); ++n)
+    tracker.follow(series.time[n], series.current[n], series.voltage[n]);
   const FittedModel online = tracker.modelNow();
   EXPECT_DOUBLE_EQ(online.state.u_c2, offline.state.u_c2);
   EXPECT_DOUBLE_EQ(online.state.time, offline.state.time);

@@ -48,7 +48,8 @@ TEST(ExtrapolationOf, GivesEachReasonAlone) {
             "it charges with 501 A but the window's largest charge was 400 A");
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.max_voltage = 15.4; }),
             "it goes to 15.40 V but the window's highest voltage was 15.00 V");
-  EXPECT_TRUE(holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 0.6; }), "it moves 0.60 Ah"));
+  EXPECT_TRUE(
+      holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 0.6; }), "it moves 0.60 Ah"));
 }
 
 TEST(ExtrapolationOf, AllowsWhatIsWithinReach) {
@@ -74,7 +75,8 @@ TEST(VoltageSaysNothing, WhereItsIntervalLeavesABatterysVoltagesOrHoldsAsGoodAsA
   Fit fit = knownModel().fit;
   EXPECT_EQ(voltageSaysNothing(fit, {9.0, 6.5, 11.5}), "");
   EXPECT_EQ(voltageSaysNothing(fit, {1.0, -0.5, 2.5}),
-            "its 90 % interval of -0.50 to 2.50 V says nothing, expected inside 0 to 16 V and narrower than 10 V");
+            "its 90 % interval of -0.50 to 2.50 V says nothing, expected inside 0 to 16 V and "
+            "narrower than 10 V");
   EXPECT_NE(voltageSaysNothing(fit, {14.0, 11.0, 17.0}), "");
   EXPECT_NE(voltageSaysNothing(fit, {8.0, 3.0, 13.0}), "");
   fit.series_blocks = 2.0;
@@ -93,13 +95,15 @@ TEST(ExtrapolationOf, AnIntervalThatSaysNothingIsNoValidAnswerToAnyQuestion) {
     const ChargeAcceptanceAnswer charge = predictChargeAcceptance(model, {13.4, 10.0, 5000.0});
     const ProfileAnswer profile = simulateProfile(model, {60.0, 120.0}, {-20.0, 20.0});
     const bool charges_only = row == 1;
-    for (const auto& [valid, message] : {std::pair(crank.valid, crank.message), std::pair(stop.valid, stop.message)}) {
+    for (const auto& [valid, message] :
+         {std::pair(crank.valid, crank.message), std::pair(stop.valid, stop.message)}) {
       EXPECT_EQ(valid, charges_only) << row << ": " << message;
       EXPECT_EQ(holds(message, "says nothing"), !charges_only) << message;
     }
     const bool discharges_only = row == 0;
     EXPECT_EQ(charge.valid, discharges_only) << row << ": " << charge.message;
-    EXPECT_EQ(holds(charge.message, "says nothing"), !discharges_only) << row << ": " << charge.message;
+    EXPECT_EQ(holds(charge.message, "says nothing"), !discharges_only)
+        << row << ": " << charge.message;
     EXPECT_FALSE(profile.valid) << row;
     EXPECT_TRUE(holds(profile.message, "says nothing")) << row << ": " << profile.message;
   }
@@ -144,7 +148,8 @@ TEST(SupportedCharge, IsWhatTheWindowMovedWhereItDeterminedAPhysicalSlopeElseOne
   EXPECT_DOUBLE_EQ(supported(1.2, 3.0), 3.0);
   EXPECT_DOUBLE_EQ(supported(1.2, 0.1), 0.5) << "never less than the 1 % of a constant voltage";
   EXPECT_DOUBLE_EQ(supported(1.2, 80.0), 50.0) << "nor more than the battery holds";
-  for (const double not_physical : {6.7, 1.9, 0.7, 0.0, -1.2}) EXPECT_DOUBLE_EQ(supported(not_physical, 3.0), 0.5) << not_physical;
+  for (const double not_physical : {6.7, 1.9, 0.7, 0.0, -1.2})
+    EXPECT_DOUBLE_EQ(supported(not_physical, 3.0), 0.5) << not_physical;
   slope.determined = false;
   EXPECT_DOUBLE_EQ(supported(1.2, 3.0), 0.5);
   slope.determined = true;
@@ -156,13 +161,15 @@ TEST(SupportedCharge, IsWhatTheWindowMovedWhereItDeterminedAPhysicalSlopeElseOne
 }
 
 TEST(SupportedCharge, IsOnePercentWithoutASlopeWhateverRelaxes) {
-  for (const auto& effects : {std::vector<std::string>{}, std::vector<std::string>{"acid_transport"}}) {
+  for (const auto& effects :
+       {std::vector<std::string>{}, std::vector<std::string>{"acid_transport"}}) {
     FittedModel model = knownModel(effects);
     model.fit.excited.charge_swing = 20.0;
     EXPECT_DOUBLE_EQ(supportedCharge(model.fit, kCapacity), 0.5);
-    EXPECT_TRUE(
-        holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 2.0; }), "it moves 2.00 Ah, the model supports at most 0.50 Ah"));
-    EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charge_moved = 51.0; }), "it moves 51 Ah, more than the battery's 50 Ah");
+    EXPECT_TRUE(holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 2.0; }),
+                      "it moves 2.00 Ah, the model supports at most 0.50 Ah"));
+    EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charge_moved = 51.0; }),
+              "it moves 51 Ah, more than the battery's 50 Ah");
   }
 }
 
@@ -184,7 +191,8 @@ TEST(ExtrapolationOf, LongChargesWantAnAcceptanceLimitAndALongChargeInTheWindow)
   FittedModel model = knownModel({"charge_acceptance"});
   EXPECT_EQ(reasonFor(model, twenty_seconds), "");
   model.fit.excited.longest_charge = 4.0;
-  EXPECT_EQ(reasonFor(model, twenty_seconds), "the window's longest charge lasted 4.0 s, at least 10 s are needed");
+  EXPECT_EQ(reasonFor(model, twenty_seconds),
+            "the window's longest charge lasted 4.0 s, at least 10 s are needed");
 }
 
 TEST(ExtrapolationOf, NamesTheResistanceTheWindowDidNotDetermine) {
@@ -193,7 +201,8 @@ TEST(ExtrapolationOf, NamesTheResistanceTheWindowDidNotDetermine) {
   EXPECT_EQ(reasonFor(model, [](QueryRange&) {}), "the window did not determine r_discharge");
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charges = true; }), "");
   model.fit.estimates[1].determined = false;
-  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charges = true; }), "the window did not determine r_charge");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charges = true; }),
+            "the window did not determine r_charge");
 }
 
 TEST(ExtrapolationOf, JoinsSeveralReasons) {
@@ -208,12 +217,16 @@ TEST(FaultOf, NamesTheFirstFaultOfAProfileAndWhatWasExpected) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(faultOf({{0.0, 1.0}, {-5.0, -5.0}}, "load"), "");
   EXPECT_EQ(faultOf({}, "load"), "");
-  EXPECT_EQ(faultOf({{0.0, 1.0}, {-5.0}}, "load"), "load has 2 times and 1 currents, expected as many");
-  EXPECT_TRUE(holds(faultOf({{0.0, nan}, {-5.0, -5.0}}, "load"), "load time[1] is nan s, expected 0 to 86400"));
-  EXPECT_TRUE(holds(faultOf({{1.0, 1.0}, {-5.0, -5.0}}, "load"), "expected more than the one before"));
+  EXPECT_EQ(faultOf({{0.0, 1.0}, {-5.0}}, "load"),
+            "load has 2 times and 1 currents, expected as many");
+  EXPECT_TRUE(holds(faultOf({{0.0, nan}, {-5.0, -5.0}}, "load"),
+                    "load time[1] is nan s, expected 0 to 86400"));
   EXPECT_TRUE(
-      holds(faultOf({{5e-324, 1.0}, {-5.0, -5.0}}, "load"), "load time[0] is 4.94066e-324 s after the one before, expected at least"));
-  EXPECT_TRUE(holds(faultOf({{0.0, 1.0}, {-5.0, nan}}, "crank"), "crank current[1] is nan A, expected -5000 to 5000"));
+      holds(faultOf({{1.0, 1.0}, {-5.0, -5.0}}, "load"), "expected more than the one before"));
+  EXPECT_TRUE(holds(faultOf({{5e-324, 1.0}, {-5.0, -5.0}}, "load"),
+                    "load time[0] is 4.94066e-324 s after the one before, expected at least"));
+  EXPECT_TRUE(holds(faultOf({{0.0, 1.0}, {-5.0, nan}}, "crank"),
+                    "crank current[1] is nan A, expected -5000 to 5000"));
 }
 
 }  // namespace

@@ -7,7 +7,8 @@
 #include "recording/series_blocks.hpp"
 #include "support/base_drive.hpp"
 
-/// A battery that is said to be a series string: what a row of n is asked is answered as of one, with n times the voltage.
+/// A battery that is said to be a series string: what a row of n is asked is answered as of one,
+/// with n times the voltage.
 namespace battery_sof {
 namespace {
 
@@ -33,8 +34,10 @@ void expectTimes(double series_blocks, const Interval& row, const Interval& one)
 }
 
 TEST(RowsOfBlocks, AreMultiplesOfHalfABlock) {
-  for (const double series_blocks : {0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0}) EXPECT_TRUE(areSeriesBlocks(series_blocks)) << series_blocks;
-  for (const double series_blocks : {0.0, -1.0, 0.3, 2.25, 6.5, 1e300, std::numeric_limits<double>::quiet_NaN()})
+  for (const double series_blocks : {0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0})
+    EXPECT_TRUE(areSeriesBlocks(series_blocks)) << series_blocks;
+  for (const double series_blocks :
+       {0.0, -1.0, 0.3, 2.25, 6.5, 1e300, std::numeric_limits<double>::quiet_NaN()})
     EXPECT_FALSE(areSeriesBlocks(series_blocks)) << series_blocks;
 }
 
@@ -82,8 +85,9 @@ TEST_P(SeriesBlocks, TakesAsMuchChargeAtAsManyTimesTheVoltage) {
     EXPECT_EQ(row.valid, one.valid) << row.message;
   }
   const auto high = predictChargeAcceptance(row_, {blocks_ * 16.0, 10.0, 200.0});
-  EXPECT_THAT(high.message, HasSubstr(format("it goes to %.2f V but the window's highest voltage was %.2f V", blocks_ * 16.0,
-                                               blocks_ * one_.fit.excited.max_voltage)));
+  EXPECT_THAT(high.message,
+              HasSubstr(format("it goes to %.2f V but the window's highest voltage was %.2f V",
+                               blocks_ * 16.0, blocks_ * one_.fit.excited.max_voltage)));
 }
 
 TEST_P(SeriesBlocks, FollowsAProfileAndARecordingWithAsManyTimesTheVoltage) {
@@ -96,13 +100,15 @@ TEST_P(SeriesBlocks, FollowsAProfileAndARecordingWithAsManyTimesTheVoltage) {
 
   const Series drive = baseDrive(8, 60.0);
   const RangePrediction of_one = predictRange(one_, drive, {0, drive.size()});
-  const RangePrediction of_row = predictRange(row_, perBlock(drive, 1.0 / blocks_), {0, drive.size()});
+  const RangePrediction of_row =
+      predictRange(row_, perBlock(drive, 1.0 / blocks_), {0, drive.size()});
   EXPECT_EQ(of_row.course.voltage.back(), blocks_ * of_one.course.voltage.back());
   EXPECT_EQ(of_row.course.voltage_lower.back(), blocks_ * of_one.course.voltage_lower.back());
   EXPECT_EQ(of_row.report.from_current.rmse, blocks_ * of_one.report.from_current.rmse);
   EXPECT_EQ(of_row.report.from_current.q_dyn_percent, of_one.report.from_current.q_dyn_percent);
   ASSERT_FALSE(of_one.report.from_current.cranks.empty());
-  EXPECT_EQ(of_row.report.from_current.cranks[0].measured_minimum, blocks_ * of_one.report.from_current.cranks[0].measured_minimum);
+  EXPECT_EQ(of_row.report.from_current.cranks[0].measured_minimum,
+            blocks_ * of_one.report.from_current.cranks[0].measured_minimum);
 }
 
 /// A session that has followed a drive and identified on the spot.
@@ -110,7 +116,8 @@ struct Session {
   explicit Session(double series_blocks) : session(optionsOf(series_blocks)) {
     const Series series = baseDrive(9, 320.0);
     for (std::size_t n = 0; n < series.size(); ++n) {
-      const SessionEvents ended = session.push({series.time[n], series.current[n], series_blocks * series.voltage[n], {}});
+      const SessionEvents ended =
+          session.push({series.time[n], series.current[n], series_blocks * series.voltage[n], {}});
       cranks.insert(cranks.end(), ended.cranks.begin(), ended.cranks.end());
       if (const auto job = session.takeDueJob()) outcome = session.finish(runIdentification(*job));
     }
@@ -130,7 +137,9 @@ TEST_P(SeriesBlocks, IsFollowedBySessionsWithAsManyTimesTheVoltage) {
   const Session one(1.0), row(blocks_);
   ASSERT_TRUE(one.outcome.accepted && row.outcome.accepted) << row.outcome.message;
   EXPECT_EQ(row.outcome.model->fit.series_blocks, blocks_);
-  EXPECT_EQ(row.outcome.model->fit.parameters.r_discharge, one.outcome.model->fit.parameters.r_discharge) << "of one block";
+  EXPECT_EQ(row.outcome.model->fit.parameters.r_discharge,
+            one.outcome.model->fit.parameters.r_discharge)
+      << "of one block";
   CrankingQuery crank{-20.0, 30.0, -200.0, 0.8, 7.2};
   const CrankingAnswer of_one = one.session.predictCranking(crank);
   crank.u_required = blocks_ * 7.2;
@@ -143,7 +152,8 @@ TEST_P(SeriesBlocks, IsFollowedBySessionsWithAsManyTimesTheVoltage) {
   ASSERT_FALSE(one.cranks.empty());
   EXPECT_EQ(row.cranks[0].measured_minimum, blocks_ * one.cranks[0].measured_minimum);
   expectTimes(blocks_, row.cranks[0].expected_minimum, one.cranks[0].expected_minimum);
-  EXPECT_EQ(*row.session.status().expected->voltage, blocks_ * *one.session.status().expected->voltage);
+  EXPECT_EQ(*row.session.status().expected->voltage,
+            blocks_ * *one.session.status().expected->voltage);
   EXPECT_EQ(row.session.status().window_quality, one.session.status().window_quality);
 }
 
@@ -157,7 +167,8 @@ TEST_P(SeriesBlocks, OfAnotherNumberIsNotRestored) {
   };
   EXPECT_TRUE(restoredBy(blocks_).u_min);
   EXPECT_FALSE(restoredBy(1.0).u_min);
-  EXPECT_THAT(restoredBy(1.0).message, HasSubstr(format("it is of %g blocks of 12 V, blocks is 1", blocks_)));
+  EXPECT_THAT(restoredBy(1.0).message,
+              HasSubstr(format("it is of %g blocks of 12 V, blocks is 1", blocks_)));
 }
 
 INSTANTIATE_TEST_SUITE_P(OfSixToFortyEightVolts, SeriesBlocks, ::testing::Values(0.5, 2.0, 4.0));

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "estimation/identification.hpp"
 #include "baseline/charge_phases.hpp"
+#include "estimation/identification.hpp"
 #include "prediction/online_session.hpp"
 #include "prediction/profile.hpp"
 #include "prediction/state_tracker.hpp"
@@ -48,7 +48,8 @@ TEST_P(SlowChannel, TrackedLiveTheStateIsWhereCarryingItOfflinePutsIt) {
     ASSERT_EQ(live.state.current, offline.state.current);
     ASSERT_NEAR(live.state.u_c2, offline.state.u_c2, 1e-9) << n;
     ASSERT_EQ(live.state.further.size(), offline.state.further.size());
-    for (std::size_t j = 0; j < live.state.further.size(); ++j) ASSERT_NEAR(live.state.further[j], offline.state.further[j], 1e-9) << n;
+    for (std::size_t j = 0; j < live.state.further.size(); ++j)
+      ASSERT_NEAR(live.state.further[j], offline.state.further[j], 1e-9) << n;
     ASSERT_TRUE(live.fit.covariance.isApprox(offline.fit.covariance, 1e-9)) << n;
     ASSERT_EQ(live.state.memory.numbers().size(), offline.state.memory.numbers().size());
     for (std::size_t j = 0; j < InputMemory::kNumbers; ++j)
@@ -69,7 +70,8 @@ TEST_P(SlowChannel, SettledSamplesAreThoseOfAPredictionOfTheWholeRecording) {
   for (std::size_t n = 401; n < series.size(); ++n) {
     if (!tracker.follow(series.time[n], series.current[n], series.voltage[n])) continue;
     ASSERT_EQ(tracker.lastTime(), series.time[401 + settled]);
-    ASSERT_EQ(tracker.last().voltage_controlled, static_cast<bool>(offline.voltage_controlled[settled]));
+    ASSERT_EQ(tracker.last().voltage_controlled,
+              static_cast<bool>(offline.voltage_controlled[settled]));
     ASSERT_NEAR(tracker.last().current, offline.current[settled], 1e-9) << settled;
     if (tracker.last().voltage_controlled) ++voltage_driven;
     ++settled;
@@ -88,7 +90,8 @@ TEST_P(SlowChannel, PutRightTheChannelShowsTheCurrentThatFlowed) {
     StateTracker tracker(model, 10.0);
     double sum = 0.0;
     for (std::size_t n = 1; n < faulty.size(); ++n)
-      if (tracker.follow(faulty.time[n], faulty.current[n], faulty.voltage[n])) sum += std::pow(tracker.error(), 2);
+      if (tracker.follow(faulty.time[n], faulty.current[n], faulty.voltage[n]))
+        sum += std::pow(tracker.error(), 2);
     return std::sqrt(sum);
   };
   EXPECT_LT(errors(right), 0.7 * errors(wrong));
@@ -100,16 +103,21 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
   const Series series = sourcedDrive(900, battery(), 10, {1, 0});
   ModelMonitor monitor({});
   monitor.install(standingAt(series, 0, 1), 10.0);
-  const FollowedPrediction offline = predictMixed(standingAt(series, 0, 1), series, {1, series.size()});
+  const FollowedPrediction offline =
+      predictMixed(standingAt(series, 0, 1), series, {1, series.size()});
   std::vector<double> compared;
   int taken_over = 0;
   for (std::size_t n = 1; n < series.size(); ++n)
-    for (const ChargeComparison& charge : monitor.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0).charges) {
+    for (const ChargeComparison& charge :
+         monitor.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0).charges) {
       compared.push_back(charge.time);
       EXPECT_NEAR(charge.duration, 10.0, 1e-9);
-      const auto first = std::lower_bound(series.time.begin(), series.time.end(), charge.time) - series.time.begin() - 1;
+      const auto first = std::lower_bound(series.time.begin(), series.time.end(), charge.time) -
+                         series.time.begin() - 1;
       const auto drives = offline.voltage_controlled.begin() + first;
-      const double followed = std::accumulate(offline.current.begin() + first, offline.current.begin() + first + 10, 0.0) / 10.0;
+      const double followed = std::accumulate(offline.current.begin() + first,
+                                              offline.current.begin() + first + 10, 0.0) /
+                              10.0;
       const bool charger_took_over = !*(drives - 1) && std::count(drives, drives + 10, 0) == 0;
       // Saved behind a source, the state ramps from its own voltage at the measured current.
       EXPECT_NEAR(charge.modelled_current, followed, charger_took_over ? 1e-6 : 0.3) << charge.time;
@@ -118,28 +126,33 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
   EXPECT_GT(taken_over, 8);
   ControlModeDetector watch(detectControlMode(series).rule);
   std::vector<char> controlled{0};
-  for (std::size_t n = 1; n < series.size(); ++n) controlled.push_back(watch.add(series.time[n], series.current[n], series.voltage[n]));
+  for (std::size_t n = 1; n < series.size(); ++n)
+    controlled.push_back(watch.add(series.time[n], series.current[n], series.voltage[n]));
   const IndexRange all{1, series.size()};
   std::vector<double> short_ones;
   std::size_t long_ones = 0;
   for (const std::size_t first : chargeBeginnings(series, all, controlled)) {
-    if (beginningOfCharge(series, all, first, 10.0, controlled)) short_ones.push_back(series.time[first]);
+    if (beginningOfCharge(series, all, first, 10.0, controlled))
+      short_ones.push_back(series.time[first]);
     if (beginningOfCharge(series, all, first, 60.0, controlled)) ++long_ones;
   }
   ASSERT_GT(short_ones.size(), 8u);
-  EXPECT_TRUE(std::includes(short_ones.begin(), short_ones.end(), compared.begin(), compared.end()));
+  EXPECT_TRUE(
+      std::includes(short_ones.begin(), short_ones.end(), compared.begin(), compared.end()));
   EXPECT_GE(compared.size() + 2, short_ones.size()) << "one that begins inside another is left out";
   const std::size_t estimated = monitor.now().intervals.event_history.charges.size();
   EXPECT_LE(estimated, compared.size() + long_ones);
   EXPECT_GE(estimated + 1, compared.size() + long_ones);
-  EXPECT_EQ(static_cast<std::size_t>(monitor.longChargeSelector().score().events), 0u) << "no baseline predictor";
+  EXPECT_EQ(static_cast<std::size_t>(monitor.longChargeSelector().score().events), 0u)
+      << "no baseline predictor";
 }
 
 TEST(ModelMonitor, WhenTheClockJumpsPastEventsMoveWithIt) {
   const Series series = sourcedDrive(700, battery(), 11, {1, 0});
   ModelMonitor monitor({});
   monitor.install(standingAt(series, 0, 1), 10.0);
-  for (std::size_t n = 1; n < series.size(); ++n) monitor.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0);
+  for (std::size_t n = 1; n < series.size(); ++n)
+    monitor.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0);
   const EventHistory before = monitor.now().intervals.event_history;
   ASSERT_GT(before.cranks.size(), 3u);
   ASSERT_GT(before.charges.size(), 3u);
@@ -174,8 +187,10 @@ TEST(StateTracker, AcrossAGapWhatWaitedIsSettledByWhatComesAfter) {
   const Series series = sourcedDrive(300, battery(), 6, {1, 0});
   const FittedModel fitted = standingAt(series, 100, 1);
   StateTracker tracker(fitted, 10.0);
-  for (std::size_t n = 101; n < 200; ++n) tracker.follow(series.time[n], series.current[n], series.voltage[n]);
-  for (std::size_t n = 0; n < 4; ++n) tracker.follow(series.time[200] + 1000.0 + static_cast<double>(n), 0.0, 12.8);
+  for (std::size_t n = 101; n < 200; ++n)
+    tracker.follow(series.time[n], series.current[n], series.voltage[n]);
+  for (std::size_t n = 0; n < 4; ++n)
+    tracker.follow(series.time[200] + 1000.0 + static_cast<double>(n), 0.0, 12.8);
   EXPECT_EQ(tracker.state().time, series.time[200] + 1003.0);
   EXPECT_EQ(tracker.lastTime(), series.time[200] + 1001.0);
   EXPECT_THROW(tracker.follow(tracker.state().time, 0.0, 12.8), std::invalid_argument);
@@ -235,17 +250,22 @@ TEST(SessionAtASource, AnIdentificationHoweverLongLosesNoEventAndCountsNoneTwice
   EXPECT_EQ(late.events.charges.size(), prompt.events.charges.size());
   EXPECT_EQ(late.session.crankCalibration().events, prompt.session.crankCalibration().events);
   EXPECT_EQ(late.session.chargeCalibration().events, prompt.session.chargeCalibration().events);
-  EXPECT_EQ(prompt.session.crankCalibration().events, static_cast<int>(prompt.events.cranks.size()));
-  EXPECT_EQ(prompt.session.chargeCalibration().events, static_cast<int>(prompt.events.charges.size()));
-  EXPECT_EQ(late.session.status().crank_selector.events, prompt.session.status().crank_selector.events);
-  const EventHistory of_late = late.session.model()->intervals.event_history, of_prompt = prompt.session.model()->intervals.event_history;
+  EXPECT_EQ(prompt.session.crankCalibration().events,
+            static_cast<int>(prompt.events.cranks.size()));
+  EXPECT_EQ(prompt.session.chargeCalibration().events,
+            static_cast<int>(prompt.events.charges.size()));
+  EXPECT_EQ(late.session.status().crank_selector.events,
+            prompt.session.status().crank_selector.events);
+  const EventHistory of_late = late.session.model()->intervals.event_history,
+                     of_prompt = prompt.session.model()->intervals.event_history;
   ASSERT_EQ(of_late.cranks.size(), of_prompt.cranks.size());
   ASSERT_EQ(of_late.charges.size(), of_prompt.charges.size());
   for (std::size_t k = 0; k < of_late.cranks.size(); ++k) {
     EXPECT_EQ(of_late.cranks[k].time, of_prompt.cranks[k].time);
     EXPECT_NEAR(of_late.cranks[k].modelled, of_prompt.cranks[k].modelled, 1e-9);
   }
-  for (std::size_t k = 0; k < of_late.charges.size(); ++k) EXPECT_NEAR(of_late.charges[k].modelled, of_prompt.charges[k].modelled, 1e-9);
+  for (std::size_t k = 0; k < of_late.charges.size(); ++k)
+    EXPECT_NEAR(of_late.charges[k].modelled, of_prompt.charges[k].modelled, 1e-9);
   EXPECT_EQ(late.session.predictCranking({-20.0, 5.0, -200.0, 1.0}).message,
             prompt.session.predictCranking({-20.0, 5.0, -200.0, 1.0}).message);
 }
@@ -262,8 +282,10 @@ TEST(SessionAtASource, TheModelsExperienceHoldsEveryCrankOfItsWindowAndSinceOnce
       due.push_back(series.time[event.range.first]);
   const auto& cranks = model.intervals.event_history.cranks;
   ASSERT_GT(cranks.size(), 10u);
-  for (std::size_t k = 1; k < cranks.size(); ++k) EXPECT_GT(cranks[k].time, cranks[k - 1].time + 5.0);
-  EXPECT_NEAR(static_cast<double>(cranks.size()), static_cast<double>(std::min(due.size(), EventHistory::kMost)), 1.0);
+  for (std::size_t k = 1; k < cranks.size(); ++k)
+    EXPECT_GT(cranks[k].time, cranks[k - 1].time + 5.0);
+  EXPECT_NEAR(static_cast<double>(cranks.size()),
+              static_cast<double>(std::min(due.size(), EventHistory::kMost)), 1.0);
 }
 
 TEST(SessionAtASource, StatusSaysWhoImposesWhat) {
@@ -282,8 +304,9 @@ TEST(SessionAtASource, StatusSaysWhoImposesWhat) {
   const std::vector<PastCharge> charges = session.session.model()->intervals.event_history.charges;
   ASSERT_GT(charges.size(), 3u);
   EXPECT_EQ(session.session.chargeVoltage(), usualVoltage(charges));
-  const auto below =
-      std::count_if(charges.begin(), charges.end(), [&](const PastCharge& charge) { return charge.voltage < *usualVoltage(charges); });
+  const auto below = std::count_if(charges.begin(), charges.end(), [&](const PastCharge& charge) {
+    return charge.voltage < *usualVoltage(charges);
+  });
   EXPECT_LE(2u * static_cast<std::size_t>(below), charges.size());
 }
 

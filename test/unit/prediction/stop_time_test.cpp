@@ -41,7 +41,9 @@ struct HeldCurrent {
     lambda = b.beta * root / (2.0 * b.c2);
   }
   double ratio(double x) const { return (x - x_p) / (x - x_m); }
-  double timeBetween(double from, double to) const { return std::log(ratio(from) / ratio(to)) / lambda; }
+  double timeBetween(double from, double to) const {
+    return std::log(ratio(from) / ratio(to)) / lambda;
+  }
   double before(double x, double time) const {
     const double q = ratio(x) * std::exp(lambda * time);
     return (x_p - q * x_m) / (1.0 - q);
@@ -72,9 +74,9 @@ TEST(PredictStopTime, IsTheClosedFormOfTheBaseModel) {
 }
 
 TEST(PredictStopTime, InvertsTheCrankOfCompositionsToo) {
-  for (const auto& effects :
-       {std::vector<std::string>{"acid_transport"}, std::vector<std::string>{"ocv_soc", "current_dependent_resistance"},
-        std::vector<std::string>{"self_heating", "cpe2"}}) {
+  for (const auto& effects : {std::vector<std::string>{"acid_transport"},
+                              std::vector<std::string>{"ocv_soc", "current_dependent_resistance"},
+                              std::vector<std::string>{"self_heating", "cpe2"}}) {
     const FittedModel model = knownModel(effects);
     StopTimeQuery query = usualQuery(0.0);
     query.u_required = predictCranking(model, crankAfter(query, 40.0)).u_min->value;
@@ -121,9 +123,11 @@ TEST(PredictStopTime, IntervalEndsWhereTheCranksBoundsStopToHold) {
   ASSERT_LT(t.lower, t.value);
   ASSERT_GT(t.upper, t.value);
   ASSERT_GT(t.lower, 0.0);
-  EXPECT_NEAR(predictCranking(model, crankAfter(query, t.lower)).u_min->lower, query.u_required, 2e-3);
+  EXPECT_NEAR(predictCranking(model, crankAfter(query, t.lower)).u_min->lower, query.u_required,
+              2e-3);
   ASSERT_TRUE(std::isfinite(t.upper));
-  EXPECT_NEAR(predictCranking(model, crankAfter(query, t.upper)).u_min->upper, query.u_required, 2e-3);
+  EXPECT_NEAR(predictCranking(model, crankAfter(query, t.upper)).u_min->upper, query.u_required,
+              2e-3);
 }
 
 TEST(PredictStopTime, IsAtLeastTheStopThatDrawsOnePercentOfTheCapacity) {
@@ -156,7 +160,9 @@ TEST(PredictStopTime, ACrossingBeyondTheChargeTheModelHoldsIsOnlySaid) {
   EXPECT_EQ(answer.outcome, StopTimeOutcome::kAtLeast);
   EXPECT_NEAR(answer.t_stop->value, 14.4, 1e-9) << "0.1 Ah at 25 A";
   EXPECT_NEAR(answer.t_stop->upper, 40.0, 0.5);
-  EXPECT_TRUE(holds(answer.message, "puts the end at 4") || holds(answer.message, "puts the end at 39")) << answer.message;
+  EXPECT_TRUE(holds(answer.message, "puts the end at 4") ||
+              holds(answer.message, "puts the end at 39"))
+      << answer.message;
 }
 
 TEST(PredictStopTime, IsAtLeastADayWhereADayDrawsLess) {
@@ -181,19 +187,22 @@ TEST(PredictStopTime, AnIntervalFromNoStopToTheLongestSaysNothing) {
   EXPECT_TRUE(holds(answer.message, "says nothing, expected narrower than")) << answer.message;
   EXPECT_TRUE(holds(answer.message, "the stop that draws all of the battery")) << answer.message;
   query.i_load = 0.0;
-  EXPECT_TRUE(holds(predictStopTime(model, query).message, "s, a day")) << predictStopTime(model, query).message;
+  EXPECT_TRUE(holds(predictStopTime(model, query).message, "s, a day"))
+      << predictStopTime(model, query).message;
 }
 
 TEST(PredictStopTime, NeverDrawsMoreThanTheBatteryHolds) {
   constexpr double kRounding = 1e-9;  // [Ah]
-  for (const auto& effects : {std::vector<std::string>{}, std::vector<std::string>{"acid_transport"}, std::vector<std::string>{"ocv_soc"},
-                              std::vector<std::string>{"self_heating", "cpe2"}})
+  for (const auto& effects :
+       {std::vector<std::string>{}, std::vector<std::string>{"acid_transport"},
+        std::vector<std::string>{"ocv_soc"}, std::vector<std::string>{"self_heating", "cpe2"}})
     for (const double capacity : {0.5, 50.0, 200.0})
       for (const double i_load : {-1e-3, -0.5, -5.0, -20.0, -75.0, -400.0, -5000.0})
         for (const double u_required : {0.1, 7.2, 10.5, 11.3, 11.45, 12.6}) {
           StopTimeQuery query = usualQuery(u_required);
           query.i_load = i_load;
-          const StopTimeAnswer answer = predictStopTime(uncertainModel(0.002, effects), query, capacity);
+          const StopTimeAnswer answer =
+              predictStopTime(uncertainModel(0.002, effects), query, capacity);
           ASSERT_TRUE(answer.t_stop) << answer.message;
           EXPECT_NE(answer.outcome, StopTimeOutcome::kAlways) << i_load;
           EXPECT_LE(answer.t_stop->lower, answer.t_stop->value);
@@ -217,8 +226,10 @@ TEST(PredictStopTime, RefusesImpossibleQueriesAndNamesWhatWasExpected) {
   refused([&](auto& q) { q.i_load = nan; }, "i_load", "-5000 to 0");
   refused([](auto& q) { q.i_cranking = 0.0; }, "i_cranking [A] is 0", "below 0");
   refused([](auto& q) { q.t_cranking = 61.0; }, "t_cranking [s] is 61", "up to 60");
-  refused([&](auto& q) { q.u_required = nan; }, "no limit is given", "u_required [V] is nan, expected above 0, up to 100");
-  refused([&](auto& q) { q.u_required = 0.0; }, "no limit is given", "u_required [V] is 0, expected above 0, up to 100");
+  refused([&](auto& q) { q.u_required = nan; }, "no limit is given",
+          "u_required [V] is nan, expected above 0, up to 100");
+  refused([&](auto& q) { q.u_required = 0.0; }, "no limit is given",
+          "u_required [V] is 0, expected above 0, up to 100");
   refused([](auto& q) { q.crank = {{0.0, 1.0}, {-200.0}}; }, "2 times and 1 currents", "as many");
 }
 

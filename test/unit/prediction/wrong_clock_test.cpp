@@ -46,7 +46,8 @@ TEST_F(WrongClock, TwoStrayFramesOfTheFutureTakeNeitherModelNorBufferAway) {
   ASSERT_FALSE(session_.whyNoModel()) << *session_.whyNoModel();
   EXPECT_EQ(session_.series().size(), buffered + 100);
   EXPECT_EQ(session_.series().time, other.series().time);
-  EXPECT_EQ(session_.predictCranking(kQuery).u_min->value, other.predictCranking(kQuery).u_min->value);
+  EXPECT_EQ(session_.predictCranking(kQuery).u_min->value,
+            other.predictCranking(kQuery).u_min->value);
 }
 
 TEST_F(WrongClock, TwentySecondsOfZeroBasedStampsAreForgotten) {
@@ -142,7 +143,8 @@ TEST(SessionStatus, SamplesThatAreAllRefusedAreToldByReason) {
   OnlineSession session;
   for (int n = 0; n < 20000; ++n) session.push({0.0, -5.0, 12.5, {}});
   EXPECT_EQ(session.status().state, SessionState::kNoSample);
-  EXPECT_THAT(session.status().reason, HasSubstr("no usable sample yet, 19999 rejected (19999 duplicate stamp)"));
+  EXPECT_THAT(session.status().reason,
+              HasSubstr("no usable sample yet, 19999 rejected (19999 duplicate stamp)"));
 }
 
 }  // namespace

@@ -36,7 +36,9 @@ std::string idsOf(const Series& series) {
   return ids;
 }
 
-bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool says(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
 
 /// A drive at one sample a second from a sensor like a car's: steps of 0.1 A and 25 mV.
 Series slowCarDrive(double duration, std::uint64_t seed) {
@@ -67,7 +69,8 @@ TEST(Checks, NothingIsFoundInACleanDriveWithoutNoiseWithoutFilterOrAtOneKilohert
 
 TEST(Checks, OnlyRateAndQuantisationAreFoundInASlowCarDrive) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    for (const Finding& finding : checkRecording(toRecording(slowCarDrive(3600.0, seed))).findings) {
+    for (const Finding& finding :
+         checkRecording(toRecording(slowCarDrive(3600.0, seed))).findings) {
       EXPECT_TRUE(finding.id == "rate" || finding.id == "quantisation") << finding.what;
     }
   }
@@ -112,7 +115,9 @@ TEST(Checks, CranksThatTrulyReachOneAndTheSamePeakAreNotClipped) {
   }
 }
 
-TEST(Checks, RecordingWithoutASampleIsRefused) { EXPECT_THROW(checkRecording({}), std::invalid_argument); }
+TEST(Checks, RecordingWithoutASampleIsRefused) {
+  EXPECT_THROW(checkRecording({}), std::invalid_argument);
+}
 
 TEST(Checks, SingleSampleIsLintedToo) {
   Series series;
@@ -138,7 +143,8 @@ TEST(Checks, ProblemsComeBeforeWarningsAndWarningsBeforeNotes) {
   for (double& current : series.current) current = -current;
   const auto findings = checkRecording(toRecording(series)).findings;
   ASSERT_GE(findings.size(), 3U);
-  EXPECT_TRUE(std::is_sorted(findings.begin(), findings.end(), [](const auto& a, const auto& b) { return a.severity > b.severity; }));
+  EXPECT_TRUE(std::is_sorted(findings.begin(), findings.end(),
+                             [](const auto& a, const auto& b) { return a.severity > b.severity; }));
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -400,7 +406,8 @@ TEST(StuckCheck, ValuesThatStandStillInCoarseStepsAreNotRepeatedMessages) {
 // aliasing
 
 /// A sine [amplitude] of one frequency [Hz], added to a channel.
-void addTone(const Series& series, std::vector<double>& values, double amplitude, double frequency) {
+void addTone(const Series& series, std::vector<double>& values, double amplitude,
+             double frequency) {
   for (std::size_t k = 0; k < values.size(); ++k) {
     values[k] += amplitude * std::sin(2.0 * 3.14159265358979 * frequency * series.time[k]);
   }
@@ -480,8 +487,9 @@ TEST(AliasingCheck, IsNotJudgedInAShortRecording) {
   Series series = cleanDrive();
   series = slice(series, {12000, 13500});
   const auto not_judged = checkRecording(toRecording(series)).not_judged;
-  EXPECT_TRUE(std::any_of(not_judged.begin(), not_judged.end(),
-                          [](const std::string& line) { return says(line, "aliasing: only 5 blocks of 256"); }));
+  EXPECT_TRUE(std::any_of(not_judged.begin(), not_judged.end(), [](const std::string& line) {
+    return says(line, "aliasing: only 5 blocks of 256");
+  }));
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -591,7 +599,8 @@ Series without(const Series& series, Test test) {
 TEST(MissingCheck, CountsTheSamplesThatARegularGridLacksAndWarnsOfMany) {
   for (const double share : {0.002, 0.02, 0.1}) {
     test::Random random(5);
-    const Series series = without(cleanDrive(), [&](std::size_t) { return random.uniform(0.0, 1.0) < share; });
+    const Series series =
+        without(cleanDrive(), [&](std::size_t) { return random.uniform(0.0, 1.0) < share; });
     const auto found = findingsOf(series, "missing");
     ASSERT_EQ(found.size(), 1U) << idsOf(series);
     EXPECT_NEAR(*found[0].value, 100.0 * share, 10.0 * share + 0.02);
@@ -601,8 +610,11 @@ TEST(MissingCheck, CountsTheSamplesThatARegularGridLacksAndWarnsOfMany) {
 
 TEST(MissingCheck, GapsAndSlowerRatesAreNotLostSamples) {
   const Series clean = cleanDrive();
-  EXPECT_TRUE(findingsOf(without(clean, [](std::size_t k) { return k % 1000 < 300; }), "missing").empty());
-  EXPECT_TRUE(findingsOf(without(clean, [](std::size_t k) { return k > 30000 && k % 4 != 0; }), "missing").empty());
+  EXPECT_TRUE(
+      findingsOf(without(clean, [](std::size_t k) { return k % 1000 < 300; }), "missing").empty());
+  EXPECT_TRUE(
+      findingsOf(without(clean, [](std::size_t k) { return k > 30000 && k % 4 != 0; }), "missing")
+          .empty());
   const Series slow = without(slowCarDrive(3600.0, 3), [](std::size_t k) { return k % 300 < 40; });
   EXPECT_TRUE(findingsOf(slow, "missing").empty()) << idsOf(slow);
 }
@@ -688,7 +700,8 @@ class RealChecks : public ::testing::Test {
   /// The findings as "id:severity id:severity ...", in their order.
   static std::string findings(const std::string& name, const CsvColumns& columns) {
     std::string text;
-    for (const Finding& finding : checkRecording(readCsv(std::filesystem::path(kFolder) / name, columns)).findings) {
+    for (const Finding& finding :
+         checkRecording(readCsv(std::filesystem::path(kFolder) / name, columns)).findings) {
       text += (text.empty() ? "" : " ") + finding.id + ":" + toString(finding.severity);
     }
     return text;
@@ -714,24 +727,28 @@ TEST_F(RealChecks, OtherCarReadsVoltageOneSampleAfterCurrent) {
 }
 
 TEST_F(RealChecks, RobotHasASlowLateUnipolarCurrent) {
-  EXPECT_EQ(findings("frc_robot/match.csv", {"t_s", "current_A_minus_sum_of_channels", "voltage_V_roborio", std::nullopt, false}),
+  EXPECT_EQ(findings("frc_robot/match.csv", {"t_s", "current_A_minus_sum_of_channels",
+                                             "voltage_V_roborio", std::nullopt, false}),
             "excitation:warning rate:warning skew:warning quantisation:note offset:note");
 }
 
 TEST_F(RealChecks, BenchCycleHasADischargeThatWasEntered) {
-  EXPECT_EQ(findings("agm_bench/full_cycle.csv", {"t_s", "current_A", "voltage_V", std::string("battery_temp_C"), false}),
+  EXPECT_EQ(findings("agm_bench/full_cycle.csv",
+                     {"t_s", "current_A", "voltage_V", std::string("battery_temp_C"), false}),
             "rate:warning excitation:note stuck:note");
 }
 
 TEST_F(RealChecks, SolarRecordingReadWithTheWrongSignIsAProblem) {
   CsvColumns columns{"time", "current", "voltage", std::string("temperature"), true};
-  EXPECT_EQ(findings("solar_vrla/ten_days.csv", columns), "rate:warning excitation:note clock:note");
+  EXPECT_EQ(findings("solar_vrla/ten_days.csv", columns),
+            "rate:warning excitation:note clock:note");
   columns.discharge_positive = false;
   EXPECT_EQ(findings("solar_vrla/ten_days.csv", columns).substr(0, 12), "sign:problem");
 }
 
 TEST_F(RealChecks, LithiumCellIsNotATwelveVoltBlock) {
-  EXPECT_EQ(findings("leaf_cell/hppc_25c.csv", {"Time(s)", "Current(A)", "Voltage(V)", std::nullopt, false}),
+  EXPECT_EQ(findings("leaf_cell/hppc_25c.csv",
+                     {"Time(s)", "Current(A)", "Voltage(V)", std::nullopt, false}),
             "voltage_level:problem rate:warning excitation:note rate:note gaps:note");
 }
 

@@ -12,7 +12,9 @@ namespace {
 
 using test::cleanDrive;
 
-double chargeOf(const Series& series) { return 0.01 * std::accumulate(series.current.begin(), series.current.end(), 0.0); }
+double chargeOf(const Series& series) {
+  return 0.01 * std::accumulate(series.current.begin(), series.current.end(), 0.0);
+}
 
 Series clippedAt(double limit, Series series) {
   for (double& current : series.current) current = std::max(current, limit);
@@ -59,7 +61,8 @@ TEST(ClippedCurrent, HalfAMinuteIsMaskedWhereTheVoltageIsCutOffTooAndNothingWher
   for (double& voltage : series.voltage) voltage = std::max(voltage, 12.0);
   limits = instrumentLimits(series);
   maskBehindUnknownCharge(series, limits);
-  const auto masked = std::count(limits.masked.begin(), limits.masked.end(), static_cast<char>(SampleFault::kBehindClipped));
+  const auto masked = std::count(limits.masked.begin(), limits.masked.end(),
+                                 static_cast<char>(SampleFault::kBehindClipped));
   EXPECT_EQ(limits.behind_clipped, static_cast<std::size_t>(masked));
   EXPECT_GT(masked, 3000);
   const auto last = std::find(series.current.rbegin(), series.current.rend(), -100.0);

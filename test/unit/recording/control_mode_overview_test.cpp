@@ -21,15 +21,18 @@ Series twoParts() {
   return series;
 }
 
-/// Load, two reasons for a controlled voltage, load; behind the gap a controlled voltage up to the end.
+/// Load, two reasons for a controlled voltage, load; behind the gap a controlled voltage up to the
+/// end.
 ControlModes madeSource() {
   ControlModes source;
   source.voltage_controlled.assign(15, 0);
   source.seen = true;
   source.share = 11.0 / 15.0;
   source.rule.max_gap = 5.0;
-  source.stretches = {{{0, 2}, ControlMode::kCurrent, "load"}, {{2, 4}, ControlMode::kVoltage, "source"},  {{4, 7}, ControlMode::kVoltage, "held"},
-                      {{7, 9}, ControlMode::kCurrent, "load"}, {{9, 10}, ControlMode::kVoltage, "source"}, {{10, 15}, ControlMode::kVoltage, "source"}};
+  source.stretches = {
+      {{0, 2}, ControlMode::kCurrent, "load"},    {{2, 4}, ControlMode::kVoltage, "source"},
+      {{4, 7}, ControlMode::kVoltage, "held"},    {{7, 9}, ControlMode::kCurrent, "load"},
+      {{9, 10}, ControlMode::kVoltage, "source"}, {{10, 15}, ControlMode::kVoltage, "source"}};
   source.summary = "A source.";
   return source;
 }
@@ -61,7 +64,8 @@ TEST(ControlModeOverview, OfAFoundSourceHoldsTheShareOfItsSamples) {
   Series series;
   for (int n = 0; n < 1200; ++n) {
     const bool is_load = n % 120 < 40;
-    const double current = is_load ? -20.0 - 5.0 * std::sin(n / 3.0) : 3.0 + 40.0 * std::exp(-(n % 120 - 40) / 8.0);
+    const double current =
+        is_load ? -20.0 - 5.0 * std::sin(n / 3.0) : 3.0 + 40.0 * std::exp(-(n % 120 - 40) / 8.0);
     series.time.push_back(n);
     series.current.push_back(current + 0.1 * random.normal());
     series.voltage.push_back((is_load ? 12.4 + 0.008 * current : 14.2) + 0.012 * random.normal());
@@ -82,7 +86,9 @@ TEST(ControlModeOverview, OfAnEmptySeriesIsEmpty) {
   EXPECT_TRUE(overview.voltage_controlled.empty());
 }
 
-TEST(ControlModeOverview, RefusesAnotherSeries) { EXPECT_THROW(overviewOf(madeSource(), {}), std::invalid_argument); }
+TEST(ControlModeOverview, RefusesAnotherSeries) {
+  EXPECT_THROW(overviewOf(madeSource(), {}), std::invalid_argument);
+}
 
 }  // namespace
 }  // namespace battery_sof

@@ -25,7 +25,8 @@ Series played(const std::vector<double>& wanted, double interval) {
   test::Random random(7);
   Series series;
   for (double current : wanted) {
-    const double voltage = battery.step(current, interval), shown = voltage + 0.001 * random.normal();
+    const double voltage = battery.step(current, interval),
+                 shown = voltage + 0.001 * random.normal();
     add(series, interval, current + 0.01 * random.normal(), shown);
   }
   return series;
@@ -71,7 +72,9 @@ std::vector<char> watched(const Series& series, const ControlModeRule& rule) {
 
 /// 30 A until 14.4 V, that voltage for 40 minutes, an hour's rest.
 Series benchCharge(double interval) {
-  const auto samples = [&](double hours) { return static_cast<std::size_t>(hours * 3600.0 / interval); };
+  const auto samples = [&](double hours) {
+    return static_cast<std::size_t>(hours * 3600.0 / interval);
+  };
   std::vector<double> wanted(samples(0.2), -10.0);
   wanted.insert(wanted.end(), samples(3.0), 30.0);
   wanted.insert(wanted.end(), samples(1.0), 0.0);
@@ -209,7 +212,8 @@ TEST(ControlModeDetector, ForgetsAConstantCurrentOverAGap) {
 
 TEST(ControlModeDetector, RefusesWhatIsNotANumber) {
   ControlModeDetector watch{ControlModeRule{}};
-  EXPECT_THROW(watch.add(0.0, std::numeric_limits<double>::quiet_NaN(), 12.0), std::invalid_argument);
+  EXPECT_THROW(watch.add(0.0, std::numeric_limits<double>::quiet_NaN(), 12.0),
+               std::invalid_argument);
   ControlModeRule rule;
   rule.voltage_noise = -1.0;
   EXPECT_THROW(ControlModeDetector{rule}, std::invalid_argument);

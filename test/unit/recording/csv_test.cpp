@@ -87,15 +87,22 @@ TEST_F(Csv, APipeIsReadOnceFromItsBeginning) {
 }
 
 TEST_F(Csv, DevicesAreRefusedAndSoIsALineWithoutEnd) {
-  EXPECT_TRUE(says(errorOfReading("/dev/zero"), "/dev/zero: is a device or a socket, expected a file or a pipe"));
-  EXPECT_TRUE(says(errorOf(std::string(kHeader) + "0,1,12\n" + std::string(TextLines::kLongest + 1, '1')), "line 3 is too long"));
-  EXPECT_TRUE(says(errorOf(std::string(TextLines::kLongest + 1, '\0') + "\n"), "line 1 is too long, expected a CSV file"));
-  EXPECT_EQ(read(std::string(kHeader) + "0,1,12" + std::string(TextLines::kLongest - 6, ' ')).series.size(), 1U);
+  EXPECT_TRUE(says(errorOfReading("/dev/zero"),
+                   "/dev/zero: is a device or a socket, expected a file or a pipe"));
+  EXPECT_TRUE(
+      says(errorOf(std::string(kHeader) + "0,1,12\n" + std::string(TextLines::kLongest + 1, '1')),
+           "line 3 is too long"));
+  EXPECT_TRUE(says(errorOf(std::string(TextLines::kLongest + 1, '\0') + "\n"),
+                   "line 1 is too long, expected a CSV file"));
+  EXPECT_EQ(read(std::string(kHeader) + "0,1,12" + std::string(TextLines::kLongest - 6, ' '))
+                .series.size(),
+            1U);
 }
 
 TEST_F(Csv, LinesAreWholeWhereverTheBlocksOfReadingEnd) {
   std::string content = kHeader;
-  for (int k = 0; k < 20000; ++k) content += std::to_string(k) + (k % 3 ? ",1,12\n" : ",1,12\r\n\n");
+  for (int k = 0; k < 20000; ++k)
+    content += std::to_string(k) + (k % 3 ? ",1,12\n" : ",1,12\r\n\n");
   EXPECT_EQ(read(content).series.size(), 20000U);
 }
 
@@ -110,7 +117,9 @@ TEST_F(Csv, ErrorsStayShortWhateverTheFileHolds) {
   EXPECT_LT(std::max(many.size(), cell.size()), 1000U);
 }
 
-TEST_F(Csv, ABagInAPipeIsToldApart) { EXPECT_TRUE(says(errorOf("#ROSBAG V2.0\nE"), "this is a bag, which is read from a file")); }
+TEST_F(Csv, ABagInAPipeIsToldApart) {
+  EXPECT_TRUE(says(errorOf("#ROSBAG V2.0\nE"), "this is a bag, which is read from a file"));
+}
 
 TEST_F(Csv, ANameThatIsNoUtf8IsShownByItsCodes) {
   std::ofstream(folder_ / "a\xFF\n.csv") << kHeader << "0,1,12\n";
@@ -134,24 +143,29 @@ TEST_F(Csv, MissingColumnIsNamedWithTheColumnsTheFileHas) {
 
 TEST_F(Csv, FileWithAnotherSeparatorIsToldApart) {
   EXPECT_TRUE(says(errorOf("time_s|current_a|voltage_v\n0|1|12\n"), "not look comma-separated"));
-  EXPECT_TRUE(says(errorOf("time_s\tcurrent_a\tvoltage_v\n0\t1\t12\n"), "not look comma-separated"));
+  EXPECT_TRUE(
+      says(errorOf("time_s\tcurrent_a\tvoltage_v\n0\t1\t12\n"), "not look comma-separated"));
 }
 
 TEST_F(Csv, SemicolonsAndDecimalCommasAreRead) {
-  const Recording recording = read("time_s;current_a;voltage_v;temperature_c\n0;-5,5;12,5;20,5\n0,01;-6.25;\"12,4\";\n0,02;;12,4;\n");
+  const Recording recording = read(
+      "time_s;current_a;voltage_v;temperature_c\n0;-5,5;12,5;20,5\n0,01;-6.25;\"12,4\";\n0,02;;12,"
+      "4;\n");
   EXPECT_EQ(recording.series.time, (std::vector<double>{0.0, 0.01}));
   EXPECT_EQ(recording.series.current, (std::vector<double>{-5.5, -6.25}));
   EXPECT_EQ(recording.series.voltage, (std::vector<double>{12.5, 12.4}));
   ASSERT_EQ(recording.series.temperature.size(), 1U);
   EXPECT_NEAR(recording.series.temperature[0], 293.65, 1e-9);
   EXPECT_EQ(recording.rejected.total(), 1U);
-  const Recording dated = read("time_s;current_a;voltage_v\n2017-03-25 07:00:00,5;1;12\n2017-03-25 07:00:01,75;1;12\n");
+  const Recording dated =
+      read("time_s;current_a;voltage_v\n2017-03-25 07:00:00,5;1;12\n2017-03-25 07:00:01,75;1;12\n");
   EXPECT_DOUBLE_EQ(dated.series.time[1] - dated.series.time[0], 1.25);
 }
 
 TEST_F(Csv, NumberWithThousandsAndADecimalCommaIsRefusedWithItsPlace) {
   const std::string message = errorOf("time_s;current_a;voltage_v\n0;1;1.012,5\n");
-  EXPECT_TRUE(says(message, "line 2, column \"voltage_v\": \"1.012,5\" is not a number")) << message;
+  EXPECT_TRUE(says(message, "line 2, column \"voltage_v\": \"1.012,5\" is not a number"))
+      << message;
   EXPECT_TRUE(says(errorOf("time_s;current_a;voltage_v\n0;1;1,012,5\n"), "is not a number"));
 }
 
@@ -162,7 +176,8 @@ TEST_F(Csv, SemicolonInAColumnsNameDoesNotSeparate) {
 }
 
 TEST_F(Csv, ColumnThatIsThereTwiceIsRefusedOnlyWhenItIsRead) {
-  EXPECT_TRUE(says(errorOf("time_s,current_a,voltage_v,voltage_v\n0,1,12,13\n"), "has column \"voltage_v\" more than once"));
+  EXPECT_TRUE(says(errorOf("time_s,current_a,voltage_v,voltage_v\n0,1,12,13\n"),
+                   "has column \"voltage_v\" more than once"));
   EXPECT_EQ(read("Loop,time_s,current_a,Loop,voltage_v\n1,0,1,1,12\n").series.size(), 1U);
 }
 
@@ -190,11 +205,14 @@ TEST_F(Csv, TextInsteadOfANumberIsNamedWithFileLineColumnAndText) {
   EXPECT_TRUE(says(message, "\"12.5V\" is not a number"));
 }
 
-TEST_F(Csv, HexadecimalIsNotANumber) { EXPECT_TRUE(says(errorOf(std::string(kHeader) + "0,0x10,12\n"), "\"0x10\" is not a number")); }
+TEST_F(Csv, HexadecimalIsNotANumber) {
+  EXPECT_TRUE(says(errorOf(std::string(kHeader) + "0,0x10,12\n"), "\"0x10\" is not a number"));
+}
 
 TEST_F(Csv, RowWithTooManyOrTooFewCellsIsNamedWithItsLine) {
   const std::string header = kHeader;
-  EXPECT_TRUE(says(errorOf(header + "0,1,12\n1,1,12,9\n"), "line 3: has 4 cells, the header has 3"));
+  EXPECT_TRUE(
+      says(errorOf(header + "0,1,12\n1,1,12,9\n"), "line 3: has 4 cells, the header has 3"));
   EXPECT_TRUE(says(errorOf(header + "0,1\n1,1,12\n"), "line 2: has 2 cells, the header has 3"));
 }
 
@@ -205,7 +223,9 @@ TEST_F(Csv, LastLineCutOffWhileWritingIsAMissingValue) {
 }
 
 TEST_F(Csv, EmptyNotANumberAndInfiniteCellsAreCountedNotUsed) {
-  const Recording recording = read(std::string(kHeader) + "0,-5,12.5\n1,,12.5\n2,-5,NaN\n3,nan,nan\n4,inf,12\n5,-5,-inf\n,1,12\n6,-5,12\n");
+  const Recording recording =
+      read(std::string(kHeader) +
+           "0,-5,12.5\n1,,12.5\n2,-5,NaN\n3,nan,nan\n4,inf,12\n5,-5,-inf\n,1,12\n6,-5,12\n");
   EXPECT_EQ(recording.series.time, (std::vector<double>{0.0, 6.0}));
   EXPECT_EQ(recording.rejected.missing_value, 4U);
   EXPECT_EQ(recording.rejected.not_finite, 2U);
@@ -246,7 +266,9 @@ TEST_F(Csv, ExponentsSignsAndBareFractionsAreNumbers) {
   EXPECT_EQ(recording.series.voltage.front(), 12.5);
 }
 
-TEST_F(Csv, LastLineNeedsNoLineBreak) { EXPECT_EQ(read(std::string(kHeader) + "0,1,12\n1,1,12").series.size(), 2U); }
+TEST_F(Csv, LastLineNeedsNoLineBreak) {
+  EXPECT_EQ(read(std::string(kHeader) + "0,1,12\n1,1,12").series.size(), 2U);
+}
 
 // ---------------------------------------------------------------------------------------------
 // other files' columns
@@ -263,7 +285,8 @@ TEST_F(Csv, NamedColumnsAreReadAndDischargePositiveIsTurnedRound) {
 }
 
 TEST_F(Csv, TemperatureIsReadInKelvinWhenTheFileHasIt) {
-  const Recording recording = read("time_s,current_a,voltage_v,temperature_c\n0,1,12,25\n1,1,12,\n2,1,12,-10\n");
+  const Recording recording =
+      read("time_s,current_a,voltage_v,temperature_c\n0,1,12,25\n1,1,12,\n2,1,12,-10\n");
   EXPECT_EQ(recording.series.temperature_time, (std::vector<double>{0.0, 2.0}));
   EXPECT_DOUBLE_EQ(recording.series.temperature[0], 298.15);
   EXPECT_DOUBLE_EQ(recording.series.temperature[1], 263.15);
@@ -276,7 +299,8 @@ TEST_F(Csv, TemperatureColumnThatWasAskedForMustBeThere) {
 }
 
 TEST_F(Csv, RowsWithATemperatureAloneFillTheTemperatureAndAreNoSamples) {
-  const Recording recording = read("time_s,current_a,voltage_v,temperature_c\n0,1,12,\n0.5,,,25\n1,1,12,\n1.5,,,26\n");
+  const Recording recording =
+      read("time_s,current_a,voltage_v,temperature_c\n0,1,12,\n0.5,,,25\n1,1,12,\n1.5,,,26\n");
   EXPECT_EQ(recording.series.time, (std::vector<double>{0.0, 1.0}));
   EXPECT_EQ(recording.series.temperature_time, (std::vector<double>{0.5, 1.5}));
   EXPECT_EQ(recording.offered, 2U);
@@ -295,10 +319,13 @@ TEST_F(Csv, DateTimesBecomeSecondsSince1970) {
 }
 
 TEST_F(Csv, WrongDatesAreText) {
-  for (const char* time : {"2017-13-25 07:00:06", "2017-03-32 07:00:06", "2017-03-25 07:60:06", "2017-03-25 07:00:61", "2017-03-25",
-                           "25.03.2017 07:00:06", "07:00:06", "2017-03-25 07:00:06 CET", "2017-02-29 07:00:06", "1900-02-29 07:00:06",
+  for (const char* time : {"2017-13-25 07:00:06", "2017-03-32 07:00:06", "2017-03-25 07:60:06",
+                           "2017-03-25 07:00:61", "2017-03-25", "25.03.2017 07:00:06", "07:00:06",
+                           "2017-03-25 07:00:06 CET", "2017-02-29 07:00:06", "1900-02-29 07:00:06",
                            "2017-04-31 07:00:06", "2017-00-25 07:00:06", "2017-03-00 07:00:06"}) {
-    EXPECT_TRUE(says(errorOf(std::string(kHeader) + time + ",1,12\n"), "is not a number of seconds")) << time;
+    EXPECT_TRUE(
+        says(errorOf(std::string(kHeader) + time + ",1,12\n"), "is not a number of seconds"))
+        << time;
   }
 }
 
@@ -365,7 +392,8 @@ class RealCsv : public ::testing::Test {
 };
 
 TEST_F(RealCsv, StartStopDriveKeepsEverySampleButThoseBehindTheClockSteps) {
-  const Recording recording = read("startstop_car/drive_2.csv", {"t_s", "current_A", "voltage_V", std::string("temp_C"), false});
+  const Recording recording = read("startstop_car/drive_2.csv",
+                                   {"t_s", "current_A", "voltage_V", std::string("temp_C"), false});
   EXPECT_EQ(recording.offered, 19098U);
   EXPECT_EQ(recording.rejected.clock_step_back, 2U);
   EXPECT_EQ(recording.rejected.duplicate_stamp, 2U);
@@ -374,7 +402,8 @@ TEST_F(RealCsv, StartStopDriveKeepsEverySampleButThoseBehindTheClockSteps) {
 }
 
 TEST_F(RealCsv, SolarRecordingHasTemperaturesOnRowsOfTheirOwn) {
-  const Recording recording = read("solar_vrla/ten_days.csv", {"time", "current", "voltage", std::string("temperature"), true});
+  const Recording recording = read(
+      "solar_vrla/ten_days.csv", {"time", "current", "voltage", std::string("temperature"), true});
   EXPECT_EQ(recording.offered, 12726U);
   EXPECT_DOUBLE_EQ(recording.series.time.front(), 1490425206.9);
   EXPECT_LT(recording.series.current.front(), 0.0);
@@ -382,7 +411,8 @@ TEST_F(RealCsv, SolarRecordingHasTemperaturesOnRowsOfTheirOwn) {
 }
 
 TEST_F(RealCsv, CellTesterFileIsReadThoughOtherHeadersRepeat) {
-  const Recording recording = read("leaf_cell/hppc_25c.csv", {"Time(s)", "Current(A)", "Voltage(V)", std::nullopt, false});
+  const Recording recording =
+      read("leaf_cell/hppc_25c.csv", {"Time(s)", "Current(A)", "Voltage(V)", std::nullopt, false});
   EXPECT_EQ(recording.series.size(), 13248U);
   EXPECT_EQ(recording.rejected.total(), 0U);
 }

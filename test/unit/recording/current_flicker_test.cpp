@@ -8,8 +8,8 @@
 namespace battery_sof {
 namespace {
 
-/// Twenty seconds at 100 Hz: steps of 20 A every second, flicker on the current; the voltage answers with 5 mOhm to the
-/// steps and to `seen` of the flicker.
+/// Twenty seconds at 100 Hz: steps of 20 A every second, flicker on the current; the voltage
+/// answers with 5 mOhm to the steps and to `seen` of the flicker.
 Series steps(double flicker, double seen, double step = 20.0) {
   std::mt19937_64 generator(7);
   std::normal_distribution<double> normal;
@@ -25,7 +25,8 @@ Series steps(double flicker, double seen, double step = 20.0) {
 
 double departure(const Series& series, const Series& truth) {
   double squares = 0.0;
-  for (std::size_t k = 0; k < series.size(); ++k) squares += std::pow(series.current[k] - truth.current[k], 2);
+  for (std::size_t k = 0; k < series.size(); ++k)
+    squares += std::pow(series.current[k] - truth.current[k], 2);
   return std::sqrt(squares / static_cast<double>(series.size()));
 }
 
@@ -35,7 +36,9 @@ TEST(CurrentFlicker, NoiseThatTheVoltageDoesNotShowIsTheSensors) {
   EXPECT_LT(flicker.share, 0.05);
 }
 
-TEST(CurrentFlicker, RippleThatTheVoltageShowsIsReal) { EXPECT_GT(currentFlicker(steps(0.1, 1.0)).share, 0.9); }
+TEST(CurrentFlicker, RippleThatTheVoltageShowsIsReal) {
+  EXPECT_GT(currentFlicker(steps(0.1, 1.0)).share, 0.9);
+}
 
 TEST(CurrentFlicker, SensorNoiseGoesAndStepsStay) {
   const Series measured = steps(0.1, 0.0), truth = steps(0.0, 0.0);

@@ -40,8 +40,9 @@ void expectEverySampleInOneEvent(const Series& series, const std::vector<Event>&
 TEST(Events, SingleSampleAtOneHertzIsACrank) {
   const Series series = seriesOf({-15.0, -14.8, -250.0, -22.0, -15.0, 10.0, 0.0}, 1.0);
   const auto events = detectEvents(series);
-  EXPECT_EQ(kindsOf(events), (std::vector<EventKind>{EventKind::kDischarge, EventKind::kCrank, EventKind::kDischarge, EventKind::kCharge,
-                                                     EventKind::kRest}));
+  EXPECT_EQ(kindsOf(events),
+            (std::vector<EventKind>{EventKind::kDischarge, EventKind::kCrank, EventKind::kDischarge,
+                                    EventKind::kCharge, EventKind::kRest}));
   EXPECT_EQ(events[1].range.size(), 1U);
   EXPECT_EQ(events[1].duration(), 0.0);
   EXPECT_DOUBLE_EQ(events[1].peak_current, -250.0);
@@ -57,7 +58,8 @@ TEST(Events, CrankAtOneHundredHertzReachesFromHalfTheCrankCurrentToHalfOfIt) {
   current.insert(current.end(), 100, 30.0);
   const Series series = seriesOf(current, 0.01);
   const auto events = detectEvents(series);
-  ASSERT_EQ(kindsOf(events), (std::vector<EventKind>{EventKind::kDischarge, EventKind::kCrank, EventKind::kCharge}));
+  ASSERT_EQ(kindsOf(events),
+            (std::vector<EventKind>{EventKind::kDischarge, EventKind::kCrank, EventKind::kCharge}));
   EXPECT_DOUBLE_EQ(events[1].from, 1.0);
   EXPECT_DOUBLE_EQ(events[1].to, 1.99);
   EXPECT_DOUBLE_EQ(events[1].peak_current, -450.0);
@@ -103,7 +105,8 @@ TEST(Cranks, AloneAreThoseOfAllTheEvents) {
     Series series;
     for (int k = 0; k < 400; ++k) {
       const double current = std::round(random.uniform(-300.0, 40.0) * random.uniform(0.0, 1.0));
-      series.time.push_back((series.empty() ? 0.0 : series.time.back()) + (random.uniform(0.0, 1.0) < 0.05 ? 20.0 : 1.0));
+      series.time.push_back((series.empty() ? 0.0 : series.time.back()) +
+                            (random.uniform(0.0, 1.0) < 0.05 ? 20.0 : 1.0));
       series.current.push_back(current);
       series.voltage.push_back(12.5 + 0.005 * current + 0.1 * random.normal());
     }

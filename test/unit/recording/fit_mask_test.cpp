@@ -20,7 +20,8 @@ using test::driveSeries;
 using test::everyNth;
 
 std::size_t countMasked(const InstrumentLimits& limits) {
-  return std::count_if(limits.masked.begin(), limits.masked.end(), [](char fault) { return fault != 0; });
+  return std::count_if(limits.masked.begin(), limits.masked.end(),
+                       [](char fault) { return fault != 0; });
 }
 
 void expectNothingMasked(const Series& series, const std::string& what) {
@@ -108,8 +109,9 @@ TEST(FitMask, MasksEverySampleAtAProvenLimitOfTheCurrentAndNoOther) {
   }
   EXPECT_GT(limits.clipped, 100U);
   EXPECT_EQ(limits.clipped, countMasked(limits));
-  EXPECT_EQ(limits.message, std::to_string(limits.clipped) + " samples of " + std::to_string(series.size()) +
-                                " left out of the fit: " + std::to_string(limits.clipped) + " clipped.");
+  EXPECT_EQ(limits.message,
+            std::to_string(limits.clipped) + " samples of " + std::to_string(series.size()) +
+                " left out of the fit: " + std::to_string(limits.clipped) + " clipped.");
 }
 
 TEST(FitMask, MasksEverySampleAtAProvenLimitOfTheVoltageAndNoOther) {
@@ -130,13 +132,16 @@ TEST(FitMask, MasksAFrozenChannelForAsLongAsItIsFrozen) {
     const InstrumentLimits limits = instrumentLimits(series);
     EXPECT_EQ(limits.stuck, 5000U);
     EXPECT_EQ(countMasked(limits), 5000U);
-    EXPECT_EQ(std::count(limits.masked.begin() + 25000, limits.masked.begin() + 30000, static_cast<char>(SampleFault::kStuck)), 5000);
+    EXPECT_EQ(std::count(limits.masked.begin() + 25000, limits.masked.begin() + 30000,
+                         static_cast<char>(SampleFault::kStuck)),
+              5000);
   }
 }
 
 TEST(FitMask, MasksRepeatedMessagesButNotTheMeasurementTheyRepeat) {
   Series series = cleanDrive(5);
-  const std::vector<std::size_t> starts{firstLoad(series, 20000), firstLoad(series, 30000), firstLoad(series, 40000)};
+  const std::vector<std::size_t> starts{firstLoad(series, 20000), firstLoad(series, 30000),
+                                        firstLoad(series, 40000)};
   for (const std::size_t first : starts) {
     std::fill_n(series.current.begin() + first, 4, series.current[first]);
     std::fill_n(series.voltage.begin() + first, 4, series.voltage[first]);
@@ -233,12 +238,18 @@ TEST_F(RealFitMask, MasksInAStartStopDriveTheSamplesAtMinus250AmperesAndTheFroze
 
 TEST_F(RealFitMask, MasksNothingInTheOtherRecordings) {
   expectNothingMasked(seriesOf("startstop_car/other_car_1.csv", car_), "other car");
-  expectNothingMasked(seriesOf("frc_robot/match.csv", {"t_s", "current_A_minus_sum_of_channels", "voltage_V_roborio", std::nullopt, false}),
+  expectNothingMasked(seriesOf("frc_robot/match.csv", {"t_s", "current_A_minus_sum_of_channels",
+                                                       "voltage_V_roborio", std::nullopt, false}),
                       "robot");
-  expectNothingMasked(seriesOf("agm_bench/full_cycle.csv", {"t_s", "current_A", "voltage_V", std::string("battery_temp_C"), false}),
+  expectNothingMasked(seriesOf("agm_bench/full_cycle.csv", {"t_s", "current_A", "voltage_V",
+                                                            std::string("battery_temp_C"), false}),
                       "bench");
-  expectNothingMasked(seriesOf("solar_vrla/ten_days.csv", {"time", "current", "voltage", std::string("temperature"), true}), "solar");
-  expectNothingMasked(seriesOf("leaf_cell/hppc_25c.csv", {"Time(s)", "Current(A)", "Voltage(V)", std::nullopt, false}), "cell");
+  expectNothingMasked(seriesOf("solar_vrla/ten_days.csv",
+                               {"time", "current", "voltage", std::string("temperature"), true}),
+                      "solar");
+  expectNothingMasked(seriesOf("leaf_cell/hppc_25c.csv",
+                               {"Time(s)", "Current(A)", "Voltage(V)", std::nullopt, false}),
+                      "cell");
 }
 
 }  // namespace

@@ -11,7 +11,9 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-RawSample at(double time, double current = -5.0, double voltage = 12.4) { return {time, current, voltage, std::nullopt}; }
+RawSample at(double time, double current = -5.0, double voltage = 12.4) {
+  return {time, current, voltage, std::nullopt};
+}
 
 TEST(Intake, SampleLaterThanTheLastIsAccepted) {
   Intake intake;

@@ -43,7 +43,8 @@ Series sampled(double duration, double rate, Function current) {
 double timeOfFall(const Series& series, double level) {
   for (std::size_t k = 1; k < series.size(); ++k) {
     if (series.current[k] > level) continue;
-    const double share = (level - series.current[k - 1]) / (series.current[k] - series.current[k - 1]);
+    const double share =
+        (level - series.current[k - 1]) / (series.current[k] - series.current[k - 1]);
     return series.time[k - 1] + share * (series.time[k] - series.time[k - 1]);
   }
   return std::numeric_limits<double>::quiet_NaN();
@@ -69,21 +70,22 @@ struct Golden {
 // scipy 1.10: z, p, k = scipy.signal.bessel(8, cutoff, norm='mag', fs=rate, output='zpk'), which
 // prewarps the cut-off; a1 = -2 p.real and a2 = |p|^2 of the poles above the real axis in rising
 // order of |p|; the delay is -angle(H) / (2 pi f) of scipy.signal.freqz_zpk at f = 0.001 Hz.
-constexpr Golden kGolden[] = {{20.0,
-                               1000.0,
-                               {-1.600904088311836, -1.6185439513000408, -1.6581213705972129, -1.7343376249200269},
-                               {0.6414980820383048, 0.6621314463973078, 0.7089665530902975, 0.8013823407537335},
-                               0.02526928},
-                              {15.0,
-                               1000.0,
-                               {-1.6933411754549879, -1.708532330355379, -1.742463784333467, -1.807243979674938},
-                               {0.7173326434406732, 0.7342320083293491, 0.7722840329014885, 0.8461670385969673},
-                               0.03371181},
-                              {40.0,
-                               200.0,
-                               {0.2563923562333915, 0.2997071647380984, 0.4046978421821813, 0.6335241749464935},
-                               {0.02219663525333826, 0.07634266258047175, 0.2030858047019088, 0.4623404189350058},
-                               0.01094092}};
+constexpr Golden kGolden[] = {
+    {20.0,
+     1000.0,
+     {-1.600904088311836, -1.6185439513000408, -1.6581213705972129, -1.7343376249200269},
+     {0.6414980820383048, 0.6621314463973078, 0.7089665530902975, 0.8013823407537335},
+     0.02526928},
+    {15.0,
+     1000.0,
+     {-1.6933411754549879, -1.708532330355379, -1.742463784333467, -1.807243979674938},
+     {0.7173326434406732, 0.7342320083293491, 0.7722840329014885, 0.8461670385969673},
+     0.03371181},
+    {40.0,
+     200.0,
+     {0.2563923562333915, 0.2997071647380984, 0.4046978421821813, 0.6335241749464935},
+     {0.02219663525333826, 0.07634266258047175, 0.2030858047019088, 0.4623404189350058},
+     0.01094092}};
 
 TEST(Bessel8, HasThePolesAndTheDelayThatScipyGives) {
   for (const Golden& golden : kGolden) {
@@ -123,7 +125,8 @@ TEST(Bessel8, CutoffOutsideZeroToHalfTheRateIsRefused) {
 // decimation
 
 TEST(Decimation, StepOvershootsByLessThanOnePercent) {
-  const Series step = resample(sampled(4.0, 1000.0, [](double t) { return t < 2.0 ? 0.0 : 100.0; }));
+  const Series step =
+      resample(sampled(4.0, 1000.0, [](double t) { return t < 2.0 ? 0.0 : 100.0; }));
   EXPECT_LT(*std::max_element(step.current.begin(), step.current.end()), 101.0);
   EXPECT_GT(*std::min_element(step.current.begin(), step.current.end()), -1.0);
 }

@@ -18,7 +18,9 @@ Series seriesAt(const std::vector<double>& time) {
   return series;
 }
 
-TEST(MedianInterval, IsTheMiddleOneOfAnOddCount) { EXPECT_DOUBLE_EQ(medianInterval(seriesAt({0.0, 1.0, 3.0, 100.0})), 2.0); }
+TEST(MedianInterval, IsTheMiddleOneOfAnOddCount) {
+  EXPECT_DOUBLE_EQ(medianInterval(seriesAt({0.0, 1.0, 3.0, 100.0})), 2.0);
+}
 
 TEST(MedianInterval, IsTheMeanOfTheTwoMiddleOnesOfAnEvenCount) {
   EXPECT_DOUBLE_EQ(medianInterval(seriesAt({0.0, 1.0, 4.0, 6.0, 100.0})), 2.5);
@@ -29,11 +31,13 @@ TEST(MedianInterval, IsThatOfSortedIntervalsHoweverManyOfThemAreEqual) {
   for (const double jitter : {0.0, 1e-13, 0.004})
     for (const std::size_t count : {2U, 3U, 300U, 1001U, 2000U}) {
       std::vector<double> time, intervals;
-      for (std::size_t k = 0; k < count; ++k) time.push_back(100.0 + 0.01 * static_cast<double>(k) + jitter * random.uniform(0.0, 1.0));
+      for (std::size_t k = 0; k < count; ++k)
+        time.push_back(100.0 + 0.01 * static_cast<double>(k) + jitter * random.uniform(0.0, 1.0));
       for (std::size_t k = 1; k < count; ++k) intervals.push_back(time[k] - time[k - 1]);
       std::sort(intervals.begin(), intervals.end());
       const std::size_t n = intervals.size();
-      EXPECT_DOUBLE_EQ(medianInterval(seriesAt(time)), 0.5 * (intervals[(n - 1) / 2] + intervals[n / 2]));
+      EXPECT_DOUBLE_EQ(medianInterval(seriesAt(time)),
+                       0.5 * (intervals[(n - 1) / 2] + intervals[n / 2]));
     }
 }
 
@@ -41,7 +45,8 @@ TEST(MedianInterval, OfARangeIsThatOfItsSlice) {
   const Series series = seriesAt({0.0, 1.0, 3.0, 7.0, 15.0, 31.0, 32.0});
   for (std::size_t first = 0; first < series.size(); ++first)
     for (std::size_t last = first; last <= series.size(); ++last)
-      EXPECT_EQ(medianInterval(series.time, {first, last}), medianInterval(slice(series, {first, last})));
+      EXPECT_EQ(medianInterval(series.time, {first, last}),
+                medianInterval(slice(series, {first, last})));
   EXPECT_EQ(gapThreshold(medianInterval(series)), gapThreshold(series));
 }
 
@@ -65,7 +70,9 @@ TEST(ContiguousRanges, AreCutWhereTheIntervalExceedsTheGap) {
   EXPECT_EQ(ranges[2].size(), 1U);
 }
 
-TEST(ContiguousRanges, AnIntervalOfExactlyTheGapIsJoined) { EXPECT_EQ(contiguousRanges(seriesAt({0.0, 5.0}), 5.0).size(), 1U); }
+TEST(ContiguousRanges, AnIntervalOfExactlyTheGapIsJoined) {
+  EXPECT_EQ(contiguousRanges(seriesAt({0.0, 5.0}), 5.0).size(), 1U);
+}
 
 TEST(ContiguousRanges, AnEmptySeriesHasNone) { EXPECT_TRUE(contiguousRanges({}, 5.0).empty()); }
 
@@ -106,7 +113,9 @@ TEST(TemperatureAt, InterpolatesAndHoldsTheEnds) {
   EXPECT_DOUBLE_EQ(*temperatureAt(series, 99.0), 300.0);
 }
 
-TEST(TemperatureAt, IsNothingWhenNotMeasured) { EXPECT_FALSE(temperatureAt(seriesAt({0.0, 1.0}), 0.5).has_value()); }
+TEST(TemperatureAt, IsNothingWhenNotMeasured) {
+  EXPECT_FALSE(temperatureAt(seriesAt({0.0, 1.0}), 0.5).has_value());
+}
 
 }  // namespace
 }  // namespace battery_sof

@@ -11,7 +11,8 @@
 namespace battery_sof {
 namespace {
 
-/// Loads that change every few seconds through 10 mOhm at 1 Hz, the voltage `lag` samples late; no change of 0.25 V, as a drop-out's.
+/// Loads that change every few seconds through 10 mOhm at 1 Hz, the voltage `lag` samples late; no
+/// change of 0.25 V, as a drop-out's.
 Series loads(std::size_t samples, std::size_t lag, double noise = 0.002) {
   test::Random random(8);
   Series series;
@@ -27,7 +28,9 @@ Series loads(std::size_t samples, std::size_t lag, double noise = 0.002) {
   return series;
 }
 
-std::size_t countOf(const std::vector<char>& marks) { return static_cast<std::size_t>(std::count(marks.begin(), marks.end(), 1)); }
+std::size_t countOf(const std::vector<char>& marks) {
+  return static_cast<std::size_t>(std::count(marks.begin(), marks.end(), 1));
+}
 
 TEST(VoltageRepair, ReplacesADropOutByItsNeighboursMean) {
   Series series = loads(200, 0);
@@ -86,7 +89,8 @@ TEST(VoltageRepair, FindsALagAndUndoesIt) {
     const VoltageRepair repair = findVoltageRepair(late);
     ASSERT_EQ(repair.lag, lag);
     const Series sound = repaired(late, repair);
-    for (std::size_t n = 0; n + lag < sound.size(); ++n) ASSERT_DOUBLE_EQ(sound.voltage[n], prompt.voltage[n]) << n;
+    for (std::size_t n = 0; n + lag < sound.size(); ++n)
+      ASSERT_DOUBLE_EQ(sound.voltage[n], prompt.voltage[n]) << n;
     EXPECT_EQ(sound.voltage.back(), late.voltage.back());
     EXPECT_EQ(sound.time, late.time);
   }

@@ -23,7 +23,8 @@ DiscrepancyModel memoryOfCharging() {
 
 TEST(CurveOf, AsksForNoCurrentThatItWasNotLearntFrom) {
   std::vector<double> currents;
-  for (const DiscrepancyAtCurrent& at : curveOf(memoryOfCharging(), -12.0, 5.0)) currents.push_back(at.current);
+  for (const DiscrepancyAtCurrent& at : curveOf(memoryOfCharging(), -12.0, 5.0))
+    currents.push_back(at.current);
   EXPECT_EQ(currents, (std::vector<double>{-10.0, -5.0, -2.0, -1.0, 1.0, 2.0, 5.0}));
 }
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "util/pi.hpp"
 #include "support/composed.hpp"
+#include "util/pi.hpp"
 
 namespace battery_sof {
 namespace {
@@ -24,7 +24,8 @@ Series tenHertz(double duration, std::uint64_t seed) {
 Series withRootOfCharging(Series series, double strength) {
   double memory = 0.0;
   for (std::size_t n = 1; n < series.size(); ++n) {
-    memory += -std::expm1(-(series.time[n] - series.time[n - 1]) / 10.0) * (std::max(series.current[n], 0.0) - memory);
+    memory += -std::expm1(-(series.time[n] - series.time[n - 1]) / 10.0) *
+              (std::max(series.current[n], 0.0) - memory);
     series.voltage[n] += strength * std::sqrt(memory);
   }
   return series;
@@ -58,13 +59,15 @@ DiscrepancyModel discrepancyOf(const DesignMatrix& table, double weight) {
   return discrepancy;
 }
 
-double rms(const Eigen::VectorXd& x) { return std::sqrt(x.squaredNorm() / static_cast<double>(x.size())); }
+double rms(const Eigen::VectorXd& x) {
+  return std::sqrt(x.squaredNorm() / static_cast<double>(x.size()));
+}
 
 // ---------------------------------------------------------------------------------------------
 // the direction that is controlled
 
-/// Half a minute of load, a minute of a source that holds and moves its voltage, at one sample a second. The battery is the base
-/// circuit with a force [V] at its terminals.
+/// Half a minute of load, a minute of a source that holds and moves its voltage, at one sample a
+/// second. The battery is the base circuit with a force [V] at its terminals.
 struct Forced {
   Eigen::VectorXd discrepancy;
   Series series;
@@ -97,16 +100,20 @@ struct Forced {
 
 TEST(Answered, IsWhatABaseCircuitLeavesOfABatteryWithTheForceAtItsTerminals) {
   const Forced forced(1800);
-  const InputSequence inputs = inputSequence(forced.series, whole(forced.series), {}, forced.voltage_controlled);
-  const Linearization response = linearizationOf(BatteryModel(), truePoint(), inputs, inputs.samples.size());
+  const InputSequence inputs =
+      inputSequence(forced.series, whole(forced.series), {}, forced.voltage_controlled);
+  const Linearization response =
+      linearizationOf(BatteryModel(), truePoint(), inputs, inputs.samples.size());
   const Eigen::VectorXd answer = answered(response, forced.discrepancy);
   EXPECT_LT(rms(response.error - answer), 0.05 * rms(answer));
-  EXPECT_GT(rms(response.error - forced.discrepancy), 0.25 * rms(answer)) << "the double layer has no part in it";
+  EXPECT_GT(rms(response.error - forced.discrepancy), 0.25 * rms(answer))
+      << "the double layer has no part in it";
 }
 
 TEST(Answered, IsTheForceItselfWhereTheCurrentDrives) {
   const Learnt estimated(tenHertz(60.0, 2));
-  const Eigen::VectorXd discrepancy = Eigen::VectorXd::LinSpaced(estimated.response.error.size(), -0.01, 0.02);
+  const Eigen::VectorXd discrepancy =
+      Eigen::VectorXd::LinSpaced(estimated.response.error.size(), -0.01, 0.02);
   EXPECT_TRUE(answered(estimated.response, discrepancy) == discrepancy);
 }
 
@@ -116,7 +123,8 @@ TEST(Answered, IsTheForceItselfWhereTheCurrentDrives) {
 TEST(Linearization, OfTheTruthIsTheNoiseOnTheRowsOfATenthOfASecond) {
   const Series series = baseDrive(3, 60.0, 0.002);
   const InputSequence inputs = inputSequence(series, whole(series));
-  const Linearization response = linearizationOf(BatteryModel(), truePoint(), inputs, inputs.samples.size());
+  const Linearization response =
+      linearizationOf(BatteryModel(), truePoint(), inputs, inputs.samples.size());
   EXPECT_EQ(600, response.error.size());
   EXPECT_NEAR(0.002 / std::sqrt(10.0), rms(response.error), 1e-4);
 }
@@ -124,7 +132,8 @@ TEST(Linearization, OfTheTruthIsTheNoiseOnTheRowsOfATenthOfASecond) {
 TEST(Linearization, SensitivitiesAgreeWithDifferences) {
   const Series series = tenHertz(60.0, 2);
   const InputSequence inputs = inputSequence(series, whole(series));
-  const Linearization response = linearizationOf(BatteryModel(), truePoint(), inputs, inputs.samples.size());
+  const Linearization response =
+      linearizationOf(BatteryModel(), truePoint(), inputs, inputs.samples.size());
   for (Eigen::Index direction = 0; direction < kBaseDirections; ++direction) {
     const double step = 1e-5;
     const auto errorAt = [&](double by) {
@@ -134,7 +143,8 @@ TEST(Linearization, SensitivitiesAgreeWithDifferences) {
       return linearizationOf(BatteryModel(), at, inputs, inputs.samples.size()).error;
     };
     const Eigen::VectorXd slope = -(errorAt(step) - errorAt(-step)) / (2.0 * step);
-    EXPECT_LT(rms(slope - response.sensitivity.col(direction)), 1e-5 * rms(slope) + 1e-9) << direction;
+    EXPECT_LT(rms(slope - response.sensitivity.col(direction)), 1e-5 * rms(slope) + 1e-9)
+        << direction;
   }
 }
 
@@ -148,7 +158,8 @@ TEST(DesignMatrix, ColumnsOfTheTrainingPartHaveNoMeanAndUnitRms) {
 
 TEST(DesignMatrix, WhatComesAfterTheTrainingPartChangesNothingInIt) {
   Series series = tenHertz(300.0, 2), other = series;
-  for (std::size_t n = 2000; n < other.size(); ++n) other.current[n] = 3.0 * other.current[n] + 50.0;
+  for (std::size_t n = 2000; n < other.size(); ++n)
+    other.current[n] = 3.0 * other.current[n] + 50.0;
   const Learnt one(series, 2.0 / 3.0), two(other, 2.0 / 3.0);
   ASSERT_EQ(one.table.values.cols(), two.table.values.cols());
   EXPECT_EQ(2000, one.response.training);
@@ -178,7 +189,8 @@ TEST(LeftOutErrors, OfTheBaseCircuitsOwnVoltageGainNothing) {
   EXPECT_GT(errors.discrepancy, 0.95 * errors.base);
 }
 
-/// The first u_c2 is all but free when the first block is left out: what fits the others may be far off there.
+/// The first u_c2 is all but free when the first block is left out: what fits the others may be far
+/// off there.
 TEST(LeftOutErrors, OfTheFirstBlockAreNoLargerThanOfTheOthers) {
   for (const std::uint64_t seed : {5u, 6u, 7u, 12u}) {
     const Learnt estimated(tenHertz(400.0, seed));
@@ -215,17 +227,22 @@ TEST(FitDiscrepancy, TakesOnlyTheColumnsThatAreWanted) {
   const Learnt estimated(withRootOfCharging(tenHertz(200.0, 4), 0.02));
   const DiscrepancyFit fit = fitDiscrepancy(estimated.response, estimated.table, isTimeless);
   EXPECT_LT(fit.discrepancy.columns.size(), estimated.table.columns.size());
-  for (const Regressor& column : fit.discrepancy.columns) EXPECT_TRUE(isTimeless(column)) << toString(column);
+  for (const Regressor& column : fit.discrepancy.columns)
+    EXPECT_TRUE(isTimeless(column)) << toString(column);
 }
 
-/// A resistance that grew by 3 mOhm over the first half of what is estimated from, slowly at first and at last, and stays there.
+/// A resistance that grew by 3 mOhm over the first half of what is estimated from, slowly at first
+/// and at last, and stays there.
 TEST(FitDiscrepancy, HoldsWhatHasDriftedWhereTheTrainingPartLeftIt) {
   Series series = tenHertz(400.0, 4);
   for (std::size_t n = 0; n < series.size(); ++n)
-    series.voltage[n] += 0.0015 * (1.0 - std::cos(kPi * std::min(series.time[n] / 150.0, 1.0))) * series.current[n];
+    series.voltage[n] +=
+        0.0015 * (1.0 - std::cos(kPi * std::min(series.time[n] / 150.0, 1.0))) * series.current[n];
   const Learnt estimated(series, 0.75);
   const auto missed = [&](const RegressorFilter& wanted) {
-    return rms((estimated.response.error - fitDiscrepancy(estimated.response, estimated.table, wanted).predicted).tail(1000));
+    return rms((estimated.response.error -
+                fitDiscrepancy(estimated.response, estimated.table, wanted).predicted)
+                   .tail(1000));
   };
   EXPECT_LT(missed(nullptr), 0.5 * missed(isTimeless));
 }
@@ -237,8 +254,10 @@ TEST(WithDiscrepancy, IsWhatTheFitSaysOfEveryRowAlsoBeyondTheTrainingPart) {
   Learnt estimated(withRootOfCharging(tenHertz(400.0, 4), 0.02), 0.75);
   takeDiscrepancyDirections(estimated.response, BatteryModel(), truePoint(), estimated.inputs);
   const DiscrepancyFit fit = fitDiscrepancy(estimated.response, estimated.table, isTimeless);
-  const BatteryModel model = withDiscrepancy(BatteryModel(), std::make_shared<const DiscrepancyModel>(fit.discrepancy));
-  const std::vector<double> voltage = voltages(model, pointOf(model, withFactors(model, truePoint().parameters)), estimated.inputs);
+  const BatteryModel model =
+      withDiscrepancy(BatteryModel(), std::make_shared<const DiscrepancyModel>(fit.discrepancy));
+  const std::vector<double> voltage =
+      voltages(model, pointOf(model, withFactors(model, truePoint().parameters)), estimated.inputs);
   const std::vector<double> base = voltages(BatteryModel(), truePoint(), estimated.inputs);
   ASSERT_EQ(voltage.size(), static_cast<std::size_t>(fit.predicted.size()));
   for (std::size_t n = 0; n < voltage.size(); ++n)
@@ -257,7 +276,8 @@ TEST(TakeDiscrepancyDirections, HardlyChangesTheSensitivities) {
 
 TEST(AnswersOf, AreZeroWithoutACurrent) {
   const Learnt estimated(tenHertz(300.0, 5));
-  const std::vector<DiscrepancyAnswer> answers = answersOf(discrepancyOf(estimated.table, 0.001), 0.0);
+  const std::vector<DiscrepancyAnswer> answers =
+      answersOf(discrepancyOf(estimated.table, 0.001), 0.0);
   ASSERT_FALSE(answers.empty());
   for (const DiscrepancyAnswer& answer : answers) {
     EXPECT_NEAR(0.0, answer.charging, 1e-12) << answer.time;
@@ -276,7 +296,8 @@ TEST(AnswersOf, AMemoryOfChargingRiseWhileChargingAndStayZeroWhileDischarging) {
   discrepancy.scale = Eigen::VectorXd::Constant(1, 8.0);
   discrepancy.weight = Eigen::VectorXd::Constant(1, 0.02);
   for (const DiscrepancyAnswer& answer : answersOf(discrepancy, 20.0)) {
-    EXPECT_NEAR(-0.02 / 8.0 * 20.0 * std::expm1(-answer.time / 10.0), answer.charging, 1e-12) << answer.time;
+    EXPECT_NEAR(-0.02 / 8.0 * 20.0 * std::expm1(-answer.time / 10.0), answer.charging, 1e-12)
+        << answer.time;
     EXPECT_EQ(0.0, answer.discharging);
   }
 }
@@ -286,7 +307,8 @@ TEST(AnswersOf, EndAtHalfADayHoweverLongAGapTheRecordingHad) {
   discrepancy.columns = {{RegressorKind::kChargeMemory, Mechanism::kAcceptance, 10.0}};
   discrepancy.context.interval = 0.1;
   discrepancy.context.span = 2e9;
-  for (Eigen::VectorXd* each : {&discrepancy.lower, &discrepancy.upper, &discrepancy.centre, &discrepancy.scale, &discrepancy.weight})
+  for (Eigen::VectorXd* each : {&discrepancy.lower, &discrepancy.upper, &discrepancy.centre,
+                                &discrepancy.scale, &discrepancy.weight})
     *each = Eigen::VectorXd::Constant(1, 1.0);
   const std::vector<DiscrepancyAnswer> answers = answersOf(discrepancy, 20.0);
   ASSERT_FALSE(answers.empty());

@@ -20,8 +20,8 @@ Eigen::MatrixXd drawn(Eigen::Index rows, Eigen::Index columns, std::uint64_t see
 }
 
 /// @param known_std of the first columns.  @param group of the others.
-LinearProblem problemOf(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, const Eigen::VectorXd& known_std,
-                        const std::vector<int>& group) {
+LinearProblem problemOf(const Eigen::MatrixXd& A, const Eigen::VectorXd& y,
+                        const Eigen::VectorXd& known_std, const std::vector<int>& group) {
   LinearProblem problem;
   problem.products = A.transpose() * A;
   problem.targets = A.transpose() * y;
@@ -34,12 +34,14 @@ LinearProblem problemOf(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, cons
 }
 
 /// ln N(y; 0, s^2 + A D^2 A'), by the covariance of the rows themselves.
-double denseLogLikelihood(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, const Eigen::VectorXd& deviation, double noise) {
+double denseLogLikelihood(const Eigen::MatrixXd& A, const Eigen::VectorXd& y,
+                          const Eigen::VectorXd& deviation, double noise) {
   Eigen::MatrixXd C = A * deviation.cwiseAbs2().asDiagonal() * A.transpose();
   C.diagonal().array() += noise * noise;
   const Eigen::LLT<Eigen::MatrixXd> llt(C);
   const double log_determinant = 2.0 * llt.matrixLLT().diagonal().array().log().sum();
-  return -0.5 * (static_cast<double>(y.size()) * std::log(2.0 * M_PI) + log_determinant + y.dot(llt.solve(y)));
+  return -0.5 * (static_cast<double>(y.size()) * std::log(2.0 * M_PI) + log_determinant +
+                 y.dot(llt.solve(y)));
 }
 
 double logPrior(const std::vector<double>& strength) {
@@ -60,7 +62,8 @@ TEST(FitSomeGroups, OfColumnsWhoseProductsAreNoNumbersHasNoEvidence) {
   const Eigen::VectorXd y = drawn(50, 1, 4).col(0);
   for (const double size : {1e150, 1e200}) {
     A.col(1).setConstant(size);
-    const LinearFit fit = fitSomeGroups(problemOf(A, y, Eigen::Vector2d(1.0, 1.0), {0, 1}), 0.5, {1, 1});
+    const LinearFit fit =
+        fitSomeGroups(problemOf(A, y, Eigen::Vector2d(1.0, 1.0), {0, 1}), 0.5, {1, 1});
     EXPECT_TRUE(fit.z.allFinite()) << size;
     EXPECT_FALSE(std::isnan(fit.evidence)) << size;
     EXPECT_EQ(fit.strength.size(), 2u);
@@ -73,7 +76,8 @@ TEST(Evidence, EqualsTheDenseFormula) {
   const Tiny tiny;
   const LinearFit fit = fitSomeGroups(tiny.problem, 1.0, {1, 1});
   const Eigen::Vector3d deviation(0.005, fit.strength[0], fit.strength[1]);
-  EXPECT_NEAR(denseLogLikelihood(tiny.A, tiny.y, deviation, fit.noise) + logPrior(fit.strength), fit.evidence, 1e-9);
+  EXPECT_NEAR(denseLogLikelihood(tiny.A, tiny.y, deviation, fit.noise) + logPrior(fit.strength),
+              fit.evidence, 1e-9);
 }
 
 TEST(Evidence, TemperedEqualsThatOfAsManyRowsAsCount) {
@@ -81,12 +85,16 @@ TEST(Evidence, TemperedEqualsThatOfAsManyRowsAsCount) {
   const double effective_sample_fraction = 0.3;
   const LinearFit fit = fitSomeGroups(tiny.problem, effective_sample_fraction, {1, 1});
   const Eigen::Vector3d D(0.005, fit.strength[0], fit.strength[1]);
-  const Eigen::Matrix3d B = Eigen::Matrix3d::Identity() +
-                            Eigen::Matrix3d(effective_sample_fraction / (fit.noise * fit.noise) * D.asDiagonal() * tiny.problem.products * D.asDiagonal());
-  const Eigen::Vector3d h = effective_sample_fraction / (fit.noise * fit.noise) * D.cwiseProduct(tiny.problem.targets);
-  const double expected = -0.5 * effective_sample_fraction * 5.0 * std::log(2.0 * M_PI * fit.noise * fit.noise) -
-                          0.5 * effective_sample_fraction * tiny.problem.square / (fit.noise * fit.noise) + 0.5 * h.dot(B.inverse() * h) -
-                          0.5 * std::log(B.determinant());
+  const Eigen::Matrix3d B =
+      Eigen::Matrix3d::Identity() +
+      Eigen::Matrix3d(effective_sample_fraction / (fit.noise * fit.noise) * D.asDiagonal() *
+                      tiny.problem.products * D.asDiagonal());
+  const Eigen::Vector3d h =
+      effective_sample_fraction / (fit.noise * fit.noise) * D.cwiseProduct(tiny.problem.targets);
+  const double expected =
+      -0.5 * effective_sample_fraction * 5.0 * std::log(2.0 * M_PI * fit.noise * fit.noise) -
+      0.5 * effective_sample_fraction * tiny.problem.square / (fit.noise * fit.noise) +
+      0.5 * h.dot(B.inverse() * h) - 0.5 * std::log(B.determinant());
   EXPECT_NEAR(expected + logPrior(fit.strength), fit.evidence, 1e-9);
 }
 
@@ -95,10 +103,12 @@ TEST(Evidence, MeanAndCovarianceAreThePosteriors) {
   const LinearFit fit = fitSomeGroups(tiny.problem, 1.0, {1, 1});
   const Eigen::Vector3d deviation(0.005, fit.strength[0], fit.strength[1]);
   const Eigen::Matrix3d precision =
-      tiny.problem.products / (fit.noise * fit.noise) + Eigen::Matrix3d(deviation.cwiseAbs2().cwiseInverse().asDiagonal());
+      tiny.problem.products / (fit.noise * fit.noise) +
+      Eigen::Matrix3d(deviation.cwiseAbs2().cwiseInverse().asDiagonal());
   const Eigen::Matrix3d covariance = precision.inverse();
   EXPECT_LT((covariance - fit.covariance).norm(), 1e-9 * covariance.norm());
-  EXPECT_LT((covariance * tiny.problem.targets / (fit.noise * fit.noise) - fit.z).norm(), 1e-9 * fit.z.norm());
+  EXPECT_LT((covariance * tiny.problem.targets / (fit.noise * fit.noise) - fit.z).norm(),
+            1e-9 * fit.z.norm());
 }
 
 /// Two groups of five columns: one there, one not.
@@ -109,7 +119,8 @@ struct Grouped {
 
   Grouped() {
     truth << 0.02, -0.01, 5e-3, -4e-3, 6e-3, -5e-3, 4e-3, 0.0, 0.0, 0.0, 0.0, 0.0;
-    problem = problemOf(A, A * truth + 1e-3 * drawn(600, 1, 4).col(0), Eigen::VectorXd::Constant(2, 0.1), {0, 0, 0, 0, 0, 1, 1, 1, 1, 1});
+    problem = problemOf(A, A * truth + 1e-3 * drawn(600, 1, 4).col(0),
+                        Eigen::VectorXd::Constant(2, 0.1), {0, 0, 0, 0, 0, 1, 1, 1, 1, 1});
   }
 };
 
@@ -163,7 +174,8 @@ TEST(FitSparse, FindsTheTrueColumnsFirst) {
   truth[8] = 4e-3;
   truth[20] = -2e-3;
   const LinearProblem problem =
-      problemOf(A, A * truth + 1e-3 * drawn(500, 1, 6).col(0), Eigen::VectorXd::Constant(1, 0.1), std::vector<int>(30, 0));
+      problemOf(A, A * truth + 1e-3 * drawn(500, 1, 6).col(0), Eigen::VectorXd::Constant(1, 0.1),
+                std::vector<int>(30, 0));
   const SparseFit sparse = fitSparse(problem, 1.0, 12);
   ASSERT_GE(sparse.path.size(), 2u);
   EXPECT_EQ(7, sparse.path[0].column);
@@ -175,8 +187,9 @@ TEST(FitSparse, FindsTheTrueColumnsFirst) {
 
 TEST(FitSparse, TakesNoMoreColumnsThanItMay) {
   const Eigen::MatrixXd A = drawn(500, 11, 7);
-  const LinearProblem problem = problemOf(A, A * Eigen::VectorXd::Constant(11, 5e-3) + 1e-3 * drawn(500, 1, 8).col(0),
-                                          Eigen::VectorXd::Constant(1, 0.1), std::vector<int>(10, 0));
+  const LinearProblem problem =
+      problemOf(A, A * Eigen::VectorXd::Constant(11, 5e-3) + 1e-3 * drawn(500, 1, 8).col(0),
+                Eigen::VectorXd::Constant(1, 0.1), std::vector<int>(10, 0));
   EXPECT_EQ(3u, fitSparse(problem, 1.0, 3).path.size());
   EXPECT_EQ(10u, fitSparse(problem, 1.0, 12).path.size());
 }
@@ -187,11 +200,14 @@ Eigen::VectorXd autoregressive(double rho, std::uint64_t seed) {
   return e;
 }
 
-TEST(IndependentShare, OfWhiteNoiseIsNearOne) { EXPECT_NEAR(1.0, independentShare(autoregressive(0.0, 1)), 0.03); }
+TEST(IndependentShare, OfWhiteNoiseIsNearOne) {
+  EXPECT_NEAR(1.0, independentShare(autoregressive(0.0, 1)), 0.03);
+}
 
 TEST(IndependentShare, OfFirstOrderNoiseIsThatOfItsClosedForm) {
   for (const double rho : {0.5, 0.9, 0.98})
-    EXPECT_NEAR(1.0, independentShare(autoregressive(rho, 2)) / ((1.0 - rho) / (1.0 + rho)), 0.2) << rho;
+    EXPECT_NEAR(1.0, independentShare(autoregressive(rho, 2)) / ((1.0 - rho) / (1.0 + rho)), 0.2)
+        << rho;
 }
 
 TEST(IndependentShare, IsBlindToAnOffset) {

@@ -46,7 +46,8 @@ TEST(StopTimeJson, WithoutAnAnswerEverythingButTheVerdictIsNull) {
   StopTimeAnswer none;
   none.code = AnswerCode::kNoModel;
   const auto json = stopTimeJson(none);
-  for (const char* field : {"t_stop", "lower", "upper", "outcome", "monotone"}) EXPECT_TRUE(json[field].is_null()) << field;
+  for (const char* field : {"t_stop", "lower", "upper", "outcome", "monotone"})
+    EXPECT_TRUE(json[field].is_null()) << field;
   EXPECT_EQ(json["code"], 2);
 }
 
@@ -72,8 +73,10 @@ TEST(MapJson, HoldsListsAndAnswersRowByRow) {
   const auto json = mapJson(bothMaps());
   EXPECT_EQ(json["schema"], "battery_sof/map/1");
   EXPECT_EQ(json["t_stop"], (std::vector<double>{0.0, 3600.0}));
-  for (const char* field : {"u_min", "u_min_lower", "u_min_upper", "u_min_code", "capable"}) EXPECT_EQ(json[field].size(), 4u) << field;
-  for (const char* field : {"i_boost", "i_boost_lower", "i_boost_upper", "i_boost_code"}) EXPECT_EQ(json[field].size(), 2u) << field;
+  for (const char* field : {"u_min", "u_min_lower", "u_min_upper", "u_min_code", "capable"})
+    EXPECT_EQ(json[field].size(), 4u) << field;
+  for (const char* field : {"i_boost", "i_boost_lower", "i_boost_upper", "i_boost_code"})
+    EXPECT_EQ(json[field].size(), 2u) << field;
   EXPECT_EQ(json["u_min_code"], (std::vector<int>{0, 3, 0, 3}));
   EXPECT_EQ(json["code"], 3);
   EXPECT_TRUE(json["capable"][0].is_null());
@@ -89,15 +92,20 @@ TEST(MapJson, LeavesOutTheMapThatWasNotAsked) {
 
 TEST(MapText, HasALineForEveryRowAndMarksWhatIsNotValid) {
   const std::string text = mapText(bothMaps());
-  for (const char* piece : {"\n-10 ", "\n-30 ", "\n13 ", "3600", "]*"}) EXPECT_TRUE(holds(text, piece)) << text;
+  for (const char* piece : {"\n-10 ", "\n-30 ", "\n13 ", "3600", "]*"})
+    EXPECT_TRUE(holds(text, piece)) << text;
 }
 
 TEST(StopTimeText, SaysWhatWasAskedAndFound) {
   StopTimeQuery query;
   query.u_required = 7.2;
-  const std::string text = stopTimeText(query, answered(StopTimeOutcome::kFinite, {30.0, 20.0, kEver}));
-  EXPECT_TRUE(holds(text, "7.20 V") && holds(text, "30.0 s, 90 % between 20.0 s and no end: finite")) << text;
-  const std::string least = stopTimeText(query, answered(StopTimeOutcome::kAtLeast, {72.0, 60.0, 7200.0}));
+  const std::string text =
+      stopTimeText(query, answered(StopTimeOutcome::kFinite, {30.0, 20.0, kEver}));
+  EXPECT_TRUE(holds(text, "7.20 V") &&
+              holds(text, "30.0 s, 90 % between 20.0 s and no end: finite"))
+      << text;
+  const std::string least =
+      stopTimeText(query, answered(StopTimeOutcome::kAtLeast, {72.0, 60.0, 7200.0}));
   EXPECT_TRUE(holds(least, "at least 72.0 s, 90 % between 60.0 s and 7200.0 s: at_least")) << least;
 }
 

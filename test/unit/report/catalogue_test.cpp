@@ -28,9 +28,10 @@ TEST(EffectsPage, HoldsTheCatalogueAsItIs) {
 TEST(EffectsPage, EveryEffectCitesItsOwnSectionOfThePhysics) {
   for (const EffectInfo& effect : effectCatalogue()) {
     const std::string section = "docs/physics.md#" + effect.id;
-    EXPECT_TRUE(std::any_of(effect.parameters.begin(), effect.parameters.end(), [&](const ParameterInfo& info) {
-      return info.source.find(section) != std::string::npos;
-    })) << effect.id;
+    EXPECT_TRUE(std::any_of(
+        effect.parameters.begin(), effect.parameters.end(),
+        [&](const ParameterInfo& info) { return info.source.find(section) != std::string::npos; }))
+        << effect.id;
   }
 }
 
@@ -40,13 +41,16 @@ std::string physicsOf(const std::string& id) {
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   const auto begin = page.find("\n### " + id + "\n");
   if (begin == std::string::npos) return "";
-  return page.substr(begin, std::min(page.find("\n### ", begin + 1), page.find("\n# ", begin + 1)) - begin);
+  return page.substr(
+      begin, std::min(page.find("\n### ", begin + 1), page.find("\n# ", begin + 1)) - begin);
 }
 
 TEST(PhysicsPage, SaysOfEveryEffectItsFamilySignatureLookAlikesAndOtherForms) {
   for (const EffectInfo& effect : effectCatalogue()) {
     const std::string section = physicsOf(effect.id);
-    EXPECT_NE(section.find("Mechanism `" + mechanismId(mechanismOf(effect.id)) + "`"), std::string::npos) << effect.id;
+    EXPECT_NE(section.find("Mechanism `" + mechanismId(mechanismOf(effect.id)) + "`"),
+              std::string::npos)
+        << effect.id;
     for (const char* said : {"Signature: ", "Look-alike", "Other forms: "})
       EXPECT_NE(section.find(said), std::string::npos) << effect.id << ": " << said;
     for (const std::string& other : effect.look_alikes)

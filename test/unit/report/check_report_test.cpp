@@ -103,9 +103,11 @@ TEST(CheckReportText, SaysWhatIsInTheRecordingWhatWasFoundAndWhatItMeans) {
   const Recording recording = turnedRoundDrive();
   const CheckReport report = checkRecording(recording);
   const std::string text = checkReportText("drive.csv", recording, report);
-  for (const std::string& part : {std::string("drive.csv\n"), std::string("(100 Hz)"), std::string("2 missing value"),
-                                  std::string("25 degC to 27 degC"), std::string("charge"), std::string(" Ah in, "), std::string("problem"),
-                                  std::string("sign: voltage falls when current rises"), std::string("--discharge-positive")}) {
+  for (const std::string& part :
+       {std::string("drive.csv\n"), std::string("(100 Hz)"), std::string("2 missing value"),
+        std::string("25 degC to 27 degC"), std::string("charge"), std::string(" Ah in, "),
+        std::string("problem"), std::string("sign: voltage falls when current rises"),
+        std::string("--discharge-positive")}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << " is not in\n" << text;
   }
 }

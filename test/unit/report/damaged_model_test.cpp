@@ -26,8 +26,10 @@ FittedModel fullModel() {
   rule.current_noise = 0.1;
   rule.voltage_noise = 0.01;
   model.fit.source = rule;
-  model.fit.baseline.voltage_from_current = BaselineLine{12.5, 0.006, 0.02, -0.03, 0.03, -10.0, 20.0, 1000};
-  model.fit.baseline.cranks = BaselineCranks{{-200.0, 10.5}, {-210.0, 10.4}, 11.0, 0.006, -0.1, 0.1, 5};
+  model.fit.baseline.voltage_from_current =
+      BaselineLine{12.5, 0.006, 0.02, -0.03, 0.03, -10.0, 20.0, 1000};
+  model.fit.baseline.cranks =
+      BaselineCranks{{-200.0, 10.5}, {-210.0, 10.4}, 11.0, 0.006, -0.1, 0.1, 5};
   model.intervals.event_history.cranks = {{50.0, -200.0, 10.5, 10.6}};
   model.intervals.event_history.charges = {{60.0, 10.0, 14.0, 13.9, 30.0, 31.0}};
   return model;
@@ -54,7 +56,8 @@ std::string errorWith(const std::string& within, const std::string& key, const s
   EXPECT_TRUE(section != std::string::npos && at != std::string::npos) << within << " " << key;
   const auto begin = at + key.size() + 1;
   const auto end = text().find_first_of(text()[begin + 1] == '[' ? "]" : ",}\n", begin);
-  return errorOf(std::string(text()).replace(begin, end - begin + (text()[end] == ']'), " " + value));
+  return errorOf(
+      std::string(text()).replace(begin, end - begin + (text()[end] == ']'), " " + value));
 }
 
 TEST(DamagedModel, IsWholeBeforeItIsDamaged) { EXPECT_EQ(errorOf(text()), ""); }
@@ -86,7 +89,8 @@ const Damage kDamages[] = {
     {"fit:", "rmse_v", "-1", "fit.rmse_v"},
     {"source:", "voltage_lag_samples", "1000000000", "source.voltage_lag_samples"},
     {"source:", "max_gap_s", "1e300", "source.max_gap_s"},
-    {"naive:", "voltage_from_current", "[12, 0, 0.1, -1, 1, 0, 1, -7]", "naive.voltage_from_current"},
+    {"naive:", "voltage_from_current", "[12, 0, 0.1, -1, 1, 0, 1, -7]",
+     "naive.voltage_from_current"},
     {"naive:", "voltage_from_current", "[12, 0, 0.1, 1, -1, 0, 1, 7]", "lower error above"},
     {"naive:", "cranks", "[1, 2, 3, 4, 5, 6, -1, 1, 1e300]", "naive.cranks"},
 };
@@ -94,23 +98,27 @@ const Damage kDamages[] = {
 TEST(DamagedModel, EveryNumberIsHeldAgainstWhatItCanBe) {
   for (const Damage& damage : kDamages) {
     const std::string said = errorWith(damage.within, damage.key, damage.value);
-    EXPECT_NE(said.find(damage.piece), std::string::npos) << damage.key << ": " << damage.value << " gave: " << said;
+    EXPECT_NE(said.find(damage.piece), std::string::npos)
+        << damage.key << ": " << damage.value << " gave: " << said;
   }
 }
 
-/// In a map or list on one line a comma ends a number: what stands before it must not be taken for the whole.
+/// In a map or list on one line a comma ends a number: what stands before it must not be taken for
+/// the whole.
 TEST(DamagedModel, ADecimalCommaIsRefusedWhereverANumberStands) {
   const std::size_t first = text().find("effects:");
   int tried = 0;
   for (std::size_t at = first; (at = text().find('.', at)) != std::string::npos; ++at) {
     if (std::isdigit(text()[at - 1]) == 0 || std::isdigit(text()[at + 1]) == 0) continue;
     ++tried;
-    EXPECT_NE(errorOf(std::string(text()).replace(at, 1, ",")), "") << text().substr(text().rfind('\n', at), 80);
+    EXPECT_NE(errorOf(std::string(text()).replace(at, 1, ",")), "")
+        << text().substr(text().rfind('\n', at), 80);
   }
   EXPECT_GT(tried, 30);
   const std::string point = ": a comma ends a number, expected a decimal point";
   const std::string said = errorWith("parameters:", "std", "1,5");
-  EXPECT_NE(said.find("parameters.r_discharge.5 is no key with a value" + point), std::string::npos) << said;
+  EXPECT_NE(said.find("parameters.r_discharge.5 is no key with a value" + point), std::string::npos)
+      << said;
 }
 
 TEST(DamagedModel, AListOfAnyLengthHasNoDecimalCommas) {
@@ -119,13 +127,19 @@ TEST(DamagedModel, AListOfAnyLengthHasNoDecimalCommas) {
   const std::string good = modelYaml(model);
   EXPECT_EQ(errorOf(good), "");
   const std::string said = errorOf(std::string(good).replace(good.find("20.5"), 4, "20,5"));
-  EXPECT_NE(said.find("baseline.phase.current_a has some commas with a space behind them and some without"), std::string::npos) << said;
+  EXPECT_NE(
+      said.find(
+          "baseline.phase.current_a has some commas with a space behind them and some without"),
+      std::string::npos)
+      << said;
 }
 
 TEST(DamagedModel, WholeNumbersAreWholeAndDecimal) {
   for (const char* value : {"1.5", "0x10", "-1", "1e300", ".nan"})
-    EXPECT_NE(errorWith("fit:", "iterations", value).find("fit.iterations is \"" + std::string(value) + "\", expected a whole number"),
-              std::string::npos)
+    EXPECT_NE(
+        errorWith("fit:", "iterations", value)
+            .find("fit.iterations is \"" + std::string(value) + "\", expected a whole number"),
+        std::string::npos)
         << value;
 }
 
@@ -149,7 +163,8 @@ TEST(DamagedModel, CorrelationsAreSymmetricWithOnesOnTheDiagonalAndNoNegativeEig
     std::string rows = "correlation:\n";
     for (int j = 0; j < 6; ++j) {
       rows += "  - [";
-      for (int k = 0; k < 6; ++k) rows += std::to_string(j == k ? diagonal : j < k ? upper : lower) + (k < 5 ? ", " : "]\n");
+      for (int k = 0; k < 6; ++k)
+        rows += std::to_string(j == k ? diagonal : j < k ? upper : lower) + (k < 5 ? ", " : "]\n");
     }
     return errorOf(std::string(good).replace(begin, end - begin + 1, rows));
   };
@@ -165,22 +180,28 @@ TEST(DamagedModel, ThatIsNotYamlIsToldByLineWithoutTheParsersWords) {
   EXPECT_EQ(said.find("yaml-cpp"), std::string::npos);
 }
 
-/// A thousand files with bytes changed, cut or doubled: each is refused with a sentence or makes finite answers.
+/// A thousand files with bytes changed, cut or doubled: each is refused with a sentence or makes
+/// finite answers.
 TEST(DamagedModel, AThousandDamagedFilesAreRefusedOrAnswerWithFiniteNumbers) {
   std::mt19937 random(7);
-  const auto below = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
+  const auto below = [&](std::size_t n) {
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random);
+  };
   const std::string bytes = "0123456789eE+-.:,[]{}naif \n";
   CrankingQuery query{-20.0, 10.0, -200.0, 0.5, 7.2};
   int accepted = 0;
   for (int round = 0; round < 1000; ++round) {
     std::string damaged = text();
-    for (std::size_t k = below(4) + 1; k > 0; --k) damaged[below(damaged.size())] = bytes[below(bytes.size())];
+    for (std::size_t k = below(4) + 1; k > 0; --k)
+      damaged[below(damaged.size())] = bytes[below(bytes.size())];
     if (round % 7 == 0) damaged.resize(below(damaged.size()));
     try {
       const CrankingAnswer answer = predictCranking(parseModelYaml(damaged, "damaged.yaml"), query);
       ++accepted;
       if (!answer.u_min) continue;
-      EXPECT_TRUE(std::isfinite(answer.u_min->value) && std::isfinite(answer.u_min->lower) && std::isfinite(answer.u_min->upper)) << round;
+      EXPECT_TRUE(std::isfinite(answer.u_min->value) && std::isfinite(answer.u_min->lower) &&
+                  std::isfinite(answer.u_min->upper))
+          << round;
     } catch (const ModelFileError& error) {
       EXPECT_NE(std::string(error.what()).find("damaged.yaml"), std::string::npos);
     }
@@ -208,7 +229,8 @@ TEST_F(ModelPosition, WhatIsNoRegularFileOrTooLargeIsRefusedAtOnce) {
   std::string list = "a: [1";
   for (int n = 0; n < 1000000; ++n) list += ", 1";
   write("list.yaml", list + "]\n");
-  EXPECT_NE(refusal(path("loop")).find("loop: cannot be read"), std::string::npos) << refusal(path("loop"));
+  EXPECT_NE(refusal(path("loop")).find("loop: cannot be read"), std::string::npos)
+      << refusal(path("loop"));
   EXPECT_NE(refusal(path(std::string(300, 'x'))).find("cannot be read"), std::string::npos);
   EXPECT_NE(refusal(path("pipe")).find("is no regular file"), std::string::npos);
   EXPECT_NE(refusal("/dev/zero").find("is no regular file"), std::string::npos);

@@ -38,12 +38,14 @@ TEST(DiagnosisPage, LoadsNothing) {
   EXPECT_NE(page.find("default-src 'none'"), std::string::npos);
 }
 
-/// Tests of plots; Ubuntu 20.04 (ROS Noetic) has no package of the library, and a build without ROS need not have it.
+/// Tests of plots; Ubuntu 20.04 (ROS Noetic) has no package of the library, and a build without ROS
+/// need not have it.
 class PlottedPage : public testing::Test {
  protected:
   void SetUp() override {
     if (hasPlotLibrary()) return;
-    if (std::filesystem::exists("/opt/ros/noetic")) GTEST_SKIP() << "no package libjs-dygraphs here";
+    if (std::filesystem::exists("/opt/ros/noetic"))
+      GTEST_SKIP() << "no package libjs-dygraphs here";
 #ifdef BATTERY_SOF_WITHOUT_ROS
     GTEST_SKIP() << "package libjs-dygraphs was not installed when this was built";
 #endif
@@ -53,14 +55,15 @@ class PlottedPage : public testing::Test {
 
 TEST_F(PlottedPage, BringsTheLibraryAlong) {
   const std::string page = pageOf(test::madeNamed());
-  for (const char* piece :
-       {"Dygraph", "diagnosisPlots", "id=\"drive-data\"", "\"extended\":[", "plot-error", "Permission is hereby granted"})
+  for (const char* piece : {"Dygraph", "diagnosisPlots", "id=\"drive-data\"", "\"extended\":[",
+                            "plot-error", "Permission is hereby granted"})
     EXPECT_NE(page.find(piece), std::string::npos) << piece;
 }
 
 TEST(DiagnosisPage, ListsOnlyWhatWasConfirmedWhereNoStrengthIsPromised) {
   test::MadeDiagnosis made = test::madeNoMismatch();
-  for (DetectionLimit& one : made.diagnosis.detection_limits) one = {one.id, one.parameter, one.unit, std::nullopt, one.typical, false};
+  for (DetectionLimit& one : made.diagnosis.detection_limits)
+    one = {one.id, one.parameter, one.unit, std::nullopt, one.typical, false};
   made.diagnosis.detection_limits.push_back({"ocv_soc", "ocv_slope", "V/Ah", 0.5, 0.027, false});
   made.diagnosis.unexplained.noise = 0.031;
   const std::string page = pageOf(made, false);
@@ -72,17 +75,21 @@ TEST(DiagnosisPage, ListsOnlyWhatWasConfirmedWhereNoStrengthIsPromised) {
 TEST(DiagnosisPage, EscapesWhatOthersNamed) {
   const std::string page = pageOf(test::madeNamed());
   EXPECT_EQ(page.find("<b>of</b>"), std::string::npos);
-  EXPECT_NE(page.find("drive &lt;b&gt;of&lt;/b&gt; &quot;Monday&quot; &amp; &lt;/script&gt;"), std::string::npos);
+  EXPECT_NE(page.find("drive &lt;b&gt;of&lt;/b&gt; &quot;Monday&quot; &amp; &lt;/script&gt;"),
+            std::string::npos);
 }
 
 TEST(DiagnosisPage, EscapesEverySentenceOfADiagnosis) {
   test::MadeDiagnosis made = test::madeUnknown();
   Diagnosis& d = made.diagnosis;
   const std::string evil = "<i>evil</i>";
-  d.summary = d.next_experiment = d.discrepancy->description = d.source.summary = d.source.totals[0].reason = evil;
-  d.candidates.push_back({evil, 1.0, 0.0, evil, "acceptance"});  // the nearest to what was estimated
+  d.summary = d.next_experiment = d.discrepancy->description = d.source.summary =
+      d.source.totals[0].reason = evil;
+  // the nearest to what was estimated
+  d.candidates.push_back({evil, 1.0, 0.0, evil, "acceptance"});
   d.discrepancy->terms = d.instrument = d.outside = {evil};
-  d.mismatch[0].regime = d.candidates[0].id = d.candidates[0].rejected_because = d.candidates[0].mechanism = evil;
+  d.mismatch[0].regime = d.candidates[0].id = d.candidates[0].rejected_because =
+      d.candidates[0].mechanism = evil;
   d.regimes = {{evil, "mean", 5, 0.1, 0.0, 0.2, 0.01, true}};
   d.parameter_bias = {{evil, evil, 5.0, 0.1}};
   d.fit.regimes = {{evil, 10, 0.1, 0.1, 0.0, -0.1, 0.1}};
@@ -113,8 +120,9 @@ TEST_F(PlottedPage, DrawsWhatWasLearntBesideTheBaseModel) {
 
 TEST(DiagnosisPage, TellsWhatWasLearntItsKindAndWhatItAddsUnderACurrent) {
   const std::string page = pageOf(test::madeUnknown());
-  for (const char* piece : {"moves the voltage by 61.0 mV RMS", "It is in the extended model", "charging is limited by how fast",
-                            "memory of charging over 10 s", "current of 20 A", "+113.0",
+  for (const char* piece : {"moves the voltage by 61.0 mV RMS", "It is in the extended model",
+                            "charging is limited by how fast", "memory of charging over 10 s",
+                            "current of 20 A", "+113.0",
                             "\xe2\x88\x92"
                             "1.1"})
     EXPECT_NE(page.find(piece), std::string::npos) << piece;
@@ -128,7 +136,8 @@ TEST(DiagnosisPage, ComparesTheModelThatHoldsALearntForceWithTheBaseModel) {
 
 std::size_t countOf(const std::string& text, const std::string& piece) {
   std::size_t count = 0;
-  for (std::size_t at = text.find(piece); at != std::string::npos; at = text.find(piece, at + 1)) ++count;
+  for (std::size_t at = text.find(piece); at != std::string::npos; at = text.find(piece, at + 1))
+    ++count;
   return count;
 }
 
@@ -142,9 +151,11 @@ TEST(DiagnosisPage, DrawsALearntForceOverTimeAndOverTheCurrent) {
 
 TEST(DiagnosisPage, DrawsABandWhereTheDeviationIsKnown) {
   test::MadeDiagnosis made = test::madeUnknown();
-  EXPECT_EQ(countOf(markupOf(pageOf(made)), "class=\"band\""), 2u);  // over time; the curve over the current has none here
+  // over time; the curve over the current has none here
+  EXPECT_EQ(countOf(markupOf(pageOf(made)), "class=\"band\""), 2u);
   EXPECT_NE(pageOf(made).find("Bands: 95 %"), std::string::npos);
-  for (DiscrepancyAnswer& one : made.diagnosis.discrepancy->answers) one.charging_std.reset(), one.discharging_std.reset();
+  for (DiscrepancyAnswer& one : made.diagnosis.discrepancy->answers)
+    one.charging_std.reset(), one.discharging_std.reset();
   EXPECT_EQ(countOf(markupOf(pageOf(made)), "class=\"band\""), 0u);
   EXPECT_EQ(pageOf(made).find("Bands: 95 %"), std::string::npos);
 }
@@ -166,10 +177,13 @@ TEST(DiagnosisPage, DrawsNoPointThatIsNotANumberAndNoChartOfOnePoint) {
 
 TEST(DiagnosisPage, NamesTheNearestEquationOfTheFamilyThatALearntForceFollows) {
   test::MadeDiagnosis made = test::madeUnknown();
-  EXPECT_NE(pageOf(made).find("No equation of the catalogue in it was weighed."), std::string::npos);
+  EXPECT_NE(pageOf(made).find("No equation of the catalogue in it was weighed."),
+            std::string::npos);
   made.diagnosis.candidates.push_back({"sulphate_history", 12.0, 0.0, "too little", "acceptance"});
-  made.diagnosis.candidates.push_back({"charge_acceptance", 31.0, 0.0, "leaves what matters", "acceptance"});
-  EXPECT_NE(pageOf(made).find("<code>charge_acceptance</code> (evidence 31; leaves what matters)."), std::string::npos);
+  made.diagnosis.candidates.push_back(
+      {"charge_acceptance", 31.0, 0.0, "leaves what matters", "acceptance"});
+  EXPECT_NE(pageOf(made).find("<code>charge_acceptance</code> (evidence 31; leaves what matters)."),
+            std::string::npos);
 }
 
 TEST(DiagnosisPage, OfALearntForceThatForetellsNothingSaysThatItIsNotUsed) {
@@ -183,36 +197,45 @@ TEST(DiagnosisPage, OfALearntForceThatForetellsNothingSaysThatItIsNotUsed) {
 /// Of a page: its one line of JSON that begins with a name.
 std::string dataOf(const std::string& page, const std::string& name) {
   const std::size_t begin = page.find("\n\"" + name + "\":");
-  return begin == std::string::npos ? "" : page.substr(begin + 1, page.find('\n', begin + 1) - begin - 1);
+  return begin == std::string::npos
+             ? ""
+             : page.substr(begin + 1, page.find('\n', begin + 1) - begin - 1);
 }
 
 TEST_F(PlottedPage, DrawsWhereASourceImposesTheVoltage) {
   const test::MadeDiagnosis made = test::madeNamed();
-  EXPECT_EQ(dataOf(pageOf(made), "controlled").rfind("\"controlled\":[[25.8,75],[175.8,225]", 0), 0u) << dataOf(pageOf(made), "controlled");
-  EXPECT_NE(pageOf(made).find("hatched: a source controls the voltage (8 stretches)"), std::string::npos);
+  EXPECT_EQ(dataOf(pageOf(made), "controlled").rfind("\"controlled\":[[25.8,75],[175.8,225]", 0),
+            0u)
+      << dataOf(pageOf(made), "controlled");
+  EXPECT_NE(pageOf(made).find("hatched: a source controls the voltage (8 stretches)"),
+            std::string::npos);
 }
 
 TEST(DiagnosisPage, TellsTheSharesOfWhatIsImposedInWords) {
   const test::MadeDiagnosis made = test::madeNamed();
   const double share = 100.0 * made.diagnosis.source.share;
   char words[120];
-  std::snprintf(words, sizeof words, "aria-label=\"voltage controlled %.1f %%, current controlled %.1f %% of the samples\"", share,
-                100.0 - share);
+  std::snprintf(
+      words, sizeof words,
+      "aria-label=\"voltage controlled %.1f %%, current controlled %.1f %% of the samples\"", share,
+      100.0 - share);
   for (const bool zoomable : {true, false}) {
     const std::string markup = markupOf(pageOf(made, zoomable));
-    for (const std::string& piece :
-         std::vector<std::string>{words, "class=\"strip\"", "the voltage is held while the current moves", "A source holds the voltage"})
+    for (const std::string& piece : std::vector<std::string>{
+             words, "class=\"strip\"", "the voltage is held while the current moves",
+             "A source holds the voltage"})
       EXPECT_NE(markup.find(piece), std::string::npos) << piece;
   }
 }
 
 TEST(DiagnosisPage, WithoutASourceDrawsNoShareAndNoStretch) {
   test::MadeDiagnosis made = test::madeNamed();
-  made.diagnosis.source = {false,
-                           0.0,
-                           "Nothing charges the battery: the current is controlled throughout.",
-                           {{"nothing in the recording charges the battery", ControlMode::kCurrent, 1, 10}},
-                           {}};
+  made.diagnosis.source = {
+      false,
+      0.0,
+      "Nothing charges the battery: the current is controlled throughout.",
+      {{"nothing in the recording charges the battery", ControlMode::kCurrent, 1, 10}},
+      {}};
   for (const bool zoomable : {true, false}) {
     const std::string markup = markupOf(pageOf(made, zoomable));
     EXPECT_NE(markup.find("Nothing charges the battery"), std::string::npos);
@@ -225,7 +248,8 @@ TEST(DiagnosisPage, DrawsWhatIsImposedWithoutTheLibraryToo) {
   test::MadeDiagnosis made = test::madeNamed();
   const auto feetOf = [](const std::string& page) {
     const std::size_t begin = page.find("class=\"foot\" d=\"");
-    const std::string feet = begin == std::string::npos ? "" : page.substr(begin, page.find('>', begin) - begin);
+    const std::string feet =
+        begin == std::string::npos ? "" : page.substr(begin, page.find('>', begin) - begin);
     return std::count(feet.begin(), feet.end(), 'z');
   };
   EXPECT_EQ(feetOf(pageOf(made, false)), 8);
@@ -247,7 +271,8 @@ TEST_F(PlottedPage, CountsTimeFromTheFirstSampleOfAClockThatCountsFrom1970) {
   test::MadeDiagnosis made = test::madeNamed();
   EXPECT_NE(pageOf(made).find("the recording\xe2\x80\x99s own clock"), std::string::npos);
   for (double& t : made.recording.series.time) t += 1.6e9;
-  for (MismatchSegment& segment : made.diagnosis.mismatch) segment.from += 1.6e9, segment.to += 1.6e9;
+  for (MismatchSegment& segment : made.diagnosis.mismatch)
+    segment.from += 1.6e9, segment.to += 1.6e9;
   const std::string page = pageOf(made);
   EXPECT_NE(page.find("\"time\":[0,"), std::string::npos);
   EXPECT_NE(page.find("37.0 to 75.0 s"), std::string::npos);

@@ -13,23 +13,28 @@ namespace {
 using Json = nlohmann::json;
 
 void expectKeys(const Json& json, const std::vector<const char*>& keys) {
-  for (const char* key : keys) EXPECT_TRUE(json.contains(key)) << key << " in " << json.dump().substr(0, 200);
+  for (const char* key : keys)
+    EXPECT_TRUE(json.contains(key)) << key << " in " << json.dump().substr(0, 200);
 }
 
 TEST(DiagnosisJson, HoldsTheContractsFields) {
   const Json json = diagnosisJson(test::madeNamed().diagnosis);
   EXPECT_EQ(json["schema"], "battery_sof/diagnosis/2");
   EXPECT_EQ(json["verdict"], "named");
-  expectKeys(json, {"summary", "effects", "candidates", "mismatch", "fit", "next_experiment", "family", "probability", "relevance",
-                    "learned", "evidence"});
-  expectKeys(json["effects"].at(0), {"id", "family", "probability", "confidence", "absorbed_into", "parameters"});
+  expectKeys(json, {"summary", "effects", "candidates", "mismatch", "fit", "next_experiment",
+                    "family", "probability", "relevance", "learned", "evidence"});
+  expectKeys(json["effects"].at(0),
+             {"id", "family", "probability", "confidence", "absorbed_into", "parameters"});
   expectKeys(json["effects"][0]["parameters"].at(0), {"name", "value", "std", "unit"});
-  expectKeys(json["candidates"].at(0), {"id", "family", "holdout_gain_percent", "evidence", "confidence", "rejected_because"});
-  expectKeys(json["mismatch"].at(0), {"from_s", "to_s", "regime", "mean_error_v", "peak_error_v", "p_value"});
+  expectKeys(json["candidates"].at(0), {"id", "family", "holdout_gain_percent", "evidence",
+                                        "confidence", "rejected_because"});
+  expectKeys(json["mismatch"].at(0),
+             {"from_s", "to_s", "regime", "mean_error_v", "peak_error_v", "p_value"});
   for (const char* part : {"train", "holdout"}) {
     expectKeys(json["fit"][part], {"from_s", "to_s"});
     for (const char* model : {"base", "extended"})
-      expectKeys(json["fit"][model][part], {"q_dyn_percent", "rmse_v", "max_abs_v", "crank_mae_v", "cranks", "charge_bias_v"});
+      expectKeys(json["fit"][model][part], {"q_dyn_percent", "rmse_v", "max_abs_v", "crank_mae_v",
+                                            "cranks", "charge_bias_v"});
   }
   EXPECT_EQ(json["fit"]["extended"]["holdout"]["rmse_v"], 0.0064);
   EXPECT_EQ(json["candidates"][0]["holdout_gain_percent"], 95.0);
@@ -51,11 +56,12 @@ TEST(DiagnosisJson, TellsWhoImposesWhatBesideTheShare) {
 
 TEST(DiagnosisJson, HoldsWhatIsLeftBesideItsLimits) {
   const Json relevance = diagnosisJson(test::madeNamed().diagnosis)["relevance"];
-  EXPECT_EQ(relevance, (Json{{"rmse_v", 0.0004},
-                             {"crank_v", 0.002},
-                             {"charge_share", 0.006},
-                             {"noise_v", 0.0007},
-                             {"limits", {{"rmse_v", 0.0015}, {"crank_v", 0.010}, {"charge_share", 0.03}}}}));
+  EXPECT_EQ(relevance,
+            (Json{{"rmse_v", 0.0004},
+                  {"crank_v", 0.002},
+                  {"charge_share", 0.006},
+                  {"noise_v", 0.0007},
+                  {"limits", {{"rmse_v", 0.0015}, {"crank_v", 0.010}, {"charge_share", 0.03}}}}));
 }
 
 TEST(DiagnosisJson, HoldsWhatWasLearnt) {
@@ -63,14 +69,20 @@ TEST(DiagnosisJson, HoldsWhatWasLearnt) {
   EXPECT_EQ(discrepancy["used"], true);
   EXPECT_EQ(discrepancy["left_out_base_rmse_v"], 0.064);
   EXPECT_EQ(discrepancy["left_out_rmse_v"], 0.021);
-  EXPECT_EQ(discrepancy["families"].at(0), (Json{{"family", "acceptance"}, {"gain", 340.0}, {"rms_v", 0.058}}));
+  EXPECT_EQ(discrepancy["families"].at(0),
+            (Json{{"family", "acceptance"}, {"gain", 340.0}, {"rms_v", 0.058}}));
   EXPECT_EQ(discrepancy["answers_to_a"], 20.0);
-  EXPECT_EQ(
-      discrepancy["answers"].at(2),
-      (Json{{"time_s", 10.0}, {"charging_v", 0.052}, {"discharging_v", -0.0004}, {"charging_std_v", 0.004}, {"discharging_std_v", 0.002}}));
+  EXPECT_EQ(discrepancy["answers"].at(2), (Json{{"time_s", 10.0},
+                                                {"charging_v", 0.052},
+                                                {"discharging_v", -0.0004},
+                                                {"charging_std_v", 0.004},
+                                                {"discharging_std_v", 0.002}}));
   EXPECT_EQ(discrepancy["curve"].size(), 5u);
-  EXPECT_EQ(discrepancy["curve"].at(3),
-            (Json{{"current_a", 10.0}, {"early_v", 0.0001}, {"late_v", 0.05}, {"early_std_v", nullptr}, {"late_std_v", nullptr}}));
+  EXPECT_EQ(discrepancy["curve"].at(3), (Json{{"current_a", 10.0},
+                                              {"early_v", 0.0001},
+                                              {"late_v", 0.05},
+                                              {"early_std_v", nullptr},
+                                              {"late_std_v", nullptr}}));
   EXPECT_EQ(discrepancy["terms"].at(0), "memory of charging over 10 s");
 }
 
@@ -83,7 +95,8 @@ TEST(DiagnosisJson, HasNullForWhatIsAbsentOrNotFinite) {
   EXPECT_TRUE(json["mismatch"][0]["peak_error_v"].is_null());
   EXPECT_TRUE(json["candidates"][0]["holdout_gain_percent"].is_null());
   const Json nothing = diagnosisJson(test::madeNoMismatch().diagnosis);
-  for (const char* key : {"learned", "family", "probability"}) EXPECT_TRUE(nothing.at(key).is_null()) << key;
+  for (const char* key : {"learned", "family", "probability"})
+    EXPECT_TRUE(nothing.at(key).is_null()) << key;
   EXPECT_EQ(Json::parse(json.dump()), json);
 }
 
@@ -99,7 +112,8 @@ TEST(DiagnosisJson, OfAnEmptyDiagnosisHasEveryField) {
   const Json json = diagnosisJson({});
   EXPECT_EQ(json["verdict"], "insufficient_data");
   EXPECT_TRUE(json["effects"].empty() && json["effects"].is_array());
-  expectKeys(json, {"summary", "candidates", "mismatch", "fit", "next_experiment", "family", "probability", "relevance", "learned"});
+  expectKeys(json, {"summary", "candidates", "mismatch", "fit", "next_experiment", "family",
+                    "probability", "relevance", "learned"});
 }
 
 TEST(DiagnosisJson, SurvivesFileNamesOfAnyBytes) {
@@ -117,15 +131,18 @@ TEST(DiagnosisText, StaysInsideAHundredColumns) {
 
 TEST(DiagnosisText, TellsWhatAMailNeeds) {
   const std::string text = diagnosisText(test::madeNamed().diagnosis);
-  for (const char* piece : {"named: The battery takes charge", "charge_acceptance", "hidden before in r_charge", "at a bound",
-                            "long charge", "95 %", "hold-out", "121.0", "6.4", "became worse in post charge rest",
-                            "could be here unseen: gassing", "14.4 V", "estimates: --verify-detection-limits ID tries one"})
+  for (const char* piece :
+       {"named: The battery takes charge", "charge_acceptance", "hidden before in r_charge",
+        "at a bound", "long charge", "95 %", "hold-out", "121.0", "6.4",
+        "became worse in post charge rest", "could be here unseen: gassing", "14.4 V",
+        "estimates: --verify-detection-limits ID tries one"})
     EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
 }
 
 TEST(DiagnosisText, PromisesNoStrengthWhereTooMuchIsLeft) {
   test::MadeDiagnosis made = test::madeNoMismatch();
-  for (DetectionLimit& one : made.diagnosis.detection_limits) one = {one.id, one.parameter, one.unit, std::nullopt, one.typical, false};
+  for (DetectionLimit& one : made.diagnosis.detection_limits)
+    one = {one.id, one.parameter, one.unit, std::nullopt, one.typical, false};
   made.diagnosis.unexplained.noise = 0.031;
   std::string text = diagnosisText(made.diagnosis);
   std::replace(text.begin(), text.end(), '\n', ' ');
@@ -133,15 +150,22 @@ TEST(DiagnosisText, PromisesNoStrengthWhereTooMuchIsLeft) {
   EXPECT_EQ(text.find("could be here unseen"), std::string::npos) << text;
   made.diagnosis.unexplained.noise = 0.001;
   made.diagnosis.unexplained.rmse = 2.0 * made.diagnosis.unexplained.limits.rmse;
-  EXPECT_NE(diagnosisText(made.diagnosis).find("hidden       columns of the currents would take up"), std::string::npos);
-  made.diagnosis.detection_limits.front().strength = 20.0 * made.diagnosis.detection_limits.front().typical;  // as --verify-detection-limits finds it
-  EXPECT_NE(diagnosisText(made.diagnosis).find("could be here unseen: " + made.diagnosis.detection_limits.front().id), std::string::npos);
+  EXPECT_NE(
+      diagnosisText(made.diagnosis).find("hidden       columns of the currents would take up"),
+      std::string::npos);
+  // as --verify-detection-limits finds it
+  made.diagnosis.detection_limits.front().strength =
+      20.0 * made.diagnosis.detection_limits.front().typical;
+  EXPECT_NE(diagnosisText(made.diagnosis)
+                .find("could be here unseen: " + made.diagnosis.detection_limits.front().id),
+            std::string::npos);
 }
 
 TEST(DiagnosisText, TellsTheFamilyWhatWasLearntAndWhatIsTooSmallToMatter) {
   const std::string text = diagnosisText(test::madeUnknown().diagnosis);
-  for (const char* piece : {"mechanism       acceptance", "0.94", "estimated       What the currents", "memory of charging over 10 s",
-                            "too small    0.4 mV RMS of structure is left"})
+  for (const char* piece :
+       {"mechanism       acceptance", "0.94", "estimated       What the currents",
+        "memory of charging over 10 s", "too small    0.4 mV RMS of structure is left"})
     EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
 }
 
@@ -150,7 +174,8 @@ TEST(DiagnosisText, SaysOfHowManyCranksTheirErrorIsTheMean) {
   EXPECT_EQ(diagnosisText(diagnosis).find("  cranks:"), std::string::npos);
   diagnosis.fit.base_holdout.cranks = 2;
   diagnosis.fit.base_train.cranks = 6;
-  EXPECT_NE(diagnosisText(diagnosis).find("  cranks: 2 on the hold-out, 6 in training\n"), std::string::npos);
+  EXPECT_NE(diagnosisText(diagnosis).find("  cranks: 2 on the hold-out, 6 in training\n"),
+            std::string::npos);
   EXPECT_EQ(diagnosisJson(diagnosis)["fit"]["base"]["holdout"]["cranks"], 2);
 }
 

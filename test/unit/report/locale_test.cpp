@@ -5,8 +5,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "prediction/cranking.hpp"
 #include "battery_sof/csv.hpp"
+#include "prediction/cranking.hpp"
 #include "report/check_report.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
@@ -19,7 +19,9 @@ namespace {
 /// Files and answers, as written in the locale of C++ programs and as in that of the test.
 class Locale : public ::testing::Test {
  protected:
-  Locale() : file_(std::filesystem::temp_directory_path() / ("battery_sof_locale_" + std::to_string(getpid()) + ".csv")) {
+  Locale()
+      : file_(std::filesystem::temp_directory_path() /
+              ("battery_sof_locale_" + std::to_string(getpid()) + ".csv")) {
     series_.time = {1024.5, 1024.75, 1025.0};
     series_.current = {-12345.678 / 3.0, -0.1, 1.0 / 3.0};
     series_.voltage = {12.5, 11.875, 14.2};
@@ -74,7 +76,9 @@ TEST_F(Locale, TheCommaOfCppStreamsIsSeenByWhoDoesNotTakeCare) {
   EXPECT_EQ(text.str(), "1.234,5");
 }
 
-TEST_F(Locale, TheCommaOfCppStreamsChangesNoFileAndNoAnswer) { expectNothingChanges<test::CommaStreams>(); }
+TEST_F(Locale, TheCommaOfCppStreamsChangesNoFileAndNoAnswer) {
+  expectNothingChanges<test::CommaStreams>();
+}
 
 TEST_F(Locale, TheCommaOfPrintfChangesNoFileAndNoAnswer) {
   {

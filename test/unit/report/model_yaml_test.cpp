@@ -5,8 +5,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "estimation/residual_filter.hpp"
 #include "estimation/identification.hpp"
+#include "estimation/residual_filter.hpp"
 #include "prediction/cranking.hpp"
 #include "prediction/profile.hpp"
 #include "support/start_stop.hpp"
@@ -65,8 +65,10 @@ TEST(ModelYaml, AnswersQueriesAsTheModelItCameFrom) {
   query.i_load = -20.0;
   query.t_stop = 10.0;
   query.i_cranking = -200.0;
-  EXPECT_NEAR(predictCranking(back, query).u_min->value, predictCranking(model, query).u_min->value, 1e-12);
-  EXPECT_NEAR(predictCranking(back, query).u_min->lower, predictCranking(model, query).u_min->lower, 1e-9);
+  EXPECT_NEAR(predictCranking(back, query).u_min->value, predictCranking(model, query).u_min->value,
+              1e-12);
+  EXPECT_NEAR(predictCranking(back, query).u_min->lower, predictCranking(model, query).u_min->lower,
+              1e-9);
 }
 
 TEST(ModelYaml, KeepsAMissingStandardErrorMissing) {
@@ -82,16 +84,24 @@ TEST(ModelYaml, NamesFileFieldAndExpectationOfEveryFault) {
   EXPECT_NE(errorOf("{").find("not YAML"), std::string::npos);
   EXPECT_NE(errorOf("- 1\n").find("expected a YAML map"), std::string::npos);
   EXPECT_NE(errorOf("").find("model.yaml"), std::string::npos);
-  EXPECT_NE(errorOf(with(good, "battery_sof/model/1", "battery_sof/model/9")).find("schema"), std::string::npos);
-  EXPECT_NE(errorOf(with(good, "  beta:", "  gamma:")).find("parameters.beta is missing"), std::string::npos);
-  EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: two")).find("fixed.alpha is \"two\", expected a number"), std::string::npos);
+  EXPECT_NE(errorOf(with(good, "battery_sof/model/1", "battery_sof/model/9")).find("schema"),
+            std::string::npos);
+  EXPECT_NE(errorOf(with(good, "  beta:", "  gamma:")).find("parameters.beta is missing"),
+            std::string::npos);
+  EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: two"))
+                .find("fixed.alpha is \"two\", expected a number"),
+            std::string::npos);
   EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: 1.5")).find("alpha"), std::string::npos);
   EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: .nan")).find("not finite"), std::string::npos);
-  EXPECT_NE(errorOf(with(good, "status: converged", "status: lucky")).find("fit.status is \"lucky\""), std::string::npos);
-  EXPECT_NE(errorOf(with(good, "correlation:\n", "correlation: []\nunused:\n")).find("correlation"), std::string::npos);
+  EXPECT_NE(
+      errorOf(with(good, "status: converged", "status: lucky")).find("fit.status is \"lucky\""),
+      std::string::npos);
+  EXPECT_NE(errorOf(with(good, "correlation:\n", "correlation: []\nunused:\n")).find("correlation"),
+            std::string::npos);
 }
 
-/// A composition fitted to data of the base model: values and correlations of every kind, some held, some at a bound.
+/// A composition fitted to data of the base model: values and correlations of every kind, some
+/// held, some at a bound.
 FittedModel fittedComposition(const std::vector<std::string>& effects) {
   Series series = test::everyNth(test::baseDrive(1, 120.0), 10);
   IdentifyOptions options;
@@ -127,16 +137,29 @@ TEST(ModelYaml, ReadsBackEveryEffectWithItsParametersStatesAndCorrelations) {
 TEST(ModelYaml, NamesWhatIsWrongWithTheEffectsOfAFile) {
   const std::string good = modelYaml(fittedComposition({"acid_transport", "ocv_soc"}));
   ASSERT_EQ(errorOf(good), "");
-  const auto error = [&](const char* from, const char* to) { return errorOf(with(good, from, to)); };
-  EXPECT_NE(error("[acid_transport, ocv_soc]", "[acid_transport, ocv_sock]").find("\"ocv_sock\" is not known"), std::string::npos);
-  EXPECT_NE(error("[acid_transport, ocv_soc]", "[sulphate_history]").find("charge_acceptance"), std::string::npos);
-  EXPECT_NE(error("[acid_transport, ocv_soc]", "[ocv_soc, ocv_soc]").find("twice"), std::string::npos);
-  EXPECT_NE(error("[acid_transport, ocv_soc]", "5").find("effects is \"5\", expected a list of ids"), std::string::npos);
-  EXPECT_NE(error("  ocv_slope:", "  ocv_steepness:").find("parameters.ocv_slope is missing"), std::string::npos);
-  EXPECT_NE(error("    acid_current_2:", "    acid_current_3:").find("state.further.acid_current_2 is missing"), std::string::npos);
+  const auto error = [&](const char* from, const char* to) {
+    return errorOf(with(good, from, to));
+  };
+  EXPECT_NE(error("[acid_transport, ocv_soc]", "[acid_transport, ocv_sock]")
+                .find("\"ocv_sock\" is not known"),
+            std::string::npos);
+  EXPECT_NE(error("[acid_transport, ocv_soc]", "[sulphate_history]").find("charge_acceptance"),
+            std::string::npos);
+  EXPECT_NE(error("[acid_transport, ocv_soc]", "[ocv_soc, ocv_soc]").find("twice"),
+            std::string::npos);
+  EXPECT_NE(
+      error("[acid_transport, ocv_soc]", "5").find("effects is \"5\", expected a list of ids"),
+      std::string::npos);
+  EXPECT_NE(error("  ocv_slope:", "  ocv_steepness:").find("parameters.ocv_slope is missing"),
+            std::string::npos);
+  EXPECT_NE(error("    acid_current_2:", "    acid_current_3:")
+                .find("state.further.acid_current_2 is missing"),
+            std::string::npos);
   EXPECT_NE(error("  further:", "  other:").find("state.further is missing"), std::string::npos);
   // Without ocv_soc the file has a row for its parameter and one for its state too many.
-  EXPECT_NE(error("[acid_transport, ocv_soc]", "[acid_transport]").find("correlation must be 12 rows of 12 numbers"), std::string::npos);
+  EXPECT_NE(error("[acid_transport, ocv_soc]", "[acid_transport]")
+                .find("correlation must be 12 rows of 12 numbers"),
+            std::string::npos);
 }
 
 TEST(ModelYaml, KeepsTheMarkOfAHeldParameter) {
@@ -155,12 +178,14 @@ TEST(ModelYaml, OfACompositionAnswersQueriesAsTheModelItCameFrom) {
   query.i_load = -20.0;
   query.t_stop = 10.0;
   query.i_cranking = -200.0;
-  const Interval before = *predictCranking(model, query).u_min, after = *predictCranking(back, query).u_min;
+  const Interval before = *predictCranking(model, query).u_min,
+                 after = *predictCranking(back, query).u_min;
   EXPECT_NEAR(after.value, before.value, 1e-12);
   EXPECT_NEAR(after.lower, before.lower, 1e-6);
 }
 
-/// A model with everything that a source brings: rule, lag, baseline predictors, past events, what was estimated and its memory.
+/// A model with everything that a source brings: rule, lag, baseline predictors, past events, what
+/// was estimated and its memory.
 class ModelYamlBothWays : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -169,7 +194,8 @@ class ModelYamlBothWays : public ::testing::Test {
     options.duration = 1500.0;
     options.current_noise = 0.1;
     options.voltage_noise = 0.01;
-    inputs_ = new test::StartStopDrive(test::startStopDrive(composition, test::freshBattery(composition), options));
+    inputs_ = new test::StartStopDrive(
+        test::startStopDrive(composition, test::freshBattery(composition), options));
     IdentifyOptions identification;
     identification.source = test::knownSource(*inputs_);
     identification.source->repair.lag = 1;
@@ -188,7 +214,9 @@ class ModelYamlBothWays : public ::testing::Test {
     delete text_;
   }
   /// What is said of the text with one line's beginning replaced.
-  static std::string error(const std::string& from, const std::string& to) { return errorOf(with(*text_, from, to)); }
+  static std::string error(const std::string& from, const std::string& to) {
+    return errorOf(with(*text_, from, to));
+  }
   /// The text with the value of one line replaced.
   static std::string withValue(const std::string& key, const std::string& value) {
     const auto at = text_->find(key);
@@ -215,7 +243,8 @@ TEST_F(ModelYamlBothWays, ReadsBackSourceNaivePredictorsPastEventsAndWhatWasLear
   ASSERT_FALSE(model.fit.residual_regression.current.empty());
   ASSERT_FALSE(model.intervals.event_history.cranks.empty());
   ASSERT_FALSE(model.intervals.event_history.charges.empty());
-  ASSERT_TRUE(model.fit.baseline.current_from_voltage && model.fit.baseline.voltage_from_current && model.fit.baseline.cranks);
+  ASSERT_TRUE(model.fit.baseline.current_from_voltage && model.fit.baseline.voltage_from_current &&
+              model.fit.baseline.cranks);
   const FittedModel back = parseModelYaml(*text_, "model.yaml");
   ASSERT_TRUE(back.fit.source);
   EXPECT_TRUE(back.fit.source->present);
@@ -226,19 +255,28 @@ TEST_F(ModelYamlBothWays, ReadsBackSourceNaivePredictorsPastEventsAndWhatWasLear
   EXPECT_EQ(back.fit.source->resistance, model.fit.source->resistance);
   EXPECT_EQ(back.fit.source->max_gap, model.fit.source->max_gap);
   EXPECT_EQ(back.fit.voltage_lag, 1u);
-  EXPECT_EQ(back.fit.baseline.current_from_voltage->slope, model.fit.baseline.current_from_voltage->slope);
-  EXPECT_EQ(back.fit.baseline.voltage_from_current->samples, model.fit.baseline.voltage_from_current->samples);
+  EXPECT_EQ(back.fit.baseline.current_from_voltage->slope,
+            model.fit.baseline.current_from_voltage->slope);
+  EXPECT_EQ(back.fit.baseline.voltage_from_current->samples,
+            model.fit.baseline.voltage_from_current->samples);
   EXPECT_EQ(back.fit.baseline.cranks->intercept, model.fit.baseline.cranks->intercept);
   EXPECT_EQ(back.fit.baseline.phase.has_value(), model.fit.baseline.phase.has_value());
-  ASSERT_EQ(back.intervals.event_history.cranks.size(), model.intervals.event_history.cranks.size());
-  EXPECT_EQ(back.intervals.event_history.cranks.back().modelled, model.intervals.event_history.cranks.back().modelled);
-  ASSERT_EQ(back.intervals.event_history.charges.size(), model.intervals.event_history.charges.size());
-  EXPECT_EQ(back.intervals.event_history.charges.front().first_voltage, model.intervals.event_history.charges.front().first_voltage);
-  EXPECT_EQ(back.fit.residual_regression.current.weight, model.fit.residual_regression.current.weight);
-  EXPECT_EQ(back.fit.residual_regression.current.upper, model.fit.residual_regression.current.upper);
+  ASSERT_EQ(back.intervals.event_history.cranks.size(),
+            model.intervals.event_history.cranks.size());
+  EXPECT_EQ(back.intervals.event_history.cranks.back().modelled,
+            model.intervals.event_history.cranks.back().modelled);
+  ASSERT_EQ(back.intervals.event_history.charges.size(),
+            model.intervals.event_history.charges.size());
+  EXPECT_EQ(back.intervals.event_history.charges.front().first_voltage,
+            model.intervals.event_history.charges.front().first_voltage);
+  EXPECT_EQ(back.fit.residual_regression.current.weight,
+            model.fit.residual_regression.current.weight);
+  EXPECT_EQ(back.fit.residual_regression.current.upper,
+            model.fit.residual_regression.current.upper);
   EXPECT_EQ(back.fit.residual_regression.min_current, model.fit.residual_regression.min_current);
   EXPECT_EQ(back.fit.residual_regression.max_current, model.fit.residual_regression.max_current);
-  EXPECT_EQ(back.fit.residual_regression.voltage.weight, model.fit.residual_regression.voltage.weight);
+  EXPECT_EQ(back.fit.residual_regression.voltage.weight,
+            model.fit.residual_regression.voltage.weight);
   EXPECT_EQ(back.state.memory.numbers(), model.state.memory.numbers());
   EXPECT_EQ(back.fit.scores.current_rmse, model.fit.scores.current_rmse);
   ASSERT_TRUE(model.fit.scores.left_out_share_percent);
@@ -263,25 +301,33 @@ TEST_F(ModelYamlBothWays, AFileWithoutThemIsAModelWithoutThem) {
   const FittedModel back = parseModelYaml(modelYaml(fittedModel()), "model.yaml");
   EXPECT_FALSE(back.fit.source);
   EXPECT_TRUE(back.fit.residual_regression.empty());
-  EXPECT_TRUE(back.intervals.event_history.cranks.empty() && back.intervals.event_history.charges.empty());
+  EXPECT_TRUE(back.intervals.event_history.cranks.empty() &&
+              back.intervals.event_history.charges.empty());
   EXPECT_FALSE(back.state.memory.begun);
   EXPECT_EQ(back.fit.voltage_lag, 0u);
   EXPECT_FALSE(back.fit.scores.left_out_share_percent);
 }
 
 TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithASource) {
-  expectError(withValue("  charge_begins:", "power"), "source.charge_begins is \"power\", expected voltage or current");
+  expectError(withValue("  charge_begins:", "power"),
+              "source.charge_begins is \"power\", expected voltage or current");
   expectError(withValue("  least_current_a:", ".nan"), "source.least_current_a is not finite");
-  expectError(withValue("  current_noise_a:", "-1"), "source.least_current_a and its neighbours cannot be used");
+  expectError(withValue("  current_noise_a:", "-1"),
+              "source.least_current_a and its neighbours cannot be used");
   expectError(withValue("  max_gap_s:", "long"), "source.max_gap_s is \"long\", expected a number");
-  expectError(withValue("  voltage_lag_samples:", "-1"), "source.voltage_lag_samples is \"-1\", expected a whole number");
-  expectError(with(*text_, "  voltage_lag_samples:", "  voltage_lag:"), "source.voltage_lag_samples is missing");
+  expectError(withValue("  voltage_lag_samples:", "-1"),
+              "source.voltage_lag_samples is \"-1\", expected a whole number");
+  expectError(with(*text_, "  voltage_lag_samples:", "  voltage_lag:"),
+              "source.voltage_lag_samples is missing");
 }
 
 TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithNaivePredictors) {
-  expectError(withValue("  current_from_voltage:", "[1, 2]"), "baseline.current_from_voltage has 2 numbers, expected 8");
-  expectError(withValue("  voltage_from_current:", "none"), "baseline.voltage_from_current is \"none\", expected 8 numbers");
-  expectError(withValue("  charge_10s:", "[1, 2, 3, 4, .inf]"), "baseline.charge_10s holds a number that is not finite");
+  expectError(withValue("  current_from_voltage:", "[1, 2]"),
+              "baseline.current_from_voltage has 2 numbers, expected 8");
+  expectError(withValue("  voltage_from_current:", "none"),
+              "baseline.voltage_from_current is \"none\", expected 8 numbers");
+  expectError(withValue("  charge_10s:", "[1, 2, 3, 4, .inf]"),
+              "baseline.charge_10s holds a number that is not finite");
 }
 
 TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithPastEvents) {
@@ -295,14 +341,17 @@ TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithPastEvents) {
 
 TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithWhatWasLearnt) {
   expectError(withValue("  current_range_a:", "[5, -5]"), "learned.current_range_a must rise");
-  expectError(withValue("  current_range_a:", "[5]"), "learned.current_range_a has 1 numbers, expected 2");
-  expectError(withValue("    weight:", "[1, 2]"), "and its neighbours must be as many finite numbers");
+  expectError(withValue("  current_range_a:", "[5]"),
+              "learned.current_range_a has 1 numbers, expected 2");
+  expectError(withValue("    weight:", "[1, 2]"),
+              "and its neighbours must be as many finite numbers");
   expectError(withValue("    constant:", ".inf"), "constant is not finite");
   expectError(withValue("  memory:", "[1, 2, 3]"), "state.memory has 3 numbers, expected 20");
   // A scale of nothing would divide by it.
   std::string zeros = "[";
   for (Eigen::Index j = 0; j < InputMemory::kCurrentColumns; ++j) zeros += j ? ", 0" : "0";
-  expectError(withValue("    scale:", zeros + "]"), "and its neighbours must be as many finite numbers, scales above 0");
+  expectError(withValue("    scale:", zeros + "]"),
+              "and its neighbours must be as many finite numbers, scales above 0");
 }
 
 TEST(ModelYaml, HoldsTheBlocksOfARowAndNothingOfOneBlock) {
@@ -316,12 +365,16 @@ TEST(ModelYaml, HoldsTheBlocksOfARowAndNothingOfOneBlock) {
     parseModelYaml(with(modelYaml(model), "blocks: 2", "blocks: 2.2"), "m.yaml");
     FAIL() << "2.2 blocks were taken";
   } catch (const ModelFileError& error) {
-    EXPECT_NE(std::string(error.what()).find("m.yaml: blocks is 2.2, expected 0.5 (6 V), 1 (12 V), 2 (24 V)"), std::string::npos)
+    EXPECT_NE(std::string(error.what())
+                  .find("m.yaml: blocks is 2.2, expected 0.5 (6 V), 1 (12 V), 2 (24 V)"),
+              std::string::npos)
         << error.what();
   }
 }
 
-TEST(ReadModelFile, SaysThatAFileCannotBeRead) { EXPECT_THROW(readModelFile("/nonexistent/model.yaml"), ModelFileError); }
+TEST(ReadModelFile, SaysThatAFileCannotBeRead) {
+  EXPECT_THROW(readModelFile("/nonexistent/model.yaml"), ModelFileError);
+}
 
 TEST(WriteModelFile, WritesAFileThatReadsBack) {
   const auto path = std::filesystem::temp_directory_path() / "battery_sof model yaml test.yaml";

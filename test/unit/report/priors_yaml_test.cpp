@@ -37,10 +37,15 @@ std::string refusal(const std::string& text) {
 }
 
 TEST(PriorsYaml, WhatIsWrongIsNamedWithItsPlace) {
-  EXPECT_EQ(refusal("schema: other"), "priors.yaml: schema is \"other\", expected battery_sof/priors/1");
-  const std::string head = "schema: battery_sof/priors/1\npriors: [{vehicle_type: '', effects: [], parameters: {beta: {";
-  EXPECT_NE(refusal(head + "value: 20, std: 0, logarithmic: true}}}]").find("priors[0].parameters.beta.std is 0"), std::string::npos);
-  EXPECT_NE(refusal(head + "value: -1, std: 1, logarithmic: true}}}]").find("priors[0].parameters.beta.value is not positive"),
+  EXPECT_EQ(refusal("schema: other"),
+            "priors.yaml: schema is \"other\", expected battery_sof/priors/1");
+  const std::string head =
+      "schema: battery_sof/priors/1\npriors: [{vehicle_type: '', effects: [], parameters: {beta: {";
+  EXPECT_NE(refusal(head + "value: 20, std: 0, logarithmic: true}}}]")
+                .find("priors[0].parameters.beta.std is 0"),
+            std::string::npos);
+  EXPECT_NE(refusal(head + "value: -1, std: 1, logarithmic: true}}}]")
+                .find("priors[0].parameters.beta.value is not positive"),
             std::string::npos);
   EXPECT_NE(refusal("{").find("no YAML"), std::string::npos);
 }

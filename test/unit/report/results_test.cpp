@@ -22,8 +22,10 @@ TEST(IdentifyJson, HoldsTheContractsFields) {
   EXPECT_EQ(json["status"], "converged");
   ASSERT_EQ(json["parameters"].size(), 5u);
   for (const auto& parameter : json["parameters"])
-    for (const char* key : {"name", "value", "std", "unit", "at_bound", "determined"}) EXPECT_TRUE(parameter.contains(key)) << key;
-  for (const char* key : {"message", "q_dyn_percent", "rmse_v", "suitability", "fit_ms"}) EXPECT_TRUE(json.contains(key)) << key;
+    for (const char* key : {"name", "value", "std", "unit", "at_bound", "determined"})
+      EXPECT_TRUE(parameter.contains(key)) << key;
+  for (const char* key : {"message", "q_dyn_percent", "rmse_v", "suitability", "fit_ms"})
+    EXPECT_TRUE(json.contains(key)) << key;
 }
 
 TEST(IdentifyText, SaysWhichParametersAreNotDetermined) {

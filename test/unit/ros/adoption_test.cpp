@@ -20,7 +20,8 @@ Diagnosis saying(Verdict verdict, const std::vector<std::string>& effects) {
 TEST(AdoptionOf, NamedPhysicsGoesOnTrialWithAllThatBelongsToIt) {
   const Adoption named = adoptionOf(saying(Verdict::kEffect, {"gassing"}), true);
   EXPECT_THAT(named.effects, ElementsAre("gassing"));
-  const Adoption several = adoptionOf(saying(Verdict::kSeveral, {"gassing", "current_offset"}), true);
+  const Adoption several =
+      adoptionOf(saying(Verdict::kSeveral, {"gassing", "current_offset"}), true);
   EXPECT_THAT(several.effects, ElementsAre("gassing", "current_offset"));
   EXPECT_THAT(several.sentence, HasSubstr("gassing, current_offset (instrument)"));
 }
@@ -32,8 +33,8 @@ TEST(AdoptionOf, NothingGoesOnTrialUnlessAskedFor) {
 }
 
 TEST(AdoptionOf, VerdictsThatNameNoPhysicsAdoptNothingAndSayWhy) {
-  for (const Verdict verdict :
-       {Verdict::kNoMismatch, Verdict::kAmbiguous, Verdict::kUnexplained, Verdict::kSensorFault, Verdict::kInsufficientData}) {
+  for (const Verdict verdict : {Verdict::kNoMismatch, Verdict::kAmbiguous, Verdict::kUnexplained,
+                                Verdict::kSensorFault, Verdict::kInsufficientData}) {
     const Adoption adoption = adoptionOf(saying(verdict, {"gassing"}), true);
     EXPECT_THAT(adoption.effects, IsEmpty());
     EXPECT_THAT(adoption.sentence, HasSubstr(toString(verdict)));

@@ -59,7 +59,8 @@ TEST(BackgroundWorker, BreaksItsPromisesWhenItEndsAndKeepsNobodyWaiting) {
   }
 }
 
-/// As the node has them: samples on one thread, questions on another, fits on a third, one mutex for the session.
+/// As the node has them: samples on one thread, questions on another, fits on a third, one mutex
+/// for the session.
 TEST(BackgroundWorker, FitsASessionThatTakesSamplesAndIsAsked) {
   SessionOptions options;
   options.buffer = 60.0;

@@ -51,9 +51,12 @@ TEST(QueryOf, ProfilesOfACrankAreKept) {
 
 TEST(QueryOf, ARequestThatWasNotFilledInAsksForNothing) {
   const ModelSnapshot model(test::knownModel(), std::nullopt, 50.0);
-  EXPECT_EQ(model.predictCranking(queryOf(PredictCranking::Request())).code, AnswerCode::kInvalidQuery);
-  EXPECT_THAT(model.predictStopTime(queryOf(PredictStopTime::Request())).message, ::testing::HasSubstr("no limit is given"));
-  EXPECT_THAT(model.predictChargeAcceptance(queryOf(PredictChargeAcceptance::Request())).message, ::testing::HasSubstr("u_boost [V] is 0"));
+  EXPECT_EQ(model.predictCranking(queryOf(PredictCranking::Request())).code,
+            AnswerCode::kInvalidQuery);
+  EXPECT_THAT(model.predictStopTime(queryOf(PredictStopTime::Request())).message,
+              ::testing::HasSubstr("no limit is given"));
+  EXPECT_THAT(model.predictChargeAcceptance(queryOf(PredictChargeAcceptance::Request())).message,
+              ::testing::HasSubstr("u_boost [V] is 0"));
   PredictCranking::Request crank;
   crank.i_cranking = -200.0;
   const PredictCranking::Response response = responseOf(model.predictCranking(queryOf(crank)));
@@ -149,7 +152,8 @@ TEST(ResponseOf, AbsentNumbersAreNanNeverZero) {
   answer.code = AnswerCode::kNoModel;
   answer.message = "nothing identified yet";
   const PredictCranking::Response response = responseOf(answer);
-  EXPECT_TRUE(std::isnan(response.u_min) && std::isnan(response.lower) && std::isnan(response.upper));
+  EXPECT_TRUE(std::isnan(response.u_min) && std::isnan(response.lower) &&
+              std::isnan(response.upper));
   EXPECT_FALSE(response.capable);
   EXPECT_EQ(response.code, PredictCranking::Response::NO_MODEL);
   EXPECT_EQ(response.message, "nothing identified yet");
@@ -180,7 +184,8 @@ TEST(MessageOf, ServicesAnswerInTheFieldsOfTheStatus) {
 TEST(MessageOf, ModelKeepsEveryParameterAndTheWholeFile) {
   const FittedModel model = someModel();
   const IdentifiedModel message = messageOf(model);
-  EXPECT_THAT(message.names, ::testing::ElementsAre("r_discharge", "r_charge", "c2", "beta", "u_dc"));
+  EXPECT_THAT(message.names,
+              ::testing::ElementsAre("r_discharge", "r_charge", "c2", "beta", "u_dc"));
   EXPECT_EQ(message.values[2], 1100.0);
   EXPECT_TRUE(std::isnan(message.std[1]));
   EXPECT_TRUE(message.at_bound[1]);
@@ -200,17 +205,21 @@ TEST(MessageOf, StatusWithoutModelAndEventsHasNanInTheirPlaces) {
   const SofStatus message = messageOf(contents);
   EXPECT_EQ(message.state, SofStatus::NO_DATA);
   EXPECT_EQ(message.reason, "no sample yet");
-  for (double value : {message.model_age, message.window_quality, message.backtest_q_dyn_percent, message.u_required, message.crank.u_min,
-                       message.past_cranks.time, message.past_cranks.measured, message.past_cranks.expected, message.stop_time.t_stop,
-                       message.stop_time.upper, message.charge.i_boost, message.charge.lower, message.past_charges.time,
-                       message.past_charges.duration, message.past_charges.measured, message.past_charges.expected,
-                       message.past_cranks.coverage, message.past_charges.mean_abs_error}) {
+  for (double value :
+       {message.model_age, message.window_quality, message.backtest_q_dyn_percent,
+        message.u_required, message.crank.u_min, message.past_cranks.time,
+        message.past_cranks.measured, message.past_cranks.expected, message.stop_time.t_stop,
+        message.stop_time.upper, message.charge.i_boost, message.charge.lower,
+        message.past_charges.time, message.past_charges.duration, message.past_charges.measured,
+        message.past_charges.expected, message.past_cranks.coverage,
+        message.past_charges.mean_abs_error}) {
     EXPECT_TRUE(std::isnan(value));
   }
   EXPECT_EQ(message.i_cranking, -200.0);
   EXPECT_EQ(message.crank.code, CrankAnswer::NO_MODEL);
   EXPECT_EQ(message.charge.code, ChargeAnswer::NO_MODEL);
-  EXPECT_EQ(message.stop_time.code, StopTimeMessage::INVALID_QUERY) << "not asked without u_required";
+  EXPECT_EQ(message.stop_time.code, StopTimeMessage::INVALID_QUERY)
+      << "not asked without u_required";
   EXPECT_EQ(message.past_cranks.interval_factor, 1.0);
 }
 
@@ -218,7 +227,8 @@ TEST(MessageOf, StatusHoldsTheThreeStandingAnswers) {
   StatusContents contents;
   contents.standing.charge = {13.5, 5.0, 200.0};
   contents.standing.cranking.i_load = 0.0;
-  contents.answers = answersTo(contents.standing, ModelSnapshot(test::knownModel(), std::nullopt, 50.0));
+  contents.answers =
+      answersTo(contents.standing, ModelSnapshot(test::knownModel(), std::nullopt, 50.0));
   const SofStatus message = messageOf(contents);
   EXPECT_TRUE(message.crank.valid && message.crank.capable);
   EXPECT_EQ(message.stop_time.outcome, "always");
@@ -236,8 +246,9 @@ TEST(MessageOf, StatusShowsCranksChargesAndTheCounts) {
   contents.counts.accepted = 100;
   contents.counts.rejected.missing_value = 3;
   contents.counts.stamp_ahead = 1;
-  contents.events.add({{{40.0, -200.0, 10.0, {9.0, 8.7, 9.3}, 9.1}, {50.0, -240.0, 9.8, {9.9, 9.7, 10.1}, 9.7}},
-                       {{60.0, 10.0, 14.1, 13.9, 30.0, {28.0, 25.0, 31.0}, 27.0}}});
+  contents.events.add(
+      {{{40.0, -200.0, 10.0, {9.0, 8.7, 9.3}, 9.1}, {50.0, -240.0, 9.8, {9.9, 9.7, 10.1}, 9.7}},
+       {{60.0, 10.0, 14.1, 13.9, 30.0, {28.0, 25.0, 31.0}, 27.0}}});
   contents.events.crank_calibration.factor = 1.25;
   const SofStatus message = messageOf(contents);
   EXPECT_EQ(message.state, SofStatus::READY);
@@ -346,9 +357,11 @@ TEST(MessageOf, DiagnosisThatComparedNothingHasNoMetrics) {
 }
 
 TEST(MessageOf, EveryVerdictIsOneOfTheMessagesConstants) {
-  const std::vector<std::string> constants = {DiagnosisMessage::NO_MISMATCH,      DiagnosisMessage::EFFECT,   DiagnosisMessage::SEVERAL,
-                                              DiagnosisMessage::AMBIGUOUS,        DiagnosisMessage::UNEXPLAINED, DiagnosisMessage::SENSOR_FAULT,
-                                              DiagnosisMessage::INSUFFICIENT_DATA};
+  const std::vector<std::string> constants = {
+      DiagnosisMessage::NO_MISMATCH,      DiagnosisMessage::EFFECT,
+      DiagnosisMessage::SEVERAL,          DiagnosisMessage::AMBIGUOUS,
+      DiagnosisMessage::UNEXPLAINED,      DiagnosisMessage::SENSOR_FAULT,
+      DiagnosisMessage::INSUFFICIENT_DATA};
   DiagnosisReport report = someReport();
   for (int verdict = 0; verdict < 7; ++verdict) {
     report.diagnosis->verdict = static_cast<Verdict>(verdict);

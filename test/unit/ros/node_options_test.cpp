@@ -44,7 +44,8 @@ TEST(NodeOptions, NothingGivenIsTheDefaults) {
 XmlRpc::XmlRpcValue asParameters(const YAML::Node& node) {
   XmlRpc::XmlRpcValue value;
   if (node.IsMap()) {
-    for (const auto& entry : node) value[entry.first.as<std::string>()] = asParameters(entry.second);
+    for (const auto& entry : node)
+      value[entry.first.as<std::string>()] = asParameters(entry.second);
     return value;
   }
   const std::string text = node.as<std::string>();
@@ -69,7 +70,8 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
   EXPECT_EQ(shipped.session.events.crank_current, built_in.session.events.crank_current);
   EXPECT_EQ(shipped.session.identify.start, built_in.session.identify.start);
   EXPECT_EQ(shipped.session.identify.crank_weight, built_in.session.identify.crank_weight);
-  EXPECT_EQ(shipped.session.identify.crank_weight_current, built_in.session.identify.crank_weight_current);
+  EXPECT_EQ(shipped.session.identify.crank_weight_current,
+            built_in.session.identify.crank_weight_current);
   EXPECT_EQ(shipped.session.identify.max_iterations, built_in.session.identify.max_iterations);
   EXPECT_EQ(shipped.diagnose_period, built_in.diagnose_period);
   EXPECT_EQ(shipped.use_diagnosis, built_in.use_diagnosis);
@@ -94,9 +96,13 @@ TEST(NodeOptions, VoltagesOfARowOfBlocksAreAsManyTimesAsLargeByDefault) {
   given["standing_query"] = with("u_required_v", 3.9);
   EXPECT_EQ(parseNodeOptions(given).standing.cranking.u_required, 3.9);
   EXPECT_EQ(parseNodeOptions(given).standing.charge.u_boost, 7.1);
-  EXPECT_THAT(refusal(with("blocks", 0.7)), HasSubstr("~series_blocks is 0.7, expected 0.5 (6 V), 1 (12 V), 2 (24 V), 4 (48 V) or another"));
+  EXPECT_THAT(
+      refusal(with("blocks", 0.7)),
+      HasSubstr(
+          "~series_blocks is 0.7, expected 0.5 (6 V), 1 (12 V), 2 (24 V), 4 (48 V) or another"));
   EXPECT_THAT(refusal(with("blocks", 24)), HasSubstr("~series_blocks is 24, expected 0.5 to 6"));
-  EXPECT_THAT(refusal(with("blocks", "two")), HasSubstr("~series_blocks is a string, expected a number"));
+  EXPECT_THAT(refusal(with("blocks", "two")),
+              HasSubstr("~series_blocks is a string, expected a number"));
 }
 
 TEST(NodeOptions, IntegersAndNumbersAreBothNumbers) {
@@ -116,14 +122,19 @@ TEST(NodeOptions, DiagnosisOptionsThatCannotBeAreNamedTogether) {
   XmlRpc::XmlRpcValue parameters = with("diagnose_period_s", 20.0);
   parameters["adopt_diagnosis"] = true;
   parameters["fit"] = with("start", std::string("paper"));
-  EXPECT_THAT(refusal(parameters), AllOf(HasSubstr("~diagnose_period_s is 20, expected 0 (only on request) or 60 to 86400"),
-                                         HasSubstr("~use_diagnosis is true and ~fit/start paper")));
-  EXPECT_THAT(refusal(with("adopt_diagnosis", 1)), HasSubstr("~use_diagnosis is an integer, expected true or false"));
+  EXPECT_THAT(
+      refusal(parameters),
+      AllOf(HasSubstr("~diagnose_period_s is 20, expected 0 (only on request) or 60 to 86400"),
+            HasSubstr("~use_diagnosis is true and ~fit/start paper")));
+  EXPECT_THAT(refusal(with("adopt_diagnosis", 1)),
+              HasSubstr("~use_diagnosis is an integer, expected true or false"));
 }
 
 TEST(NodeOptions, UnknownKeyIsNamedWithTheKnownOnes) {
-  EXPECT_THAT(refusal(with("bufer_s", 600.0)), AllOf(HasSubstr("~bufer_s is unknown"), HasSubstr("buffer_s")));
-  EXPECT_THAT(refusal(with("standing_query", with("t_stop", 3.0))), HasSubstr("~standing_query/t_stop is unknown"));
+  EXPECT_THAT(refusal(with("bufer_s", 600.0)),
+              AllOf(HasSubstr("~bufer_s is unknown"), HasSubstr("buffer_s")));
+  EXPECT_THAT(refusal(with("standing_query", with("t_stop", 3.0))),
+              HasSubstr("~standing_query/t_stop is unknown"));
 }
 
 TEST(NodeOptions, WrongTypeIsNamed) {
@@ -133,8 +144,10 @@ TEST(NodeOptions, WrongTypeIsNamed) {
 }
 
 TEST(NodeOptions, OutOfRangeIsNamedWithTheRangeAndNanIsOutOfEveryRange) {
-  EXPECT_THAT(refusal(with("capacity_ah", -5.0)), HasSubstr("~capacity_ah is -5, expected 1 to 1000"));
-  EXPECT_THAT(refusal(with("capacity_ah", std::numeric_limits<double>::quiet_NaN())), HasSubstr("~capacity_ah is nan"));
+  EXPECT_THAT(refusal(with("capacity_ah", -5.0)),
+              HasSubstr("~capacity_ah is -5, expected 1 to 1000"));
+  EXPECT_THAT(refusal(with("capacity_ah", std::numeric_limits<double>::quiet_NaN())),
+              HasSubstr("~capacity_ah is nan"));
   EXPECT_THAT(refusal(with("fit", with("start", "clever"))), HasSubstr("robust or paper"));
 }
 
@@ -142,10 +155,11 @@ TEST(NodeOptions, StandingChargeIsCheckedLikeTheRest) {
   XmlRpc::XmlRpcValue query = with("u_boost_v", 0.5);
   query["t_sof2_s"] = 4000.0;
   query["i_limit_a"] = "much";
-  EXPECT_THAT(
-      refusal(with("standing_query", query)),
-      AllOf(HasSubstr("~standing_query/u_boost_v is 0.5, expected 0 (at which the battery was charged lately) or 1 to 100"),
-            HasSubstr("~standing_query/t_sof2_s is 4000, expected 0.1 to 3600"), HasSubstr("~standing_query/i_limit_a is a string")));
+  EXPECT_THAT(refusal(with("standing_query", query)),
+              AllOf(HasSubstr("~standing_query/u_boost_v is 0.5, expected 0 (at which the battery "
+                              "was charged lately) or 1 to 100"),
+                    HasSubstr("~standing_query/t_sof2_s is 4000, expected 0.1 to 3600"),
+                    HasSubstr("~standing_query/i_limit_a is a string")));
 }
 
 TEST(NodeOptions, StandingStopTimeAsksForTheStandingCrank) {
@@ -178,12 +192,17 @@ TEST(StandingQueries, AskAtTheVoltageTheBatteryWasChargedAtUnlessOneIsGiven) {
 }
 
 TEST(NodeOptions, PriorsAreReadForTheTypeOfVehicleAndWhatCannotBeReadIsNamed) {
-  const auto file = std::filesystem::temp_directory_path() / ("battery_sof priors " + std::to_string(getpid()) + ".yaml");
+  const auto file = std::filesystem::temp_directory_path() /
+                    ("battery_sof priors " + std::to_string(getpid()) + ".yaml");
   std::ofstream(file) << "schema: battery_sof/priors/1\npriors:\n"
-                         "- {vehicle_type: van, effects: [], parameters: {r_discharge: {value: 0.006, std: 0.2, logarithmic: true}}}\n"
-                         "- {vehicle_type: '', effects: [], parameters: {r_discharge: {value: 0.004, std: 0.3, logarithmic: true}}}\n";
+                         "- {vehicle_type: van, effects: [], parameters: {r_discharge: {value: "
+                         "0.006, std: 0.2, logarithmic: true}}}\n"
+                         "- {vehicle_type: '', effects: [], parameters: {r_discharge: {value: "
+                         "0.004, std: 0.3, logarithmic: true}}}\n";
   XmlRpc::XmlRpcValue given = with("priors", file.string());
-  const auto resistance = [&] { return parseNodeOptions(given).session.identify.priors.at(0).parameters.at(0).value; };
+  const auto resistance = [&] {
+    return parseNodeOptions(given).session.identify.priors.at(0).parameters.at(0).value;
+  };
   EXPECT_EQ(resistance(), 0.004);
   given["vehicle_type"] = std::string("van");
   EXPECT_EQ(resistance(), 0.006);
@@ -191,7 +210,8 @@ TEST(NodeOptions, PriorsAreReadForTheTypeOfVehicleAndWhatCannotBeReadIsNamed) {
   EXPECT_THAT(refusal(given), AllOf(HasSubstr("~priors: "), HasSubstr("schema is \"other\"")));
   std::filesystem::remove(file);
   EXPECT_THAT(refusal(given), AllOf(HasSubstr("~priors: "), HasSubstr(file.filename().string())));
-  EXPECT_THAT(refusal(with("vehicle_type", std::string("van"))), HasSubstr("~vehicle_type is 'van', expected with ~priors"));
+  EXPECT_THAT(refusal(with("vehicle_type", std::string("van"))),
+              HasSubstr("~vehicle_type is 'van', expected with ~priors"));
 }
 
 TEST(NodeOptions, ContradictionIsNamed) {
@@ -204,8 +224,8 @@ TEST(NodeOptions, AllFaultsComeAtOnce) {
   XmlRpc::XmlRpcValue parameters = with("buffer_s", "long");
   parameters["window"] = 240.0;
   parameters["standing_query"] = with("i_load_a", 20.0);
-  EXPECT_THAT(refusal(parameters),
-              AllOf(HasSubstr("~buffer_s"), HasSubstr("~window is unknown"), HasSubstr("~standing_query/i_load_a is 20")));
+  EXPECT_THAT(refusal(parameters), AllOf(HasSubstr("~buffer_s"), HasSubstr("~window is unknown"),
+                                         HasSubstr("~standing_query/i_load_a is 20")));
 }
 
 }  // namespace

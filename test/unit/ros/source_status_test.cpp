@@ -12,8 +12,10 @@ TEST(MessageOf, StatusBeforeTheFirstIdentificationKnowsOfNoSourceAndTheModelAnsw
   EXPECT_FALSE(message.charger_present);
   EXPECT_TRUE(std::isnan(message.charger_share));
   EXPECT_FALSE(message.voltage_controlled);
-  EXPECT_TRUE(std::isnan(message.past_cranks.baseline_mean_abs_error) && std::isnan(message.past_charges.baseline_mean_abs_error));
-  EXPECT_TRUE(std::isnan(message.past_cranks.answered_mean_abs_error) && std::isnan(message.past_charges.answered_mean_abs_error));
+  EXPECT_TRUE(std::isnan(message.past_cranks.baseline_mean_abs_error) &&
+              std::isnan(message.past_charges.baseline_mean_abs_error));
+  EXPECT_TRUE(std::isnan(message.past_cranks.answered_mean_abs_error) &&
+              std::isnan(message.past_charges.answered_mean_abs_error));
   EXPECT_EQ(message.past_cranks.answered_by, "model");
   EXPECT_EQ(message.past_charges.answered_by, "model");
 }
@@ -44,7 +46,8 @@ TEST(MessageOf, StatusSaysWhoImposesWhatAndWhoAnswers) {
 
 TEST(MessageOf, StatusHasWhatIsExpectedOfTheQuantityThatIsNotImposed) {
   StatusContents contents;
-  EXPECT_TRUE(std::isnan(messageOf(contents).expected_time) && std::isnan(messageOf(contents).expected_voltage));
+  EXPECT_TRUE(std::isnan(messageOf(contents).expected_time) &&
+              std::isnan(messageOf(contents).expected_voltage));
   contents.session.expected = ExpectedSample{40.0, 12.25, std::nullopt};
   EXPECT_EQ(messageOf(contents).expected_time, 40.0);
   EXPECT_EQ(messageOf(contents).expected_voltage, 12.25);

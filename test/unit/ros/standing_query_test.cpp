@@ -15,8 +15,8 @@ using ::testing::Not;
 
 SetStandingQuery::Request nothingAsked() {
   SetStandingQuery::Request request;
-  request.i_load = request.t_stop = request.i_cranking = request.t_cranking = request.u_required = request.u_boost = request.t_sof2 =
-      request.i_limit = std::numeric_limits<double>::quiet_NaN();
+  request.i_load = request.t_stop = request.i_cranking = request.t_cranking = request.u_required =
+      request.u_boost = request.t_sof2 = request.i_limit = std::numeric_limits<double>::quiet_NaN();
   return request;
 }
 
@@ -79,16 +79,19 @@ TEST(StandingQuery, EveryValueOutOfItsRangeIsNamed) {
     EXPECT_FALSE(response.success);
     EXPECT_EQ(response.code, SetStandingQuery::Response::INVALID_QUERY);
     EXPECT_THAT(response.message,
-                AllOf(HasSubstr("standing_query/i_load_a is 20, expected -500 to 0"), HasSubstr("t_sof2_s is -1"), Not(HasSubstr("\n"))));
+                AllOf(HasSubstr("standing_query/i_load_a is 20, expected -500 to 0"),
+                      HasSubstr("t_sof2_s is -1"), Not(HasSubstr("\n"))));
     EXPECT_EQ(response.i_load, StandingQueries().cranking.i_load);
   }
 }
 
 TEST(StandingQuery, TheResponseHoldsAllThatIsAsked) {
-  const auto response = responseOf(StandingQueries{{-30.0, 60.0, -300.0, 0.5, 8.0}, {13.5, 5.0, 90.0}});
+  const auto response =
+      responseOf(StandingQueries{{-30.0, 60.0, -300.0, 0.5, 8.0}, {13.5, 5.0, 90.0}});
   EXPECT_TRUE(response.success);
-  const std::vector<double> values = {response.i_load,     response.t_stop,  response.i_cranking, response.t_cranking,
-                                      response.u_required, response.u_boost, response.t_sof2,     response.i_limit};
+  const std::vector<double> values = {response.i_load,     response.t_stop,     response.i_cranking,
+                                      response.t_cranking, response.u_required, response.u_boost,
+                                      response.t_sof2,     response.i_limit};
   EXPECT_EQ(values, (std::vector<double>{-30.0, 60.0, -300.0, 0.5, 8.0, 13.5, 5.0, 90.0}));
 }
 

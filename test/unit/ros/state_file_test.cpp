@@ -45,7 +45,9 @@ TEST_F(StateFileTest, ARefusedFileIsSetAsideWithTheReasonAndNotReadAgain) {
   const StateFile::Result result = resultOf(path("model.yaml"));
   EXPECT_TRUE(result.is_fault);
   EXPECT_NE(result.said.find("effects is \"7\""), std::string::npos) << result.said;
-  EXPECT_NE(result.said.find("it was set aside as " + path("model.yaml.refused")), std::string::npos) << result.said;
+  EXPECT_NE(result.said.find("it was set aside as " + path("model.yaml.refused")),
+            std::string::npos)
+      << result.said;
   EXPECT_FALSE(fs::exists(path("model.yaml")));
   EXPECT_TRUE(fs::exists(path("model.yaml.refused")));
   EXPECT_FALSE(resultOf(path("model.yaml")).is_fault);
@@ -80,7 +82,8 @@ TEST_F(StateFileTest, ALinkStaysAndTheFileItNamesIsWrittenAndSetAside) {
 TEST_F(StateFileTest, WhatIsNoRegularFileIsNeitherReadNorMovedNorWritten) {
   fs::create_symlink("loop", path("loop"));
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
-  for (const std::string& file : {path("loop"), path("pipe"), folder_.string(), std::string("/dev/null"), path(std::string(300, 'x'))}) {
+  for (const std::string& file : {path("loop"), path("pipe"), folder_.string(),
+                                  std::string("/dev/null"), path(std::string(300, 'x'))}) {
     EXPECT_TRUE(resultOf(file).is_fault) << file;
     EXPECT_TRUE(StateFile(file).save(test::uncertainModel(0.02)).is_fault) << file;
     std::error_code ignored;
@@ -108,7 +111,8 @@ TEST_F(StateFileTest, DraftsOfProcessesThatAreGoneAreRemoved) {
   EXPECT_TRUE(fs::exists(path(".model.yaml.txt")));
 }
 
-/// A hundred processes that save without end are killed at random moments: the file is whole each time.
+/// A hundred processes that save without end are killed at random moments: the file is whole each
+/// time.
 TEST_F(StateFileTest, IsWholeWheneverTheProcessIsKilled) {
   const StateFile file(path("model.yaml"));
   ASSERT_FALSE(file.save(test::uncertainModel(0.01)).is_fault);
@@ -116,8 +120,10 @@ TEST_F(StateFileTest, IsWholeWheneverTheProcessIsKilled) {
   for (int round = 0; round < 100; ++round) {
     const pid_t child = ::fork();
     if (child == 0)
-      for (double share = 0.01;; share = share < 0.3 ? share + 0.01 : 0.01) file.save(test::uncertainModel(share));
-    std::this_thread::sleep_for(std::chrono::microseconds(static_cast<long>(random.uniform(0.0, 20000.0))));
+      for (double share = 0.01;; share = share < 0.3 ? share + 0.01 : 0.01)
+        file.save(test::uncertainModel(share));
+    std::this_thread::sleep_for(
+        std::chrono::microseconds(static_cast<long>(random.uniform(0.0, 20000.0))));
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
     StateFile::Result result;

@@ -17,7 +17,8 @@ AcquisitionOptions noiseless() {
   return options;
 }
 
-std::vector<RecordedSample> recorded(const AcquisitionOptions& options, double duration, const std::function<double(double)>& signal,
+std::vector<RecordedSample> recorded(const AcquisitionOptions& options, double duration,
+                                     const std::function<double(double)>& signal,
                                      std::uint64_t seed = 1) {
   Acquisition acquisition(options, kRate, seed);
   const auto count = static_cast<int>((duration + acquisition.lookAhead()) * kRate) + 1;
@@ -142,7 +143,8 @@ TEST(Acquisition, RandomWalkGrowsWithTheRootOfTime) {
 TEST(Acquisition, WithoutAFilterTheSamplesAreTheValuesThemselves) {
   AcquisitionOptions options = noiseless();
   options.cutoff_hz = 0.0;
-  for (const auto& s : recorded(options, 2.0, [](double t) { return std::sin(t); })) ASSERT_NEAR(s.voltage, std::sin(s.time), 1e-12);
+  for (const auto& s : recorded(options, 2.0, [](double t) { return std::sin(t); }))
+    ASSERT_NEAR(s.voltage, std::sin(s.time), 1e-12);
 }
 
 TEST(Acquisition, GainMayDifferBetweenChargeAndDischarge) {
@@ -201,7 +203,8 @@ TEST(Acquisition, FrozenStretchesRepeatTheLastValue) {
   const auto samples = recorded(options, 600.0, [](double t) { return t; });
   ASSERT_EQ(samples.size(), 60000u);
   int repeated = 0;
-  for (std::size_t n = 1; n < samples.size(); ++n) repeated += samples[n].voltage == samples[n - 1].voltage ? 1 : 0;
+  for (std::size_t n = 1; n < samples.size(); ++n)
+    repeated += samples[n].voltage == samples[n - 1].voltage ? 1 : 0;
   EXPECT_NEAR(repeated, 60 * 50, 1000);
 }
 
@@ -224,7 +227,8 @@ TEST(Acquisition, RefusesWrongOptionsNamingAllOfThem) {
     FAIL();
   } catch (const std::invalid_argument& error) {
     const std::string text = error.what();
-    for (const char* name : {"cutoff_hz", "sample_rate_hz", "current_gain"}) EXPECT_NE(text.find(name), text.npos) << text;
+    for (const char* name : {"cutoff_hz", "sample_rate_hz", "current_gain"})
+      EXPECT_NE(text.find(name), text.npos) << text;
   }
 }
 

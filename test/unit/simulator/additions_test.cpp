@@ -32,7 +32,8 @@ class Rig {
 };
 
 /// What an addition changes in the voltage after the same currents.
-double addedBy(const Additions& additions, double first, double first_s, double then = 0.0, double then_s = 0.0) {
+double addedBy(const Additions& additions, double first, double first_s, double then = 0.0,
+               double then_s = 0.0) {
   Rig with(additions), without({});
   for (Rig* rig : {&with, &without}) {
     rig->hold(first, first_s);
@@ -271,7 +272,8 @@ TEST(Additions, OutOfBoundsAreRefusedByName) {
     FAIL();
   } catch (const std::invalid_argument& error) {
     const std::string text = error.what();
-    for (const char* name : {"acid_1_time_s", "coup_nuclei_at_start"}) EXPECT_NE(text.find(name), text.npos) << text;
+    for (const char* name : {"acid_1_time_s", "coup_nuclei_at_start"})
+      EXPECT_NE(text.find(name), text.npos) << text;
   }
 }
 

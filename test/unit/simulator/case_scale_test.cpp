@@ -19,7 +19,9 @@ CaseDraft lively(const CaseKind& kind, double scale) {
   CaseDraft draft = drawCase(kind, 2, 120.0, 100.0, {scale});
   Scenario& s = draft.scenario;
   s.profile = AlternatingOptions{};
-  s.inserts = {{5.0, {{1.0, -250.0, -250.0}}}, {8.0, {{6.0, -90.0, -90.0}}}, {15.0, {{12.0, 40.0, 40.0, 14.2}}}};
+  s.inserts = {{5.0, {{1.0, -250.0, -250.0}}},
+               {8.0, {{6.0, -90.0, -90.0}}},
+               {15.0, {{12.0, 40.0, 40.0, 14.2}}}};
   s.additions.contact_from_s = 10.0;
   return draft;
 }
@@ -32,9 +34,10 @@ std::vector<CaseKind> kindsOf(const std::set<std::string>& mechanisms) {
 }
 
 bool same(const std::vector<RecordedSample>& a, const std::vector<RecordedSample>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const RecordedSample& x, const RecordedSample& y) {
-    return x.time == y.time && x.current == y.current && x.voltage == y.voltage;
-  });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const RecordedSample& x, const RecordedSample& y) {
+                      return x.time == y.time && x.current == y.current && x.voltage == y.voltage;
+                    });
 }
 
 std::vector<RecordedSample> cut(const Scenario& scenario) {
@@ -56,14 +59,16 @@ TEST(CaseScale, AtZeroNothingIsLeftButWhatTheAdditionNeeds) {
     nested.scenario.acquisition = fine;
     EXPECT_TRUE(same(cut(gone.scenario), cut(nested.scenario))) << kind.mechanism << " " << kind.id;
     EXPECT_FALSE(same(cut(lively(kind, 1.0).scenario), cut(nested.scenario))) << kind.id;
-    const std::vector<std::string> left =
-        kWithCompanion.count(kind.id) > 0 ? std::vector<std::string>{"charge_acceptance"} : std::vector<std::string>{};
+    const std::vector<std::string> left = kWithCompanion.count(kind.id) > 0
+                                              ? std::vector<std::string>{"charge_acceptance"}
+                                              : std::vector<std::string>{};
     EXPECT_EQ(gone.effects, left) << kind.id;
   }
 }
 
 /// What a scale adds to a quiet recording of given currents, volts and hundredths of amperes.
-std::vector<double> deviation(const CaseKind& kind, double scale, const std::vector<double>& currents) {
+std::vector<double> deviation(const CaseKind& kind, double scale,
+                              const std::vector<double>& currents) {
   const auto recordingAt = [&](double at) {
     CaseDraft draft = lively(kind, at);
     draft.quiet = true;
@@ -121,7 +126,8 @@ TEST(CaseScale, TheTimeConstantOfASecondElectrodeStays) {
   const Additions a = lively({"effect", "second_electrode"}, 1.0).scenario.additions;
   const Additions b = lively({"effect", "second_electrode"}, 0.25).scenario.additions;
   EXPECT_DOUBLE_EQ(b.electrode3_beta_per_v, 4.0 * a.electrode3_beta_per_v);
-  EXPECT_DOUBLE_EQ(b.electrode3_capacitance_f / b.electrode3_beta_per_v, a.electrode3_capacitance_f / a.electrode3_beta_per_v);
+  EXPECT_DOUBLE_EQ(b.electrode3_capacitance_f / b.electrode3_beta_per_v,
+                   a.electrode3_capacitance_f / a.electrode3_beta_per_v);
 }
 
 TEST(CaseScale, RefusesANegativeOneAndTooMany) {
@@ -135,8 +141,9 @@ TEST(QuietCase, HasNoNoiseAndNoStepsButKeepsTheSensorsFaults) {
   draft.scenario.profile = ListedPhases{};
   draft.scenario.inserts.clear();
   const auto spread = [](const std::vector<RecordedSample>& samples) {
-    const auto [low, high] = std::minmax_element(samples.begin(), samples.end(),
-                                                 [](const RecordedSample& a, const RecordedSample& b) { return a.voltage < b.voltage; });
+    const auto [low, high] = std::minmax_element(
+        samples.begin(), samples.end(),
+        [](const RecordedSample& a, const RecordedSample& b) { return a.voltage < b.voltage; });
     return high->voltage - low->voltage;
   };
   EXPECT_GT(spread(simulate(recordedScenario(draft)).samples), 1e-3);
@@ -144,7 +151,8 @@ TEST(QuietCase, HasNoNoiseAndNoStepsButKeepsTheSensorsFaults) {
   const auto quiet = simulate(recordedScenario(draft)).samples;
   EXPECT_LT(spread(quiet), 1e-9);
   EXPECT_NEAR(quiet.front().current, draft.strength.at("current_offset_a"), 1e-9);
-  const auto label = nlohmann::json::parse(labelOf({"decoy", "current_offset"}, draft, Simulation{}));
+  const auto label =
+      nlohmann::json::parse(labelOf({"decoy", "current_offset"}, draft, Simulation{}));
   EXPECT_TRUE(label["quiet"].get<bool>());
   EXPECT_GT(label["truth"]["acquisition"]["voltage_white_v"].get<double>(), 0.0);
 }
@@ -165,11 +173,14 @@ TEST(MaskedCase, HasBothAdditionsEachAtItsOwnScale) {
 
 TEST(MaskedCase, TheSecondAdditionActsAgainstTheFirst) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const auto drawn = [&](const std::string& id) { return drawCase({"masked", id}, seed, 600.0, 100.0).scenario; };
+    const auto drawn = [&](const std::string& id) {
+      return drawCase({"masked", id}, seed, 600.0, 100.0).scenario;
+    };
     EXPECT_GT(drawn("charge_acceptance+current_gain").acquisition.current_gain_charge, 1.0);
     EXPECT_GT(drawn("charge_acceptance+gassing").battery.lead_ion_limit_a, 20.0);
     const Scenario s = drawn("ocv_soc+voltage_drift");
-    EXPECT_LT(std::get<CityOptions>(s.profile).net_charge_ah * s.acquisition.voltage_drift_v_per_h, 0.0);
+    EXPECT_LT(std::get<CityOptions>(s.profile).net_charge_ah * s.acquisition.voltage_drift_v_per_h,
+              0.0);
   }
 }
 
@@ -181,7 +192,8 @@ struct Halves {
   double rms(bool first) const {
     const std::size_t begin = first ? 0 : middle, end = first ? middle : with.voltage.size();
     double sum = 0.0;
-    for (std::size_t n = begin; n < end; ++n) sum += std::pow(with.voltage[n] - without.voltage[n], 2);
+    for (std::size_t n = begin; n < end; ++n)
+      sum += std::pow(with.voltage[n] - without.voltage[n], 2);
     return std::sqrt(sum / static_cast<double>(end - begin));
   }
   /// Longest stretch of the first half in which a condition on the current holds [s].
@@ -222,7 +234,9 @@ TEST(AbsentCase, TheFirstHalfHasNothingOfTheRegime) {
   const Halves charging = halvesOf("charge_acceptance", 4, 400.0);
   EXPECT_LT(charging.longest([](double i) { return i > 0.5; }), 8.0);
   const Halves gassing = halvesOf("gassing", 4, 400.0);
-  EXPECT_LT(*std::max_element(gassing.with.voltage.begin(), gassing.with.voltage.begin() + static_cast<long>(gassing.middle)), 13.401);
+  EXPECT_LT(*std::max_element(gassing.with.voltage.begin(),
+                              gassing.with.voltage.begin() + static_cast<long>(gassing.middle)),
+            13.401);
   const Halves heavy = halvesOf("high_rate_depletion", 4, 400.0);
   EXPECT_LT(heavy.longest([](double i) { return i < -40.0; }), 8.0);
   const Halves acid = halvesOf("acid_transport", 4, 400.0);

@@ -40,7 +40,8 @@ TEST(CpeLadder, ConstantCurrentChargesItAlongThePowerLaw) {
   for (int n = 1; n <= 100000; ++n) {
     state = stage.advance(state, (current + stage.sourceCurrent(state)) / stage.conductance());
     if (n != 100 && n != 1000 && n != 10000 && n != 100000) continue;
-    const double law = current * std::pow(n * step, cpe.exponent) / (cpe.scale * std::tgamma(1.0 + cpe.exponent));
+    const double law =
+        current * std::pow(n * step, cpe.exponent) / (cpe.scale * std::tgamma(1.0 + cpe.exponent));
     EXPECT_NEAR(state.voltage / law, 1.0, 0.01) << "at " << n * step << " s";
   }
 }

@@ -24,7 +24,9 @@ std::string contentOf(const fs::path& path) {
 
 class DrawCase : public ::testing::Test {
  protected:
-  DrawCase() : folder_(fs::temp_directory_path() / ("draw_case_" + std::to_string(::getpid()))) { fs::create_directories(folder_); }
+  DrawCase() : folder_(fs::temp_directory_path() / ("draw_case_" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+  }
   ~DrawCase() override { fs::remove_all(folder_); }
 
   int run(const std::vector<std::string>& arguments) {
@@ -33,8 +35,8 @@ class DrawCase : public ::testing::Test {
     return runDrawCase(arguments, out_, err_);
   }
   int draw(const std::string& mechanism, const std::string& id, std::uint64_t seed) {
-    return run({"--family", mechanism, "--id", id, "--seed", std::to_string(seed), "--duration", "60", "--out", recording().string(),
-                "--label", label().string()});
+    return run({"--family", mechanism, "--id", id, "--seed", std::to_string(seed), "--duration",
+                "60", "--out", recording().string(), "--label", label().string()});
   }
   fs::path recording() const { return folder_ / "case.csv"; }
   fs::path label() const { return folder_ / "case.json"; }
@@ -62,14 +64,16 @@ TEST_F(DrawCase, ListsEveryFamilyWithItsIds) {
 
 TEST_F(DrawCase, EveryKindListedCanBeDrawnAndSaysWhatIsTrue) {
   for (const CaseKind& kind : caseKinds()) {
-    ASSERT_EQ(draw(kind.mechanism, kind.id, 3), 0) << kind.mechanism << " " << kind.id << err_.str();
+    ASSERT_EQ(draw(kind.mechanism, kind.id, 3), 0)
+        << kind.mechanism << " " << kind.id << err_.str();
     const auto json = nlohmann::json::parse(contentOf(label()));
     EXPECT_EQ(json["family"], kind.mechanism);
     EXPECT_EQ(json["id"], kind.id);
     EXPECT_FALSE(json["expected"]["verdicts"].empty());
     const auto effects = json["expected"]["effects"].get<std::vector<std::string>>();
     for (const std::string& id : additionsOf(kind))
-      EXPECT_EQ(std::count(effects.begin(), effects.end(), id) > 0, kind.mechanism != "unknown") << kind.mechanism << " " << id;
+      EXPECT_EQ(std::count(effects.begin(), effects.end(), id) > 0, kind.mechanism != "unknown")
+          << kind.mechanism << " " << id;
     EXPECT_EQ(json.count("regime_from_s"), kind.mechanism == "absent" ? 1u : 0u);
     EXPECT_EQ(contentOf(recording()).find("time_s,current_a,voltage_v\n"), 0u);
   }
@@ -97,14 +101,16 @@ TEST_F(DrawCase, SeedsMayHaveAll64Bits) {
 }
 
 TEST_F(DrawCase, AQuietRecordingIsWrittenWithManyDigits) {
-  ASSERT_EQ(run({"--family", "masked", "--id", "current_dependent_resistance+time_skew", "--quiet", "--scale", "0.5,2", "--duration", "60",
-                 "--out", recording().string(), "--label", label().string()}),
+  ASSERT_EQ(run({"--family", "masked", "--id", "current_dependent_resistance+time_skew", "--quiet",
+                 "--scale", "0.5,2", "--duration", "60", "--out", recording().string(), "--label",
+                 label().string()}),
             0)
       << err_.str();
   std::istringstream rows(contentOf(recording()));
   std::string row;
   std::size_t most = 0;
-  for (std::getline(rows, row); std::getline(rows, row);) most = std::max(most, row.size() - row.rfind('.'));
+  for (std::getline(rows, row); std::getline(rows, row);)
+    most = std::max(most, row.size() - row.rfind('.'));
   EXPECT_GE(most, 9u);  // point and eight digits
   const auto json = nlohmann::json::parse(contentOf(label()));
   EXPECT_EQ(json["strength"]["scale"], nlohmann::json({0.5, 2.0}));
@@ -185,7 +191,8 @@ TEST(CaseDraft, EveryAdditionIsWithinItsBoundsAndChangesTheRecording) {
     const auto a = simulate(with.scenario).samples, b = simulate(without.scenario).samples;
     double most = a.size() == b.size() ? 0.0 : 1.0;
     for (std::size_t n = 0; n < std::min(a.size(), b.size()); ++n)
-      most = std::max({most, std::abs(a[n].voltage - b[n].voltage), 0.01 * std::abs(a[n].current - b[n].current)});
+      most = std::max({most, std::abs(a[n].voltage - b[n].voltage),
+                       0.01 * std::abs(a[n].current - b[n].current)});
     EXPECT_GT(most, 1e-4) << kind.mechanism << " " << kind.id;
   }
 }

@@ -22,7 +22,10 @@ std::string contentOf(const fs::path& path) {
 
 class DrawOutOfModel : public ::testing::Test {
  protected:
-  DrawOutOfModel() : folder_(fs::temp_directory_path() / ("draw_out_of_model_" + std::to_string(::getpid()))) { fs::create_directories(folder_); }
+  DrawOutOfModel()
+      : folder_(fs::temp_directory_path() / ("draw_out_of_model_" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+  }
   ~DrawOutOfModel() override { fs::remove_all(folder_); }
 
   int run(const std::vector<std::string>& arguments) {
@@ -31,8 +34,9 @@ class DrawOutOfModel : public ::testing::Test {
     return runDrawOutOfModel(arguments, out_, err_);
   }
   int draw(std::vector<std::string> more) {
-    for (const std::string& one : {std::string("--duration"), std::string("240"), std::string("--rate"), std::string("10"),
-                                   std::string("--out"), recording().string(), std::string("--label"), label().string()})
+    for (const std::string& one :
+         {std::string("--duration"), std::string("240"), std::string("--rate"), std::string("10"),
+          std::string("--out"), recording().string(), std::string("--label"), label().string()})
       more.push_back(one);
     return run(more);
   }
@@ -67,7 +71,8 @@ TEST_F(DrawOutOfModel, TheRecordingHasNothingOfTheLabel) {
 }
 
 TEST_F(DrawOutOfModel, TheLabelSaysWhatIsTrue) {
-  ASSERT_EQ(draw({"--family", "acid", "--form", "separator_delay", "--seed", "4"}), 0) << err_.str();
+  ASSERT_EQ(draw({"--family", "acid", "--form", "separator_delay", "--seed", "4"}), 0)
+      << err_.str();
   const auto json = nlohmann::json::parse(contentOf(label()));
   EXPECT_EQ(json["kind"], "other_form");
   EXPECT_EQ(json["family"], "acid");
@@ -88,14 +93,16 @@ class BesideARecording : public DrawOutOfModel {
   BesideARecording() {
     std::ofstream file(measured());
     file << "time_s,current_a,voltage_v\n";
-    for (int n = 0; n < 600; ++n) file << n << "," << (n / 20 % 3 - 1) * 30 << "," << 12.7 + (n / 20 % 3 - 1) * 0.2 << "\n";
+    for (int n = 0; n < 600; ++n)
+      file << n << "," << (n / 20 % 3 - 1) * 30 << "," << 12.7 + (n / 20 % 3 - 1) * 0.2 << "\n";
   }
   fs::path measured() const { return folder_ / "measured.csv"; }
   int put(const std::string& mechanism, const std::string& form, const std::string& strength) {
-    return run({"--beside", measured().string(), "--family", mechanism, "--form", form, "--seed", "3", "--strength", strength, "--out",
-                recording().string()});
+    return run({"--beside", measured().string(), "--family", mechanism, "--form", form, "--seed",
+                "3", "--strength", strength, "--out", recording().string()});
   }
-  std::vector<RecordedSample> after(const std::string& mechanism, const std::string& form, const std::string& strength) {
+  std::vector<RecordedSample> after(const std::string& mechanism, const std::string& form,
+                                    const std::string& strength) {
     EXPECT_EQ(put(mechanism, form, strength), 0) << err_.str();
     return readRecording(recording());
   }
@@ -103,7 +110,8 @@ class BesideARecording : public DrawOutOfModel {
 
 TEST_F(BesideARecording, StrengthZeroLeavesTheRecordingAsItIs) {
   const auto before = readRecording(measured());
-  for (const char* form : {"structure conducting_film", "instrument dead_band", "side_reactions impurity_shuttle"}) {
+  for (const char* form :
+       {"structure conducting_film", "instrument dead_band", "side_reactions impurity_shuttle"}) {
     const std::string both = form;
     const auto at = both.find(' ');
     const auto now = after(both.substr(0, at), both.substr(at + 1), "0");
@@ -117,11 +125,13 @@ TEST_F(BesideARecording, StrengthZeroLeavesTheRecordingAsItIs) {
 
 TEST_F(BesideARecording, AForceAddsToTheVoltageInProportionAndLeavesTheCurrent) {
   const auto before = readRecording(measured());
-  const auto once = after("structure", "conducting_film", "1"), twice = after("structure", "conducting_film", "2");
+  const auto once = after("structure", "conducting_film", "1"),
+             twice = after("structure", "conducting_film", "2");
   double largest = 0.0;
   for (std::size_t n = 0; n < before.size(); ++n) {
     EXPECT_NEAR(once[n].current, before[n].current, 1e-6);
-    EXPECT_NEAR(twice[n].voltage - before[n].voltage, 2.0 * (once[n].voltage - before[n].voltage), 1e-7);
+    EXPECT_NEAR(twice[n].voltage - before[n].voltage, 2.0 * (once[n].voltage - before[n].voltage),
+                1e-7);
     largest = std::max(largest, std::abs(once[n].voltage - before[n].voltage));
   }
   EXPECT_GT(largest, 1e-3);
@@ -131,7 +141,8 @@ TEST_F(BesideARecording, AnInstrumentShowsAnotherCurrent) {
   const auto now = after("instrument", "remanence", "1");
   double largest = 0.0;
   const auto before = readRecording(measured());
-  for (std::size_t n = 0; n < now.size(); ++n) largest = std::max(largest, std::abs(now[n].current - before[n].current));
+  for (std::size_t n = 0; n < now.size(); ++n)
+    largest = std::max(largest, std::abs(now[n].current - before[n].current));
   EXPECT_GT(largest, 0.05);
   EXPECT_LE(largest, 0.5 + 1e-6);
 }
@@ -148,11 +159,14 @@ TEST_F(BesideARecording, WhatIsWrongIsNamed) {
 }
 
 TEST_F(DrawOutOfModel, WrongUsageIsSaidInASentence) {
-  EXPECT_EQ(run({"--kind", "friend", "--out", recording().string(), "--label", label().string()}), 2);
+  EXPECT_EQ(run({"--kind", "friend", "--out", recording().string(), "--label", label().string()}),
+            2);
   EXPECT_NE(err_.str().find("--list"), std::string::npos);
   EXPECT_EQ(run({"--seed", "1"}), 2);
   EXPECT_EQ(run({"--out", "case.txt", "--label", label().string()}), 2);
-  EXPECT_EQ(run({"--kind", "null", "--rate", "7", "--out", recording().string(), "--label", label().string()}), 2);
+  EXPECT_EQ(run({"--kind", "null", "--rate", "7", "--out", recording().string(), "--label",
+                 label().string()}),
+            2);
   EXPECT_FALSE(fs::exists(recording()));
 }
 

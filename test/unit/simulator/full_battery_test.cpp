@@ -24,7 +24,8 @@ double currentAt(double time) {
 }
 
 /// Calls `each` with every state of the drive, the current slewing.
-BatteryState drive(const FullBattery& battery, const std::function<void(const BatteryState&)>& each) {
+BatteryState drive(const FullBattery& battery,
+                   const std::function<void(const BatteryState&)>& each) {
   BatteryState state = battery.rested();
   for (int n = 1; n <= 60000; ++n) {
     const double change = currentAt(n * FullBattery::kStep) - state.current;
@@ -75,8 +76,9 @@ TEST(FullBattery, WithEveryEffectOffItIsThePlainCircuit) {
   const FullBattery battery({}, plainCircuit(), {0.8, 25.0});
   PlainCircuit plain;
   double worst = 0.0;
-  drive(battery,
-        [&](const BatteryState& state) { worst = std::max(worst, std::abs(battery.voltage(state) - plain.voltageAfter(state.current))); });
+  drive(battery, [&](const BatteryState& state) {
+    worst = std::max(worst, std::abs(battery.voltage(state) - plain.voltageAfter(state.current)));
+  });
   EXPECT_LT(worst, 1e-6);
 }
 
@@ -87,7 +89,9 @@ TEST(FullBattery, HalvingTheStepChangesTheVoltageByLessThanATenthOfAMillivolt) {
     drive(battery, [&](const BatteryState& state) { coarse.push_back(battery.voltage(state)); });
     std::size_t n = 0;
     double worst = 0.0;
-    drive(finer, [&](const BatteryState& state) { worst = std::max(worst, std::abs(finer.voltage(state) - coarse[n++])); });
+    drive(finer, [&](const BatteryState& state) {
+      worst = std::max(worst, std::abs(finer.voltage(state) - coarse[n++]));
+    });
     EXPECT_LT(worst, 1e-4);
   }
 }
@@ -117,7 +121,8 @@ TEST(FullBattery, NoElementGeneratesEnergy) {
   const FullBattery battery({}, everything(), {0.8, 20.0});
   drive(battery, [&](const BatteryState& state) {
     const Losses l = battery.losses(state);
-    for (double loss : {l.r_ohmic, l.r1, l.cpe1, l.charge_transfer, l.lead_ion, l.cpe2, l.gassing}) ASSERT_GE(loss, -1e-12);
+    for (double loss : {l.r_ohmic, l.r1, l.cpe1, l.charge_transfer, l.lead_ion, l.cpe2, l.gassing})
+      ASSERT_GE(loss, -1e-12);
     const StoredEnergy s = battery.stored(state);
     for (double stored : {s.inductance, s.cpe1, s.cpe2, s.lead_ion}) ASSERT_GE(stored, -1e-12);
   });
@@ -128,15 +133,19 @@ TEST(FullBattery, EveryEffectMakesADifference) {
   std::vector<double> reference;
   drive(full, [&](const BatteryState& state) { reference.push_back(full.voltage(state)); });
   for (bool BatteryEffects::*effect :
-       {&BatteryEffects::inductance, &BatteryEffects::r1_asymmetry, &BatteryEffects::r1_smooth, &BatteryEffects::r1_current_dependence,
-        &BatteryEffects::cpe1, &BatteryEffects::cpe1_fractional, &BatteryEffects::cpe2_fractional, &BatteryEffects::ocv_slope,
-        &BatteryEffects::charge_acceptance, &BatteryEffects::self_heating}) {
+       {&BatteryEffects::inductance, &BatteryEffects::r1_asymmetry, &BatteryEffects::r1_smooth,
+        &BatteryEffects::r1_current_dependence, &BatteryEffects::cpe1,
+        &BatteryEffects::cpe1_fractional, &BatteryEffects::cpe2_fractional,
+        &BatteryEffects::ocv_slope, &BatteryEffects::charge_acceptance,
+        &BatteryEffects::self_heating}) {
     BatteryEffects effects = everything();
     effects.*effect = false;
     const FullBattery battery({}, effects, {0.8, 20.0});
     std::size_t n = 0;
     double worst = 0.0;
-    drive(battery, [&](const BatteryState& state) { worst = std::max(worst, std::abs(battery.voltage(state) - reference[n++])); });
+    drive(battery, [&](const BatteryState& state) {
+      worst = std::max(worst, std::abs(battery.voltage(state) - reference[n++]));
+    });
     EXPECT_GT(worst, 1e-5);
   }
 }
@@ -146,7 +155,8 @@ TEST(FullBattery, ColdBatteryDropsFurtherUnderCranking) {
   const BatteryState w = drive(warm, [](const BatteryState&) {});
   const BatteryState c = drive(cold, [](const BatteryState&) {});
   EXPECT_NEAR(atTemperature({}, -18.0).r_ohmic / atTemperature({}, 25.0).r_ohmic, 1.258, 1e-3);
-  EXPECT_LT(cold.voltage(cold.advance(c, c.current - 3.0)), warm.voltage(warm.advance(w, w.current - 3.0)));
+  EXPECT_LT(cold.voltage(cold.advance(c, c.current - 3.0)),
+            warm.voltage(warm.advance(w, w.current - 3.0)));
 }
 
 TEST(FullBattery, DepletedLeadIonsRaiseTheVoltageOfALongCharge) {
@@ -179,7 +189,8 @@ TEST(FullBattery, RefusesWrongParametersNamingAllOfThem) {
     FAIL();
   } catch (const std::invalid_argument& error) {
     const std::string text = error.what();
-    for (const char* name : {"alpha", "r_ohmic_ohm", "soc"}) EXPECT_NE(text.find(name), text.npos) << text;
+    for (const char* name : {"alpha", "r_ohmic_ohm", "soc"})
+      EXPECT_NE(text.find(name), text.npos) << text;
   }
 }
 

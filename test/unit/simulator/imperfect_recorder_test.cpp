@@ -45,7 +45,8 @@ TEST(ImperfectRecorder, FiltersOfEveryOrderPassARampUnshifted) {
     recorder.voltage.poles = poles;
     recorder.voltage.corner_hz = 15.0;
     const auto samples = recordedThrough(recorder, courseOf(ramp, none, 10.0), 10, 1);
-    for (std::size_t n = 50; n + 50 < samples.size(); ++n) ASSERT_NEAR(samples[n].voltage, ramp(samples[n].time), 2e-5) << poles;
+    for (std::size_t n = 50; n + 50 < samples.size(); ++n)
+      ASSERT_NEAR(samples[n].voltage, ramp(samples[n].time), 2e-5) << poles;
   }
 }
 
@@ -135,7 +136,8 @@ TEST(ImperfectRecorder, SmoothStructureHasTheSizeThatWasAsked) {
   const std::vector<double> smooth = smoothStructure(recorder, current);
   EXPECT_NEAR(deviation(smooth, 0.0), 0.3e-3, 1e-9);
   double jump = 0.0;
-  for (std::size_t n = 1; n < smooth.size(); ++n) jump = std::max(jump, std::abs(smooth[n] - smooth[n - 1]));
+  for (std::size_t n = 1; n < smooth.size(); ++n)
+    jump = std::max(jump, std::abs(smooth[n] - smooth[n - 1]));
   EXPECT_LT(jump, 0.3e-3);
 }
 
@@ -167,7 +169,8 @@ TEST(ImperfectRecorder, DrawsStayInTheirRanges) {
     EXPECT_LE(r.voltage.noise.walk_per_sqrt_min, 0.6e-3);
     EXPECT_GE(r.smooth_rms_v, 0.01e-3);
     EXPECT_LE(r.smooth_rms_v, 0.5e-3);
-    const bool same = r.voltage.corner_hz == r.current.corner_hz && r.voltage.poles == r.current.poles;
+    const bool same =
+        r.voltage.corner_hz == r.current.corner_hz && r.voltage.poles == r.current.poles;
     (same ? alike : differ) = true;
   }
   EXPECT_TRUE(alike && differ);

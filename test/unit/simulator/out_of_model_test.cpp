@@ -37,7 +37,8 @@ std::unique_ptr<OutOfModelVoltage> formNamed(const std::string& id, std::uint64_
 }
 
 /// The force's voltage under currents that are held for a while each, at the end of each [V].
-std::vector<double> heldVoltages(const OutOfModelVoltage& force, const std::vector<double>& currents, double seconds) {
+std::vector<double> heldVoltages(const OutOfModelVoltage& force,
+                                 const std::vector<double>& currents, double seconds) {
   OutOfModelVoltage::State state = force.rested();
   OutOfModelInstant now;
   std::vector<double> voltages;
@@ -74,7 +75,8 @@ double rmsAboutMean(const std::vector<double>& values) {
 TEST(OutOfModelForms, EveryPhysicalFamilyAndTheInstrumentsHaveThreeOrMore) {
   std::map<std::string, int> forms;
   for (const OutOfModelKind& kind : outOfModelKinds()) ++forms[kind.mechanism];
-  for (const char* mechanism : {"acceptance", "side_reactions", "acid", "open_circuit", "structure", "ageing", "instrument"})
+  for (const char* mechanism : {"acceptance", "side_reactions", "acid", "open_circuit", "structure",
+                                "ageing", "instrument"})
     EXPECT_GE(forms[mechanism], 3) << mechanism;
 }
 
@@ -98,7 +100,8 @@ TEST(OutOfModelForms, WithStrengthEachMovesTheVoltage) {
     const auto force = formNamed(form.id);
     const Course with = controlledCourse(scenario, force.get(), 1.0, none.current);
     std::vector<double> moved;
-    for (std::size_t n = 0; n < with.voltage.size(); ++n) moved.push_back(with.voltage[n] - none.voltage[n]);
+    for (std::size_t n = 0; n < with.voltage.size(); ++n)
+      moved.push_back(with.voltage[n] - none.voltage[n]);
     EXPECT_GT(rmsAboutMean(moved), 0.1e-3) << form.id;
     EXPECT_LT(rmsAboutMean(moved), 0.3) << form.id;
   }
@@ -152,7 +155,8 @@ TEST(OutOfModelForms, OpenCircuitFormsFollowTheChargeAndNotTheTime) {
     const auto force = formNamed(form.id);
     const auto fast = heldVoltages(*force, {40.0, -60.0, 30.0, -10.0, 50.0}, 10.0);
     const auto slow = heldVoltages(*force, {20.0, -30.0, 15.0, -5.0, 25.0}, 20.0);
-    for (std::size_t k = 0; k < fast.size(); ++k) EXPECT_NEAR(fast[k], slow[k], 2e-4) << form.id << " " << k;
+    for (std::size_t k = 0; k < fast.size(); ++k)
+      EXPECT_NEAR(fast[k], slow[k], 2e-4) << form.id << " " << k;
     EXPECT_GT(rmsAboutMean(fast), 1e-3) << form.id;
   }
 }
@@ -179,10 +183,12 @@ TEST(OutOfModelForms, AnomalousDiffusionAnswersAStepWithAPowerOfTime) {
 }
 
 TEST(OutOfModelForms, TheSeparatorIsSilentFirst) {
-  const auto answer = heldVoltages(*formNamed("separator_delay"), std::vector<double>(60, 20.0), 5.0);
+  const auto answer =
+      heldVoltages(*formNamed("separator_delay"), std::vector<double>(60, 20.0), 5.0);
   EXPECT_LT(answer.front(), 0.5 * answer.back());
   double longest = 0.0;
-  for (std::size_t k = 1; k < answer.size(); ++k) longest = std::max(longest, answer[k] - answer[k - 1]);
+  for (std::size_t k = 1; k < answer.size(); ++k)
+    longest = std::max(longest, answer[k] - answer[k - 1]);
   EXPECT_GT(longest, answer.front());  // the steepest rise comes later, unlike a low pass'
 }
 
@@ -214,8 +220,10 @@ TEST(OutOfModelDrives, EveryKindChargesAndDischargesInBothParts) {
     Dice dice(4, 1);
     drawOutOfModelDrive(scenario, kind, "", dice);
     const Course course = drivenCourse(scenario, nullptr, 0.0);
-    const auto split = course.current.begin() + static_cast<long>(kTrainingShare * course.current.size());
-    for (const auto& [from, to] : {std::pair{course.current.begin(), split}, {split, course.current.end()}}) {
+    const auto split =
+        course.current.begin() + static_cast<long>(kTrainingShare * course.current.size());
+    for (const auto& [from, to] :
+         {std::pair{course.current.begin(), split}, {split, course.current.end()}}) {
       EXPECT_LT(*std::min_element(from, to), -5.0) << kind;
       EXPECT_GT(*std::max_element(from, to), 5.0) << kind;
     }
@@ -237,14 +245,17 @@ TEST(LinearBetweenSamples, KeepsAStraightLineAndTheChargeOfAPulse) {
 
 TEST(ErrorSize, WhatOtherBaseParametersExplainIsNotVisible) {
   Scenario scenario = plainScenario(300.0), other = scenario;
-  const std::vector<double> current = linearBetweenSamples(drivenCourse(scenario, nullptr, 0.0).current, 100);
+  const std::vector<double> current =
+      linearBetweenSamples(drivenCourse(scenario, nullptr, 0.0).current, 100);
   other.battery.cpe2_capacitance_f *= 1.02;
   other.battery.beta_per_v *= 0.98;
   other.battery.r1_charge_ohm *= 1.05;
   other.battery.u0_v += 0.02;
-  const BaseAnswer base = baseAnswer(scenario, current, 100), moved = baseAnswer(other, current, 100);
+  const BaseAnswer base = baseAnswer(scenario, current, 100),
+                   moved = baseAnswer(other, current, 100);
   std::vector<double> error;
-  for (std::size_t n = 0; n < base.voltage.size(); ++n) error.push_back(moved.voltage[n] - base.voltage[n]);
+  for (std::size_t n = 0; n < base.voltage.size(); ++n)
+    error.push_back(moved.voltage[n] - base.voltage[n]);
   const ErrorSize size = errorSize(error, base);
   EXPECT_GT(size.plain.training, 1e-3);
   EXPECT_LT(size.visible.training, 0.03 * size.plain.training);
@@ -286,10 +297,12 @@ std::vector<double> recordedError(const OutOfModelCase& one) {
   for (std::size_t n = 0; n < current.size(); ++n) {
     const std::size_t k = n / per_sample, next = std::min(k + 1, one.samples.size() - 1);
     const double share = static_cast<double>(n % per_sample) / static_cast<double>(per_sample);
-    current[n] = one.samples[k].current + share * (one.samples[next].current - one.samples[k].current);
+    current[n] =
+        one.samples[k].current + share * (one.samples[next].current - one.samples[k].current);
   }
   const Course base = controlledCourse(one.scenario, nullptr, 0.0, current);
-  for (std::size_t k = 0; k < one.samples.size(); ++k) error.push_back(one.samples[k].voltage - base.voltage[k * per_sample]);
+  for (std::size_t k = 0; k < one.samples.size(); ++k)
+    error.push_back(one.samples[k].voltage - base.voltage[k * per_sample]);
   return error;
 }
 
@@ -300,7 +313,9 @@ TEST(OutOfModelCases, TheLabelledSizeOfEveryFormIsTheRecordings) {
     std::vector<double> error = recordedError(one);
     error.resize(static_cast<std::size_t>(kTrainingShare * static_cast<double>(error.size())));
     const double noise = std::hypot(one.voltage_noise.white, one.voltage_step_v / std::sqrt(12.0));
-    EXPECT_NEAR(rmsAboutMean(error), std::hypot(one.effect.training, noise), 0.05 * one.effect.training + 0.2e-3) << kind.form;
+    EXPECT_NEAR(rmsAboutMean(error), std::hypot(one.effect.training, noise),
+                0.05 * one.effect.training + 0.2e-3)
+        << kind.form;
     EXPECT_LE(one.visible.training, one.effect.training * 1.001) << kind.form;
     EXPECT_GE(one.visible.training, kVisible.low) << kind.form;
     EXPECT_GE(one.visible.training, kMinOverNoise * one.voltage_noise.white) << kind.form;

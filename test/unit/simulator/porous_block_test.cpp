@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kFaraday = 96485.33212;
 
-PorousState hold(const PorousBlock& block, PorousState state, double current, double duration, double step = PorousBlock::kStep) {
+PorousState hold(const PorousBlock& block, PorousState state, double current, double duration,
+                 double step = PorousBlock::kStep) {
   for (long n = std::lround(duration / step); n > 0; --n) state = block.advance(state, current);
   return state;
 }
@@ -26,9 +27,10 @@ PorousState drive(const PorousBlock& block) {
 constexpr double kDriven = 400.0 - 250.0 - 600.0;  // [As]
 
 /// Charge on an electrode's double layer since rest, in the direction of oxidation [As].
-double layerCharge(const PorousParameters& p, const PorousState::Field& now, const PorousState::Field& before, bool positive) {
-  const double layer =
-      positive ? p.positive_surface_per_m * p.positive_layer_f_per_m2 : p.negative_surface_per_m * p.negative_layer_f_per_m2;
+double layerCharge(const PorousParameters& p, const PorousState::Field& now,
+                   const PorousState::Field& before, bool positive) {
+  const double layer = positive ? p.positive_surface_per_m * p.positive_layer_f_per_m2
+                                : p.negative_surface_per_m * p.negative_layer_f_per_m2;
   const double thickness = positive ? p.positive_m : p.negative_m;
   return p.area_m2 * thickness * layer * (now - before).mean();
 }
@@ -55,7 +57,8 @@ TEST(PorousBlock, OpenCircuitVoltageRisesByAVoltAndAHalfPerUnitOfCharge) {
   EXPECT_LT(slope, 1.8);
 }
 
-/// The negative plates' double layer against their fast reaction: the fast arc (docs/physics.md#fast_arc).
+/// The negative plates' double layer against their fast reaction: the fast arc
+/// (docs/physics.md#fast_arc).
 TEST(PorousBlock, ItsResistanceGrowsWithinTenthsOfASecond) {
   const PorousBlock block({}, 0.8);
   const double rested = block.voltage(block.rested());
@@ -115,7 +118,8 @@ TEST(PorousBlock, AFinerGridChangesTheVoltageByLessThanTwoMillivolts) {
   fine.cells_per_region = 30;
   const PorousBlock a({}, 0.8), b(fine, 0.8);
   for (double current : {40.0, -250.0})
-    EXPECT_NEAR(a.voltage(hold(a, a.rested(), current, 5.0)), b.voltage(hold(b, b.rested(), current, 5.0)), 2e-3);
+    EXPECT_NEAR(a.voltage(hold(a, a.rested(), current, 5.0)),
+                b.voltage(hold(b, b.rested(), current, 5.0)), 2e-3);
 }
 
 TEST(PorousBlock, AHalfAsLongStepChangesTheVoltageByLessThanAMillivolt) {
@@ -123,7 +127,8 @@ TEST(PorousBlock, AHalfAsLongStepChangesTheVoltageByLessThanAMillivolt) {
   for (double duration : {0.05, 0.5, 5.0})
     for (double current : {40.0, -250.0})
       EXPECT_NEAR(a.voltage(hold(a, a.rested(), current, duration)),
-                  b.voltage(hold(b, b.rested(), current, duration, 0.5 * PorousBlock::kStep)), 1e-3);
+                  b.voltage(hold(b, b.rested(), current, duration, 0.5 * PorousBlock::kStep)),
+                  1e-3);
 }
 
 TEST(PorousBlock, LeadIonsDepleteTowardsTheShareOfTheLimitThatIsCharged) {
@@ -152,7 +157,8 @@ TEST(PorousBlock, RefusesWrongParametersNamingAllOfThem) {
     FAIL();
   } catch (const std::invalid_argument& error) {
     const std::string text = error.what();
-    for (const char* name : {"area_m2", "negative_porosity", "soc"}) EXPECT_NE(text.find(name), text.npos) << text;
+    for (const char* name : {"area_m2", "negative_porosity", "soc"})
+      EXPECT_NE(text.find(name), text.npos) << text;
   }
 }
 

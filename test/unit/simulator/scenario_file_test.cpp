@@ -21,8 +21,10 @@ std::string refusalOf(const std::string& text) {
 
 TEST(ScenarioFile, EveryShippedScenarioLoads) {
   int count = 0;
-  for (const auto& entry : fs::directory_iterator(fs::path(BATTERY_SOF_SOURCE_DIR) / "config" / "scenarios")) {
-    EXPECT_NO_THROW(EXPECT_EQ(loadScenario(entry.path()).name, entry.path().stem())) << entry.path();
+  for (const auto& entry :
+       fs::directory_iterator(fs::path(BATTERY_SOF_SOURCE_DIR) / "config" / "scenarios")) {
+    EXPECT_NO_THROW(EXPECT_EQ(loadScenario(entry.path()).name, entry.path().stem()))
+        << entry.path();
     ++count;
   }
   EXPECT_GE(count, 4);
@@ -79,10 +81,12 @@ TEST(ScenarioFile, AllFaultsAreListedAtOnce) {
       " effects: {gassing: yes, cpe1: perhaps}, acquisition: {cutoff_hz: .nan},\n"
       " profile: {kind: city_drive, stop_s: [9, 3], crank_a: 5, rest_s: [1, 2]}}");
   for (const char* piece :
-       {"wrong.yaml", "durations_s is not a known key", "duration_s is -1", "soc is 80", "seed is \"-3\"",
-        "battery.beta is not a known key", "battery.alpha is 2", "battery.i0_a is \"much\"", "effects.gassing is \"yes\"",
-        "effects.cpe1 is \"perhaps\"", "acquisition.cutoff_hz is nan", "profile.stop_s begins above its end",
-        "profile.crank_a is something else, expected two numbers", "profile.rest_s is not a known key"})
+       {"wrong.yaml", "durations_s is not a known key", "duration_s is -1", "soc is 80",
+        "seed is \"-3\"", "battery.beta is not a known key", "battery.alpha is 2",
+        "battery.i0_a is \"much\"", "effects.gassing is \"yes\"", "effects.cpe1 is \"perhaps\"",
+        "acquisition.cutoff_hz is nan", "profile.stop_s begins above its end",
+        "profile.crank_a is something else, expected two numbers",
+        "profile.rest_s is not a known key"})
     EXPECT_NE(message.find(piece), std::string::npos) << piece << "\nnot in: " << message;
 }
 
@@ -95,24 +99,32 @@ TEST(ScenarioFile, EachOfTheseIsRefusedWithItsReason) {
       {"profile: {kind: motorway}", "profile.kind is motorway"},
       {"profile: alternating", "profile is \"alternating\", expected a map"},
       {"{profile: {kind: alternating}, battery: 3}", "battery is \"3\", expected a map"},
-      {"profile: {kind: alternating, pulse_count: 2.5}", "profile.pulse_count is \"2.5\", expected a whole number"},
+      {"profile: {kind: alternating, pulse_count: 2.5}",
+       "profile.pulse_count is \"2.5\", expected a whole number"},
       {"{profile: {kind: alternating}, seed: 1, seed: 2}", "seed is given twice"},
       {"profile: {kind: phases}", "expected a list of phases"},
-      {"profile: {kind: phases, phases: [{duration_s: 1}]}", "profile.phases[0].current_a is missing"},
-      {"profile: {kind: phases, phases: [{current_a: 1, duration_s: 0}]}", "phases[0].duration_s is 0"},
+      {"profile: {kind: phases, phases: [{duration_s: 1}]}",
+       "profile.phases[0].current_a is missing"},
+      {"profile: {kind: phases, phases: [{current_a: 1, duration_s: 0}]}",
+       "phases[0].duration_s is 0"},
       {"profile: {kind: long_charges, final_hold_s: 60}", "final_hold_s is not below final_s"},
-      {"{profile: {kind: alternating}, acquisition: {sample_rate_hz: 300}}", "1000 divided by a whole number"},
-      {"{profile: {kind: alternating}, battery: {r1_charge_ohm: 0.05, r1_transition_a: 1}}", "falls while its current"},
+      {"{profile: {kind: alternating}, acquisition: {sample_rate_hz: 300}}",
+       "1000 divided by a whole number"},
+      {"{profile: {kind: alternating}, battery: {r1_charge_ohm: 0.05, r1_transition_a: 1}}",
+       "falls while its current"},
       {"{profile: {kind: alternating}, additions: {drifting: soc}}",
        "additions.drifting is \"soc\", expected r_ohmic, r1, cpe2_capacitance or u0"},
-      {"{profile: {kind: alternating}, additions: {acid_1_time_s: 0}}", "additions.acid_1_time_s is 0"},
+      {"{profile: {kind: alternating}, additions: {acid_1_time_s: 0}}",
+       "additions.acid_1_time_s is 0"},
       {"{profile: {kind: alternating}, inserts: 3}", "inserts is \"3\", expected a list"},
-      {"{profile: {kind: alternating}, inserts: [{at_s: -1, phases: []}]}", "inserts[0].at_s is -1"},
+      {"{profile: {kind: alternating}, inserts: [{at_s: -1, phases: []}]}",
+       "inserts[0].at_s is -1"},
       {"{profile: {kind: alternating}, acquisition: {voltage_floor_v: 15, voltage_ceiling_v: 9}}",
        "voltage_floor_v is not below voltage_ceiling_v"},
   };
   for (const auto& [text, reason] : wrong)
-    EXPECT_NE(refusalOf(text).find(reason), std::string::npos) << text << "\ngave: " << refusalOf(text);
+    EXPECT_NE(refusalOf(text).find(reason), std::string::npos)
+        << text << "\ngave: " << refusalOf(text);
 }
 
 TEST(ScenarioFile, AFileThatIsNotThereIsNamed) {

@@ -23,7 +23,8 @@ using battery_sof::test::Outcome;
 class SimulateCommand : public battery_sof::test::InFolder {
  protected:
   SimulateCommand() : InFolder("simulate") {
-    scenario_ = write("drive.yaml", "{name: drive, seed: 3, duration_s: 20, profile: {kind: city_drive}}");
+    scenario_ =
+        write("drive.yaml", "{name: drive, seed: 3, duration_s: 20, profile: {kind: city_drive}}");
   }
 
   static std::string read(const std::string& file) {
@@ -32,12 +33,15 @@ class SimulateCommand : public battery_sof::test::InFolder {
     return text.str();
   }
   static Outcome simulate(const std::vector<std::string>& arguments) {
-    return battery_sof::test::outcomeOf([](auto&... all) { return runSimulate(all...); }, arguments);
+    return battery_sof::test::outcomeOf([](auto&... all) { return runSimulate(all...); },
+                                        arguments);
   }
   static Outcome demo(const std::vector<std::string>& arguments) {
     return battery_sof::test::outcomeOf([](auto&... all) { return runDemo(all...); }, arguments);
   }
-  std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {})); }
+  std::size_t files() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
+  }
 
   std::string scenario_;
 };
@@ -78,7 +82,8 @@ TEST_F(SimulateCommand, DurationAndJsonAreObeyed) {
 }
 
 TEST_F(SimulateCommand, SelfHeatedBatteryReportsItsTemperature) {
-  const std::string warm = write("warm.yaml", "{duration_s: 5, effects: {self_heating: true}, profile: {kind: city_drive}}");
+  const std::string warm = write(
+      "warm.yaml", "{duration_s: 5, effects: {self_heating: true}, profile: {kind: city_drive}}");
   ASSERT_EQ(simulate({warm, path("out.csv")}).code, 0);
   EXPECT_EQ(read(path("out.csv")).rfind("time_s,current_a,voltage_v,temperature_c\n", 0), 0u);
 }
@@ -93,8 +98,12 @@ TEST_F(SimulateCommand, PrintsTheImpedanceBesideTheAnalyticOne) {
   int rows = 0;
   double f, re, im, analytic_re, analytic_im;
   while (std::getline(lines, line)) {
-    ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf", &f, &re, &im, &analytic_re, &analytic_im), 5);
-    EXPECT_LT(std::hypot(re - analytic_re, im - analytic_im), 0.01 * std::hypot(analytic_re, analytic_im)) << f;
+    ASSERT_EQ(
+        std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf", &f, &re, &im, &analytic_re, &analytic_im),
+        5);
+    EXPECT_LT(std::hypot(re - analytic_re, im - analytic_im),
+              0.01 * std::hypot(analytic_re, analytic_im))
+        << f;
     if (rows++ == 0) {
       EXPECT_NEAR(f, 1e-3, 1e-12);
     }
@@ -116,7 +125,8 @@ TEST_F(SimulateCommand, WrongUsageOrInputGivesTwoAndLeavesNoFile) {
   EXPECT_EQ(simulate({scenario_, path("no folder/out.csv")}).code, 2);
   EXPECT_EQ(simulate({scenario_, path("no folder/out.bag")}).code, 2);
   EXPECT_EQ(files(), before);
-  EXPECT_NE(simulate({wrong, path("out.csv")}).err.find("profile.speed is not a known key"), std::string::npos);
+  EXPECT_NE(simulate({wrong, path("out.csv")}).err.find("profile.speed is not a known key"),
+            std::string::npos);
 }
 
 TEST_F(SimulateCommand, HelpGivesZero) {
@@ -129,14 +139,16 @@ TEST_F(SimulateCommand, DemoWritesTheDriveOfTheShippedScenarioAndSaysWhatIsNext)
   const Outcome made = demo({path("demo.csv"), "--duration", "30"});
   EXPECT_EQ(made.code, 0) << made.err;
   EXPECT_NE(made.out.find("sof identify " + path("demo.csv")), std::string::npos) << made.out;
-  const std::string shipped = std::string(BATTERY_SOF_SOURCE_DIR) + "/config/scenarios/city_drive.yaml";
+  const std::string shipped =
+      std::string(BATTERY_SOF_SOURCE_DIR) + "/config/scenarios/city_drive.yaml";
   ASSERT_EQ(simulate({shipped, path("shipped.csv"), "--duration", "30"}).code, 0);
   EXPECT_EQ(read(path("demo.csv")), read(path("shipped.csv")));
   EXPECT_EQ(demo({path("demo.txt")}).code, 2);
 }
 
 TEST_F(SimulateCommand, NamesAreShownOnOneLineAndObeyedByNoTerminal) {
-  const std::string raw = "a\n\x1b[31m\xC2\x9B\xFF\xC3\xA4.csv", name = "a\\x0a\\x1b[31m\\xc2\\x9b\\xff\xC3\xA4.csv";
+  const std::string raw = "a\n\x1b[31m\xC2\x9B\xFF\xC3\xA4.csv",
+                    name = "a\\x0a\\x1b[31m\\xc2\\x9b\\xff\xC3\xA4.csv";
   const Outcome made = demo({path(raw), "--duration", "2", "--json", path("o.json")});
   EXPECT_EQ(made.code, 0) << made.err;
   EXPECT_NE(made.out.find("written to " + path(name) + "; SOC"), std::string::npos) << made.out;

@@ -14,12 +14,14 @@ namespace battery_sof_reference {
 namespace {
 
 Scenario shipped(const std::string& name, std::uint64_t seed = 1) {
-  Scenario scenario = loadScenario(std::string(BATTERY_SOF_SOURCE_DIR) + "/config/scenarios/" + name + ".yaml");
+  Scenario scenario =
+      loadScenario(std::string(BATTERY_SOF_SOURCE_DIR) + "/config/scenarios/" + name + ".yaml");
   scenario.seed = seed;
   return scenario;
 }
 
-Simulation withTruth(const Scenario& scenario, int substeps = 1, std::optional<double> cut_after = std::nullopt) {
+Simulation withTruth(const Scenario& scenario, int substeps = 1,
+                     std::optional<double> cut_after = std::nullopt) {
   SimulationOptions options;
   options.keep_truth = true;
   options.substeps = substeps;
@@ -32,7 +34,8 @@ std::vector<double> fallsBelow(const std::vector<double>& currents, double curre
   std::vector<double> begins;
   bool below = false;
   for (std::size_t n = 0; n < currents.size(); ++n) {
-    if (!below && currents[n] < current) begins.push_back(static_cast<double>(n) * FullBattery::kStep);
+    if (!below && currents[n] < current)
+      begins.push_back(static_cast<double>(n) * FullBattery::kStep);
     below = below ? currents[n] < 0.5 * current : currents[n] < current;
   }
   return begins;
@@ -40,7 +43,8 @@ std::vector<double> fallsBelow(const std::vector<double>& currents, double curre
 
 double largestDifference(const std::vector<double>& a, const std::vector<double>& b) {
   double worst = 0.0;
-  for (std::size_t n = 0; n < std::min(a.size(), b.size()); ++n) worst = std::max(worst, std::abs(a[n] - b[n]));
+  for (std::size_t n = 0; n < std::min(a.size(), b.size()); ++n)
+    worst = std::max(worst, std::abs(a[n] - b[n]));
   return worst;
 }
 
@@ -73,7 +77,8 @@ TEST(DataSet1, HasFourteenPulsesAndStaysWithinOnePercentAndTheVoltageLimit) {
     EXPECT_EQ(fallsBelow(drive.truth.current, -140.0).size(), 14u);
     EXPECT_GT(*std::min_element(drive.truth.current.begin(), drive.truth.current.end()), -300.1);
     EXPECT_LT(excursion(drive.truth), 0.01);
-    EXPECT_LE(*std::max_element(drive.truth.voltage.begin(), drive.truth.voltage.end()), scenario.voltage_limit + 1e-5);
+    EXPECT_LE(*std::max_element(drive.truth.voltage.begin(), drive.truth.voltage.end()),
+              scenario.voltage_limit + 1e-5);
     EXPECT_LT(longestAbove(drive.truth.current, 0.0), 9.2);
   }
 }
@@ -92,7 +97,8 @@ TEST(DataSet2, HasLongChargesInItsSecondHalfAndEndsIn130AmpereDischarge) {
     EXPECT_NEAR(current[3560000], -45.0, 1e-9);
     EXPECT_LT(longestAbove({current.begin() + 3540500, current.begin() + 3594000}, -44.0), 1e-9);
     EXPECT_LT(excursion(drive.truth), 0.0101);
-    EXPECT_LE(*std::max_element(drive.truth.voltage.begin(), drive.truth.voltage.end()), scenario.voltage_limit + 1e-5);
+    EXPECT_LE(*std::max_element(drive.truth.voltage.begin(), drive.truth.voltage.end()),
+              scenario.voltage_limit + 1e-5);
   }
 }
 
@@ -104,7 +110,8 @@ TEST(DataSet3, HasFiveCranksInSixMinutesAndAboutOneAmpereHourUnder14Point2Volt) 
     EXPECT_EQ(std::count_if(cranks.begin(), cranks.end(), [](double t) { return t < 360.0; }), 5);
     EXPECT_GT(cranks.size(), 8u);
     EXPECT_NEAR(drive.balance.charge_in / 3600.0, 1.0, 0.5);
-    const double highest = *std::max_element(drive.truth.voltage.begin(), drive.truth.voltage.end());
+    const double highest =
+        *std::max_element(drive.truth.voltage.begin(), drive.truth.voltage.end());
     EXPECT_LE(highest, 14.2 + 1e-5);
     EXPECT_GT(highest, 14.1);
   }
@@ -140,7 +147,8 @@ TEST(Simulation, HalvingTheStepChangesTheVoltageByLessThanHalfAMillivolt) {
       {"data_set_1", 600.0}, {"data_set_2", 2100.0}, {"data_set_3", 1200.0}, {"city_drive", 300.0}};
   for (const auto& [name, length] : drives) {
     const Scenario scenario = shipped(name);
-    const Truth coarse = withTruth(scenario, 1, length).truth, fine = withTruth(scenario, 2, length).truth;
+    const Truth coarse = withTruth(scenario, 1, length).truth,
+                fine = withTruth(scenario, 2, length).truth;
     ASSERT_EQ(coarse.voltage.size(), fine.voltage.size());
     EXPECT_LT(largestDifference(coarse.voltage, fine.voltage), 5e-4) << name;
   }
@@ -155,7 +163,8 @@ TEST(Simulation, ReplayOfADrivesCurrentGivesItsVoltage) {
   const Simulation again = replay(scenario, drive.truth.current, options);
   EXPECT_EQ(largestDifference(drive.truth.voltage, again.truth.voltage), 0.0);
   ASSERT_EQ(drive.samples.size(), again.samples.size());
-  for (std::size_t n = 0; n + 10 < drive.samples.size(); ++n) ASSERT_EQ(drive.samples[n].voltage, again.samples[n].voltage) << n;
+  for (std::size_t n = 0; n + 10 < drive.samples.size(); ++n)
+    ASSERT_EQ(drive.samples[n].voltage, again.samples[n].voltage) << n;
 }
 
 TEST(Simulation, ReplayChangesOneEffectAndNotTheCurrent) {

@@ -25,11 +25,14 @@ class WholeFile : public battery_sof::test::InFolder {
  protected:
   WholeFile() : InFolder("whole file") {}
 
-  std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {})); }
+  std::size_t files() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
+  }
 
   /// Writes new files without end.
   [[noreturn]] void writeOn(int round) const {
-    for (int n = 0;; ++n) writeText(path("file " + std::to_string(round) + " " + std::to_string(n)), kText);
+    for (int n = 0;; ++n)
+      writeText(path("file " + std::to_string(round) + " " + std::to_string(n)), kText);
   }
 };
 
@@ -39,7 +42,8 @@ TEST_F(WholeFile, AKilledProcessLeavesWholeFilesAndNothingElse) {
   for (int round = 0; round < 50; ++round) {
     const pid_t child = ::fork();
     if (child == 0) writeOn(round);
-    std::this_thread::sleep_for(std::chrono::microseconds(static_cast<long>(random.uniform(0.0, 20000.0))));
+    std::this_thread::sleep_for(
+        std::chrono::microseconds(static_cast<long>(random.uniform(0.0, 20000.0))));
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
   }
@@ -79,7 +83,8 @@ TEST_F(WholeFile, WithoutAFolderItIsSaidSo) {
     writeText(path("none/file"), "text");
     FAIL() << "a file was written without a folder";
   } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("none/file: cannot be written"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("none/file: cannot be written"), std::string::npos)
+        << error.what();
   }
 }
 

@@ -26,7 +26,9 @@ class AtomicFile : public ::testing::Test {
     return {std::istreambuf_iterator<char>(file), {}};
   }
 
-  std::ptrdiff_t filesInFolder() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
+  std::ptrdiff_t filesInFolder() const {
+    return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
+  }
 
   fs::path folder_;
 };

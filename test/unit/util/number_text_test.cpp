@@ -11,7 +11,8 @@ namespace battery_sof {
 namespace {
 
 TEST(NumberOf, ReadsWhatIsWrittenInFilesExactly) {
-  for (const char* text : {"0", "-0", "12.5", "+12.5", "-400", ".5", "5.", "1e3", "1E-3", "-2.5e+02", "0.1", "3.5999999999999996"})
+  for (const char* text : {"0", "-0", "12.5", "+12.5", "-400", ".5", "5.", "1e3", "1E-3",
+                           "-2.5e+02", "0.1", "3.5999999999999996"})
     EXPECT_EQ(numberOf(text), std::strtod(text, nullptr)) << text;
   EXPECT_TRUE(std::signbit(*numberOf("-0")));
 }
@@ -31,11 +32,14 @@ TEST(NumberOf, RoundsWhatNoDoubleHolds) {
 }
 
 TEST(NumberOf, RefusesWhatIsNotOneNumber) {
-  for (const char* text : {"", " 1", "1 ", "1,5", "1.2.3", "0x10", "lots", "--1", "+-1", "-+1", "++1", "+", "1e", "12V", "\n1"})
+  for (const char* text : {"", " 1", "1 ", "1,5", "1.2.3", "0x10", "lots", "--1", "+-1", "-+1",
+                           "++1", "+", "1e", "12V", "\n1"})
     EXPECT_EQ(numberOf(text), std::nullopt) << '"' << text << '"';
 }
 
-TEST(NumberOf, ReadsNoFurtherThanItsView) { EXPECT_EQ(numberOf(std::string_view("12.345").substr(0, 4)), 12.3); }
+TEST(NumberOf, ReadsNoFurtherThanItsView) {
+  EXPECT_EQ(numberOf(std::string_view("12.345").substr(0, 4)), 12.3);
+}
 
 }  // namespace
 }  // namespace battery_sof

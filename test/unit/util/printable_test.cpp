@@ -20,7 +20,9 @@ TEST(Shortened, SaysHowLongItWas) {
   EXPECT_EQ(shortened("longer", 5), "longe... (6 bytes)");
 }
 
-TEST(Printable, LineBreaksAreKeptWhereTheyAreTheWritersOwn) { EXPECT_EQ(printable("one\ntwo\x1b", LineBreaks::kKept), "one\ntwo\\x1b"); }
+TEST(Printable, LineBreaksAreKeptWhereTheyAreTheWritersOwn) {
+  EXPECT_EQ(printable("one\ntwo\x1b", LineBreaks::kKept), "one\ntwo\\x1b");
+}
 
 TEST(Printable, TextInUtf8StaysAsItIs) {
   const std::string text =

@@ -14,7 +14,8 @@ class RequireSeparateFiles : public test::InFolder {
  protected:
   RequireSeparateFiles() : InFolder("separate files") { input_ = write("in.csv", "x"); }
 
-  static std::string refusal(const std::vector<std::string>& read, const std::vector<std::string>& written) {
+  static std::string refusal(const std::vector<std::string>& read,
+                             const std::vector<std::string>& written) {
     try {
       requireSeparateFiles(read, written);
     } catch (const std::invalid_argument& error) {
@@ -32,12 +33,14 @@ TEST_F(RequireSeparateFiles, AnInputUnderItsOwnNameOrAnotherIsRefused) {
   std::filesystem::create_directory_symlink(folder_, path("folder"));
   for (const char* name : {"in.csv", "./in.csv", "link.csv", "hard.csv", "folder/in.csv"}) {
     const std::string said = refusal({input_}, {path(name)});
-    EXPECT_NE(said.find(path(name) + " would be written over " + input_), std::string::npos) << name << ": " << said;
+    EXPECT_NE(said.find(path(name) + " would be written over " + input_), std::string::npos)
+        << name << ": " << said;
   }
 }
 
 TEST_F(RequireSeparateFiles, TwoOutputsOfOneNameAreRefusedThoughNeitherIsThere) {
-  EXPECT_NE(refusal({}, {path("new"), path("./new")}).find("are one file to write"), std::string::npos);
+  EXPECT_NE(refusal({}, {path("new"), path("./new")}).find("are one file to write"),
+            std::string::npos);
   std::filesystem::create_directory_symlink(folder_, path("folder"));
   EXPECT_NE(refusal({}, {path("new"), path("folder/new")}), "");
 }

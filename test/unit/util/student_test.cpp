@@ -9,7 +9,8 @@ namespace battery_sof {
 namespace {
 
 TEST(StudentQuantile, IsTheClosedFormOfOneTwoAndFourDegrees) {
-  // One degree is Cauchy's; two and four: W. T. Shaw, J. Computational Finance 9 (2006), eqs. 35 and 36.
+  // One degree is Cauchy's; two and four: W. T. Shaw, J. Computational Finance 9 (2006), eqs. 35
+  // and 36.
   for (const double p : {0.05, 0.3, 0.6, 0.95, 0.975}) {
     EXPECT_NEAR(studentQuantile(p, 1.0), std::tan(M_PI * (p - 0.5)), 1e-12) << p;
     const double a = 4.0 * p * (1.0 - p);

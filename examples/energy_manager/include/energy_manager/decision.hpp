@@ -11,15 +11,20 @@ namespace energy_manager {
 
 /// What the car needs, and how careful to be.
 struct Rule {
-  double u_required = 7.2;     ///< [V], lowest voltage at which the starter and the car's computers still work
-  double margin = 0.2;         ///< [V], by which the lower bound of a crank has to lie above u_required
-  double look_ahead = 3.0;     ///< [s], from the wish to start the engine to the crank, and the shortest stop worth it
-  double i_load = -20.0;       ///< [A], <= 0: consumers while the engine is off, before a stop was seen
-  double i_cranking = -200.0;  ///< [A], < 0: the crank that is always reckoned with; a stronger one that was seen counts instead
-  double t_cranking = 0.5;     ///< [s]
-  double u_boost = 14.2;       ///< [V], held by the generator while braking
-  double i_limit = 150.0;      ///< [A], what the generator gives
-  double t_boost = 10.0;       ///< [s], a braking
+  /// [V], lowest voltage at which the starter and the car's computers still work
+  double u_required = 7.2;
+  /// [V], by which the lower bound of a crank has to lie above u_required
+  double margin = 0.2;
+  /// [s], from the wish to start the engine to the crank, and the shortest stop worth it
+  double look_ahead = 3.0;
+  /// [A], <= 0: consumers while the engine is off, before a stop was seen
+  double i_load = -20.0;
+  /// [A], < 0: the crank that is always reckoned with; a stronger one that was seen counts instead
+  double i_cranking = -200.0;
+  double t_cranking = 0.5;  ///< [s]
+  double u_boost = 14.2;    ///< [V], held by the generator while braking
+  double i_limit = 150.0;   ///< [A], what the generator gives
+  double t_boost = 10.0;    ///< [s], a braking
 };
 
 /// One answer of battery_sof: its 5 % quantile, and whether the model supports it.
@@ -46,28 +51,33 @@ struct Verdict {
 };
 
 /**
- * @brief Whether the engine may be off: a crank after look_ahead holds u_required by a margin, and the model supports it.
+ * @brief Whether the engine may be off: a crank after look_ahead holds u_required by a margin, and
+ * the model supports it.
  *
  *     may_stop = valid  and  lower >= u_required + margin  and  longest stop >= look_ahead
  *
- * Asked again and again during a stop, the same rule says when to start the engine: while there is still look_ahead left.
- * Whatever is missing, late or not supported lets the engine run. Braking counts on the lower bound of the charge.
+ * Asked again and again during a stop, the same rule says when to start the engine: while there is
+ * still look_ahead left. Whatever is missing, late or not supported lets the engine run. Braking
+ * counts on the lower bound of the charge.
  *
  * @param answers none when they are missing or late.  @param why the sentence for that.
  */
-inline Verdict decide(const Rule& rule, const std::optional<Answers>& answers, const std::string& why) {
+inline Verdict decide(const Rule& rule, const std::optional<Answers>& answers,
+                      const std::string& why) {
   Verdict verdict;
   verdict.reason = why;
   if (!answers) return verdict;
   const Answer &crank = answers->crank, &stop = answers->stop_time, &charge = answers->charge;
-  if (charge.valid && charge.lower > 0.0) verdict.planned_charge = std::min(charge.lower, rule.i_limit);
+  if (charge.valid && charge.lower > 0.0)
+    verdict.planned_charge = std::min(charge.lower, rule.i_limit);
   verdict.reserve = crank.lower - rule.u_required;
   if (!crank.valid) {
     verdict.reason = "the engine runs: " + crank.message;
   } else if (!(verdict.reserve >= rule.margin)) {
     verdict.reason = "the engine runs: a crank might not hold";
   } else if (!stop.valid || !(stop.lower >= rule.look_ahead)) {
-    verdict.reason = "the engine runs: " + (stop.valid ? std::string("the stop would be too short") : stop.message);
+    verdict.reason = "the engine runs: " +
+                     (stop.valid ? std::string("the stop would be too short") : stop.message);
   } else {
     verdict.may_stop = true;
     verdict.longest_stop = stop.lower;
@@ -97,7 +107,9 @@ class Habits {
   /// [A], expected while the engine is off: this stop's own mean once it has begun.
   double load() const { return count_ > 0 ? sum_ / count_ : heaviest(loads_, rule_.i_load); }
   /// [A], expected of the next crank.
-  double cranking() const { return std::min(heaviest(cranks_, rule_.i_cranking), rule_.i_cranking); }
+  double cranking() const {
+    return std::min(heaviest(cranks_, rule_.i_cranking), rule_.i_cranking);
+  }
 
  private:
   static void keep(std::deque<double>& list, double value) {

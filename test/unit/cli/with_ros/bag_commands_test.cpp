@@ -52,11 +52,13 @@ TEST_F(BagCommands, ConvertsToABagAndBackWithoutChangingASample) {
 TEST_F(BagCommands, GivesTheSameModelForABagAsForItsCsv) {
   ASSERT_EQ(sof({"convert", inputs_, path("drive.bag")}).code, 0);
   const auto fit = [&](const std::string& file) {
-    return nlohmann::json::parse(sof({"identify", file, "--from", "0", "--to", "240", "--out", model_, "--json", "-"}).out);
+    return nlohmann::json::parse(
+        sof({"identify", file, "--from", "0", "--to", "240", "--out", model_, "--json", "-"}).out);
   };
   const auto csv = fit(inputs_), bag = fit(path("drive.bag"));
   for (std::size_t j = 0; j < 5; ++j)
-    EXPECT_NEAR(bag["parameters"][j]["value"].get<double>(), csv["parameters"][j]["value"].get<double>(),
+    EXPECT_NEAR(bag["parameters"][j]["value"].get<double>(),
+                csv["parameters"][j]["value"].get<double>(),
                 1e-5 * csv["parameters"][j]["value"].get<double>());
 }
 

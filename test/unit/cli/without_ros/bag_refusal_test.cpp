@@ -13,7 +13,8 @@ using test::sof;
 using WithoutRos = test::DriveInFolder;
 
 TEST_F(WithoutRos, ABagIsNotReadAndTheReasonIsSaid) {
-  expectRefused(write("drive.bag", "#ROSBAG V2.0\n"), {"drive.bag", "battery_state", "has no ROS", "expected a CSV file"});
+  expectRefused(write("drive.bag", "#ROSBAG V2.0\n"),
+                {"drive.bag", "battery_state", "has no ROS", "expected a CSV file"});
 }
 
 TEST_F(WithoutRos, ABagUnderAnotherNameIsKnownByItsFirstBytes) {

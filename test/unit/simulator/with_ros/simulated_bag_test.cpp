@@ -14,10 +14,12 @@ namespace {
 class SimulatedBag : public battery_sof::test::InFolder {
  protected:
   SimulatedBag() : InFolder("simulated bag") {
-    scenario_ = write("drive.yaml", "{name: drive, seed: 3, duration_s: 20, profile: {kind: city_drive}}");
+    scenario_ =
+        write("drive.yaml", "{name: drive, seed: 3, duration_s: 20, profile: {kind: city_drive}}");
   }
   static battery_sof::test::Outcome simulate(const std::vector<std::string>& arguments) {
-    return battery_sof::test::outcomeOf([](auto&... all) { return runSimulate(all...); }, arguments);
+    return battery_sof::test::outcomeOf([](auto&... all) { return runSimulate(all...); },
+                                        arguments);
   }
   std::string scenario_;
 };
