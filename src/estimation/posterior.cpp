@@ -1,0 +1,135 @@
+#include "estimation/posterior.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace battery_sof {
+namespace {
+
+constexpr double kMostSigmas = 4.0;  // of an error that is taken in
+
+// What a parking changes in the long run, and how soon (docs/model.md#from-trip-to-trip).
+constexpr double kParkedTime = 86400.0;   // [s]
+constexpr double kParkedShare = 0.15;     // of a resistance, of the capacitance, of the slope
+constexpr double kParkedVoltage = 0.15;   // [V] of a block
+
+// Of the population: standard deviations of logarithms, and of the open-circuit voltage.
+constexpr double kTableCapacity = 50.0;  // [Ah], of Table I's battery
+constexpr double kResistanceSpread = 0.6;
+constexpr double kCapacitanceSpread = 0.7;
+constexpr double kSlopeSpread = 0.5;
+constexpr double kUsualVoltage = 12.6;   // [V] of a block of six cells
+constexpr double kVoltageSpread = 0.3;   // [V]
+constexpr double kPopulationError = 0.1;       // [V], what the base circuit misses of a drive
+constexpr double kPopulationCrankError = 0.3;  // [V], of a crank's minimum
+
+bool isPositive(const ParameterInfo& info) { return info.lower > 0.0; }
+
+double moved(const ParameterInfo& info, double value, double change) {
+  const double next =
+      isPositive(info) && value > 0.0 ? value * std::exp(change / value) : value + change;
+  return std::clamp(next, std::min(info.lower, value), std::max(info.upper, value));
+}
+
+void setParameter(Fit& fit, Eigen::Index row, double value) {
+  BaseParameters& base = fit.parameters;
+  double* const of_base[] = {&base.r_discharge, &base.r_charge, &base.c2, &base.beta, &base.u_dc};
+  if (row < kBaseRows) *of_base[row] = value;
+  if (static_cast<std::size_t>(row) < fit.estimates.size())
+    fit.estimates[static_cast<std::size_t>(row)].value = value;
+}
+
+/// Standard errors as the covariance has them, and what they determine.
+void describe(Fit& fit) {
+  for (std::size_t j = 0; j < fit.estimates.size(); ++j) {
+    ParameterEstimate& estimate = fit.estimates[j];
+    const auto row = static_cast<Eigen::Index>(j);
+    if (estimate.held || !(fit.covariance(row, row) > 0.0)) continue;
+    estimate.std = std::sqrt(fit.covariance(row, row));
+    const double enough = estimate.name == "u_dc" ? 0.5 : 0.5 * std::abs(estimate.value);
+    estimate.determined = *estimate.std < enough;
+    estimate.at_bound = false;
+  }
+}
+
+}  // namespace
+
+double takeIn(FittedModel& model, const Innovation& innovation) {
+  const Eigen::VectorXd& h = innovation.modelled;
+  const double variance = h.squaredNorm() + innovation.std_error * innovation.std_error;
+  const double most = kMostSigmas * std::sqrt(variance);
+  const double error = std::clamp(innovation.error, -most, most);
+  const Eigen::MatrixXd factor = covarianceFactor(model.fit.covariance);
+  const Eigen::VectorXd change = factor * (h * (error / variance));
+  const BatteryModel composition = compositionOf(model.fit);
+  const Eigen::VectorXd before = pointOf(model).parameters;
+  const Eigen::Index parameters = composition.parameterCount();
+  for (Eigen::Index j = 0; j < parameters; ++j)
+    if (change[j] != 0.0)
+      setParameter(model.fit, j,
+                   moved(composition.parameters()[static_cast<std::size_t>(j)], before[j],
+                         change[j]));
+  model.state.u_c2 += change[parameters];
+  for (std::size_t k = 0; k < model.state.further.size(); ++k)
+    model.state.further[k] += change[parameters + 1 + static_cast<Eigen::Index>(k)];
+  const Eigen::VectorXd seen = factor * h;
+  model.fit.covariance -= seen * seen.transpose() / variance;
+  describe(model.fit);
+  return innovation.error - h.squaredNorm() * error / variance;
+}
+
+FittedModel parked(FittedModel model, double duration) {
+  const double part = 1.0 - std::exp(-std::max(0.0, duration) / kParkedTime);
+  const auto infos = compositionOf(model.fit).parameters();
+  Eigen::MatrixXd& covariance = model.fit.covariance;
+  for (std::size_t j = 0; j < model.fit.estimates.size(); ++j) {
+    const ParameterEstimate& estimate = model.fit.estimates[j];
+    const auto row = static_cast<Eigen::Index>(j);
+    if (estimate.held || row >= covariance.rows()) continue;
+    const double spread = estimate.name == "u_dc"   ? kParkedVoltage
+                          : isPositive(infos[j]) ? kParkedShare * estimate.value
+                                                    : 0.0;
+    covariance(row, row) += part * spread * spread;
+  }
+  describe(model.fit);
+  return model;
+}
+
+FittedModel populationPrior(double capacity, double time, double current, double voltage) {
+  FittedModel model;
+  Fit& fit = model.fit;
+  const double ratio = capacity / kTableCapacity;
+  fit.parameters.r_discharge /= ratio;
+  fit.parameters.r_charge /= ratio;
+  fit.parameters.c2 *= ratio;
+  fit.parameters.u_dc = kUsualVoltage;
+  const BatteryModel composition = compositionOf(fit);
+  const Eigen::VectorXd values = pointOf(model).parameters;
+  const double spreads[] = {kResistanceSpread, kResistanceSpread, kCapacitanceSpread,
+                            kSlopeSpread, kVoltageSpread / kUsualVoltage};
+  fit.covariance = Eigen::MatrixXd::Zero(kCovarianceRows, kCovarianceRows);
+  for (Eigen::Index j = 0; j < kBaseRows; ++j) {
+    const ParameterInfo& info = composition.parameters()[static_cast<std::size_t>(j)];
+    fit.covariance(j, j) = std::pow(spreads[j] * values[j], 2);
+    fit.estimates.push_back({info.name, info.unit, values[j]});
+  }
+  fit.status = FitStatus::kIterationLimit;
+  fit.message = "nothing was fitted yet: what is known of lead-acid batteries";
+  fit.start = "robust";
+  fit.window = {time, time, 0};
+  fit.scores.rmse = kPopulationError;
+  fit.scores.crank_error_std = kPopulationCrankError;
+  fit.scores.cranks = 1;
+  fit.excited.min_voltage = fit.excited.max_voltage = voltage;
+  model.state.time = time;
+  model.state.current = current;
+  describe(fit);
+  return model;
+}
+
+double voltageError(const Fit& fit, double current) {
+  constexpr double kCrank = -100.0;  // [A]
+  return std::max(fit.scores.rmse, current < kCrank ? fit.scores.crank_error_std : 0.0);
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,57 @@
+#pragma once
+
+#include "estimation/fitted_model.hpp"
+
+namespace battery_sof {
+
+/// An error of a model and how it follows from the directions of covarianceFactor().
+struct Innovation {
+  double error = 0.0;       ///< measured less modelled [V], [A]
+  Eigen::VectorXd modelled; ///< d (modelled) / d tangent [V], [A]
+  double std_error = 0.0;   ///< of what the model misses with the right parameters [V], [A], > 0
+};
+
+/**
+ * @brief Takes a measurement into parameters and state at once: an extended Kalman filter's update.
+ *
+ *     z = h e / (h'h + sigma^2),   x <- x + F z,   F F' = V,   V <- F (I - h h' / (h'h + sigma^2)) F'
+ *
+ * x holds parameters and states, V their covariance (Fit::covariance), h the derivatives of what
+ * was measured to the columns of F. Parameters that are above zero by nature move by
+ * p exp(dp / p); all stay inside their bounds. An error beyond four standard deviations of what is
+ * expected counts as four. Parameters without a variance stay.
+ *
+ * @param model its state stands where the measurement was taken.
+ * @return the error that remains, linearly [V], [A].
+ */
+double takeIn(FittedModel& model, const Innovation& innovation);
+
+/**
+ * @brief The model after the battery was parked: what may have changed meanwhile is known less.
+ *
+ *     sigma^2 <- sigma^2 + (s p)^2 (1 - exp(-t / T))   of resistances, capacitance and slope
+ *     sigma^2 <- sigma^2 + s_u^2 (1 - exp(-t / T))     of the open-circuit voltage
+ *
+ * The constants stand with their sources in docs/model.md#from-trip-to-trip.
+ *
+ * @param duration [s] from the model's state to the first sample of the new trip, >= 0.
+ */
+FittedModel parked(FittedModel model, double duration);
+
+/**
+ * @brief What is known of a lead-acid battery before anything was measured: the base circuit with
+ * the magnitudes of the paper's Table I, wide intervals and no window.
+ *
+ * Resistances scale with 1 / capacity, the capacitance with the capacity (50 Ah as in Table I).
+ * The open-circuit voltage is that of six cells, 12.6 +- 0.3 V of a block.
+ *
+ * @param capacity [Ah], nominal, above 0.  @param at where the first sample stands: time [s],
+ * current [A], voltage [V].
+ */
+FittedModel populationPrior(double capacity, double time, double current, double voltage);
+
+/// Error of a sample that a model of another trip or of the population leaves: the root of the
+/// window's squares, a crank's own where the current is one [V].
+double voltageError(const Fit& fit, double current);
+
+}  // namespace battery_sof
