@@ -14,7 +14,7 @@ constexpr double kMinSampleFraction = 0.02;
 // the same from any state before
 constexpr double kFirstSampleFraction = 0.05, kSettledSampleFraction = 1e-4;
 constexpr int kSampleFractionPasses = 8, kPolishes = 2;
-constexpr double kPolished = 1e-3;                                                     // nats
+constexpr double kPolished = 1e-3;  // ln evidence
 constexpr double kCrankCurrent = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
 // steps of a voltage channel's random walk over the training part
 constexpr int kRandomWalk = 24;
@@ -362,7 +362,7 @@ Eigen::VectorXd ExplanationFits::unexplainedPart(const ExplanationState& state) 
   return part;
 }
 
-Eigen::VectorXd ExplanationFits::besideBase(const Eigen::VectorXd& part) const {
+Eigen::VectorXd ExplanationFits::beyondBase(const Eigen::VectorXd& part) const {
   const Eigen::MatrixXd J = response_.sensitivity(counted_, Eigen::all);
   Eigen::MatrixXd H = J.transpose() * J;
   H.diagonal().array() += 1e-9 * H.diagonal().array();

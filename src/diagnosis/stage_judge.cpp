@@ -13,10 +13,10 @@ namespace battery_sof {
 namespace {
 
 // [1], of the mechanisms reported of batteries of unknown law: docs/diagnosis.md
-constexpr double kToldRight = 0.7;
+constexpr double kReportedRight = 0.7;
 
-/// RMS of what a fit leaves of its samples beside white noise and rounding [V]; samples weigh by
-/// their count, which edges of a slow sampling make less.
+/// RMS of what a fit leaves of its samples apart from white noise and rounding [V]; samples weigh
+/// by their count, which edges of a slow sampling make less.
 double leftOf(const WhitenedFit& fit, const InputSequence& inputs, double voltage_lsb_std) {
   double square = 0.0, counted = 0.0;
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
@@ -134,7 +134,7 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared,
   judged.terms = explanation.terms;
   // The evidence weighs mechanisms against each other and does not know that a battery's law may be
   // none of them.
-  for (SelectedTerm& one : judged.terms) one.probability *= kToldRight;
+  for (SelectedTerm& one : judged.terms) one.probability *= kReportedRight;
   if (!judged.terms.empty()) {
     judged.mechanism = judged.terms.front().mechanism;
     judged.probability = judged.terms.front().probability;

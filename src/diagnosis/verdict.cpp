@@ -48,7 +48,7 @@ std::string gainSentence(const Diagnosis& diagnosis) {
          (diagnosis.withheld_rmse ? ", so the base model is given" : "");
 }
 
-/// Effects beside a mechanism that only its columns represent.
+/// Effects found in a mechanism that only its columns represent.
 std::string partOfIt(const Diagnosis& diagnosis) {
   std::vector<std::string> ids;
   for (const Candidate& candidate : diagnosis.candidates)
@@ -141,18 +141,18 @@ std::string nextExperiment(const Diagnosis& diagnosis) {
       for (const DetectionLimit& one : diagnosis.detection_limits)
         if (!one.visible && effectInfo(one.id).tier() == 'P')
           return "This recording could not have shown " + one.id + " (" + titleOrId(one.id) +
-                 "); it would take " + effectInfo(one.id).tells_apart + ".";
+                 "); it would take " + effectInfo(one.id).distinguished_by + ".";
       return "Nothing is open; the same recording at another temperature would widen what the "
              "model is good for.";
     }
     default: break;
   }
   for (const NamedEffect& effect : diagnosis.effects)
-    if (!effect.indistinguishable_from.empty() && !effectInfo(effect.id).tells_apart.empty())
+    if (!effect.indistinguishable_from.empty() && !effectInfo(effect.id).distinguished_by.empty())
       return "To tell " + effect.id + " from " + joined(effect.indistinguishable_from, " and ") +
-             ": " + effectInfo(effect.id).tells_apart + ".";
+             ": " + effectInfo(effect.id).distinguished_by + ".";
   const std::string& id = diagnosis.effects.front().id;
-  return "To confirm " + id + ": " + effectInfo(id).tells_apart + ".";
+  return "To confirm " + id + ": " + effectInfo(id).distinguished_by + ".";
 }
 
 std::string summaryOf(const Diagnosis& diagnosis) {

@@ -82,7 +82,7 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
                                 std::to_string(options.source->voltage_controlled.size()) +
                                 " entries for a recording of " + std::to_string(series.size()));
   if (options.start == FitStart::kPaper && options.source)
-    throw std::invalid_argument("the paper's start drives with the current alone: no source");
+    throw std::invalid_argument("the paper's start has the current as its only input: no source");
   if (options.start == FitStart::kPaper && (options.whiten || !options.effects.empty()))
     throw std::invalid_argument(
         "the paper's start fits the base model to eq. 3 alone: no effects, no whitening");

@@ -25,10 +25,10 @@ enum BaseRow { kRowRDischarge, kRowRCharge, kRowC2, kRowBeta, kRowUDc, kBaseRows
  */
 class BatteryModel {
  public:
-  /// @param effects ids in any order; "learned" (kDiscrepancyEffect) with the force that it is.
+  /// @param effects ids in any order; "learned" (kDiscrepancyEffect) with its discrepancy.
   /// @throws std::invalid_argument for an unknown id, one given twice, one whose needs are not
   /// among them, "learned" without a
-  ///   force or the other way round; the message says which and what is known.
+  ///   discrepancy or the other way round; the message says which and what is known.
   explicit BatteryModel(const std::vector<std::string>& effects = {},
                         std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr);
 

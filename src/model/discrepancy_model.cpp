@@ -55,7 +55,7 @@ EffectInfo discrepancyInfo(const DiscrepancyModel& discrepancy) {
   EffectInfo info;
   info.id = kDiscrepancyEffect;
   info.code = "L1";
-  info.title = "what currents and their memory say beside the equations";
+  info.title = "discrepancy: what currents and their memory add to the equations";
   info.equations = "u = u_m + S d + sum of a_f w_k (x_k - centre_k) / scale_k";
   for (const DiscrepancyModel::Part& part : discrepancy.parts) {
     ParameterInfo factor =

@@ -35,7 +35,7 @@ std::vector<S> firstRegressorMemory(const DiscrepancyModel& discrepancy,
 template <typename S>
 class DiscrepancyRun {
  public:
-  /// The battery over one interval, as the force sees it.
+  /// The battery over one interval, as the discrepancy sees it.
   struct Interval {
     RegressorInputOf<S> moment;  // overpotential: at the end
     S before;                    // [V], u_c2 at the beginning

@@ -8,8 +8,8 @@
 
 namespace battery_sof {
 
-/// What a column makes of the drive. i: current [A], i+ = max(i, 0), i- = max(-i, 0), LP: low pass
-/// of first order.
+/// What a regressor makes of the inputs. i: current [A], i+ = max(i, 0), i- = max(-i, 0), LP: low
+/// pass of first order.
 enum class RegressorKind {
   kChargeMemory,        ///< LP[i+] [A]
   kDischargeMemory,     ///< LP[i-] [A]
@@ -76,7 +76,7 @@ enum class RegressorGroup {
 constexpr int kRegressorGroups = 9;
 RegressorGroup groupOf(RegressorKind kind);
 
-/// One column of a discrepancy model: a kind with its numbers. What they mean stands beside the
+/// One regressor of a discrepancy model: a kind with its numbers. Their meaning stands at the
 /// kinds.
 struct Regressor {
   RegressorKind kind;
@@ -113,7 +113,8 @@ struct RegressorInputOf {
 using RegressorInput = RegressorInputOf<double>;
 
 /**
- * @brief Values of columns along a drive, sample by sample, looking at nothing that comes later.
+ * @brief Values of regressors along a sequence, sample by sample, looking at nothing that comes
+ * later.
  *
  * Memories begin at the first sample's value, reserves full, charges at zero.
  */

@@ -25,7 +25,7 @@ struct ChargeComparison {
 };
 
 /**
- * @brief Finds charges as they begin and sets the model's current at the measured voltage beside
+ * @brief Finds charges as they begin and compares the model's current at the measured voltage with
  * the measured one: the error of SOF2 (docs/physics.md#sof2).
  *
  * A charge begins when the current rises above 2 A from below it and is compared after 10 s; a

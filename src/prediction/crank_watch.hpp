@@ -26,8 +26,8 @@ struct CrankComparison {
 };
 
 /**
- * @brief Finds cranks as they pass, by the definition of detectEvents(), and sets the model beside
- * them.
+ * @brief Finds cranks as they pass, by the definition of detectEvents(), and compares the model
+ * with them.
  *
  * The model is frozen at the last sample before the crank and run over the crank's own current.
  */

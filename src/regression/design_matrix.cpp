@@ -134,7 +134,7 @@ class Responder {
   Linearization out_;
 };
 
-/// Context for columns: how high the overpotential goes, how fast and how long the drive is.
+/// Context for columns: how high the overpotential goes, how fast and how long the recording is.
 RegressorContext contextOf(const InputSequence& inputs, const Linearization& response,
                            double beta) {
   RegressorContext context;

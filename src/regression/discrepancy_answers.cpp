@@ -7,10 +7,10 @@
 namespace battery_sof {
 namespace {
 
-// [s]; a recording with a gap of years would ask for years
+// [s]; a recording with a gap of years would need years
 constexpr double kLongestAnswer = 43200.0;
 
-/// The force's sum over columns as they stand.
+/// The discrepancy's sum over regressors as they stand.
 double summed(const DiscrepancyModel& discrepancy, const Eigen::VectorXd& values) {
   double sum = 0.0;
   for (Eigen::Index k = 0; k < discrepancy.weight.size(); ++k) {
@@ -22,7 +22,7 @@ double summed(const DiscrepancyModel& discrepancy, const Eigen::VectorXd& values
   return sum;
 }
 
-/// Standard deviation of a force's change from some columns' values to others.
+/// Standard deviation of a discrepancy's change from some regressors' values to others.
 std::optional<double> changeStd(const DiscrepancyModel& discrepancy, const Eigen::VectorXd& from,
                                 const Eigen::VectorXd& to) {
   if (discrepancy.covariance.rows() != discrepancy.weight.size()) return std::nullopt;

@@ -85,9 +85,9 @@ Eigen::VectorXd withoutDiscrepancy(const Rows& rows) {
   return fitSomeGroups(rows.problem, 1.0, none).z;
 }
 
-/// RMS of a part of the force over the training rows, what the base circuit can take up of it left
-/// out.
-double rmsBesideBase(const Rows& rows, const Eigen::VectorXd& z, Eigen::Index known) {
+/// RMS of a part of the discrepancy over the training rows, less what the base circuit takes up of
+/// it.
+double rmsBeyondBase(const Rows& rows, const Eigen::VectorXd& z, Eigen::Index known) {
   const Eigen::VectorXd part = rows.free(z)(rows.counted);
   const Eigen::MatrixXd base = rows.directions(rows.counted, Eigen::all);
   const Eigen::VectorXd taken =
@@ -141,7 +141,7 @@ std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const DesignMatrix& 
     const Eigen::VectorXd own = weight.cwiseProduct(ofMechanism(rows, table, mechanism));
     if (gain[static_cast<std::size_t>(mechanism)] > 0.0)
       mechanisms.push_back(
-          {mechanism, gain[static_cast<std::size_t>(mechanism)], rmsBesideBase(rows, own, known)});
+          {mechanism, gain[static_cast<std::size_t>(mechanism)], rmsBeyondBase(rows, own, known)});
   }
   std::stable_sort(mechanisms.begin(), mechanisms.end(),
                    [](const MechanismWeight& one, const MechanismWeight& other) {
@@ -150,7 +150,7 @@ std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const DesignMatrix& 
   return mechanisms;
 }
 
-/// Strengths by groups, at the temper that what they leave asks for.
+/// Strengths by groups, at the effective sample fraction of their residual.
 LinearFit groupedFit(const Rows& rows) {
   double effective_sample_fraction = kFirstSampleFraction;
   LinearFit grouped;
@@ -173,7 +173,8 @@ SparseFit sparseFit(const Rows& rows) {
   return sparse;
 }
 
-/// Gain of ln evidence over the base circuit `alone`, at the temper of what that leaves.
+/// Gain of ln evidence over the base circuit `alone`, at the effective sample fraction of its
+/// residual.
 double gainOver(const Rows& rows, const Eigen::VectorXd& alone, const LinearFit& grouped) {
   const Eigen::VectorXd left = rows.left(alone);
   const double own = independentShare(left);
@@ -182,7 +183,8 @@ double gainOver(const Rows& rows, const Eigen::VectorXd& alone, const LinearFit&
          fitSomeGroups(rows.problem, own, none).evidence;
 }
 
-/// The force that weights z of all columns make. @return its base_change is left to the caller.
+/// The discrepancy that weights z of all regressors make. @return its base_change is left to the
+/// caller.
 DiscrepancyModel discrepancyOf(const Rows& rows, const DesignMatrix& table,
                                const LinearFit& grouped, const Eigen::VectorXd& z) {
   const Eigen::Index free = z.size() - rows.problem.known();
@@ -234,7 +236,7 @@ DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix&
   fit.discrepancy.base_change = response.expected + z.head(kBaseDirections);
   fit.mechanisms = mechanismsOf(rows, table, sparse, fit.discrepancy.weight);
   fit.noise = std::sqrt(rows.left(z).squaredNorm() / rows.problem.rows);
-  fit.rms = rmsBesideBase(rows, fit.discrepancy.weight, known);
+  fit.rms = rmsBeyondBase(rows, fit.discrepancy.weight, known);
   const Eigen::VectorXd from = response.sensitivity * response.expected;
   fit.predicted = from + rows.times(z);
   fit.base = from + response.sensitivity * alone.head(known);

@@ -213,12 +213,11 @@ std::string predictionText(const PredictionReport& report) {
     appendLine(text, "driven by the current alone:");
   }
   if (scores.q_dyn_percent)
-    appendLine(text, "Q_dyn     %.1f %%%s", *scores.q_dyn_percent,
-               report.baseline_from_current && report.baseline_from_current->q_dyn_percent
-                   ? format("; a straight line of the window %.1f %%",
-                            *report.baseline_from_current->q_dyn_percent)
-                         .c_str()
-                   : "");
+    appendLine(
+        text, "Q_dyn     %.1f %%%s", *scores.q_dyn_percent,
+        report.baseline_from_current && report.baseline_from_current->q_dyn_percent
+            ? format("; baseline %.1f %%", *report.baseline_from_current->q_dyn_percent).c_str()
+            : "");
   else
     appendLine(text, "Q_dyn     undefined: the measured voltage never changes");
   appendLine(text,
@@ -228,7 +227,7 @@ std::string predictionText(const PredictionReport& report) {
     appendLine(text, "cranks    none");
     return text;
   }
-  appendLine(text, "cranks    %zu, minima missed by %.0f mV on average; by a straight line %s",
+  appendLine(text, "cranks    %zu, minima missed by %.0f mV on average; baseline %s",
              scores.cranks.size(), 1e3 * scores.crank_mean_abs_error.value_or(0.0),
              millivoltsOf(report.baseline.crank_mean_abs_error).c_str());
   appendLine(text, "%12s %9s %10s %10s %22s", "time [s]", "I [A]", "measured", "predicted",

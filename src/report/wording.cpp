@@ -39,7 +39,7 @@ std::string whyNothingIsPromised(const UnexplainedPart& left) {
   const std::string reason =
       left.noise > kPlausible
           ? millivolts(left.noise) + " mV RMS are left, more than instruments leave"
-          : "columns of the currents would take up " + millivolts(left.rmse) + " mV RMS more";
+          : "regressors of the currents would explain " + millivolts(left.rmse) + " mV RMS more";
   return reason + ": any effect may be in that, and no strength of one can be promised";
 }
 
@@ -123,7 +123,7 @@ std::string baselineSentence(const Diagnosis& diagnosis) {
             share(*fit.baseline_ridge);
   if (fit.baseline_line)
     text += (text.empty() ? "without physics, on the hold-out: " : "; ") +
-            ("a straight line " + share(*fit.baseline_line));
+            ("a linear baseline " + share(*fit.baseline_line));
   if (diagnosis.charger_share > 0.0)
     text += format("%sa source holds the voltage in %.0f %% of the samples",
                    text.empty() ? "" : "; ", 100.0 * diagnosis.charger_share);
