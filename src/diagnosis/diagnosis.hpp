@@ -114,7 +114,7 @@ struct ErrorMetrics {
   std::optional<double> charge_bias;
   /// [A], mean magnitude at the measured voltage over charges
   std::optional<double> charge_current_error;
-  /// Shares of the variation explained in the direction that is controlled [%] (MixedScores), on
+  /// Explained variation in the direction that is controlled [%] (MixedScores), on
   /// the hold-out; none without a charger that controls the voltage.
   std::optional<double> share_percent = std::nullopt, current_share_percent = std::nullopt,
                         voltage_share_percent = std::nullopt;

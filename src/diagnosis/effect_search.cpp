@@ -37,11 +37,11 @@ struct LinearRest {
   Eigen::VectorXd left;
 };
 
-/// A state with a mechanism's columns as strong as they may be: what these can take up of an effect
-/// is reported their mechanism.
-ExplanationState withFreeColumns(const ExplanationFits& fits, const ExplanationState& state,
-                                 Mechanism mechanism) {
-  ExplanationState next = fits.withColumns(state, mechanism);
+/// A state with a mechanism's regressors as strong as they may be: what these can take up of an
+/// effect is reported their mechanism.
+ExplanationState withFreeRegressors(const ExplanationFits& fits, const ExplanationState& state,
+                                    Mechanism mechanism) {
+  ExplanationState next = fits.withRegressors(state, mechanism);
   std::fill_n(next.fit.strength.begin(), kRegressorGroups, GroupPrior().most);
   return next;
 }
@@ -167,7 +167,7 @@ std::vector<LinearDetectionLimit> EffectSearch::minStrengths(
   std::map<Mechanism, LinearRest> others;
   for (const Mechanism mechanism : kAllMechanisms)
     if (!state.estimated.count(mechanism))
-      others.emplace(mechanism, LinearRest(fits_, withFreeColumns(fits_, state, mechanism)));
+      others.emplace(mechanism, LinearRest(fits_, withFreeRegressors(fits_, state, mechanism)));
   std::set<std::string> done;
   for (const EffectGridPoint& point : grid_) {
     if (ExplanationFits::isUsed(point.id, state) || !done.insert(point.id).second) continue;

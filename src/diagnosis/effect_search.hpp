@@ -41,7 +41,7 @@ class EffectSearch {
       const ExplanationState& state, const std::function<double(Mechanism)>& needed) const;
 
   /// By what one explanation is taken before another: of two that are as good the one with fewer
-  /// effects, an equation before columns.
+  /// effects, an equation before regressors.
   double rankOf(const ExplanationState& state) const;
 
   /// what was fitted, in the order in which it came

@@ -91,13 +91,13 @@ class StepwiseSelection {
     return named && state.explained.count(mechanism) ? state.explained.at(mechanism) : 0.0;
   }
 
-  /// Whether effects represent their mechanism's columns: as evident, or these add nothing above
+  /// Whether effects represent their mechanism's regressors: as evident, or these add nothing above
   /// the relevance threshold, or no more than a battery's own law differs from the catalogue's.
   /// @param without the mechanism.
-  bool doesAsWell(const ExplanationState& member, const ExplanationState& columns,
+  bool doesAsWell(const ExplanationState& member, const ExplanationState& regressors,
                   Mechanism mechanism, const ExplanationState& without) const {
-    if (member.evidence > columns.evidence - rules_.tie) return true;
-    const ExplanationState both = fits_.withColumns(member, mechanism);
+    if (member.evidence > regressors.evidence - rules_.tie) return true;
+    const ExplanationState both = fits_.withRegressors(member, mechanism);
     if (both.evidence - member.evidence < rules_.min_gain) return true;
     const double mechanism_brings =
         std::hypot(ExplanationFits::beyond(both, without), explainedBy(mechanism, without));
@@ -106,10 +106,10 @@ class StepwiseSelection {
   }
 
   /// What represents a mechanism in addition to a state: the best of its effects where that does as
-  /// well as its columns, else those.
+  /// well as its regressors, else those.
   ExplanationState standingFor(Mechanism mechanism, const ExplanationState& without,
                                const std::vector<ExplanationState>& members) const {
-    ExplanationState estimated = fits_.withColumns(without, mechanism);
+    ExplanationState estimated = fits_.withRegressors(without, mechanism);
     for (const ExplanationState& member : members)
       if (mechanismOf(member.members.back()) == mechanism)
         return doesAsWell(member, estimated, mechanism, without) ? member : estimated;
@@ -117,9 +117,9 @@ class StepwiseSelection {
   }
 
   /// The same once a mechanism is chosen: its effects one after the other, while each is worth it,
-  /// until they do as well as its columns.
+  /// until they do as well as its regressors.
   ExplanationState membersFor(Mechanism mechanism, const ExplanationState& without,
-                              ExplanationState columns) {
+                              ExplanationState regressors) {
     ExplanationState best = without;
     for (int count = 0; count < rules_.max_terms; ++count) {
       const std::vector<ExplanationState> members = search_.withMembers(best, mechanism);
@@ -127,9 +127,9 @@ class StepwiseSelection {
           !isRelevant(members.front(), best))
         break;
       best = members.front();
-      if (doesAsWell(best, columns, mechanism, without)) return best;
+      if (doesAsWell(best, regressors, mechanism, without)) return best;
     }
-    return columns;
+    return regressors;
   }
 
   /// Whether a part exceeds the relevance threshold: of all rows, or while cranking.
@@ -147,24 +147,24 @@ class StepwiseSelection {
                    : rules_.min_gain;
   }
 
-  /// Whether columns are no more than what the effects named of their mechanism may leave of it.
-  bool isRestOfNamed(const ExplanationState& columns, const ExplanationState& state,
+  /// Whether regressors are no more than what the effects named of their mechanism may leave of it.
+  bool isRestOfNamed(const ExplanationState& regressors, const ExplanationState& state,
                      Mechanism mechanism) const {
-    if (columns.estimated.size() == state.estimated.size()) return false;
-    return ExplanationFits::beyond(columns, state) <
-           kCatalogueTolerance *
-               std::hypot(ExplanationFits::beyond(columns, state), explainedBy(mechanism, state));
+    if (regressors.estimated.size() == state.estimated.size()) return false;
+    return ExplanationFits::beyond(regressors, state) <
+           kCatalogueTolerance * std::hypot(ExplanationFits::beyond(regressors, state),
+                                            explainedBy(mechanism, state));
   }
 
-  /// Whether physics added to an effect of structure is no more than the structure's columns
+  /// Whether physics added to an effect of structure is no more than the structure's regressors
   /// hold: another circuit than the catalogue's.
   bool isHeldByStructure(const ExplanationState& with, const ExplanationState& without,
                          Mechanism mechanism) const {
     if (mechanism == Mechanism::kStructure || mechanism == Mechanism::kInstrument ||
         !(explainedBy(Mechanism::kStructure, without) > 0.0))
       return false;
-    return fits_.withColumns(with, Mechanism::kStructure).evidence -
-               fits_.withColumns(without, Mechanism::kStructure).evidence <
+    return fits_.withRegressors(with, Mechanism::kStructure).evidence -
+               fits_.withRegressors(without, Mechanism::kStructure).evidence <
            rules_.min_gain;
   }
 
@@ -205,7 +205,7 @@ class StepwiseSelection {
     return true;
   }
 
-  /// Each part once more with the others: columns give way to an effect that does as well, what
+  /// Each part once more with the others: regressors give way to an effect that does as well, what
   /// is not worth its place goes.
   void weighAgain(ExplanationState& state) {
     if (state.members.size() + state.estimated.size() < 2) return;
@@ -336,12 +336,12 @@ class StepwiseSelection {
     found_.effective_sample_fraction = fits_.effective_sample_fraction();
     found_.edge_jitter = fits_.timingJitterNoise().jitter();
     found_.weighed = search_.weighed();
-    found_.least =
+    found_.detection_limits =
         search_.minStrengths(state, [&](Mechanism mechanism) { return needed(state, mechanism); });
     double most = rules_.min_gain;
     for (const Mechanism mechanism : kAllMechanisms) {
       if (state.estimated.count(mechanism)) continue;
-      const double gain = fits_.withColumns(state, mechanism).evidence - state.evidence;
+      const double gain = fits_.withRegressors(state, mechanism).evidence - state.evidence;
       if (gain <= most) continue;
       most = gain;
       found_.unexplained_mechanism = mechanism;

@@ -12,11 +12,11 @@
 
 namespace battery_sof {
 
-/// One piece of an explanation: an effect of the catalogue, or a mechanism's columns where none of
-/// its effects does.
+/// One piece of an explanation: an effect of the catalogue, or a mechanism's regressors where none
+/// of its effects does.
 struct SelectedTerm {
   Mechanism mechanism = Mechanism::kStructure;
-  std::string member;  ///< id; empty: the mechanism's columns
+  std::string member;  ///< id; empty: the mechanism's regressors
   /// of ln evidence, by which the whole would be worse without it [1]
   double gain = 0.0;
   /// [V], what it adds over the training rows that the base circuit cannot
@@ -84,18 +84,18 @@ struct Explanation {
   double unexplained_rms = 0.0;
   double unexplained_crank = 0.0;         ///< [V], mean magnitude of that while cranking
   double unexplained_charge_share = 0.0;  ///< [1], of the charging current, that it represents
-  std::optional<Mechanism> unexplained_mechanism;  ///< that gains most in addition
-  std::vector<WeighedMember> weighed;              ///< in the order in which they came
-  std::vector<LinearDetectionLimit> least;         ///< of every effect that is not in it
+  std::optional<Mechanism> unexplained_mechanism;      ///< that gains most in addition
+  std::vector<WeighedMember> weighed;                  ///< in the order in which they came
+  std::vector<LinearDetectionLimit> detection_limits;  ///< of every effect that is not in it
 };
 
 /**
  * @brief Explains errors by mechanisms first: in each step the mechanism of greatest evidence, by
- * one of its effects or by its columns, whichever the data support; then what was selected
+ * one of its effects or by its regressors, whichever the data support; then what was selected
  * is weighed again with the rest.
  *
  * Evidence is that of LinearProblem at one fraction for all: a composition stands by its errors at
- * its best parameters and the directions these may move in (Laplace), columns by one strength a
+ * its best parameters and the directions these may move in (Laplace), regressors by one strength a
  * group. Every set is fitted whole, the base circuit with it.
  *
  * @param inputs, table let go of as soon as the rows are made of them: hand them over where they

@@ -36,7 +36,7 @@ struct ExplanationSums {
 };
 
 /**
- * @brief Fits of compositions and of mechanisms' columns with them to the rows of one sequence,
+ * @brief Fits of compositions and of mechanisms' regressors with them to the rows of one sequence,
  * at one effective sample fraction for all.
  *
  * A set of parts has one fit: the best that any path has come to (optimize()).
@@ -82,8 +82,8 @@ class ExplanationFits {
   /// Fits a state closely and takes the effective sample fraction there: one score for one set,
   /// whichever way led to it.
   void refine(ExplanationState& state);
-  /// A state with a mechanism's columns added; the circuit moves along once they are taken.
-  ExplanationState withColumns(const ExplanationState& state, Mechanism mechanism) const;
+  /// A state with a mechanism's regressors added; the circuit moves along once they are taken.
+  ExplanationState withRegressors(const ExplanationState& state, Mechanism mechanism) const;
   ExplanationState withoutMember(const ExplanationState& state, const std::string& id);
   static bool isUsed(const std::string& id, const ExplanationState& state);
   /// A column of the counted rows as innovations of TimingJitterNoise.
@@ -127,7 +127,7 @@ class ExplanationFits {
   // rows simulated with the derivatives of a usual composition; then what stands is reported
   static constexpr double kBudget = 4e6;
 
-  /// The counted rows of a table, with room for the wander.
+  /// The counted rows of a table, with room for the random walk.
   Eigen::MatrixXd countedOf(Eigen::MatrixXd values) const;
   /// A voltage channel's random walk: ramps one after the other, each of a random height.
   Eigen::MatrixXd random_walk();
@@ -150,7 +150,7 @@ class ExplanationFits {
   Linearization response_;
   RowSimulation rows_;
   std::vector<Eigen::Index> counted_;
-  Eigen::MatrixXd free_;  // the table's columns and the wander's ramps
+  Eigen::MatrixXd free_;  // the table's regressors and the random walk's ramps
   // the same as innovations, empty where they are; products of what is used
   Eigen::MatrixXd whitened_, free_products_;
   TimingJitterNoise noise_;

@@ -24,12 +24,12 @@ WhitenedFit composedWith(const WhitenedFit& without,
   return fit;
 }
 
-/// Ids of columns in words, those of most weight first.
+/// Ids of regressors in words, those of most weight first.
 std::vector<std::string> heaviestTerms(const DiscrepancyModel& discrepancy) {
   std::vector<std::pair<double, std::string>> terms;
   for (Eigen::Index k = 0; k < discrepancy.weight.size(); ++k)
     terms.push_back({std::abs(discrepancy.weight[k]),
-                     toString(discrepancy.columns[static_cast<std::size_t>(k)])});
+                     toString(discrepancy.regressors[static_cast<std::size_t>(k)])});
   std::stable_sort(terms.begin(), terms.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::string> words;

@@ -46,9 +46,9 @@ Unexplained restOf(const Prepared& prepared, const FinalFit& last,
   return rest;
 }
 
-/// What is reported an explanation: effects by their evidence; a mechanism that its columns alone
-/// represent where what they estimated holds on blocks that were left out. Ageing is reported by
-/// its evidence: how far it had come in a block the others do not say.
+/// What is reported an explanation: effects by their evidence; a mechanism that its regressors
+/// alone represent where what they estimated holds on blocks that were left out. Ageing is reported
+/// by its evidence: how far it had come in a block the others do not say.
 Explanation confirmed(Explanation explanation, const EstimatedDiscrepancy& discrepancy) {
   const auto is_untold = [&](const SelectedTerm& one) {
     return one.member.empty() && !discrepancy.holds() && one.mechanism != Mechanism::kAgeing;
@@ -150,8 +150,9 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared,
     judged.verdict = Verdict::kMechanism;
   judged.candidates = candidatesOf(explanation.weighed, judged.terms);
   if (options.lists_detection_limits)
-    judged.detection_limits = detectionLimitsOf(explanation.least, discrepancy.unexplained,
-                                                {recording, prepared, last.fit}, options);
+    judged.detection_limits =
+        detectionLimitsOf(explanation.detection_limits, discrepancy.unexplained,
+                          {recording, prepared, last.fit}, options);
   return judged;
 }
 

@@ -48,7 +48,7 @@ std::string gainSentence(const Diagnosis& diagnosis) {
          (diagnosis.withheld_rmse ? ", so the base model is given" : "");
 }
 
-/// Effects found in a mechanism that only its columns represent.
+/// Effects found in a mechanism that only its regressors represent.
 std::string partOfIt(const Diagnosis& diagnosis) {
   std::vector<std::string> ids;
   for (const Candidate& candidate : diagnosis.candidates)

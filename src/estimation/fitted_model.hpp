@@ -99,7 +99,7 @@ struct IntervalCalibration {
   int inside = 0;       ///< of those the event fell into
 };
 
-/// What a window taught: the model, how well it is known, and what may be asked of it.
+/// What was identified from a window: the model, how well it is known, and its valid range.
 struct Fit {
   BaseParameters parameters;
   std::vector<ParameterEstimate> estimates;  ///< in the order of BatteryModel::parameters()
@@ -136,7 +136,7 @@ struct Fit {
   double series_blocks = 1.0;
 };
 
-/// How the intervals of answers learn from what happens.
+/// Calibration of the intervals of answers by past events.
 struct IntervalLearning {
   /// cranks and charges of the window and since, with what was expected of them
   EventHistory event_history;

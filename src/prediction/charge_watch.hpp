@@ -16,7 +16,7 @@ struct ChargeComparison {
   double first_voltage = 0.0;     ///< [V], at its first sample
   double measured_current = 0.0;  ///< [A], mean
   Interval expected_current;      ///< [A], mean
-  /// [A], mean, without what past charges taught
+  /// [A], mean, without the correction by past charges
   double modelled_current = 0.0;
   /// [A], by the window's baseline predictor; see BaselineSelector
   std::optional<Interval> baseline_current = std::nullopt;

@@ -77,22 +77,22 @@ Eigen::VectorXd withFactors(const BatteryModel& with_discrepancy,
  */
 Eigen::VectorXd answered(const Linearization& response, const Eigen::VectorXd& discrepancy);
 
-/// Columns of a discrepancy model over the rows.
+/// Regressors of a discrepancy model over the rows.
 struct DesignMatrix {
-  std::vector<Regressor> columns;
+  std::vector<Regressor> regressors;
   RegressorContext context;
-  /// of the training part, in the columns' units; a column is held inside
+  /// of the training part, in the regressors' units; a regressor is held inside
   Eigen::VectorXd lower, upper;
   Eigen::VectorXd centre, scale;  ///< mean and RMS about it over the training part
-  /// (x - centre) / scale as the rows' errors see it, rows x columns
+  /// (x - centre) / scale as the rows' errors see it, rows x regressors
   Eigen::MatrixXd values;
 };
 
-/// @return the library's columns that move over the training part. Charge counted is not held
+/// @return the library's regressors that move over the training part. Charge counted is not held
 /// inside its range.
 DesignMatrix designMatrix(const InputSequence& inputs, const Linearization& response, double beta);
 
-/// What is held against a mechanism's columns.
+/// What is held against a mechanism's regressors.
 struct MechanismWeight {
   Mechanism mechanism;
   double gain = 0.0;  ///< of ln evidence along the sparse path [1]
@@ -124,7 +124,7 @@ struct DiscrepancyFit {
  * its six directions. A mechanism's factor is as uncertain as the grouped fit's posterior says of
  * its part along itself.
  *
- * @param wanted columns of the table that take part; none given: all.
+ * @param wanted regressors of the table that take part; none given: all.
  */
 DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix& table,
                               const RegressorFilter& wanted = nullptr);
@@ -140,8 +140,8 @@ struct LeftOutErrors {
 LeftOutErrors leftOutErrors(const Linearization& response, const DesignMatrix& table, int blocks,
                             const RegressorFilter& wanted = nullptr);
 
-/// Whether a column has no clock of its own.
-bool isTimeless(const Regressor& column);
+/// Whether a regressor has no clock of its own.
+bool isTimeless(const Regressor& regressor);
 
 /// What a discrepancy adds while a held current flows.
 struct DiscrepancyAnswer {

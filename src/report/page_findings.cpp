@@ -492,7 +492,7 @@ std::string readingSection() {
       {"Discrepancy",
        "a data-driven correction from the currents and their memories, where no equation fits. It "
        "is used where it predicts stretches it was not fitted to."},
-      {"Q_dyn", "explained variation of the voltage [%] (paper, eq. 6)."},
+      {"Q_dyn", "1 - RMS error / standard deviation of the voltage [%] (paper, eq. 6)."},
       {"Sign", "current is positive into the battery; errors are measured minus model."}};
   std::string list;
   for (const auto& item : items) list += element("dt", item[0]) + element("dd", item[1]);

@@ -202,15 +202,16 @@ std::string predictionText(const PredictionReport& report) {
   appendLine(text, "window    %.2f to %.2f s, %zu samples", scores.window.from, scores.window.to,
              scores.window.samples);
   if (report.both_ways) {
-    appendLine(text, "driven by the voltage where a source controls it, by the current elsewhere:");
-    appendLine(text, "%-9s %9s %9s %9s %10s %10s %10s", "", "share", "current", "voltage", "10 s",
-               "60 s", "cranks");
+    appendLine(text, "voltage as input where a source controls it, current elsewhere:");
+    appendLine(text, "%-9s %9s %9s %9s %10s %10s %10s", "", "explained", "current", "voltage",
+               "10 s", "60 s", "cranks");
     appendBothWays(text, "model", *report.both_ways);
     appendBothWays(text, "baseline", report.baseline);
-    appendLine(text,
-               "(share of the variation explained; median error of a charge's mean current; mean "
-               "error of cranks' minima)");
-    appendLine(text, "driven by the current alone:");
+    appendLine(
+        text,
+        "(explained variation, 1 - RMS error / standard deviation; median error of a charge's "
+        "mean current; mean error of cranks' minima)");
+    appendLine(text, "current as input throughout:");
   }
   if (scores.q_dyn_percent)
     appendLine(

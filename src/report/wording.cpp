@@ -94,9 +94,9 @@ std::vector<MetricRow> metricRows(const Comparison& fit) {
       row("bias in charges", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.charge_bias; }),
       row("charge current", "A", false, 1.0,
           [](const ErrorMetrics& m) { return m.charge_current_error; }),
-      row("share, as controlled", "%", true, 1.0,
+      row("explained variation", "%", true, 1.0,
           [](const ErrorMetrics& m) { return m.share_percent; }),
-      row("share of the current", "%", true, 1.0,
+      row("explained, of the current", "%", true, 1.0,
           [](const ErrorMetrics& m) { return m.current_share_percent; })};
   const auto is_empty = [](const MetricRow& r) {
     return !r.base_train && !r.extended_train && !r.base_holdout && !r.extended_holdout;
@@ -115,7 +115,7 @@ std::string baselineSentence(const Diagnosis& diagnosis) {
   const Comparison& fit = diagnosis.fit;
   const auto share = [](const ErrorMetrics& m) {
     return format("Q_dyn %.1f %%, RMS error %.1f mV", m.q_dyn_percent, 1e3 * m.rmse) +
-           (m.share_percent ? format(", share %.1f %%", *m.share_percent) : "");
+           (m.share_percent ? format(", explained variation %.1f %%", *m.share_percent) : "");
   };
   std::string text;
   if (fit.baseline_ridge)

@@ -105,7 +105,7 @@ TEST(DiscrepancyAnswers, ACrankFarBeyondWhatWasLearntOnIsNotVouchedForAndWider) 
   FittedModel narrow = estimated().model;
   auto discrepancy = std::make_shared<DiscrepancyModel>(*narrow.fit.discrepancy);
   for (Eigen::Index k = 0; k < discrepancy->weight.size(); ++k)
-    if (discrepancy->columns[static_cast<std::size_t>(k)].kind == RegressorKind::kCompressed) {
+    if (discrepancy->regressors[static_cast<std::size_t>(k)].kind == RegressorKind::kCompressed) {
       discrepancy->upper[k] = std::max(discrepancy->lower[k], 0.0);
       discrepancy->lower[k] = std::min(discrepancy->upper[k], -0.1);
       discrepancy->weight[k] = 0.05;
