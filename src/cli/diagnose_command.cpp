@@ -94,7 +94,8 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
 
 void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand(
-      "diagnose", "find where the base model and a recording part, and which physics is missing");
+      "diagnose",
+      "find where the base model and a recording deviate, and which physics is missing");
   auto arguments = std::make_shared<DiagnoseArguments>();
   addRecordingOptions(*command, arguments->recording);
   addSeriesBlocksOption(*command, arguments->recording);

@@ -16,7 +16,7 @@ namespace battery_sof {
 
 /// What a diagnosis comes to.
 enum class Verdict {
-  kNoMismatch,        ///< model and measurement agree as well as this recording can tell
+  kNoMismatch,        ///< model and measurement agree as far as this recording shows
   kEffect,            ///< one effect is missing from the base model
   kSeveral,           ///< more than one
   kAmbiguous,         ///< one of a few that this recording cannot distinguish
@@ -75,7 +75,7 @@ struct Candidate {
   std::optional<double> holdout_gain_percent = std::nullopt;
 };
 
-/// A stretch where model and measurement part.
+/// A stretch where model and measurement deviate.
 struct MismatchSegment {
   double from = 0.0, to = 0.0;  ///< [s]
   std::string regime;           ///< see regimeName()

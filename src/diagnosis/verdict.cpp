@@ -149,8 +149,9 @@ std::string nextExperiment(const Diagnosis& diagnosis) {
   }
   for (const NamedEffect& effect : diagnosis.effects)
     if (!effect.indistinguishable_from.empty() && !effectInfo(effect.id).distinguished_by.empty())
-      return "To tell " + effect.id + " from " + joined(effect.indistinguishable_from, " and ") +
-             ": " + effectInfo(effect.id).distinguished_by + ".";
+      return "To distinguish " + effect.id + " from " +
+             joined(effect.indistinguishable_from, " and ") + ": " +
+             effectInfo(effect.id).distinguished_by + ".";
   const std::string& id = diagnosis.effects.front().id;
   return "To confirm " + id + ": " + effectInfo(id).distinguished_by + ".";
 }
@@ -160,7 +161,7 @@ std::string summaryOf(const Diagnosis& diagnosis) {
   for (const NamedEffect& effect : diagnosis.effects) ids.push_back(titleOrId(effect.id));
   switch (diagnosis.verdict) {
     case Verdict::kNoMismatch:
-      return "Model and measurement agree as well as this recording can tell (" +
+      return "Model and measurement agree as far as this recording shows (" +
              format("%.1f mV", 1e3 * diagnosis.fit.base_holdout.rmse) +
              " RMS on the part that was held out).";
     case Verdict::kEffect:
@@ -174,7 +175,8 @@ std::string summaryOf(const Diagnosis& diagnosis) {
       return (diagnosis.mechanism
                   ? "Missing mechanism, of which no equation of the catalogue fits: " +
                         mechanismSentence(*diagnosis.mechanism)
-                  : std::string("Model and measurement part in a way that no mechanism explains")) +
+                  : std::string(
+                        "Model and measurement deviate in a way that no mechanism explains")) +
              partOfIt(diagnosis) + discrepancySentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kSensorFault:
       return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";

@@ -19,7 +19,7 @@
 namespace battery_sof {
 namespace {
 
-// A window whose current moves less than this cannot tell a resistance from an offset.
+// A window whose current moves less than this cannot distinguish a resistance from an offset.
 constexpr double kMinCurrentSpan = 0.5;  // [A]
 constexpr const char* kChargingPhysics = "fresh_sulphate";
 constexpr double kSlowSampling = 0.25;  // [s], from here on a crank's rise falls between samples
@@ -219,7 +219,7 @@ std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& 
             << " are needed";
   } else if (span < kMinCurrentSpan) {
     message << "the current moves by " << span << " A in the window, at least " << kMinCurrentSpan
-            << " A are needed to tell a resistance from an offset";
+            << " A are needed to distinguish a resistance from an offset";
   } else {
     return std::nullopt;
   }

@@ -48,7 +48,7 @@ struct IdentifyOptions {
   /// Without `effects`, where a source controls the voltage in the window: with the physics of
   /// charging (fresh_sulphate).
   bool chooses_effects = false;
-  /// ids of further physics, see effectCatalogue(); "learned" with `discrepancy`
+  /// ids of further physics, see effectCatalogue(); "discrepancy" with `discrepancy`
   std::vector<std::string> effects = {};
   /// estimated before (fitDiscrepancy()); its factors are fitted
   std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;

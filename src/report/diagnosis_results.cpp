@@ -223,7 +223,7 @@ std::vector<MismatchSegment> largest(std::vector<MismatchSegment> segments) {
 std::string mismatchText(const Diagnosis& d) {
   if (d.mismatch.empty()) return "";
   std::string text =
-      format("\nwhere measurement and base model part (%zu stretches%s), measured minus model\n",
+      format("\nwhere measurement and base model deviate (%zu stretches%s), measured minus model\n",
              d.mismatch.size(), d.mismatch.size() > kSegmentsTold ? "; the largest" : "");
   text += format("%s%10s %10s  %-22s %10s %10s %9s\n", kIndent, "from [s]", "to [s]", "regime",
                  "mean [mV]", "peak [mV]", "p");

@@ -263,8 +263,8 @@ std::string effectHtml(const NamedEffect& effect) {
   if (!effect.biased_parameters.empty())
     facts += " Without it, " + escaped(join(effect.biased_parameters)) + " had taken it up.";
   if (!effect.indistinguishable_from.empty())
-    facts +=
-        " This recording cannot tell it from " + escaped(join(effect.indistinguishable_from)) + ".";
+    facts += " This recording cannot distinguish it from " +
+             escaped(join(effect.indistinguishable_from)) + ".";
   std::string html = element("h3", escaped(headline(titleOf(effect.id))) + " " + code(effect.id)) +
                      paragraph(facts);
   if (const EffectInfo* info = catalogued(effect.id))
@@ -385,7 +385,7 @@ std::string section(const std::string& id, const std::string& title, const std::
 }
 
 std::string whereSection(const Diagnosis& d, double clock_origin) {
-  return section("where", "Where model and measurement part",
+  return section("where", "Where model and measurement deviate",
                  regimeTable(d) + segmentTable(d, clock_origin) + parameterBiasTable(d));
 }
 

@@ -56,7 +56,7 @@ TEST(DiscrepancyEffect, StandsInACompositionWithAFactorAFamily) {
   EXPECT_EQ((std::vector<std::string>{"gassing", "learned"}), model.effects());
   ASSERT_TRUE(model.parameterRow("learned_acceptance"));
   EXPECT_EQ(1.0, model.typicalParameters()[*model.parameterRow("learned_acceptance")]);
-  EXPECT_FALSE(model.parameterRow("learned_ageing")) << "no regressor of it";
+  EXPECT_FALSE(model.parameterRow("learned_ageing")) << "no column of it";
 }
 
 TEST(DiscrepancyEffect, NeedsItsForceAndAForceItsName) {
