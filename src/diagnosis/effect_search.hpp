@@ -35,8 +35,7 @@ class EffectSearch {
                                             std::optional<Mechanism> only);
   /// Detection limits: the smallest strengths that would have been selected (linearised). Counts
   /// what neither the state nor another mechanism's regressors take up of a typical signature, less
-  /// the residual that looks like it. @param needed gain of ln evidence that a mechanism must
-  /// bring.
+  /// the residual that looks like it. @param needed gain of a mechanism.
   std::vector<LinearDetectionLimit> minStrengths(
       const ExplanationState& state, const std::function<double(Mechanism)>& needed) const;
 

@@ -175,8 +175,7 @@ std::string summaryOf(const Diagnosis& diagnosis) {
       return (diagnosis.mechanism
                   ? "Missing mechanism, of which no equation of the catalogue fits: " +
                         mechanismSentence(*diagnosis.mechanism)
-                  : std::string(
-                        "Model and measurement deviate in a way that no mechanism explains")) +
+                  : std::string("Model and measurement deviate, and no mechanism explains how")) +
              partOfIt(diagnosis) + discrepancySentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kSensorFault:
       return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";

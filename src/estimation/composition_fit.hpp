@@ -54,8 +54,7 @@ struct CompositionPoint {
 };
 
 /**
- * @brief A composition, an input sequence and a cost as a least-squares problem in search
- * coordinates.
+ * @brief A composition, its inputs and a cost as a least-squares problem in search coordinates.
  *
  *     E(x) = sum_n w_n e_n^2 + sum_j ((x_j - x_j0) / s_j)^2 E_0     or   E(x) = sum_n v_n^2 + sum_j ((x_j - x_j0) / s_j)^2
  *     or, with errors in both variables,   E(x) = sum_n rho(e_n / sigma_n) + sum_j ((x_j - x_j0) / s_j)^2 / independent

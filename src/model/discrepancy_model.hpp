@@ -55,9 +55,8 @@ struct DiscrepancyModel {
 bool isUnbounded(RegressorKind kind);
 
 /// @return the discrepancy as an effect of a composition: a parameter a mechanism, no state.
-/// @throws std::invalid_argument for sizes that do
-///   not fit, numbers that are not finite, scales not above zero, ranges that do not rise, or a
-///   regressor of a mechanism without a part.
+/// @throws std::invalid_argument for sizes that do not fit, numbers that are not finite, scales not
+///   above zero, ranges that do not rise, or a regressor of a mechanism without a part.
 EffectInfo discrepancyInfo(const DiscrepancyModel& discrepancy);
 
 /// @return the memory after a rest that is long against every time constant below an hour.

@@ -113,8 +113,7 @@ struct RegressorInputOf {
 using RegressorInput = RegressorInputOf<double>;
 
 /**
- * @brief Values of regressors along a sequence, sample by sample, looking at nothing that comes
- * later.
+ * @brief Values of regressors along a sequence, sample by sample, from nothing that comes later.
  *
  * Memories begin at the first sample's value, reserves full, charges at zero.
  */

@@ -53,8 +53,7 @@ class Simulation {
    * @param seeds  (parameters + states) x tangents, d(parameters, first state) / d(tangent); no
    * columns for values alone.
    * @throws std::invalid_argument for sizes that do not fit, values that are not finite, r, c2 or
-   * beta not above zero, or
-   *   more than kMaxTangents tangents.
+   * beta not above zero, or more than kMaxTangents tangents.
    */
   Simulation(const BatteryModel& model, const ModelPoint& start,
              const Eigen::Ref<const Eigen::MatrixXd>& seeds);

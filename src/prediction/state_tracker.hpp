@@ -34,8 +34,7 @@ class StateTracker {
   bool follow(double time, double current, double voltage);
   /// Widths of intervals, as past events ask for.
   void setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge);
-  /// What the caller knows of the model in addition to its numbers: recording and duration of the
-  /// fit.
+  /// What the caller knows of the model and its numbers do not say: recording, duration of the fit.
   void setOrigin(const Provenance& origin);
 
   // The last settled sample; meaningless before the first.

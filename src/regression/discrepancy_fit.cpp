@@ -172,8 +172,7 @@ SparseFit sparseFit(const Rows& rows) {
   return sparse;
 }
 
-/// Gain of ln evidence over the base circuit `alone`, at the effective sample fraction of its
-/// residual.
+/// Gain of ln evidence over the base circuit `alone`, at the sample fraction of its residual.
 double gainOver(const Rows& rows, const Eigen::VectorXd& alone, const LinearFit& grouped) {
   const Eigen::VectorXd left = rows.left(alone);
   const double own = independentShare(left);
@@ -182,8 +181,7 @@ double gainOver(const Rows& rows, const Eigen::VectorXd& alone, const LinearFit&
          fitSomeGroups(rows.problem, own, none).evidence;
 }
 
-/// The discrepancy that weights z of all regressors make. @return its base_change is left to the
-/// caller.
+/// The discrepancy with weights z of all regressors. @return its base_change is for the caller.
 DiscrepancyModel discrepancyOf(const Rows& rows, const DesignMatrix& table,
                                const LinearFit& grouped, const Eigen::VectorXd& z) {
   const Eigen::Index free = z.size() - rows.problem.known();

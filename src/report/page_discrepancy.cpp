@@ -190,11 +190,10 @@ std::string currentChart(const DiscrepancyFinding& discrepancy) {
 std::string bandNote(const DiscrepancyFinding& discrepancy) {
   const auto has_band = [](const DiscrepancyAnswer& one) { return one.charging_std.has_value(); };
   if (std::none_of(discrepancy.answers.begin(), discrepancy.answers.end(), has_band)) return "";
-  return element(
-      "p",
-      "Bands: 95 % by the posterior of what was estimated; what no regressor can follow is "
-      "not in them.",
-      "class=\"note\"");
+  return element("p",
+                 "Bands: 95 % by the posterior of the weights; what no regressor can follow is not "
+                 "in them.",
+                 "class=\"note\"");
 }
 
 std::string answerTable(const DiscrepancyFinding& discrepancy) {
