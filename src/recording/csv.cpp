@@ -1,5 +1,7 @@
 #include "battery_sof/csv.hpp"
 
+#include "recording/text_lines.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

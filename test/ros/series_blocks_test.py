@@ -95,7 +95,7 @@ class RowOfBlocks(NodeTest):
             self.assertEqual(node.stop(), 0)
 
     def test_a_number_that_is_no_row_is_refused(self):
-        node = start_node("refused", {"blocks": 0.7})
+        node = start_node("refused", {"series_blocks": 0.7})
         self.assertNotEqual(node.wait(20), 0)
         self.assertIn("~series_blocks is 0.7, expected 0.5 (6 V), 1 (12 V), 2 (24 V), 4 (48 V)", node.text())
 

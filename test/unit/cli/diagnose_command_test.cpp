@@ -94,7 +94,7 @@ TEST_F(SofDiagnose, NamesWhatADriveHasAndWritesModelsThatPredict) {
            "--out", path("m.yaml"), "--base-out", path("b.yaml"), "--hypotheses",
            "current_dependent_resistance,gassing,time_skew"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("named"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("effect"), std::string::npos) << outcome.out;
   std::ifstream file(path("d.json"));
   const auto json = nlohmann::json::parse(file);
   EXPECT_EQ(json["effects"].at(0)["id"], "current_dependent_resistance") << json["summary"];

@@ -109,7 +109,7 @@ TEST(SofEffects, JsonHasTheFamilyOfEveryEffectAndTheMembersOfEveryFamily) {
       ++members;
     }
   EXPECT_EQ(members, effectCatalogue().size() + 4);  // four faults of sampling are no effects
-  EXPECT_EQ(nlohmann::json::parse(effects({"gassing", "--json", "-"}).out)["families"].size(),
+  EXPECT_EQ(nlohmann::json::parse(effects({"gassing", "--json", "-"}).out)["mechanisms"].size(),
             kMechanisms);
 }
 

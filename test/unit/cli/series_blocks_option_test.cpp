@@ -40,9 +40,9 @@ TEST_F(SeriesBlocksOption, IdentifiesTheSameBlockAndAnswersWithTwiceTheVoltage) 
   const Json one = told({"identify", inputs_, "--out", model_}),
              row = told({"identify", row_inputs_, "--out", row_model_, "--series-blocks", "2"});
   EXPECT_EQ(one["series_blocks"], 1.0);
-  EXPECT_EQ(row["blocks"], 2.0);
+  EXPECT_EQ(row["series_blocks"], 2.0);
   EXPECT_EQ(row["parameters"], one["parameters"]);
-  EXPECT_EQ(row["suitability"], one["window_quality"]);
+  EXPECT_EQ(row["window_quality"], one["window_quality"]);
   const auto crank = [&](const std::string& model, const std::string& u_required) {
     return told({"crank", model, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200",
                  "--u-required", u_required});

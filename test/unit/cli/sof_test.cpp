@@ -161,7 +161,7 @@ TEST_F(Sof, PredictsInTheDirectionThatASourceImposesAndFromTheCurrentAlone) {
   ASSERT_TRUE(fitted["mixed"].is_object());
   EXPECT_GT(fitted["mixed"]["share_percent"].get<double>(), 80.0);
   EXPECT_GT(fitted["mixed"]["share_percent"].get<double>(),
-            fitted["naive"]["share_percent"].get<double>());
+            fitted["baseline"]["share_percent"].get<double>());
   EXPECT_FALSE(fitted["mixed"]["charges"].empty());
   const auto driven = column(path("out.csv"), "driven_by");
   EXPECT_GT(std::count(driven.begin(), driven.end(), "voltage"), 100);
@@ -178,7 +178,7 @@ TEST_F(Sof, PredictsInTheDirectionThatASourceImposesAndFromTheCurrentAlone) {
 
   const Outcome text = sof({"predict", model_, path("car.csv"), "--from", "900"});
   EXPECT_NE(text.out.find("voltage as input where a source controls it"), std::string::npos);
-  EXPECT_NE(text.out.find("naive"), std::string::npos);
+  EXPECT_NE(text.out.find("baseline"), std::string::npos);
 }
 
 TEST_F(Sof, PredictsBothWaysWithAModelThatWasFittedWithoutASourceWhereItIsAskedTo) {
@@ -202,9 +202,9 @@ TEST_F(Sof, RefusesAMixedDriveWhereNoSourceIsSeenAndAnotherDrive) {
   const Outcome none = sof({"predict", model_, path("loads.csv"), "--mode", "mixed"});
   EXPECT_EQ(none.code, 2);
   EXPECT_NE(none.err.find("--mode mixed: no source is seen in"), std::string::npos) << none.err;
-  const Outcome wrong = sof({"predict", model_, inputs_, "--drive", "voltage"});
+  const Outcome wrong = sof({"predict", model_, inputs_, "--mode", "voltage"});
   EXPECT_EQ(wrong.code, 2);
-  EXPECT_NE(wrong.err.find("--drive"), std::string::npos) << wrong.err;
+  EXPECT_NE(wrong.err.find("--mode"), std::string::npos) << wrong.err;
 }
 
 TEST_F(Sof, AnswersACrank) {

@@ -53,31 +53,31 @@ double stepOf(const ModelPoint& start, Eigen::Index direction) {
 
 TEST(DiscrepancyEffect, StandsInACompositionWithAFactorAFamily) {
   const BatteryModel model = madeModelWithDiscrepancy({"gassing"});
-  EXPECT_EQ((std::vector<std::string>{"gassing", "learned"}), model.effects());
-  ASSERT_TRUE(model.parameterRow("learned_acceptance"));
-  EXPECT_EQ(1.0, model.typicalParameters()[*model.parameterRow("learned_acceptance")]);
-  EXPECT_FALSE(model.parameterRow("learned_ageing")) << "no column of it";
+  EXPECT_EQ((std::vector<std::string>{"discrepancy", "gassing"}), model.effects());
+  ASSERT_TRUE(model.parameterRow("discrepancy_acceptance"));
+  EXPECT_EQ(1.0, model.typicalParameters()[*model.parameterRow("discrepancy_acceptance")]);
+  EXPECT_FALSE(model.parameterRow("discrepancy_ageing")) << "no column of it";
 }
 
 TEST(DiscrepancyEffect, NeedsItsForceAndAForceItsName) {
-  EXPECT_THROW(BatteryModel({"learned"}), std::invalid_argument);
+  EXPECT_THROW(BatteryModel({"discrepancy"}), std::invalid_argument);
   EXPECT_THROW(
       BatteryModel({"gassing"}, std::make_shared<const DiscrepancyModel>(madeDiscrepancyModel())),
       std::invalid_argument);
   DiscrepancyModel odd = madeDiscrepancyModel();
   odd.scale[3] = 0.0;
-  EXPECT_THROW(BatteryModel({"learned"}, std::make_shared<const DiscrepancyModel>(odd)),
+  EXPECT_THROW(BatteryModel({"discrepancy"}, std::make_shared<const DiscrepancyModel>(odd)),
                std::invalid_argument);
   odd = madeDiscrepancyModel();
   odd.weight[0] = std::nan("");
-  EXPECT_THROW(BatteryModel({"learned"}, std::make_shared<const DiscrepancyModel>(odd)),
+  EXPECT_THROW(BatteryModel({"discrepancy"}, std::make_shared<const DiscrepancyModel>(odd)),
                std::invalid_argument);
 }
 
 TEST(DiscrepancyEffect, OfFactorsZeroAndNoChangeOfTheCircuitIsTheBaseCircuit) {
   DiscrepancyModel discrepancy = madeDiscrepancyModel();
   discrepancy.base_change.setZero();
-  const BatteryModel model({"learned"}, std::make_shared<const DiscrepancyModel>(discrepancy)),
+  const BatteryModel model({"discrepancy"}, std::make_shared<const DiscrepancyModel>(discrepancy)),
       base;
   Eigen::VectorXd parameters = typicalPoint(model);
   parameters.tail(model.parameterCount() - kBaseRows).setZero();
@@ -95,7 +95,7 @@ TEST(DiscrepancyEffect, AddsItsColumnsTimesTheirWeights) {
   Eigen::VectorXd values(discrepancy.weight.size());
   DiscrepancyModel circuit = discrepancy;
   circuit.weight.setZero();
-  const BatteryModel changed({"learned"}, std::make_shared<const DiscrepancyModel>(circuit));
+  const BatteryModel changed({"discrepancy"}, std::make_shared<const DiscrepancyModel>(circuit));
   Simulation of_circuit(changed, pointOf(changed, typicalPoint(changed)));
   for (const InputSample& sample : inputs.samples) {
     with.advance(sample.step);
@@ -193,7 +193,7 @@ TEST(DiscrepancyEffect, IsHeldInsideWhatItWasLearntOnAndSaysByHowMuch) {
   discrepancy.weight = one(0.01);
   discrepancy.base_change.setZero();
   discrepancy.parts = {{Mechanism::kStructure, 0.1}};
-  const BatteryModel model({"learned"}, std::make_shared<const DiscrepancyModel>(discrepancy)),
+  const BatteryModel model({"discrepancy"}, std::make_shared<const DiscrepancyModel>(discrepancy)),
       base;
   const auto added = [&](double current, double* beyond) {
     Simulation with(model, pointOf(model, typicalPoint(model))),
@@ -218,7 +218,7 @@ TEST(DiscrepancyEffect, AChangeOfTheCircuitIsThatOfItsParametersWhereItIsSmall) 
     discrepancy.weight.setZero();
     const double by = direction < 2 ? 1e-4 : 1e-3;
     discrepancy.base_change = by * Eigen::VectorXd::Unit(kBaseDirections, direction);
-    const BatteryModel model({"learned"}, std::make_shared<const DiscrepancyModel>(discrepancy));
+    const BatteryModel model({"discrepancy"}, std::make_shared<const DiscrepancyModel>(discrepancy));
     ModelPoint changed = pointOf(base, typicalPoint(base));
     if (direction == kBaseDirections - 1)
       changed.state[0] += by;

@@ -67,7 +67,7 @@ TEST(DiscrepancyAnswers, WhatComesAfterTheWindowIsPredictedBetter) {
 
 TEST(DiscrepancyAnswers, FactorsAreFittedNearWhatWasLearnt) {
   for (const ParameterEstimate& estimate : estimated().model.fit.estimates)
-    if (estimate.name == "learned_acceptance") {
+    if (estimate.name == "discrepancy_acceptance") {
       EXPECT_NEAR(1.0, estimate.value, 0.3);
       EXPECT_TRUE(estimate.std);
       return;

@@ -1,4 +1,5 @@
 #include "battery_sof/csv.hpp"
+#include "recording/text_lines.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -77,15 +77,15 @@ const Damage kDamages[] = {
     {"now:", "drift_v", "1e20", "errors.now.drift_v"},
     {"parameters:", "value", "-0.006", "parameters.r_discharge.value"},
     {"u_dc:", "value", "1e20", "parameters.u_dc.value is 1e+20"},
-    {"parameters:", "std", "-1e9", "parameters.r_discharge.std"},
-    {"parameters:", "std", "1e300", "parameters.r_discharge.std"},
+    {"parameters:", "std_error", "-1e9", "parameters.r_discharge.std_error"},
+    {"parameters:", "std_error", "1e300", "parameters.r_discharge.std_error"},
     {"state:", "u_c2_v", "1e6", "state.u_c2_v"},
     {"state:", "u_c2_std_v", "-1", "state.u_c2_std_v"},
     {"state:", "current_a", "1e7", "state.current_a"},
     {"state:", "time_s", "1e15", "state.time_s"},
     {"window:", "to_s", "-5", "window.to_s is before from_s"},
     {"window:", "min_voltage_v", "1e9", "window.min_voltage_v"},
-    {"fit:", "suitability", "7", "fit.window quality is 7"},
+    {"fit:", "window_quality", "7", "fit.window_quality is 7"},
     {"fit:", "rmse_v", "-1", "fit.rmse_v"},
     {"source:", "voltage_lag_samples", "1000000000", "source.voltage_lag_samples"},
     {"source:", "max_gap_s", "1e300", "source.max_gap_s"},
@@ -116,7 +116,7 @@ TEST(DamagedModel, ADecimalCommaIsRefusedWhereverANumberStands) {
   }
   EXPECT_GT(tried, 30);
   const std::string point = ": a comma ends a number, expected a decimal point";
-  const std::string said = errorWith("parameters:", "std", "1,5");
+  const std::string said = errorWith("parameters:", "std_error", "1,5");
   EXPECT_NE(said.find("parameters.r_discharge.5 is no key with a value" + point), std::string::npos)
       << said;
 }

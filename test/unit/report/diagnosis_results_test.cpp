@@ -20,13 +20,13 @@ void expectKeys(const Json& json, const std::vector<const char*>& keys) {
 TEST(DiagnosisJson, HoldsTheContractsFields) {
   const Json json = diagnosisJson(test::madeNamed().diagnosis);
   EXPECT_EQ(json["schema"], "battery_sof/diagnosis/2");
-  EXPECT_EQ(json["verdict"], "named");
+  EXPECT_EQ(json["verdict"], "effect");
   expectKeys(json, {"summary", "effects", "candidates", "mismatch", "fit", "next_experiment",
-                    "family", "probability", "relevance", "learned", "evidence"});
+                    "mechanism", "probability", "relevance", "discrepancy", "evidence"});
   expectKeys(json["effects"].at(0),
-             {"id", "family", "probability", "confidence", "absorbed_into", "parameters"});
+             {"id", "mechanism", "probability", "confidence", "absorbed_into", "parameters"});
   expectKeys(json["effects"][0]["parameters"].at(0), {"name", "value", "std", "unit"});
-  expectKeys(json["candidates"].at(0), {"id", "family", "holdout_gain_percent", "evidence",
+  expectKeys(json["candidates"].at(0), {"id", "mechanism", "holdout_gain_percent", "evidence",
                                         "confidence", "rejected_because"});
   expectKeys(json["mismatch"].at(0),
              {"from_s", "to_s", "regime", "mean_error_v", "peak_error_v", "p_value"});
@@ -45,13 +45,13 @@ TEST(DiagnosisJson, HoldsTheContractsFields) {
 TEST(DiagnosisJson, TellsWhoImposesWhatBesideTheShare) {
   const test::MadeDiagnosis made = test::madeNamed();
   const Json json = diagnosisJson(made.diagnosis);
-  EXPECT_EQ(json["source"], made.diagnosis.source.share);
-  EXPECT_EQ(json["imposed"]["seen"], true);
-  EXPECT_EQ(json["imposed"]["voltage"].size(), 8u);
-  EXPECT_EQ(json["imposed"]["voltage"][0]["from_s"], 25.8);
-  EXPECT_EQ(json["imposed"]["voltage"][0]["to_s"], 75.0);
-  expectKeys(json["imposed"]["reasons"].at(1), {"imposed", "reason", "stretches", "samples"});
-  EXPECT_EQ(json["imposed"]["reasons"][1]["imposed"], "voltage");
+  EXPECT_EQ(json["charger_share"], made.diagnosis.source.share);
+  EXPECT_EQ(json["operating_mode"]["seen"], true);
+  EXPECT_EQ(json["operating_mode"]["voltage"].size(), 8u);
+  EXPECT_EQ(json["operating_mode"]["voltage"][0]["from_s"], 25.8);
+  EXPECT_EQ(json["operating_mode"]["voltage"][0]["to_s"], 75.0);
+  expectKeys(json["operating_mode"]["reasons"].at(1), {"mode", "reason", "stretches", "samples"});
+  EXPECT_EQ(json["operating_mode"]["reasons"][1]["mode"], "voltage");
 }
 
 TEST(DiagnosisJson, HoldsWhatIsLeftBesideItsLimits) {
@@ -65,12 +65,12 @@ TEST(DiagnosisJson, HoldsWhatIsLeftBesideItsLimits) {
 }
 
 TEST(DiagnosisJson, HoldsWhatWasLearnt) {
-  const Json discrepancy = diagnosisJson(test::madeUnknown().diagnosis)["learned"];
+  const Json discrepancy = diagnosisJson(test::madeUnknown().diagnosis)["discrepancy"];
   EXPECT_EQ(discrepancy["used"], true);
   EXPECT_EQ(discrepancy["left_out_base_rmse_v"], 0.064);
   EXPECT_EQ(discrepancy["left_out_rmse_v"], 0.021);
-  EXPECT_EQ(discrepancy["families"].at(0),
-            (Json{{"family", "acceptance"}, {"gain", 340.0}, {"rms_v", 0.058}}));
+  EXPECT_EQ(discrepancy["mechanisms"].at(0),
+            (Json{{"mechanism", "acceptance"}, {"gain", 340.0}, {"rms_v", 0.058}}));
   EXPECT_EQ(discrepancy["answers_to_a"], 20.0);
   EXPECT_EQ(discrepancy["answers"].at(2), (Json{{"time_s", 10.0},
                                                 {"charging_v", 0.052},
@@ -95,7 +95,7 @@ TEST(DiagnosisJson, HasNullForWhatIsAbsentOrNotFinite) {
   EXPECT_TRUE(json["mismatch"][0]["peak_error_v"].is_null());
   EXPECT_TRUE(json["candidates"][0]["holdout_gain_percent"].is_null());
   const Json nothing = diagnosisJson(test::madeNoMismatch().diagnosis);
-  for (const char* key : {"learned", "family", "probability"})
+  for (const char* key : {"discrepancy", "mechanism", "probability"})
     EXPECT_TRUE(nothing.at(key).is_null()) << key;
   EXPECT_EQ(Json::parse(json.dump()), json);
 }
@@ -112,8 +112,8 @@ TEST(DiagnosisJson, OfAnEmptyDiagnosisHasEveryField) {
   const Json json = diagnosisJson({});
   EXPECT_EQ(json["verdict"], "insufficient_data");
   EXPECT_TRUE(json["effects"].empty() && json["effects"].is_array());
-  expectKeys(json, {"summary", "candidates", "mismatch", "fit", "next_experiment", "family",
-                    "probability", "relevance", "learned"});
+  expectKeys(json, {"summary", "candidates", "mismatch", "fit", "next_experiment", "mechanism",
+                    "probability", "relevance", "discrepancy"});
 }
 
 TEST(DiagnosisJson, SurvivesFileNamesOfAnyBytes) {

@@ -22,9 +22,9 @@ TEST(IdentifyJson, HoldsTheContractsFields) {
   EXPECT_EQ(json["status"], "converged");
   ASSERT_EQ(json["parameters"].size(), 5u);
   for (const auto& parameter : json["parameters"])
-    for (const char* key : {"name", "value", "std", "unit", "at_bound", "determined"})
+    for (const char* key : {"name", "value", "std_error", "unit", "at_bound", "determined"})
       EXPECT_TRUE(parameter.contains(key)) << key;
-  for (const char* key : {"message", "q_dyn_percent", "rmse_v", "suitability", "fit_ms"})
+  for (const char* key : {"message", "q_dyn_percent", "rmse_v", "window_quality", "fit_ms"})
     EXPECT_TRUE(json.contains(key)) << key;
 }
 

@@ -374,7 +374,7 @@ TEST(ResponseOf, DiagnosisIsAnsweredWithItsMessageOrItsFault) {
   EXPECT_TRUE(good.success);
   EXPECT_EQ(good.code, Diagnose::Response::OK);
   EXPECT_EQ(good.message, "gassing is missing");
-  EXPECT_EQ(good.diagnosis.verdict, "named");
+  EXPECT_EQ(good.diagnosis.verdict, "effect");
   const Diagnose::Response bad = responseOf(DiagnosisOutcome{std::nullopt, "it broke off"});
   EXPECT_FALSE(bad.success);
   EXPECT_EQ(bad.code, Diagnose::Response::FAILED);

@@ -87,21 +87,21 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
 
 TEST(NodeOptions, VoltagesOfARowOfBlocksAreAsManyTimesAsLargeByDefault) {
   for (const XmlRpc::XmlRpcValue& two : {XmlRpc::XmlRpcValue(2), XmlRpc::XmlRpcValue(2.0)}) {
-    const NodeOptions row = parseNodeOptions(with("blocks", two));
+    const NodeOptions row = parseNodeOptions(with("series_blocks", two));
     EXPECT_EQ(row.session.series_blocks, 2.0);
     EXPECT_EQ(row.standing.cranking.u_required, 14.4);
     EXPECT_EQ(row.standing.charge.u_boost, 28.4);
   }
-  XmlRpc::XmlRpcValue given = with("blocks", 0.5);
+  XmlRpc::XmlRpcValue given = with("series_blocks", 0.5);
   given["standing_query"] = with("u_required_v", 3.9);
   EXPECT_EQ(parseNodeOptions(given).standing.cranking.u_required, 3.9);
   EXPECT_EQ(parseNodeOptions(given).standing.charge.u_boost, 7.1);
   EXPECT_THAT(
-      refusal(with("blocks", 0.7)),
+      refusal(with("series_blocks", 0.7)),
       HasSubstr(
           "~series_blocks is 0.7, expected 0.5 (6 V), 1 (12 V), 2 (24 V), 4 (48 V) or another"));
-  EXPECT_THAT(refusal(with("blocks", 24)), HasSubstr("~series_blocks is 24, expected 0.5 to 6"));
-  EXPECT_THAT(refusal(with("blocks", "two")),
+  EXPECT_THAT(refusal(with("series_blocks", 24)), HasSubstr("~series_blocks is 24, expected 0.5 to 6"));
+  EXPECT_THAT(refusal(with("series_blocks", "two")),
               HasSubstr("~series_blocks is a string, expected a number"));
 }
 

@@ -35,7 +35,7 @@ TEST(MessageOf, StatusSaysWhoImposesWhatAndWhoAnswers) {
   EXPECT_TRUE(message.charger_present && message.voltage_controlled);
   EXPECT_EQ(message.charger_share, 0.75);
   EXPECT_EQ(message.past_cranks.answered_by, "model");
-  EXPECT_EQ(message.past_charges.answered_by, "naive");
+  EXPECT_EQ(message.past_charges.answered_by, "baseline");
   EXPECT_EQ(message.past_cranks.mean_abs_error, 1.0);
   EXPECT_EQ(message.past_cranks.baseline_mean_abs_error, 0.25);
   EXPECT_EQ(message.past_cranks.answered_mean_abs_error, 1.0);
