@@ -8,7 +8,7 @@ import os
 import statistics
 
 from ..rates import rate
-from ..out_of_model.cases import LABELS, path
+from ..benchmark.out_of_model import LABELS, path
 from ..tables import table
 from . import database, discoveries, stored
 

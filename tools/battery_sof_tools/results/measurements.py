@@ -11,7 +11,7 @@ import re
 import numpy as np
 
 from .. import recordings
-from ..diagnose_measured import summary, whole_recordings
+from ..benchmark.measured import summary, whole_recordings
 from ..files import ROOT, read_json
 from ..page_pictures import PICTURES
 from ..rates import geometric_mean

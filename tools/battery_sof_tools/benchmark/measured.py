@@ -3,12 +3,13 @@
 import argparse
 import os
 import resource
-import statistics
 
-from . import recordings, sof
-from .files import write_json
-from .progress import followed
-from .tables import table
+from .. import recordings, sof
+from ..files import write_json
+from ..progress import followed
+from ..rates import geometric_mean
+from ..tables import table
+from .answers import class_of
 
 HEAD = ("recording", "verdict; mechanism; effects", "RMS error [mV]: base, extended, ridge regression, straight line",
         "share [%]: base, extended", "processor time [s]")
@@ -39,7 +40,7 @@ def told_of(answer):
     if answer["mechanism"]:
         stated = "" if answer["probability"] is None else f" ({answer['probability']:.2f})"
         parts.append(answer["mechanism"] + stated)
-    named = dict.fromkeys(" or ".join(sorted([one["id"], *one["indistinguishable_from"]])) for one in answer["effects"])
+    named = dict.fromkeys(" or ".join(sorted(class_of(one))) for one in answer["effects"])
     return "; ".join(parts + ([", ".join(named)] if named else []))
 
 
@@ -52,7 +53,7 @@ def row(name, answer, seconds):
 
 def summary(found):
     """Extended over base as a geometric mean, and where the baseline predictors are ahead."""
-    ratio = statistics.geometric_mean(one["extended"] / one["base"] for one in found.values())
+    ratio = geometric_mean([one["extended"] / one["base"] for one in found.values()])
     behind = [name for name, one in found.items() if one["ridge"] < one["extended"]]
     line = [name for name, one in found.items() if one["line"] < one["extended"]]
     return (f"Extended over base: {ratio:.2f} (geometric mean of {len(found)}). A ridge regression is ahead on {len(behind)} ({', '.join(behind)}), "

@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import recordings
 from ..concealment import low_pass
-from ..sof import Failure, call
+from ..sof import Failure
 
 MEMORIES_S = (3.0, 30.0, 100.0)  # of the linear stand-in for the double layer
 TRAINING = 0.75                  # share of the samples that `sof diagnose` learns from
@@ -60,24 +60,23 @@ class Beside:
         return [float(np.sqrt(np.mean(part**2))) for part in (rest[self.training], rest[self.training.stop:])]
 
 
-def put_in(draw, beside, path, mechanism, form, seed, strength, folder):
-    """Current and voltage with a law in them. Failure where the law does not go that far."""
+def put_in(generator, beside, path, law, strength, folder):
+    """Current and voltage with a law (mechanism, form, seed) in them. Failure where the law does not go that far."""
     out = os.path.join(folder, "law.csv")
-    discharge, charge = beside.resistances()
-    call([draw, "--beside", path, "--mechanism", mechanism, "--form", form, "--seed", str(seed), "--strength", repr(strength),
-          "--r-discharge", repr(discharge), "--r-charge", repr(charge), "--out", out])
+    generator.inject(path, out, law, strength, beside.resistances())
     _, current, voltage = recordings.read(out)
     same = np.allclose(current, beside.i, atol=1e-6)
     return beside.i if same else current, voltage
 
 
-def with_strength(draw, beside, path, mechanism, form, seed, wanted, folder):
+def with_strength(generator, beside, path, law, wanted, folder):
     """(strength, visible RMS before and behind the split, current, voltage) where the wanted RMS [V] is reached.
 
     Failure where the law would have to be too strong, or does not show in the last part of the recording.
     """
-    most = MOST_STRENGTH if mechanism in PROPORTIONAL else MOST_CURRENT_STRENGTH
-    current, voltage = put_in(draw, beside, path, mechanism, form, seed, 1.0, folder)
+    in_proportion = law["mechanism"] in PROPORTIONAL
+    most = MOST_STRENGTH if in_proportion else MOST_CURRENT_STRENGTH
+    current, voltage = put_in(generator, beside, path, law, 1.0, folder)
     strength, shown = 1.0, beside.visible(current, voltage)
     for _ in range(TRIES):
         if wanted <= shown[0] <= (1.0 + 2.0 * NEAR) * wanted:
@@ -85,12 +84,12 @@ def with_strength(draw, beside, path, mechanism, form, seed, wanted, folder):
         further = min(max(strength * (1.0 + NEAR) * wanted / max(shown[0], 1e-9), LEAST_STRENGTH), most)
         if further == strength:
             break
-        if mechanism in PROPORTIONAL:
+        if in_proportion:
             voltage = beside.u + further / strength * (voltage - beside.u)
         else:
-            current, voltage = put_in(draw, beside, path, mechanism, form, seed, further, folder)
+            current, voltage = put_in(generator, beside, path, law, further, folder)
         strength, shown = further, beside.visible(current, voltage)
-    tried = f"{form} at {strength:.3g}: {1e3 * shown[0]:.3g} and {1e3 * shown[1]:.3g} mV, wanted {1e3 * wanted:.3g} mV"
+    tried = f"{law['form']} at {strength:.3g}: {1e3 * shown[0]:.3g} and {1e3 * shown[1]:.3g} mV, wanted {1e3 * wanted:.3g} mV"
     if shown[0] < wanted:
         raise Failure("too weak: " + tried)
     if shown[1] < LEAST_HELD * wanted:

@@ -3,9 +3,11 @@
 import collections
 import os
 
-from . import by_mechanism
+from ...files import write_text
+from ...tables import table
+from ..scorers import written
 from .levels import TITLES
-from .score import SIDES, WITH_TRUTH, written
+from .score import SIDES, WITH_TRUTH, mechanism_lines
 
 
 def matrix(report):
@@ -23,7 +25,7 @@ def as_text(report):
     said = report["seal"]
     lines = [f"{said['cases']} cases sealed from {said['frozen_commit']}, labels SHA-256 {said['labels_sha256']}", ""]
     lines += [f"{one.level:8s} {one.text:68s} {written(one):42s} {one.target}".rstrip() for one in report["figures"]]
-    lines += [""] + by_mechanism.lines(report["families"])
+    lines += [""] + mechanism_lines(report["mechanisms"])
     lines += ["", "who was taken for whom (truth: first name, or verdict in brackets)"]
     rows, columns, counts = matrix(report)
     for row in rows:
@@ -42,21 +44,18 @@ def before_after_lines(report):
         return " -> ".join("-" if value is None else f"{scale * value:.{digits}f}" for value in values[:2]) + \
             ("" if values[2] is None else f" ({scale * values[2]:.{digits}f})")
 
-    lines = ["### Before and after", "",
-             "Medians on the part that was held out: base model -> extended model (the model that was reported the truth).", "",
-             "| level | truth | cases | RMS error [mV] | charge current error [A] | cranks' minima [mV] |", "|---|---|---|---|---|---|"]
-    for (level, name), row in sorted(report["before_after"].items()):
-        cells = (cell(row, "rmse_v", 1e3, 1), cell(row, "charge_current_error_a", 1.0, 2), cell(row, "crank_mae_v", 1e3, 1))
-        lines.append(f"| {level} | {name} | {row['cases']} | " + " | ".join(cells) + " |")
-    return lines
+    rows = [(level, name, row["cases"], cell(row, "rmse_v", 1e3, 1), cell(row, "charge_current_error_a", 1.0, 2), cell(row, "crank_mae_v", 1e3, 1))
+            for (level, name), row in sorted(report["before_after"].items())]
+    return ["### Before and after", "",
+            "Medians on the part that was held out: base model -> extended model (the model that was reported the truth).", "",
+            *table(["level", "truth", "cases", "RMS error [mV]", "charge current error [A]", "cranks' minima [mV]"], rows)]
 
 
 def as_markdown(report, pictures=()):
     said = report["seal"]
     lines = [f"{said['cases']} cases, sealed from commit `{said['frozen_commit']}`; SHA-256 of the labels `{said['labels_sha256']}`.", "",
-             "| level | figure | measured (95 % interval) | aim |", "|---|---|---|---|"]
-    lines += [f"| {one.level} | {one.text} | {written(one)} | {one.target} |" for one in report["figures"]]
-    lines += [""] + by_mechanism.lines(report["families"])
+             *table(["level", "figure", "measured (95 % interval)", "aim"], [(one.level, one.text, written(one), one.target) for one in report["figures"]])]
+    lines += [""] + mechanism_lines(report["mechanisms"])
     for picture, title in pictures:
         lines += ["", f"![{title}]({picture})"]
     lines += [""] + before_after_lines(report)
@@ -65,14 +64,17 @@ def as_markdown(report, pictures=()):
     return "\n".join(lines) + "\n"
 
 
+def drawing(width, height):
+    """A figure of a size [inch] and its axes."""
+    from matplotlib.figure import Figure  # half a second
+    figure = Figure(figsize=(width, height))
+    return figure, figure.subplots()
+
+
 def draw_matrix(report, path):
     """Rows are what is true, columns the first name; a cell's shade is its share of the row."""
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
     rows, columns, counts = matrix(report)
-    figure, axes = pyplot.subplots(figsize=(3.6 + 0.34 * len(columns), 1.9 + 0.23 * len(rows)))
+    figure, axes = drawing(3.6 + 0.34 * len(columns), 1.9 + 0.23 * len(rows))
     sums = {row: sum(counts[row, column] for column in columns) for row in rows}
     axes.imshow([[counts[row, column] / sums[row] for column in columns] for row in rows], cmap="Blues", vmin=0.0, vmax=1.3, aspect="auto")
     for y, row in enumerate(rows):
@@ -94,20 +96,15 @@ def draw_matrix(report, path):
     axes.tick_params(length=0)
     axes.set_xlabel("Rows: level, what is true, (cases). Columns: first name, or verdict without a name. Bold: the id itself.", fontsize=7.5)
     figure.savefig(path, dpi=130, bbox_inches="tight")
-    pyplot.close(figure)
 
 
 def draw_before_after(report, path):
     """Held-out RMS error of every case with something to find: base model against extended model."""
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(figsize=(5.4, 5.0))
+    figure, axes = drawing(5.4, 5.0)
     points = collections.defaultdict(list)
     for case in report["cases"]:
-        if case.level in WITH_TRUTH and case.whole["holdout"]:
-            points[case.level].append([1e3 * case.whole["holdout"][side]["rmse_v"] for side in SIDES[:2]])
+        if case.level in WITH_TRUTH and case.answer["holdout"]:
+            points[case.level].append([1e3 * case.held(side) for side in SIDES[:2]])
     for level, marker in zip(WITH_TRUTH, "osD^vP"):
         if points[level]:
             axes.scatter(*zip(*points[level]), s=22, marker=marker, alpha=0.75, label=f"{level} {TITLES[level]} ({len(points[level])})")
@@ -118,7 +115,6 @@ def draw_before_after(report, path):
              ylabel="extended model: RMS error held out [mV]")
     axes.legend(fontsize=7.5, loc="upper left")
     figure.savefig(path, dpi=130, bbox_inches="tight")
-    pyplot.close(figure)
 
 
 DRAWN = (("proof_confusion.png", "Truth against first name", draw_matrix), ("proof_before_after.png", "Held-out error before and after", draw_before_after))
@@ -134,5 +130,4 @@ def write(report, markdown, pictures):
     if markdown:
         folder = os.path.dirname(os.path.abspath(markdown))
         os.makedirs(folder, exist_ok=True)
-        with open(markdown, "w") as f:
-            f.write(as_markdown(report, [(os.path.relpath(path, folder), title) for path, title in paths]))
+        write_text(markdown, as_markdown(report, [(os.path.relpath(path, folder), title) for path, title in paths]))

@@ -1,12 +1,14 @@
 """How strong the addition of a case is made: searched on noise-free drawings, with the measure of difficulty.py."""
 
+import os
 import random
+import tempfile
 
 import numpy as np
 
+from ...sof import RECORDING, Failure
 from . import difficulty
 from .levels import SHORT_S, WITH_COMPANION, Z_WANTED, derived
-from .programs import Failure, Workplace
 
 LARGEST_SCALE, SMALLEST_SCALE = 1.0, 1e-3  # what the generator draws reaches to the ends of the catalogue's ranges
 LARGEST_SECOND = 3.0
@@ -26,13 +28,13 @@ def rounded(value, digits=3):
 class Drawings:
     """Noise-free drawings of one case at several scales and the base circuit fitted to them."""
 
-    def __init__(self, programs, case):
-        self.programs, self.case = programs, case
+    def __init__(self, generator, case):
+        self.generator, self.case = generator, case
 
     def drawn(self, *scale):
-        with Workplace() as folder:
-            path, label = self.programs.draw(dict(self.case, scale=list(scale)), folder, quiet=True)
-            return label, difficulty.measured(path)
+        with tempfile.TemporaryDirectory(prefix="proof_") as folder:
+            path = os.path.join(folder, RECORDING)
+            return self.generator.draw(dict(self.case, scale=list(scale)), path, quiet=True), difficulty.measured(path)
 
     def whole(self, *scale, to_s=None):
         label, recording = self.drawn(*scale)
@@ -45,36 +47,41 @@ def cut(recording, to_s):
     return interval, current[:count], voltage[:count]
 
 
-def with_strength(programs, case):
+def drives(case):
+    """The case with one drive after the other."""
+    return [dict(case, seed=derived(str(case["seed"]), "drive", attempt)) for attempt in range(SEEDS_TRIED)]
+
+
+def with_strength(generator, case):
     """The case with its scale, and what is known of its difficulty."""
     search = {"z": for_z, "absorbed": for_absorbed, "masked": for_masked, "as drawn": as_drawn}[case["rule"]]
-    return search(programs, case)
+    return search(generator, case)
 
 
-def as_drawn(programs, case):
-    if case["family"] in ("null", "porous_null", "porous_effect") or case["id"] in WITHOUT_Z:
+def as_drawn(generator, case):
+    if case["mechanism"] in ("null", "porous_null", "porous_effect") or case["id"] in WITHOUT_Z:
         return case
-    drawings = Drawings(programs, case)
+    drawings = Drawings(generator, case)
     label, recording, fit = drawings.whole(1.0)
     known = {"z_whole": rounded(fit.z)}
-    if case["family"] == "structural_effect":
+    if case["mechanism"] == "structural_effect":
         known["z"] = rounded(difficulty.difference(label, recording, fit, drawings.whole(0.0)[2]))
     elif "regime_from_s" in label:
         known["z_short"] = rounded(difficulty.fitted(label, cut(recording, label["regime_from_s"])).z)
     return dict(case, **known)
 
 
-def for_z(programs, case):
+def for_z(generator, case):
     """Of some drives the first on which the wanted z is reached; where none does, the one that comes nearest."""
     low, high = Z_WANTED[case["level"]]
     wanted = random.Random(derived(str(case["seed"]), "z")).uniform(low, high)
     best = None
-    for attempt in range(SEEDS_TRIED):
-        one = case if attempt == 0 else dict(case, seed=derived(str(case["seed"]), "drive", attempt))
+    tried = [case, *drives(case)[1:]]
+    for one in tried:
         try:
-            found = with_z(programs, one, low, high, wanted)
+            found = with_z(generator, one, low, high, wanted)
         except Failure:
-            if best is None and attempt == SEEDS_TRIED - 1:
+            if best is None and one is tried[-1]:
                 raise
             continue
         if best is None or distance(found["z"], wanted) < distance(best["z"], wanted):
@@ -88,8 +95,8 @@ def distance(z, wanted):
     return abs(np.log(max(z, 1e-9) / wanted))
 
 
-def with_z(programs, case, low, high, wanted):
-    drawings = Drawings(programs, case)
+def with_z(generator, case, low, high, wanted):
+    drawings = Drawings(generator, case)
     without = drawings.whole(0.0)[2] if case["id"] in WITH_COMPANION else None
 
     def reached(scale):
@@ -125,16 +132,15 @@ def next_scale(tried, wanted):
     return scale * (wanted / max(z, 1e-3)) ** (1.0 / min(max(slope, 0.3), 3.0))
 
 
-def for_absorbed(programs, case):
+def for_absorbed(generator, case):
     """Hidden in the first minutes: the base circuit takes the effect up in biased parameters and leaves z < 5.
 
     Bias and z both go about in proportion to the scale: of some drives the one with the most bias for its z is taken.
     """
     best = None
-    for attempt in range(SEEDS_TRIED):
-        one = dict(case, seed=derived(str(case["seed"]), "drive", attempt))
+    for one in drives(case):
         try:
-            seen = absorbed_at(programs, one, 1.0)
+            seen = absorbed_at(generator, one, 1.0)
         except Failure:
             continue
         gain = abs(seen["bias"]) / max(seen["z_short"], 1e-3)
@@ -149,15 +155,15 @@ def for_absorbed(programs, case):
         scale = rounded(min(max(0.9 * HIDDEN_Z / max(seen["z_short"], 1e-3) * seen["scale"][0], 0.01), LARGEST_SCALE))
         if scale == seen["scale"][0]:
             break
-        seen = absorbed_at(programs, seen, scale)
+        seen = absorbed_at(generator, seen, scale)
         if 0.7 * HIDDEN_Z < seen["z_short"] < HIDDEN_Z:
             break
     return dict(seen, as_wanted=bool(seen["z_short"] < HIDDEN_Z and abs(seen["bias"]) >= BIASED))
 
 
-def absorbed_at(programs, case, scale):
+def absorbed_at(generator, case, scale):
     """The case at a scale. Beside a companion z is that of the difference to a drawing without the effect, bias that between the two fits."""
-    drawings = Drawings(programs, case)
+    drawings = Drawings(generator, case)
     label, recording = drawings.drawn(scale)
     first = cut(recording, SHORT_S)
     short = difficulty.fitted(label, first)
@@ -170,15 +176,14 @@ def absorbed_at(programs, case, scale):
                 biased=parameter, absorbed=rounded(1.0 - short.z / max(short.z_start, short.z, 1e-9)))
 
 
-def for_masked(programs, case):
+def for_masked(generator, case):
     """The second addition as strong as hides the first best: least RMS of what the true base circuit leaves unfitted.
 
     What the two leave nearly adds up: the drive is chosen, and the strengths begun, by that of each alone.
     """
     best = None
-    for attempt in range(SEEDS_TRIED):
-        one = dict(case, seed=derived(str(case["seed"]), "drive", attempt))
-        alone, other = (raw(programs, one, scales) for scales in ((1.0, 0.0), (0.0, 1.0)))
+    for one in drives(case):
+        alone, other = (raw(generator, one, scales) for scales in ((1.0, 0.0), (0.0, 1.0)))
         count = min(len(alone), len(other))
         alone, other = alone[:count], other[:count]
         second = max(-(alone @ other) / max(other @ other, 1e-30), 0.05)
@@ -189,29 +194,29 @@ def for_masked(programs, case):
             break
     _, one, second = best
     first = rounded(min(1.0, LARGEST_SECOND / second))  # what would need too strong a second masks a weaker first
-    found = masked(programs, one, first, rounded(first * second))
+    found = masked(generator, one, first, rounded(first * second))
     while found["z_whole"] < LEAST_MASKED_Z and first < LARGEST_SCALE:
         first = rounded(min(2.0 * first, LARGEST_SCALE))
-        found = masked(programs, one, first, rounded(min(first * second, LARGEST_SECOND)))
+        found = masked(generator, one, first, rounded(min(first * second, LARGEST_SECOND)))
     return found
 
 
-def masked(programs, case, first, second):
-    tried = {0.0: rms(raw(programs, case, (first, 0.0)))}
+def masked(generator, case, first, second):
+    tried = {0.0: rms(raw(generator, case, (first, 0.0)))}
     alone = tried[0.0]
     for _ in range(3):
-        tried[second] = rms(raw(programs, case, (first, second)))
+        tried[second] = rms(raw(generator, case, (first, second)))
         second = rounded(min(max(bottom(tried, second), 0.05), LARGEST_SECOND))
         if any(abs(second - scale) < 0.05 * scale for scale in tried):
             break
     second = min((scale for scale in tried if scale), key=lambda scale: tried[scale])
-    ratio = tried[second] / max(alone, rms(raw(programs, case, (0.0, second))))
-    whole = Drawings(programs, case).whole(first, second)[2].z
+    ratio = tried[second] / max(alone, rms(raw(generator, case, (0.0, second))))
+    whole = Drawings(generator, case).whole(first, second)[2].z
     return dict(case, scale=[first, second], ratio=rounded(ratio), z_whole=rounded(whole), as_wanted=bool(ratio < MASKED_RATIO))
 
 
-def raw(programs, case, scales):
-    return difficulty.raw_error(*Drawings(programs, case).drawn(*scales))
+def raw(generator, case, scales):
+    return difficulty.raw_error(*Drawings(generator, case).drawn(*scales))
 
 
 def rms(values):

@@ -16,7 +16,7 @@ ABSENT = ("charge_acceptance", "gassing", "high_rate_depletion", "acid_transport
 # What comes with an effect and is not scaled: both ids are true.
 WITH_COMPANION = ("gassing", "sulphate_history")
 
-Stratum = collections.namedtuple("Stratum", "level family ids each rule")
+Stratum = collections.namedtuple("Stratum", "level mechanism ids each rule")
 STRATA = (
     Stratum("N1", "null", ("-",), 62, "as drawn"),
     Stratum("N2", "structural_null", ("-",), 32, "as drawn"),
@@ -50,13 +50,13 @@ def plan(secret, share, most_porous=None, duration_s=None, only=None):
         dice.shuffle(ids)
         rows = [name for _ in range(stratum.each) for name in ids]
         count = max(1, round(share * len(rows)))
-        if stratum.family.startswith("porous"):
+        if stratum.mechanism.startswith("porous"):
             count = count if most_porous is None else min(count, most_porous - porous)
             porous += count
         for k, name in enumerate(rows[:count]):
-            cases.append({"level": stratum.level, "family": stratum.family, "id": name, "rule": stratum.rule,
-                          "seed": derived(secret, stratum.family, stratum.level, name, k), "scale": [1.0]})
-            if duration_s and stratum.family != "absent":
+            cases.append({"level": stratum.level, "mechanism": stratum.mechanism, "id": name, "rule": stratum.rule,
+                          "seed": derived(secret, stratum.mechanism, stratum.level, name, k), "scale": [1.0]})
+            if duration_s and stratum.mechanism != "absent":
                 cases[-1]["duration_s"] = duration_s
     dice.shuffle(cases)
     return [dict(case, name=f"case_{k:04d}") for k, case in enumerate(cases, 1)]

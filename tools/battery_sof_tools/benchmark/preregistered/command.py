@@ -14,9 +14,9 @@ import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one process a case; the same sums on every machine
 
-from ..files import digest, write_text
-from ..sof import catalogue, program
-from . import pages, quick, run, score, seal
+from ...files import digest, write_text
+from ...sof import catalogue, program
+from . import pages, score, seal
 
 
 def do_seal(a):
@@ -24,26 +24,24 @@ def do_seal(a):
 
 
 def do_run(a):
-    run.run(a.build, a.seal, a.out, a.jobs)
+    seal.run(a.build, a.seal, a.out, a.jobs)
 
 
 def do_score(a):
-    report = score.score(a.seal, a.out, catalogue(program(a.build, "sof")))
+    report = score.score(*seal.cases_of(a.seal, a.out, catalogue(program(a.build, "sof"))))
     sys.stdout.write(pages.as_text(report))
     pages.write(report, a.markdown, a.pictures)
     if a.json:
         write_text(a.json, score.as_json(report) + "\n")
+    return report
 
 
 def do_quick(a):
     """Every time again: answers that were kept would hide what has changed."""
     shutil.rmtree(a.out, ignore_errors=True)
-    run.run(a.build, a.seal, a.out, a.jobs, with_truth=False)
-    report = score.score(a.seal, a.out, catalogue(program(a.build, "sof")))
-    sys.stdout.write(pages.as_text(report))
-    if a.json:
-        write_text(a.json, score.as_json(report) + "\n")
-    said = quick.broken(report)
+    seal.run(a.build, a.seal, a.out, a.jobs, with_truth=False)
+    a.markdown = a.pictures = None
+    said = score.broken(do_score(a))
     for one in said:
         print("beyond its bound:", one)
     sys.exit(1 if said else 0)
@@ -51,17 +49,17 @@ def do_quick(a):
 
 def do_sealed(a):
     """The committed digest must come out again from the frozen commit's hash."""
-    committed = os.path.join(a.docs, "seal.json")
+    committed = os.path.join(a.docs, seal.SEAL)
     if not os.path.exists(committed):
         sys.exit(f"{committed} is missing: nothing is sealed yet (docs/archive/proof.md says how)")
     with open(a.frozen) as f:
         secret = f.read().strip()
     sealed, results = os.path.join(a.out, "seal"), os.path.join(a.out, "results")
-    if not os.path.exists(os.path.join(sealed, "seal.json")):
+    if not os.path.exists(os.path.join(sealed, seal.SEAL)):
         seal.seal(a.build, secret, 1.0, sealed, jobs=a.jobs)
-    if digest(committed) != digest(os.path.join(sealed, "seal.json")):
+    if digest(committed) != digest(os.path.join(sealed, seal.SEAL)):
         sys.exit(f"{sealed}/seal.json is not {committed}: other labels were sealed")
-    run.run(a.build, sealed, results, a.jobs)
+    seal.run(a.build, sealed, results, a.jobs)
     a.seal, a.out = sealed, results
     a.markdown, a.pictures, a.json = (os.path.join(a.docs, name) for name in ("score.md", "pictures", "score.json"))
     do_score(a)
@@ -93,4 +91,4 @@ def arguments(given):
 
 def main(given=None):
     chosen = arguments(given)
-    return chosen.does(chosen)
+    chosen.does(chosen)
