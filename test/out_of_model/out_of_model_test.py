@@ -179,11 +179,11 @@ class Whole(unittest.TestCase):
     DRAW = """#!/usr/bin/python3
 import json, sys
 if "--list" in sys.argv:
-    print("null - -\\nother_form acid a"); sys.exit()
+    print("control - -\\nout_of_catalogue acid a"); sys.exit()
 o = dict(zip(sys.argv[1::2], sys.argv[2::2]))
 rows = "".join(f"{k / 10:g},{(k // 50 % 3 - 1) * 20},{12.7 + (k // 50 % 3 - 1) * 0.1}\\n" for k in range(6000))
 open(o["--out"], "w").write("time_s,current_a,voltage_v\\n" + rows)
-json.dump({"kind": o["--kind"], "mechanism": o.get("--mechanism"), "form": o.get("--form")}, open(o["--label"], "w"))
+json.dump({"kind": o["--kind"], "mechanism": o.get("--mechanism"), "id": o.get("--id")}, open(o["--label"], "w"))
 """
     SOF = """#!/usr/bin/python3
 import json, os, sys
@@ -197,7 +197,7 @@ json.dump({"verdict": "unexplained", "mechanism": "acid", "effects": [], "fit": 
         self.folder = tempfile.TemporaryDirectory()
         self.programs = os.path.join(self.folder.name, "devel", "lib", "battery_sof")
         os.makedirs(self.programs)
-        self.write("draw_out_of_model", self.DRAW)
+        self.write("draw_scenario", self.DRAW)
         self.write("sof", self.SOF)
         os.environ["SHOWN"] = os.path.join(self.folder.name, "shown")
 

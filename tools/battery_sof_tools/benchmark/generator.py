@@ -1,4 +1,7 @@
-"""Every call of the programs that draw cases: `draw_case` (the catalogue's equations and controls) and `draw_out_of_model` (laws that no catalogue has)."""
+"""Every call of the program that draws cases, `draw_scenario`: the catalogue's equations, controls, and laws that no catalogue has.
+
+The benchmarks' words for a kind of case are part of their seeds and of plans that are kept, so they stay what they are.
+"""
 
 import collections
 import json
@@ -7,7 +10,18 @@ import subprocess
 
 from ..sof import Failure, libraries_beside, program, required
 
-CATALOGUE, LAWS = "draw_case", "draw_out_of_model"
+PROGRAM = "draw_scenario"
+KIND_OF = {"null": "base_control", "structural_null": "structural_control", "porous_null": "porous_control",
+           "decoy": "instrument_fault", "unknown": "unlisted_law"}  # of the catalogue's; the others have the same name
+LAW_KIND_OF = {"null": "control", "imperfect_null": "control_with_recorder", "other_form": "out_of_catalogue"}
+
+
+def as_planned(label):
+    """The label of a law or a control in the benchmarks' words: kind, mechanism, form. Labels in them stay as they are."""
+    words = {kind: word for word, kind in LAW_KIND_OF.items()}
+    if label["kind"] not in words:
+        return label
+    return {**label, "kind": words[label["kind"]], "mechanism": label.get("mechanism"), "form": label.get("id")}
 
 
 def run(command):
@@ -22,27 +36,38 @@ def options(case, keys):
     return [word for key in keys if case.get(key) is not None for word in ("--" + key, str(case[key]))]
 
 
+def law_options(case, keys):
+    """A law's form is an id of `draw_scenario`."""
+    return [word.replace("--form", "--id") for word in options(case, keys)]
+
+
 class Generator:
-    """The programs of a build, looked for when they are called. laws: another draw_out_of_model than the build's."""
+    """The program of a build, looked for when it is called. other: another draw_scenario than the build's."""
 
-    def __init__(self, build, laws=None):
-        self.build, self.laws_program = build, laws
+    def __init__(self, build, other=None):
+        self.build, self.other = build, other
 
-    def of_laws(self):
-        return required(os.path.abspath(self.laws_program)) if self.laws_program else program(self.build, LAWS)
+    def program(self):
+        return required(os.path.abspath(self.other)) if self.other else program(self.build, PROGRAM)
+
+    def listed(self):
+        """(kind, mechanism, id) of everything that can be drawn, "-" where there is nothing to choose."""
+        return [line.split() for line in run([self.program(), "--list"]).splitlines()]
 
     def catalogue(self):
         """{mechanism: [id, ...]} of cases with the catalogue's equations and of controls; "-" where there is nothing to choose."""
         ids = collections.defaultdict(list)
-        for line in run([program(self.build, CATALOGUE), "--list"]).splitlines():
-            mechanism, name = line.split()
-            ids[mechanism].append(name)
+        words = {kind: word for word, kind in KIND_OF.items()}
+        for kind, _, name in self.listed():
+            if kind not in LAW_KIND_OF.values():
+                ids[words.get(kind, kind)].append(name)
         return dict(ids)
 
     def draw(self, case, recording, quiet=False):
         """Draws a case of catalogue(); its label. Scale 1 is the generator's own."""
         label = recording + ".label"
-        command = [program(self.build, CATALOGUE), "--out", recording, "--label", label] + options(case, ("mechanism", "seed"))
+        kind = KIND_OF.get(case["mechanism"], case["mechanism"])
+        command = [self.program(), "--kind", kind, "--out", recording, "--label", label] + options(case, ("seed",))
         if case["id"] != "-":
             command += ["--id", case["id"]]
         if any(scale != 1.0 for scale in case.get("scale", ())):
@@ -58,18 +83,18 @@ class Generator:
     def laws(self):
         """{mechanism: [form, ...]} of laws that no catalogue has."""
         forms = collections.defaultdict(list)
-        for line in run([self.of_laws(), "--list"]).splitlines():
-            kind, mechanism, form = line.split()
-            if kind == "other_form":
+        for kind, mechanism, form in self.listed():
+            if kind == LAW_KIND_OF["other_form"]:
                 forms[mechanism].append(form)
         return dict(forms)
 
     def draw_law(self, case, recording, label):
-        """Draws a case with a law, or a null of the same batteries, and writes its label."""
-        run([self.of_laws(), "--out", recording, "--label", label] + options(case, ("kind", "seed", "mechanism", "form", "rate", "duration")))
+        """Draws a case with a law, or a control of the same batteries, and writes its label."""
+        run([self.program(), "--kind", LAW_KIND_OF[case["kind"]], "--out", recording, "--label", label]
+            + law_options(case, ("seed", "mechanism", "form", "rate", "duration")))
 
     def inject(self, recording, out, case, strength, resistances):
         """Writes a recording with a law in it. case: mechanism, form, seed. resistances: while discharging and charging [Ohm]."""
         discharge, charge = resistances
-        run([self.of_laws(), "--beside", recording, "--strength", repr(strength), "--r-discharge", repr(discharge), "--r-charge", repr(charge), "--out", out]
-            + options(case, ("mechanism", "form", "seed")))
+        run([self.program(), "--into", recording, "--strength", repr(strength), "--r-discharge", repr(discharge), "--r-charge", repr(charge), "--out", out]
+            + law_options(case, ("mechanism", "form", "seed")))

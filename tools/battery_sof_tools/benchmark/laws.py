@@ -12,12 +12,12 @@ MEMORIES_S = (3.0, 30.0, 100.0)  # of the linear stand-in for the double layer
 TRAINING = 0.75                  # share of the samples that `sof diagnose` learns from
 PROMISED = 2.0                   # times the error that a diagnosis calls too small to tell
 LEAST_HELD = 0.4                 # of the size before the split, that is wanted behind it
-# Strengths: 0.03 to 4 is what draw_out_of_model takes of a law (docs/cases.md). Heavier drives and larger limits ask for more of what adds to the
+# Strengths: 0.03 to 4 is what draw_scenario takes of a law (docs/cases.md). Heavier drives and larger limits ask for more of what adds to the
 # voltage; of what changes a current no more is taken.
 LEAST_STRENGTH, MOST_CURRENT_STRENGTH, MOST_STRENGTH = 0.03, 4.0, 20.0
 PROPORTIONAL = ("acceptance", "acid", "open_circuit", "structure", "ageing")  # their laws add a voltage in proportion to the strength
 NEAR, TRIES = 0.15, 3
-RESISTANCE_OHM, CHARGE_OVER_DISCHARGE = (2.5e-3, 25e-3), (0.9, 1.8)  # of a battery in use, as draw_out_of_model draws them, with cables
+RESISTANCE_OHM, CHARGE_OVER_DISCHARGE = (2.5e-3, 25e-3), (0.9, 1.8)  # of a battery in use, as draw_scenario draws them, with cables
 LEAST_DISCHARGE_A = 0.5          # while less is drawn a source may hold the voltage
 
 

@@ -26,7 +26,7 @@ from ..sof import Failure, catalogue, program, required
 from ..tables import table
 from . import scorers
 from .answers import Case, asked
-from .generator import Generator
+from .generator import Generator, as_planned
 from .ridge import ridge_rmse
 from .runner import ANSWERS, complete, kept_for
 
@@ -131,7 +131,7 @@ def opened(out, catalogue_of=None):
         if "failed" in row:
             failed.append(f"{name}: {row['failed']}")
         else:
-            cases.append(Case(dict(read_json(label), name=name), row["answer"], catalogue_of, row["seconds"], ridges.get(name, {}).get("rmse_v")))
+            cases.append(Case(dict(as_planned(read_json(label)), name=name), row["answer"], catalogue_of, row["seconds"], ridges.get(name, {}).get("rmse_v")))
     return cases, failed
 
 
@@ -176,7 +176,7 @@ def arguments(given):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", default="build", help="folder of the build")
     parser.add_argument("--sof", help="another sof than the build's")
-    parser.add_argument("--draw", help="another draw_out_of_model than the build's")
+    parser.add_argument("--draw", help="another draw_scenario than the build's")
     parser.add_argument("--out", required=True, help="folder of cases and answers")
     parser.add_argument("--kinds", default=USUAL, help=f"how many of each ({USUAL})")
     parser.add_argument("--seed", type=int, default=1)

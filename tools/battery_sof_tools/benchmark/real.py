@@ -4,7 +4,7 @@
     proof_real BUILD --data FOLDER --out DIR --promised [--plain] [--only RECORDING,...]
     proof_real --only-score --out DIR [--markdown FILE]
 
-The laws are those of `draw_out_of_model`, beside the recording's own current, so strong that what other parameters of the base circuit leave of them
+The laws are those of `draw_scenario`, beside the recording's own current, so strong that what other parameters of the base circuit leave of them
 is at least twice what the diagnosis of the unchanged recording calls too small to tell. Named is what is named with the law and not without.
 With --promised the catalogue's own effects are put in, at the least strength that the answer to the unchanged recording lists (`detectable`).
 At zero strength only what the base circuit takes up whole is changed. One row a case in DIR/answers.jsonl: a run that was cut off goes on.
@@ -42,7 +42,7 @@ INSTANT_SHARE = 0.35   # of all charge has passed when a contact changes
 LONGEST_S = 3600.0     # of a stretch that is shown, from its beginning
 SLOW_S = 86400.0       # the same where samples are seconds apart
 SLOW_INTERVAL_S = 2.0
-INSTRUMENT, LONGEST_INSTRUMENT_S = "instrument", 10800.0  # as draw_out_of_model --beside takes them
+INSTRUMENT, LONGEST_INSTRUMENT_S = "instrument", 10800.0  # as draw_scenario --into takes them
 
 
 def rounds(seed, forms, only=(), without_answer=()):
@@ -97,7 +97,7 @@ def essentials(diagnosis):
 
 
 def in_folder(folder):
-    """Names of the recordings of a folder that are written as draw_out_of_model writes them. SystemExit where there are none."""
+    """Names of the recordings of a folder that are written as draw_scenario writes them. SystemExit where there are none."""
     names = sorted(name[:-len(".csv")] for name in os.listdir(folder) if name.endswith(".csv")) if os.path.isdir(folder) else []
     if not names:
         raise SystemExit(f"{folder}: no folder of recordings, expected CSV files (time_s, current_a, voltage_v)")

@@ -30,7 +30,7 @@ class Fit:
 
 
 def read_recording(path):
-    """Time [s], current [A] and voltage [V] of a recording of draw_case."""
+    """Time [s], current [A] and voltage [V] of a recording of draw_scenario."""
     with open(path) as f:
         f.readline()
         values = np.fromstring(f.read().replace("\n", ","), sep=",")
