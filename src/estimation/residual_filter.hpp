@@ -51,8 +51,8 @@ class ResidualFilter {
  * @brief Fits the noise model of a fit's residual over its window, and starts the discrepancy from
  * it.
  *
- * On averages of at least 0.1 s (docs/physics.md#noise-of-a-residual), where the current drives;
- * elsewhere it waits. Leaves the model as it is when the window has fewer than 30 of them.
+ * On averages of at least 0.1 s (docs/physics.md#noise-of-a-residual), where the current is the
+ * input; elsewhere it waits. Leaves the model as it is when the window has fewer than 30 of them.
  * @param range the window that was fitted; the model's state stands at its last sample.
  */
 void fitErrors(FittedModel& model, const Series& series, IndexRange range);

@@ -101,7 +101,7 @@ class BatterySofNode {
   bool onCancelDiagnosis(CancelDiagnosis::Request& request, CancelDiagnosis::Response& response);
   void onAdopted(const Adoption& adoption, double from_driving);
 
-  // These want mutex_ held.
+  // These need mutex_ held.
   void take(const RawSample& sample);
   void beginAnew(const char* why);
   bool isStatusDue() const;

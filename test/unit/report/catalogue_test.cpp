@@ -61,7 +61,7 @@ TEST(PhysicsPage, SaysOfEveryEffectItsFamilySignatureLookAlikesAndOtherForms) {
 TEST(CatalogueJson, NamesWhatAnEffectNeedsAndBends) {
   const auto history = catalogueJson({effectInfo("sulphate_history")})["effects"][0];
   EXPECT_EQ(history["needs"][0], "charge_acceptance");
-  EXPECT_EQ(catalogueJson({effectInfo("gassing")})["effects"][0]["bends"][0], "u_dc");
+  EXPECT_EQ(catalogueJson({effectInfo("gassing")})["effects"][0]["is_nonlinear"][0], "u_dc");
   EXPECT_TRUE(catalogueJson({effectInfo("inductance")})["effects"][0]["needs"].empty());
 }
 

@@ -11,7 +11,7 @@ import re
 import numpy as np
 
 from .. import recordings
-from ..diagnose_measured import summary, whole_recordings
+from ..benchmark.measured import summary, whole_recordings
 from ..files import ROOT, read_json
 from ..page_pictures import PICTURES
 from ..rates import geometric_mean
@@ -84,7 +84,7 @@ def one_diagnosis(out, text):
             metrics = answer["fit"][model][part]
             figures[f"{model}_{part}"] = {"rmse_mv": 1e3 * metrics["rmse_v"], "largest_v": metrics["max_abs_v"], "cranks": metrics["cranks"],
                                           "cranks_mv": 1e3 * metrics["crank_mae_v"], "charge_bias_mv": 1e3 * metrics["charge_bias_v"], "share_percent": metrics["share_percent"]}
-    figures["ridge_mv"], figures["line_mv"] = (1e3 * answer[one]["rmse_v"] for one in ("naive", "naive_line"))
+    figures["ridge_mv"], figures["line_mv"] = (1e3 * answer[one]["rmse_v"] for one in ("baseline", "naive_line"))
     figures["episodes"] = {one["regime"]: one["episodes"] for one in answer["regimes"] if one["statistic"] == "mean"}
     figures["mean_mv"] = {one["regime"]: 1e3 * one["value"] for one in answer["regimes"] if one["statistic"] == "mean"}
     figures["compared_mv"] = {one["regime"]: {"base": 1e3 * one["base_rmse_v"], "extended": 1e3 * one["extended_rmse_v"]} for one in answer["fit"]["regimes"]}
@@ -168,7 +168,7 @@ def stops(_, text):
 
 RULES = "scripts/compare_stop_rules --build BUILD "
 TWO_DRIVES = "DATA/startstop_car/drive_1.csv DATA/startstop_car/drive_2.csv " + CAR
-STRANGERS = "scripts/out_of_model --build BUILD --out OUT --seed {} --kinds null=10,imperfect_null=20,other_form=58 --json OUT/cases.json"
+OUT_OF_MODEL = "scripts/out_of_model --build BUILD --out OUT --seed {} --kinds null=10,imperfect_null=20,other_form=58 --json OUT/cases.json"
 
 
 def nulls_of(seed):
@@ -193,7 +193,7 @@ MEASUREMENTS = {
     "sealed": Measurement((), sealed, 0),
     "stops": Measurement(tuple(f"{RULES}{TWO_DRIVES} --u-required {limit}" for limit in ("7.2", "9", "9.5", "10", "10.3", "10.6")), stops, 3, True),
     "weakening": Measurement((f"{RULES}--weakening 10 --u-required 9",), stops, 20, False),
-    "strangers": Measurement((STRANGERS.format(36),), out_of_model, 40, False),
+    "out_of_model": Measurement((OUT_OF_MODEL.format(36),), out_of_model, 40, False),
     "nulls_1hz": Measurement((*nulls_of(41), *nulls_of(43)), fleet_nulls, 120, False),
     "speed": Measurement(("scripts/bench BUILD", "scripts/bench_composed BUILD"), speed, 5, False),
     "queries": Measurement(("scripts/with_ros bash -c '. BUILD/devel/setup.sh && exec scripts/bench_queries BUILD 60'",), queries, 4, False),

@@ -28,7 +28,7 @@ def next_window(results):
     for name, label in WINDOWS.items():
         ours, paper = results["next_window"][name], results["next_window_paper"][name]
         for begin, who, one, key in ((f"{label}, {ours['windows']} windows", "battery_sof", ours, "model"), ("", f"paper's circuit, {paper['windows']} windows", paper, "model"),
-                                     ("", "straight lines", ours, "naive")):
+                                     ("", "straight lines", ours, "baseline")):
             share = f"{one[key]['share_percent']:.1f} %"
             rows.append((begin, who, f"**{share}**" if begin else share, *(f"{one[key][f'charges_{time}s_a']:.2f} A" for time in ("10", "60")), cranks_of(one, key)))
     return table(("recording", "who", "share explained", "charges, 10 s", "charges, 60 s", "cranks"), rows)
@@ -49,11 +49,11 @@ def next_window_short(results):
     rows = []
     for name, label in labels.items():
         ours, paper = results["next_window"][name], results["next_window_paper"][name]
-        cells = [f"{one[key]['share_percent']:.0f} %" for one, key in ((ours, "model"), (paper, "model"), (ours, "naive"))]
+        cells = [f"{one[key]['share_percent']:.0f} %" for one, key in ((ours, "model"), (paper, "model"), (ours, "baseline"))]
         if ours["cranks"]["count"] < 3:
             cells[0] = f"**{cells[0]}**, {WORDS[ours['cranks']['count']]}"
         else:
-            errors = (cranks_of(ours, "model"), cranks_of(paper, "model"), cranks_of(ours, "naive"))
+            errors = (cranks_of(ours, "model"), cranks_of(paper, "model"), cranks_of(ours, "baseline"))
             cells = [f"{f'**{cell}**' if n == 0 else cell}, {'cranks ' if name == 'drive_1' and n == 0 else ''}{error}" for n, (cell, error) in enumerate(zip(cells, errors))]
         rows.append((f"{label}, {ours['windows']} windows", *cells))
     return table(("recording", "battery_sof", "the paper's circuit", "straight lines"), rows)
@@ -118,11 +118,11 @@ def alarms(*parts):
 
 
 def out_of_model(results):
-    seeds = [results[name] for name in ("strangers", "strangers_34", "strangers_24")]
+    seeds = [results[name] for name in ("out_of_model", "out_of_model_34", "out_of_model_24")]
     rows = [["alarms where there is nothing: plain; imperfect recorders", *map(alarms, seeds)],
             ["the same at one sample a second, 5 minutes", "seeds 41 and 43: " + alarms(results["nulls_1hz"]), "", "seeds 31 and 33: " + alarms(results["nulls_1hz_before"])],
             ["mechanism right (another beside it)", *("{right} ({beside}) of {others}: ".format(**one) + percent(one["right"], one["others"]) for one in seeds)],
-            ["wrong mechanism; an alarm without one; missed", *("{wrong}; {no_family}; {missed} of {others}".format(**one) for one in seeds)],
+            ["wrong mechanism; an alarm without one; missed", *("{wrong}; {no_mechanism}; {missed} of {others}".format(**one) for one in seeds)],
             ["hold-out error, extended over circuit, geometric mean; at most half; worse than the circuit", *("{ratio:.2f}; {half} of {others}; {worse}".format(**one) for one in seeds)],
             ["hold-out error, ridge regression over circuit; extended ahead of it", *("{ridge_ratio:.2f}; {ahead_of_ridge} of {others}".format(**one) for one in seeds)]]
     return table(("", "today: seed 36", "the version before: seed 34", "seed 24"), rows)
@@ -130,7 +130,7 @@ def out_of_model(results):
 
 def mechanism_probability(results):
     """Mechanisms right, by the probability that was stated and by seed."""
-    seeds = {name: one for name, one in reversed(results["family_probability"].items()) if name != "all"}
+    seeds = {name: one for name, one in reversed(results["mechanism_probability"].items()) if name != "all"}
     rows = []
     for stated, label in (("below_0_5", "below 0.5"), ("0_5_to_0_7", "0.5 to 0.7"), ("0_7", "0.7")):
         cells = ["{right} of {cases}".format(**one[stated]) + (f": {percent(one[stated]['right'], one[stated]['cases'])}" if stated == "0_7" else "") for one in seeds.values()]
