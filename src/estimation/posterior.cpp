@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "recording/events.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -59,8 +61,7 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
   const double variance = h.squaredNorm() + innovation.std_error * innovation.std_error;
   const double most = kMostSigmas * std::sqrt(variance);
   const double error = std::clamp(innovation.error, -most, most);
-  const Eigen::MatrixXd factor = covarianceFactor(model.fit.covariance);
-  const Eigen::VectorXd change = factor * (h * (error / variance));
+  const Eigen::VectorXd change = innovation.factor * (h * (error / variance));
   const BatteryModel composition = compositionOf(model.fit);
   const Eigen::VectorXd before = pointOf(model).parameters;
   const Eigen::Index parameters = composition.parameterCount();
@@ -72,10 +73,16 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
   model.state.u_c2 += change[parameters];
   for (std::size_t k = 0; k < model.state.further.size(); ++k)
     model.state.further[k] += change[parameters + 1 + static_cast<Eigen::Index>(k)];
-  const Eigen::VectorXd seen = factor * h;
+  const Eigen::VectorXd seen = innovation.factor * h;
+  model.fit.covariance = innovation.factor * innovation.factor.transpose();
   model.fit.covariance -= seen * seen.transpose() / variance;
   describe(model.fit);
   return innovation.error - h.squaredNorm() * error / variance;
+}
+
+double surpriseOf(const Innovation& innovation) {
+  return std::abs(innovation.error) /
+         std::hypot(innovation.modelled.norm(), innovation.std_error);
 }
 
 FittedModel parked(FittedModel model, double duration) {
@@ -91,6 +98,8 @@ FittedModel parked(FittedModel model, double duration) {
                                                     : 0.0;
     covariance(row, row) += part * spread * spread;
   }
+  const double colored = model.fit.noise ? model.fit.noise->ar_std : 0.0;
+  model.state.residual_state = {0.0, 0.0, 0.0, 0.0, colored * colored};
   describe(model.fit);
   return model;
 }
@@ -128,8 +137,8 @@ FittedModel populationPrior(double capacity, double time, double current, double
 }
 
 double voltageError(const Fit& fit, double current) {
-  constexpr double kCrank = -100.0;  // [A]
-  return std::max(fit.scores.rmse, current < kCrank ? fit.scores.crank_error_std : 0.0);
+  return std::max(fit.scores.rmse,
+                  current < EventLimits{}.crank_current ? fit.scores.crank_error_std : 0.0);
 }
 
 }  // namespace battery_sof

@@ -4,20 +4,22 @@
 
 namespace battery_sof {
 
-/// An error of a model and how it follows from the directions of covarianceFactor().
+/// An error of a model and how it follows from the directions in which parameters and state are
+/// uncertain.
 struct Innovation {
-  double error = 0.0;       ///< measured less modelled [V], [A]
-  Eigen::VectorXd modelled; ///< d (modelled) / d tangent [V], [A]
+  /// F, of parameters and states where the measurement was taken: F F' is their covariance
+  Eigen::MatrixXd factor;
+  double error = 0.0;        ///< measured less modelled [V], [A]
+  Eigen::VectorXd modelled;  ///< h, d (modelled) / d (column of F) [V], [A]
   double std_error = 0.0;   ///< of what the model misses with the right parameters [V], [A], > 0
 };
 
 /**
- * @brief Takes a measurement into parameters and state at once: an extended Kalman filter's update.
+ * @brief Takes a measurement into parameters and state: an extended Kalman filter's update.
  *
  *     z = h e / (h'h + sigma^2),   x <- x + F z,   F F' = V,   V <- F (I - h h' / (h'h + sigma^2)) F'
  *
- * x holds parameters and states, V their covariance (Fit::covariance), h the derivatives of what
- * was measured to the columns of F. Parameters that are above zero by nature move by
+ * x holds parameters and states, V their covariance (Fit::covariance). Parameters that are above zero by nature move by
  * p exp(dp / p); all stay inside their bounds. An error beyond four standard deviations of what is
  * expected counts as four. Parameters without a variance stay.
  *
@@ -25,6 +27,9 @@ struct Innovation {
  * @return the error that remains, linearly [V], [A].
  */
 double takeIn(FittedModel& model, const Innovation& innovation);
+
+/// @return the same error in standard deviations of what was expected [1].
+double surpriseOf(const Innovation& innovation);
 
 /**
  * @brief The model after the battery was parked: what may have changed meanwhile is known less.

@@ -15,6 +15,11 @@ void ModelMonitor::install(const FittedModel& model, double max_gap) {
   tracker_->setCalibrations(crank_calibration_, charge_calibration_);
 }
 
+void ModelMonitor::learnFrom(const FittedModel& model, double max_gap) {
+  install(model, max_gap);
+  tracker_->learn();
+}
+
 void ModelMonitor::goOnAs(const ModelMonitor& other, const FittedModel& model) {
   model_ = model;
   fitted_until_ = model.fit.window.to;
@@ -52,7 +57,9 @@ void ModelMonitor::moveTo(const StreamSample& first, double moved, double max_ga
   there.intervals.event_history = tracker_->event_history();
   there.intervals.event_history.moveBy(moved);
   setStateFromVoltage(there, first.time, first.current, first.voltage);
+  const bool learns = tracker_->learns();
   tracker_.emplace(there, max_gap);
+  if (learns) tracker_->learn();
   tracker_->setCalibrations(crank_calibration_, charge_calibration_);
 }
 

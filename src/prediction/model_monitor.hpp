@@ -54,6 +54,12 @@ class ModelMonitor {
   /// Shows the samples up to the model's state, right after install(): by them a source is judged,
   /// and a charge under way at the state is not taken for one that begins behind it.
   void lookBack(const Series& series);
+  /// Goes on from a model of another trip or of the population: every sample is taken into
+  /// parameters and state, until a window's fit is installed.
+  void learnFrom(const FittedModel& model, double max_gap);
+  bool learns() const { return tracker_ && tracker_->learns(); }
+  /// See StateTracker::surprise().
+  double surprise() const { return tracker_ ? tracker_->surprise() : 0.0; }
   bool holdsModel() const { return tracker_.has_value(); }
 
   /// Moves on to a sample; nothing happens without a model, or at or before its state. @return what

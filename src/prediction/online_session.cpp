@@ -28,7 +28,6 @@ const SessionOptions& checked(const SessionOptions& options) {
   requirePositive("buffer", options.buffer);
   requirePositive("identify_period", options.identify_period);
   requirePositive("retry_period", options.retry_period);
-  requirePositive("model_max_age", options.model_max_age);
   requirePositive("capacity", options.capacity);
   if (options.window_length) requirePositive("window_length", *options.window_length);
   if (!(options.min_window_quality >= 0.0 && options.min_window_quality <= 1.0)) {
@@ -152,7 +151,9 @@ void OnlineSession::advance(const StreamSample& sample) {
   source_.add(sample);
   source_.forgetBefore(stream_.series().time.front());
   judgeRestored(sample);
+  if (!contenders_.base.holdsModel()) beginFromPopulation(sample);
   follow(sample, stream_.maxGap());
+  watchForSwap(sample);
 }
 
 void OnlineSession::follow(const StreamSample& sample, double max_gap) {
@@ -187,7 +188,7 @@ SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_g
 void OnlineSession::loseModel(const std::string& why) {
   contenders_ = {ModelMonitor(options_.events), std::nullopt, {}};
   last_outcome_ = why;
-  next_look_ = driving_ + kLookInterval;  // until then it is reported why
+  next_look_ = driving_ + kLookInterval;
 }
 
 void OnlineSession::followAgain(double after, double max_gap) {
@@ -215,10 +216,10 @@ std::optional<IdentificationJob> OnlineSession::takeJob() {
 
 bool OnlineSession::isDue() {
   if (restored_) return false;
-  if (!whyNoModel()) return true;
+  if (contenders_.base.holdsModel() && !contenders_.base.learns()) return true;
   next_look_ = driving_ + kLookInterval;
   const std::string missing = missingForFirst();
-  if (!missing.empty()) last_outcome_ = missing;
+  if (!missing.empty()) missing_ = missing;
   return missing.empty();
 }
 
@@ -272,6 +273,7 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   outcome.message = outcome.accepted ? result.message : refusal;
   const bool extends = acceptsExtended(result, outcome.accepted);
   if (outcome.accepted || extends) install(result, outcome.accepted, extends);
+  if (outcome.accepted) basis_ = AnswerBasis::kThisTrip;
   if (outcome.accepted && !contenders_.base.holdsModel()) {
     outcome.accepted = false;
     outcome.message = last_outcome_;
@@ -282,7 +284,7 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   last_outcome_ =
       (outcome.accepted ? "last identification accepted: " : "last identification refused: ") +
       outcome.message;
-  next_look_ = job_driving_ + (whyNoModel() ? options_.retry_period : options_.identify_period);
+  next_look_ = job_driving_ + (contenders_.base.learns() ? options_.retry_period : options_.identify_period);
   return outcome;
 }
 
@@ -297,7 +299,7 @@ void OnlineSession::takeSource(const ChargerShare& source) {
 
 std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
   if (result.epoch != epoch_) return "the clock jumped back while the identification ran";
-  return refusalOf(result, !isTooOld(contenders_.base));
+  return refusalOf(result, !contenders_.base.learns());
 }
 
 std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_compare) const {
@@ -324,7 +326,7 @@ std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_
 bool OnlineSession::acceptsExtended(const IdentificationResult& result, bool base_accepted) {
   if (!result.extended || !extension_ || result.epoch != epoch_) return false;
   const auto& [base, extended, selector] = contenders_;
-  const std::string refusal = refusalOf(*result.extended, extended && !isTooOld(*extended));
+  const std::string refusal = refusalOf(*result.extended, extended.has_value());
   extension_->outcome = refusal.empty() ? result.extended->message : "refused: " + refusal;
   return refusal.empty() && (base_accepted || base.holdsModel());
 }
@@ -396,7 +398,7 @@ std::string OnlineSession::selectorSentence() const {
 
 const ModelMonitor& OnlineSession::inUse() const {
   const auto& [base, extended, selector] = contenders_;
-  return extended && selector.doesExtendedAnswer() && !isTooOld(*extended) ? *extended : base;
+  return extended && selector.doesExtendedAnswer() ? *extended : base;
 }
 
 }  // namespace battery_sof

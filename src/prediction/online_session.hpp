@@ -20,8 +20,6 @@ struct SessionOptions {
   double min_window_quality = 0.2;      ///< [0, 1], a window below it is not fitted
   double identify_period = 600.0;       ///< [s] of driving between identifications
   double retry_period = 60.0;           ///< [s] of driving between tries while there is no model
-  /// [s] from the window's end; the paper's predictions hold for minutes
-  double model_max_age = 3600.0;
   double capacity = 50.0;  ///< [Ah], nominal
   /// 12 V blocks in series that samples, questions and answers are of (recording/series_blocks.hpp)
   double series_blocks = 1.0;
@@ -30,7 +28,13 @@ struct SessionOptions {
 };
 
 /// What the session can do at present.
-enum class SessionState { kNoSample, kCollecting, kIdentifying, kReady, kStale };
+enum class SessionState { kNoSample, kCollecting, kIdentifying, kReady };
+
+/// What the answers rest on: the population, a trip before, or a window of this one.
+enum class AnswerBasis { kPopulation, kPreviousTrip, kThisTrip };
+
+/// @return "population", "previous_trip", "this_trip".
+std::string toString(AnswerBasis basis);
 
 /// What the model that answers expects of the last sample it settled: of the quantity that was not
 /// controlled there.
@@ -43,6 +47,7 @@ struct ExpectedSample {
 /// A summary for a status message.
 struct SessionStatus {
   SessionState state = SessionState::kNoSample;
+  AnswerBasis basis = AnswerBasis::kPopulation;
   std::string reason;                    ///< one sentence
   std::optional<double> newest_time;     ///< [s]
   std::optional<double> model_age;       ///< [s] from the window's end to the newest sample
@@ -222,6 +227,10 @@ class OnlineSession {
   SessionEvents followBoth(const StreamSample& sample, double max_gap);
   void followAgain(double after, double max_gap);
   void judgeRestored(const StreamSample& first);
+  /// Goes on from what is known of any battery.
+  void beginFromPopulation(const StreamSample& sample);
+  /// Where a first rest or crank denies the model of the trip before: another battery.
+  void watchForSwap(const StreamSample& sample);
   /// Where the clock jumped: a saved model that was refused by the clock before is judged once
   /// more.
   void offerRefusedAgain();
@@ -245,7 +254,6 @@ class OnlineSession {
   void takeSource(const ChargerShare& source);
   const ModelMonitor& inUse() const;
   std::optional<double> ageOf(const ModelMonitor& model) const;
-  bool isTooOld(const ModelMonitor& model) const;
   std::string extensionSentence() const;
   std::string selectorSentence() const;
   std::optional<ExpectedSample> expectedSample() const;
@@ -267,7 +275,8 @@ class OnlineSession {
   std::shared_ptr<const OnlineSession> before_jump_;  // none a minute after a jump
   double jumped_to_ = 0.0;                            // [s], first stamp after it
   std::optional<Extension> extension_, next_extension_;
-  std::string last_outcome_;
+  std::string last_outcome_, missing_;
+  AnswerBasis basis_ = AnswerBasis::kPopulation;
 };
 
 }  // namespace battery_sof

@@ -2,16 +2,30 @@
 #include <utility>
 
 #include "prediction/series_blocks.hpp"
+#include "estimation/posterior.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
+
+// A first rest or crank so far from what is expected is another battery's [standard deviations].
+constexpr double kSwapped = 6.0;
+constexpr double kBeforeFirst = 1e-3;  // [s]
 
 std::string inUseSentence(double age) {
   return format("the saved model is in use, %.0f s old", age);
 }
 
 }  // namespace
+
+std::string toString(AnswerBasis basis) {
+  switch (basis) {
+    case AnswerBasis::kPopulation: return "population";
+    case AnswerBasis::kPreviousTrip: return "previous_trip";
+    case AnswerBasis::kThisTrip: return "this_trip";
+  }
+  return "population";
+}
 
 // ----------------------------------------------------------------------------------------------------
 // restored model
@@ -31,12 +45,31 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
     return;
   }
   last_outcome_ = inUseSentence(first.time - model.fit.window.to);
+  basis_ = AnswerBasis::kPreviousTrip;
   if (model.fit.source) source_ = ChargerShare(*model.fit.source);
   contenders_.base.setCalibrations(model.intervals.crank_calibration,
                                    model.intervals.charge_calibration);
-  contenders_.base.install(model, stream_.maxGap());
+  contenders_.base.learnFrom(parked(model, first.time - model.state.time), stream_.maxGap());
   followAgain(model.state.time, stream_.maxGap());
-  next_look_ = driving_ + options_.identify_period;
+  next_look_ = driving_;
+}
+
+void OnlineSession::beginFromPopulation(const StreamSample& sample) {
+  basis_ = AnswerBasis::kPopulation;
+  FittedModel model = populationPrior(options_.capacity, sample.time, sample.current,
+                                      sample.voltage);
+  // The sample itself is taken in as well.
+  model.state.time = sample.time - kBeforeFirst;
+  contenders_.base.learnFrom(model, stream_.maxGap());
+}
+
+void OnlineSession::watchForSwap(const StreamSample& sample) {
+  if (basis_ != AnswerBasis::kPreviousTrip || !contenders_.base.learns()) return;
+  if (contenders_.base.surprise() < kSwapped) return;
+  loseModel(format("the saved model was given up: a first rest or crank is %.0f standard deviations "
+                   "from what it expected, as of another battery",
+                   contenders_.base.surprise()));
+  beginFromPopulation(sample);
 }
 
 void OnlineSession::offerRefusedAgain() {
@@ -46,14 +79,9 @@ void OnlineSession::offerRefusedAgain() {
 
 std::string OnlineSession::refusalOfRestored(double first_time) const {
   const double ahead = restored_->state.time - first_time;
-  const double age = first_time - restored_->fit.window.to;
   if (ahead > 0.0) {
     return format("the saved model was refused: its state is %.1f s ahead of the first sample",
                   ahead);
-  }
-  if (age > options_.model_max_age) {
-    return format("the saved model was refused: it is %.0f s old, allowed are %.0f s", age,
-                  options_.model_max_age);
   }
   if (restored_->fit.series_blocks != 1.0)
     return format("the saved model was refused: it is of %g blocks of 12 V, series_blocks is %g",
@@ -85,7 +113,9 @@ FittedModel OnlineSession::restoredNow() const {
   ModelMonitor model(options_.events);
   model.setCalibrations(restored_->intervals.crank_calibration,
                         restored_->intervals.charge_calibration);
-  model.install(*restored_, stream_.maxGap());
+  if (!first.empty())
+    model.learnFrom(parked(*restored_, first.time.front() - restored_->state.time),
+                    stream_.maxGap());
   for (std::size_t n = 0; n < first.size(); ++n)
     model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());
   return model.now();
@@ -99,10 +129,6 @@ std::optional<double> OnlineSession::ageOf(const ModelMonitor& model) const {
   return newest_->time - model.fittedUntil();
 }
 
-bool OnlineSession::isTooOld(const ModelMonitor& model) const {
-  return ageOf(model).value_or(0.0) > options_.model_max_age;
-}
-
 std::optional<std::string> OnlineSession::whyNoModel() const {
   const std::string outcome = restored_ ? whyRestoredWaits() : last_outcome_;
   if (restored_ && outcome.empty()) return std::nullopt;
@@ -110,9 +136,7 @@ std::optional<std::string> OnlineSession::whyNoModel() const {
   if (!inUse().holdsModel()) {
     return outcome.empty() ? "nothing identified yet" : "nothing identified yet: " + outcome;
   }
-  if (!isTooOld(inUse())) return std::nullopt;
-  return format("the model is %.0f s old, allowed are %.0f s", *ageOf(inUse()),
-                options_.model_max_age);
+  return std::nullopt;
 }
 
 ModelSnapshot OnlineSession::live() const {
@@ -178,6 +202,14 @@ SessionStatus OnlineSession::status() const {
 SessionStatus OnlineSession::statusOfBlock() const {
   SessionStatus status;
   status.reason = last_outcome_;
+  if (inUse().learns()) {
+    status.reason += status.reason.empty() ? "" : "; ";
+    status.reason += "answers rest on ";
+    status.reason += basis_ == AnswerBasis::kPopulation ? "what is known of lead-acid batteries"
+                                                        : "the trip before";
+    status.reason += " and this trip's samples" + (missing_.empty() ? "" : "; " + missing_);
+  }
+  status.basis = restored_ ? AnswerBasis::kPreviousTrip : basis_;
   status.newest_time = newestTime();
   status.model_age = ageOf(inUse());
   if (inUse().holdsModel()) {
@@ -205,9 +237,6 @@ SessionStatus OnlineSession::statusOfBlock() const {
     status.reason = whyNoSample();
   } else if (!reason) {
     status.state = SessionState::kReady;
-  } else if (inUse().holdsModel()) {
-    status.state = SessionState::kStale;
-    status.reason = *reason;
   } else {
     status.state = job_is_out_ ? SessionState::kIdentifying : SessionState::kCollecting;
     if (status.reason.empty()) status.reason = *reason;

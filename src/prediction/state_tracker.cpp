@@ -5,10 +5,17 @@
 #include <stdexcept>
 #include <string>
 
+#include "recording/events.hpp"
 #include "recording/voltage_repair.hpp"
 
 namespace battery_sof {
 namespace {
+
+// How long an error stays what it is: a crank's, and any other's at most [s].
+constexpr double kCrankMemory = 1.0;
+constexpr double kLongestMemory = 30.0;
+constexpr double kLearnInterval = 0.1;      // [s]
+constexpr double kUsualCurrentError = 3.0;  // [A], where no window says
 
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
 
@@ -69,7 +76,10 @@ bool StateTracker::follow(double time, double current, double voltage) {
 void StateTracker::settleOldest() {
   const std::size_t oldest = settled_count_;
   const InputSample sample = sampleAfter(settled_, oldest);
+  const ResidualFilter errors = settled_.errors;
+  const double error_time = settled_.error_time;
   last_ = step(settled_, sample);
+  if (learns_) learnFromSettled(sample, errors, error_time);
   last_voltage_ = sample.voltage;
   error_ = sample.voltage_controlled ? kOhmsOfCurrentError * (sample.step.current - last_.current)
                                      : sample.voltage - last_.voltage;
@@ -78,6 +88,58 @@ void StateTracker::settleOldest() {
   forgetFirst(recent_, oldest);
   controlled_.erase(controlled_.begin(), controlled_.begin() + static_cast<std::ptrdiff_t>(oldest));
   settled_count_ = 1;
+}
+
+Innovation StateTracker::innovationOf(const InputSample& sample) const {
+  const Simulation& simulation = settled_.follower.simulation();
+  const Fit& fit = model_.fit;
+  const Eigen::MatrixXd begun = covarianceFactor(fit.covariance);
+  Innovation innovation;
+  innovation.factor.resize(begun.rows(), begun.cols());
+  const Eigen::MatrixXd states = simulation.stateDerivatives();
+  innovation.factor << begun.topRows(begun.rows() - states.rows()), states;
+  const bool is_crank = sample.step.current < EventLimits{}.crank_current;
+  if (sample.voltage_controlled) {
+    innovation.error = sample.step.current - last_.current;
+    innovation.modelled = -simulation.currentErrorDerivatives();
+    innovation.std_error = fit.scores.current_rmse.value_or(kUsualCurrentError);
+  } else {
+    innovation.error = sample.voltage - last_.voltage;
+    innovation.modelled = simulation.voltageDerivatives();
+    innovation.std_error = voltageError(fit, sample.step.current);
+  }
+  if (!has_settled_) return innovation;
+  // Errors of samples next to each other are one error.
+  const double memory = is_crank ? kCrankMemory
+                                 : std::clamp(fit.scores.residual_correlation_time, kCrankMemory,
+                                              kLongestMemory);
+  const double since = sample.step.time - std::max(learnt_until_, sample.step.time - memory);
+  innovation.std_error *= std::sqrt(std::max(1.0, memory / std::max(since, kLearnInterval)));
+  return innovation;
+}
+
+void StateTracker::learnFromSettled(const InputSample& sample, const ResidualFilter& errors,
+                                    double error_time) {
+  Fit& fit = model_.fit;
+  ExcitedRange& seen = fit.excited;
+  seen.min_current = std::min(seen.min_current, sample.step.current);
+  seen.max_current = std::max(seen.max_current, sample.step.current);
+  seen.min_voltage = std::min(seen.min_voltage, sample.voltage);
+  seen.max_voltage = std::max(seen.max_voltage, sample.voltage);
+  const double time = settled_.state.time;
+  if (time - learnt_until_ < kLearnInterval) return;
+  const Innovation innovation = innovationOf(sample);
+  const bool is_clear = !has_settled_ || sample.step.current < EventLimits{}.crank_current;
+  if (is_clear) surprise_ = std::max(surprise_, surpriseOf(innovation));
+  FittedModel now = modelAt(settled_);
+  const double left = battery_sof::takeIn(now, innovation);
+  learnt_until_ = time;
+  model_ = std::move(now);
+  settled_.follower = Follower(model_, true);
+  settled_.state = model_.state;
+  if (sample.voltage_controlled) return;
+  settled_.errors = errors;
+  settled_.errors.update(time - error_time, left);
 }
 
 void StateTracker::lookAhead() {

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cmath>
+
 #include "estimation/follower.hpp"
+#include "estimation/posterior.hpp"
 #include "estimation/residual_filter.hpp"
 
 namespace battery_sof {
@@ -32,6 +35,12 @@ class StateTracker {
   /// @return whether a sample was settled. @throws std::invalid_argument when time does not
   /// increase.
   bool follow(double time, double current, double voltage);
+  /// From here on every settled sample is taken into parameters and state, until a window is fitted.
+  void learn() { learns_ = true; }
+  bool learns() const { return learns_; }
+  /// [1], largest error of a learning tracker's samples over what was expected of it, of a crank or
+  /// the first sample; 0 before.
+  double surprise() const { return surprise_; }
   /// Widths of intervals, as past events ask for.
   void setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge);
   /// What the caller knows of the model and its numbers do not say: recording, duration of the fit.
@@ -86,6 +95,10 @@ class StateTracker {
   FollowedSample step(SimulationPoint& point, const InputSample& sample) const;
   InputSample sampleAfter(const SimulationPoint& point, std::size_t n) const;
   void settleOldest();
+  /// Takes the settled sample into parameters and state. @param errors as they were before it.
+  void learnFromSettled(const InputSample& sample, const ResidualFilter& errors,
+                        double error_time);
+  Innovation innovationOf(const InputSample& sample) const;
   void lookAhead();
 
   FittedModel model_;
@@ -93,7 +106,9 @@ class StateTracker {
   SimulationPoint settled_;
   std::optional<SimulationPoint> ahead_;  // at the newest sample, where that is not settled
   std::optional<ControlModeDetector> watch_;
-  bool voltage_controlled_ = false;
+  bool voltage_controlled_ = false, learns_ = false;
+  double surprise_ = 0.0;
+  double learnt_until_ = -HUGE_VAL;  // [s]
   // As they came: the last settled sample, if there is one, and those that wait.
   Series recent_;
   std::vector<char> controlled_;

@@ -41,6 +41,7 @@ std::string shown(double value) {
 const std::map<std::string, std::string> kRenamed = {{"blocks", "series_blocks"},
                                                      {"adopt_diagnosis", "use_diagnosis"},
                                                      {"min_suitability", "min_window_quality"}};
+constexpr char kGone[] = "model_max_age_s";
 
 class Schema {
  public:
@@ -97,6 +98,10 @@ class Schema {
     for (auto& [key, value] : values) {
       const auto reader = readers_.find(key);
       if (reader == readers_.end()) {
+        if (key == kGone) {
+          faults.push_back(prefix + key + " is gone since 0.3: intervals say how old a model is");
+          continue;
+        }
         const auto renamed = kRenamed.find(key);
         faults.push_back(prefix + key +
                          (renamed == kRenamed.end() ? " is unknown; known are " + known()
@@ -173,7 +178,6 @@ Schema schemaOf(NodeOptions& options) {
   schema.number("min_window_quality", 0.0, 1.0, into(session.min_window_quality));
   schema.number("identify_period_s", 10.0, 86400.0, into(session.identify_period));
   schema.number("retry_period_s", 10.0, 86400.0, into(session.retry_period));
-  schema.number("model_max_age_s", 60.0, 604800.0, into(session.model_max_age));
   schema.number("capacity_ah", 1.0, 1000.0, into(session.capacity));
   schema.number("series_blocks", kMinSeriesBlocks, kMaxSeriesBlocks, into(session.series_blocks));
   schema.number("crank_current_a", -2000.0, -1.0, into(session.events.crank_current));

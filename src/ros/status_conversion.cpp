@@ -12,7 +12,6 @@ std::uint8_t stateCode(SessionState state) {
     case SessionState::kCollecting: return SofStatus::COLLECTING;
     case SessionState::kIdentifying: return SofStatus::IDENTIFYING;
     case SessionState::kReady: return SofStatus::READY;
-    case SessionState::kStale: return SofStatus::STALE;
   }
   return SofStatus::NO_DATA;
 }
@@ -116,6 +115,7 @@ SofStatus messageOf(const StatusContents& contents) {
   SofStatus message;
   message.state = stateCode(contents.session.state);
   message.reason = contents.session.reason;
+  message.answer_basis = toString(contents.session.basis);
   message.model_age = orNan(contents.session.model_age);
   message.window_quality = orNan(contents.session.window_quality);
   message.backtest_q_dyn_percent = orNan(contents.session.backtest.q_dyn_percent);

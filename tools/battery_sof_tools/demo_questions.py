@@ -76,7 +76,7 @@ def refusal():
 def main():
     rospy.init_node("demo_questions", anonymous=True)
     status = rospy.wait_for_message(NODE + "/status", SofStatus, timeout=20.0)
-    states = {getattr(SofStatus, name): name for name in ("NO_DATA", "COLLECTING", "IDENTIFYING", "READY", "STALE")}
+    states = {getattr(SofStatus, name): name for name in ("NO_DATA", "COLLECTING", "IDENTIFYING", "READY")}
     print("~status: {}, model {:.0f} s old, Q_dyn of the running back-test {:.1f} %, window quality {:.2f}".format(
         states[status.state], status.model_age, status.backtest_q_dyn_percent, status.window_quality))
     cranks, charges = status.past_cranks, status.past_charges

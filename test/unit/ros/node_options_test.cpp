@@ -64,7 +64,6 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
   EXPECT_EQ(shipped.session.min_window_quality, built_in.session.min_window_quality);
   EXPECT_EQ(shipped.session.identify_period, built_in.session.identify_period);
   EXPECT_EQ(shipped.session.retry_period, built_in.session.retry_period);
-  EXPECT_EQ(shipped.session.model_max_age, built_in.session.model_max_age);
   EXPECT_EQ(shipped.session.capacity, built_in.session.capacity);
   EXPECT_EQ(shipped.session.series_blocks, built_in.session.series_blocks);
   EXPECT_EQ(shipped.session.events.crank_current, built_in.session.events.crank_current);

@@ -1,0 +1,89 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <optional>
+
+#include "battery_sof/csv.hpp"
+#include "column_options.hpp"
+#include "prediction/online_session.hpp"
+
+namespace {
+
+using namespace battery_sof;
+
+/// What is tried, and where its rows go.
+struct Trip {
+  std::string name;
+  double begin = 0.0;  // [s], of its first sample
+};
+
+void print(const Trip& trip, const SessionEvents& events, const char* basis) {
+  for (const CrankComparison& c : events.cranks)
+    std::printf("%s,%s,crank,%.2f,%.4f,%.4f,%.4f,%.4f\n", trip.name.c_str(), basis,
+                c.time - trip.begin, c.measured_minimum, c.expected_minimum.value,
+                c.expected_minimum.lower, c.expected_minimum.upper);
+  for (const ChargeComparison& c : events.charges)
+    std::printf("%s,%s,charge,%.2f,%.4f,%.4f,%.4f,%.4f\n", trip.name.c_str(), basis,
+                c.time - trip.begin, c.measured_current, c.expected_current.value,
+                c.expected_current.lower, c.expected_current.upper);
+}
+
+/// The standing questions with the node's defaults: valid or not, and the crank's width.
+void ask(const Trip& trip, const OnlineSession& session, double time, const char* basis) {
+  const ModelSnapshot model = session.live();
+  const double u_boost = session.chargeVoltage().value_or(14.2);
+  const auto crank = model.predictCranking({-20.0, 30.0, -200.0, 1.0, 7.2});
+  const auto stop = model.predictStopTime({-20.0, -200.0, 1.0, 7.2});
+  const auto charge = model.predictChargeAcceptance({u_boost, 10.0, 5000.0});
+  const double width = crank.u_min ? crank.u_min->upper - crank.u_min->lower : -1.0;
+  std::printf("%s,%s,valid,%.2f,%d,%d,%d,%.4f\n", trip.name.c_str(), basis, time - trip.begin,
+              crank.valid, stop.valid, charge.valid, width);
+}
+
+/// Plays a trip that begins at a moment. @return the model at its end.
+std::optional<FittedModel> play(Trip trip, const Series& series,
+                                const std::optional<FittedModel>& before, double capacity) {
+  SessionOptions options;
+  options.capacity = capacity;
+  OnlineSession session(options);
+  if (before) session.restore(*before);
+  double asked = -HUGE_VAL;
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    const double time = trip.begin + series.time[n] - series.time.front();
+    const SessionEvents events =
+        session.push({time, series.current[n], series.voltage[n], std::nullopt});
+    const std::string basis = toString(session.status().basis);
+    print(trip, events, basis.c_str());
+    if (time - asked >= 5.0 && session.newestTime()) {
+      ask(trip, session, time, basis.c_str());
+      asked = time;
+    }
+    if (auto job = session.takeDueJob()) session.finish(runIdentification(*job));
+  }
+  return session.model();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Plays trips of one battery one after the other, the state file of each given to the next, "
+      "and prints what was expected and which answers were valid.");
+  std::vector<std::string> recordings;
+  double parked = 43200.0, capacity = 50.0;
+  CsvColumns columns;
+  app.add_option("REC", recordings, "CSV recordings, in order")->required();
+  app.add_option("--parked", parked, "[s] between trips");
+  app.add_option("--capacity", capacity, "[Ah]");
+  addColumnOptions(app, columns);
+  CLI11_PARSE(app, argc, argv);
+  std::puts("trip,basis,kind,time_s,measured,expected,lower,upper");
+  std::optional<FittedModel> model;
+  double begin = 0.0;
+  for (const auto& path : recordings) {
+    const Recording recording = readCsv(path, columns);
+    const Series& series = recording.series;
+    model = play({recording.name, begin}, series, model, capacity);
+    begin += series.time.back() - series.time.front() + parked;
+  }
+  return 0;
+}

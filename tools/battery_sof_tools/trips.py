@@ -1,0 +1,112 @@
+"""Answers of the first minutes: pairs of trips of one battery, the state file of the first given to the second.
+
+    trips BUILD --data FOLDER [--parked S] [--json FILE]
+
+Plays every pair through a session (trips_experiment) and prints, for minutes 0-1, 1-5, 5-15 and later of the second trip: how many standing answers were
+valid, errors of cranks and charges, coverage and width of their 90 % intervals. The same second trip without a state file stands below.
+"""
+
+import argparse
+import csv
+import io
+import os
+import subprocess
+import tempfile
+
+import numpy as np
+
+from . import recordings
+from .files import write_json
+from .sof import program
+from .tables import table
+
+AGES = ((0.0, 60.0, "0-1"), (60.0, 300.0, "1-5"), (300.0, 900.0, "5-15"), (900.0, np.inf, "later"))
+LONGEST_S = 3600.0  # of a trip
+# recording and range of the first and of the second trip; a name alone is cut in the middle
+PAIRS = (("drive_1a", "drive_1b"), ("drive_1b", "drive_2a"), ("drive_2a", "drive_2b"), ("drive_1a", "drive_2b"), "other_car_1", "small_car", "ev_12v")
+
+
+def halves(name, data):
+    time, current, voltage = recordings.measured(data, name)
+    middle = len(time) // 2
+    return [[column[part] for column in (time, current, voltage)] for part in (slice(0, middle), slice(middle, None))]
+
+
+def trips_of(pair, data):
+    first, second = halves(pair, data) if isinstance(pair, str) else [recordings.measured(data, one) for one in pair]
+    keep = lambda columns, mask: [column[mask] for column in columns]
+    return (keep(first, first[0] > first[0][-1] - LONGEST_S), keep(second, second[0] < second[0][0] + LONGEST_S))
+
+
+def played(binary, trips, parked, folder):
+    """Rows of trips_experiment about the last trip."""
+    paths = []
+    for n, trip in enumerate(trips):
+        paths.append(os.path.join(folder, f"trip_{n}.csv"))
+        recordings.write(paths[-1], *trip)
+    out = subprocess.run([binary, *paths, "--parked", str(parked)], capture_output=True, text=True)
+    if out.returncode:
+        raise SystemExit(out.stderr)
+    rows = list(csv.DictReader(io.StringIO(out.stdout)))
+    return [row for row in rows if row["trip"] == os.path.basename(paths[-1])]
+
+
+def figures(rows):
+    """{kind: {age: figures}} of rows."""
+    out = {}
+    for low, high, name in AGES:
+        of_age = [row for row in rows if low <= float(row["time_s"]) < high]
+        valid = [row for row in of_age if row["kind"] == "valid"]
+        one = {"asked": len(valid)}
+        for key, column in (("crank", "measured"), ("stop", "expected"), ("charge", "lower")):
+            one["valid_" + key] = sum(int(row[column]) for row in valid)
+        widths = [float(row["upper"]) for row in valid if float(row["upper"]) >= 0.0]
+        one["width_v"] = float(np.median(widths)) if widths else None
+        for kind in ("crank", "charge"):
+            some = [[float(row[key]) for key in ("measured", "expected", "lower", "upper")] for row in of_age if row["kind"] == kind]
+            one[kind] = [[m - e, l <= m <= u, u - l] for m, e, l, u in some]
+        out[name] = one
+    return out
+
+
+def pooled(all_figures, age):
+    """Cells of one age over all pairs."""
+    ones = [figures_of[age] for figures_of in all_figures]
+    asked = sum(one["asked"] for one in ones)
+    cells = [f"{100.0 * sum(one['valid_' + key] for one in ones) / asked:.0f}" if asked else "" for key in ("crank", "stop", "charge")]
+    for kind in ("crank", "charge"):
+        some = [event for one in ones for event in one[kind]]
+        if some:
+            errors, inside, widths = (np.array([event[k] for event in some]) for k in range(3))
+            cells.append(f"{len(some)}: {np.mean(np.abs(errors)):.2f}, {100.0 * np.mean(inside):.0f} %, {np.median(widths):.2f}")
+        else:
+            cells.append("0")
+    widths = [one["width_v"] for one in ones if one["width_v"] is not None]
+    return cells + [f"{np.median(widths):.2f}" if widths else ""]
+
+
+HEAD = ("minutes", "valid crank [%]", "valid stop [%]", "valid charge [%]", "cranks: mean error [V], inside, width [V]",
+        "charges: mean error [A], inside, width [A]", "standing crank's width [V]")
+
+
+def main(given=None):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("build")
+    parser.add_argument("--data", required=True)
+    parser.add_argument("--parked", type=float, default=43200.0, help="[s] between the trips")
+    parser.add_argument("--json")
+    a = parser.parse_args(given)
+    binary = program(a.build, "trips_experiment")
+    results = {"with": {}, "without": {}}
+    with tempfile.TemporaryDirectory() as folder:
+        for pair in PAIRS:
+            trips = trips_of(pair, a.data)
+            name = pair if isinstance(pair, str) else " then ".join(pair)
+            results["with"][name] = figures(played(binary, trips, a.parked, folder))
+            results["without"][name] = figures(played(binary, trips[1:], a.parked, folder))
+    for title, which in (("second trip, state file of the first", "with"), ("the same trip, no state file", "without")):
+        print(title + "\n")
+        print("\n".join(table(HEAD, [[age, *pooled(results[which].values(), age)] for _, _, age in AGES])) + "\n")
+    if a.json:
+        write_json(a.json, results)
+    return 0
