@@ -1,1 +1,1 @@
-"""The sealed benchmark of `sof diagnose`: seal, run, score (docs/archive/proof.md)."""
+"""The sealed benchmark of `sof diagnose`: seal, run, score (docs/validation.md)."""

@@ -1,6 +1,6 @@
 """Names that count as one."""
 
-# Classes that no recording distinguishes (docs/physics.md#effects-that-cannot-be-reported-apart): naming one names the other.
+# Classes that no recording distinguishes (docs/physics.md#effects-that-cannot-be-distinguished): naming one names the other.
 ALIKE = [{"current_offset", "parasitic_load"}, {"fast_arc", "sensor_lag"}, {"inductance", "time_skew"}]
 LARGEST_CLASS = 3
 
