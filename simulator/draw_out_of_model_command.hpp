@@ -9,7 +9,7 @@ namespace battery_sof_reference {
 /**
  * @brief The program `draw_out_of_model --kind K --seed N --out REC.csv --label LABEL.json`.
  *
- * Draws a case whose physics has a form of its own, or none (docs/cases.md), and writes its
+ * Draws a case whose physics has a form of its own, or none (docs/validation.md), and writes its
  * recording and its label, each whole or not at all. --mechanism, --form, --drive, --duration S and
  * --rate HZ hold what the seed would choose; --scale X is times the strength found; --list prints
  * kinds, mechanisms and forms, one "kind mechanism form" a line. The same options give the same

@@ -57,7 +57,7 @@ constexpr double kMaxImperfection = 0.7e-3;
 constexpr double kMaxCrankImperfection = 8e-3;
 
 /**
- * @brief A case (docs/cases.md).
+ * @brief A case (docs/validation.md).
  *
  * The currents are those of a source with a voltage limit and the true battery, made linear between
  * samples. An other form's strength is searched until its visible RMS in the training part is the

@@ -27,7 +27,7 @@ struct OutOfModelInstrumentForm {
   std::function<std::unique_ptr<OutOfModelInstrument>(Dice&, const Circumstances&)> draw;
 };
 
-/// dead_band, remanence, clock_drift, ringing_channel, thermostat_load (docs/cases.md).
+/// dead_band, remanence, clock_drift, ringing_channel, thermostat_load (docs/validation.md).
 const std::vector<OutOfModelInstrumentForm>& outOfModelInstrumentForms();
 
 }  // namespace battery_sof_reference

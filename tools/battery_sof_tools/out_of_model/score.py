@@ -1,4 +1,4 @@
-"""Counts alarms, mechanisms and held-out errors (docs/cases.md)."""
+"""Counts alarms, mechanisms and held-out errors (docs/validation.md)."""
 
 import collections
 import json
