@@ -63,7 +63,7 @@ struct OutOfModelForm {
   std::function<std::unique_ptr<OutOfModelVoltage>(Dice&, const Circumstances&)> draw;
 };
 
-/// Forms of one mechanism each (docs/validation.md lists them).
+/// Forms of one mechanism each (`draw_out_of_model --list`; docs/validation.md).
 std::vector<OutOfModelForm> acceptanceForms();
 std::vector<OutOfModelForm> sideReactionForms();
 std::vector<OutOfModelForm> acidForms();
