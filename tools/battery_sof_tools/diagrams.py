@@ -49,7 +49,7 @@ def resistance():
     """r(i): a resistance for each sign, with ideal diodes."""
     parts = line((46, 90), (130, 90)) + dot(130, 90) + line((130, 60), (130, 120)) + line((290, 60), (290, 120)) + dot(290, 90)
     for y, name, charges in ((60, "r_charge", True), (120, "r_discharge", False)):
-        parts += line((130, y), (150, y)) + line((170, y), (190, y)) + box(190, y - 9, 80, 18, FILL) + line((270, y), (290, y)) + text(230, y + 5, name, size=13)
+        parts += line((130, y), (150, y)) + line((170, y), (186, y)) + box(186, y - 10, 92, 20, FILL) + line((278, y), (290, y)) + text(232, y + 5, name, size=13)
         tri = f"150,{y - 8} 150,{y + 8} 168,{y}" if charges else f"170,{y - 8} 170,{y + 8} 152,{y}"
         bar = 169 if charges else 151
         parts += f'<polygon points="{tri}" fill="{INK}"/>\n' + line((bar, y - 9), (bar, y + 9))
@@ -98,7 +98,7 @@ def edges(name):
 def data_flow():
     width = 20 + COLUMN * 6 - 30
     parts = HEAD.format(width=width, height=440, title="Data flow through the folders of src", ink=INK, sign=SIGN)
-    parts += text(20, 30, "src/: data flow from left to right; every folder may include those to its left and util/", anchor="start", size=14)
+    parts += text(20, 30, "src/: who uses whom. Order of includes: util, recording, baseline, model, regression, estimation, prediction, diagnosis, report", anchor="start", size=14)
     for first, second in ARROWS:
         (x1, y1), (x2, y2) = edges(first), edges(second)
         parts += line((x1 + 165, y1 + 40), (x2 - 2, y2 + 40), colour=GREY, tip="tip")
