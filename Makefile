@@ -31,7 +31,7 @@ test: build
 docs: deps
 	@$(PYTHON) scripts/make_docs "$(BUILD)/docs"
 
-# The build without ROS (docs/core.md), and what can differ in it: files and commands, the installed package, Python.
+# The build without ROS (docs/cpp-and-python.md), and what can differ in it: files and commands, the installed package, Python.
 test-core: deps
 	@cmake -S . -B "$(BUILD_CORE)" -DBATTERY_SOF_ROS=OFF $(CMAKE_FLAGS)
 	@cmake --build "$(BUILD_CORE)" --target core_checks -j$(JOBS)

@@ -1,4 +1,4 @@
-"""Window quality of windows and coverage of intervals, by experiment: writes docs/archive/study.md and its picture.
+"""Window quality of windows and coverage of intervals, by experiment: writes archive/study.md and its picture into a folder (BUILD/study).
 
     make study [DATA=folder with startstop_car/]
 
@@ -277,9 +277,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build")
     parser.add_argument("--data", help="folder that holds startstop_car/")
-    parser.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="folder that archive/ and pictures/ lie in")
+    parser.add_argument("--docs", help="folder that archive/ and pictures/ are written into; BUILD/study unless given")
     parser.add_argument("--json", help="file to write coverage and correlations to")
     arguments = parser.parse_args()
+    arguments.docs = arguments.docs or os.path.join(arguments.build, "study")
     tools = {name: program(arguments.build, name) for name in ("sof", "suitability_experiment", "session_experiment")}
     real = [os.path.join(arguments.data, "startstop_car", name + ".csv") for name in REAL] if arguments.data else []
     with tempfile.TemporaryDirectory() as folder:
@@ -298,4 +299,4 @@ def main():
         real="and the real drives of a start-stop car" if real else "; no real recordings were at hand for this run", held=len(held),
         indicators=indicator_table(held), choices=choice_table(held), coverage=coverage_table(found), sof2=sof2,
         **{key: found[key] for key in ("all_q", "all_crank", "in_q", "in_crank")}))
-    say("docs/archive/study.md written")
+    say(os.path.join(arguments.docs, "archive", "study.md") + " written")
