@@ -85,7 +85,7 @@ reproduce: build
 
 # DATA: folder with startstop_car/, for the real recordings.
 study: build
-	@bash scripts/with_ros cmake --build "$(BUILD)" --target suitability_experiment session_experiment -j$(JOBS)
+	@bash scripts/with_ros cmake --build "$(BUILD)" --target window_quality_experiment session_experiment -j$(JOBS)
 	@$(PYTHON) scripts/study "$(BUILD)" $(if $(DATA),--data "$(DATA)")
 
 # Effects, nulls, decoys and unknowns counted: some 40 minutes on two cores, goes on where it was cut off.

@@ -3,7 +3,7 @@
     make study [DATA=folder with startstop_car/]
 
 Simulates data sets 1 to 3 with eight seeds each (sof simulate), fits windows of every recording and scores what they predict
-(suitability_experiment), plays every recording through a session (session_experiment). Recordings with seeds 4 to 8, drive_2 and
+(window_quality_experiment), plays every recording through a session (session_experiment). Recordings with seeds 4 to 8, drive_2 and
 other_car_1 chose nothing: they are held out. Without DATA the real recordings are left out and the page says so.
 """
 import argparse
@@ -64,8 +64,8 @@ def simulate(tools, folder):
 
 
 def gather(tools, simulated, real):
-    jobs = [("windows", tools["suitability_experiment"], [p]) for p in simulated]
-    jobs += [("windows", tools["suitability_experiment"], [p] + COLUMNS) for p in real]
+    jobs = [("windows", tools["window_quality_experiment"], [p]) for p in simulated]
+    jobs += [("windows", tools["window_quality_experiment"], [p] + COLUMNS) for p in real]
     jobs += [("session", tools["session_experiment"], [p]) for p in simulated]
     jobs += [("session", tools["session_experiment"], [p] + COLUMNS) for p in real]
     found = {"windows": [], "session": []}
@@ -281,7 +281,7 @@ def main():
     parser.add_argument("--json", help="file to write coverage and correlations to")
     arguments = parser.parse_args()
     arguments.docs = arguments.docs or os.path.join(arguments.build, "study")
-    tools = {name: program(arguments.build, name) for name in ("sof", "suitability_experiment", "session_experiment")}
+    tools = {name: program(arguments.build, name) for name in ("sof", "window_quality_experiment", "session_experiment")}
     real = [os.path.join(arguments.data, "startstop_car", name + ".csv") for name in REAL] if arguments.data else []
     with tempfile.TemporaryDirectory() as folder:
         windows, session = gather(tools, simulate(tools, folder), real)
