@@ -22,7 +22,7 @@ struct CatalogueDraft {
 };
 
 /**
- * @brief A scenario of a catalogue kind (docs/cases.md).
+ * @brief A scenario of a catalogue kind (docs/validation.md).
  * @param order duration 60 to 14400 s; a scale for each addition, finite and >= 0, or one for all.
  * @throws std::invalid_argument for an order that cannot be.
  */

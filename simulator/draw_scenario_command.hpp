@@ -10,7 +10,7 @@ namespace battery_sof_simulator {
  * @brief The program `draw_scenario --kind K [--mechanism M] [--id ID] --seed N --out REC.csv
  * --label LABEL.json`.
  *
- * Draws a scenario with known truth (docs/cases.md) and writes its recording (.csv or .bag) and its
+ * Draws a scenario with known truth (docs/validation.md) and writes its recording (.csv or .bag) and its
  * label, each whole or not at all. --duration S, --rate HZ and --drive hold what the kind or the
  * seed would choose; --scale X[,Y] is times the strength of what is added, --quiet leaves noise and
  * quantisation out; --list prints "kind mechanism id", one a line. The same options give the same

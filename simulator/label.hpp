@@ -8,7 +8,7 @@
 namespace battery_sof_simulator {
 
 /**
- * @brief What a scenario's recording was made from, as JSON (docs/cases.md).
+ * @brief What a scenario's recording was made from, as JSON (docs/validation.md).
  *
  * All: {"schema","kind","id","seed","duration_s","sample_rate_hz"}. Of catalogue kinds:
  *

@@ -85,7 +85,7 @@ struct LawForm {
   Law (*draw)(Dice&, const Circumstances&);
 };
 
-/// Laws of one mechanism each (docs/cases.md lists them).
+/// Laws of one mechanism each (docs/validation.md lists them).
 std::vector<LawForm> acceptanceLaws();
 std::vector<LawForm> sideReactionLaws();
 std::vector<LawForm> acidLaws();

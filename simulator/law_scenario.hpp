@@ -69,7 +69,7 @@ constexpr double kMaxCrankImperfection = 8e-3;
 constexpr std::uint32_t kLawStream = 23;
 
 /**
- * @brief A scenario of out_of_catalogue, control or control_with_recorder (docs/cases.md).
+ * @brief A scenario of out_of_catalogue, control or control_with_recorder (docs/validation.md).
  *
  * The currents are those of a source with a voltage limit and the true battery, made linear between
  * samples. A law's strength is searched until its visible RMS in the training part is the

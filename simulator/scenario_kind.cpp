@@ -31,7 +31,7 @@ const Names kAbsent{"charge_acceptance", "gassing", "high_rate_depletion", "acid
 constexpr double kUsualDuration = 1200.0, kUsualAbsentDuration = 2400.0;  // [s]
 
 /// Classes of effects that voltage and current of a drive may not separate
-/// (docs/physics.md#effects-that-cannot-be-reported-apart).
+/// (docs/physics.md#effects-that-cannot-be-distinguished).
 const std::vector<Names> kTieClasses{
     {"current_offset", "parasitic_load", "gassing", "charge_transfer"},
     {"fast_arc", "sensor_lag"},

@@ -19,7 +19,7 @@ constexpr char kOutOfCatalogue[] = "out_of_catalogue", kControl[] = "control",
                kRecorderControl[] = "control_with_recorder";
 
 /**
- * @brief All kinds of scenarios that a diagnosis can be tried on (docs/cases.md).
+ * @brief All kinds of scenarios that a diagnosis can be tried on (docs/validation.md).
  *
  * Of the catalogue's equations: base_control: the base circuit. structural_control: another
  * structure, no tier-P effect. porous_control: a porous-electrode model, in which acid transport

@@ -94,7 +94,7 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
  *
  * A source is seen, and samples are a quarter of a second or more apart: then the current between
  * them is not known, and its error grows in a blocked electrode
- * (docs/decisions/0011-mixed-drive.md). Faster current is as good as exact and is the only input.
+ * (docs/decisions/0009-operating-mode.md). Faster current is as good as exact and is the only input.
  */
 std::optional<ChargerControl> chargerControl(const Series& series);
 

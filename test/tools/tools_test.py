@@ -99,8 +99,8 @@ class Site(unittest.TestCase):
         self.assertEqual(docs_site.fitted("[a](docs/node.md#states) [b](LICENSE) [c](docs/decisions) [d](https://x.org/y.md) [e](#here)", "README.md", outside),
                          "[a](node.md#states) [b](files/LICENSE.txt) c [d](https://x.org/y.md) [e](#here)")
         self.assertEqual(outside, {"LICENSE"})
-        self.assertEqual(docs_site.fitted("![p](../pictures/suitability.png) [r](../../README.md)", "docs/archive/study.md", outside),
-                         "![p](../pictures/suitability.png) [r](../index.md)")
+        self.assertEqual(docs_site.fitted("![p](../pictures/circuit.svg) [r](../../README.md)", "docs/decisions/0001-robust-start.md", outside),
+                         "![p](../pictures/circuit.svg) [r](../index.md)")
 
     def test_a_link_to_nothing_is_left_for_mkdocs_to_refuse(self):
         self.assertEqual(docs_site.fitted("[x](nowhere.md)", "README.md", set()), "[x](nowhere.md)")

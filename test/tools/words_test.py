@@ -1,4 +1,4 @@
-"""Words of the field: none of words.txt stands in what a reader reads. Code between backticks in a page's table of old names, archives and decisions are quotes."""
+"""Words of the field: none of words.txt stands in what a reader reads. Code between backticks in a page's table of old names, made scores are quotes."""
 
 import os
 import re
@@ -7,7 +7,7 @@ import unittest
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.realpath(os.path.join(HERE, "..", ".."))
 FOLDERS = ("src", "include", "msg", "srv", "launch", "docs")
-QUOTES = ("docs/archive/", "docs/proof/", "docs/decisions/")  # as they were written
+QUOTES = ("docs/proof/",)  # made by scripts/proof
 ENDINGS = (".cpp", ".hpp", ".inc", ".msg", ".srv", ".launch", ".md")
 
 

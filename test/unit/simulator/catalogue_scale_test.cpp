@@ -234,7 +234,7 @@ Halves halvesOf(const std::string& id, std::uint64_t seed, double duration) {
 
 TEST(Absent, OnlyTheSecondHalfShowsTheEffect) {
   for (const ScenarioKind& kind : kindsOf({"absent"})) {
-    // A plateau must outlast what its companion can take: docs/cases.md.
+    // A plateau must outlast what its companion can take: docs/validation.md.
     const Halves halves = halvesOf(kind.id, 3, kind.id == "gassing" ? 900.0 : 400.0);
     EXPECT_GT(halves.rms(false), 4.0 * halves.rms(true)) << kind.id;
     EXPECT_GT(halves.rms(true), 0.0) << kind.id;

@@ -12,7 +12,7 @@ MEMORIES_S = (3.0, 30.0, 100.0)  # of the linear stand-in for the double layer
 TRAINING = 0.75                  # share of the samples that `sof diagnose` learns from
 PROMISED = 2.0                   # times the error that a diagnosis calls too small to tell
 LEAST_HELD = 0.4                 # of the size before the split, that is wanted behind it
-# Strengths: 0.03 to 4 is what draw_scenario takes of a law (docs/cases.md). Heavier drives and larger limits ask for more of what adds to the
+# Strengths: 0.03 to 4 is what draw_scenario takes of a law (docs/validation.md). Heavier drives and larger limits ask for more of what adds to the
 # voltage; of what changes a current no more is taken.
 LEAST_STRENGTH, MOST_CURRENT_STRENGTH, MOST_STRENGTH = 0.03, 4.0, 20.0
 PROPORTIONAL = ("acceptance", "acid", "open_circuit", "structure", "ageing")  # their laws add a voltage in proportion to the strength

@@ -1,4 +1,4 @@
-"""Judges `sof diagnose` on out-of-model cases: recordings of physics in forms that no catalogue has, and nulls (docs/cases.md).
+"""Judges `sof diagnose` on out-of-model cases: recordings of physics in forms that no catalogue has, and nulls (docs/validation.md).
 
     out-of-model cases --build B --out DIR [--kinds null=50,imperfect_null=200,other_form=140] [--seed 1] [--jobs 2]
     out-of-model cases --build B --out DIR --only-draw [--kinds ...] [--seed 1]

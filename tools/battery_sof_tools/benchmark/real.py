@@ -1,4 +1,4 @@
-"""Puts laws that no catalogue has into recordings that were measured, asks `sof diagnose`, and counts (docs/archive/real_recordings.md).
+"""Puts laws that no catalogue has into recordings that were measured, asks `sof diagnose`, and counts (docs/validation.md).
 
     proof_real BUILD --data FOLDER --out DIR [--count 200] [--minutes 30] [--seed 1] [--only RECORDING,...]
     proof_real BUILD --data FOLDER --out DIR --promised [--plain] [--only RECORDING,...]

@@ -1,1 +1,1 @@
-"""Cases whose labels are sealed before anything is asked: seal, run, score (docs/archive/proof.md)."""
+"""Cases whose labels are sealed before anything is asked: seal, run, score (docs/validation.md)."""

@@ -1,4 +1,4 @@
-"""The sealed benchmark of `sof diagnose` (docs/archive/proof.md).
+"""The sealed benchmark of `sof diagnose` (docs/validation.md).
 
     proof seal  --build B --seed-from HASH --out DIR [--share 1.0]     draws cases and strengths, publishes the labels' digest
     proof run   --build B --seal DIR --out RESULTS                     shows every recording to `sof diagnose`
@@ -51,7 +51,7 @@ def do_sealed(a):
     """The committed digest must come out again from the frozen commit's hash."""
     committed = os.path.join(a.docs, seal.SEAL)
     if not os.path.exists(committed):
-        sys.exit(f"{committed} is missing: nothing is sealed yet (docs/archive/proof.md says how)")
+        sys.exit(f"{committed} is missing: nothing is sealed yet (docs/validation.md says how)")
     with open(a.frozen) as f:
         secret = f.read().strip()
     sealed, results = os.path.join(a.out, "seal"), os.path.join(a.out, "results")
