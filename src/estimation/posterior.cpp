@@ -120,7 +120,7 @@ FittedModel populationPrior(double capacity, double time, double current, double
   for (Eigen::Index j = 0; j < kBaseRows; ++j) {
     const ParameterInfo& info = composition.parameters()[static_cast<std::size_t>(j)];
     fit.covariance(j, j) = std::pow(spreads[j] * values[j], 2);
-    fit.estimates.push_back({info.name, info.unit, values[j]});
+    fit.estimates.push_back({info.name, info.unit, values[j], std::nullopt});
   }
   fit.status = FitStatus::kIterationLimit;
   fit.message = "nothing was fitted yet: what is known of lead-acid batteries";
