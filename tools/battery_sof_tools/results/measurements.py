@@ -77,14 +77,14 @@ def diagnosed(out, _):
 def one_diagnosis(out, text):
     """All that docs/reading-a-diagnosis.md says of one: its JSON, flat."""
     answer = read_json(os.path.join(out, "answer.json"))
-    figures = {"verdict": text.split("\nrecording ")[0].splitlines(), "probability": answer["probability"], "source_percent": 100 * answer["source"],
+    figures = {"verdict": text.split("\nrecording ")[0].splitlines(), "probability": answer["probability"], "source_percent": 100 * answer["charger_share"],
                "learnable_mv": 1e3 * answer["relevance"]["rmse_v"], "evidence": {one["id"]: one["evidence"] for one in answer["candidates"]}}
     for part in ("train", "holdout"):
         for model in ("base", "extended"):
             metrics = answer["fit"][model][part]
             figures[f"{model}_{part}"] = {"rmse_mv": 1e3 * metrics["rmse_v"], "largest_v": metrics["max_abs_v"], "cranks": metrics["cranks"],
                                           "cranks_mv": 1e3 * metrics["crank_mae_v"], "charge_bias_mv": 1e3 * metrics["charge_bias_v"], "share_percent": metrics["share_percent"]}
-    figures["ridge_mv"], figures["line_mv"] = (1e3 * answer[one]["rmse_v"] for one in ("naive", "naive_line"))
+    figures["ridge_mv"], figures["line_mv"] = (1e3 * answer[one]["rmse_v"] for one in ("baseline", "baseline_line"))
     figures["episodes"] = {one["regime"]: one["episodes"] for one in answer["regimes"] if one["statistic"] == "mean"}
     figures["mean_mv"] = {one["regime"]: 1e3 * one["value"] for one in answer["regimes"] if one["statistic"] == "mean"}
     figures["compared_mv"] = {one["regime"]: {"base": 1e3 * one["base_rmse_v"], "extended": 1e3 * one["extended_rmse_v"]} for one in answer["fit"]["regimes"]}
