@@ -178,8 +178,7 @@ def nulls_of(seed):
 
 
 MEASUREMENTS = {
-    "next_window": Measurement((f"{SCORE}{DRIVES} {SOF} --json OUT/1.json --picture OUT/docs/pictures/next_window.png", f"{SCORE}{SMALL_CAR} {SOF} --json OUT/2.json"),
-                               scored, 4, True, ("pictures/next_window.png",)),
+    "next_window": Measurement((f"{SCORE}{DRIVES} {SOF} --json OUT/1.json", f"{SCORE}{SMALL_CAR} {SOF} --json OUT/2.json"), scored, 4, True),
     "next_window_paper": Measurement((f"{SCORE}{DRIVES} {SOF} --effects none --json OUT/1.json", f"{SCORE}{SMALL_CAR} {SOF} --effects none --json OUT/2.json"), scored, 2, True),
     "last_quarter": Measurement(tuple(split_command(path, n) for n, path in enumerate(("ev_12v/load.csv", "ageing_bench/cycles.csv", "solar_vrla/ten_days.csv", "agm_bench/full_cycle.csv"))),
                                 scored, 1, True),
