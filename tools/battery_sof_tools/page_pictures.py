@@ -8,7 +8,7 @@ import tempfile
 WIDTH = 1100
 # file: selector whose lowest end is the picture's, and whether it begins at the top of the page
 PICTURES = {"diagnosis_page.png": ("#drive .dygraph-rangesel-fgcanvas", True), "diagnosis_regimes.png": ("#where", False), "diagnosis_weighed.png": ("#evidence", False),
-            "diagnosis_learnt.png": ("#unexplained", False), "diagnosis_before_after.png": ("#comparison", False)}
+            "diagnosis_discrepancy.png": ("#unexplained", False), "diagnosis_before_after.png": ("#comparison", False)}
 
 
 def browser(profile):

@@ -74,10 +74,10 @@ def diagnosed(out, _):
                 ridge_ahead=sum(one["ridge"] < one["extended"] for one in found.values()), line_ahead=sum(one["line"] < one["extended"] for one in found.values()))
 
 
-def one_diagnosis(out, text):
+def one_diagnosis(out, _):
     """All that docs/reading-a-diagnosis.md says of one: its JSON, flat."""
     answer = read_json(os.path.join(out, "answer.json"))
-    figures = {"verdict": text.split("\nrecording ")[0].splitlines(), "probability": answer["probability"], "source_percent": 100 * answer["charger_share"],
+    figures = {"probability": answer["probability"], "source_percent": 100 * answer["charger_share"],
                "learnable_mv": 1e3 * answer["relevance"]["rmse_v"], "evidence": {one["id"]: one["evidence"] for one in answer["candidates"]}}
     for part in ("train", "holdout"):
         for model in ("base", "extended"):

@@ -5,7 +5,7 @@ from ..tables import table
 
 WORDS = {1: "one crank", 2: "two cranks"}
 WINDOWS = {"drive_1": "drive_1", "drive_2": "drive_2", "other_car_1": "other_car_1", "small_car": "small_car/trip"}
-QUARTERS = {"ev_12v": "ev_12v/load, 12 V battery behind a converter", "ageing_bench": "ageing_bench/cycles", "solar_vrla": "solar_vrla/ten_days", "agm_bench": "agm_bench/full_cycle"}
+QUARTERS = {"ev_12v": "ev_12v/load", "ageing_bench": "ageing_bench/cycles", "solar_vrla": "solar_vrla/ten_days", "agm_bench": "agm_bench/full_cycle"}
 DIAGNOSED = {"drive_1": "startstop_car/drive_1", "drive_2": "startstop_car/drive_2", "other_car_1": "startstop_car/other_car_1", "small_car": "small_car/trip", "ev_12v": "ev_12v/load",
              "ageing_bench": "ageing_bench/cycles", "agm_bench": "agm_bench/full_cycle", "solar_vrla": "solar_vrla/ten_days", "leaf_cell": "leaf_cell/hppc (lithium)", "frc_robot": "frc_robot/match",
              "second_match": "frc_robot/second_match"}
@@ -32,16 +32,6 @@ def next_window(results):
                  for one, key in ((ours, "model"), (paper, "model"), (ours, "baseline"))]
         rows.append((label, *cells))
     return table(("recording", "battery_sof", "the paper's circuit", "baseline"), rows)
-
-
-def next_window_intervals(results):
-    rows = []
-    for name, label in WINDOWS.items():
-        one = results["next_window"][name]
-        cells = [WORDS[one["cranks"]["count"]] if one["cranks"]["count"] < 3 else "{inside_percent:.0f} % of {count}, {width_v:.2f} V".format(**one["cranks"]),
-                 "{inside_percent:.0f} % of {count}, {width_a:.1f} A".format(**one["charges"])]
-        rows.append((label, *cells))
-    return table(("recording", "cranks inside, median width", "charges of 10 s inside, median width"), rows)
 
 
 def next_window_short(results):
@@ -109,11 +99,11 @@ def false_positives(one):
 def out_of_model(results):
     """Simulated batteries whose laws the catalogue does not have, and fault-free controls."""
     one, cases = results["strangers"], results["strangers"]["others"]
-    rows = [("false positives at 100 Hz: controls; with imperfect recorders", false_positives(one)),
+    rows = [("false positives at 100 Hz; imperfect recorders", false_positives(one)),
             ("the same at 1 Hz, 5 min", false_positives(results["nulls_1hz"])),
             ("mechanism right (95 % interval)", f"{one['right']} of {cases}: {percent(one['right'], cases)}"),
             ("wrong; none given; nothing found", f"{one['wrong']}; {one['no_family']}; {one['missed']}"),
-            ("hold-out error over the circuit's: extended; ridge", f"{one['ratio']:.2f}; {one['ridge_ratio']:.2f}")]
+            ("hold-out error over the circuit's; ridge", f"{one['ratio']:.2f}; {one['ridge_ratio']:.2f}")]
     return table(("figure", "this version"), rows)
 
 
