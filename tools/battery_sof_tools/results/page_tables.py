@@ -1,5 +1,7 @@
 """Lines of the pages that are made of docs/results.json: one function of all figures a block."""
 
+import re
+
 from .. import rates, study
 from ..tables import table
 
@@ -7,7 +9,7 @@ WORDS = {1: "one crank", 2: "two cranks"}
 WINDOWS = {"drive_1": "drive_1", "drive_2": "drive_2", "other_car_1": "other_car_1", "small_car": "small_car/trip"}
 QUARTERS = {"ev_12v": "ev_12v/load", "ageing_bench": "ageing_bench/cycles", "solar_vrla": "solar_vrla/ten_days", "agm_bench": "agm_bench/full_cycle"}
 DIAGNOSED = {"drive_1": "startstop_car/drive_1", "drive_2": "startstop_car/drive_2", "other_car_1": "startstop_car/other_car_1", "small_car": "small_car/trip", "ev_12v": "ev_12v/load",
-             "ageing_bench": "ageing_bench/cycles", "agm_bench": "agm_bench/full_cycle", "solar_vrla": "solar_vrla/ten_days", "leaf_cell": "leaf_cell/hppc (lithium)", "frc_robot": "frc_robot/match",
+             "ageing_bench": "ageing_bench/cycles", "agm_bench": "agm_bench/full_cycle", "solar_vrla": "solar_vrla/ten_days", "leaf_cell": "leaf_cell/hppc, lithium", "frc_robot": "frc_robot/match",
              "second_match": "frc_robot/second_match"}
 
 
@@ -28,7 +30,7 @@ def next_window(results):
     rows = []
     for name, label in WINDOWS.items():
         ours, paper = results["next_window"][name], results["next_window_paper"][name]
-        cells = [f"{one[key]['share_percent']:.0f} %, {one[key]['charges_60s_a']:.1f} A, {cranks_of(one, key)}"
+        cells = [f"{one[key]['share_percent']:.0f} %, {one[key]['charges_60s_a']:.1f} A, {cranks_of(one, key) if ours['cranks']['count'] >= 3 else '-'}"
                  for one, key in ((ours, "model"), (paper, "model"), (ours, "baseline"))]
         rows.append((label, *cells))
     return table(("recording", "battery_sof", "the paper's circuit", "baseline"), rows)
@@ -62,8 +64,8 @@ def diagnosis(results):
     rows = []
     for name, label in DIAGNOSED.items():
         one = results["diagnosis"][name]
-        rows.append((label, "; ".join(one["told"].split("; ")[:2]), ", ".join(f"{one[f'{key}_mv']:.0f}" for key in ("base", "extended", "ridge"))))
-    return table(("recording", "verdict; mechanism (probability)", "RMS error [mV]: circuit, extended, ridge"), rows)
+        rows.append((label, re.sub(r" \(.*?\)", "", "; ".join(one["told"].split("; ")[:2])), ", ".join(f"{one[f'{key}_mv']:.0f}" for key in ("base", "extended", "ridge"))))
+    return table(("recording", "verdict; mechanism", "RMS error [mV]: circuit, extended, ridge"), rows)
 
 
 def diagnosis_summary(results):
@@ -100,7 +102,7 @@ def out_of_model(results):
     """Simulated batteries whose laws the catalogue does not have, and fault-free controls."""
     one, cases = results["strangers"], results["strangers"]["others"]
     rows = [("false positives at 100 Hz; imperfect recorders", false_positives(one)),
-            ("the same at 1 Hz, 5 min", false_positives(results["nulls_1hz"])),
+            ("the same, 1 Hz, 5 min", false_positives(results["nulls_1hz"])),
             ("mechanism right (95 % interval)", f"{one['right']} of {cases}: {percent(one['right'], cases)}"),
             ("wrong; none given; nothing found", f"{one['wrong']}; {one['no_family']}; {one['missed']}"),
             ("hold-out error over the circuit's; ridge", f"{one['ratio']:.2f}; {one['ridge_ratio']:.2f}")]
@@ -147,7 +149,7 @@ def stop_rows(figures, limits):
 
 
 def stops(results):
-    return stop_rows(results["stops"], {"7_2_v": ["manager"], "10_v": ["manager"], "10_3_v": ["manager"], "10_6_v": RULES})
+    return stop_rows(results["stops"], {"7_2_v": ["manager"], "10_3_v": ["manager"], "10_6_v": RULES})
 
 
 def weakening(results):
