@@ -32,8 +32,8 @@ def next_window(results):
         ours, paper = results["next_window"][name], results["next_window_paper"][name]
         cells = [f"{one[key]['share_percent']:.0f} %, {one[key]['charges_60s_a']:.1f} A, {cranks_of(one, key) if ours['cranks']['count'] >= 3 else '-'}"
                  for one, key in ((ours, "model"), (paper, "model"), (ours, "baseline"))]
-        rows.append((label, *cells))
-    return table(("recording", "battery_sof", "the paper's circuit", "baseline"), rows)
+        rows.append((f"{label}, {ours['windows']} ({paper['windows']})", *cells))
+    return table(("recording, windows (paper's)", "battery_sof", "the paper's circuit", "baseline"), rows)
 
 
 def next_window_short(results):
@@ -54,7 +54,7 @@ def last_quarter(results):
     rows = []
     for name, label in QUARTERS.items():
         one = results["last_quarter"][name]
-        rows.append((label, *(none_or(one[who].get("share_percent"), "{:.1f} %") + (f", cranks {one[who]['cranks_mv']:.0f} mV" if "cranks_mv" in one[who] else "") for who in ("model", "baseline"))))
+        rows.append((label, *(none_or(one[who].get("share_percent"), "{:.1f} %") + (f", {one[who]['cranks_mv']:.0f} mV" if "cranks_mv" in one[who] else "") for who in ("model", "baseline"))))
     return table(("recording", "battery_sof", "baseline"), rows)
 
 
