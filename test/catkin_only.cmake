@@ -60,6 +60,8 @@ add_test(NAME tables_say_what_was_measured COMMAND "${PYTHON_EXECUTABLE}" "${CMA
 set_tests_properties(tables_say_what_was_measured PROPERTIES TIMEOUT 60)
 add_test(NAME pages_hold_the_figures_of_the_results COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/results_test.py")
 set_tests_properties(pages_hold_the_figures_of_the_results PROPERTIES TIMEOUT 60)
+add_test(NAME words_are_those_of_the_field COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/words_test.py")
+set_tests_properties(words_are_those_of_the_field PROPERTIES TIMEOUT 120)
 add_test(NAME fleet_has_the_same_rows_however_it_is_run COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/fleet_test.py")
 set_tests_properties(fleet_has_the_same_rows_however_it_is_run PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
 add_test(NAME fleet_survives_damaged_files COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/fleet_attack_test.py")
