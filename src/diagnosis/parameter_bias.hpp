@@ -10,7 +10,7 @@
 namespace battery_sof {
 
 /**
- * @brief Which base parameter fits better with another value where (docs/physics.md#absorption).
+ * @brief Which base parameter fits better with another value where (docs/physics.md#parameter-bias-by-missing-physics).
  *
  *     s_jg = J_j 1_g,   z = (M K s)' v / (|M K s| s_v),   change = (M K s)' v / |M K s|^2,   M = 1 - Q Q'
  *
@@ -45,7 +45,7 @@ Exchange exchangeOf(const std::vector<const InputSequence*>& parts,
  * @brief Whether a part fits better with another part's parameters than with its own: E_k(theta_j)
  * < E_k(theta_k) - 12.
  *
- * That is no physics but an optimiser that stopped early (docs/physics.md#absorption). Less than 12
+ * That is no physics but an optimiser that stopped early (docs/physics.md#parameter-bias-by-missing-physics). Less than 12
  * could not be taken for a mismatch.
  */
 bool optimiserFailed(const Exchange& exchange);

@@ -14,7 +14,7 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 import numpy as np
 
-from battery_sof_tools import concealment, docs_site, files, progress, rates, recordings, stop_rules, tables, tidy, update_cli_page, update_effects_page
+from battery_sof_tools import concealment, docs_site, files, progress, rates, reading_ease, recordings, stop_rules, tables, tidy, update_cli_page, update_effects_page
 from battery_sof_tools.benchmark import answers, laws, real
 from battery_sof_tools.benchmark.generator import Generator
 from battery_sof_tools.sof import Catalogue, Failure, call, catalogue, program
@@ -91,6 +91,29 @@ class CliPage(unittest.TestCase):
 
     def test_every_subcommand_is_found(self):
         self.assertEqual(update_cli_page.subcommands("sof\n\nSubcommands:\n  check    looks\n  stop-time   asks\n           more\n"), ["check", "stop-time"])
+
+
+    def test_an_option_of_three_subcommands_is_listed_once(self):
+        own = "does it\nUsage: sof x [OPTIONS] REC\n\nPositionals:\n  REC INPUT  a recording\n\nOptions:\n  -h,--help   help\n  --shared A\n       of many\n  --own-{}    of one\n"
+        helps = {name: own.format(name) for name in ("a", "b", "c")}
+        self.assertEqual(update_cli_page.shared(helps), {("a", "b", "c"): ["  --shared A\n       of many"]})
+        self.assertEqual(update_cli_page.shared({name: helps[name] for name in ("a", "b")}), {})
+        self.assertEqual(update_cli_page.section("a", helps["a"], {"  --shared A\n       of many"}), "\n## sof a\n\n    does it\n    Usage: sof x REC\n\n      --own-a    of one\n")
+
+
+class ReadingEase(unittest.TestCase):
+    def test_code_tables_headings_and_comments_are_no_prose(self):
+        page = "# A title\n\nThe cat sat. It *saw* [a dog](x.md).\n\n    sof code\n\n| a | b |\n<!-- no word -->\n- one item\n- two items\n\n```\nfenced\n```\n"
+        self.assertEqual(reading_ease.prose(page), ["The cat sat. It saw a dog.", "one item", "two items"])
+        self.assertEqual(reading_ease.counted(page), (4, 11, 13))
+
+    def test_short_words_read_more_easily(self):
+        easy = "The cat sat on the mat. It saw a dog."
+        self.assertGreater(reading_ease.reading_ease(easy), 100.0)
+        self.assertLess(reading_ease.reading_ease("Identification necessitates considerable excitation of electrochemical dynamics."), 0.0)
+
+    def test_syllables_are_groups_of_vowels(self):
+        self.assertEqual([reading_ease.syllables(word) for word in ("crank", "battery", "voltage", "explained", "table", "identify", "start-stop")], [1, 3, 2, 2, 2, 4, 2])
 
 
 class Site(unittest.TestCase):

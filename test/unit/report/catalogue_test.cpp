@@ -51,7 +51,7 @@ TEST(PhysicsPage, SaysOfEveryEffectItsFamilySignatureLookAlikesAndOtherForms) {
     EXPECT_NE(section.find("Mechanism `" + mechanismId(mechanismOf(effect.id)) + "`"),
               std::string::npos)
         << effect.id;
-    for (const char* said : {"Signature: ", "Look-alike", "Other forms: "})
+    for (const char* said : {"Signature: ", "Look-alike", "Other laws: "})
       EXPECT_NE(section.find(said), std::string::npos) << effect.id << ": " << said;
     for (const std::string& other : effect.look_alikes)
       EXPECT_NE(section.find("`" + other + "`"), std::string::npos) << effect.id << ": " << other;

@@ -204,7 +204,7 @@ TEST(MemoryResistance, GrowsWithTheCurrentOfThePast) {
 
 TEST(StepDiscrepancy, ActsAboveItsThresholdAlone) {
   Additions a;
-  a.step_discrepancy = true;
+  a.step_force = true;
   EXPECT_EQ(addedBy(a, -50.0, 1.0), 0.0);
   EXPECT_NEAR(addedBy(a, -80.0, 1.0), -0.1, 1e-12);
   EXPECT_NEAR(addedBy(a, 80.0, 1.0), 0.1, 1e-12);

@@ -11,7 +11,7 @@ from ..rates import geometric_mean
 from ..tables import table
 from .answers import class_of
 
-HEAD = ("recording", "verdict; mechanism; effects", "RMS error [mV]: base, extended, ridge regression, straight line",
+HEAD = ("recording", "verdict; mechanism; effects", "RMS error [mV]: base, extended, ridge regression, line fit",
         "share [%]: base, extended", "processor time [s]")
 
 
@@ -57,7 +57,7 @@ def summary(found):
     behind = [name for name, one in found.items() if one["ridge"] < one["extended"]]
     line = [name for name, one in found.items() if one["line"] < one["extended"]]
     return (f"Extended over base: {ratio:.2f} (geometric mean of {len(found)}). A ridge regression is ahead on {len(behind)} ({', '.join(behind)}), "
-            f"a straight line on {len(line)} ({', '.join(line)}).")
+            f"a line fit on {len(line)} ({', '.join(line)}).")
 
 
 def main():

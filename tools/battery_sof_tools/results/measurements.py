@@ -74,17 +74,17 @@ def diagnosed(out, _):
                 ridge_ahead=sum(one["ridge"] < one["extended"] for one in found.values()), line_ahead=sum(one["line"] < one["extended"] for one in found.values()))
 
 
-def one_diagnosis(out, text):
+def one_diagnosis(out, _):
     """All that docs/reading-a-diagnosis.md says of one: its JSON, flat."""
     answer = read_json(os.path.join(out, "answer.json"))
-    figures = {"verdict": text.split("\nrecording ")[0].splitlines(), "probability": answer["probability"], "source_percent": 100 * answer["source"],
+    figures = {"probability": answer["probability"], "source_percent": 100 * answer["charger_share"],
                "learnable_mv": 1e3 * answer["relevance"]["rmse_v"], "evidence": {one["id"]: one["evidence"] for one in answer["candidates"]}}
     for part in ("train", "holdout"):
         for model in ("base", "extended"):
             metrics = answer["fit"][model][part]
             figures[f"{model}_{part}"] = {"rmse_mv": 1e3 * metrics["rmse_v"], "largest_v": metrics["max_abs_v"], "cranks": metrics["cranks"],
                                           "cranks_mv": 1e3 * metrics["crank_mae_v"], "charge_bias_mv": 1e3 * metrics["charge_bias_v"], "share_percent": metrics["share_percent"]}
-    figures["ridge_mv"], figures["line_mv"] = (1e3 * answer[one]["rmse_v"] for one in ("baseline", "naive_line"))
+    figures["ridge_mv"], figures["line_mv"] = (1e3 * answer[one]["rmse_v"] for one in ("baseline", "baseline_line"))
     figures["episodes"] = {one["regime"]: one["episodes"] for one in answer["regimes"] if one["statistic"] == "mean"}
     figures["mean_mv"] = {one["regime"]: 1e3 * one["value"] for one in answer["regimes"] if one["statistic"] == "mean"}
     figures["compared_mv"] = {one["regime"]: {"base": 1e3 * one["base_rmse_v"], "extended": 1e3 * one["extended_rmse_v"]} for one in answer["fit"]["regimes"]}
@@ -178,8 +178,7 @@ def nulls_of(seed):
 
 
 MEASUREMENTS = {
-    "next_window": Measurement((f"{SCORE}{DRIVES} {SOF} --json OUT/1.json --picture OUT/docs/pictures/next_window.png", f"{SCORE}{SMALL_CAR} {SOF} --json OUT/2.json"),
-                               scored, 4, True, ("pictures/next_window.png",)),
+    "next_window": Measurement((f"{SCORE}{DRIVES} {SOF} --json OUT/1.json", f"{SCORE}{SMALL_CAR} {SOF} --json OUT/2.json"), scored, 4, True),
     "next_window_paper": Measurement((f"{SCORE}{DRIVES} {SOF} --effects none --json OUT/1.json", f"{SCORE}{SMALL_CAR} {SOF} --effects none --json OUT/2.json"), scored, 2, True),
     "last_quarter": Measurement(tuple(split_command(path, n) for n, path in enumerate(("ev_12v/load.csv", "ageing_bench/cycles.csv", "solar_vrla/ten_days.csv", "agm_bench/full_cycle.csv"))),
                                 scored, 1, True),
@@ -189,7 +188,7 @@ MEASUREMENTS = {
     "study": Measurement(("scripts/study BUILD --data DATA --docs OUT/docs --json OUT/study.json",), lambda out, _: read_json(os.path.join(out, "study.json")), 10, True),
     "reproduction": Measurement(("scripts/reproduce BUILD --docs OUT/docs --json OUT/reproduction.json",), lambda out, _: read_json(os.path.join(out, "reproduction.json")), 8, False),
     "proof_quick": Measurement(("scripts/proof quick --build BUILD --seal test/proof/quick --out OUT/quick --json OUT/score.json",), proof, 5, False),
-    "sealed": Measurement((), sealed, 0),
+    "preregistered": Measurement((), sealed, 0),
     "stops": Measurement(tuple(f"{RULES}{TWO_DRIVES} --u-required {limit}" for limit in ("7.2", "9", "9.5", "10", "10.3", "10.6")), stops, 3, True),
     "weakening": Measurement((f"{RULES}--weakening 10 --u-required 9",), stops, 20, False),
     "out_of_model": Measurement((OUT_OF_MODEL.format(36),), out_of_model, 40, False),
