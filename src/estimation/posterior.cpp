@@ -12,8 +12,8 @@ constexpr double kMostSigmas = 4.0;  // of an error that is taken in
 
 // What a parking changes in the long run, and how soon (docs/model.md#from-trip-to-trip).
 constexpr double kParkedTime = 86400.0;   // [s]
-constexpr double kParkedShare = 0.15;     // of a resistance, of the capacitance, of the slope
-constexpr double kParkedVoltage = 0.15;   // [V] of a block
+constexpr double kParkedShare = 0.05;     // of a resistance, of the capacitance, of the slope
+constexpr double kParkedVoltage = 0.08;   // [V] of a block
 
 // Of the population: standard deviations of logarithms, and of the open-circuit voltage.
 constexpr double kTableCapacity = 50.0;  // [Ah], of Table I's battery
@@ -22,7 +22,7 @@ constexpr double kCapacitanceSpread = 0.7;
 constexpr double kSlopeSpread = 0.5;
 constexpr double kUsualVoltage = 12.6;   // [V] of a block of six cells
 constexpr double kVoltageSpread = 0.3;   // [V]
-constexpr double kPopulationError = 0.1;       // [V], what the base circuit misses of a drive
+constexpr double kPopulationError = 0.15;      // [V], what the base circuit misses of a drive
 constexpr double kPopulationCrankError = 0.3;  // [V], of a crank's minimum
 
 bool isPositive(const ParameterInfo& info) { return info.lower > 0.0; }
@@ -61,7 +61,13 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
   const double variance = h.squaredNorm() + innovation.std_error * innovation.std_error;
   const double most = kMostSigmas * std::sqrt(variance);
   const double error = std::clamp(innovation.error, -most, most);
-  const Eigen::VectorXd change = innovation.factor * (h * (error / variance));
+  const Eigen::VectorXd shared = innovation.factor * h;
+  Eigen::VectorXd gain = shared / variance;
+  if (!innovation.rows.empty()) {
+    gain.setZero();
+    for (const Eigen::Index row : innovation.rows) gain[row] = shared[row] / variance;
+  }
+  const Eigen::VectorXd change = gain * error;
   const BatteryModel composition = compositionOf(model.fit);
   const Eigen::VectorXd before = pointOf(model).parameters;
   const Eigen::Index parameters = composition.parameterCount();
@@ -73,11 +79,14 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
   model.state.u_c2 += change[parameters];
   for (std::size_t k = 0; k < model.state.further.size(); ++k)
     model.state.further[k] += change[parameters + 1 + static_cast<Eigen::Index>(k)];
-  const Eigen::VectorXd seen = innovation.factor * h;
-  model.fit.covariance = innovation.factor * innovation.factor.transpose();
-  model.fit.covariance -= seen * seen.transpose() / variance;
+  Eigen::MatrixXd& covariance = model.fit.covariance;
+  covariance = innovation.factor * innovation.factor.transpose();
+  covariance += variance * gain * gain.transpose() - gain * shared.transpose() -
+                shared * gain.transpose();
   describe(model.fit);
-  return innovation.error - h.squaredNorm() * error / variance;
+  // What the moved rows take up: of the whole gain h'h / S of the error.
+  const double taken = innovation.rows.empty() ? h.squaredNorm() / variance : 0.0;
+  return innovation.error - taken * error;
 }
 
 double surpriseOf(const Innovation& innovation) {

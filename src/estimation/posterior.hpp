@@ -11,13 +11,18 @@ struct Innovation {
   Eigen::MatrixXd factor;
   double error = 0.0;        ///< measured less modelled [V], [A]
   Eigen::VectorXd modelled;  ///< h, d (modelled) / d (column of F) [V], [A]
-  double std_error = 0.0;   ///< of what the model misses with the right parameters [V], [A], > 0
+  double std_error = 0.0;    ///< of what the model misses with the right parameters [V], [A], > 0
+  /// rows of the parameters that may move; the others count as uncertain only. Empty: all, and the
+  /// states
+  std::vector<Eigen::Index> rows = {};
 };
 
 /**
  * @brief Takes a measurement into parameters and state: an extended Kalman filter's update.
  *
- *     z = h e / (h'h + sigma^2),   x <- x + F z,   F F' = V,   V <- F (I - h h' / (h'h + sigma^2)) F'
+ *     K = F h / S,   S = h'h + sigma^2,   x <- x + K e,   V <- V - K (F h)' - (F h) K' + S K K'
+ *
+ * with K zero in the rows that may not move (a Schmidt-Kalman filter).
  *
  * x holds parameters and states, V their covariance (Fit::covariance). Parameters that are above zero by nature move by
  * p exp(dp / p); all stay inside their bounds. An error beyond four standard deviations of what is

@@ -169,6 +169,7 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
     *current = std::min(*current, query.i_limit);
 
   QueryRange range = rangeOf(model, query, mean);
+  range.answered_current = answer.i_boost;
   range.says_nothing = currentSaysNothing(model, query, *answer.i_boost);
   answer.message =
       format("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A",

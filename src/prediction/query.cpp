@@ -25,6 +25,8 @@ constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("w
 constexpr double kMinSlope = 0.8;
 constexpr double kMaxSlope = 1.8;
 constexpr double kMaxOfBlock = 16.0;   // [V], of six lead-acid cells, above any charger's
+// Widest interval of a charge's current that is of use: [A], and of the window's largest charge.
+constexpr double kUsefulWidth = 10.0, kUsefulShare = 0.5;
 constexpr double kSpanOfBlock = 10.0;  // [V], from 1 V a cell, empty under load, up to kMaxOfBlock
 // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 constexpr double kShortCharge = 10.0;
@@ -71,14 +73,12 @@ void addCharging(Reasons& reasons, const Fit& fit, const QueryRange& range) {
   const ExcitedRange& seen = fit.excited;
   const ChargeEvidence& evidence = range.evidence;
   if (evidence.is_supported || !range.charges) return;
-  if (evidence.charges >= ChargeEvidence::kLeast) {
-    reasons.add(true, format("%d past charges like it of typically %.1f A were missed by %.1f A",
-                             evidence.charges, evidence.typical, evidence.median_error));
-    return;
-  }
+  reasons.add(fit.window.samples == 0, "no window was fitted yet, and charges need one");
   if (fit.source) {
-    reasons.add(true, format("%d past charges were like it, at least %d are needed to support it",
-                             evidence.charges, ChargeEvidence::kLeast));
+    const double enough = std::max(kUsefulWidth, kUsefulShare * seen.max_current);
+    const double width = range.answered_current->upper - range.answered_current->lower;
+    reasons.add(width > enough, format("its 90 %% interval is %.1f A wide, at most %.1f A are of use",
+                                       width, enough));
     return;
   }
   if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;

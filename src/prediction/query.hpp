@@ -36,6 +36,7 @@ struct QueryRange {
   std::optional<double> temperature;
   bool charges = false;                      ///< needs r_charge, else r_discharge
   ChargeEvidence evidence = {};              ///< what past charges say of a charge
+  std::optional<Interval> answered_current;  ///< [A], of a charge
   std::optional<Interval> answered_voltage;  ///< [V], what the model makes of it
   /// of an interval of another quantity: why, see widthSaysNothing()
   std::string says_nothing;

@@ -15,6 +15,7 @@ namespace {
 constexpr double kCrankMemory = 1.0;
 constexpr double kLongestMemory = 30.0;
 constexpr double kLearnInterval = 0.1;      // [s]
+constexpr double kOwnCurrent = -50.0;       // [A], more than a car's consumers draw
 constexpr double kUsualCurrentError = 3.0;  // [A], where no window says
 
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
@@ -108,6 +109,10 @@ Innovation StateTracker::innovationOf(const InputSample& sample) const {
     innovation.modelled = simulation.voltageDerivatives();
     innovation.std_error = voltageError(fit, sample.step.current);
   }
+  // Where nothing was fitted, a charger may control what looks like a battery's answer: only a large
+  // discharge is the battery's own.
+  if (fit.window.samples == 0 && sample.step.current > kOwnCurrent)
+    innovation.rows = {sample.step.current > 0.0 ? kRowRCharge : kRowUDc};
   if (!has_settled_) return innovation;
   // Errors of samples next to each other are one error.
   const double memory = is_crank ? kCrankMemory
