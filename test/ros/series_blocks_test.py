@@ -7,10 +7,10 @@ import sys
 
 import rospy
 import rostest
-from battery_sof.msg import Diagnosis, IdentifiedModel, SofStatus
-from battery_sof.srv import Diagnose, PredictChargeAcceptance, PredictCranking
+from battery_sof.msg import DiagnoseAction, Diagnosis, IdentifiedModel, SofStatus
+from battery_sof.srv import PredictChargeAcceptance, PredictCranking
 
-from processes import Folder, NodeTest, program, service, start_node, wait_until, whole_arguments
+from processes import Folder, Goal, NodeTest, program, service, start_node, wait_until, whole_arguments
 
 RATE = 30
 DURATION = 330  # [s]
@@ -87,7 +87,7 @@ class RowOfBlocks(NodeTest):
                    for name, u_boost in (("one", 13.0), ("row", 26.0))]
         self.assert_the_same(answers[1], answers[0], "i_boost", "lower", "upper", "code")
 
-        found = [service(name, "diagnose", Diagnose)().diagnosis for name in ("one", "row")]
+        found = [Goal(name, "diagnose", DiagnoseAction).wait().diagnosis for name in ("one", "row")]
         self.assertNotEqual(found[0].verdict, Diagnosis.INSUFFICIENT_DATA)
         self.assert_the_same(found[1], found[0], "verdict", "summary")
         self.assertIn("2 blocks of 12 V in series", " ".join(found[1].instrument))

@@ -369,15 +369,15 @@ TEST(MessageOf, EveryVerdictIsOneOfTheMessagesConstants) {
   }
 }
 
-TEST(ResponseOf, DiagnosisIsAnsweredWithItsMessageOrItsFault) {
-  const Diagnose::Response good = responseOf(DiagnosisOutcome{messageOf(someReport(), {}), ""});
+TEST(ResultOf, DiagnosisHasItsMessageOrItsFault) {
+  const DiagnoseResult good = resultOf(DiagnosisOutcome{messageOf(someReport(), {}), ""});
   EXPECT_TRUE(good.success);
-  EXPECT_EQ(good.code, Diagnose::Response::OK);
+  EXPECT_EQ(good.code, DiagnoseResult::OK);
   EXPECT_EQ(good.message, "gassing is missing");
   EXPECT_EQ(good.diagnosis.verdict, "effect");
-  const Diagnose::Response bad = responseOf(DiagnosisOutcome{std::nullopt, "it broke off"});
+  const DiagnoseResult bad = resultOf(DiagnosisOutcome{std::nullopt, "it broke off"});
   EXPECT_FALSE(bad.success);
-  EXPECT_EQ(bad.code, Diagnose::Response::FAILED);
+  EXPECT_EQ(bad.code, DiagnoseResult::FAILED);
   EXPECT_EQ(bad.message, "it broke off");
 }
 
